@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/calib/base/atomic_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace panelcal {
+namespace {
+
+constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+
+std::string system_text(int error) {
+  return std::generic_category().message(error);
+}
+
+Diagnostic write_failure(const std::filesystem::path& path, std::string_view doing, int error) {
+  return {Code::DeviceWrite,
+          {path.string(), 0, 0},
+          "cannot " + std::string(doing) + ": " + system_text(error),
+          ""};
+}
+
+Diagnostic unreadable(const std::filesystem::path& path, const std::string& why) {
+  return {Code::FileUnreadable, {path.string(), 0, 0}, "cannot read: " + why, "a readable file"};
+}
+
+/// Makes a rename durable. Some file systems cannot sync a folder; that is not our error.
+void sync_folder_of(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  ::fsync(fd);
+  ::close(fd);
+}
+
+}  // namespace
+
+Expected<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(target, ignored)) {
+    return failure(write_failure(target, "write the file", EISDIR));
+  }
+  std::string pattern = target.string() + ".part-XXXXXX";
+  const int fd = ::mkostemp(pattern.data(), O_CLOEXEC);
+  if (fd < 0) return failure(write_failure(target, "create a file beside it", errno));
+  // mkostemp makes files private; a result is as readable as any file the user makes.
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  ::fchmod(fd, 0666 & ~mask);
+  return AtomicFile(fd, target, pattern);
+}
+
+AtomicFile::AtomicFile(int fd, std::filesystem::path target, std::filesystem::path temporary)
+    : fd_(fd), target_(std::move(target)), temporary_(std::move(temporary)) {
+  buffer_.reserve(kBufferBytes);
+}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)),
+      target_(std::move(other.target_)),
+      temporary_(std::move(other.temporary_)),
+      buffer_(std::move(other.buffer_)) {}
+
+AtomicFile::~AtomicFile() {
+  discard();
+}
+
+void AtomicFile::discard() noexcept {
+  if (fd_ < 0) return;
+  ::close(std::exchange(fd_, -1));
+  ::unlink(temporary_.c_str());
+}
+
+Expected<void> AtomicFile::write(std::string_view bytes) {
+  buffer_ += bytes;
+  if (buffer_.size() < kBufferBytes) return {};
+  return flush();
+}
+
+Expected<void> AtomicFile::flush() {
+  std::string_view rest = buffer_;
+  while (!rest.empty()) {
+    const ssize_t n = ::write(fd_, rest.data(), rest.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return failure(write_failure(target_, "write", errno));
+    rest.remove_prefix(static_cast<std::size_t>(n));
+  }
+  buffer_.clear();
+  return {};
+}
+
+Expected<void> AtomicFile::commit() {
+  PANELCAL_CHECK(flush());
+  if (::fsync(fd_) != 0) return failure(write_failure(target_, "sync to disk", errno));
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
+    return failure(write_failure(target_, "put it in place", errno));
+  }
+  ::close(std::exchange(fd_, -1));
+  sync_folder_of(target_);
+  return {};
+}
+
+Expected<void> write_file(const std::filesystem::path& target, std::string_view bytes) {
+  PANELCAL_TRY(AtomicFile file, AtomicFile::create(target));
+  PANELCAL_CHECK(file.write(bytes));
+  return file.commit();
+}
+
+Expected<std::string> read_file(const std::filesystem::path& path, std::size_t max_bytes) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return failure(unreadable(path, system_text(errno)));
+  struct stat status {};
+  if (::fstat(fd, &status) != 0 || S_ISDIR(status.st_mode)) {
+    ::close(fd);
+    return failure(unreadable(path, "it is a folder"));
+  }
+  std::string text;
+  std::vector<char> chunk(std::size_t{1} << 20);
+  while (true) {
+    const ssize_t n = ::read(fd, chunk.data(), chunk.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      const int error = errno;
+      ::close(fd);
+      return failure(unreadable(path, system_text(error)));
+    }
+    if (n == 0) break;
+    if (text.size() + static_cast<std::size_t>(n) > max_bytes) {
+      ::close(fd);
+      return failure(unreadable(path, "larger than " + std::to_string(max_bytes) + " bytes"));
+    }
+    text.append(chunk.data(), static_cast<std::size_t>(n));
+  }
+  ::close(fd);
+  return text;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "panelcal/calib/base/byte_sink.h"
+#include "panelcal/calib/base/expected.h"
+
+namespace panelcal {
+
+/// A file that appears whole under its name, or not at all.
+///
+/// Bytes go to a temporary file beside the target; `commit` syncs it to disk and renames it. Without
+/// `commit` the destructor removes the temporary file and the old content, if any, stays.
+///
+/// Fails  device-write (cannot create, write, sync or rename; with the system's text)
+class AtomicFile final : public ByteSink {
+ public:
+  static Expected<AtomicFile> create(const std::filesystem::path& target);
+  AtomicFile(AtomicFile&& other) noexcept;
+  AtomicFile& operator=(AtomicFile&&) = delete;
+  ~AtomicFile() override;
+
+  Expected<void> write(std::string_view bytes) override;
+  Expected<void> commit();
+
+ private:
+  AtomicFile(int fd, std::filesystem::path target, std::filesystem::path temporary);
+  Expected<void> flush();
+  void discard() noexcept;
+
+  int fd_;
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  std::string buffer_;
+};
+
+/// Writes `bytes` to `target` through an AtomicFile.
+Expected<void> write_file(const std::filesystem::path& target, std::string_view bytes);
+
+/// Reads a whole regular file.
+///
+/// Fails  file-unreadable (missing, not a regular file, no permission, larger than max_bytes)
+Expected<std::string> read_file(const std::filesystem::path& path,
+                                std::size_t max_bytes = std::size_t{1} << 32);
+
+}  // namespace panelcal

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+
+namespace panelcal {
+
+/// Tells the time; passed in, so that a recorded run replays bit for bit.
+using Clock = std::function<std::chrono::sys_seconds()>;
+
+Clock system_clock();
+Clock fixed_clock(std::chrono::sys_seconds time);
+
+/// `2026-11-21T08:37:38Z` (ISO 8601, UTC).
+std::string iso_8601(std::chrono::sys_seconds time);
+
+}  // namespace panelcal

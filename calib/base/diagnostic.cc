@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/calib/base/diagnostic.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <numeric>
+#include <utility>
+
+namespace panelcal {
+namespace {
+
+constexpr std::array kCatalogue = {
+#define PANELCAL_DIAGNOSTIC(name, slug, severity, fault, summary, advice) \
+  CodeInfo{Code::name, slug, Severity::severity, Fault::fault, summary, advice},
+#include "panelcal/calib/base/diagnostic_codes.def"
+};
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replace = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = std::exchange(row[j + 1], std::min({replace, row[j] + 1, row[j + 1] + 1}));
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::span<const CodeInfo> diagnostic_catalogue() {
+  return kCatalogue;
+}
+
+const CodeInfo& info(Code code) {
+  return kCatalogue[static_cast<std::size_t>(code)];
+}
+
+std::string Diagnostic::text() const {
+  std::string text = place.file;
+  if (place.line > 0) {
+    text += ':' + std::to_string(place.line);
+    if (place.column > 0) text += ':' + std::to_string(place.column);
+  }
+  if (!text.empty()) text += ": ";
+  text += severity() == Severity::Error ? "error[" : "warning[";
+  text += info(code).slug;
+  text += "]: " + what;
+  if (!expected.empty()) text += ", expected " + expected;
+  return text;
+}
+
+void DiagnosticLog::add(Diagnostic diagnostic) {
+  ++(diagnostic.severity() == Severity::Error ? n_errors_ : n_warnings_);
+  if (kept_.size() < kKept) kept_.push_back(std::move(diagnostic));
+}
+
+std::string_view nearest_word(std::string_view word, std::span<const std::string_view> known) {
+  std::string_view best;
+  std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
+  for (const std::string_view candidate : known) {
+    const std::size_t distance = edit_distance(word, candidate);
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+std::string quoted(std::string_view text, std::size_t max_length) {
+  constexpr std::string_view kHex = "0123456789abcdef";
+  std::string out = "\"";
+  for (const char c : text.substr(0, max_length)) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x20 && byte < 0x7f) {
+      out += c;
+    } else {
+      out += "\\x";
+      out += kHex[byte >> 4];
+      out += kHex[byte & 15];
+    }
+  }
+  if (text.size() > max_length) out += "...";
+  return out + '"';
+}
+
+}  // namespace panelcal

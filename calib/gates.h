@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panelcal/calib/base/frames.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/calib/panel_fit.h"
+
+namespace panelcal {
+
+/// Limits a fit must keep before anything is drilled with it; an absent one is not checked.
+struct GateLimits {
+  std::optional<Length> residual;   ///< largest distance of a target from its fitted place
+  std::optional<Angle> rotation;    ///< of the panel, either way
+  std::optional<double> stretch_ppm;  ///< largest |scale - 1|, and |shear|, in 1e-6
+  std::optional<Length> offset;     ///< of the targets' centroid
+};
+
+/// One limit against one number.
+struct GateVerdict {
+  std::string_view gate;  ///< residual, rotation, stretch, offset
+  double value = 0;       ///< in `unit`
+  double limit = 0;
+  std::string_view unit;  ///< um, mrad, ppm, mm
+  bool accepted = true;
+  std::optional<std::size_t> i_target;  ///< the worst target, for residuals
+
+  /// "residual of target 2 is 61.3 um, limit 25.0 um".
+  std::string text() const;
+};
+
+namespace internal {
+std::vector<GateVerdict> check_gates_raw(const Eigen::Matrix2d& linear,
+                                         const Eigen::Vector2d& mean_deviation_mm,
+                                         std::span<const double> residual_lengths_mm,
+                                         const GateLimits& limits);
+}  // namespace internal
+
+/// Holds every number of the fit against its limit. All verdicts are returned, also those passed.
+template <class To, class From>
+std::vector<GateVerdict> check_gates(const PanelFit<To, From>& fit, const GateLimits& limits) {
+  Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
+  std::vector<double> residual_lengths_mm;
+  for (std::size_t i = 0; i < fit.pairs.size(); ++i) {
+    deviation += fit.pairs[i].measured.position.in_mm() - fit.pairs[i].nominal.in_mm();
+    residual_lengths_mm.push_back(fit.residuals[i].in_mm().norm());
+  }
+  if (!fit.pairs.empty()) deviation /= static_cast<double>(fit.pairs.size());
+  return internal::check_gates_raw(fit.map.map.linear(), deviation, residual_lengths_mm, limits);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "panelcal/calib/base/estimate.h"
+#include "panelcal/calib/base/frames.h"
+
+namespace panelcal {
+
+/// What a panel may have done between the drawing and the table, from stiff to soft.
+enum class PanelModel {
+  Offset,      ///< tx ty
+  Rigid,       ///< theta tx ty
+  Similarity,  ///< theta s tx ty
+  Stretch,     ///< theta sx sy tx ty: R(theta) diag(sx, sy) p + t
+  Affine,      ///< six free coefficients
+};
+
+int parameter_count(PanelModel model);
+std::string_view name(PanelModel model);
+std::optional<PanelModel> panel_model_from_name(std::string_view name);
+
+/// The model the manual prescribes for a series of n points: 1 offset, 2 offset and rotation,
+/// 3 or more offset, rotation and stretch (CNC-7 manual, Vision Assist, G36).
+PanelModel default_model(int n_points);
+
+/// An affine map in the words of the trade: map = R(rotation) [scale_x, shear; 0, scale_y].
+struct PanelDeformation {
+  double rotation_rad = 0;
+  double scale_x = 1;
+  double scale_y = 1;
+  double shear = 0;
+};
+PanelDeformation deformation_of(const Eigen::Matrix2d& linear);
+
+/// A target: where the program says, where it was seen, and how well that is known.
+template <class To, class From>
+struct TargetPair {
+  Position<From> nominal;
+  PositionEstimate<To> measured;
+};
+
+/// Why a fit is not possible.
+enum class FitFailure {
+  TooFewTargets,  ///< fewer equations than parameters
+  Degenerate,     ///< coincident or collinear targets do not determine the model
+  BadCovariance,  ///< a measurement's covariance is not positive definite, or not finite
+};
+
+namespace internal {
+
+struct RawPair {
+  Eigen::Vector2d from_mm;
+  Eigen::Vector2d to_mm;
+  Eigen::Matrix2d cov_mm2;
+};
+
+struct RawFit {
+  Eigen::Matrix2d linear;
+  Eigen::Vector2d translation_mm;
+  Eigen::Matrix<double, 6, 6> cov;                      ///< of [l00 l01 l10 l11 tx ty]
+  Eigen::Matrix<double, 6, Eigen::Dynamic> gain;        ///< d coefficients / d measured (x0 y0 x1 ..)
+  std::vector<Eigen::Vector2d> residuals_mm;            ///< measured minus fitted
+  double chi_square = 0;
+  int degrees_of_freedom = 0;
+};
+
+/// Either a fit or why not.
+struct RawFitResult {
+  std::optional<RawFit> fit;
+  FitFailure failure = FitFailure::TooFewTargets;
+};
+
+RawFitResult fit_raw(std::span<const RawPair> pairs, PanelModel model);
+
+}  // namespace internal
+
+/// The fitted map with all that a report needs.
+template <class To, class From>
+struct PanelFit {
+  PanelModel model = PanelModel::Offset;
+  TransformEstimate<To, From> map;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> gain;
+  std::vector<TargetPair<To, From>> pairs;
+  std::vector<Displacement<To>> residuals;
+  double chi_square = 0;
+  int degrees_of_freedom = 0;
+};
+
+/// The fit or the reason why there is none.
+template <class To, class From>
+struct PanelFitResult {
+  std::optional<PanelFit<To, From>> fit;
+  FitFailure failure = FitFailure::TooFewTargets;
+};
+
+/// Fits the map of `model` that carries nominal targets onto measured ones.
+///
+///   measured_i = L nominal_i + t + e_i,   e_i ~ N(0, cov_i),   L as the model says
+///
+/// Weighted least squares: exact for offset, similarity and affine (linear in the coefficients),
+/// Gauss-Newton on the model's own parameters for rigid and stretch, started at the linear
+/// solution. Coordinates are centred and scaled first, so that conditioning does not depend on
+/// where work zero lies.
+///
+/// In     pairs: nominal and measured mm, covariance mm^2
+/// Out    map with the 6x6 covariance of its coefficients; gain; residuals mm; chi square, d.o.f.
+/// Fails  TooFewTargets; Degenerate; BadCovariance
+/// Cost   O(n); allocates the results only
+/// Source CNC-7 manual, Vision Assist, G36; Umeyama 1991 (rigid start); Bjorck 1996 (covariance)
+/// See    tests/calib/panel_fit_test.cc
+template <class To, class From>
+PanelFitResult<To, From> fit_panel(std::span<const TargetPair<To, From>> pairs, PanelModel model) {
+  std::vector<internal::RawPair> raw;
+  raw.reserve(pairs.size());
+  for (const auto& pair : pairs) {
+    raw.push_back({pair.nominal.in_mm(), pair.measured.position.in_mm(), pair.measured.cov});
+  }
+  internal::RawFitResult result = internal::fit_raw(raw, model);
+  if (!result.fit) return {std::nullopt, result.failure};
+
+  PanelFit<To, From> fit;
+  fit.model = model;
+  fit.map = {Transform<To, From>(result.fit->linear, result.fit->translation_mm),
+             result.fit->cov};
+  fit.gain = std::move(result.fit->gain);
+  fit.pairs.assign(pairs.begin(), pairs.end());
+  for (const auto& residual_mm : result.fit->residuals_mm) {
+    fit.residuals.push_back(displacement_mm<To>(residual_mm));
+  }
+  fit.chi_square = result.fit->chi_square;
+  fit.degrees_of_freedom = result.fit->degrees_of_freedom;
+  return {std::move(fit), FitFailure::TooFewTargets};
+}
+
+}  // namespace panelcal

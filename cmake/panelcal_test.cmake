@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+# panelcal_test(folder SOURCES ... DEPENDS ...): one test program per folder, each
+# TEST registered with CTest on its own so that they run in parallel.
+
+include(GoogleTest)
+
+function(panelcal_test folder)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  add_executable(${folder}_test ${arg_SOURCES})
+  target_link_libraries(${folder}_test PRIVATE ${arg_DEPENDS} panelcal_test_support
+                                               panelcal_warnings GTest::gtest_main)
+  gtest_discover_tests(
+    ${folder}_test
+    TEST_PREFIX ${folder}.
+    PROPERTIES LABELS "${arg_LABELS}"
+    DISCOVERY_TIMEOUT 60)
+endfunction()
