@@ -117,7 +117,7 @@ Expected<std::string> read_file(const std::filesystem::path& path, std::size_t m
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) return failure(unreadable(path, system_text(errno)));
   struct stat status {};
-  if (::fstat(fd, &status) != 0 || S_ISDIR(status.st_mode)) {
+  if (::fstat(fd, &status) == 0 && S_ISDIR(status.st_mode)) {
     ::close(fd);
     return failure(unreadable(path, "it is a folder"));
   }

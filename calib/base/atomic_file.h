@@ -40,9 +40,9 @@ class AtomicFile final : public ByteSink {
 /// Writes `bytes` to `target` through an AtomicFile.
 Expected<void> write_file(const std::filesystem::path& target, std::string_view bytes);
 
-/// Reads a whole regular file.
+/// Reads a whole file, or a pipe to its end.
 ///
-/// Fails  file-unreadable (missing, not a regular file, no permission, larger than max_bytes)
+/// Fails  file-unreadable (missing, a folder, no permission, larger than max_bytes)
 Expected<std::string> read_file(const std::filesystem::path& path,
                                 std::size_t max_bytes = std::size_t{1} << 32);
 

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/excellon/header.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "panelcal/program/excellon/lexer.h"
+#include "panelcal/program/excellon/reporter.h"
+#include "panelcal/program/excellon/tools.h"
+
+namespace panelcal::excellon {
+namespace {
+
+enum class WordKind { Handled, Setting, Later };
+
+struct HeaderWord {
+  std::string_view word;
+  WordKind kind;
+};
+
+constexpr std::array kHeaderWords = {
+#define EXCELLON_HEADER_WORD(word, kind) HeaderWord{word, WordKind::kind},
+#include "panelcal/program/excellon/header_words.def"
+};
+
+std::string_view trim(std::string_view text) {
+  const auto begin = text.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+/// Digits before and behind a separator: `3:3`, `000.000` (there the zeros are counted).
+std::optional<std::pair<int, int>> digit_pair(std::string_view text) {
+  const auto colon = text.find(':');
+  if (colon == std::string_view::npos) return std::nullopt;
+  const auto before = parse_count(text.substr(0, colon));
+  const auto behind = parse_count(text.substr(colon + 1));
+  if (!before || !behind || *before > 6 || *behind > 6 || *before + *behind == 0) {
+    return std::nullopt;
+  }
+  return std::pair{*before, *behind};
+}
+
+bool is_digit_mask(std::string_view text) {
+  const auto point = text.find('.');
+  return point != std::string_view::npos && point >= 1 && point <= 6 &&
+         text.size() - point - 1 >= 1 && text.size() - point - 1 <= 6 &&
+         text.find_first_not_of("0.") == std::string_view::npos &&
+         text.find('.', point + 1) == std::string_view::npos;
+}
+
+class HeaderReader {
+ public:
+  HeaderReader(const SourceText& source, DiagnosticLog& log)
+      : cursor_(source.bytes), reporter_(source.file, log) {}
+
+  Header read() {
+    if (!find_start()) return std::move(header_);
+    while (!cursor_.at_end()) {
+      const SourceLine line = cursor_.next();
+      const std::string_view text = trim(line.text);
+      if (text == "%" || text == "M95") return finish();
+      read_line(line, text);
+    }
+    reporter_.report(Code::HeaderUnclosed, start_line_, 1, "the header opened here has no end", "% or M95");
+    return finish();
+  }
+
+ private:
+  Header finish() {
+    header_.body = cursor_;
+    return std::move(header_);
+  }
+
+  /// Moves behind M48. Without one the body begins at the first line; a % there is a rewind stop.
+  bool find_start() {
+    while (!cursor_.at_end()) {
+      header_.body = cursor_;
+      const SourceLine line = cursor_.next();
+      const std::string_view text = trim(line.text);
+      if (text.empty()) continue;
+      if (text.front() == ';') {
+        read_comment(line.number, text);
+        continue;
+      }
+      if (text == "%") {
+        header_.body = cursor_;
+        return false;
+      }
+      start_line_ = line.number;
+      return text == "M48";
+    }
+    header_.body = cursor_;
+    return false;
+  }
+
+  void read_line(const SourceLine& line, std::string_view text) {
+    if (text.empty()) return;
+    const int column = static_cast<int>(text.data() - line.text.data()) + 1;
+    if (text.front() == ';') return read_comment(line.number, text);
+    if (text.front() == 'T' && text.size() > 1 && text[1] >= '0' && text[1] <= '9') {
+      return read_tool(line);
+    }
+    if (text.find_first_not_of("0123456789/") == std::string_view::npos) {
+      return pass_on(line.number, text);  // tool links, or a lone / that clears them
+    }
+    const auto comma = text.find(',');
+    const std::string_view word = text.substr(0, comma);
+    const std::string_view value =
+        comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
+    read_word(line.number, column, text, word, value);
+  }
+
+  void read_word(int line, int column, std::string_view text, std::string_view word,
+                 std::string_view value) {
+    const auto known = std::ranges::find(kHeaderWords, word, &HeaderWord::word);
+    if (known == kHeaderWords.end()) return report_unknown(line, column, word);
+    switch (known->kind) {
+      case WordKind::Setting: return pass_on(line, text);
+      case WordKind::Later:
+        reporter_.report(Code::NotSupported, line, column, quoted(text) + " is not supported yet");
+        return;
+      case WordKind::Handled: break;
+    }
+    const int value_column = column + static_cast<int>(word.size()) + 1;
+    if (word == "INCH" || word == "METRIC") return read_unit(line, column, word, value);
+    if (word == "ICI") return read_switch(line, value_column, value, header_.incremental);
+    if (word == "BLKD") return read_switch(line, value_column, value, header_.deletes_blocks);
+    const std::string_view wanted = word == "VER" ? "1" : "2";  // else FMAT
+    if (value == wanted) return pass_on(line, text);
+    const bool plausible = value.size() == 1 && value[0] >= '1' && value[0] <= '8';
+    reporter_.report(plausible ? Code::NotSupported : Code::ArgumentInvalid,
+                     line,
+                     plausible ? column : value_column,
+                     plausible ? quoted(text) + " is not supported yet" : quoted(value),
+                     std::string(word) + "," + std::string(wanted));
+  }
+
+  void report_unknown(int line, int column, std::string_view word) {
+    std::array<std::string_view, kHeaderWords.size()> words;
+    std::ranges::transform(kHeaderWords, words.begin(), &HeaderWord::word);
+    const std::string_view near = nearest_word(word, words);
+    reporter_.report(Code::HeaderWordUnknown,
+                     line,
+                     column,
+                     quoted(word) + " is no header command",
+                     near.empty() ? "a command of the manual's header table"
+                                  : "perhaps " + std::string(near));
+  }
+
+  void read_unit(int line, int column, std::string_view word, std::string_view value) {
+    NumberFormat& format = header_.format;
+    const bool is_inch = word == "INCH";
+    format.unit = is_inch ? LengthUnit::Inch : LengthUnit::Millimeter;
+    if (!digits_from_hint_) {
+      format.integer_digits = is_inch ? 2 : 3;
+      format.decimal_digits = is_inch ? 4 : 3;
+    }
+    header_.states_format = true;
+    header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(word);
+    int value_column = column + static_cast<int>(word.size()) + 1;
+    while (!value.empty()) {
+      const auto comma = value.find(',');
+      const std::string_view part = value.substr(0, comma);
+      if (part == "LZ") {
+        format.zeros = Zeros::LeadingKept;
+      } else if (part == "TZ") {
+        format.zeros = Zeros::TrailingKept;
+      } else if (is_digit_mask(part)) {
+        format.integer_digits = static_cast<int>(part.find('.'));
+        format.decimal_digits = static_cast<int>(part.size()) - format.integer_digits - 1;
+      } else {
+        reporter_.report(Code::ArgumentInvalid, line, value_column, quoted(part),
+                         "LZ, TZ or digits such as 000.000");
+      }
+      header_.format_evidence += "," + std::string(part);
+      if (comma == std::string_view::npos) return;
+      value.remove_prefix(comma + 1);
+      value_column += static_cast<int>(comma) + 1;
+    }
+  }
+
+  /// CAM systems say in comments what their header does not: `;FILE_FORMAT=4:4` and
+  /// `; FORMAT={3:3/ absolute / metric / suppress leading zeros}`.
+  void read_comment(int line, std::string_view text) {
+    if (const auto at = text.find("FILE_FORMAT="); at != std::string_view::npos) {
+      take_digits(line, trim(text.substr(at + 12)), text);
+      return;
+    }
+    const auto at = text.find("FORMAT={");
+    if (at == std::string_view::npos) return;
+    const std::string_view body = text.substr(at + 8, text.find('}', at) - at - 8);
+    take_digits(line, trim(body.substr(0, body.find('/'))), text);
+    const bool suppress_leading = body.find("suppress leading") != std::string_view::npos;
+    const bool suppress_trailing = body.find("suppress trailing") != std::string_view::npos;
+    if (suppress_leading) header_.format.zeros = Zeros::TrailingKept;
+    if (suppress_trailing) header_.format.zeros = Zeros::LeadingKept;
+  }
+
+  void take_digits(int line, std::string_view digits, std::string_view comment) {
+    const auto pair = digit_pair(digits);
+    if (!pair) return;  // such as `-:-`, when every number has its point
+    header_.format.integer_digits = pair->first;
+    header_.format.decimal_digits = pair->second;
+    header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(comment);
+    digits_from_hint_ = true;
+  }
+
+  void read_tool(const SourceLine& line) {
+    Block block;
+    if (const auto fault = lex(line, block)) {
+      reporter_.report(Code::BlockSyntax, line.number, fault->column, quoted(fault->text),
+                       std::string(fault->expected));
+      return;
+    }
+    const auto tool = read_tool_block(block, header_.format, nullptr, reporter_);
+    if (tool) header_.tools[tool->tool.number] = tool->tool;
+  }
+
+  void read_switch(int line, int column, std::string_view value, bool& state) {
+    if (!value.empty() && value != "ON" && value != "OFF") {
+      reporter_.report(Code::ArgumentInvalid, line, column, quoted(value), "ON or OFF");
+    }
+    state = value != "OFF";
+  }
+
+  void pass_on(int line, std::string_view text) {
+    header_.settings.push_back({line, std::string(text)});
+  }
+
+  LineCursor cursor_;
+  Reporter reporter_;
+  Header header_;
+  int start_line_ = 0;
+  bool digits_from_hint_ = false;
+};
+
+}  // namespace
+
+Header read_header(const SourceText& source, DiagnosticLog& log) {
+  return HeaderReader(source, log).read();
+}
+
+}  // namespace panelcal::excellon

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/number_format.h"
+
+namespace panelcal::excellon {
+
+/// Puts problems of one file into the log.
+class Reporter {
+ public:
+  Reporter(std::string file, DiagnosticLog& log) : file_(std::move(file)), log_(&log) {}
+
+  void report(Code code, int line, int column, std::string what, std::string expected = "") const {
+    log_->add({code, {file_, line, column}, std::move(what), std::move(expected)});
+  }
+
+  /// Reports a number that parse_length refused.
+  void report_number(NumberFault fault,
+                     std::string_view text,
+                     int line,
+                     int column,
+                     const NumberFormat& format) const {
+    if (fault == NumberFault::TooManyDigits) {
+      const int digits = format.integer_digits + format.decimal_digits;
+      report(Code::NumberTooLong,
+             line,
+             column,
+             quoted(text) + " has too many digits",
+             "at most " + std::to_string(digits) + " digits (" + format.summary() + ")");
+    } else {
+      report(Code::NumberMalformed,
+             line,
+             column,
+             quoted(text) + " is not a number",
+             "a sign, digits and at most one decimal point");
+    }
+  }
+
+  const std::string& file() const { return file_; }
+
+ private:
+  std::string file_;
+  DiagnosticLog* log_;
+};
+
+}  // namespace panelcal::excellon

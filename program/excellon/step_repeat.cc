@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/excellon/step_repeat.h"
+
+#include <algorithm>
+#include <string>
+
+namespace panelcal::excellon {
+namespace {
+
+bool is_vision(const Block& block) {
+  return std::ranges::any_of(block.all(), [](const Word& word) {
+    const auto number = parse_count(word.number);
+    if (!number) return false;
+    if (word.letter == 'G') return *number >= 34 && *number <= 48 && !(*number > 39 && *number < 45);
+    return word.letter == 'M' && *number >= 50 && *number <= 52;
+  });
+}
+
+std::optional<Command> command_of(const Word& word) {
+  const auto number = parse_count(word.number);
+  return number ? find_command(word.letter, *number) : std::nullopt;
+}
+
+class SectionScanner {
+ public:
+  SectionScanner(LineCursor from, int line, const NumberFormat& format, const Reporter& reporter)
+      : cursor_(from), format_(format), reporter_(reporter) {
+    section_.line = line;
+    section_.pattern = from;
+  }
+
+  std::optional<RepeatSection> scan() {
+    if (!find_pattern_end()) return std::nullopt;
+    while (!cursor_.at_end()) {
+      const SourceLine line = cursor_.next();
+      const LineKind kind = kind_of(line.text);
+      if (kind == LineKind::Empty) continue;
+      Block block;
+      if (kind != LineKind::Words || lex(line, block)) return misplaced(line, 1, line.text);
+      const Word& first = block.words[0];
+      const std::optional<Command> command = command_of(first);
+      if (command == Command::EndOfPattern) {
+        if (block.n_words > 1) return misplaced(line, block.words[1].column, block.text);
+        if (!open_level(line.number)) return std::nullopt;
+      } else if (command == Command::RepeatPattern || first.letter == 'R') {
+        if (!read_copies(block)) return std::nullopt;
+      } else if (command == Command::EndOfRepeat) {
+        section_.closing = block;
+        section_.after = cursor_;
+        return std::move(section_);
+      } else {
+        return misplaced(line, first.column, block.text);
+      }
+    }
+    return unclosed("M08");
+  }
+
+ private:
+  bool find_pattern_end() {
+    while (!cursor_.at_end()) {
+      section_.pattern_end = cursor_.offset();
+      const SourceLine line = cursor_.next();
+      const auto first = line.text.find_first_not_of(" \t");
+      if (first == std::string_view::npos) continue;
+      const char c = line.text[first];
+      if (c == '$') section_.has_vision = true;
+      if (c != 'M' && c != 'G' && c != '%') continue;
+      Block block;
+      if (c != '%' && lex(line, block)) continue;  // reported when the pattern is executed
+      section_.has_vision |= is_vision(block);
+      const auto command = c == '%' ? Command::BeginPattern : command_of(block.words[0]);
+      switch (command.value_or(Command::DrillMode)) {
+        case Command::EndOfPattern: return open_level(line.number);
+        case Command::BeginPattern:
+        case Command::EndOfRepeat:
+        case Command::EndRewind:
+        case Command::EndNoRewind: unclosed("M01"); return false;
+        default: break;
+      }
+    }
+    unclosed("M01");
+    return false;
+  }
+
+  bool open_level(int line) {
+    if (section_.levels.size() == kMaxLevels) {
+      reporter_.report(Code::NestingTooDeep, line, 1, "\"M01\" opens one level too many",
+                       "at most " + std::to_string(kMaxLevels) + " levels");
+      return false;
+    }
+    section_.levels.emplace_back();
+    restarts_ = true;
+    return true;
+  }
+
+  /// `(R#)M02X#Y#(M70)(M80)(M90)`, or a bare M02, which clears the offset counter.
+  bool read_copies(const Block& block) {
+    CopyRun run;
+    bool has_axis = false;
+    bool has_orientation = false;
+    Eigen::Vector2d step_mm = Eigen::Vector2d::Zero();
+    bool has_repeat = false;
+    for (const Word& word : block.all()) {
+      const std::optional<Command> command = command_of(word);
+      if (word.letter == 'R' && &word == &block.words[0]) {
+        const auto count = parse_count(word.number);
+        if (!count || *count < 1 || *count > 9999) return bad(block, word, "R1 to R9999");
+        run.count = *count;
+      } else if (command == Command::RepeatPattern && !has_repeat) {
+        has_repeat = true;
+      } else if (word.letter == 'X' || word.letter == 'Y') {
+        const ParsedLength parsed = parse_length(word.number, format_);
+        if (parsed.fault != NumberFault::None) {
+          reporter_.report_number(
+              parsed.fault, word.number, block.line, word.column + 1, format_);
+          return false;
+        }
+        step_mm[word.letter - 'X'] = parsed.value.in_mm();
+        has_axis = true;
+      } else if (command == Command::SwapAxes || command == Command::MirrorX ||
+                 command == Command::MirrorY) {
+        run.swap_axes |= command == Command::SwapAxes;
+        run.mirror_x |= command == Command::MirrorX;
+        run.mirror_y |= command == Command::MirrorY;
+        has_orientation = true;
+      } else {
+        return bad(block, word, "M02 with X, Y, M70, M80 or M90");
+      }
+    }
+    if (!has_repeat) return bad(block, block.words[0], "R#M02X#Y# between M01 and M08");
+    if (!has_axis && !has_orientation) {
+      if (block.words[0].letter == 'R') return bad(block, block.words[0], "R#M02X#Y#");
+      restarts_ = true;
+      return true;
+    }
+    run.step = displacement_mm<frame::Nominal>(step_mm);
+    run.restarts = restarts_;
+    restarts_ = false;
+    section_.levels.back().push_back(run);
+    return true;
+  }
+
+  bool bad(const Block& block, const Word& word, std::string expected) {
+    reporter_.report(Code::ArgumentInvalid,
+                     block.line,
+                     word.column,
+                     quoted(std::string(1, word.letter) + std::string(word.number)),
+                     std::move(expected));
+    return false;
+  }
+
+  std::nullopt_t misplaced(const SourceLine& line, int column, std::string_view text) {
+    reporter_.report(Code::CommandMisplaced,
+                     line.number,
+                     column,
+                     quoted(text) + " stands between M01 and M08 of the section opened in line " +
+                         std::to_string(section_.line),
+                     "M02, R#M02, M01 or M08");
+    return std::nullopt;
+  }
+
+  std::nullopt_t unclosed(std::string_view missing) {
+    reporter_.report(Code::RepeatUnclosed,
+                     section_.line,
+                     1,
+                     "the step and repeat section opened here has no " + std::string(missing),
+                     "M25 ... M01 ... M02 ... M08");
+    return std::nullopt;
+  }
+
+  LineCursor cursor_;
+  const NumberFormat& format_;
+  const Reporter& reporter_;
+  RepeatSection section_;
+  bool restarts_ = true;
+};
+
+}  // namespace
+
+std::optional<RepeatSection> scan_section(LineCursor from,
+                                          int line,
+                                          const NumberFormat& format,
+                                          const Reporter& reporter) {
+  return SectionScanner(from, line, format, reporter).scan();
+}
+
+}  // namespace panelcal::excellon

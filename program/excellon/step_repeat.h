@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "panelcal/program/excellon/lexer.h"
+#include "panelcal/program/excellon/reporter.h"
+#include "panelcal/program/placement.h"
+#include "panelcal/program/source_text.h"
+
+namespace panelcal::excellon {
+
+/// A step and repeat section, from M25 to M08.
+struct RepeatSection {
+  int line = 0;             ///< of M25
+  LineCursor pattern;       ///< stands on the pattern's first line
+  std::size_t pattern_end;  ///< offset of the M01 that ends it
+  std::vector<std::vector<CopyRun>> levels;  ///< one per M01, innermost first
+  LineCursor after;         ///< stands behind M08
+  Block closing;            ///< the M08 block; M30 or M00 may follow in it
+  bool has_vision = false;  ///< the pattern measures, or moves through stored corrections
+};
+
+inline constexpr std::size_t kMaxLevels = 64;
+
+/// Reads the structure of a section ahead of its execution. `from` stands behind M25.
+///
+/// Fails  into the log: repeat-unclosed, command-misplaced, argument-invalid, nesting-too-deep
+/// Source CNC-7 manual, Step and Repeat Commands; Nested Step and Repeat Commands
+std::optional<RepeatSection> scan_section(LineCursor from,
+                                          int line,
+                                          const NumberFormat& format,
+                                          const Reporter& reporter);
+
+}  // namespace panelcal::excellon

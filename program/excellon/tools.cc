@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/excellon/tools.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace panelcal::excellon {
+namespace {
+
+bool is_all_digits(std::string_view text) {
+  return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// A whole rate with leading zeros kept: of three digits, `2` is 200 and `02` is 20.
+std::optional<double> parse_rate(std::string_view text, std::size_t n_digits) {
+  if (!is_all_digits(text) || text.size() > n_digits) return std::nullopt;
+  double value = *parse_count(text);
+  for (std::size_t i = text.size(); i < n_digits; ++i) value *= 10;
+  return value;
+}
+
+/// Thousands of revolutions a minute: `612` is 61,200, `6` is 60,000, `110.5` is 110,500.
+std::optional<double> parse_speed_rpm(std::string_view text) {
+  if (is_all_digits(text) && text.size() <= 3) return *parse_rate(text, 3) * 100;
+  if (text.find('.') == std::string_view::npos) return std::nullopt;
+  const NumberFormat any;
+  const ParsedLength thousands = parse_length(text, any);
+  if (thousands.fault != NumberFault::None || thousands.value < Length()) return std::nullopt;
+  return thousands.value / any.one_unit() * 1000;
+}
+
+class ToolReader {
+ public:
+  ToolReader(const Block& block, const NumberFormat& format, const Reporter& reporter)
+      : block_(block), format_(format), reporter_(reporter) {}
+
+  bool read_number(const std::map<int, Tool>* defined, ToolBlock& out) const {
+    const Word& word = block_.words[0];
+    const std::optional<int> number = parse_count(word.number);
+    if (!number || !is_all_digits(word.number) || word.number.size() > 4) {
+      return fail(word, "a tool number of 1 to 4 digits");
+    }
+    out.tool.number = *number;
+    if (!defined || word.number.size() <= 2 || defined->contains(*number)) return true;
+    out.tool.number = *number / 100;
+    // 00 means the tool's own number (CNC-7 manual, Tool Selection with Compensation Index).
+    out.compensation_index = *number % 100 == 0 ? out.tool.number : *number % 100;
+    return true;
+  }
+
+  bool read_datum(const Word& word, Tool& tool) const {
+    switch (word.letter) {
+      case 'C': return read_length(word, tool.diameter) && check_diameter(word, tool);
+      case 'Z': return read_length(word, tool.depth_offset);
+      case 'F': return read_feed(word, 3, inch_per_min(10), inch_per_min(500), tool.infeed);
+      case 'B': return read_feed(word, 4, inch_per_min(10), inch_per_min(1004), tool.retract);
+      case 'S': return read_speed(word, tool);
+      case 'H': return read_hits(word, tool);
+      default:
+        reporter_.report(Code::BlockNotAlone,
+                         block_.line,
+                         word.column,
+                         quoted(std::string(1, word.letter) + std::string(word.number)) +
+                             " in a tool block",
+                         "only C, F, S, B, H and Z behind T");
+        return false;
+    }
+  }
+
+ private:
+  bool fail(const Word& word, std::string expected) const {
+    reporter_.report(Code::ArgumentInvalid,
+                     block_.line,
+                     word.column,
+                     quoted(std::string(1, word.letter) + std::string(word.number)),
+                     std::move(expected));
+    return false;
+  }
+
+  bool read_length(const Word& word, std::optional<Length>& out) const {
+    const ParsedLength parsed = parse_length(word.number, format_);
+    if (parsed.fault != NumberFault::None) {
+      reporter_.report_number(
+          parsed.fault, word.number, block_.line, word.column + 1, format_);
+      return false;
+    }
+    out = parsed.value;
+    return true;
+  }
+
+  bool check_diameter(const Word& word, Tool& tool) const {
+    if (*tool.diameter > Length()) return true;
+    if (*tool.diameter < Length()) return fail(word, "a diameter above zero");
+    tool.diameter.reset();  // C0 is how CAM systems say that they do not know
+    return true;
+  }
+
+  bool read_feed(const Word& word,
+                 std::size_t n_digits,
+                 Feed least,
+                 Feed most,
+                 std::optional<Feed>& out) const {
+    const std::optional<double> rate = parse_rate(word.number, n_digits);
+    if (!rate) {
+      return fail(word, "1 to " + std::to_string(n_digits) + " digits without a decimal point");
+    }
+    const bool is_inch = format_.unit == LengthUnit::Inch;
+    out = is_inch ? inch_per_min(*rate) : mm_per_s(*rate);
+    if (*out < least || *out > most) {
+      warn_rate(word, is_inch ? " in/min" : " mm/s", *rate);
+    }
+    return true;
+  }
+
+  bool read_speed(const Word& word, Tool& tool) const {
+    const std::optional<double> speed_rpm = parse_speed_rpm(word.number);
+    if (!speed_rpm) return fail(word, "thousands of rpm: up to 3 digits, or a decimal point");
+    tool.speed = rpm(*speed_rpm);
+    return true;
+  }
+
+  bool read_hits(const Word& word, Tool& tool) const {
+    tool.max_hits.reset();
+    if (word.number.empty()) return true;  // H alone turns the counter off
+    tool.max_hits = parse_count(word.number);
+    return tool.max_hits ? true : fail(word, "a whole number of hits, or nothing");
+  }
+
+  void warn_rate(const Word& word, std::string_view unit, double rate) const {
+    reporter_.report(Code::RateOutOfRange,
+                     block_.line,
+                     word.column,
+                     quoted(std::string(1, word.letter) + std::string(word.number)) + " is " +
+                         std::to_string(std::lround(rate)) + std::string(unit),
+                     word.letter == 'F' ? "10 to 500 in/min (4 to 212 mm/s)"
+                                        : "10 to 1000 in/min (5 to 425 mm/s)");
+  }
+
+  const Block& block_;
+  const NumberFormat& format_;
+  const Reporter& reporter_;
+};
+
+}  // namespace
+
+std::optional<ToolBlock> read_tool_block(const Block& block,
+                                         const NumberFormat& format,
+                                         const std::map<int, Tool>* defined,
+                                         const Reporter& reporter) {
+  const ToolReader reader(block, format, reporter);
+  ToolBlock out;
+  if (!reader.read_number(defined, out)) return std::nullopt;
+  for (const Word& word : block.all().subspan(1)) {
+    if (!reader.read_datum(word, out.tool)) return std::nullopt;
+  }
+  return out;
+}
+
+}  // namespace panelcal::excellon

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "panelcal/calib/base/expected.h"
+
+namespace panelcal {
+
+/// A program's bytes and the name under which diagnostics know them.
+struct SourceText {
+  std::string file;
+  std::string bytes;
+};
+
+/// Fails  file-unreadable
+Expected<SourceText> read_source(const std::filesystem::path& path);
+
+/// One line without its line end.
+struct SourceLine {
+  std::string_view text;
+  int number = 0;  ///< from 1
+};
+
+/// Walks over the lines of a text; LF, CR LF and CR all end a line. Copyable, so that a place in
+/// the text can be kept and returned to.
+class LineCursor {
+ public:
+  LineCursor() = default;
+  explicit LineCursor(std::string_view bytes) : bytes_(bytes) {}
+
+  bool at_end() const { return offset_ >= bytes_.size(); }
+  /// Precondition: !at_end().
+  SourceLine next();
+  std::size_t offset() const { return offset_; }
+  /// Number of the line that next() would give.
+  int line_number() const { return number_; }
+
+ private:
+  std::string_view bytes_;
+  std::size_t offset_ = 0;
+  int number_ = 1;
+};
+
+}  // namespace panelcal

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panelcal/calib/correction_stack.h"
+#include "panelcal/calib/gates.h"
+#include "panelcal/calib/panel_fit.h"
+#include "panelcal/program/measurement.h"
+
+namespace panelcal {
+
+enum class CorrectionLevel : std::uint8_t { Base, Nested };
+
+/// One series of targets and the fit that came of it.
+struct SeriesResult {
+  CorrectionLevel level = CorrectionLevel::Base;
+  int line = 0;  ///< of the first target
+  InstancePath path;
+  std::vector<std::size_t> measurements;  ///< indices into Survey::measurements
+  PanelModel model = PanelModel::Offset;
+  std::shared_ptr<const BaseFit> base;      ///< set for a fitted base series
+  std::shared_ptr<const NestedFit> nested;  ///< set for a fitted nested series
+  std::optional<std::size_t> base_series;   ///< the base correction a nested one is relative to
+  std::vector<GateVerdict> gates;
+
+  bool is_fitted() const { return base != nullptr || nested != nullptr; }
+  bool is_accepted() const;
+};
+
+/// What the measuring walk found: everything the working walk and a report need.
+struct Survey {
+  std::vector<Measurement> measurements;
+  std::vector<SeriesResult> series;
+
+  /// Every series is fitted, so that a corrected program could be written at all.
+  bool is_complete() const;
+  /// Every series is fitted and inside its limits, and every measured hole was found.
+  bool is_accepted() const;
+};
+
+}  // namespace panelcal
