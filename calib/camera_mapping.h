@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
+
+#include <Eigen/Core>
 
 #include "panelcal/calib/base/estimate.h"
 #include "panelcal/calib/base/frames.h"
@@ -22,7 +23,8 @@ class CameraMapping {
   struct Parameters {
     double scale_mm_per_px = 0.01;
     double rotation_rad = 0;
-    Eigen::Vector2d axis_px = Eigen::Vector2d::Zero();  ///< where the optical axis meets the picture
+    /// Where the optical axis meets the picture.
+    Eigen::Vector2d axis_px = Eigen::Vector2d::Zero();
     double k1_per_px2 = 0;
   };
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/calib/base/units.h"
@@ -16,10 +18,10 @@ namespace panelcal {
 
 /// Limits a fit must keep before anything is drilled with it; an absent one is not checked.
 struct GateLimits {
-  std::optional<Length> residual;   ///< largest distance of a target from its fitted place
-  std::optional<Angle> rotation;    ///< of the panel, either way
+  std::optional<Length> residual;     ///< largest distance of a target from its fitted place
+  std::optional<Angle> rotation;      ///< of the panel, either way
   std::optional<double> stretch_ppm;  ///< largest |scale - 1|, and |shear|, in 1e-6
-  std::optional<Length> offset;     ///< of the targets' centroid
+  std::optional<Length> offset;       ///< of the targets' centroid
 };
 
 /// One limit against one number.
@@ -31,9 +33,12 @@ struct GateVerdict {
   bool accepted = true;
   std::optional<std::size_t> i_target;  ///< the worst target, for residuals
 
-  /// "residual of target 2 is 61.3 um, limit 25.0 um".
+  /// "residual of target 2 is 61.3 um, limit 25.0 um"; people count targets from 1.
   std::string text() const;
 };
+
+/// True if no verdict refuses; also if there are none.
+bool all_accepted(std::span<const GateVerdict> verdicts);
 
 namespace internal {
 std::vector<GateVerdict> check_gates_raw(const Eigen::Matrix2d& linear,
@@ -43,6 +48,7 @@ std::vector<GateVerdict> check_gates_raw(const Eigen::Matrix2d& linear,
 }  // namespace internal
 
 /// Holds every number of the fit against its limit. All verdicts are returned, also those passed.
+/// A number that is not finite is refused.
 template <class To, class From>
 std::vector<GateVerdict> check_gates(const PanelFit<To, From>& fit, const GateLimits& limits) {
   Eigen::Vector2d deviation = Eigen::Vector2d::Zero();

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "panelcal/calib/base/estimate.h"
 #include "panelcal/calib/base/frames.h"
@@ -30,6 +31,8 @@ std::optional<PanelModel> panel_model_from_name(std::string_view name);
 PanelModel default_model(int n_points);
 
 /// An affine map in the words of the trade: map = R(rotation) [scale_x, shear; 0, scale_y].
+///
+/// scale_x is never negative; a mirrored map has a negative scale_y.
 struct PanelDeformation {
   double rotation_rad = 0;
   double scale_x = 1;
@@ -49,7 +52,7 @@ struct TargetPair {
 enum class FitFailure {
   TooFewTargets,  ///< fewer equations than parameters
   Degenerate,     ///< coincident or collinear targets do not determine the model
-  BadCovariance,  ///< a measurement's covariance is not positive definite, or not finite
+  BadCovariance,  ///< a covariance is not positive definite, or a number is not finite
 };
 
 namespace internal {
@@ -63,9 +66,9 @@ struct RawPair {
 struct RawFit {
   Eigen::Matrix2d linear;
   Eigen::Vector2d translation_mm;
-  Eigen::Matrix<double, 6, 6> cov;                      ///< of [l00 l01 l10 l11 tx ty]
-  Eigen::Matrix<double, 6, Eigen::Dynamic> gain;        ///< d coefficients / d measured (x0 y0 x1 ..)
-  std::vector<Eigen::Vector2d> residuals_mm;            ///< measured minus fitted
+  Eigen::Matrix<double, 6, 6> cov;                ///< of [l00 l01 l10 l11 tx ty]
+  Eigen::Matrix<double, 6, Eigen::Dynamic> gain;  ///< d coefficients / d measured (x0 y0 x1 ..)
+  std::vector<Eigen::Vector2d> residuals_mm;      ///< measured minus fitted
   double chi_square = 0;
   int degrees_of_freedom = 0;
 };
@@ -108,6 +111,15 @@ struct PanelFitResult {
 /// solution. Coordinates are centred and scaled first, so that conditioning does not depend on
 /// where work zero lies.
 ///
+/// Targets are degenerate by structure only: nearer than a nanometre, or on one line to a millionth
+/// of its length. What noise makes nearly so is fitted, and its covariance says how badly. A
+/// mirrored panel is no failure either: rigid and similarity rotate properly and leave residuals as
+/// large as the panel, stretch and affine follow with a negative scale_y; the gates on residual and
+/// on stretch refuse it.
+///
+/// The gain is the derivative of the estimate itself, with the model's curvature. Where residuals
+/// are as large as the distances between the targets it is Gauss-Newton's, without the curvature.
+///
 /// In     pairs: nominal and measured mm, covariance mm^2
 /// Out    map with the 6x6 covariance of its coefficients; gain; residuals mm; chi square, d.o.f.
 /// Fails  TooFewTargets; Degenerate; BadCovariance
@@ -126,8 +138,7 @@ PanelFitResult<To, From> fit_panel(std::span<const TargetPair<To, From>> pairs, 
 
   PanelFit<To, From> fit;
   fit.model = model;
-  fit.map = {Transform<To, From>(result.fit->linear, result.fit->translation_mm),
-             result.fit->cov};
+  fit.map = {Transform<To, From>(result.fit->linear, result.fit->translation_mm), result.fit->cov};
   fit.gain = std::move(result.fit->gain);
   fit.pairs.assign(pairs.begin(), pairs.end());
   for (const auto& residual_mm : result.fit->residuals_mm) {

@@ -11,6 +11,7 @@
 
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/calib/base/units.h"
+#include "panelcal/program/number_format.h"
 
 namespace panelcal {
 
@@ -30,6 +31,7 @@ struct Tool {
 /// Takes a tool; number 0 puts the tool away.
 struct ToolChange {
   Tool tool;
+  std::optional<int> compensation_index;
 };
 
 /// Drills one hole.
@@ -43,9 +45,11 @@ struct Drill {
 
 enum class StopKind { EndNoRewind, EndRewind };
 
-/// Stops; the place, if any, is relative to absolute zero (CNC-7 manual, Stop Commands).
+/// Stops, at a place that the program gives relative to absolute zero if it gives one (CNC-7 manual,
+/// Stop Commands).
 struct Stop {
   StopKind kind = StopKind::EndRewind;
+  std::optional<Displacement<frame::Machine>> from_absolute_zero;
   std::optional<Position<frame::Machine>> actual;
 };
 
@@ -54,9 +58,12 @@ struct Message {
   std::string_view text;
 };
 
+enum class SettingKind { Header, Body, Vision };
+
 /// Something the machine has to know or do that moves nothing, passed on as written.
 struct Setting {
   std::string_view text;
+  SettingKind kind = SettingKind::Body;
 };
 
 /// Sets work zero (G93); later machine coordinates already contain it.
@@ -72,9 +79,13 @@ struct Operation {
   std::variant<ToolChange, Drill, Stop, Message, Setting, ZeroSet> what;
 };
 
+/// tool, drill, stop, message, setting, zero_set: the `op` of output files.
+std::string_view operation_name(const Operation& operation);
+
 /// What a writer may need before the first operation.
 struct ProgramInfo {
   std::string file;
+  LengthUnit unit = LengthUnit::Millimeter;  ///< the program's own, in which its rates are whole
   std::map<int, Tool> tools;
 };
 

@@ -23,8 +23,11 @@ struct WalkOptions {
   /// Work zero without any zero set (the machine's zero correction), and absolute zero.
   Position<frame::Machine> work_zero;
   Position<frame::Machine> absolute_zero;
-  /// A repeat of repeats can ask for more holes than there are atoms; this is where we stop.
+  /// A repeat of repeats can ask for more holes than there are atoms; this is where we stop. The
+  /// lines that step and repeat reads again and again are held against the same limit.
   std::int64_t max_operations = 1'000'000'000;
+  /// The same for targets; their measurements are kept in memory, about 1 kB each.
+  std::int64_t max_measurements = 100'000;
 };
 
 /// A program that has been read as far as its header.

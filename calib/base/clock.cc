@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/calib/base/clock.h"
 
-#include <fmt/core.h>
-
 #include <array>
 #include <cstddef>
+
+#include <fmt/core.h>
 
 namespace panelcal {
 
 Clock system_clock() {
-  return [] {
-    return std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
-  };
+  return [] { return std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now()); };
 }
 
 Clock fixed_clock(std::chrono::sys_seconds time) {

@@ -79,8 +79,11 @@ std::string_view nearest_word(std::string_view word, std::span<const std::string
 
 /// `text` as it can stand in a message: control and non-ASCII bytes as \xNN, cut at `max_length`.
 std::string quoted(std::string_view text, std::size_t max_length = 60);
-/// Without this one, argument-dependent look-up would take std::quoted for a std::string.
+/// Without these, argument-dependent look-up would take std::quoted for a std::string.
 inline std::string quoted(const std::string& text, std::size_t max_length = 60) {
+  return quoted(std::string_view(text), max_length);
+}
+inline std::string quoted(const char* text, std::size_t max_length = 60) {
   return quoted(std::string_view(text), max_length);
 }
 

@@ -73,10 +73,12 @@ class HeaderReader {
     return std::move(header_);
   }
 
-  /// Moves behind M48. Without one the body begins at the first line; a % there is a rewind stop.
+  /// Moves behind M48. Without one the body begins at the first line; a % there is a rewind stop,
+  /// which some CAM systems also put before M48.
   bool find_start() {
+    bool has_mark = false;
     while (!cursor_.at_end()) {
-      header_.body = cursor_;
+      if (!has_mark) header_.body = cursor_;
       const SourceLine line = cursor_.next();
       const std::string_view text = trim(line.text);
       if (text.empty()) continue;
@@ -84,14 +86,14 @@ class HeaderReader {
         read_comment(line.number, text);
         continue;
       }
-      if (text == "%") {
+      if (text == "%" && !has_mark) {
+        has_mark = true;
         header_.body = cursor_;
-        return false;
+        continue;
       }
       start_line_ = line.number;
       return text == "M48";
     }
-    header_.body = cursor_;
     return false;
   }
 
@@ -102,8 +104,8 @@ class HeaderReader {
     if (text.front() == 'T' && text.size() > 1 && text[1] >= '0' && text[1] <= '9') {
       return read_tool(line);
     }
-    if (text.find_first_not_of("0123456789/") == std::string_view::npos) {
-      return pass_on(line.number, text);  // tool links, or a lone / that clears them
+    if (is_tool_link(text) || text == "/") {  // a lone / clears the links
+      return pass_on(line.number, text);
     }
     const auto comma = text.find(',');
     const std::string_view word = text.substr(0, comma);
@@ -151,12 +153,8 @@ class HeaderReader {
 
   void read_unit(int line, int column, std::string_view word, std::string_view value) {
     NumberFormat& format = header_.format;
-    const bool is_inch = word == "INCH";
-    format.unit = is_inch ? LengthUnit::Inch : LengthUnit::Millimeter;
-    if (!digits_from_hint_) {
-      format.integer_digits = is_inch ? 2 : 3;
-      format.decimal_digits = is_inch ? 4 : 3;
-    }
+    format.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
+    if (!digits_from_hint_) default_digits();
     header_.states_format = true;
     header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(word);
     int value_column = column + static_cast<int>(word.size()) + 1;
@@ -192,10 +190,28 @@ class HeaderReader {
     if (at == std::string_view::npos) return;
     const std::string_view body = text.substr(at + 8, text.find('}', at) - at - 8);
     take_digits(line, trim(body.substr(0, body.find('/'))), text);
+    take_unit(line, body, text);
     const bool suppress_leading = body.find("suppress leading") != std::string_view::npos;
     const bool suppress_trailing = body.find("suppress trailing") != std::string_view::npos;
     if (suppress_leading) header_.format.zeros = Zeros::TrailingKept;
     if (suppress_trailing) header_.format.zeros = Zeros::LeadingKept;
+  }
+
+  /// INCH and METRIC in the header rule over a comment.
+  void take_unit(int line, std::string_view hint, std::string_view comment) {
+    const bool is_inch = hint.find("inch") != std::string_view::npos;
+    const bool is_metric = hint.find("metric") != std::string_view::npos;
+    if (is_inch == is_metric || header_.states_format) return;
+    header_.format.unit = is_inch ? LengthUnit::Inch : LengthUnit::Millimeter;
+    if (!digits_from_hint_) default_digits();
+    header_.states_format = true;
+    header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(comment);
+  }
+
+  void default_digits() {
+    const bool is_inch = header_.format.unit == LengthUnit::Inch;
+    header_.format.integer_digits = is_inch ? 2 : 3;
+    header_.format.decimal_digits = is_inch ? 4 : 3;
   }
 
   void take_digits(int line, std::string_view digits, std::string_view comment) {

@@ -13,6 +13,14 @@ std::string text_of(const Word& word) {
   return word.letter + std::string(word.number);
 }
 
+/// Commands that do not run yet are refused by name, with whatever follows them.
+bool takes_arguments(const Word& word) {
+  const auto number = parse_count(word.number);
+  const auto command = number ? find_command(word.letter, *number) : std::nullopt;
+  return command &&
+         (!info(*command).runs || info(*command).operands.find(',') != std::string_view::npos);
+}
+
 }  // namespace
 
 Interpreter::Interpreter(const Program& program,
@@ -36,7 +44,8 @@ Interpreter::Interpreter(const Program& program,
 void Interpreter::run() {
   pass_on_header();
   while (!cursor_.at_end() && !ended_) run_line(cursor_.next());
-  if (ended_) return check_rest();
+  if (has_end_) return check_rest();
+  if (ended_) return;
   vision_.end_program(cursor_.line_number());
   if (sink_ == nullptr && !vision_.must_stop()) {
     reporter_.report(Code::EndMissing, cursor_.line_number(), 0, "the program has no end", "M30 or M00");
@@ -45,7 +54,7 @@ void Interpreter::run() {
 
 void Interpreter::pass_on_header() {
   for (const HeaderSetting& setting : program_.header.settings) {
-    put(setting.line, Setting{setting.text});
+    put(setting.line, Setting{setting.text, SettingKind::Header});
   }
 }
 
@@ -66,7 +75,7 @@ void Interpreter::run_line(const SourceLine& line) {
     case LineKind::PatternMark: return run_section(line.number);
     case LineKind::KeyboardOrder:
       vision_.keyboard_order(line, format_);
-      return put(line.number, Setting{line.text});
+      return put(line.number, Setting{line.text, SettingKind::Vision});
     case LineKind::BlockDelete: {
       const auto slash = line.text.find('/');
       if (line.text.find_first_not_of(" \t", slash + 1) == std::string_view::npos) {
@@ -83,7 +92,7 @@ void Interpreter::run_line(const SourceLine& line) {
 }
 
 void Interpreter::run_words(const SourceLine& line) {
-  if (line.text.find_first_not_of("0123456789/") == std::string_view::npos) {
+  if (is_tool_link(line.text)) {
     return put(line.number, Setting{line.text});  // tool links
   }
   Block block;
@@ -97,6 +106,12 @@ void Interpreter::run_words(const SourceLine& line) {
     return;
   }
   const Word& first = block.words[0];
+  if (block.arguments_column != 0 && !takes_arguments(first)) {
+    reporter_.report(Code::BlockNotAlone, block.line, block.arguments_column - 1,
+                     quoted("," + std::string(block.arguments)) + " behind " + quoted(text_of(first)),
+                     "no comma in this block");
+    return;
+  }
   switch (first.letter) {
     case 'X':
     case 'Y': return drill_coordinate(block);
@@ -135,6 +150,8 @@ void Interpreter::run_command(const Block& block, const Word& word, Command comm
                          ") is not supported yet");
     return;
   }
+  const bool takes_arguments = info(command).operands.find(',') != std::string_view::npos;
+  if (!takes_arguments && !has_no_arguments(block)) return;
   switch (command) {
     case Command::BeginPattern:
       if (is_alone(block)) run_section(block.line);
@@ -157,7 +174,8 @@ void Interpreter::run_command(const Block& block, const Word& word, Command comm
     case Command::NestedHoleAtTarget: return measure(block, command);
     case Command::SetZero: return set_zero(block);
     case Command::OperatorMessage:
-      return put(block.line, Message{block.arguments});
+      if (is_alone(block)) put(block.line, Message{block.arguments});
+      return;
     case Command::StoreCorrections:
     case Command::RewindCorrections:
     case Command::AdvanceCorrections: return stored_label(block, command);
@@ -254,11 +272,13 @@ void Interpreter::run_level(const RepeatSection& section, std::size_t level,
 
 void Interpreter::run_pattern(const RepeatSection& section,
                               const Transform<frame::Nominal, frame::Nominal>& place) {
-  if (ended_ || !count_operation(section.line)) return;
+  if (ended_ || !count_pattern_line(section.line)) return;
   placement_ = Placement(place.linear(), place.translation());
   modal_ = pattern_start_;
   LineCursor line = section.pattern;
-  while (line.offset() < section.pattern_end && !ended_) run_line(line.next());
+  while (line.offset() < section.pattern_end && !ended_) {
+    if (count_pattern_line(line.line_number())) run_line(line.next());
+  }
 }
 
 }  // namespace panelcal::excellon

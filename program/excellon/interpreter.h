@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include "panelcal/program/excellon/lexer.h"
 #include "panelcal/program/excellon/reporter.h"
@@ -73,12 +74,16 @@ class Interpreter {
   void check_rest();
 
   bool is_alone(const Block& block, std::size_t n_words = 1);
+  bool has_no_arguments(const Block& block);
   bool read_coordinates(const Block& block, std::span<const Word> words,
                         std::array<std::optional<double>, 2>& xy_mm);
   bool move_to(const Block& block, const std::array<std::optional<double>, 2>& xy_mm,
                AxisUser user);
   void put(int line, decltype(Operation::what) what);
+  bool count(std::int64_t& n, std::int64_t limit, std::string_view things, int line);
   bool count_operation(int line);
+  bool count_target(int line);
+  bool count_pattern_line(int line);
   void report(Code code, const Block& block, const Word& word, std::string expected);
 
   const Program& program_;
@@ -100,8 +105,11 @@ class Interpreter {
   bool has_motion_ = false;
   bool warned_format_ = false;
   bool reported_no_tool_ = false;
-  bool ended_ = false;
+  bool ended_ = false;    ///< nothing more is executed
+  bool has_end_ = false;  ///< because the program said so
   std::int64_t n_operations_ = 0;
+  std::int64_t n_targets_ = 0;
+  std::int64_t n_pattern_lines_ = 0;
 };
 
 }  // namespace panelcal::excellon

@@ -36,15 +36,35 @@ bool Interpreter::is_alone(const Block& block, std::size_t n_words) {
   return false;
 }
 
-bool Interpreter::count_operation(int line) {
-  if (++n_operations_ <= options_.max_operations) return true;
-  if (!ended_) {
-    reporter_.report(Code::TooManyOperations, line, 0,
-                     fmt::format("more than {} operations", options_.max_operations),
+bool Interpreter::has_no_arguments(const Block& block) {
+  if (block.arguments_column == 0) return true;
+  reporter_.report(Code::ArgumentInvalid, block.line, block.arguments_column,
+                   quoted(block.arguments) + " in " + quoted(block.text),
+                   "no comma in this block");
+  return false;
+}
+
+/// Counts one more; ends the walk above the limit.
+bool Interpreter::count(std::int64_t& n, std::int64_t limit, std::string_view things, int line) {
+  if (++n <= limit) return true;
+  if (!std::exchange(ended_, true)) {
+    reporter_.report(Code::TooManyOperations, line, 0, fmt::format("more than {} {}", limit, things),
                      "a shorter program, or a higher limit");
   }
-  ended_ = true;
   return false;
+}
+
+bool Interpreter::count_operation(int line) {
+  return count(n_operations_, options_.max_operations, "operations", line);
+}
+
+bool Interpreter::count_target(int line) {
+  return count(n_targets_, options_.max_measurements, "targets", line);
+}
+
+/// Lines need not operate: without this a pattern of comments could be repeated for ever.
+bool Interpreter::count_pattern_line(int line) {
+  return count(n_pattern_lines_, options_.max_operations, "lines of step and repeat", line);
 }
 
 void Interpreter::put(int line, decltype(Operation::what) what) {
@@ -127,13 +147,14 @@ Position<frame::Nominal> Interpreter::nominal_here() const {
 
 void Interpreter::drill_coordinate(const Block& block) {
   std::array<std::optional<double>, 2> xy_mm;
-  if (!read_coordinates(block, block.all(), xy_mm)) return;
+  if (!has_no_arguments(block) || !read_coordinates(block, block.all(), xy_mm)) return;
   if (!move_to(block, xy_mm, AxisUser::Hole)) return;
   drill_modal(block.line);
 }
 
 /// `R#X#Y#`: more holes at equal distances from the last one.
 void Interpreter::repeat_hole(const Block& block) {
+  if (!has_no_arguments(block)) return;
   const Word& repeat = block.words[0];
   const auto count = parse_count(repeat.number);
   if (!count || *count < 1 || *count > 9999) {
@@ -166,8 +187,8 @@ bool Interpreter::has_tool(int line) {
 
 void Interpreter::drill_modal(int line) {
   modal_.has_hole = true;
-  if (!vision_.is_ready_to_drill(line) || !has_tool(line)) return;
-  if (!count_operation(line) || sink_ == nullptr) return;
+  if (!count_operation(line)) return;
+  if (!vision_.is_ready_to_drill(line) || !has_tool(line) || sink_ == nullptr) return;
   const Position<frame::Nominal> nominal = nominal_here();
   drill(line, nominal, vision_.corrections().actual_from_nominal()(nominal));
 }
@@ -187,7 +208,7 @@ void Interpreter::measure(const Block& block, Command command) {
   if (!xy_mm[0] && !xy_mm[1]) {
     return report(Code::CoordinateMissing, block, block.words[0], "X and Y of the target");
   }
-  if (!move_to(block, xy_mm, AxisUser::Target)) return;
+  if (!move_to(block, xy_mm, AxisUser::Target) || !count_target(block.line)) return;
   const TargetPlace target{command, block.line, path_, nominal_here(), work_zero_};
   if (command != Command::HoleAtTarget && command != Command::NestedHoleAtTarget) {
     vision_.measure_target(target);
@@ -226,13 +247,10 @@ void Interpreter::stored_label(const Block& block, Command command) {
 // --- tools, zero, units, end -------------------------------------------------------------------
 
 void Interpreter::select_tool(const Block& block) {
-  if (block.arguments_column != 0) {
-    return report(Code::BlockNotAlone, block, block.words[0], "a tool block without a comma");
-  }
   const auto read = read_tool_block(block, format_, &program_.header.tools, reporter_);
   if (!read) return;
   tool_ = read->tool.number;
-  put(block.line, ToolChange{ruled_by_header(block, read->tool)});
+  put(block.line, ToolChange{ruled_by_header(block, read->tool), read->compensation_index});
 }
 
 /// The header's tool data rule over the body's (CNC-7 manual, Keyboard and Header Commands vs. Body
@@ -288,16 +306,16 @@ void Interpreter::set_zero(const Block& block) {
 
 /// M71, M72: only before anything moved, since they change what numbers mean.
 void Interpreter::set_unit(const Block& block, LengthUnit unit) {
+  warned_format_ = true;
   if (unit == format_.unit) return;
-  if (has_motion_) {
+  if (has_motion_ || in_pattern_) {
     return report(Code::CommandMisplaced, block, block.words[0],
-                  "the unit before the first coordinate");
+                  "the unit before the first coordinate and outside step and repeat");
   }
   format_ = NumberFormat{.unit = unit,
                          .zeros = format_.zeros,
                          .integer_digits = unit == LengthUnit::Inch ? 2 : 3,
                          .decimal_digits = unit == LengthUnit::Inch ? 4 : 3};
-  warned_format_ = true;
 }
 
 /// M00(X#Y#), M30(X#Y#): the place is relative to absolute zero.
@@ -307,14 +325,16 @@ void Interpreter::end_program(const Block& block, std::span<const Word> words, S
   }
   std::array<std::optional<double>, 2> xy_mm;
   if (!read_coordinates(block, words, xy_mm)) return;
-  Stop stop{kind, std::nullopt};
+  Stop stop{.kind = kind};
   if (xy_mm[0] || xy_mm[1]) {
-    stop.actual = options_.absolute_zero + displacement_mm<frame::Machine>(xy_mm[0].value_or(0),
-                                                                           xy_mm[1].value_or(0));
+    stop.from_absolute_zero =
+        displacement_mm<frame::Machine>(xy_mm[0].value_or(0), xy_mm[1].value_or(0));
+    stop.actual = options_.absolute_zero + *stop.from_absolute_zero;
   }
   vision_.end_program(block.line);
   put(block.line, stop);
   ended_ = true;
+  has_end_ = true;
 }
 
 }  // namespace panelcal::excellon

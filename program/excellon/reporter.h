@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,13 +11,17 @@
 
 namespace panelcal::excellon {
 
-/// Puts problems of one file into the log.
+/// Puts problems of one file into the log, each once: the copies of a pattern would only repeat it.
 class Reporter {
  public:
   Reporter(std::string file, DiagnosticLog& log) : file_(std::move(file)), log_(&log) {}
 
   void report(Code code, int line, int column, std::string what, std::string expected = "") const {
-    log_->add({code, {file_, line, column}, std::move(what), std::move(expected)});
+    Diagnostic diagnostic{code, {file_, line, column}, std::move(what), std::move(expected)};
+    if (reported_.size() < DiagnosticLog::kKept && !reported_.insert(diagnostic.text()).second) {
+      return;
+    }
+    log_->add(std::move(diagnostic));
   }
 
   /// Reports a number that parse_length refused.
@@ -46,6 +51,7 @@ class Reporter {
  private:
   std::string file_;
   DiagnosticLog* log_;
+  mutable std::set<std::string> reported_;
 };
 
 }  // namespace panelcal::excellon

@@ -36,12 +36,15 @@ class SectionScanner {
       const LineKind kind = kind_of(line.text);
       if (kind == LineKind::Empty) continue;
       Block block;
-      if (kind != LineKind::Words || lex(line, block)) return misplaced(line, 1, line.text);
+      if (kind != LineKind::Words || lex(line, block) || block.arguments_column != 0 ||
+          block.n_words == 0) {
+        return misplaced(line, 1, line.text);
+      }
+      if (!has_no_arguments(block)) return std::nullopt;
       const Word& first = block.words[0];
       const std::optional<Command> command = command_of(first);
       if (command == Command::EndOfPattern) {
-        if (block.n_words > 1) return misplaced(line, block.words[1].column, block.text);
-        if (!open_level(line.number)) return std::nullopt;
+        if (!open_level(block)) return std::nullopt;
       } else if (command == Command::RepeatPattern || first.letter == 'R') {
         if (!read_copies(block)) return std::nullopt;
       } else if (command == Command::EndOfRepeat) {
@@ -49,7 +52,7 @@ class SectionScanner {
         section_.after = cursor_;
         return std::move(section_);
       } else {
-        return misplaced(line, first.column, block.text);
+        return misplaced(line, block.column, block.text);
       }
     }
     return unclosed("M08");
@@ -70,7 +73,7 @@ class SectionScanner {
       section_.has_vision |= is_vision(block);
       const auto command = c == '%' ? Command::BeginPattern : command_of(block.words[0]);
       switch (command.value_or(Command::DrillMode)) {
-        case Command::EndOfPattern: return open_level(line.number);
+        case Command::EndOfPattern: return has_no_arguments(block) && open_level(block);
         case Command::BeginPattern:
         case Command::EndOfRepeat:
         case Command::EndRewind:
@@ -82,9 +85,19 @@ class SectionScanner {
     return false;
   }
 
-  bool open_level(int line) {
+  bool open_level(const Block& block) {
+    if (block.n_words > 1) {
+      const Word& second = block.words[1];
+      reporter_.report(Code::BlockNotAlone,
+                       block.line,
+                       second.column,
+                       quoted(std::string(1, second.letter) + std::string(second.number)) + " in " +
+                           quoted(block.text),
+                       "\"M01\" in a block by itself");
+      return false;
+    }
     if (section_.levels.size() == kMaxLevels) {
-      reporter_.report(Code::NestingTooDeep, line, 1, "\"M01\" opens one level too many",
+      reporter_.report(Code::NestingTooDeep, block.line, block.column, "\"M01\" opens one level too many",
                        "at most " + std::to_string(kMaxLevels) + " levels");
       return false;
     }
@@ -123,6 +136,12 @@ class SectionScanner {
         run.mirror_x |= command == Command::MirrorX;
         run.mirror_y |= command == Command::MirrorY;
         has_orientation = true;
+      } else if (word.letter == 'T') {
+        reporter_.report(Code::NotSupported,
+                         block.line,
+                         word.column,
+                         quoted(block.text) + ": a tool in an M02 block is not supported yet");
+        return false;
       } else {
         return bad(block, word, "M02 with X, Y, M70, M80 or M90");
       }
@@ -138,6 +157,16 @@ class SectionScanner {
     restarts_ = false;
     section_.levels.back().push_back(run);
     return true;
+  }
+
+  bool has_no_arguments(const Block& block) {
+    if (block.arguments_column == 0) return true;
+    reporter_.report(Code::ArgumentInvalid,
+                     block.line,
+                     block.arguments_column,
+                     quoted(block.arguments) + " in " + quoted(block.text),
+                     "no comma in this block");
+    return false;
   }
 
   bool bad(const Block& block, const Word& word, std::string expected) {

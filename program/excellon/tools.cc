@@ -24,11 +24,21 @@ std::optional<double> parse_rate(std::string_view text, std::size_t n_digits) {
 std::optional<double> parse_speed_rpm(std::string_view text) {
   if (is_all_digits(text) && text.size() <= 3) return *parse_rate(text, 3) * 100;
   if (text.find('.') == std::string_view::npos) return std::nullopt;
-  const NumberFormat any;
-  const ParsedLength thousands = parse_length(text, any);
+  // Millimetres are stored as they are, so that 110.5 stays exact.
+  const ParsedLength thousands = parse_length(text, {.unit = LengthUnit::Millimeter});
   if (thousands.fault != NumberFault::None || thousands.value < Length()) return std::nullopt;
-  return thousands.value / any.one_unit() * 1000;
+  return thousands.value.in_mm() * 1000;
 }
+
+/// What the manual allows in the program's own unit.
+struct RateRange {
+  double least_inch_per_min;
+  double most_inch_per_min;
+  double least_mm_per_s;
+  double most_mm_per_s;
+};
+constexpr RateRange kInfeedRange = {10, 500, 4, 212};
+constexpr RateRange kRetractRange = {10, 1000, 5, 425};
 
 class ToolReader {
  public:
@@ -53,8 +63,8 @@ class ToolReader {
     switch (word.letter) {
       case 'C': return read_length(word, tool.diameter) && check_diameter(word, tool);
       case 'Z': return read_length(word, tool.depth_offset);
-      case 'F': return read_feed(word, 3, inch_per_min(10), inch_per_min(500), tool.infeed);
-      case 'B': return read_feed(word, 4, inch_per_min(10), inch_per_min(1004), tool.retract);
+      case 'F': return read_feed(word, 3, kInfeedRange, tool.infeed);
+      case 'B': return read_feed(word, 4, kRetractRange, tool.retract);
       case 'S': return read_speed(word, tool);
       case 'H': return read_hits(word, tool);
       default:
@@ -98,8 +108,7 @@ class ToolReader {
 
   bool read_feed(const Word& word,
                  std::size_t n_digits,
-                 Feed least,
-                 Feed most,
+                 const RateRange& range,
                  std::optional<Feed>& out) const {
     const std::optional<double> rate = parse_rate(word.number, n_digits);
     if (!rate) {
@@ -107,7 +116,8 @@ class ToolReader {
     }
     const bool is_inch = format_.unit == LengthUnit::Inch;
     out = is_inch ? inch_per_min(*rate) : mm_per_s(*rate);
-    if (*out < least || *out > most) {
+    if (*rate < (is_inch ? range.least_inch_per_min : range.least_mm_per_s) ||
+        *rate > (is_inch ? range.most_inch_per_min : range.most_mm_per_s)) {
       warn_rate(word, is_inch ? " in/min" : " mm/s", *rate);
     }
     return true;
@@ -144,10 +154,29 @@ class ToolReader {
 
 }  // namespace
 
+bool is_tool_link(std::string_view text) {
+  bool has_slash = false;
+  while (true) {
+    const auto slash = text.find('/');
+    if (!is_all_digits(text.substr(0, slash))) return false;
+    if (slash == std::string_view::npos) return has_slash;
+    has_slash = true;
+    text.remove_prefix(slash + 1);
+  }
+}
+
 std::optional<ToolBlock> read_tool_block(const Block& block,
                                          const NumberFormat& format,
                                          const std::map<int, Tool>* defined,
                                          const Reporter& reporter) {
+  if (block.arguments_column != 0) {
+    reporter.report(Code::BlockNotAlone,
+                    block.line,
+                    block.arguments_column,
+                    quoted(block.arguments) + " in " + quoted(block.text),
+                    "a tool block without a comma");
+    return std::nullopt;
+  }
   const ToolReader reader(block, format, reporter);
   ToolBlock out;
   if (!reader.read_number(defined, out)) return std::nullopt;

@@ -3,12 +3,16 @@
 
 #include <map>
 #include <optional>
+#include <string_view>
 
 #include "panelcal/program/excellon/lexer.h"
 #include "panelcal/program/excellon/reporter.h"
 #include "panelcal/program/operation.h"
 
 namespace panelcal::excellon {
+
+/// `#/#/#` links tools (CNC-7 manual, Link Tools for Automatic Tool Changers).
+bool is_tool_link(std::string_view text);
 
 /// A block that begins with T, read.
 struct ToolBlock {

@@ -70,20 +70,23 @@ void VisionSession::select_tool(const Block& block, const NumberFormat& format) 
     return bad_argument(block.line, block.column, block.text,
                         "G34,v1 or G34,v1,delta or G34,v1,v2,v3,v4,delta");
   }
+  const auto column_of = [&](std::string_view part) {
+    return block.arguments_column + static_cast<int>(part.data() - block.arguments.data());
+  };
   VisionSettings chosen = settings_;
   chosen.tools.clear();
   chosen.delta.reset();
   for (std::size_t i = 0; i < n - (has_delta ? 1 : 0); ++i) {
     const auto tool = parse_count(parts[i]);
     if (!tool || *tool < 1) {
-      return bad_argument(block.line, block.arguments_column, parts[i], "a vision tool from 1");
+      return bad_argument(block.line, column_of(parts[i]), parts[i], "a vision tool from 1");
     }
     chosen.tools.push_back(*tool);
   }
   if (has_delta) {
     const ParsedLength delta = parse_length(parts.back(), format);
     if (delta.fault != NumberFault::None || !(delta.value > Length())) {
-      return bad_argument(block.line, block.arguments_column, parts.back(),
+      return bad_argument(block.line, column_of(parts.back()), parts.back(),
                           "the distance of the four views, above zero");
     }
     chosen.delta = delta.value;
@@ -107,24 +110,24 @@ bool VisionSession::read_number(std::string_view text, Number least, const Sourc
   return true;
 }
 
-bool VisionSession::keyboard_order(const SourceLine& line, const NumberFormat& format) {
+void VisionSession::keyboard_order(const SourceLine& line, const NumberFormat& format) {
   const auto begin = line.text.find('$');
   const std::string_view text = line.text.substr(begin, line.text.find_last_not_of(" \t") + 1 - begin);
   const int column = static_cast<int>(begin) + 1;
   constexpr std::string_view kPrefix = "$uvis,";
   if (!text.starts_with(kPrefix)) {
     reporter_.report(Code::CommandUnknown, line.number, column, quoted(text), "$uvis,...");
-    return false;
+    return;
   }
   const std::string_view rest = text.substr(kPrefix.size());
   const auto comma = rest.find(',');
   const std::string_view key = rest.substr(0, comma);
   const std::string_view value =
       comma == std::string_view::npos ? rest.substr(rest.size()) : rest.substr(comma + 1);
-  return set_uvis(key, value, line, format);
+  set_uvis(key, value, line, format);
 }
 
-bool VisionSession::set_uvis(std::string_view key, std::string_view value, const SourceLine& line,
+void VisionSession::set_uvis(std::string_view key, std::string_view value, const SourceLine& line,
                              const NumberFormat& format) {
   const int value_column = static_cast<int>(value.data() - line.text.data()) + 1;
   const auto is_switch = [&] {
@@ -134,18 +137,18 @@ bool VisionSession::set_uvis(std::string_view key, std::string_view value, const
   };
   if (key == "search") {
     if (is_switch()) settings_.search = value == "on";
-    return true;
-  }
-  if (key == "auto" || key == "box" || key == "entry") return is_switch();
-  if (key == "searcharea") return read_number(value, 0.0, line, settings_.search_area);
-  if (key == "lamp") return read_number(value, 0.0, line, settings_.lamp);
-  if (key == "zoom") return read_number(value, 0.0, line, settings_.zoom);
-  if (key == "insp") {
+  } else if (key == "auto" || key == "box" || key == "entry") {
+    is_switch();
+  } else if (key == "searcharea") {
+    read_number(value, 0.0, line, settings_.search_area);
+  } else if (key == "lamp") {
+    read_number(value, 0.0, line, settings_.lamp);
+  } else if (key == "zoom") {
+    read_number(value, 0.0, line, settings_.zoom);
+  } else if (key == "insp") {
     std::optional<int> n;
     if (read_number(value, 1, line, n)) settings_.inspections = *n;
-    return true;
-  }
-  if (key == "alg") {
+  } else if (key == "alg") {
     const auto comma = value.find(',');
     std::optional<int> algorithm;
     std::optional<int> n;
@@ -156,39 +159,41 @@ bool VisionSession::set_uvis(std::string_view key, std::string_view value, const
       settings_.algorithm = algorithm;
       series_size_ = *n;
     }
-    return true;
+  } else {
+    check_order_for_machine(key, value, line, format);
   }
+}
+
+/// The orders that set nothing here: focus and calib; anything else is none.
+void VisionSession::check_order_for_machine(std::string_view key, std::string_view value,
+                                            const SourceLine& line, const NumberFormat& format) {
+  const auto column_of = [&](std::string_view part) {
+    return static_cast<int>(part.data() - line.text.data()) + 1;
+  };
   if (key == "calib" || key == "focus") {
-    if (key == "calib" && !value.empty()) {
-      bad_argument(line.number, value_column, value, "$uvis,calib alone");
-      return true;
-    }
-    if (key == "focus") {
-      // `xy`, `x1.5y2`: lower case, otherwise a coordinate like any other.
-      const auto y = value.find('y');
-      if (!value.starts_with('x') || y == std::string_view::npos ||
-          parse_length(value.substr(1, y - 1), format).fault != NumberFault::None ||
-          parse_length(value.substr(y + 1), format).fault != NumberFault::None) {
-        bad_argument(line.number, value_column, value, "$uvis,focus,x#y#");
-        return true;
-      }
-    }
-    if (source_ != nullptr) {
-      reporter_.report(Code::CalibrationNotPerformed, line.number, 1,
+    // `xy`, `x1.5y2`: lower case, otherwise a coordinate like any other.
+    const auto y = value.find('y');
+    const bool is_place = value.starts_with('x') && y != std::string_view::npos &&
+                          parse_length(value.substr(1, y - 1), format).fault == NumberFault::None &&
+                          parse_length(value.substr(y + 1), format).fault == NumberFault::None;
+    if (key == "calib" ? !value.empty() : !is_place) {
+      bad_argument(line.number, column_of(value), value,
+                   key == "calib" ? "$uvis,calib alone" : "$uvis,focus,x#y#");
+    } else if (source_ != nullptr) {
+      reporter_.report(Code::CalibrationNotPerformed, line.number, column_of(key) - 6,
                        quoted(line.text) + " is passed on, not performed");
     }
-    return true;
+    return;
   }
   constexpr std::array<std::string_view, 11> kKeys = {"auto", "box", "search", "searcharea",
                                                       "entry", "insp", "focus", "lamp",
                                                       "zoom", "calib", "alg"};
   const std::string_view near = nearest_word(key, kKeys);
-  reporter_.report(Code::CommandUnknown, line.number, value_column - static_cast<int>(key.size()) - 1,
+  reporter_.report(Code::CommandUnknown, line.number, column_of(key),
                    quoted(key) + " is no $uvis command",
                    near.empty() ? "auto, box, search, searcharea, entry, insp, focus, lamp, zoom, "
                                   "calib or alg"
                                 : "perhaps " + std::string(near));
-  return false;
 }
 
 bool VisionSession::refuse_unfinished(int line, std::string_view command) {
@@ -253,6 +258,7 @@ void VisionSession::measure_target(const TargetPlace& target) {
   const CorrectionLevel level =
       is_nested(target.command) ? CorrectionLevel::Nested : CorrectionLevel::Base;
   const std::string command = code_text(target.command);
+  if (refuse_inside_stored(target.line)) return;
   if (open_ && open_->command != command) refuse_unfinished(target.line, command);
   if (!open_) {
     open_ = OpenSeries{.level = level,
@@ -447,15 +453,19 @@ void VisionSession::end_section(int line) {
 }
 
 bool VisionSession::is_ready_to_drill(int line) {
-  if (!open_ && !memory_.is_inside_series()) return true;
   if (refuse_unfinished(line, "a coordinate")) return false;
+  return !refuse_inside_stored(line);
+}
+
+bool VisionSession::refuse_inside_stored(int line) {
+  if (!memory_.is_inside_series()) return false;
   reporter_.report(Code::PointerInsideSeries, line, 1,
                    fmt::format("a coordinate comes while the M52 in line {} has stopped inside a "
                                "stored series",
                                advance_line_),
                    "an M52 count that ends where a stored series ends");
   must_stop_ = true;
-  return false;
+  return true;
 }
 
 void VisionSession::end_program(int line) {

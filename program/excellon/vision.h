@@ -40,8 +40,8 @@ class VisionSession {
                 DiagnosticLog& log);
 
   void select_tool(const Block& block, const NumberFormat& format);     // G34
-  /// True if the order is one for the machine rather than a setting of ours.
-  bool keyboard_order(const SourceLine& line, const NumberFormat& format);  // $uvis
+  /// The caller passes the order on as well: lamp, zoom and the like are the machine's too.
+  void keyboard_order(const SourceLine& line, const NumberFormat& format);  // $uvis
   void measure_target(const TargetPlace& target);                       // G35 G36 G45 G46
   std::optional<PositionEstimate<frame::Actual>> measure_hole(const TargetPlace& target);
   void cancel_base(int line);    // G37
@@ -78,8 +78,11 @@ class VisionSession {
   void report_gates(const SeriesResult& series);
   void activate(std::size_t i_series, int line);
   bool refuse_unfinished(int line, std::string_view command);
-  bool set_uvis(std::string_view key, std::string_view value, const SourceLine& line,
+  bool refuse_inside_stored(int line);
+  void set_uvis(std::string_view key, std::string_view value, const SourceLine& line,
                 const NumberFormat& format);
+  void check_order_for_machine(std::string_view key, std::string_view value,
+                               const SourceLine& line, const NumberFormat& format);
   template <class Number>
   bool read_number(std::string_view text, Number least, const SourceLine& line,
                    std::optional<Number>& out);

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/calibration_file.h"
+#include "panelcal/calib/camera_mapping.h"
+#include "panelcal/calib/gates.h"
+#include "panelcal/calib/spindle_camera.h"
+#include "panelcal/program/walk.h"
+#include "panelcal/vision/locate.h"
+#include "panelcal/vision/target.h"
+
+namespace panelcal {
+
+/// [sim]: the hidden truth of the virtual machine. Only machine/sim and `synth` read it.
+struct SimConfig {
+  std::uint64_t seed = 1;
+  // The panel on the table: actual = R(rotation) diag(1 + stretch) nominal + offset, about work zero.
+  Displacement<frame::Actual> panel_offset;
+  Angle panel_rotation;
+  double stretch_x_ppm = 0;
+  double stretch_y_ppm = 0;
+  // Every step-and-repeat instance on top of it: normal scatter of one standard deviation per axis,
+  // the rotation about the instance's own first target.
+  Length board_offset_sigma;
+  Angle board_rotation_sigma;
+  /// The real camera; what [camera] says is the calibration of it. Absent: the calibration is exact.
+  std::optional<CameraMapping::Parameters> camera;
+  /// The real offset; absent: as calibrated.
+  std::optional<Displacement<frame::Machine>> spindle_camera_offset;
+  int width_px = 640;  ///< as [camera] was calibrated for, if there is one
+  int height_px = 480;
+  double blur_px = 1.0;        ///< sigma of the lens, 0.3 or more
+  double noise = 0;            ///< sigma in grey levels of 255
+  double background = 0.3;     ///< 0 to 1 of full scale
+  double target_level = 0.7;   ///< of bright targets; dark ones are as much darker, down to black
+  double light_gradient = 0;   ///< relative change from the left to the right edge of the picture
+  double vignetting = 0;       ///< relative loss of light in the corners
+  double weave_amplitude = 0;  ///< of full scale
+  int neighbors = 0;           ///< other pads in each view
+};
+
+/// machine.toml as panelcal uses it. Unknown keys are errors that name the nearest known key.
+struct MachineConfig {
+  std::filesystem::path file;
+  std::string name;
+  WalkOptions walk;      ///< [vision] rotate, model; [gates]; [program] zeros
+  LocateOptions locate;  ///< [vision] scores; centre and radius are set for each picture
+  std::optional<Length> search_radius;  ///< [vision] search_radius_mm, around the expected place
+  std::map<int, Target> vision_tools;   ///< [[vision.tool]]
+  std::optional<CameraCalibration> camera;  ///< [camera] calibration, read from its own file
+  SpindleCameraOffset spindle_camera;       ///< [spindle]
+  std::optional<SimConfig> sim;             ///< [sim]
+};
+
+/// Larger files are refused unread.
+inline constexpr std::size_t kMaxConfigBytes = std::size_t{1} << 20;
+
+/// Reads and validates machine.toml and the calibration files it names (relative to itself).
+///
+/// Fails  file-unreadable; toml-syntax; config-key-unknown; config-value; not-supported (keys that
+///        are planned): each with line, column, the offending text and what was expected; what
+///        calibration_file reports
+/// See    tests/machine/machine_config_test.cc
+Expected<MachineConfig> read_machine_config(const std::filesystem::path& file);
+
+/// The same from text; `file` stands in the diagnostics, and calibration files are looked for
+/// beside it.
+Expected<MachineConfig> parse_machine_config(std::string_view text,
+                                             const std::filesystem::path& file);
+
+}  // namespace panelcal

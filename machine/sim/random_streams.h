@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "panelcal/calib/base/random.h"
+
+namespace panelcal::internal {
+
+/// What is drawn. The numbers are part of what a seed means; do not renumber.
+enum class RandomStream : std::uint64_t { Boards = 1, Noise = 2, Neighbors = 3 };
+
+/// The generator of one kind of thing at one measurement request, whatever was drawn before.
+inline Random random_of(std::uint64_t seed, RandomStream stream, std::int64_t seq) {
+  return Random(seed)
+      .fork(static_cast<std::uint64_t>(stream))
+      .fork(static_cast<std::uint64_t>(seq));
+}
+
+}  // namespace panelcal::internal

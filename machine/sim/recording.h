@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/sim/sim_machine.h"
+#include "panelcal/program/survey.h"
+#include "panelcal/program/walk.h"
+#include "panelcal/vision/picture_folder.h"
+
+namespace panelcal {
+
+/// What a recording run did.
+struct Recording {
+  Survey survey;
+  std::vector<PictureRow> rows;  ///< as images.csv has them
+};
+
+/// Surveys a program on the virtual machine and keeps every picture: `NNNN.png`, numbered by seq
+/// (`NNNN_2.png` and so on for further inspections), and images.csv with seq and tool.
+///
+/// x and y are where the optical axis stood according to the calibration: the commanded spindle
+/// place plus the calibrated spindle-camera offset, since that is all a real machine could record.
+/// With an exact calibration it is where the axis really stood.
+///
+/// images.csv is written last, and an old one removed first: a folder that has it is complete.
+/// Whatever the survey finds fault with goes into the log; the pictures are kept all the same.
+///
+/// In     folder: made if it does not exist
+/// Fails  device-write
+Expected<Recording> record_pictures(const Program& program,
+                                    const MachineConfig& config,
+                                    const SimMachine& machine,
+                                    const std::filesystem::path& folder,
+                                    DiagnosticLog& log);
+
+}  // namespace panelcal

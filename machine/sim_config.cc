@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/sim_config.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace panelcal::internal {
+namespace {
+
+constexpr std::array<std::string_view, 17> kSimKeys = {"background",
+                                                       "blur_px",
+                                                       "board_offset_sigma_um",
+                                                       "board_rotation_sigma_mrad",
+                                                       "camera",
+                                                       "light_gradient",
+                                                       "neighbors",
+                                                       "noise",
+                                                       "panel_offset_mm",
+                                                       "panel_rotation_mrad",
+                                                       "picture_px",
+                                                       "seed",
+                                                       "spindle_camera_offset_mm",
+                                                       "stretch_ppm",
+                                                       "target_level",
+                                                       "vignetting",
+                                                       "weave_amplitude"};
+constexpr std::array<std::string_view, 4> kCameraKeys = {
+    "axis_px", "k1_per_px2", "rotation_rad", "scale_mm_per_px"};
+
+constexpr int kMaxPictureSide_px = 10'000;
+constexpr Range kShare{0, 1};
+
+Expected<void> read_panel(const TomlTable& table, SimConfig& sim) {
+  const Range place{-kMaxPlace_mm, kMaxPlace_mm};
+  const Range ppm{-1e5, 1e5};
+  PANELCAL_TRY(const auto offset_mm, table.pair("panel_offset_mm", place));
+  if (offset_mm) sim.panel_offset = displacement_mm<frame::Actual>(*offset_mm);
+  PANELCAL_TRY(const double rotation_mrad,
+               table.number_or("panel_rotation_mrad", {-1e4, 1e4}, 0));
+  sim.panel_rotation = rad(rotation_mrad * 1e-3);
+  PANELCAL_TRY(const auto stretch_ppm, table.pair("stretch_ppm", ppm));
+  if (stretch_ppm) {
+    sim.stretch_x_ppm = stretch_ppm->x();
+    sim.stretch_y_ppm = stretch_ppm->y();
+  }
+  PANELCAL_TRY(const double offset_um, table.number_or("board_offset_sigma_um", {0, 1e5}, 0));
+  sim.board_offset_sigma = um(offset_um);
+  PANELCAL_TRY(const double sigma_mrad, table.number_or("board_rotation_sigma_mrad", {0, 1e3}, 0));
+  sim.board_rotation_sigma = rad(sigma_mrad * 1e-3);
+  PANELCAL_TRY(const auto spindle_mm, table.pair("spindle_camera_offset_mm", place));
+  if (spindle_mm) sim.spindle_camera_offset = displacement_mm<frame::Machine>(*spindle_mm);
+  return {};
+}
+
+Expected<void> read_picture_size(const TomlTable& table,
+                                 const std::optional<CameraCalibration>& camera,
+                                 SimConfig& sim) {
+  if (camera) {
+    sim.width_px = camera->picture_width_px;
+    sim.height_px = camera->picture_height_px;
+  }
+  PANELCAL_TRY(const auto size, table.pair("picture_px", {16, kMaxPictureSide_px}));
+  if (!size) return {};
+  const auto is_whole = [](double v) { return v == std::floor(v); };
+  if (!is_whole(size->x()) || !is_whole(size->y())) {
+    return failure(table.problem("picture_px", "whole pixels"));
+  }
+  const Eigen::Vector2d calibrated(sim.width_px, sim.height_px);
+  if (camera && *size != calibrated) {
+    return failure(table.problem(
+        "picture_px",
+        fmt::format("[{}, {}], for which [camera] is calibrated", sim.width_px, sim.height_px)));
+  }
+  sim.width_px = static_cast<int>(size->x());
+  sim.height_px = static_cast<int>(size->y());
+  return {};
+}
+
+Expected<void> read_light(const TomlTable& table, SimConfig& sim) {
+  // Below 0.3 px the renderer's quadrature would need far more nodes; no lens is that sharp.
+  PANELCAL_TRY(sim.blur_px, table.number_or("blur_px", {0.3, 20}, sim.blur_px));
+  PANELCAL_TRY(sim.noise, table.number_or("noise", {0, 255}, sim.noise));
+  PANELCAL_TRY(sim.background, table.number_or("background", kShare, sim.background));
+  PANELCAL_TRY(sim.target_level, table.number_or("target_level", kShare, sim.target_level));
+  PANELCAL_TRY(sim.light_gradient, table.number_or("light_gradient", {-1, 1}, sim.light_gradient));
+  PANELCAL_TRY(sim.vignetting, table.number_or("vignetting", kShare, sim.vignetting));
+  PANELCAL_TRY(sim.weave_amplitude,
+               table.number_or("weave_amplitude", kShare, sim.weave_amplitude));
+  PANELCAL_TRY(const auto neighbors, table.integer("neighbors", 0, 100));
+  sim.neighbors = static_cast<int>(neighbors.value_or(0));
+  if (sim.target_level <= sim.background) {
+    return failure(table.has("target_level")
+                       ? table.problem("target_level",
+                                       fmt::format("more than background = {}", sim.background))
+                       : table.problem("background",
+                                       fmt::format("less than target_level = {}",
+                                                   sim.target_level)));
+  }
+  return {};
+}
+
+/// The real camera: what is left out is as calibrated.
+Expected<void> read_camera(const TomlTable& table,
+                           const std::optional<CameraCalibration>& calibrated,
+                           SimConfig& sim) {
+  PANELCAL_TRY(const auto camera, table.table("camera", "[sim.camera]", {kCameraKeys, {}}));
+  if (!camera) return {};
+  if (!calibrated) {
+    return failure(table.missing("[camera] to compare [sim.camera] with", "[camera] calibration"));
+  }
+  CameraMapping::Parameters real = calibrated->parameters;
+  PANELCAL_TRY(real.scale_mm_per_px,
+               camera->number_or("scale_mm_per_px", {0, 100, true}, real.scale_mm_per_px));
+  PANELCAL_TRY(real.rotation_rad, camera->number_or("rotation_rad", {-10, 10}, real.rotation_rad));
+  PANELCAL_TRY(real.k1_per_px2, camera->number_or("k1_per_px2", {-1, 1}, real.k1_per_px2));
+  PANELCAL_TRY(const auto axis_px, camera->pair("axis_px", {-1e5, 1e5}));
+  if (axis_px) real.axis_px = *axis_px;
+  for (const double x_px : {-0.5, sim.width_px - 0.5}) {
+    for (const double y_px : {-0.5, sim.height_px - 0.5}) {
+      const double r2 = (Eigen::Vector2d(x_px, y_px) - real.axis_px).squaredNorm();
+      if (1 + 3 * real.k1_per_px2 * r2 > 0) continue;
+      return failure(table.problem("camera",
+                                   "1 + 3 k1 r^2 above 0 everywhere in the picture",
+                                   "the lens model folds over inside the picture"));
+    }
+  }
+  sim.camera = real;
+  return {};
+}
+
+}  // namespace
+
+Expected<std::optional<SimConfig>> read_sim_config(
+    const TomlTable& top, const std::optional<CameraCalibration>& camera) {
+  PANELCAL_TRY(const auto table, top.table("sim", "[sim]", {kSimKeys, {}}));
+  if (!table) return std::nullopt;
+  SimConfig sim;
+  PANELCAL_TRY(const auto seed,
+               table->integer("seed", 0, std::numeric_limits<std::int64_t>::max()));
+  if (seed) sim.seed = static_cast<std::uint64_t>(*seed);
+  PANELCAL_CHECK(read_panel(*table, sim));
+  PANELCAL_CHECK(read_picture_size(*table, camera, sim));
+  PANELCAL_CHECK(read_light(*table, sim));
+  PANELCAL_CHECK(read_camera(*table, camera, sim));
+  return sim;
+}
+
+}  // namespace panelcal::internal

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "panelcal/program/writers/text_writer.h"
+
+namespace panelcal {
+
+/// Operations as CSV (RFC 4180) with a header row; the columns carry the names of the JSON keys.
+/// A path is written with dots, outermost index first: 0.2.
+class CsvWriter final : public TextWriter {
+ public:
+  using TextWriter::TextWriter;
+  void begin(const ProgramInfo& info) override;
+  void put(const Operation& operation) override;
+};
+
+}  // namespace panelcal

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/calib/base/diagnostic.h"
+
+#include <array>
+#include <set>
+
+#include <gmock/gmock.h>
+
+#include "panelcal/calib/base/byte_sink.h"
+#include "panelcal/calib/base/expected.h"
+
+namespace panelcal {
+namespace {
+
+Diagnostic problem(Place place) {
+  return {Code::Usage, std::move(place), "no such option \"--frce\"", "\"--force\""};
+}
+
+TEST(Diagnostic, ReadsLikeACompilers) {
+  EXPECT_EQ(problem({"a.drl", 12, 5}).text(),
+            "a.drl:12:5: error[usage]: no such option \"--frce\", expected \"--force\"");
+  EXPECT_EQ(problem({"a.drl", 12, 0}).text(),
+            "a.drl:12: error[usage]: no such option \"--frce\", expected \"--force\"");
+  EXPECT_EQ(problem({"a.drl", 0, 5}).text(),
+            "a.drl: error[usage]: no such option \"--frce\", expected \"--force\"");
+  EXPECT_EQ(problem({}).text(), "error[usage]: no such option \"--frce\", expected \"--force\"");
+  const Diagnostic bare = {Code::Internal, {"x", 1, 1}, "broken", ""};
+  EXPECT_EQ(bare.text(), "x:1:1: error[internal]: broken");
+}
+
+TEST(DiagnosticCatalogue, IsInTheOrderOfItsCodesWithoutDuplicates) {
+  std::set<std::string_view> slugs;
+  const auto catalogue = diagnostic_catalogue();
+  for (std::size_t i = 0; i < catalogue.size(); ++i) {
+    const CodeInfo& row = catalogue[i];
+    EXPECT_EQ(static_cast<std::size_t>(row.code), i);
+    EXPECT_EQ(&info(row.code), &row);
+    EXPECT_TRUE(slugs.insert(row.slug).second) << row.slug;
+  }
+}
+
+TEST(DiagnosticCatalogue, IsWellWritten) {
+  for (const CodeInfo& row : diagnostic_catalogue()) {
+    EXPECT_THAT(row.slug, testing::Not(testing::IsEmpty()));
+    EXPECT_EQ(row.slug.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-"),
+              std::string_view::npos)
+        << row.slug;
+    for (const std::string_view sentence : {row.summary, row.advice}) {
+      EXPECT_THAT(sentence, testing::EndsWith(".")) << row.slug;
+    }
+  }
+}
+
+TEST(DiagnosticLog, KeepsTheFirstAndCountsTheRest) {
+  DiagnosticLog log;
+  EXPECT_FALSE(log.has_errors());
+  constexpr int kAdded = 1000;
+  for (int i = 1; i <= kAdded; ++i) log.add(problem({"a", i, 0}));
+  EXPECT_EQ(log.kept().size(), DiagnosticLog::kKept);
+  EXPECT_EQ(log.kept().front().place.line, 1);
+  EXPECT_EQ(log.kept().back().place.line, static_cast<int>(DiagnosticLog::kKept));
+  EXPECT_EQ(log.n_errors(), 1000U);
+  EXPECT_EQ(log.n_warnings(), 0U);
+  EXPECT_EQ(log.n_dropped(), 800U);
+  EXPECT_TRUE(log.has_errors());
+}
+
+TEST(DiagnosticLog, WarningsAreNoErrors) {
+  for (const CodeInfo& row : diagnostic_catalogue()) {
+    DiagnosticLog log;
+    log.add({row.code, {}, "", ""});
+    EXPECT_EQ(log.has_errors(), row.severity == Severity::Error) << row.slug;
+    EXPECT_EQ(log.n_warnings(), row.severity == Severity::Warning ? 1U : 0U) << row.slug;
+  }
+}
+
+TEST(NearestWord, FindsWhatWasMeant) {
+  constexpr std::array<std::string_view, 4> kKnown = {"rotate", "radius", "model", "x"};
+  EXPECT_EQ(nearest_word("rotat", kKnown), "rotate");
+  EXPECT_EQ(nearest_word("raduis", kKnown), "radius");
+  EXPECT_EQ(nearest_word("Model", kKnown), "model");
+  EXPECT_EQ(nearest_word("rotate", kKnown), "rotate");
+  EXPECT_EQ(nearest_word("y", kKnown), "x");
+}
+
+TEST(NearestWord, IsSilentWhenNothingIsNear) {
+  constexpr std::array<std::string_view, 2> kKnown = {"rotate", "radius"};
+  EXPECT_EQ(nearest_word("colour", kKnown), "");
+  EXPECT_EQ(nearest_word("", kKnown), "");
+  EXPECT_EQ(nearest_word("rotate", {}), "");
+}
+
+TEST(Quoted, ShowsOnlyPrintableAscii) {
+  EXPECT_EQ(quoted("G36X1"), "\"G36X1\"");
+  EXPECT_EQ(quoted(std::string_view("\0\t\x7f\xc3\xa4", 5)), R"("\x00\x09\x7f\xc3\xa4")");
+  EXPECT_EQ(quoted(""), "\"\"");
+}
+
+TEST(Quoted, CutsLongText) {
+  EXPECT_EQ(quoted("abcdef", 3), "\"abc...\"");
+  EXPECT_EQ(quoted("abc", 3), "\"abc\"");
+  EXPECT_EQ(quoted(std::string(1000000, 'x')).size(), 65U);
+}
+
+Expected<int> half_of(int n) {
+  if (n % 2 != 0) return failure(problem({"n", n, 0}));
+  return n / 2;
+}
+
+Expected<void> must_be_even(int n) {
+  PANELCAL_TRY(const int half, half_of(n));
+  static_cast<void>(half);
+  return {};
+}
+
+Expected<int> quarter_of(int n) {
+  PANELCAL_CHECK(must_be_even(n));
+  PANELCAL_TRY(const int half, half_of(n));
+  PANELCAL_TRY(const int quarter, half_of(half));
+  return quarter;
+}
+
+TEST(Expected, PassesTheFirstFailureOn) {
+  EXPECT_EQ(quarter_of(12).value(), 3);
+  EXPECT_EQ(quarter_of(6).error().place.line, 3);
+  EXPECT_EQ(quarter_of(5).error().place.line, 5);
+}
+
+TEST(StringSink, CollectsBytes) {
+  StringSink sink;
+  EXPECT_TRUE(sink.write("ab"));
+  EXPECT_TRUE(sink.write(std::string_view("\0c", 2)));
+  EXPECT_EQ(sink.text(), std::string("ab\0c", 4));
+}
+
+}  // namespace
+}  // namespace panelcal

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/program/tally.h"
+#include "panelcal/program/walk.h"
+
+int main() {
+  panelcal::DiagnosticLog log;
+  const auto job = panelcal::load_program(
+      {"job", "M48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX1.0Y2.0\nR3X1.0\nM30\n"}, log);
+  panelcal::NominalSource source;
+  const auto survey = panelcal::survey(job, {}, source, log);
+  panelcal::Tally tally;
+  panelcal::execute(job, {}, survey, tally, log);
+  std::printf("%d holes\n", static_cast<int>(tally.n_holes()));
+  return tally.n_holes() == 4 && !log.has_errors() &&
+                 !panelcal::read_machine_config("no-such-file.toml")
+             ? 0
+             : 1;
+}

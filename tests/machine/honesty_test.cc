@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// Is the predicted uncertainty the real one, from the pixel to the hole? Rendered pictures, located
+// targets, two levels of fits; errors against truth, normalised by the predicted covariance.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "panelcal/machine/sim/sim_machine.h"
+#include "tests/machine/virtual_machine.h"
+
+namespace panelcal {
+namespace {
+
+constexpr int kSeeds = 200;
+/// What the mean normalised squared error per degree of freedom may differ from 1. For the holes,
+/// whose errors within a seed are one draw of some twelve numbers, chance alone makes 0.03.
+constexpr double kTolerance = 0.1;
+
+/// Three panel fiducials, then two boards of three, each with ten holes.
+constexpr std::string_view kProgram = R"(M48
+METRIC,TZ
+FMAT,2
+VER,1
+T1C0.8
+%
+G90
+G34,1
+G36X5.0Y5.0
+G36X115.0Y5.0
+G36X5.0Y75.0
+G34,2
+M50,1
+M25
+G46X10.0Y10.0
+G46X50.0Y10.0
+G46X50.0Y70.0
+M01
+R1M02X55.0
+M02
+M08
+T1
+M51,1
+M25
+M52,3
+X12.0Y12.0
+X30.0Y12.0
+X48.0Y12.0
+X12.0Y40.0
+X30.0Y40.0
+X48.0Y40.0
+X12.0Y68.0
+X30.0Y68.0
+X48.0Y68.0
+X40.0Y55.0
+M01
+R1M02X55.0
+M02
+M08
+M30
+)";
+
+std::string config_text(int seed) {
+  return fmt::format(R"(
+[vision]
+rotate = 3
+search_radius_mm = 0.9
+[[vision.tool]]
+number = 1
+shape = "disc"
+size_mm = 1.0
+[[vision.tool]]
+number = 2
+shape = "disc"
+size_mm = 0.7
+[camera]
+calibration = "camera.cal.json"
+[spindle]
+camera_offset_mm = [45.0, -3.0]
+[sim]
+seed = {}
+panel_offset_mm = [0.4, -0.25]
+panel_rotation_mrad = 2.0
+stretch_ppm = [200, -120]
+board_offset_sigma_um = 60
+board_rotation_sigma_mrad = 0.4
+noise = 3
+light_gradient = 0.05
+vignetting = 0.05
+)",
+                     seed);
+}
+
+double normalized_squared_error(const Eigen::Vector2d& error, const Eigen::Matrix2d& cov) {
+  return error.dot(cov.llt().solve(error));
+}
+
+/// Sums over seeds.
+struct Honesty {
+  double fiducials = 0;  ///< of squared normalised errors
+  double holes = 0;
+  int n_fiducials = 0;
+  int n_holes = 0;
+  double worst_hole_um = 0;
+};
+
+void add_seed(const Program& program, const MachineConfig& config, Honesty& sums) {
+  auto machine = SimMachine::create(config, program);
+  ASSERT_TRUE(machine) << machine.error().text();
+  DiagnosticLog log;
+  const Survey survey = panelcal::survey(program, config.walk, *machine, log);
+  ASSERT_FALSE(log.has_errors()) << test::all_text(log);
+  ASSERT_EQ(survey.measurements.size(), machine->truth().targets.size());
+  for (std::size_t i = 0; i < survey.measurements.size(); ++i) {
+    const auto& measured = survey.measurements[i].measured;
+    const Eigen::Vector2d error_mm =
+        (measured.position - machine->truth().targets[i].actual).in_mm();
+    sums.fiducials += normalized_squared_error(error_mm, measured.cov);
+    ++sums.n_fiducials;
+  }
+  test::HoleSink sink;
+  execute(program, config.walk, survey, sink, log);
+  ASSERT_FALSE(log.has_errors()) << test::all_text(log);
+  for (const test::Hole& hole : sink.holes()) {
+    const auto actual = machine->truth().actual_from_nominal(hole.path)(hole.drill.nominal);
+    const Eigen::Vector2d error_mm = (hole.drill.corrected - actual).in_mm();
+    sums.holes += normalized_squared_error(error_mm, hole.drill.cov_mm2);
+    ++sums.n_holes;
+    sums.worst_hole_um = std::max(sums.worst_hole_um, error_mm.norm() * 1e3);
+  }
+}
+
+TEST(Honesty, PredictedCovarianceOfFiducialsAndHolesIsTheRealOne) {
+  const test::TemporaryFolder folder;
+  const auto program = test::program_of(std::string(kProgram));
+  Honesty sums;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const auto config = test::config_with_camera(
+        folder.path(), test::test_camera(320, 320), config_text(seed));
+    ASSERT_TRUE(config) << config.error().text();
+    ASSERT_NO_FATAL_FAILURE(add_seed(*program, *config, sums));
+  }
+  ASSERT_EQ(sums.n_fiducials, 9 * kSeeds);
+  ASSERT_EQ(sums.n_holes, 20 * kSeeds);
+  const double fiducials = sums.fiducials / (2.0 * sums.n_fiducials);
+  const double holes = sums.holes / (2.0 * sums.n_holes);
+  RecordProperty("fiducials", std::to_string(fiducials));
+  RecordProperty("holes", std::to_string(holes));
+  RecordProperty("worst_hole_um", std::to_string(sums.worst_hole_um));
+  EXPECT_NEAR(fiducials, 1, kTolerance);
+  EXPECT_NEAR(holes, 1, kTolerance);
+}
+
+}  // namespace
+}  // namespace panelcal

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/measurement_file_source.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "panelcal/calib/base/random.h"
+#include "tests/machine/virtual_machine.h"
+#include "tests/support/matchers.h"
+
+namespace panelcal {
+namespace {
+
+using test::FailsWith;
+
+constexpr std::string_view kFound =
+    R"({"seq":0,"line":7,"command":"G46","tool":2,"nominal":[1.5,2],"expected":[1.6,2.1],"path":[0,1],)"
+    R"("measured":[1.61,2.12],"cov":[1e-06,0,1e-06],"score":0.98,"image":"a.png","status":"found"})";
+
+/// kFound with one piece replaced.
+std::string with(std::string_view piece, std::string_view other) {
+  std::string text(kFound);
+  const auto at = text.find(piece);
+  EXPECT_NE(at, std::string::npos) << piece;
+  return text.replace(at, piece.size(), other);
+}
+
+std::string refusal(std::string_view text) {
+  const auto recorded = parse_measurements(text, "m.jsonl");
+  return recorded ? "accepted" : recorded.error().text();
+}
+
+std::uint64_t bits(double v) {
+  return std::bit_cast<std::uint64_t>(v);
+}
+
+/// Numbers with all bits in use, far apart in size.
+double any_number(Random& random) {
+  return random.normal() * std::exp2(std::round(random.uniform(-200, 200)));
+}
+
+Measurement any_measurement(Random& random, std::int64_t seq) {
+  Measurement m;
+  m.request.seq = seq;
+  m.request.line = 12;
+  m.request.command = "G36";
+  m.request.settings.tools = {3};
+  m.request.nominal = position_mm<frame::Nominal>(any_number(random), -0.0);
+  m.request.expected = position_mm<frame::Actual>(any_number(random), any_number(random));
+  m.request.path = {0, 4};
+  m.status = MeasurementStatus::Found;
+  m.measured.position = position_mm<frame::Actual>(any_number(random), any_number(random));
+  const double sx = std::abs(any_number(random));
+  const double sy = std::abs(any_number(random));
+  const double xy = random.uniform(-0.99, 0.99) * sx * sy;
+  m.measured.cov << sx * sx, xy, xy, sy * sy;
+  m.score = random.uniform();
+  m.image = "pict\xc3\xbcre \"1\".png";
+  return m;
+}
+
+TEST(MeasurementFile, RoundTripsToTheBit) {
+  Random random(1);
+  for (int i = 0; i < 200; ++i) {
+    const Measurement written = any_measurement(random, i);
+    const auto read = parse_measurements(to_json(written) + "\n", "m.jsonl");
+    ASSERT_TRUE(read) << read.error().text();
+    ASSERT_EQ(read->measurements.size(), 1u);
+    const Measurement& m = read->measurements[0].measurement;
+    EXPECT_EQ(to_json(m), to_json(written));
+    for (int k = 0; k < 2; ++k) {
+      EXPECT_EQ(bits(m.request.nominal.in_mm()[k]), bits(written.request.nominal.in_mm()[k]));
+      EXPECT_EQ(bits(m.measured.position.in_mm()[k]), bits(written.measured.position.in_mm()[k]));
+    }
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_EQ(bits(m.measured.cov(k)), bits(written.measured.cov(k)));
+    }
+  }
+}
+
+TEST(MeasurementFile, RoundTripsEveryOptionalKey) {
+  Measurement written;
+  written.request.command = "G38";
+  written.request.settings.tools = {1, 2, 3, 4};
+  written.request.settings.delta = mm(2.5);
+  written.request.settings.inspections = 3;
+  written.request.settings.search = false;
+  written.request.settings.search_area = 0.25;
+  written.request.settings.lamp = 30;
+  written.request.settings.zoom = 7;
+  written.request.settings.algorithm = 1;
+  written.status = MeasurementStatus::Ambiguous;
+  written.reason = "two discs\tof 1.0 mm";
+  const auto read = parse_measurements(to_json(written), "m.jsonl");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(to_json(read->measurements[0].measurement), to_json(written));
+}
+
+TEST(MeasurementFile, SkipsBlankLinesAndCountsThem) {
+  const auto read = parse_measurements("\n  \r\n" + std::string(kFound) + "\r\n\n", "m.jsonl");
+  ASSERT_TRUE(read) << read.error().text();
+  ASSERT_EQ(read->measurements.size(), 1u);
+  EXPECT_EQ(read->measurements[0].line, 3);
+}
+
+TEST(MeasurementFile, RefusesWhatIsNotAMeasurement) {
+  EXPECT_EQ(refusal("\n{\"seq\":0,}"), "");
+  EXPECT_EQ(refusal(with("\"score\"", "\"scoer\"")), "");
+  EXPECT_EQ(refusal(with("\"seq\":0,", "")), "");
+  EXPECT_EQ(refusal(with("\"expected\":[1.6,2.1],", "")), "");
+  EXPECT_EQ(refusal(with("\"seq\":0", "\"seq\":-1")), "");
+  EXPECT_EQ(refusal(with("\"seq\":0", "\"seq\":0.5")), "");
+  EXPECT_EQ(refusal(with("[1.5,2]", "[1.5]")), "");
+  EXPECT_EQ(refusal(with("[1.5,2]", "[1e999,2]")), "");
+  EXPECT_EQ(refusal(with("[0,1]", "[0,-1]")), "");
+  EXPECT_EQ(refusal(with("\"found\"", "\"lost\"")), "");
+  EXPECT_EQ(refusal(with("\"tool\":2", "\"tool\":2,\"tools\":[1,2]")), "");
+  EXPECT_EQ(refusal(std::string(kFound) + "\n" + std::string(kFound)), "");
+}
+
+TEST(MeasurementFile, MeasuredStandsThereIfAndOnlyIfFound) {
+  EXPECT_EQ(refusal(with("\"measured\":[1.61,2.12],", "")), "");
+  EXPECT_EQ(refusal(with("\"cov\":[1e-06,0,1e-06],", "")), "");
+  EXPECT_EQ(refusal(with("\"found\"", "\"not_found\"")), "");
+  EXPECT_EQ(refusal(with(R"("measured":[1.61,2.12],"cov":[1e-06,0,1e-06],"score":0.98,)"
+                         R"("image":"a.png","status":"found")",
+                         R"("status":"rejected","reason":"too small")")),
+            "accepted");
+}
+
+TEST(MeasurementFile, RefusesCovariancesThatAreNone) {
+  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[0,0,1e-06]")), "");
+  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[1e-06,1e-06,1e-06]")), "");
+  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[1e-06,0,-1e-06]")), "");
+  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[1e-300,0,1e-300]")), "accepted");
+}
+
+TEST(MeasurementFile, RefusesLongLines) {
+  EXPECT_EQ(refusal(std::string(100'000, ' ') + "x"), "");
+}
+
+MeasurementRequest request_of(std::string_view line) {
+  return parse_measurements(line, "m.jsonl")->measurements[0].measurement.request;
+}
+
+TEST(MeasurementFileSource, AnswersWithTheProgramsRequest) {
+  MeasurementFileSource source(*parse_measurements(kFound, "m.jsonl"));
+  MeasurementRequest request = request_of(kFound);
+  request.work_zero = position_mm<frame::Machine>(100, 200);
+  const auto measurement = source.measure(request);
+  ASSERT_TRUE(measurement) << measurement.error().text();
+  EXPECT_EQ(measurement->request.work_zero, request.work_zero);
+  EXPECT_EQ(measurement->measured.position.in_mm(), Eigen::Vector2d(1.61, 2.12));
+  EXPECT_EQ(measurement->score, 0.98);
+  EXPECT_EQ(measurement->image, "a.png");
+}
+
+TEST(MeasurementFileSource, ForgivesThePrintingOfNominalsOnly) {
+  MeasurementFileSource source(*parse_measurements(kFound, "m.jsonl"));
+  MeasurementRequest request = request_of(kFound);
+  request.nominal = position_mm<frame::Nominal>(1.5 + 0.9e-6, 2);
+  EXPECT_TRUE(source.measure(request));
+  request.nominal = position_mm<frame::Nominal>(1.5 + 1.1e-6, 2);
+  EXPECT_FALSE(source.measure(request));
+}
+
+TEST(MeasurementFileSource, RefusesAnotherProgramsMeasurements) {
+  const auto refusal_of = [](std::string_view recorded) {
+    MeasurementFileSource source(*parse_measurements("\n" + std::string(recorded), "m.jsonl"));
+    const auto measurement = source.measure(request_of(kFound));
+    return measurement ? "accepted" : measurement.error().text();
+  };
+  EXPECT_EQ(refusal_of(kFound), "accepted");
+  EXPECT_EQ(refusal_of(with("\"seq\":0", "\"seq\":1")), "");
+  EXPECT_EQ(refusal_of(with("\"line\":7", "\"line\":8")), "");
+  EXPECT_EQ(refusal_of(with("G46", "G36")), "");
+  EXPECT_EQ(refusal_of(with("\"tool\":2", "\"tool\":1")), "");
+  EXPECT_EQ(refusal_of(with("[0,1]", "[0,2]")), "");
+  EXPECT_EQ(refusal_of(with("[1.5,2]", "[1.5,2.001]")), "");
+}
+
+TEST(MeasurementFileSource, NoticesMeasurementsThatNobodyAskedFor) {
+  MeasurementFileSource source(*parse_measurements(kFound, "m.jsonl"));
+  ASSERT_FALSE(source.check_all_used());
+  EXPECT_EQ(source.check_all_used().error().text(), "");
+  ASSERT_TRUE(source.measure(request_of(kFound)));
+  EXPECT_TRUE(source.check_all_used());
+}
+
+}  // namespace
+}  // namespace panelcal

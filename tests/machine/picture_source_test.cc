@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/picture_source.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "panelcal/machine/sim/recording.h"
+#include "panelcal/machine/sim/sim_machine.h"
+#include "panelcal/vision/image_io.h"
+#include "tests/machine/small_panel.h"
+#include "tests/support/matchers.h"
+
+namespace panelcal {
+namespace {
+
+using test::FailsWith;
+using test::IsNearMatrix;
+using test::IsNearPosition;
+
+/// PNG keeps every grey level and images.csv every bit, so only rounding is left.
+constexpr Length kSame = mm(1e-9);
+
+/// A recorded run: the pictures in a folder and what was measured while they were taken.
+class PictureSourceTest : public ::testing::Test {
+ protected:
+  void record(std::string_view program_text, std::string_view sim = "neighbors = 2\n") {
+    config_ = test::small_config(folder_.path(), sim);
+    program_ = test::program_of(std::string(program_text));
+    auto machine = SimMachine::create(config_, *program_);
+    ASSERT_TRUE(machine) << machine.error().text();
+    DiagnosticLog log;
+    auto recording = record_pictures(*program_, config_, *machine, pictures(), log);
+    ASSERT_TRUE(recording) << recording.error().text();
+    ASSERT_FALSE(log.has_errors()) << test::all_text(log);
+    recording_ = *std::move(recording);
+  }
+  void SetUp() override { record(test::kSmallProgram); }
+
+  std::filesystem::path pictures() const { return folder_.path() / "pictures"; }
+  PictureFolder read_folder() const {
+    auto folder = read_picture_folder(pictures());
+    EXPECT_TRUE(folder) << folder.error().text();
+    return *std::move(folder);
+  }
+  Expected<Measurement> measure(PictureFolder folder, const MeasurementRequest& request) const {
+    auto source = PictureSource::create(config_, std::move(folder));
+    EXPECT_TRUE(source) << source.error().text();
+    return source->measure(request);
+  }
+  void expect_same_survey(PictureFolder folder) const {
+    auto source = PictureSource::create(config_, std::move(folder));
+    ASSERT_TRUE(source) << source.error().text();
+    DiagnosticLog log;
+    const Survey survey = panelcal::survey(*program_, config_.walk, *source, log);
+    ASSERT_FALSE(log.has_errors()) << test::all_text(log);
+    ASSERT_EQ(survey.measurements.size(), recording_.survey.measurements.size());
+    for (std::size_t i = 0; i < survey.measurements.size(); ++i) {
+      const Measurement& read = survey.measurements[i];
+      const Measurement& recorded = recording_.survey.measurements[i];
+      EXPECT_THAT(read.measured.position, IsNearPosition(recorded.measured.position, kSame));
+      EXPECT_THAT(read.measured.cov, IsNearMatrix(recorded.measured.cov, 1e-12));
+      EXPECT_EQ(read.image, recorded.image);
+    }
+  }
+
+  test::TemporaryFolder folder_;
+  MachineConfig config_;
+  std::unique_ptr<const Program> program_;
+  Recording recording_;
+};
+
+TEST_F(PictureSourceTest, RecordedPicturesGiveTheRecordedMeasurements) {
+  const PictureFolder folder = read_folder();
+  ASSERT_EQ(folder.rows.size(), 7u);
+  EXPECT_EQ(folder.rows[6].file, "0006.png");
+  EXPECT_EQ(folder.rows[6].seq, 6);
+  EXPECT_EQ(folder.rows[6].tool, 2);
+  expect_same_survey(folder);
+}
+
+TEST_F(PictureSourceTest, WithoutSeqTheNearestPictureIsTaken) {
+  PictureFolder folder = read_folder();
+  for (PictureRow& row : folder.rows) {
+    row.seq.reset();
+    row.tool.reset();
+  }
+  std::ranges::reverse(folder.rows);
+  expect_same_survey(folder);
+}
+
+TEST_F(PictureSourceTest, NearestPictureIsOfTheRightVisionTool) {
+  PictureFolder folder = read_folder();
+  for (PictureRow& row : folder.rows) row.seq.reset();
+  const std::vector<PictureRow> right = folder.rows;
+  for (PictureRow row : right) {
+    row.tool = 99;
+    folder.rows.insert(folder.rows.begin(), row);
+  }
+  expect_same_survey(folder);
+}
+
+TEST_F(PictureSourceTest, RecordedInspectionsAreAveraged) {
+  record(test::small_program_with("$uvis,insp,2"));
+  PictureFolder folder = read_folder();
+  ASSERT_EQ(folder.rows.size(), 14u);
+  EXPECT_EQ(folder.rows[1].file, "0000_2.png");
+  EXPECT_EQ(folder.rows[1].seq, 0);
+  expect_same_survey(folder);
+}
+
+TEST_F(PictureSourceTest, FewerInspectionsThanAskedForWillDo) {
+  MeasurementRequest request = recording_.survey.measurements[0].request;
+  request.settings.inspections = 3;
+  const auto measurement = measure(read_folder(), request);
+  ASSERT_TRUE(measurement) << measurement.error().text();
+  EXPECT_EQ(measurement->measured.cov, recording_.survey.measurements[0].measured.cov);
+}
+
+TEST_F(PictureSourceTest, SaysWhichPictureIsMissing) {
+  MeasurementRequest request = recording_.survey.measurements[3].request;
+  request.seq = 12;
+  EXPECT_THAT(measure(read_folder(), request),
+              FailsWith(Code::PictureMissing, "no picture has seq 12, expected a picture of G46 "
+                                              "target 12 (line 16)"));
+  PictureFolder folder = read_folder();
+  for (PictureRow& row : folder.rows) row.seq.reset();
+  request.expected = position_mm<frame::Actual>(12, 10);
+  EXPECT_THAT(measure(folder, request),
+              FailsWith(Code::PictureMissing, "no picture shows G46 target 12 (line 16); the "
+                                              "nearest, \"0003.png\", is"));
+  EXPECT_THAT(measure({}, request), FailsWith(Code::PictureMissing, "no picture shows"));
+}
+
+TEST_F(PictureSourceTest, PictureOfAnotherPlaceIsRefused) {
+  MeasurementRequest request = recording_.survey.measurements[0].request;
+  request.expected = position_mm<frame::Actual>(8, 5);
+  EXPECT_THAT(measure(read_folder(), request),
+              FailsWith(Code::PictureMissing, "0000.png: error[picture-missing]: picture "
+                                              "\"0000.png\" was taken at (105.0000, 55.0000) mm "
+                                              "and does not show G36 target 0 (line 9)"));
+}
+
+TEST_F(PictureSourceTest, PictureForAnotherVisionToolIsRefused) {
+  PictureFolder folder = read_folder();
+  folder.rows[0].tool = 2;
+  EXPECT_THAT(measure(folder, recording_.survey.measurements[0].request),
+              FailsWith(Code::PictureMismatch, "images.csv:2:1: error[picture-mismatch]: the "
+                                               "picture of G36 target 0 (line 9) is for vision "
+                                               "tool 2, expected vision tool 1"));
+}
+
+TEST_F(PictureSourceTest, PictureOfAnotherCameraIsRefused) {
+  ASSERT_TRUE(write_png(pictures() / "0000.png", Image(100, 80, Image::kFullScale8, 50)));
+  EXPECT_THAT(
+      measure(read_folder(), recording_.survey.measurements[0].request),
+      FailsWith(Code::PictureMismatch, "has 100 x 80 px, expected 280 x 240 px"));
+}
+
+TEST_F(PictureSourceTest, EmptyPictureIsAnAnswer) {
+  ASSERT_TRUE(write_png(pictures() / "0000.png", Image(280, 240, Image::kFullScale8, 50)));
+  const auto measurement = measure(read_folder(), recording_.survey.measurements[0].request);
+  ASSERT_TRUE(measurement) << measurement.error().text();
+  EXPECT_EQ(measurement->status, MeasurementStatus::NotFound);
+  EXPECT_EQ(measurement->image, "0000.png");
+}
+
+TEST_F(PictureSourceTest, OnePictureWithoutTheTargetDecides) {
+  record(test::small_program_with("$uvis,insp,2"));
+  ASSERT_TRUE(write_png(pictures() / "0000_2.png", Image(280, 240, Image::kFullScale8, 50)));
+  const auto measurement = measure(read_folder(), recording_.survey.measurements[0].request);
+  ASSERT_TRUE(measurement) << measurement.error().text();
+  EXPECT_EQ(measurement->status, MeasurementStatus::NotFound);
+  EXPECT_EQ(measurement->image, "0000_2.png");
+  EXPECT_EQ(measurement->reason.rfind("2 of 2 pictures: ", 0), 0u) << measurement->reason;
+}
+
+TEST_F(PictureSourceTest, UnreadablePictureIsAnError) {
+  std::filesystem::remove(pictures() / "0000.png");
+  EXPECT_THAT(measure(read_folder(), recording_.survey.measurements[0].request),
+              FailsWith(Code::FileUnreadable, "0000.png"));
+}
+
+TEST_F(PictureSourceTest, RefusesWhatCannotBeMeasured) {
+  MeasurementRequest request = recording_.survey.measurements[0].request;
+  request.settings.tools = {5};
+  EXPECT_THAT(measure({}, request),
+              FailsWith(Code::VisionToolUndefined, "asks for vision tool 5"));
+  request.settings.tools = {1};
+  request.settings.delta = mm(2);
+  EXPECT_THAT(measure({}, request), FailsWith(Code::NotSupported, "four views"));
+  MachineConfig blind = config_;
+  blind.camera.reset();
+  EXPECT_THAT(PictureSource::create(blind, {}), FailsWith(Code::ConfigValue, "no [camera]"));
+}
+
+TEST_F(PictureSourceTest, ObserverSeesEveryPicture) {
+  std::vector<std::int64_t> seen;
+  auto source = PictureSource::create(
+      config_,
+      read_folder(),
+      [&](const MeasurementRequest& request, const Image& image, const Detection& detection) {
+        seen.push_back(request.seq);
+        EXPECT_EQ(image.height(), 240);
+        EXPECT_TRUE(detection.best);
+      });
+  ASSERT_TRUE(source) << source.error().text();
+  DiagnosticLog log;
+  survey(*program_, config_.walk, *source, log);
+  EXPECT_EQ(seen, (std::vector<std::int64_t>{0, 1, 2, 3, 4, 5, 6}));
+}
+
+TEST_F(PictureSourceTest, RecordingReplacesAnOldFolder) {
+  ASSERT_TRUE(write_file(pictures() / "images.csv", "file,x,y\nold.png,0,0\n"));
+  record(test::kSmallProgram);
+  EXPECT_EQ(read_folder().rows.size(), 7u);
+}
+
+}  // namespace
+}  // namespace panelcal

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+
+#include "panelcal/machine/machine_config.h"
+#include "tests/machine/virtual_machine.h"
+
+namespace panelcal {
+namespace {
+
+constexpr std::string_view kCamera = "[camera]\ncalibration = \"camera.cal.json\"\n";
+
+/// [sim] from line 3 on.
+Expected<MachineConfig> parse(std::string_view sim) {
+  const test::TemporaryFolder folder;
+  return test::config_with_camera(folder.path(),
+                                  test::test_camera(320, 240),
+                                  std::string(kCamera) + "[sim]\n" + std::string(sim));
+}
+
+/// Without the folder, which is another one each time.
+std::string refusal(std::string_view sim) {
+  const auto config = parse(sim);
+  if (config) return "accepted";
+  const std::string text = config.error().text();
+  return text.substr(text.find("machine.toml"));
+}
+
+TEST(SimConfig, DefaultsAreAnIdealMachine) {
+  const auto config = parse("");
+  ASSERT_TRUE(config) << config.error().text();
+  ASSERT_TRUE(config->sim);
+  EXPECT_EQ(config->sim->seed, 1u);
+  EXPECT_EQ(config->sim->panel_offset.in_mm(), Eigen::Vector2d(0, 0));
+  EXPECT_FALSE(config->sim->camera);
+  EXPECT_FALSE(config->sim->spindle_camera_offset);
+  EXPECT_EQ(config->sim->width_px, 320);
+  EXPECT_EQ(config->sim->height_px, 240);
+  EXPECT_EQ(config->sim->noise, 0);
+}
+
+TEST(SimConfig, ReadsEveryKey) {
+  const auto config = parse(R"(
+seed = 9223372036854775807
+panel_offset_mm = [0.4, -0.2]
+panel_rotation_mrad = 2
+stretch_ppm = [200, -100]
+board_offset_sigma_um = 50
+board_rotation_sigma_mrad = 0.3
+spindle_camera_offset_mm = [45.1, -3]
+picture_px = [320, 240]
+blur_px = 1.5
+noise = 3
+background = 0.25
+target_level = 0.8
+light_gradient = -0.1
+vignetting = 0.2
+weave_amplitude = 0.05
+neighbors = 4
+[sim.camera]
+scale_mm_per_px = 0.0101
+rotation_rad = 0.01
+k1_per_px2 = 1e-8
+axis_px = [160, 120]
+)");
+  ASSERT_TRUE(config) << config.error().text();
+  const SimConfig& sim = *config->sim;
+  EXPECT_EQ(sim.seed, 9223372036854775807u);
+  EXPECT_EQ(sim.panel_offset.in_mm(), Eigen::Vector2d(0.4, -0.2));
+  EXPECT_EQ(sim.panel_rotation, rad(2e-3));
+  EXPECT_EQ(sim.stretch_x_ppm, 200);
+  EXPECT_EQ(sim.stretch_y_ppm, -100);
+  EXPECT_EQ(sim.board_offset_sigma, um(50));
+  EXPECT_EQ(sim.board_rotation_sigma, rad(0.3e-3));
+  EXPECT_EQ(sim.spindle_camera_offset->in_mm(), Eigen::Vector2d(45.1, -3));
+  EXPECT_EQ(sim.blur_px, 1.5);
+  EXPECT_EQ(sim.noise, 3);
+  EXPECT_EQ(sim.background, 0.25);
+  EXPECT_EQ(sim.target_level, 0.8);
+  EXPECT_EQ(sim.light_gradient, -0.1);
+  EXPECT_EQ(sim.vignetting, 0.2);
+  EXPECT_EQ(sim.weave_amplitude, 0.05);
+  EXPECT_EQ(sim.neighbors, 4);
+  EXPECT_EQ(sim.camera->scale_mm_per_px, 0.0101);
+  EXPECT_EQ(sim.camera->rotation_rad, 0.01);
+  EXPECT_EQ(sim.camera->k1_per_px2, 1e-8);
+  EXPECT_EQ(sim.camera->axis_px, Eigen::Vector2d(160, 120));
+}
+
+TEST(SimConfig, RealCameraIsAsCalibratedWhereNothingElseIsSaid) {
+  const auto config = parse("[sim.camera]\nrotation_rad = 0.01\n");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->sim->camera->rotation_rad, 0.01);
+  EXPECT_EQ(config->sim->camera->axis_px, config->camera->parameters.axis_px);
+}
+
+TEST(SimConfig, RefusesWhatMakesNoSense) {
+  EXPECT_EQ(refusal("panel_offset_um = [1, 2]\n"), "");
+  EXPECT_EQ(refusal("seed = -1\n"), "");
+  EXPECT_EQ(refusal("noise = -1\n"), "");
+  EXPECT_EQ(refusal("blur_px = 0\n"), "");
+  EXPECT_EQ(refusal("neighbors = 2.5\n"), "");
+  EXPECT_EQ(refusal("stretch_ppm = 200\n"), "");
+  EXPECT_EQ(refusal("picture_px = [640, 480]\n"), "");
+  EXPECT_EQ(refusal("picture_px = [320.5, 240]\n"), "");
+  EXPECT_EQ(refusal("background = 0.8\n"), "");
+  EXPECT_EQ(refusal("target_level = 0.1\n"), "");
+  EXPECT_EQ(refusal("[sim.camera]\nscale_mm_per_px = 0\n"), "");
+  EXPECT_EQ(refusal("[sim.camera]\nk1_per_px2 = -1e-4\n"), "");
+}
+
+TEST(SimConfig, RealCameraNeedsACalibratedOne) {
+  const auto config = parse_machine_config("[sim.camera]\nrotation_rad = 0.01\n", "machine.toml");
+  ASSERT_FALSE(config);
+  EXPECT_EQ(config.error().text(), "");
+}
+
+}  // namespace
+}  // namespace panelcal

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "panelcal/tools/console.h"
+#include "panelcal/tools/exit_code.h"
+#include "panelcal/tools/options.h"
+
+namespace panelcal {
+
+/// What every command gets besides its own options.
+struct CommandContext {
+  Console& console;
+  StandardOutput& output;
+  const Options& options;
+};
+
+ExitCode run_command(const CheckOptions& options, CommandContext& context);
+ExitCode run_command(const SurveyOptions& options, CommandContext& context);
+ExitCode run_command(const RunOptions& options, CommandContext& context);
+ExitCode run_command(const LocateCommandOptions& options, CommandContext& context);
+ExitCode run_command(const SynthOptions& options, CommandContext& context);
+
+}  // namespace panelcal

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# fuzz.sh SECONDS: fuzzes the program reader. A finding goes to tests/fuzz/fixed/ once it is mended.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+seconds=${1:-60}
+found=out/fuzz
+mkdir -p "$found/corpus"
+build/fuzz/tests/fuzz/excellon_reader_fuzz "$found/corpus" tests/fuzz/corpus/excellon \
+  -max_total_time="$seconds" -timeout=10 -rss_limit_mb=512 -artifact_prefix="$found/" \
+  -print_final_stats=1

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/tools/help_text.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace panelcal {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFooters = {{
+    {"check", R"(Example
+  $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
+  datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 8: METRIC,TZ)
+  7 tools, 990 holes, 21 targets in 7 series, no errors, no warnings
+
+Prints what is wrong like a compiler: FILE:LINE:COLUMN: error[CODE]: what, expected ...
+Without PROGRAM only the machine file and the calibrations it names are checked.
+
+Exit codes
+  0 nothing wrong (warnings allowed); 2 errors)"},
+    {"survey", R"(Example
+  $ panelcal survey datasets/demo/panel.exc -m datasets/demo/machine.toml | head -1
+  {"seq":0,"line":20,"command":"G36","tool":1,"nominal":[6,6],"expected":[6,6],"path":[]}
+
+One JSON object a line, in the order of execution; lengths in mm, relative to work zero. Targets
+that depend on earlier ones are listed where a perfect panel has them.
+
+Exit codes
+  0 done; 2 errors in the program or the machine file)"},
+    {"run", R"(Example
+  $ panelcal run datasets/demo/panel.exc -m datasets/demo/machine.toml \
+      --images datasets/demo/images -o corrected.drl --report report.html
+
+Walks through the program twice. The first walk measures every target and fits every series; each
+fit is held against [gates]. Only if all of them hold does the second walk write the corrected
+program, whole or not at all. The report is written in either case. A program without vision
+commands needs no SOURCE.
+
+Formats  .jsonl .csv .drl .exc, or --to jsonl|csv|excellon
+
+Exit codes
+  0 done; 1 a target was not found or a gate failed, and no program was written (but see --force);
+  2 bad input or usage; 3 a device, the disk or the environment failed)"},
+    {"locate", R"(Example
+  $ panelcal locate datasets/demo/images/seq_0000.png --tool 1 -m datasets/demo/machine.toml
+
+One JSON object a picture: status, centre and covariance in pixels (the centre of the top-left pixel
+is 0,0; y down), size, score, number of candidates. With a [camera] calibration the lens is taken
+into account.
+
+Exit codes
+  0 every picture was read, whatever was found in it; 2 a picture or an option is bad)"},
+    {"synth", R"(Example
+  $ panelcal synth datasets/demo/panel.exc -m datasets/demo/machine.toml -o pictures
+
+Puts the panel of [sim] under the virtual camera, executes the program's measurements on it, and
+saves every picture with images.csv. truth.json, which nothing but --truth reads, holds where
+everything really is.
+
+Exit codes
+  0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)"},
+}};
+
+}  // namespace
+
+std::string_view command_footer(std::string_view command) {
+  const auto found =
+      std::ranges::find(kFooters, command, &std::pair<std::string_view, std::string_view>::first);
+  return found == kFooters.end() ? std::string_view() : found->second;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+namespace panelcal {
+
+inline constexpr std::string_view kMainHeader =
+    "panelcal - makes a drilling machine hit the panel on the table, not the panel in the drawing";
+
+inline constexpr std::string_view kMainFooter = R"(Exit codes: 0 done; 1 a gate or check failed, nothing was written for the machine;
+2 bad input or usage; 3 a device or the environment failed.
+`panelcal help COMMAND` explains a command with an example.)";
+
+/// Example, files and exit codes of a command, shown below its options.
+std::string_view command_footer(std::string_view command);
+
+}  // namespace panelcal

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/program/walk.h"
+#include "panelcal/tools/console.h"
+#include "panelcal/tools/options.h"
+
+namespace panelcal {
+
+/// The measuring half of a run.
+struct MeasuringResult {
+  Survey survey;
+  std::string source;                             ///< where measurements came from, in words
+  std::map<std::int64_t, std::string> crops_png;  ///< by seq; empty unless wanted
+};
+
+/// Surveys the program with the SOURCE that the options name, showing progress.
+///
+/// Fails  usage (a program with targets and no SOURCE); what making the source reports. What the
+///        survey finds goes into the log.
+Expected<MeasuringResult> measure_program(const RunOptions& options,
+                                          const MachineConfig& config,
+                                          const Program& program,
+                                          std::size_t n_targets,
+                                          Console& console,
+                                          DiagnosticLog& log);
+
+/// The fits in a few lines for people.
+std::string fits_summary(const Survey& survey);
+
+}  // namespace panelcal

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// The only file that includes CLI11: it takes seconds to compile.
+#include "panelcal/tools/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <iostream>
+
+#include "panelcal/tools/help_text.h"
+#include "panelcal/tools/help_topics.h"
+#include "panelcal/tools/version.h"
+
+namespace panelcal {
+namespace {
+
+class CommandLine {
+ public:
+  CommandLine() {
+    app_.require_subcommand(1);
+    app_.set_version_flag("--version", std::string("panelcal ") + kVersion);
+    app_.footer(std::string(kMainFooter));
+    app_.fallthrough();
+    app_.add_flag("-q,--quiet", options_.common.quiet, "Errors only on standard error");
+    app_.add_option("--log-level", options_.common.log_level, "How much to say on standard error")
+        ->check(CLI::IsMember({"error", "warning", "info"}))
+        ->capture_default_str();
+    add_check();
+    add_survey();
+    add_run();
+    add_locate();
+    add_synth();
+    help_ = app_.add_subcommand("help", "Explain a command, or list diagnostics or excellon commands");
+    help_->add_option("TOPIC", help_topic_, "A command, `diagnostics` or `excellon`");
+  }
+
+  Expected<Options> parse(int argc, char** argv) {
+    options_.command_line.assign(argv, argv + argc);
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return refuse(error);
+    }
+    if (*help_) return help();
+    if (*check_) options_.command = check_options_;
+    if (*survey_) options_.command = survey_options_;
+    if (*run_) options_.command = run_options_;
+    if (*locate_) options_.command = locate_options_;
+    if (*synth_) options_.command = synth_options_;
+    return std::move(options_);
+  }
+
+ private:
+  CLI::App* add(const char* name, const char* summary) {
+    CLI::App* command = app_.add_subcommand(name, summary);
+    command->footer(std::string(command_footer(name)));
+    return command;
+  }
+
+  void add_check() {
+    check_ = add("check", "Read and verify a part program, a machine file, or both");
+    check_->add_option("PROGRAM", check_options_.program, "Part program; - is standard input");
+    check_->add_option("-m,--machine", check_options_.machine, "machine.toml");
+  }
+
+  void add_survey() {
+    survey_ = add("survey", "List the measurements a program asks for, in order");
+    survey_->add_option("PROGRAM", survey_options_.program, "Part program; - is standard input")
+        ->required();
+    survey_->add_option("-m,--machine", survey_options_.machine, "machine.toml")->required();
+  }
+
+  void add_run() {
+    run_ = add("run", "Measure, fit, gate, correct and write a program");
+    RunOptions& o = run_options_;
+    run_->add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
+    run_->add_option("-m,--machine", o.machine, "machine.toml")->required();
+    CLI::Option_group* source = run_->add_option_group("SOURCE", "Where measurements come from");
+    source->add_option("--images", o.images, "Folder with images.csv and pictures");
+    source->add_option("--measurements", o.measurements, "Recorded measurements (JSON Lines)");
+    source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
+        ->check(CLI::IsMember({"sim"}));
+    source->require_option(0, 1);
+    run_->add_option("-o,--output", o.output, "Corrected program; - is standard output")->required();
+    run_->add_option("--to", o.format, "Output format (default: from the output's extension)")
+        ->check(CLI::IsMember({"jsonl", "csv", "excellon"}));
+    run_->add_option("--report", o.report, "Write an HTML report");
+    run_->add_option("--save-measurements", o.save_measurements,
+                     "Write what was measured, to replay with --measurements");
+    run_->add_option("--truth", o.truth, "Compare with the truth that `synth` wrote");
+    run_->add_option("--max-operations", o.max_operations, "Stop a program that never ends")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    run_->add_flag("--force", o.force, "Write the program although a gate failed");
+  }
+
+  void add_locate() {
+    locate_ = add("locate", "Find a target in pictures");
+    locate_->add_option("IMAGE", locate_options_.images, "Pictures")->required();
+    locate_->add_option("--tool", locate_options_.tool, "Number of the vision tool")
+        ->required();
+    locate_->add_option("-m,--machine", locate_options_.machine, "machine.toml")->required();
+  }
+
+  void add_synth() {
+    synth_ = add("synth", "Render the pictures a program asks for, with their truth");
+    synth_->add_option("PROGRAM", synth_options_.program, "Part program")->required();
+    synth_->add_option("-m,--machine", synth_options_.machine, "machine.toml with [sim]")
+        ->required();
+    synth_->add_option("-o,--output", synth_options_.output, "Folder to write")->required();
+    synth_->add_option("--seed", synth_options_.seed, "Instead of [sim] seed");
+  }
+
+  Expected<Options> help() {
+    options_.command = DoneOptions{};
+    if (const auto page = panelcal::help_topic(help_topic_)) {
+      std::cout << *page;
+      return std::move(options_);
+    }
+    const CLI::App* topic = &app_;
+    if (!help_topic_.empty()) {
+      const auto commands = app_.get_subcommands([](const CLI::App*) { return true; });
+      const auto found = std::ranges::find_if(
+          commands, [&](const CLI::App* command) { return command->get_name() == help_topic_; });
+      if (found == commands.end()) return failure(unknown_command(help_topic_));
+      topic = *found;
+    }
+    std::cout << topic->help();
+    return std::move(options_);
+  }
+
+  Expected<Options> refuse(const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // help or version
+      app_.exit(error);
+      options_.command = DoneOptions{};
+      return std::move(options_);
+    }
+    if (options_.command_line.size() > 1 && app_.get_subcommands().empty() &&
+        options_.command_line[1].front() != '-') {
+      return failure(unknown_command(options_.command_line[1]));
+    }
+    return failure({Code::Usage, {"panelcal", 0, 0}, error.what(), "see `panelcal help`"});
+  }
+
+  static Diagnostic unknown_command(const std::string& word) {
+    constexpr std::array<std::string_view, 6> kCommands = {"check",  "survey", "run",
+                                                           "locate", "synth",  "help"};
+    const std::string_view near = nearest_word(word, kCommands);
+    return {Code::Usage, {"panelcal", 0, 0}, quoted(word) + " is no command",
+            near.empty() ? "check, survey, run, locate, synth or help"
+                         : "perhaps " + std::string(near)};
+  }
+
+  CLI::App app_{std::string(kMainHeader)};
+  Options options_;
+  CheckOptions check_options_;
+  SurveyOptions survey_options_;
+  RunOptions run_options_;
+  LocateCommandOptions locate_options_;
+  SynthOptions synth_options_;
+  std::string help_topic_;
+  CLI::App* check_ = nullptr;
+  CLI::App* survey_ = nullptr;
+  CLI::App* run_ = nullptr;
+  CLI::App* locate_ = nullptr;
+  CLI::App* synth_ = nullptr;
+  CLI::App* help_ = nullptr;
+};
+
+}  // namespace
+
+Expected<Options> parse_options(int argc, char** argv) {
+  return CommandLine().parse(argc, argv);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+
+namespace panelcal {
+
+struct CommonOptions {
+  bool quiet = false;               ///< errors only on standard error
+  std::string log_level = "info";   ///< error, warning, info
+};
+
+struct CheckOptions {
+  std::string program;  ///< may be empty: then only the machine file is checked
+  std::string machine;  ///< may be empty
+};
+
+struct SurveyOptions {
+  std::string program;
+  std::string machine;
+};
+
+struct RunOptions {
+  std::string program;
+  std::string machine;
+  std::string images;          ///< SOURCE: a picture folder
+  std::string measurements;    ///< SOURCE: a recorded file
+  std::string machine_driver;  ///< SOURCE: sim
+  std::string output;
+  std::string format;          ///< empty: from the output's extension
+  std::string report;
+  std::string save_measurements;
+  std::string truth;
+  std::int64_t max_operations = 1'000'000'000;
+  bool force = false;
+};
+
+struct LocateCommandOptions {
+  std::vector<std::string> images;
+  std::string machine;
+  int tool = 1;
+};
+
+struct SynthOptions {
+  std::string program;
+  std::string machine;
+  std::string output;
+  std::optional<std::uint64_t> seed;
+};
+
+struct DoneOptions {};  ///< help or version was printed
+
+using CommandOptions = std::variant<DoneOptions,
+                                    CheckOptions,
+                                    SurveyOptions,
+                                    RunOptions,
+                                    LocateCommandOptions,
+                                    SynthOptions>;
+
+struct Options {
+  CommonOptions common;
+  CommandOptions command;
+  std::vector<std::string> command_line;  ///< as given, for provenance
+};
+
+/// Reads the command line; prints help and version itself.
+///
+/// Fails  usage
+Expected<Options> parse_options(int argc, char** argv);
+
+}  // namespace panelcal

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/tally.h"
+#include "panelcal/program/walk.h"
+
+namespace panelcal {
+
+/// A program that was walked through once on a perfect panel, so that its mistakes are known before
+/// anything moves.
+struct CheckedProgram {
+  Program program;
+  Survey nominal_survey;  ///< what it would measure
+};
+
+/// Reads PROGRAM (`-` is standard input), and checks it. Problems go into the log; absent if it
+/// could not even be read.
+std::optional<CheckedProgram> read_and_check(const std::string& path,
+                                             const WalkOptions& options,
+                                             DiagnosticLog& log);
+
+/// Counts holes and tools on the perfect panel. Precondition: no errors in the check.
+Tally tally_nominal(const CheckedProgram& checked, const WalkOptions& options);
+
+}  // namespace panelcal

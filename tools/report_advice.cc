@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "panelcal/tools/report_facts.h"
+#include "panelcal/tools/report_fit_numbers.h"
+#include "panelcal/tools/report_text.h"
+
+// The two sentences of the first screen. They name the one thing to look at, and claim no more
+// than the numbers can tell.
+namespace panelcal::report {
+namespace {
+
+/// Below this chance residuals are not noise of the stated size.
+constexpr double kSuspiciousChance = 0.001;
+/// With fewer spare equations than this a wrong target cannot be told from its neighbours: one
+/// target has two coordinates, and the fit follows both.
+constexpr int kSpareToBlame = 3;
+
+std::string shown_output(const ReportInput& input) {
+  return input.output_file == "-" ? "the corrected program" : input.output_file;
+}
+
+std::string advice_on_lost(const Survey& survey) {
+  std::size_t n_lost = 0;
+  const Measurement* first = nullptr;
+  for (const Measurement& m : survey.measurements) {
+    if (m.status == MeasurementStatus::Found) continue;
+    if (n_lost++ == 0) first = &m;
+  }
+  if (first == nullptr) return {};
+  std::string_view what = "was not found";
+  if (first->status == MeasurementStatus::Ambiguous) what = "is ambiguous";
+  if (first->status == MeasurementStatus::Rejected) what = "was rejected";
+  std::string out = fmt::format("Look at {}, which {}", target_name(first->request), what);
+  if (!first->reason.empty()) out += fmt::format(" ({})", first->reason);
+  if (n_lost > 1) out += fmt::format(", and at {} more", n_lost - 1);
+  return out + "; clean it or mend the vision tool, then measure again.";
+}
+
+int spare_equations(const SeriesResult& series) {
+  if (series.base) return series.base->degrees_of_freedom;
+  return series.nested ? series.nested->degrees_of_freedom : 0;
+}
+
+std::string advice_on_residual(const Survey& survey, const WorstGate& worst) {
+  const std::size_t i = worst.series->measurements[*worst.gate->i_target];
+  const int spare = spare_equations(*worst.series);
+  std::string out = fmt::format("Look at {}: its residual is {} um, limit {} um",
+                                target_name(survey.measurements[i].request),
+                                fixed(worst.gate->value, 1),
+                                shortest(worst.gate->limit));
+  if (spare < kSpareToBlame) {
+    out += fmt::format("; with {} to spare, any of the {} targets of {} may be the wrong one",
+                       counted(spare, "equation"),
+                       worst.series->measurements.size(),
+                       series_name(*worst.series));
+  }
+  return out + ".";
+}
+
+bool is_larger_than_noise(double chi_square, int degrees_of_freedom) {
+  // Written so that a NaN is larger.
+  return degrees_of_freedom > 0 &&
+         !(chi_square_exceedance(chi_square, degrees_of_freedom) >= kSuspiciousChance);
+}
+
+/// A rotation, stretch or offset that is too large: a wrong target that the fit followed, a board
+/// that really lies so, or the wrong panel.
+std::string advice_on_deformation(const Survey& survey, const WorstGate& worst) {
+  const SeriesResult& series = *worst.series;
+  const std::string what = fmt::format("{}: {}", series_name(series), worst.gate->text());
+  const std::optional<FitNumbers> n = fit_numbers(series);
+  const bool do_disagree = n && is_larger_than_noise(n->chi_square, n->degrees_of_freedom);
+  if (!do_disagree && series.level == CorrectionLevel::Base) {
+    return fmt::format(
+        "Check that this program and this panel belong together and lie as planned ({}).", what);
+  }
+  std::string targets;
+  for (const std::size_t i : series.measurements) {
+    targets +=
+        fmt::format("{}#{}", targets.empty() ? "" : ", ", survey.measurements[i].request.seq);
+  }
+  return fmt::format("Look at {} {} ({}): {}.",
+                     series.measurements.size() == 1 ? "target" : "targets",
+                     targets,
+                     what,
+                     do_disagree ? "they do not fit each other, so one of them is likely wrong"
+                                 : "one may be wrong, or the board really lies so");
+}
+
+std::string advice_on_gate(const Survey& survey) {
+  const std::optional<WorstGate> worst = worst_gate(survey);
+  if (!worst || worst->gate->accepted) return {};
+  const auto i_target = worst->gate->i_target;
+  if (i_target && *i_target < worst->series->measurements.size()) {
+    return advice_on_residual(survey, *worst);
+  }
+  return advice_on_deformation(survey, *worst);
+}
+
+std::string advice_on_errors(const ReportInput& input) {
+  const auto first = std::ranges::find(input.diagnostics, Severity::Error, &Diagnostic::severity);
+  if (first == input.diagnostics.end()) return {};
+  return fmt::format("{} ({})", info(first->code).advice, first->text());
+}
+
+std::string advice_on_drilling(const ReportInput& input) {
+  if (survey_of(input).measurements.empty()) {
+    return fmt::format("Drill {} only if the panel needs no correction.", shown_output(input));
+  }
+  const PooledChiSquare pooled = pooled_chi_square(survey_of(input));
+  const bool is_noisy = is_larger_than_noise(pooled.chi_square, pooled.degrees_of_freedom);
+  if (is_noisy) {
+    return fmt::format(
+        "Drill {}, but take the predicted sigmas as optimistic: the residuals are "
+        "larger than the stated measurement noise explains.",
+        shown_output(input));
+  }
+  return fmt::format("Load {} and drill.", shown_output(input));
+}
+
+}  // namespace
+
+std::string verdict_sentence(const ReportInput& input) {
+  const Survey& survey = survey_of(input);
+  switch (verdict_of(input)) {
+    case Verdict::Hold:
+      return input.output_file.empty() ? "Nothing was written for the machine."
+                                       : "Something failed after the program was written.";
+    case Verdict::Forced:
+      return "A check failed, and the program was written all the same, because --force was given.";
+    case Verdict::Drill:
+      break;
+  }
+  if (survey.measurements.empty()) {
+    return "The program has no targets: nothing was measured, and coordinates are as programmed.";
+  }
+  if (!worst_gate(survey)) {
+    return "Every target was found. The machine's file sets no limits, so no fit was held against "
+           "any.";
+  }
+  return "Every target was found, and every fit is inside its limits.";
+}
+
+std::string next_step(const ReportInput& input) {
+  const Verdict verdict = verdict_of(input);
+  if (verdict == Verdict::Drill) return advice_on_drilling(input);
+  std::string advice = advice_on_lost(survey_of(input));
+  if (advice.empty()) advice = advice_on_gate(survey_of(input));
+  if (advice.empty()) advice = advice_on_errors(input);
+  if (verdict == Verdict::Forced) {
+    return advice.empty() ? "Measure the first panel before drilling more."
+                          : "Before drilling: " + advice;
+  }
+  return advice.empty() ? "See the messages below, and run again." : advice;
+}
+
+}  // namespace panelcal::report

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/survey.h"
+#include "panelcal/program/tally.h"
+#include "panelcal/tools/truth_comparison.h"
+
+namespace panelcal {
+
+/// Everything the report of one run shows. Texts may hold any bytes.
+struct ReportInput {
+  std::string program_file;
+  std::string machine_name;
+  std::string source;       ///< where the measurements came from, in words
+  std::string output_file;  ///< empty if nothing was written; "-" for standard output
+  bool forced = false;      ///< written although a gate failed
+  const Survey* survey = nullptr;
+  const Tally* tally = nullptr;                   ///< of the corrected program; null if refused
+  const TruthComparison* truth = nullptr;         ///< null without --truth
+  std::map<std::int64_t, std::string> crops_png;  ///< by seq: the target with the found centre
+  std::span<const Diagnostic> diagnostics;
+  std::vector<std::pair<std::string, std::string>> provenance;  ///< what made this: key, value
+};
+
+/// One self-contained HTML page: verdict first, then the panel with holes and residual arrows,
+/// every fiducial's picture, the fits with their uncertainties in words and numbers, and what was
+/// refused.
+///
+/// Out    well-formed XML as well as HTML; no scripts, nothing loaded from elsewhere
+/// Cost   O(measurements + sampled holes); 20,000 holes take about 250 kB
+/// See    tests/tools/report_html_test.cc
+std::string report_html(const ReportInput& input);
+
+}  // namespace panelcal

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Sets up, builds and runs all tests.
+set -euo pipefail
+. "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
+
+step "packages" install_packages build test extra
+step "configure" configure -DPANELCAL_BUILD_TESTS=ON
+step "build" build all all_verify_interface_header_sets
+cd "$build_dir"
+ctest --output-on-failure --no-tests=error -j "$(nproc)" --progress "$@"

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/vision/image.h"
+
+namespace panelcal {
+
+/// The largest picture that is read: 4 bytes a pixel, so 400 MB.
+inline constexpr std::int64_t kMaxPicturePixels = 100'000'000;
+
+/// Reads a PNG, TIFF, BMP or JPEG file of 8 or 16 bit as a grey picture.
+///
+/// Colour becomes luma, 0.299 R + 0.587 G + 0.114 B (ITU-R BT.601); transparency is ignored; no
+/// gamma is applied and no orientation tag obeyed, since pixels are coordinates here. The size is
+/// checked before anything is allocated. A damaged picture is refused, also where a decoder would
+/// fill up the rest.
+///
+/// Fails  file-unreadable; picture-format; picture-too-large; picture-damaged
+/// Note   while a decoder runs, what it prints on standard error becomes part of the diagnostic
+Expected<Image> read_image(const std::filesystem::path& path);
+
+/// The same from bytes in memory; `name` stands in the diagnostics.
+Expected<Image> decode_image(std::string_view bytes, std::string_view name);
+
+/// A PNG of 8 bit for full scale 255, else of 16 bit; values are rounded and clipped.
+///
+/// Fails  picture-format (an empty picture)
+Expected<std::string> encode_png(const Image& image);
+
+/// Writes the PNG whole or not at all.
+///
+/// Fails  picture-format; device-write
+Expected<void> write_png(const std::filesystem::path& path, const Image& image);
+
+}  // namespace panelcal

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panelcal/calib/base/estimate.h"
+#include "panelcal/calib/base/frames.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/calib/camera_mapping.h"
+#include "panelcal/vision/image.h"
+#include "panelcal/vision/target.h"
+
+namespace panelcal {
+
+enum class DetectionStatus {
+  Found,
+  NotFound,   ///< nothing in the searched area looks like the target
+  Ambiguous,  ///< two or more candidates are equally good
+  Rejected,   ///< a candidate, but not to be trusted: the reason says why
+};
+
+/// found, not_found, ambiguous, rejected: the words of measurement files.
+std::string_view name(DetectionStatus status);
+
+struct LocateOptions {
+  /// Where the target's centre may be: a circle, or the whole picture if either is absent.
+  std::optional<Position<frame::Image>> search_center;
+  std::optional<PixelLength> search_radius;
+  /// Candidates whose score is within this of the best one's are equally good. Larger is more
+  /// careful: more pictures end as ambiguous, fewer as the wrong target.
+  double ambiguity_margin = 0.15;
+  /// Smallest difference of target and surroundings, relative to full scale. Below it, weave and
+  /// stains begin to look like targets.
+  double min_contrast = 0.06;
+  /// Smallest score of a candidate; see TargetFit::score.
+  double min_score = 0.6;
+
+  /// Fails  target-invalid: names the field, its value and the bound it breaks
+  Expected<void> validate() const;
+};
+
+/// A target as it was fitted to the picture.
+struct TargetFit {
+  PositionEstimate<frame::Image> center;                             ///< px, px^2
+  std::optional<PositionEstimate<frame::Optical>> center_optical;    ///< with a mapping; mm, mm^2
+  PixelLength size;                                                  ///< outer diameter
+  std::optional<PixelLength> inner_size;                             ///< rings
+  std::optional<Length> size_mm;                                     ///< with a mapping
+  Angle angle;                                                       ///< 0 for discs and rings
+  /// 0 to 1: correlation of picture and fitted model over the target and its rim, times the
+  /// part of the rim that is really seen.
+  double score = 0;
+  double blur_px = 0;           ///< sigma of the edge, the pixel's own width included
+  double background = 0;        ///< level around the target at its centre, grey levels
+  double contrast = 0;          ///< target minus background, grey levels; negative for dark ones
+  double noise = 0;             ///< sigma of the residuals at the rim, grey levels
+  double excluded = 0;          ///< part of the fitted window left out: neighbours, debris
+};
+
+/// One of the places that were looked at, for overlays and reports.
+struct Candidate {
+  Position<frame::Image> center;
+  PixelLength size;
+  double score = 0;
+  std::string reason;  ///< why it does not count; empty if it does
+};
+
+/// The answer to "where is the target in this picture?".
+struct Detection {
+  DetectionStatus status = DetectionStatus::NotFound;
+  std::string reason;             ///< empty if found
+  std::optional<TargetFit> best;  ///< always if found; the best candidate if there was one
+  int n_candidates = 0;           ///< how many of `candidates` count
+  std::vector<Candidate> candidates;
+};
+
+/// Finds a target and fits it to sub-pixel accuracy.
+///
+///   I(u) = plane(u) + (contrast + tilt . u) E((R - |K(u) - c|) / s) + noise
+///
+/// with c, R, edge blur s, contrast, tilt and plane unknown. E is the edge of an ideal disc behind
+/// a Gaussian lens and square pixels. The geometry is evaluated in undistorted millimetres, since a
+/// lens makes discs egg-shaped in the picture; without a mapping K is the identity.
+///
+/// Coarse search by radial voting sees every candidate of about the right size; each is fitted by
+/// least squares to all pixels around it, once robustly and once without the pixels found to
+/// belong to neighbours or debris. The covariance uses the residuals' own strength and correlation
+/// inside and outside of the target, so that it also holds on woven laminate.
+///
+/// In     image; target; mapping may be null, then sizes are in px
+/// Out    Found, Ambiguous, Rejected or NotFound with the reason; centre with covariance
+/// Fails  never; invalid targets, or a size in mm without a mapping, are Rejected with the reason
+/// Cost   about 10 ms for 480 x 480 px
+/// Source Reisfeld, Wolfson and Yeshurun 1995 (radial voting); White 1980 (sandwich covariance)
+/// See    tests/vision/locate_test.cc
+Detection locate(const Image& image,
+                 const Target& target,
+                 const CameraMapping* mapping = nullptr,
+                 const LocateOptions& options = {});
+
+}  // namespace panelcal
