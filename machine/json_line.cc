@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/json_line.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace panelcal::internal {
 namespace {
@@ -227,11 +227,11 @@ Expected<void> JsonLine::check_keys(std::span<const std::string_view> known, Cod
   for (const JsonMember& member : members_) {
     if (std::ranges::find(known, member.key) != known.end()) continue;
     const std::string_view nearest = nearest_word(member.key, known);
-    return failure({code,
-                    {line_.file, line_.line, member.column},
-                    "unknown key " + quoted(member.key),
-                    nearest.empty() ? fmt::format("one of {}", fmt::join(known, ", "))
-                                    : quoted(nearest)});
+    return failure(
+        {code,
+         {line_.file, line_.line, member.column},
+         "unknown key " + quoted(member.key),
+         nearest.empty() ? fmt::format("one of {}", fmt::join(known, ", ")) : quoted(nearest)});
   }
   return {};
 }
@@ -242,14 +242,16 @@ const JsonMember* JsonLine::find(std::string_view key) const {
 }
 
 Diagnostic JsonLine::missing(std::string_view key, Code code) const {
-  return {code, {line_.file, line_.line, 1}, "there is no " + quoted(key), "it"};
+  return {code, {line_.file, line_.line, 1}, "there is no " + quoted(key), "the key"};
 }
 
 Diagnostic JsonLine::problem(std::string_view key, Code code, std::string expected) const {
   const JsonMember& member = *find(key);
+  // Without quotes of our own: "3" and 3 are different things in JSON.
+  const std::string value = quoted(member.raw);
   return {code,
           {line_.file, line_.line, member.value_column},
-          fmt::format("{} is {}", quoted(key), quoted(member.raw)),
+          fmt::format("{} is {}", quoted(key), value.substr(1, value.size() - 2)),
           std::move(expected)};
 }
 
@@ -309,11 +311,8 @@ Expected<std::vector<double>> JsonLine::numbers(std::string_view key,
   return values;
 }
 
-Expected<std::vector<int>> JsonLine::integers(std::string_view key,
-                                              int low,
-                                              int high,
-                                              std::size_t max_n,
-                                              Code code) const {
+Expected<std::vector<int>> JsonLine::integers(
+    std::string_view key, int low, int high, std::size_t max_n, Code code) const {
   PANELCAL_TRY(const JsonMember* found, member(key, code));
   const auto* array = std::get_if<std::vector<JsonNumber>>(&found->value);
   std::vector<int> values;
@@ -325,10 +324,10 @@ Expected<std::vector<int>> JsonLine::integers(std::string_view key,
     }
     if (values.size() == array->size()) return values;
   }
-  return failure(problem(
-      key,
-      code,
-      fmt::format("an array of at most {} whole numbers from {} to {}", max_n, low, high)));
+  return failure(
+      problem(key,
+              code,
+              fmt::format("an array of at most {} whole numbers from {} to {}", max_n, low, high)));
 }
 
 }  // namespace panelcal::internal

@@ -38,8 +38,8 @@ struct JsonMember {
 /// parsed from.
 class JsonLine {
  public:
-  /// Fails  json-syntax: the first place that RFC 8259, or a flat object, does not allow; a key that
-  ///        appears twice
+  /// Fails  json-syntax: the first place that RFC 8259, or a flat object, does not allow; a key
+  ///        that appears twice
   static Expected<JsonLine> parse(std::string_view text, Place line);
 
   /// Fails with `code` at a key that is not known, naming the nearest one.
@@ -59,11 +59,8 @@ class JsonLine {
   /// Exactly n numbers.
   Expected<std::vector<double>> numbers(std::string_view key, std::size_t n, Code code) const;
   /// At most max_n whole numbers.
-  Expected<std::vector<int>> integers(std::string_view key,
-                                      int low,
-                                      int high,
-                                      std::size_t max_n,
-                                      Code code) const;
+  Expected<std::vector<int>> integers(
+      std::string_view key, int low, int high, std::size_t max_n, Code code) const;
 
   /// At the value of a key that is there: what is wrong with it.
   Diagnostic problem(std::string_view key, Code code, std::string expected) const;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/machine_config.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <string>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/machine/sim_config.h"
@@ -27,25 +27,13 @@ constexpr std::array<Words, 7> kTopKeys = {
 constexpr std::array<Words, 3> kTopPlanned = {"coupon", "reference_scaling", "surface"};
 constexpr std::array<Words, 1> kMachineKeys = {"name"};
 constexpr std::array<Words, 2> kMachinePlanned = {"drivers", "travel"};
-constexpr std::array<Words, 7> kVisionKeys = {"ambiguity_margin",
-                                              "min_contrast",
-                                              "min_score",
-                                              "model",
-                                              "rotate",
-                                              "search_radius_mm",
-                                              "tool"};
+constexpr std::array<Words, 7> kVisionKeys = {
+    "ambiguity_margin", "min_contrast", "min_score", "model", "rotate", "search_radius_mm", "tool"};
 constexpr std::array<Words, 4> kVisionPlanned = {"cama", "inspections", "mode", "scale"};
-constexpr std::array<Words, 8> kToolKeys = {"inner_mm",
-                                            "inner_px",
-                                            "number",
-                                            "polarity",
-                                            "shape",
-                                            "size_mm",
-                                            "size_px",
-                                            "size_tolerance"};
+constexpr std::array<Words, 8> kToolKeys = {
+    "inner_mm", "inner_px", "number", "polarity", "shape", "size_mm", "size_px", "size_tolerance"};
 constexpr std::array<Words, 1> kToolPlanned = {"algorithm"};
-constexpr std::array<Words, 5> kShapesPlanned = {
-    "apriltag", "cross", "hole", "square", "template"};
+constexpr std::array<Words, 5> kShapesPlanned = {"apriltag", "cross", "hole", "square", "template"};
 constexpr std::array<Words, 1> kCameraKeys = {"calibration"};
 constexpr std::array<Words, 2> kSpindleKeys = {"camera_offset_mm", "camera_offset_sigma_um"};
 constexpr std::array<Words, 5> kGateKeys = {
@@ -63,7 +51,8 @@ constexpr int kMaxSeries = 1000;
 constexpr int kMaxToolNumber = 1'000'000;
 
 Expected<void> read_machine(const TomlTable& top, MachineConfig& config) {
-  PANELCAL_TRY(const auto table, top.table("machine", "[machine]", {kMachineKeys, kMachinePlanned}));
+  PANELCAL_TRY(const auto table,
+               top.table("machine", "[machine]", {kMachineKeys, kMachinePlanned}));
   if (!table) return {};
   PANELCAL_TRY(const auto name, table->text("name"));
   config.name = name.value_or("");
@@ -115,7 +104,8 @@ Expected<void> read_gates(const TomlTable& top, MachineConfig& config) {
 }
 
 Expected<void> read_program(const TomlTable& top, MachineConfig& config) {
-  PANELCAL_TRY(const auto table, top.table("program", "[program]", {kProgramKeys, kProgramPlanned}));
+  PANELCAL_TRY(const auto table,
+               top.table("program", "[program]", {kProgramKeys, kProgramPlanned}));
   if (!table) return {};
   PANELCAL_TRY(const auto work_mm, table->pair("work_zero_mm", kPlace));
   if (work_mm) config.walk.work_zero = position_mm<frame::Machine>(*work_mm);
@@ -202,8 +192,7 @@ Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto rotate, table->integer("rotate", 1, kMaxSeries));
   if (rotate) config.walk.series_size = static_cast<int>(*rotate);
   PANELCAL_CHECK(read_model(*table, config.walk));
-  PANELCAL_TRY(const auto radius_mm,
-               table->number("search_radius_mm", {0, kMaxPlace_mm, true}));
+  PANELCAL_TRY(const auto radius_mm, table->number("search_radius_mm", {0, kMaxPlace_mm, true}));
   if (radius_mm) config.search_radius = mm(*radius_mm);
   LocateOptions& locate = config.locate;
   PANELCAL_TRY(locate.min_score, table->number_or("min_score", kShare, locate.min_score));

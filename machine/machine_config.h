@@ -23,7 +23,7 @@ namespace panelcal {
 /// [sim]: the hidden truth of the virtual machine. Only machine/sim and `synth` read it.
 struct SimConfig {
   std::uint64_t seed = 1;
-  // The panel on the table: actual = R(rotation) diag(1 + stretch) nominal + offset, about work zero.
+  // The panel: actual = R(rotation) diag(1 + stretch) nominal + offset, about work zero.
   Displacement<frame::Actual> panel_offset;
   Angle panel_rotation;
   double stretch_x_ppm = 0;
@@ -32,7 +32,7 @@ struct SimConfig {
   // the rotation about the instance's own first target.
   Length board_offset_sigma;
   Angle board_rotation_sigma;
-  /// The real camera; what [camera] says is the calibration of it. Absent: the calibration is exact.
+  /// The real camera, of which [camera] is the calibration. Absent: the calibration is exact.
   std::optional<CameraMapping::Parameters> camera;
   /// The real offset; absent: as calibrated.
   std::optional<Displacement<frame::Machine>> spindle_camera_offset;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/measurement_file_source.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <limits>
 #include <set>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/machine/json_line.h"
@@ -20,9 +20,9 @@ using internal::JsonLine;
 
 constexpr Code kCode = Code::MeasurementFile;
 constexpr std::array<std::string_view, 21> kKeys = {
-    "algorithm", "command", "cov",    "delta",  "expected",    "image", "inspections",
-    "lamp",      "line",    "measured", "nominal", "path",     "reason", "score",
-    "search",    "search_area", "seq", "status", "tool",       "tools", "zoom"};
+    "algorithm", "command",     "cov",      "delta",   "expected", "image",  "inspections",
+    "lamp",      "line",        "measured", "nominal", "path",     "reason", "score",
+    "search",    "search_area", "seq",      "status",  "tool",     "tools",  "zoom"};
 
 constexpr int kMaxInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
@@ -102,9 +102,8 @@ Expected<PositionEstimate<frame::Actual>> read_measured(const JsonLine& line) {
   PANELCAL_TRY(const Eigen::Vector2d measured_mm, read_point(line, "measured"));
   PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kCode));
   if (!is_positive_definite(cov[0], cov[1], cov[2])) {
-    return failure(line.problem("cov",
-                                Code::MeasurementInvalid,
-                                "[xx, xy, yy] with xx > 0, yy > 0 and xy^2 < xx yy"));
+    return failure(line.problem(
+        "cov", Code::MeasurementInvalid, "[xx, xy, yy] with xx > 0, yy > 0 and xy^2 < xx yy"));
   }
   PositionEstimate<frame::Actual> measured{position_mm<frame::Actual>(measured_mm), {}};
   measured.cov << cov[0], cov[1], cov[1], cov[2];

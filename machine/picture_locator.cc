@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/picture_locator.h"
 
-#include <fmt/format.h>
-
-#include <Eigen/LU>
 #include <algorithm>
 #include <utility>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
 
 #include "panelcal/calib/spindle_camera.h"
 
@@ -14,10 +14,14 @@ namespace {
 
 MeasurementStatus status_of(DetectionStatus status) {
   switch (status) {
-    case DetectionStatus::Found: return MeasurementStatus::Found;
-    case DetectionStatus::NotFound: return MeasurementStatus::NotFound;
-    case DetectionStatus::Ambiguous: return MeasurementStatus::Ambiguous;
-    case DetectionStatus::Rejected: return MeasurementStatus::Rejected;
+    case DetectionStatus::Found:
+      return MeasurementStatus::Found;
+    case DetectionStatus::NotFound:
+      return MeasurementStatus::NotFound;
+    case DetectionStatus::Ambiguous:
+      return MeasurementStatus::Ambiguous;
+    case DetectionStatus::Rejected:
+      return MeasurementStatus::Rejected;
   }
   return MeasurementStatus::Rejected;
 }
@@ -85,7 +89,8 @@ PictureLocator::PictureLocator(const MachineConfig& config, PictureObserver obse
       vision_tools_(config.vision_tools),
       observer_(std::move(observer)) {
   if (config.search_radius) {
-    locate_.search_radius = px(config.search_radius->in_mm() / mapping_.parameters().scale_mm_per_px);
+    locate_.search_radius =
+        px(config.search_radius->in_mm() / mapping_.parameters().scale_mm_per_px);
   }
 }
 
@@ -93,10 +98,11 @@ Expected<Target> PictureLocator::target_of(const MeasurementRequest& request) co
   const VisionSettings& settings = request.settings;
   const Place place{config_file_.string(), 0, 0};
   if (settings.delta || settings.tools.size() > 1) {
-    return failure({Code::NotSupported,
-                    place,
-                    describe(request) + " is a large target seen in four views (G34 with a distance)",
-                    "a target that one picture shows"});
+    return failure(
+        {Code::NotSupported,
+         place,
+         describe(request) + " is a large target seen in four views (G34 with a distance)",
+         "a target that one picture shows"});
   }
   const int number = settings.tools.empty() ? 0 : settings.tools.front();
   const auto found = vision_tools_.find(number);
@@ -122,10 +128,11 @@ Expected<Position<frame::Image>> PictureLocator::check_picture(const Measurement
                                                                const TakenPicture& picture) const {
   const Image& image = picture.image;
   if (image.width() != width_px_ || image.height() != height_px_) {
-    return failure({Code::PictureMismatch,
-                    {picture.name, 0, 0},
-                    fmt::format("{} has {} x {} px", name_of(picture), image.width(), image.height()),
-                    fmt::format("{} x {} px, for which [camera] is calibrated", width_px_, height_px_)});
+    return failure(
+        {Code::PictureMismatch,
+         {picture.name, 0, 0},
+         fmt::format("{} has {} x {} px", name_of(picture), image.width(), image.height()),
+         fmt::format("{} x {} px, for which [camera] is calibrated", width_px_, height_px_)});
   }
   const Position<frame::Machine> expected = request.expected_in_machine();
   if (const auto pixel = pixel_of(expected, picture.axis)) return *pixel;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/picture_source.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/vision/image_io.h"
 
@@ -57,12 +57,11 @@ Expected<std::vector<std::size_t>> PictureSource::rows_of_seq(
   for (const std::size_t i : rows) {
     const PictureRow& row = folder_.rows[i];
     if (serves(row, request)) continue;
-    return failure(problem(Code::PictureMismatch,
-                           row.line,
-                           fmt::format("the picture of {} is for vision tool {}",
-                                       describe(request),
-                                       *row.tool),
-                           fmt::format("vision tool {}", request.settings.tools.front())));
+    return failure(problem(
+        Code::PictureMismatch,
+        row.line,
+        fmt::format("the picture of {} is for vision tool {}", describe(request), *row.tool),
+        fmt::format("vision tool {}", request.settings.tools.front())));
   }
   const auto n_wanted = static_cast<std::size_t>(std::max(1, request.settings.inspections));
   if (rows.size() > n_wanted) rows.resize(n_wanted);
@@ -88,11 +87,12 @@ Expected<std::vector<std::size_t>> PictureSource::nearest_row(
     what += fmt::format(
         "; the nearest, {}, is {:.3f} mm away", quoted(folder_.rows[*nearest].file), least_mm);
   }
-  return failure(
-      problem(Code::PictureMissing,
-              0,
-              std::move(what),
-              fmt::format("one taken near ({:.4f}, {:.4f}) mm", expected.in_mm().x(), expected.in_mm().y())));
+  return failure(problem(
+      Code::PictureMissing,
+      0,
+      std::move(what),
+      fmt::format(
+          "one taken near ({:.4f}, {:.4f}) mm", expected.in_mm().x(), expected.in_mm().y())));
 }
 
 Expected<Measurement> PictureSource::measure(const MeasurementRequest& request) {

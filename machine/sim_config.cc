@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/sim_config.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <limits>
+
+#include <fmt/format.h>
 
 namespace panelcal::internal {
 namespace {
@@ -38,8 +38,7 @@ Expected<void> read_panel(const TomlTable& table, SimConfig& sim) {
   const Range ppm{-1e5, 1e5};
   PANELCAL_TRY(const auto offset_mm, table.pair("panel_offset_mm", place));
   if (offset_mm) sim.panel_offset = displacement_mm<frame::Actual>(*offset_mm);
-  PANELCAL_TRY(const double rotation_mrad,
-               table.number_or("panel_rotation_mrad", {-1e4, 1e4}, 0));
+  PANELCAL_TRY(const double rotation_mrad, table.number_or("panel_rotation_mrad", {-1e4, 1e4}, 0));
   sim.panel_rotation = rad(rotation_mrad * 1e-3);
   PANELCAL_TRY(const auto stretch_ppm, table.pair("stretch_ppm", ppm));
   if (stretch_ppm) {
@@ -92,12 +91,12 @@ Expected<void> read_light(const TomlTable& table, SimConfig& sim) {
   PANELCAL_TRY(const auto neighbors, table.integer("neighbors", 0, 100));
   sim.neighbors = static_cast<int>(neighbors.value_or(0));
   if (sim.target_level <= sim.background) {
-    return failure(table.has("target_level")
-                       ? table.problem("target_level",
-                                       fmt::format("more than background = {}", sim.background))
-                       : table.problem("background",
-                                       fmt::format("less than target_level = {}",
-                                                   sim.target_level)));
+    return failure(
+        table.has("target_level")
+            ? table.problem("target_level",
+                            fmt::format("more than background = {}", sim.background))
+            : table.problem("background",
+                            fmt::format("less than target_level = {}", sim.target_level)));
   }
   return {};
 }
@@ -122,7 +121,9 @@ Expected<void> read_camera(const TomlTable& table,
     for (const double y_px : {-0.5, sim.height_px - 0.5}) {
       const double r2 = (Eigen::Vector2d(x_px, y_px) - real.axis_px).squaredNorm();
       if (1 + 3 * real.k1_per_px2 * r2 > 0) continue;
-      return failure(table.problem("camera",
+      const bool is_its_own = camera->has("k1_per_px2");
+      const TomlTable& cause = is_its_own ? *camera : table;
+      return failure(cause.problem(is_its_own ? "k1_per_px2" : "camera",
                                    "1 + 3 k1 r^2 above 0 everywhere in the picture",
                                    "the lens model folds over inside the picture"));
     }
@@ -133,8 +134,8 @@ Expected<void> read_camera(const TomlTable& table,
 
 }  // namespace
 
-Expected<std::optional<SimConfig>> read_sim_config(
-    const TomlTable& top, const std::optional<CameraCalibration>& camera) {
+Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
+                                                   const std::optional<CameraCalibration>& camera) {
   PANELCAL_TRY(const auto table, top.table("sim", "[sim]", {kSimKeys, {}}));
   if (!table) return std::nullopt;
   SimConfig sim;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/toml_table.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace panelcal::internal {
 namespace {
@@ -64,12 +64,11 @@ Place TomlSource::place(const toml::source_position& at) const {
 std::string TomlSource::excerpt(const toml::source_region& region) const {
   const std::string_view line = line_of(text, region.begin.line);
   const std::size_t begin = byte_of_column(line, region.begin.column);
-  const std::size_t end = region.end.line == region.begin.line
-                              ? byte_of_column(line, region.end.column)
-                              : line.size();
+  const std::size_t end =
+      region.end.line == region.begin.line ? byte_of_column(line, region.end.column) : line.size();
   // Without quotes of our own: "3" and 3 are different things in TOML.
   const std::string text_of_it = quoted(line.substr(begin, end > begin ? end - begin : 0));
-  return text_of_it.substr(1, text_of_it.rfind('"') - 1);
+  return text_of_it.substr(1, text_of_it.size() - 2);
 }
 
 Expected<toml::table> parse_toml(const TomlSource& source) {
@@ -82,10 +81,8 @@ Expected<toml::table> parse_toml(const TomlSource& source) {
   try {
     return toml::parse(source.text, std::string_view(source.file));
   } catch (const toml::parse_error& error) {
-    return failure({Code::TomlSyntax,
-                    source.place(error.source().begin),
-                    printable(error.description()),
-                    ""});
+    return failure(
+        {Code::TomlSyntax, source.place(error.source().begin), printable(error.description()), ""});
   } catch (const std::exception& error) {
     return failure({Code::TomlSyntax, {source.file, 0, 0}, printable(error.what()), ""});
   }
@@ -105,7 +102,8 @@ TomlTable::TomlTable(const toml::table& table,
                      std::string name,
                      const toml::source_region& at,
                      const TomlSource& source)
-    : table_(&table), name_(std::move(name)), at_(at), source_(&source) {}
+    : table_(&table), name_(std::move(name)), at_(at), source_(&source) {
+}
 
 Expected<TomlTable> TomlTable::make(const toml::table& table,
                                     std::string name,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -9,8 +8,10 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <toml++/toml.h>
 #include <vector>
+
+#include <Eigen/Core>
+#include <toml++/toml.h>
 
 #include "panelcal/calib/base/expected.h"
 
@@ -27,8 +28,8 @@ struct TomlSource {
   std::string excerpt(const toml::source_region& region) const;
 };
 
-/// Bytes of the longest line that is read: a long enough chain of dotted keys would nest deeper than
-/// any stack.
+/// Bytes of the longest line that is read: a long enough chain of dotted keys would nest deeper
+/// than any stack.
 inline constexpr std::size_t kMaxTomlLine = 1000;
 
 /// Parses TOML 1.0.

@@ -25,17 +25,26 @@ struct SourceLine {
   int number = 0;  ///< from 1
 };
 
+/// A place between two lines. Unlike a cursor it stays good when the text is moved or copied.
+struct LinePlace {
+  std::size_t offset = 0;
+  int number = 1;  ///< of the line that begins here
+};
+
 /// Walks over the lines of a text; LF, CR LF and CR all end a line. Copyable, so that a place in
 /// the text can be kept and returned to.
 class LineCursor {
  public:
   LineCursor() = default;
-  explicit LineCursor(std::string_view bytes) : bytes_(bytes) {}
+  /// Precondition: `from` is a place of this text.
+  explicit LineCursor(std::string_view bytes, LinePlace from = {})
+      : bytes_(bytes), offset_(from.offset), number_(from.number) {}
 
   bool at_end() const { return offset_ >= bytes_.size(); }
   /// Precondition: !at_end().
   SourceLine next();
   std::size_t offset() const { return offset_; }
+  LinePlace place() const { return {offset_, number_}; }
   /// Number of the line that next() would give.
   int line_number() const { return number_; }
 

@@ -23,8 +23,8 @@ struct WalkOptions {
   /// Work zero without any zero set (the machine's zero correction), and absolute zero.
   Position<frame::Machine> work_zero;
   Position<frame::Machine> absolute_zero;
-  /// A repeat of repeats can ask for more holes than there are atoms; this is where we stop. The
-  /// lines that step and repeat reads again and again are held against the same limit.
+  /// A repeat of repeats can ask for more holes than there are atoms; this is where we stop. So
+  /// many lines of step and repeat that do not operate are the most as well.
   std::int64_t max_operations = 1'000'000'000;
   /// The same for targets; their measurements are kept in memory, about 1 kB each.
   std::int64_t max_measurements = 100'000;

@@ -81,7 +81,7 @@ class CommandLine {
     source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
         ->check(CLI::IsMember({"sim"}));
     source->require_option(0, 1);
-    run_->add_option("-o,--output", o.output, "Corrected program; - is standard output")->required();
+    run_->add_option("-o,--output", o.output, "Corrected program (.jsonl .csv .drl .exc); - is standard output")->required();
     run_->add_option("--to", o.format, "Output format (default: from the output's extension)")
         ->check(CLI::IsMember({"jsonl", "csv", "excellon"}));
     run_->add_option("--report", o.report, "Write an HTML report");
@@ -125,7 +125,7 @@ class CommandLine {
       if (found == commands.end()) return failure(unknown_command(help_topic_));
       topic = *found;
     }
-    std::cout << topic->help();
+    std::cout << topic->help(topic == &app_ ? "" : app_.get_name());
     return std::move(options_);
   }
 
@@ -139,7 +139,10 @@ class CommandLine {
         options_.command_line[1].front() != '-') {
       return failure(unknown_command(options_.command_line[1]));
     }
-    return failure({Code::Usage, {"panelcal", 0, 0}, error.what(), "see `panelcal help`"});
+    const auto commands = app_.get_subcommands();
+    const std::string command = commands.empty() ? "" : " " + commands.front()->get_name();
+    return failure({Code::Usage, {"panelcal" + command, 0, 0}, error.what(),
+                    "what `panelcal help" + command + "` shows"});
   }
 
   static Diagnostic unknown_command(const std::string& word) {
@@ -151,7 +154,7 @@ class CommandLine {
                          : "perhaps " + std::string(near)};
   }
 
-  CLI::App app_{std::string(kMainHeader)};
+  CLI::App app_{std::string(kMainHeader), "panelcal"};
   Options options_;
   CheckOptions check_options_;
   SurveyOptions survey_options_;

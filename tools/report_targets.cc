@@ -53,7 +53,7 @@ std::string status_chip(const TargetFact& fact) {
   }
   switch (fact.state) {
     case TargetState::Refused:
-      return "<span class=\"chip refused\">found, residual too large</span>";
+      return "<span class=\"chip refused\">residual too large</span>";
     case TargetState::Suspect:
       return fmt::format("<span class=\"chip suspect\">found, {}</span>",
                          fact.series->is_fitted() ? "fit refused" : "no fit");

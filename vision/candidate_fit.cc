@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/candidate_fit.h"
 
-#include <Eigen/LU>
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
 
 #include "panelcal/vision/fit_covariance.h"
 #include "panelcal/vision/fit_window.h"
@@ -22,6 +22,9 @@ constexpr double kHuber = 2.0;
 /// Steps at which fits stop, px: convergence is quadratic, so what is left is far smaller.
 constexpr double kRough = 0.01;
 constexpr double kFine = 1e-5;
+/// Correlations below these parts of the score asked for are not worth a fit, or a second fit.
+constexpr double kHopelessStart = 0.6;
+constexpr double kHopelessFit = 0.85;
 /// Width of the narrow band around the rim.
 constexpr double kNarrowSigmas = 2.5;
 constexpr double kNarrowPx = 2;
@@ -31,8 +34,9 @@ constexpr double kScoreReach = 0.35;
 constexpr double kMinRadiusPx = 3;
 
 /// Correlation of model and picture over the target and its near surroundings. What was excluded
-/// as debris on the target counts, neighbours do not.
-double correlation(const RimProblem& problem, const RimVector& p) {
+/// as debris on the target counts, neighbours do not, nor does camera noise: a faint target may
+/// look just like the model.
+double correlation(const RimProblem& problem, double white_noise, const RimVector& p) {
   double n = 0;
   double sum_m = 0;
   double sum_v = 0;
@@ -54,13 +58,15 @@ double correlation(const RimProblem& problem, const RimVector& p) {
     sum_vv += v * v;
   }
   const double var_m = n * sum_mm - sum_m * sum_m;
-  const double var_v = n * sum_vv - sum_v * sum_v;
+  const double var_seen = n * sum_vv - sum_v * sum_v;
+  const double var_v = std::max(var_seen - n * n * white_noise * white_noise, 0.25 * var_seen);
   if (!(var_m > 0) || !(var_v > 0)) return 0;
   return std::clamp((n * sum_mv - sum_m * sum_v) / std::sqrt(var_m * var_v), 0.0, 1.0);
 }
 
 struct Estimate {
   RimSolution solution;
+  double correlation = 0;
   Eigen::Matrix2d cov = Eigen::Matrix2d::Zero();
   double rim_noise = 0;
   double excluded = 0;
@@ -68,7 +74,7 @@ struct Estimate {
 
 /// On texture the far background says little about the plane at the rim and much about the weave:
 /// a fit to the rim's near surroundings is tried, and taken if its covariance is smaller.
-void try_narrow_band(RimProblem& problem, const ResidualCorrelation& correlation, Estimate& e) {
+void try_narrow_band(RimProblem& problem, const ResidualCorrelation& noise, Estimate& e) {
   const RimVector& p = e.solution.parameters;
   for (WindowPixel& pixel : problem.window.pixels) {
     const auto value = problem.model.evaluate(pixel, p, nullptr);
@@ -76,30 +82,51 @@ void try_narrow_band(RimProblem& problem, const ResidualCorrelation& correlation
   }
   const RimSolution narrow = fit_rim(problem, p, 0, kFine);
   if (!narrow.converged) return;
-  const Eigen::Matrix2d cov = center_covariance(problem, narrow, correlation);
+  const Eigen::Matrix2d cov = center_covariance(problem, narrow, noise);
   if (!cov.allFinite() || cov.trace() >= e.cov.trace()) return;
   e.solution = narrow;
   e.cov = cov;
 }
 
-Estimate estimate(RimProblem& problem, const RimStart& start) {
+/// True if a fit left the rim it was started at: there is none.
+bool is_astray(const RimVector& p, const RimVector& start) {
+  constexpr double kFar = 0.2;  // of the radius
+  const double limit = std::max(1.0, kFar * start[kRadius]);
+  return !p.allFinite() || (p.head<2>() - start.head<2>()).norm() > limit ||
+         std::abs(p[kRadius] - start[kRadius]) > limit;
+}
+
+Estimate estimate(RimProblem& problem, const RimStart& start, double min_score) {
   Estimate e;
+  const double white_noise = white_noise_of(problem.window);
+  e.solution.parameters = start.parameters;
+  e.correlation = correlation(problem, white_noise, start.parameters);
+  if (e.correlation < kHopelessStart * min_score) return e;
   // The start's residuals are mostly misplacement, so noise for Huber's limit comes from the
   // flat pixels, after a fit with a generous guess.
   const double contrast = std::abs(start.parameters[kContrast]);
   const double guess = std::max(1.0, 0.1 * contrast);
   set_weights(problem, start.parameters, {guess, guess});
   e.solution = fit_rim(problem, start.parameters, kHuber, kRough);
+  e.correlation = correlation(problem, white_noise, e.solution.parameters);
+  if (is_astray(e.solution.parameters, start.parameters) ||
+      e.correlation < kHopelessFit * min_score) {
+    e.solution.converged = false;
+  }
+  if (!e.solution.converged) return e;
   for (int pass = 0; pass < 2; ++pass) {
+    const bool was_clean = pass > 0 && e.excluded == 0;
     e.excluded = exclude_strangers(problem, e.solution.parameters);
+    if (was_clean && e.excluded == 0) break;
     e.solution = fit_rim(problem, e.solution.parameters, 0, kRough);
   }
   set_weights(problem, e.solution.parameters, noise_of(problem, e.solution.parameters));
   e.solution = fit_rim(problem, e.solution.parameters, 0, kFine);
-  const ResidualCorrelation correlation = residual_correlation(problem, e.solution);
-  e.rim_noise = correlation.rim_noise;
-  e.cov = center_covariance(problem, e.solution, correlation);
-  if (correlation.outside.is_textured) try_narrow_band(problem, correlation, e);
+  const ResidualCorrelation noise = residual_correlation(problem, e.solution);
+  e.rim_noise = noise.rim_noise;
+  e.cov = center_covariance(problem, e.solution, noise);
+  if (noise.outside.is_textured) try_narrow_band(problem, noise, e);
+  e.correlation = correlation(problem, white_noise, e.solution.parameters);
   return e;
 }
 
@@ -119,17 +146,14 @@ void fill_geometry(const FitFrame& fit_frame,
   if (expected.shape == Shape::Ring) fit.inner_size = px(2 * p[kInnerRadius] * px_per_unit);
   if (fit_frame.mapping()) {
     const double unit_mm = fit_frame.unit();
-    fit.center_optical = PositionEstimate<frame::Optical>{fit_frame.to_optical(center),
-                                                          unit_mm * unit_mm * cov};
+    fit.center_optical =
+        PositionEstimate<frame::Optical>{fit_frame.to_optical(center), unit_mm * unit_mm * cov};
     fit.size_mm = mm(2 * p[kRadius] * unit_mm);
   }
 }
 
-std::optional<std::string> size_problem(const FitFrame& fit_frame,
-                                        std::string_view what,
-                                        double seen,
-                                        double asked,
-                                        double tolerance) {
+std::optional<std::string> size_problem(
+    const FitFrame& fit_frame, std::string_view what, double seen, double asked, double tolerance) {
   const double deviation = seen / asked - 1;
   if (std::abs(deviation) <= tolerance) return std::nullopt;
   const bool in_mm = fit_frame.mapping() != nullptr;
@@ -171,7 +195,7 @@ void judge(const Image& image,
     candidate.reason = std::move(reason);
   };
   if (!e.solution.converged || !candidate.fit.center.cov.allFinite()) {
-    return set(Verdict::Unlikely, "the fit does not converge");
+    return set(Verdict::Unlikely, "it does not look like the target");
   }
   if (contrast < min_contrast) {
     return set(Verdict::Unlikely,
@@ -222,16 +246,15 @@ FittedCandidate fit_candidate(const Image& image,
     candidate.reason = "it is too small to be measured";
     return candidate;
   }
-  RimProblem problem{
-      make_window(image, fit_frame, center, radius, window_reach(radius)),
-      RimModel(expected.shape, center, radius),
-      image.full_scale()};
-  const Estimate e = estimate(problem, start);
+  RimProblem problem{make_window(image, fit_frame, center, radius, window_reach(radius)),
+                     RimModel(expected.shape, center, radius),
+                     image.full_scale()};
+  const Estimate e = estimate(problem, start, options.min_score);
 
   const RimVector& p = e.solution.parameters;
   TargetFit& fit = candidate.fit;
   fill_geometry(fit_frame, expected, p, e.cov, fit);
-  fit.score = correlation(problem, p) * rim_support(image, fit_frame, p);
+  fit.score = e.correlation * rim_support(image, fit_frame, p);
   fit.blur_px = p[kSigma];
   fit.background = p[kPlane];
   fit.contrast = p[kContrast];

@@ -53,8 +53,12 @@ ShareMap make_box(std::span<const OutlineNode> nodes, double reach, int width, i
 
 /// Pixels well to the left of a node see G = 1: `full` holds these parts by their last column, to
 /// be summed from the right.
-void add_node(const OutlineNode& node, double blur_px, double reach, ShareMap& map,
-              std::vector<double>& full, std::vector<double>& column_weights) {
+void add_node(const OutlineNode& node,
+              double blur_px,
+              double reach,
+              ShareMap& map,
+              std::vector<double>& full,
+              std::vector<double>& column_weights) {
   const double x = node.at_px.x() - map.x0;
   const double y = node.at_px.y() - map.y0;
   if (!(x > -reach) || !(y > -reach) || !(y < map.height + reach)) return;

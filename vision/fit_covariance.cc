@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/fit_covariance.h"
 
+#include <algorithm>
+
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <algorithm>
 #include <opencv2/core.hpp>
 
 #include "panelcal/vision/spectrum.h"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
+
+#include <Eigen/Core>
 
 #include "panelcal/calib/base/estimate.h"
 #include "panelcal/calib/camera_mapping.h"

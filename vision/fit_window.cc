@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace panelcal::internal {
 namespace {
@@ -18,6 +19,20 @@ bool is_on_stride(int x, int y) {
 }
 
 }  // namespace
+
+double white_noise_of(const FitWindow& window) {
+  std::vector<double> differences;
+  differences.reserve(window.pixels.size());
+  for (std::size_t i = 1; i < window.pixels.size(); ++i) {
+    const WindowPixel& a = window.pixels[i - 1];
+    const WindowPixel& b = window.pixels[i];
+    if (a.y == b.y && a.x + 1 == b.x) differences.push_back(std::abs(a.value - b.value));
+  }
+  if (differences.empty()) return 0;
+  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+  std::nth_element(differences.begin(), middle, differences.end());
+  return 1.4826 / std::sqrt(2.0) * *middle;
+}
 
 WindowReach window_reach(double radius_px) {
   WindowReach reach;

@@ -114,10 +114,14 @@ Size tiff_size(std::string_view bytes) {
 
 Size size_of(std::string_view bytes, PictureKind kind) {
   switch (kind) {
-    case PictureKind::Png: return png_size(bytes);
-    case PictureKind::Tiff: return tiff_size(bytes);
-    case PictureKind::Bmp: return bmp_size(bytes);
-    case PictureKind::Jpeg: return jpeg_size(bytes);
+    case PictureKind::Png:
+      return png_size(bytes);
+    case PictureKind::Tiff:
+      return tiff_size(bytes);
+    case PictureKind::Bmp:
+      return bmp_size(bytes);
+    case PictureKind::Jpeg:
+      return jpeg_size(bytes);
   }
   return std::nullopt;
 }
@@ -126,10 +130,14 @@ Size size_of(std::string_view bytes, PictureKind kind) {
 
 std::string_view name(PictureKind kind) {
   switch (kind) {
-    case PictureKind::Png: return "PNG";
-    case PictureKind::Tiff: return "TIFF";
-    case PictureKind::Bmp: return "BMP";
-    case PictureKind::Jpeg: return "JPEG";
+    case PictureKind::Png:
+      return "PNG";
+    case PictureKind::Tiff:
+      return "TIFF";
+    case PictureKind::Bmp:
+      return "BMP";
+    case PictureKind::Jpeg:
+      return "JPEG";
   }
   return {};
 }

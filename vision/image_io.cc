@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/image_io.h"
 
-#include <fmt/format.h>
-
 #include <exception>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/vision/cv_bridge.h"
@@ -74,14 +74,13 @@ std::optional<cv::Mat> grey_of(const cv::Mat& mat) {
 Expected<Image> image_of(const cv::Mat& mat, std::string_view name) {
   const bool is_16_bit = mat.depth() == CV_16U;
   if (mat.depth() != CV_8U && !is_16_bit) {
-    return problem(Code::PictureFormat, name, "pixels are floating-point or signed numbers", "8 or 16 bit");
+    return problem(
+        Code::PictureFormat, name, "pixels are floating-point or signed numbers", "8 or 16 bit");
   }
   const std::optional<cv::Mat> grey = grey_of(mat);
   if (!grey) {
-    return problem(Code::PictureFormat,
-                   name,
-                   fmt::format("{} channels", mat.channels()),
-                   "grey, RGB or RGBA");
+    return problem(
+        Code::PictureFormat, name, fmt::format("{} channels", mat.channels()), "grey, RGB or RGBA");
   }
   Image image(mat.cols, mat.rows, is_16_bit ? Image::kFullScale16 : Image::kFullScale8);
   for (int y = 0; y < mat.rows; ++y) {
@@ -128,10 +127,8 @@ namespace internal {
 
 cv::Mat mat_of(const Image& image) {
   // The Mat only looks at the pixels; convertTo rounds, clips and copies.
-  const cv::Mat view(image.height(),
-                     image.width(),
-                     CV_32FC1,
-                     const_cast<float*>(image.pixels().data()));
+  const cv::Mat view(
+      image.height(), image.width(), CV_32FC1, const_cast<float*>(image.pixels().data()));
   cv::Mat mat;
   view.convertTo(mat, image.full_scale() > Image::kFullScale8 ? CV_16U : CV_8U);
   return mat;
@@ -147,7 +144,8 @@ Expected<std::string> png_of(const cv::Mat& mat) {
   } catch (const std::exception& e) {
     why = e.what();
   }
-  return problem(Code::PictureFormat, "", "cannot encode a picture: " + panelcal::quoted(why), "a picture");
+  return problem(
+      Code::PictureFormat, "", "cannot encode a picture: " + panelcal::quoted(why), "a picture");
 }
 
 }  // namespace internal
@@ -165,10 +163,11 @@ Expected<Image> decode_image(std::string_view bytes, std::string_view name) {
   // JPEG decoders go on after damage with made-up pixels, and only say so.
   const bool patched = *kind == PictureKind::Jpeg && !decoded.messages.empty();
   if (decoded.mat.empty() || patched) {
-    return problem(Code::PictureDamaged,
-                   name,
-                   fmt::format("the {} does not decode{}", internal::name(*kind), reason_of(decoded)),
-                   "a whole picture");
+    return problem(
+        Code::PictureDamaged,
+        name,
+        fmt::format("the {} does not decode{}", internal::name(*kind), reason_of(decoded)),
+        "a whole picture");
   }
   return image_of(decoded.mat, name);
 }

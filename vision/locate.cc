@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/locate.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/vision/candidate_fit.h"
 #include "panelcal/vision/radial_votes.h"
@@ -21,9 +21,13 @@ using internal::FittedCandidate;
 using internal::PixelBox;
 using Verdict = FittedCandidate::Verdict;
 
-constexpr int kMaxPeaks = 24;   // places looked at along rays
-constexpr int kMaxFitted = 8;   // places fitted
+constexpr int kMaxPeaks = 24;       // places looked at along rays
+constexpr int kMaxFitted = 8;       // places fitted
 constexpr double kSamePlace = 0.3;  // of the radius: nearer candidates are one
+/// A rim is worth a fit if its size is off by less than this, or by less than this many times the
+/// tolerance: near enough to be the target badly made, not another kind of mark.
+constexpr double kNearSize = 0.15;
+constexpr double kNearSizeTolerances = 1.5;
 
 /// Where targets may be.
 class SearchArea {
@@ -84,6 +88,11 @@ struct Sighting {
   Eigen::Vector2d center_px;
 };
 
+bool is_near_size(const ExpectedRim& expected, double radius) {
+  const double limit = std::max(kNearSize, kNearSizeTolerances * expected.size_tolerance);
+  return std::abs(radius / expected.radius - 1) < limit;
+}
+
 std::vector<Sighting> see_rims(const Image& image,
                                const CameraMapping* mapping,
                                const ExpectedRim& expected,
@@ -100,9 +109,9 @@ std::vector<Sighting> see_rims(const Image& image,
     if (!area.contains(peak.at_px, 0.5 * expected.radius)) continue;
     const FitFrame fit_frame(mapping, peak.at_px);
     // Rays cross other things too, so their contrast is only roughly that of the target.
-    const auto start = internal::find_rim(
-        image, fit_frame, Eigen::Vector2d::Zero(), expected, 0.5 * min_contrast);
-    if (!start) continue;
+    const auto start =
+        internal::find_rim(image, fit_frame, Eigen::Vector2d::Zero(), expected, 0.5 * min_contrast);
+    if (!start || !is_near_size(expected, start->parameters[internal::kRadius])) continue;
     const auto u = fit_frame.to_image(start->parameters.head<2>());
     if (!u || !area.contains(*u, 2)) continue;
     const bool is_new = std::all_of(sightings.begin(), sightings.end(), [&](const Sighting& s) {
@@ -113,18 +122,18 @@ std::vector<Sighting> see_rims(const Image& image,
   std::stable_sort(sightings.begin(), sightings.end(), [](const Sighting& a, const Sighting& b) {
     return a.start.support > b.start.support;
   });
-  if (sightings.size() > kMaxFitted) sightings.erase(sightings.begin() + kMaxFitted, sightings.end());
+  if (sightings.size() > kMaxFitted)
+    sightings.erase(sightings.begin() + kMaxFitted, sightings.end());
   return sightings;
 }
 
 /// Good ones first, then unfit ones, then unlikely ones; each by score.
 void rank(std::vector<FittedCandidate>& candidates) {
-  std::stable_sort(candidates.begin(),
-                   candidates.end(),
-                   [](const FittedCandidate& a, const FittedCandidate& b) {
-                     if (a.verdict != b.verdict) return a.verdict < b.verdict;
-                     return a.fit.score > b.fit.score;
-                   });
+  std::stable_sort(
+      candidates.begin(), candidates.end(), [](const FittedCandidate& a, const FittedCandidate& b) {
+        if (a.verdict != b.verdict) return a.verdict < b.verdict;
+        return a.fit.score > b.fit.score;
+      });
 }
 
 std::string not_found_reason(const std::vector<FittedCandidate>& candidates) {
@@ -196,10 +205,14 @@ Diagnostic bad_option(std::string what, std::string expected) {
 
 std::string_view name(DetectionStatus status) {
   switch (status) {
-    case DetectionStatus::Found: return "found";
-    case DetectionStatus::NotFound: return "not_found";
-    case DetectionStatus::Ambiguous: return "ambiguous";
-    case DetectionStatus::Rejected: return "rejected";
+    case DetectionStatus::Found:
+      return "found";
+    case DetectionStatus::NotFound:
+      return "not_found";
+    case DetectionStatus::Ambiguous:
+      return "ambiguous";
+    case DetectionStatus::Rejected:
+      return "rejected";
   }
   return {};
 }

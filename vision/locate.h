@@ -36,7 +36,7 @@ struct LocateOptions {
   /// stains begin to look like targets.
   double min_contrast = 0.06;
   /// Smallest score of a candidate; see TargetFit::score.
-  double min_score = 0.6;
+  double min_score = 0.75;
 
   /// Fails  target-invalid: names the field, its value and the bound it breaks
   Expected<void> validate() const;
@@ -44,20 +44,20 @@ struct LocateOptions {
 
 /// A target as it was fitted to the picture.
 struct TargetFit {
-  PositionEstimate<frame::Image> center;                             ///< px, px^2
-  std::optional<PositionEstimate<frame::Optical>> center_optical;    ///< with a mapping; mm, mm^2
-  PixelLength size;                                                  ///< outer diameter
-  std::optional<PixelLength> inner_size;                             ///< rings
-  std::optional<Length> size_mm;                                     ///< with a mapping
-  Angle angle;                                                       ///< 0 for discs and rings
-  /// 0 to 1: correlation of picture and fitted model over the target and its rim, times the
-  /// part of the rim that is really seen.
+  PositionEstimate<frame::Image> center;                           ///< px, px^2
+  std::optional<PositionEstimate<frame::Optical>> center_optical;  ///< with a mapping; mm, mm^2
+  PixelLength size;                                                ///< outer diameter
+  std::optional<PixelLength> inner_size;                           ///< rings
+  std::optional<Length> size_mm;                                   ///< with a mapping
+  Angle angle;                                                     ///< 0 for discs and rings
+  /// 0 to 1: correlation of picture and fitted model over the target and its rim, camera noise
+  /// aside, times the part of the rim that is really seen.
   double score = 0;
-  double blur_px = 0;           ///< sigma of the edge, the pixel's own width included
-  double background = 0;        ///< level around the target at its centre, grey levels
-  double contrast = 0;          ///< target minus background, grey levels; negative for dark ones
-  double noise = 0;             ///< sigma of the residuals at the rim, grey levels
-  double excluded = 0;          ///< part of the fitted window left out: neighbours, debris
+  double blur_px = 0;     ///< sigma of the edge, the pixel's own width included
+  double background = 0;  ///< level around the target at its centre, grey levels
+  double contrast = 0;    ///< target minus background, grey levels; negative for dark ones
+  double noise = 0;       ///< sigma of the residuals at the rim, grey levels
+  double excluded = 0;    ///< part of the fitted window left out: neighbours, debris
 };
 
 /// One of the places that were looked at, for overlays and reports.

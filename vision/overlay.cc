@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <span>
+
+#include <opencv2/imgproc.hpp>
 
 #include "panelcal/vision/cv_bridge.h"
 
@@ -43,13 +44,14 @@ View view_of(const Image& image, const Detection& detection, const OverlayOption
   View view{whole, 1};
   if (detection.best) {
     const Eigen::Vector2d& u = detection.best->center.position.in_px();
-    const double half = options.half_width ? options.half_width->in_px()
-                                           : detection.best->size.in_px() + 8;
+    const double half =
+        options.half_width ? options.half_width->in_px() : detection.best->size.in_px() + 8;
     const auto clamped = [](double v, int end) {
       return static_cast<int>(std::lround(std::clamp(v, 0.0, static_cast<double>(end))));
     };
     const cv::Point first(clamped(u.x() - half, whole.width), clamped(u.y() - half, whole.height));
-    const cv::Point last(clamped(u.x() + half + 1, whole.width), clamped(u.y() + half + 1, whole.height));
+    const cv::Point last(clamped(u.x() + half + 1, whole.width),
+                         clamped(u.y() + half + 1, whole.height));
     const cv::Rect box(first, last);
     if (!box.empty()) view.box = box;
   }
@@ -95,6 +97,7 @@ void draw_cross(cv::Mat& picture,
 
 void draw(cv::Mat& picture, const View& view, const Detection& detection) {
   for (const Candidate& other : detection.candidates) {
+    if (detection.best && other.center == detection.best->center.position) continue;
     draw_rim(picture, view, other.center.in_px(), other.size, kYellow);
   }
   if (!detection.best) return;

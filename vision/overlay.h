@@ -15,7 +15,8 @@ struct OverlayOptions {
   /// Half the side of the piece of picture that is shown; absent: the target and half its size
   /// around it, or the whole picture if nothing was found.
   std::optional<PixelLength> half_width;
-  int min_side = 320;  ///< small pieces are scaled up by a whole number to at least this many pixels
+  int min_side =
+      320;  ///< small pieces are scaled up by a whole number to at least this many pixels
 };
 
 /// A colour PNG of the picture around the detection, with what was found drawn in: the best

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/picture_folder.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -10,6 +8,8 @@
 #include <map>
 #include <system_error>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 
@@ -61,9 +61,11 @@ class Parser {
   }
 
   Expected<std::vector<PictureRow>> parse() {
-    if (trimmed(rest_).empty()) return error(1, 1, "the file is empty", std::string(kColumnsExpected));
+    if (trimmed(rest_).empty())
+      return error(1, 1, "the file is empty", std::string(kColumnsExpected));
     if (const std::size_t at = rest_.find('\0'); at != std::string_view::npos) {
-      return error(1, 1, fmt::format("a zero byte at offset {}: this is no text", at), "a CSV file");
+      return error(
+          1, 1, fmt::format("a zero byte at offset {}: this is no text", at), "a CSV file");
     }
     PANELCAL_CHECK(read_header());
     std::vector<PictureRow> rows;
@@ -88,10 +90,15 @@ class Parser {
     return true;
   }
 
-  tl::unexpected<Diagnostic> error(int line, int column, std::string what, std::string expected) const {
+  tl::unexpected<Diagnostic> error(int line,
+                                   int column,
+                                   std::string what,
+                                   std::string expected) const {
     return failure({Code::ImagesCsv, {name_, line, column}, std::move(what), std::move(expected)});
   }
-  tl::unexpected<Diagnostic> error(const Field& field, std::string what, std::string expected) const {
+  tl::unexpected<Diagnostic> error(const Field& field,
+                                   std::string what,
+                                   std::string expected) const {
     return error(line_, field.column, std::move(what), std::move(expected));
   }
 
@@ -151,28 +158,40 @@ class Parser {
       return error(field, "a quotation mark", "plain fields; a file name cannot hold a comma");
     }
     switch (column) {
-      case kFile: return read_file_name(field, row);
-      case kX: return read_number(field, column, x_mm_);
-      case kY: return read_number(field, column, y_mm_);
+      case kFile:
+        return read_file_name(field, row);
+      case kX:
+        return read_number(field, column, x_mm_);
+      case kY:
+        return read_number(field, column, y_mm_);
       case kZ: {
         double z_mm = 0;
         PANELCAL_CHECK(read_number(field, column, z_mm));
         row.z = mm(z_mm);
         return {};
       }
-      case kZoom: return read_number(field, column, row.zoom.emplace());
-      case kTool: return read_count(field, column, row.tool.emplace());
-      case kSeq: return read_seq(field, row);
-      case kLamp: row.lamp = std::string(field.text); return {};
-      case kTime: row.time = std::string(field.text); return {};
-      case kColumnCount: break;
+      case kZoom:
+        return read_number(field, column, row.zoom.emplace());
+      case kTool:
+        return read_count(field, column, row.tool.emplace());
+      case kSeq:
+        return read_seq(field, row);
+      case kLamp:
+        row.lamp = std::string(field.text);
+        return {};
+      case kTime:
+        row.time = std::string(field.text);
+        return {};
+      case kColumnCount:
+        break;
     }
     return {};
   }
 
   Expected<void> read_file_name(const Field& field, PictureRow& row) const {
     const std::filesystem::path path(field.text);
-    const bool leaves = std::any_of(path.begin(), path.end(), [](const auto& p) { return p == ".."; });
+    const bool leaves =
+        std::any_of(path.begin(), path.end(), [](const auto& p) { return p == ".."; });
     if (path.is_absolute() || leaves || !path.has_filename()) {
       return error(field,
                    fmt::format("file name {} leaves the folder", panelcal::quoted(field.text)),
@@ -227,16 +246,26 @@ std::string shortest(double value) {
 
 std::string text_of(const PictureRow& row, Column column) {
   switch (column) {
-    case kFile: return row.file;
-    case kX: return shortest(row.axis.in_mm().x());
-    case kY: return shortest(row.axis.in_mm().y());
-    case kZ: return row.z ? shortest(row.z->in_mm()) : "";
-    case kTool: return row.tool ? std::to_string(*row.tool) : "";
-    case kLamp: return row.lamp.value_or("");
-    case kZoom: return row.zoom ? shortest(*row.zoom) : "";
-    case kSeq: return row.seq ? std::to_string(*row.seq) : "";
-    case kTime: return row.time.value_or("");
-    case kColumnCount: break;
+    case kFile:
+      return row.file;
+    case kX:
+      return shortest(row.axis.in_mm().x());
+    case kY:
+      return shortest(row.axis.in_mm().y());
+    case kZ:
+      return row.z ? shortest(row.z->in_mm()) : "";
+    case kTool:
+      return row.tool ? std::to_string(*row.tool) : "";
+    case kLamp:
+      return row.lamp.value_or("");
+    case kZoom:
+      return row.zoom ? shortest(*row.zoom) : "";
+    case kSeq:
+      return row.seq ? std::to_string(*row.seq) : "";
+    case kTime:
+      return row.time.value_or("");
+    case kColumnCount:
+      break;
   }
   return "";
 }

@@ -38,7 +38,8 @@ Grid averaged(const Image& image, const PixelBox& box, int factor) {
     const auto row = image.row(box.y0 + y);
     for (int x = 0; x < grid.width; ++x) {
       float sum = 0;
-      for (int i = 0; i < factor; ++i) sum += row[static_cast<std::size_t>(box.x0 + x * factor + i)];
+      for (int i = 0; i < factor; ++i)
+        sum += row[static_cast<std::size_t>(box.x0 + x * factor + i)];
       grid.at(x, y / factor) += weight * sum;
     }
   }
@@ -161,7 +162,8 @@ std::vector<VotePeak> radial_votes(const Image& image,
     for (int x = 0; x < votes.width; ++x) {
       const double share = votes.at(x, y) / whole_rim;
       if (share < kMinVotes || !is_peak(votes, x, y)) continue;
-      const Eigen::Vector2d at(box.x0 + (x + 0.5) * factor - 0.5, box.y0 + (y + 0.5) * factor - 0.5);
+      const Eigen::Vector2d at(box.x0 + (x + 0.5) * factor - 0.5,
+                               box.y0 + (y + 0.5) * factor - 0.5);
       peaks.push_back({at, share});
     }
   }

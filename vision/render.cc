@@ -58,8 +58,10 @@ bool add_side(const Camera& camera,
               const Eigen::Vector2d& from_mm,
               const Eigen::Vector2d& to_mm,
               std::vector<OutlineNode>& nodes) {
-  constexpr std::array kPlaces = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526};
-  constexpr std::array kWeights = {0.3478548451374538, 0.6521451548625461, 0.6521451548625461, 0.3478548451374538};
+  constexpr std::array kPlaces = {
+      -0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526};
+  constexpr std::array kWeights = {
+      0.3478548451374538, 0.6521451548625461, 0.6521451548625461, 0.3478548451374538};
   const double scale = camera.mapping.parameters().scale_mm_per_px;
   const Eigen::Vector2d whole = to_mm - from_mm;
   const int n = 1 + static_cast<int>(whole.norm() / scale / camera.blur_px);
@@ -95,7 +97,8 @@ ShareMap share_of_circle(const Camera& camera, const Feature& feature, Length di
 
 ShareMap share_of(const Camera& camera, const Feature& feature) {
   if (feature.shape == Feature::Shape::Rectangle) {
-    return share_inside(rectangle_nodes(camera, feature), camera.blur_px, camera.width, camera.height);
+    return share_inside(
+        rectangle_nodes(camera, feature), camera.blur_px, camera.width, camera.height);
   }
   ShareMap share = share_of_circle(camera, feature, feature.size);
   if (feature.shape == Feature::Shape::Ring && feature.inner_size > mm(0)) {

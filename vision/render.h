@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/calib/base/random.h"
@@ -28,9 +29,9 @@ struct Feature {
 
 /// The glass weave of the laminate: fixed to the panel, so that overlapping pictures agree.
 struct Weave {
-  double amplitude = 0;                                  ///< of full scale
-  Length period = mm(0.5);                               ///< from yarn to yarn but one
-  std::uint64_t seed = 1;                                ///< of the yarns' irregularity
+  double amplitude = 0;                                          ///< of full scale
+  Length period = mm(0.5);                                       ///< from yarn to yarn but one
+  std::uint64_t seed = 1;                                        ///< of the yarns' irregularity
   Transform<frame::Nominal, frame::Optical> panel_from_optical;  ///< where the picture lies
 };
 
@@ -50,9 +51,9 @@ struct Camera {
   CameraMapping mapping;
   int width = 640;
   int height = 480;
-  double blur_px = 1.0;      ///< sigma of the lens's Gaussian point spread; the pixel comes on top
-  double noise = 0;          ///< sigma per pixel, grey levels of the picture
-  double full_scale = 255;   ///< 255 or 65535
+  double blur_px = 1.0;     ///< sigma of the lens's Gaussian point spread; the pixel comes on top
+  double noise = 0;         ///< sigma per pixel, grey levels of the picture
+  double full_scale = 255;  ///< 255 or 65535
 };
 
 /// Renders a picture whose truth is known exactly.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+
 #include <opencv2/core.hpp>
 
 #include "panelcal/vision/spectrum.h"
@@ -90,7 +91,8 @@ Autocovariance autocovariance_of(const Part& part, double used_parameters) {
   Autocovariance result;
   const double n_pixels = cv::countNonZero(part.mask);
   const double sum = part.residual.dot(part.residual);
-  result.variance = std::max(kRounding * kRounding, sum / std::max(1.0, n_pixels - used_parameters));
+  result.variance =
+      std::max(kRounding * kRounding, sum / std::max(1.0, n_pixels - used_parameters));
   result.is_textured = is_textured(part, result.variance);
   result.white = result.variance;
   if (!result.is_textured) return result;

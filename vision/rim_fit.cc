@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/rim_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include <Eigen/Cholesky>
+
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMaxIterations = 40;
+constexpr int kMaxIterations = 15;  // a rim takes 3 to 5; more means that there is none
 /// Cost differences below this part are rounding.
 constexpr double kCostRounding = 1e-10;
-constexpr double kMinSigma = 0.32;       // a pixel behind a perfect lens has 0.29
-constexpr double kMaxSigmaOfRadius = 0.4;
+constexpr double kMinSigma = 0.32;          // a pixel behind a perfect lens has 0.29
+constexpr double kMaxSigmaOfRadius = 0.15;  // a blurrier rim is no rim
 
 /// Normal equations; flat pixels touch only the six plane parameters and are summed apart.
 struct NormalEquations {
@@ -110,7 +111,7 @@ RimVector moved(const RimVector& p, RimVector step, bool is_ring) {
   step[kSigma] = std::clamp(step[kSigma], -0.5 * p[kSigma], 1.0 * p[kSigma]);
   RimVector q = p + step;
   q[kRadius] = std::max(q[kRadius], 1.0);
-  q[kSigma] = std::clamp(q[kSigma], kMinSigma, std::max(1.0, kMaxSigmaOfRadius * q[kRadius]));
+  q[kSigma] = std::clamp(q[kSigma], kMinSigma, std::max(1.5, kMaxSigmaOfRadius * q[kRadius]));
   if (is_ring) q[kInnerRadius] = std::clamp(q[kInnerRadius], 0.5, q[kRadius]);
   return q;
 }
@@ -195,13 +196,18 @@ double exclude_strangers(RimProblem& problem, const RimVector& parameters) {
     return static_cast<std::size_t>(y - window.y0) * static_cast<std::size_t>(window.width) +
            static_cast<std::size_t>(x - window.x0);
   };
-  std::vector<char> grown(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height), 0);
+  std::vector<char> grown(
+      static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height), 0);
   for (std::size_t i = 0; i < residuals.size(); ++i) {
     const double share = is_rim[i] ? kRimOfContrast : kOfContrast;
     if (residuals[i] <= std::max(kSigmas * sigma, share * contrast)) continue;
     const WindowPixel& pixel = window.pixels[i];
-    for (int y = std::max(window.y0, pixel.y - kGrow); y <= std::min(window.y0 + window.height - 1, pixel.y + kGrow); ++y) {
-      for (int x = std::max(window.x0, pixel.x - kGrow); x <= std::min(window.x0 + window.width - 1, pixel.x + kGrow); ++x) {
+    for (int y = std::max(window.y0, pixel.y - kGrow);
+         y <= std::min(window.y0 + window.height - 1, pixel.y + kGrow);
+         ++y) {
+      for (int x = std::max(window.x0, pixel.x - kGrow);
+           x <= std::min(window.x0 + window.width - 1, pixel.x + kGrow);
+           ++x) {
         grown[cell(x, y)] = 1;
       }
     }

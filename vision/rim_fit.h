@@ -32,8 +32,8 @@ struct RimSolution {
 /// Minimises sum w rho(level - I) by Levenberg-Marquardt with analytic gradients.
 ///
 /// In     problem; start; huber: residuals beyond this many sigmas count
-///        linearly, 0 for plain least squares; tolerance_px: stop at steps below. Excluded pixels and pixels clipped at 0 or full
-///        scale where the model is beyond do not count.
+///        linearly, 0 for plain least squares; tolerance_px: stop at steps below. Excluded pixels
+///        and pixels clipped at 0 or full scale where the model is beyond do not count.
 /// Cost   about 15 ns a flat pixel and 60 ns a rim pixel per iteration; does not allocate
 /// Source Nocedal and Wright 2006, 10.3; Huber 1964
 RimSolution fit_rim(const RimProblem& problem,

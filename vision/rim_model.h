@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
+
+#include <Eigen/Core>
 
 #include "panelcal/vision/edge_profile.h"
 #include "panelcal/vision/fit_window.h"
@@ -15,15 +16,15 @@ enum RimParameter {
   kCenterX,
   kCenterY,
   kRadius,
-  kSigma,       ///< of the edge, pixel width included
-  kPlane,       ///< background at the plane's origin, then its slopes per plane unit
+  kSigma,  ///< of the edge, pixel width included
+  kPlane,  ///< background at the plane's origin, then its slopes per plane unit
   kPlaneX,
   kPlaneY,
-  kContrast,    ///< target minus background, then its slopes: light multiplies, so that a bright
-  kContrastX,   ///< target has a steeper gradient than the background
+  kContrast,   ///< target minus background, then its slopes: light multiplies, so that a bright
+  kContrastX,  ///< target has a steeper gradient than the background
   kContrastY,
-  kInnerRadius, ///< rings only, as is the next
-  kHole,        ///< level in the hole minus background: the hole may show another material
+  kInnerRadius,  ///< rings only, as is the next
+  kHole,         ///< level in the hole minus background: the hole may show another material
   kMaxRimParameters
 };
 
@@ -88,7 +89,8 @@ class RimModel {
     EdgeValue inner;
     double hole = 0;
     if (is_ring()) {
-      inner = edge_profile((p[kInnerRadius] - r) / units_per_px, p[kSigma], p[kInnerRadius], nx, ny);
+      inner =
+          edge_profile((p[kInnerRadius] - r) / units_per_px, p[kSigma], p[kInnerRadius], nx, ny);
       hole = p[kHole];
     }
     value.share = outer.share - inner.share;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/rim_rays.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
+
+#include <Eigen/Cholesky>
 
 namespace panelcal::internal {
 namespace {
@@ -15,7 +16,7 @@ constexpr int kRays = 64;
 constexpr double kLookInwards = 0.25;  // of the radius
 constexpr double kLookOutwards = 0.3;
 constexpr double kStepPx = 0.5;
-constexpr double kMinSupport = 0.4;
+constexpr double kMinSupport = 0.5;
 
 /// Picture coordinates of rays: the frame's local linear map is enough for a start value.
 class RaySampler {
@@ -131,7 +132,7 @@ Rays cast_rays(const RaySampler& sample, double from, double to, double expected
 struct RayCircle {
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   double radius = 0;
-  double height = 0;   ///< median step
+  double height = 0;  ///< median step
   int n_supporting = 0;
 };
 

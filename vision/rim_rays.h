@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
+
+#include <Eigen/Core>
 
 #include "panelcal/vision/fit_frame.h"
 #include "panelcal/vision/image.h"
@@ -25,8 +26,8 @@ struct ExpectedRim {
 /// A rim seen along rays from its middle: good to a few tenths of a pixel.
 struct RimStart {
   RimVector parameters = RimVector::Zero();
-  double support = 0;       ///< part of the rays inside the picture that show the rim
-  bool at_border = false;   ///< a part of the rim is outside of the picture
+  double support = 0;      ///< part of the rays inside the picture that show the rim
+  bool at_border = false;  ///< a part of the rim is outside of the picture
 };
 
 /// Looks for the rim along rays from `center`; empty if there is none of at least `min_contrast`
@@ -42,8 +43,6 @@ std::optional<RimStart> find_rim(const Image& image,
 
 /// The part of a fitted rim that the picture shows: rays whose step at the rim is at least 0.4 of
 /// the fitted contrast.
-double rim_support(const Image& image,
-                   const FitFrame& fit_frame,
-                   const RimVector& parameters);
+double rim_support(const Image& image, const FitFrame& fit_frame, const RimVector& parameters);
 
 }  // namespace panelcal::internal

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/stderr_capture.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <cstdio>
 #include <iostream>
 #include <mutex>
 #include <utility>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 namespace panelcal::internal {
 namespace {

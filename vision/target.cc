@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/target.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <string>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace panelcal {
 namespace {
@@ -88,14 +88,15 @@ Expected<void> validate_sizes(const Target& target,
 
 Expected<void> Target::validate() const {
   if (size.has_value() == size_px.has_value()) {
-    return invalid(*this, size ? "size_mm and size_px are both given" : "no size", "one of them");
+    return invalid(*this,
+                   size ? "size_mm and size_px are both given" : "no size",
+                   "one of size_mm and size_px");
   }
   if (size && inner_size_px) return invalid(*this, "inner_size_px beside size_mm", "one unit");
   if (size_px && inner_size) return invalid(*this, "inner_size_mm beside size_px", "one unit");
   if (!is_positive(size_tolerance) || size_tolerance > 0.5) {
-    return invalid(*this,
-                   fmt::format("size_tolerance = {}", size_tolerance),
-                   "above 0 and at most 0.5");
+    return invalid(
+        *this, fmt::format("size_tolerance = {}", size_tolerance), "above 0 and at most 0.5");
   }
   if (size) {
     std::optional<double> inner_mm;

@@ -49,8 +49,10 @@ double weave_level(const Eigen::Vector2d& at_mm, double period_mm, std::uint64_t
   constexpr std::int64_t kWeft = 2'000'003;
   const double warp = x + kYarnWander * value_noise_1d(1.3 * y, kWarp, seed);
   const double weft = y + kYarnWander * value_noise_1d(1.3 * x, kWeft, seed);
-  const double thickness = value_noise_1d(2 * x, kWarp + 1, seed) + value_noise_1d(2 * y, kWeft + 1, seed);
-  const double knots = std::sin(2 * std::numbers::pi * warp) * std::sin(2 * std::numbers::pi * weft);
+  const double thickness =
+      value_noise_1d(2 * x, kWarp + 1, seed) + value_noise_1d(2 * y, kWeft + 1, seed);
+  const double knots =
+      std::sin(2 * std::numbers::pi * warp) * std::sin(2 * std::numbers::pi * weft);
   const double mottle = value_noise_2d(x / kMottleCell, y / kMottleCell, seed + 7);
   return (1 - kMottle) * knots * (1 + kYarnInequality * thickness) + kMottle * mottle;
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/sim/recording.h"
 
-#include <fmt/format.h>
-
 #include <string>
 #include <system_error>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/vision/image_io.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/sim/sim_machine.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/machine/sim/random_streams.h"
 #include "panelcal/program/survey.h"
@@ -80,7 +80,8 @@ SimMachine::SimMachine(const MachineConfig& config, PictureLocator locator)
       calibrated_offset_(config.spindle_camera),
       calibrated_camera_(config.camera->mapping()),
       camera_(camera_of(*config.sim, calibrated_camera_)),
-      locator_(std::move(locator)) {}
+      locator_(std::move(locator)) {
+}
 
 Expected<SimMachine> SimMachine::create(const MachineConfig& config,
                                         const Program& program,
@@ -101,8 +102,8 @@ Expected<SimMachine> SimMachine::create(const MachineConfig& config,
 
 Expected<void> SimMachine::place_marks(std::span<const MeasurementRequest> requests,
                                        const std::filesystem::path& config_file) {
-  const double picture_mm = std::min(sim_.width_px, sim_.height_px) *
-                            camera_.mapping.parameters().scale_mm_per_px;
+  const double picture_mm =
+      std::min(sim_.width_px, sim_.height_px) * camera_.mapping.parameters().scale_mm_per_px;
   double largest_mm = 0;
   for (const MeasurementRequest& request : requests) {
     PANELCAL_TRY(Target target, locator_.target_of(request));
@@ -127,8 +128,7 @@ Expected<void> SimMachine::place_marks(std::span<const MeasurementRequest> reque
   return {};
 }
 
-Feature SimMachine::feature_of(const Target& target,
-                               const Position<frame::Optical>& center) const {
+Feature SimMachine::feature_of(const Target& target, const Position<frame::Optical>& center) const {
   Feature feature;
   feature.shape = target.shape == Shape::Ring ? Feature::Shape::Ring : Feature::Shape::Disc;
   feature.center = center;
@@ -203,8 +203,8 @@ Expected<TakenPicture> SimMachine::take_picture(const MeasurementRequest& reques
       Eigen::Matrix2d::Identity(), (true_axis - request.work_zero).in_mm());
   scene.weave.panel_from_optical =
       truth_.actual_from_nominal(request.path).inverse() * actual_from_optical;
-  Random noise = random_of(sim_.seed, RandomStream::Noise, request.seq)
-                     .fork(static_cast<std::uint64_t>(i));
+  Random noise =
+      random_of(sim_.seed, RandomStream::Noise, request.seq).fork(static_cast<std::uint64_t>(i));
   return TakenPicture{render(scene, camera_, noise), calibrated_offset_.optical_axis(spindle), ""};
 }
 

@@ -26,9 +26,9 @@ namespace panelcal {
 /// target with the calibrated camera. The truth never enters a measurement.
 ///
 /// On the panel lie all targets of the program, each with its vision tool's shape and size, and in
-/// each view `neighbors` other pads of other sizes. All that is random is a function of the seed and
-/// of the request's seq, so the order of requests does not matter and a seed names one panel for
-/// ever.
+/// each view `neighbors` other pads of other sizes. All that is random is a function of the seed
+/// and of the request's seq, so the order of requests does not matter and a seed names one panel
+/// for ever.
 class SimMachine final : public MeasurementSource {
  public:
   /// Walks through the program once to learn where its targets are.

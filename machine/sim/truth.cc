@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/sim/truth.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <set>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/base/random.h"
@@ -73,14 +73,17 @@ Diagnostic invalid(const std::string& file, std::string what, std::string expect
   return {kCode, {file, 0, 0}, std::move(what), std::move(expected)};
 }
 
-Expected<Map> read_map(const StrictObject& object, const std::string& name, const std::string& file) {
+Expected<Map> read_map(const StrictObject& object,
+                       const std::string& name,
+                       const std::string& file) {
   PANELCAL_TRY(const std::vector<double> a, object.matrix("linear", 2, 2));
   PANELCAL_TRY(const std::vector<double> t, object.numbers("translation_mm", 2));
   Eigen::Matrix2d linear;
   linear << a[0], a[1], a[2], a[3];
   const double determinant = a[0] * a[3] - a[1] * a[2];
   if (!std::isfinite(determinant) || determinant == 0) {
-    return failure(invalid(file, "\"linear\" of " + name + " is singular", "a map with an inverse"));
+    return failure(
+        invalid(file, "\"linear\" of " + name + " is singular", "a map with an inverse"));
   }
   return Map(linear, Eigen::Vector2d(t[0], t[1]));
 }
@@ -92,14 +95,14 @@ Expected<InstancePath> read_path(const StrictObject& object,
   const nlohmann::json& array = object.member("path");
   bool is_path = array.is_array();
   for (const nlohmann::json& index : is_path ? array : nlohmann::json::array()) {
-    is_path = index.is_number_unsigned() &&
-              index.get<std::uint64_t>() <= std::numeric_limits<int>::max();
+    is_path =
+        index.is_number_unsigned() && index.get<std::uint64_t>() <= std::numeric_limits<int>::max();
     if (!is_path) break;
     path.push_back(index.get<int>());
   }
   if (is_path) return path;
-  return failure(invalid(
-      file, "\"path\" of " + name + " is " + quoted(array.dump()), "whole numbers from 0"));
+  return failure(
+      invalid(file, "\"path\" of " + name + " is " + quoted(array.dump()), "whole numbers from 0"));
 }
 
 Expected<std::uint64_t> read_whole(const StrictObject& object,
@@ -138,9 +141,8 @@ Expected<void> read_targets(const nlohmann::json& array, const std::string& file
     const std::string name = fmt::format("target {}", i);
     PANELCAL_TRY(const StrictObject object,
                  StrictObject::make(array[i], name, kTargetKeys, kCode, file));
-    PANELCAL_TRY(
-        const std::uint64_t seq,
-        read_whole(object, "seq", std::numeric_limits<std::int64_t>::max(), name, file));
+    PANELCAL_TRY(const std::uint64_t seq,
+                 read_whole(object, "seq", std::numeric_limits<std::int64_t>::max(), name, file));
     if (!seen.insert(seq).second) {
       return failure(invalid(file, name + " has the seq of another one", "each seq once"));
     }
@@ -177,10 +179,8 @@ Truth make_truth(const SimConfig& sim, std::span<const MeasurementRequest> reque
 std::string truth_text(const Truth& truth) {
   std::string out;
   const auto to = [&] { return std::back_inserter(out); };
-  fmt::format_to(to(),
-                 "{{\"kind\":\"truth\",\"version\":{},\"seed\":{},\n\"panel\":{{",
-                 kVersion,
-                 truth.seed);
+  fmt::format_to(
+      to(), "{{\"kind\":\"truth\",\"version\":{},\"seed\":{},\n\"panel\":{{", kVersion, truth.seed);
   append_map(out, truth.panel);
   out += "},\n\"instances\":[";
   std::string_view separator = "\n";

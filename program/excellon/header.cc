@@ -69,7 +69,7 @@ class HeaderReader {
 
  private:
   Header finish() {
-    header_.body = cursor_;
+    header_.body = cursor_.place();
     return std::move(header_);
   }
 
@@ -78,7 +78,7 @@ class HeaderReader {
   bool find_start() {
     bool has_mark = false;
     while (!cursor_.at_end()) {
-      if (!has_mark) header_.body = cursor_;
+      if (!has_mark) header_.body = cursor_.place();
       const SourceLine line = cursor_.next();
       const std::string_view text = trim(line.text);
       if (text.empty()) continue;
@@ -88,7 +88,7 @@ class HeaderReader {
       }
       if (text == "%" && !has_mark) {
         has_mark = true;
-        header_.body = cursor_;
+        header_.body = cursor_.place();
         continue;
       }
       start_line_ = line.number;

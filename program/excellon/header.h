@@ -27,7 +27,7 @@ struct Header {
   std::vector<HeaderSetting> settings;
   bool incremental = false;     ///< ICI,ON
   bool deletes_blocks = false;  ///< BLKD: blocks that begin with / are not executed
-  LineCursor body;              ///< stands on the first line behind the header
+  LinePlace body;               ///< the first line behind the header
 };
 
 /// Reads the header, or finds that there is none.

@@ -34,7 +34,7 @@ Interpreter::Interpreter(const Program& program,
       sink_(sink),
       reporter_(program.source.file, log),
       vision_(options, survey, source, reporter_, log),
-      cursor_(program.header.body),
+      cursor_(program.source.bytes, program.header.body),
       format_(program.header.format),
       work_zero_(options.absolute_zero +
                  displacement_mm<frame::Machine>(options.work_zero.in_mm())) {
@@ -150,8 +150,6 @@ void Interpreter::run_command(const Block& block, const Word& word, Command comm
                          ") is not supported yet");
     return;
   }
-  const bool takes_arguments = info(command).operands.find(',') != std::string_view::npos;
-  if (!takes_arguments && !has_no_arguments(block)) return;
   switch (command) {
     case Command::BeginPattern:
       if (is_alone(block)) run_section(block.line);
@@ -272,12 +270,16 @@ void Interpreter::run_level(const RepeatSection& section, std::size_t level,
 
 void Interpreter::run_pattern(const RepeatSection& section,
                               const Transform<frame::Nominal, frame::Nominal>& place) {
-  if (ended_ || !count_pattern_line(section.line)) return;
+  if (ended_) return;
   placement_ = Placement(place.linear(), place.translation());
   modal_ = pattern_start_;
   LineCursor line = section.pattern;
+  if (line.offset() == section.pattern_end) count_idle_line(section.line);
   while (line.offset() < section.pattern_end && !ended_) {
-    if (count_pattern_line(line.line_number())) run_line(line.next());
+    const int number = line.line_number();
+    const std::int64_t n_before = n_operations_;
+    run_line(line.next());
+    if (n_operations_ == n_before) count_idle_line(number);
   }
 }
 

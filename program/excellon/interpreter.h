@@ -74,7 +74,6 @@ class Interpreter {
   void check_rest();
 
   bool is_alone(const Block& block, std::size_t n_words = 1);
-  bool has_no_arguments(const Block& block);
   bool read_coordinates(const Block& block, std::span<const Word> words,
                         std::array<std::optional<double>, 2>& xy_mm);
   bool move_to(const Block& block, const std::array<std::optional<double>, 2>& xy_mm,
@@ -83,7 +82,7 @@ class Interpreter {
   bool count(std::int64_t& n, std::int64_t limit, std::string_view things, int line);
   bool count_operation(int line);
   bool count_target(int line);
-  bool count_pattern_line(int line);
+  void count_idle_line(int line);
   void report(Code code, const Block& block, const Word& word, std::string expected);
 
   const Program& program_;
@@ -109,7 +108,7 @@ class Interpreter {
   bool has_end_ = false;  ///< because the program said so
   std::int64_t n_operations_ = 0;
   std::int64_t n_targets_ = 0;
-  std::int64_t n_pattern_lines_ = 0;
+  std::int64_t n_idle_lines_ = 0;
 };
 
 }  // namespace panelcal::excellon

@@ -36,14 +36,6 @@ bool Interpreter::is_alone(const Block& block, std::size_t n_words) {
   return false;
 }
 
-bool Interpreter::has_no_arguments(const Block& block) {
-  if (block.arguments_column == 0) return true;
-  reporter_.report(Code::ArgumentInvalid, block.line, block.arguments_column,
-                   quoted(block.arguments) + " in " + quoted(block.text),
-                   "no comma in this block");
-  return false;
-}
-
 /// Counts one more; ends the walk above the limit.
 bool Interpreter::count(std::int64_t& n, std::int64_t limit, std::string_view things, int line) {
   if (++n <= limit) return true;
@@ -63,8 +55,8 @@ bool Interpreter::count_target(int line) {
 }
 
 /// Lines need not operate: without this a pattern of comments could be repeated for ever.
-bool Interpreter::count_pattern_line(int line) {
-  return count(n_pattern_lines_, options_.max_operations, "lines of step and repeat", line);
+void Interpreter::count_idle_line(int line) {
+  count(n_idle_lines_, options_.max_operations, "lines of step and repeat that drill nothing", line);
 }
 
 void Interpreter::put(int line, decltype(Operation::what) what) {
@@ -147,14 +139,13 @@ Position<frame::Nominal> Interpreter::nominal_here() const {
 
 void Interpreter::drill_coordinate(const Block& block) {
   std::array<std::optional<double>, 2> xy_mm;
-  if (!has_no_arguments(block) || !read_coordinates(block, block.all(), xy_mm)) return;
+  if (!read_coordinates(block, block.all(), xy_mm)) return;
   if (!move_to(block, xy_mm, AxisUser::Hole)) return;
   drill_modal(block.line);
 }
 
 /// `R#X#Y#`: more holes at equal distances from the last one.
 void Interpreter::repeat_hole(const Block& block) {
-  if (!has_no_arguments(block)) return;
   const Word& repeat = block.words[0];
   const auto count = parse_count(repeat.number);
   if (!count || *count < 1 || *count > 9999) {

@@ -36,8 +36,7 @@ class SectionScanner {
       const LineKind kind = kind_of(line.text);
       if (kind == LineKind::Empty) continue;
       Block block;
-      if (kind != LineKind::Words || lex(line, block) || block.arguments_column != 0 ||
-          block.n_words == 0) {
+      if (kind != LineKind::Words || lex(line, block) || block.n_words == 0) {
         return misplaced(line, 1, line.text);
       }
       if (!has_no_arguments(block)) return std::nullopt;
@@ -161,10 +160,12 @@ class SectionScanner {
 
   bool has_no_arguments(const Block& block) {
     if (block.arguments_column == 0) return true;
-    reporter_.report(Code::ArgumentInvalid,
+    const Word& first = block.words[0];
+    reporter_.report(Code::BlockNotAlone,
                      block.line,
-                     block.arguments_column,
-                     quoted(block.arguments) + " in " + quoted(block.text),
+                     block.arguments_column - 1,
+                     quoted("," + std::string(block.arguments)) + " behind " +
+                         quoted(std::string(1, first.letter) + std::string(first.number)),
                      "no comma in this block");
     return false;
   }

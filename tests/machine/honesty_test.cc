@@ -2,12 +2,12 @@
 // Is the predicted uncertainty the real one, from the pixel to the hole? Rendered pictures, located
 // targets, two levels of fits; errors against truth, normalised by the predicted covariance.
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
 
 #include "panelcal/machine/sim/sim_machine.h"
 #include "tests/machine/virtual_machine.h"
@@ -139,10 +139,10 @@ TEST(Honesty, PredictedCovarianceOfFiducialsAndHolesIsTheRealOne) {
   Honesty sums;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const auto config = test::config_with_camera(
-        folder.path(), test::test_camera(320, 320), config_text(seed));
+    const auto config =
+        test::config_with_camera(folder.path(), test::test_camera(320, 320), config_text(seed));
     ASSERT_TRUE(config) << config.error().text();
-    ASSERT_NO_FATAL_FAILURE(add_seed(*program, *config, sums));
+    ASSERT_NO_FATAL_FAILURE(add_seed(program, *config, sums));
   }
   ASSERT_EQ(sums.n_fiducials, 9 * kSeeds);
   ASSERT_EQ(sums.n_holes, 20 * kSeeds);

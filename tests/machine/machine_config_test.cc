@@ -4,9 +4,10 @@
 #include <string>
 #include <string_view>
 
+#include <gtest/gtest.h>
+
 #include "tests/machine/virtual_machine.h"
 #include "tests/support/matchers.h"
-#include <gtest/gtest.h>
 
 namespace panelcal {
 namespace {

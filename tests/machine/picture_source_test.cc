@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/picture_source.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "panelcal/machine/sim/recording.h"
 #include "panelcal/machine/sim/sim_machine.h"
@@ -30,10 +30,10 @@ class PictureSourceTest : public ::testing::Test {
   void record(std::string_view program_text, std::string_view sim = "neighbors = 2\n") {
     config_ = test::small_config(folder_.path(), sim);
     program_ = test::program_of(std::string(program_text));
-    auto machine = SimMachine::create(config_, *program_);
+    auto machine = SimMachine::create(config_, program_);
     ASSERT_TRUE(machine) << machine.error().text();
     DiagnosticLog log;
-    auto recording = record_pictures(*program_, config_, *machine, pictures(), log);
+    auto recording = record_pictures(program_, config_, *machine, pictures(), log);
     ASSERT_TRUE(recording) << recording.error().text();
     ASSERT_FALSE(log.has_errors()) << test::all_text(log);
     recording_ = *std::move(recording);
@@ -44,8 +44,10 @@ class PictureSourceTest : public ::testing::Test {
   PictureFolder read_folder() const {
     auto folder = read_picture_folder(pictures());
     EXPECT_TRUE(folder) << folder.error().text();
-    return *std::move(folder);
+    return folder ? *std::move(folder) : PictureFolder();
   }
+  /// As recorded, without the way through images.csv.
+  PictureFolder recorded_folder() const { return {pictures(), recording_.rows}; }
   Expected<Measurement> measure(PictureFolder folder, const MeasurementRequest& request) const {
     auto source = PictureSource::create(config_, std::move(folder));
     EXPECT_TRUE(source) << source.error().text();
@@ -55,7 +57,7 @@ class PictureSourceTest : public ::testing::Test {
     auto source = PictureSource::create(config_, std::move(folder));
     ASSERT_TRUE(source) << source.error().text();
     DiagnosticLog log;
-    const Survey survey = panelcal::survey(*program_, config_.walk, *source, log);
+    const Survey survey = panelcal::survey(program_, config_.walk, *source, log);
     ASSERT_FALSE(log.has_errors()) << test::all_text(log);
     ASSERT_EQ(survey.measurements.size(), recording_.survey.measurements.size());
     for (std::size_t i = 0; i < survey.measurements.size(); ++i) {
@@ -69,7 +71,7 @@ class PictureSourceTest : public ::testing::Test {
 
   test::TemporaryFolder folder_;
   MachineConfig config_;
-  std::unique_ptr<const Program> program_;
+  Program program_;
   Recording recording_;
 };
 
@@ -105,7 +107,7 @@ TEST_F(PictureSourceTest, NearestPictureIsOfTheRightVisionTool) {
 
 TEST_F(PictureSourceTest, RecordedInspectionsAreAveraged) {
   record(test::small_program_with("$uvis,insp,2"));
-  PictureFolder folder = read_folder();
+  const PictureFolder folder = recorded_folder();
   ASSERT_EQ(folder.rows.size(), 14u);
   EXPECT_EQ(folder.rows[1].file, "0000_2.png");
   EXPECT_EQ(folder.rows[1].seq, 0);
@@ -124,14 +126,16 @@ TEST_F(PictureSourceTest, SaysWhichPictureIsMissing) {
   MeasurementRequest request = recording_.survey.measurements[3].request;
   request.seq = 12;
   EXPECT_THAT(measure(read_folder(), request),
-              FailsWith(Code::PictureMissing, "no picture has seq 12, expected a picture of G46 "
-                                              "target 12 (line 16)"));
+              FailsWith(Code::PictureMissing,
+                        "no picture has seq 12, expected a picture of G46 "
+                        "target 12 (line 16)"));
   PictureFolder folder = read_folder();
   for (PictureRow& row : folder.rows) row.seq.reset();
   request.expected = position_mm<frame::Actual>(12, 10);
   EXPECT_THAT(measure(folder, request),
-              FailsWith(Code::PictureMissing, "no picture shows G46 target 12 (line 16); the "
-                                              "nearest, \"0003.png\", is"));
+              FailsWith(Code::PictureMissing,
+                        "no picture shows G46 target 12 (line 16); the "
+                        "nearest, \"0003.png\", is"));
   EXPECT_THAT(measure({}, request), FailsWith(Code::PictureMissing, "no picture shows"));
 }
 
@@ -139,25 +143,26 @@ TEST_F(PictureSourceTest, PictureOfAnotherPlaceIsRefused) {
   MeasurementRequest request = recording_.survey.measurements[0].request;
   request.expected = position_mm<frame::Actual>(8, 5);
   EXPECT_THAT(measure(read_folder(), request),
-              FailsWith(Code::PictureMissing, "0000.png: error[picture-missing]: picture "
-                                              "\"0000.png\" was taken at (105.0000, 55.0000) mm "
-                                              "and does not show G36 target 0 (line 9)"));
+              FailsWith(Code::PictureMissing,
+                        "0000.png: error[picture-missing]: picture "
+                        "\"0000.png\" was taken at (105.0000, 55.0000) mm "
+                        "and does not show G36 target 0 (line 9)"));
 }
 
 TEST_F(PictureSourceTest, PictureForAnotherVisionToolIsRefused) {
   PictureFolder folder = read_folder();
   folder.rows[0].tool = 2;
   EXPECT_THAT(measure(folder, recording_.survey.measurements[0].request),
-              FailsWith(Code::PictureMismatch, "images.csv:2:1: error[picture-mismatch]: the "
-                                               "picture of G36 target 0 (line 9) is for vision "
-                                               "tool 2, expected vision tool 1"));
+              FailsWith(Code::PictureMismatch,
+                        "images.csv:2:1: error[picture-mismatch]: the "
+                        "picture of G36 target 0 (line 9) is for vision "
+                        "tool 2, expected vision tool 1"));
 }
 
 TEST_F(PictureSourceTest, PictureOfAnotherCameraIsRefused) {
   ASSERT_TRUE(write_png(pictures() / "0000.png", Image(100, 80, Image::kFullScale8, 50)));
-  EXPECT_THAT(
-      measure(read_folder(), recording_.survey.measurements[0].request),
-      FailsWith(Code::PictureMismatch, "has 100 x 80 px, expected 280 x 240 px"));
+  EXPECT_THAT(measure(read_folder(), recording_.survey.measurements[0].request),
+              FailsWith(Code::PictureMismatch, "has 100 x 80 px, expected 280 x 240 px"));
 }
 
 TEST_F(PictureSourceTest, EmptyPictureIsAnAnswer) {
@@ -171,7 +176,7 @@ TEST_F(PictureSourceTest, EmptyPictureIsAnAnswer) {
 TEST_F(PictureSourceTest, OnePictureWithoutTheTargetDecides) {
   record(test::small_program_with("$uvis,insp,2"));
   ASSERT_TRUE(write_png(pictures() / "0000_2.png", Image(280, 240, Image::kFullScale8, 50)));
-  const auto measurement = measure(read_folder(), recording_.survey.measurements[0].request);
+  const auto measurement = measure(recorded_folder(), recording_.survey.measurements[0].request);
   ASSERT_TRUE(measurement) << measurement.error().text();
   EXPECT_EQ(measurement->status, MeasurementStatus::NotFound);
   EXPECT_EQ(measurement->image, "0000_2.png");
@@ -187,8 +192,7 @@ TEST_F(PictureSourceTest, UnreadablePictureIsAnError) {
 TEST_F(PictureSourceTest, RefusesWhatCannotBeMeasured) {
   MeasurementRequest request = recording_.survey.measurements[0].request;
   request.settings.tools = {5};
-  EXPECT_THAT(measure({}, request),
-              FailsWith(Code::VisionToolUndefined, "asks for vision tool 5"));
+  EXPECT_THAT(measure({}, request), FailsWith(Code::VisionToolUndefined, "asks for vision tool 5"));
   request.settings.tools = {1};
   request.settings.delta = mm(2);
   EXPECT_THAT(measure({}, request), FailsWith(Code::NotSupported, "four views"));
@@ -209,7 +213,7 @@ TEST_F(PictureSourceTest, ObserverSeesEveryPicture) {
       });
   ASSERT_TRUE(source) << source.error().text();
   DiagnosticLog log;
-  survey(*program_, config_.walk, *source, log);
+  survey(program_, config_.walk, *source, log);
   EXPECT_EQ(seen, (std::vector<std::int64_t>{0, 1, 2, 3, 4, 5, 6}));
 }
 

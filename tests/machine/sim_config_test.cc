@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
 #include <string>
 #include <string_view>
+
+#include <gtest/gtest.h>
 
 #include "panelcal/machine/machine_config.h"
 #include "tests/machine/virtual_machine.h"
@@ -97,24 +97,51 @@ TEST(SimConfig, RealCameraIsAsCalibratedWhereNothingElseIsSaid) {
 }
 
 TEST(SimConfig, RefusesWhatMakesNoSense) {
-  EXPECT_EQ(refusal("panel_offset_um = [1, 2]\n"), "");
-  EXPECT_EQ(refusal("seed = -1\n"), "");
-  EXPECT_EQ(refusal("noise = -1\n"), "");
-  EXPECT_EQ(refusal("blur_px = 0\n"), "");
-  EXPECT_EQ(refusal("neighbors = 2.5\n"), "");
-  EXPECT_EQ(refusal("stretch_ppm = 200\n"), "");
-  EXPECT_EQ(refusal("picture_px = [640, 480]\n"), "");
-  EXPECT_EQ(refusal("picture_px = [320.5, 240]\n"), "");
-  EXPECT_EQ(refusal("background = 0.8\n"), "");
-  EXPECT_EQ(refusal("target_level = 0.1\n"), "");
-  EXPECT_EQ(refusal("[sim.camera]\nscale_mm_per_px = 0\n"), "");
-  EXPECT_EQ(refusal("[sim.camera]\nk1_per_px2 = -1e-4\n"), "");
+  EXPECT_EQ(refusal("panel_offset_um = [1, 2]\n"),
+            "machine.toml:4:1: error[config-key-unknown]: unknown key \"panel_offset_um\" in "
+            "[sim], expected \"panel_offset_mm\"");
+  EXPECT_EQ(refusal("seed = -1\n"),
+            "machine.toml:4:8: error[config-value]: seed in [sim] is -1, expected a whole number "
+            "from 0 to 9223372036854775807");
+  EXPECT_EQ(refusal("noise = -1\n"),
+            "machine.toml:4:9: error[config-value]: noise in [sim] is -1, expected a number from 0 "
+            "to 255");
+  EXPECT_EQ(refusal("blur_px = 0\n"),
+            "machine.toml:4:11: error[config-value]: blur_px in [sim] is 0, expected a number from "
+            "0.3 to 20");
+  EXPECT_EQ(refusal("neighbors = 2.5\n"),
+            "machine.toml:4:13: error[config-value]: neighbors in [sim] is 2.5, expected a whole "
+            "number from 0 to 100");
+  EXPECT_EQ(refusal("stretch_ppm = 200\n"),
+            "machine.toml:4:15: error[config-value]: stretch_ppm in [sim] is 200, expected two "
+            "numbers, [x, y]");
+  EXPECT_EQ(refusal("picture_px = [640, 480]\n"),
+            "machine.toml:4:14: error[config-value]: picture_px in [sim] is [640, 480], expected "
+            "[320, 240], for which [camera] is calibrated");
+  EXPECT_EQ(refusal("picture_px = [320.5, 240]\n"),
+            "machine.toml:4:14: error[config-value]: picture_px in [sim] is [320.5, 240], expected "
+            "whole pixels");
+  EXPECT_EQ(refusal("background = 0.8\n"),
+            "machine.toml:4:14: error[config-value]: background in [sim] is 0.8, expected less "
+            "than target_level = 0.7");
+  EXPECT_EQ(refusal("target_level = 0.1\n"),
+            "machine.toml:4:16: error[config-value]: target_level in [sim] is 0.1, expected more "
+            "than background = 0.3");
+  EXPECT_EQ(refusal("[sim.camera]\nscale_mm_per_px = 0\n"),
+            "machine.toml:5:19: error[config-value]: scale_mm_per_px in [sim.camera] is 0, "
+            "expected a number above 0 and at most 100");
+  EXPECT_EQ(
+      refusal("[sim.camera]\nk1_per_px2 = -1e-4\n"),
+      "machine.toml:5:14: error[config-value]: k1_per_px2 in [sim.camera] is -1e-4: the lens model "
+      "folds over inside the picture, expected 1 + 3 k1 r^2 above 0 everywhere in the picture");
 }
 
 TEST(SimConfig, RealCameraNeedsACalibratedOne) {
   const auto config = parse_machine_config("[sim.camera]\nrotation_rad = 0.01\n", "machine.toml");
   ASSERT_FALSE(config);
-  EXPECT_EQ(config.error().text(), "");
+  EXPECT_EQ(config.error().text(),
+            "machine.toml:1:1: error[config-value]: [sim] has no [camera] to compare [sim.camera] "
+            "with, expected [camera] calibration");
 }
 
 }  // namespace

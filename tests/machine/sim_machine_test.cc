@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/sim/sim_machine.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "panelcal/program/source_text.h"
 #include "tests/machine/small_panel.h"
@@ -28,16 +28,16 @@ class SimMachineTest : public ::testing::Test {
     return test::small_config(folder_.path(), sim, vision);
   }
   SimMachine machine(const MachineConfig& config, PictureObserver observer = {}) const {
-    auto made = SimMachine::create(config, *program_, std::move(observer));
+    auto made = SimMachine::create(config, program_, std::move(observer));
     EXPECT_TRUE(made) << made.error().text();
-    return *std::move(made);
+    return std::move(made).value();
   }
   /// Looks for every target where the drawing has it.
   std::vector<MeasurementRequest> requests(const MachineConfig& config) const {
     NominalSource nominal;
     DiagnosticLog log;
     std::vector<MeasurementRequest> out;
-    for (const auto& m : survey(*program_, config.walk, nominal, log).measurements) {
+    for (const auto& m : survey(program_, config.walk, nominal, log).measurements) {
       out.push_back(m.request);
     }
     EXPECT_EQ(out.size(), 7u);
@@ -45,7 +45,7 @@ class SimMachineTest : public ::testing::Test {
   }
 
   test::TemporaryFolder folder_;
-  std::unique_ptr<const Program> program_ = test::program_of(std::string(test::kSmallProgram));
+  Program program_ = test::program_of(std::string(test::kSmallProgram));
 };
 
 TEST_F(SimMachineTest, FindsEveryTargetWhereItReallyIs) {
@@ -153,17 +153,18 @@ TEST_F(SimMachineTest, TargetOutsideOfTheSearchedAreaIsAnAnswer) {
 
 TEST_F(SimMachineTest, RefusesWhatCannotBeSimulated) {
   MachineConfig config = this->config();
-  EXPECT_THAT(SimMachine::create(config, *test::program_of(test::small_program_with("G34,9"))),
-              FailsWith(Code::VisionToolUndefined, "G36 target 0 (line 10) asks for vision tool 9"));
-  EXPECT_THAT(SimMachine::create(config, *test::program_of(test::small_program_with("G34,1,2.5"))),
+  EXPECT_THAT(
+      SimMachine::create(config, test::program_of(test::small_program_with("G34,9"))),
+      FailsWith(Code::VisionToolUndefined, "G36 target 0 (line 10) asks for vision tool 9"));
+  EXPECT_THAT(SimMachine::create(config, test::program_of(test::small_program_with("G34,1,2.5"))),
               FailsWith(Code::NotSupported, "G36 target 0 (line 10)"));
-  EXPECT_THAT(SimMachine::create(config, *test::program_of(test::small_program_with("G99"))),
+  EXPECT_THAT(SimMachine::create(config, test::program_of(test::small_program_with("G99"))),
               FailsWith(Code::CommandUnknown, "test.exc:9:1"));
   config.vision_tools.at(1).size = mm(2.4);
-  EXPECT_THAT(SimMachine::create(config, *program_),
+  EXPECT_THAT(SimMachine::create(config, program_),
               FailsWith(Code::ConfigValue, "vision tool 1 is 2.400 mm large"));
   config.sim.reset();
-  EXPECT_THAT(SimMachine::create(config, *program_), FailsWith(Code::ConfigValue, "no [sim]"));
+  EXPECT_THAT(SimMachine::create(config, program_), FailsWith(Code::ConfigValue, "no [sim]"));
 }
 
 TEST_F(SimMachineTest, RefusesToInspectForEver) {
@@ -212,17 +213,17 @@ noise = 3
   auto source = read_source(std::filesystem::path(PANELCAL_SOURCE_DIR) / "datasets/demo/panel.exc");
   ASSERT_TRUE(source) << source.error().text();
   const auto program = test::program_of(source->bytes);
-  auto machine = SimMachine::create(*config, *program);
+  auto machine = SimMachine::create(*config, program);
   ASSERT_TRUE(machine) << machine.error().text();
 
   DiagnosticLog log;
-  const Survey survey = panelcal::survey(*program, config->walk, *machine, log);
+  const Survey survey = panelcal::survey(program, config->walk, *machine, log);
   ASSERT_FALSE(log.has_errors()) << test::all_text(log);
   EXPECT_TRUE(survey.is_accepted());
   EXPECT_EQ(survey.measurements.size(), 21u);
 
   test::HoleSink sink;
-  execute(*program, config->walk, survey, sink, log);
+  execute(program, config->walk, survey, sink, log);
   ASSERT_FALSE(log.has_errors()) << test::all_text(log);
   ASSERT_EQ(sink.holes().size(), 990u);
   double worst_um = 0;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/sim/truth.h"
 
-#include <gtest/gtest.h>
-
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/machine/virtual_machine.h"
 #include "tests/support/matchers.h"
@@ -51,9 +51,9 @@ TEST(Truth, PanelIsStretchedThenTurnedThenShifted) {
   const double x_mm = 100 * 1.0002;
   const double y_mm = 50 * 0.9999;
   EXPECT_THAT(truth.actual_from_nominal({})(position_mm<frame::Nominal>(100, 50)),
-              IsNearPosition(position_mm<frame::Actual>(c * x_mm - s * y_mm + 0.4,
-                                                        s * x_mm + c * y_mm - 0.2),
-                             um(1e-6)));
+              IsNearPosition(
+                  position_mm<frame::Actual>(c * x_mm - s * y_mm + 0.4, s * x_mm + c * y_mm - 0.2),
+                  um(1e-6)));
 }
 
 TEST(Truth, BoardsScatterAndThePanelDoesNot) {
@@ -123,9 +123,8 @@ TEST(Truth, IsWrittenAsAgreed) {
 std::string refusal(std::string_view piece, std::string_view other) {
   SimConfig sim;
   sim.seed = 3;
-  const std::vector<MeasurementRequest> requests{request(0, 1.5, 2, {}),
-                                                 request(1, 3, 4, {0, 1}),
-                                                 request(2, 3, 4, {1, 1})};
+  const std::vector<MeasurementRequest> requests{
+      request(0, 1.5, 2, {}), request(1, 3, 4, {0, 1}), request(2, 3, 4, {1, 1})};
   std::string text = truth_text(make_truth(sim, requests));
   const auto at = text.find(piece);
   EXPECT_NE(at, std::string::npos) << piece;
@@ -134,21 +133,42 @@ std::string refusal(std::string_view piece, std::string_view other) {
 }
 
 TEST(Truth, RefusesWhatIsNoTruth) {
-  EXPECT_EQ(refusal("\"truth\"", "\"camera\""), "");
-  EXPECT_EQ(refusal("\"version\":1", "\"version\":2"), "");
-  EXPECT_EQ(refusal("\"seed\":3", "\"seed\":-3"), "");
-  EXPECT_EQ(refusal("\"seed\":3", "\"sede\":3"), "");
-  EXPECT_EQ(refusal("[[1,0],[0,1]]", "[[1,0],[0,0]]"), "");
-  EXPECT_EQ(refusal("[[1,0],[0,1]]", "[[1,0]]"), "");
-  EXPECT_EQ(refusal("\"path\":[0,1]", "\"path\":[0,-1]"), "");
-  EXPECT_EQ(refusal("\"path\":[0,1]", "\"path\":[1,1]"), "");
-  EXPECT_EQ(refusal("\"seq\":1", "\"seq\":0"), "");
-  EXPECT_EQ(refusal("\"nominal\":[3,4]", "\"nominal\":[3]"), "");
+  EXPECT_EQ(
+      refusal("\"truth\"", "\"camera\""),
+      "truth.json: error[truth-invalid]: \"kind\" of the truth is \"camera\", expected \"truth\"");
+  EXPECT_EQ(refusal("\"version\":1", "\"version\":2"),
+            "truth.json: error[truth-invalid]: \"version\" of the truth is 2, expected a whole "
+            "number from 1 to 1");
+  EXPECT_EQ(refusal("\"seed\":3", "\"seed\":-3"),
+            "truth.json: error[truth-invalid]: \"seed\" of the truth is \"-3\", expected a whole "
+            "number from 0 to 18446744073709551615");
+  EXPECT_EQ(refusal("\"seed\":3", "\"sede\":3"),
+            "truth.json: error[truth-invalid]: unknown key \"sede\" in the truth, expected one of "
+            "kind, version, seed, panel, instances, targets");
+  EXPECT_EQ(refusal("[[1,0],[0,1]]", "[[1,0],[0,0]]"),
+            "truth.json: error[truth-invalid]: \"linear\" of panel is singular, expected a map "
+            "with an inverse");
+  EXPECT_EQ(refusal("[[1,0],[0,1]]", "[[1,0]]"),
+            "truth.json: error[truth-invalid]: \"linear\" of panel has another form, expected 2 "
+            "arrays of 2 numbers");
+  EXPECT_EQ(refusal("\"path\":[0,1]", "\"path\":[0,-1]"),
+            "truth.json: error[truth-invalid]: \"path\" of instance 0 is \"[0,-1]\", expected "
+            "whole numbers from 0");
+  EXPECT_EQ(refusal("\"path\":[0,1]", "\"path\":[1,1]"),
+            "truth.json: error[truth-invalid]: instance 1 has the path of another one, expected "
+            "each path once");
+  EXPECT_EQ(refusal("\"seq\":1", "\"seq\":0"),
+            "truth.json: error[truth-invalid]: target 1 has the seq of another one, expected each "
+            "seq once");
+  EXPECT_EQ(refusal("\"nominal\":[3,4]", "\"nominal\":[3]"),
+            "truth.json: error[truth-invalid]: \"nominal\" of target 1 has another form, expected "
+            "an array of 2 numbers");
   EXPECT_EQ(refusal("\"targets\":[", "\"targets\":["), "accepted");
 }
 
 TEST(Truth, RefusesWhatIsNotJson) {
-  EXPECT_THAT(parse_truth("{\"kind\":\n", "truth.json"), FailsWith(Code::JsonSyntax, "truth.json:"));
+  EXPECT_THAT(parse_truth("{\"kind\":\n", "truth.json"),
+              FailsWith(Code::JsonSyntax, "truth.json:"));
   EXPECT_THAT(read_truth_json("no/truth.json"), FailsWith(Code::FileUnreadable, "no/truth.json"));
 }
 

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <variant>
+#include <vector>
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
-
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/calibration_file.h"
@@ -65,11 +67,9 @@ inline std::string all_text(const DiagnosticLog& log) {
   return text;
 }
 
-/// On the heap, since a header's cursor views the source's text.
-inline std::unique_ptr<const Program> program_of(std::string text) {
+inline Program program_of(std::string text) {
   DiagnosticLog log;
-  std::unique_ptr<const Program> program(
-      new Program(load_program({"test.exc", std::move(text)}, log)));
+  Program program = load_program({"test.exc", std::move(text)}, log);
   EXPECT_FALSE(log.has_errors()) << all_text(log);
   return program;
 }

@@ -14,8 +14,9 @@ struct ReadHeader {
   Header header;
   std::vector<std::string> diagnostics;
 
-  std::string first_body_line() {
-    return header.body.at_end() ? "" : std::string(header.body.next().text);
+  std::string first_body_line() const {
+    LineCursor body(source.bytes, header.body);
+    return body.at_end() ? "" : std::string(body.next().text);
   }
 };
 
@@ -24,10 +25,6 @@ ReadHeader read(std::string text) {
   ReadHeader out{{"p.exc", std::move(text)}, {}, {}};
   out.header = read_header(out.source, log);
   for (const Diagnostic& diagnostic : log.kept()) out.diagnostics.push_back(diagnostic.text());
-  out.header.body = LineCursor(out.source.bytes);
-  while (out.header.body.offset() < read_header(out.source, log).body.offset()) {
-    out.header.body.next();
-  }
   return out;
 }
 
@@ -62,10 +59,15 @@ TEST(Header, APercentInFrontOfAHeaderlessBodyIsARewindStop) {
 }
 
 TEST(Header, APercentMayStandBeforeM48) {
-  ReadHeader out = read("%\nM48\nMETRIC,TZ\n%\nT1\n");
+  const ReadHeader out = read("%\nM48\nMETRIC,TZ\n%\nT1\n");
   EXPECT_EQ(out.diagnostics, Texts{});
   EXPECT_EQ(out.header.format.unit, LengthUnit::Millimeter);
   EXPECT_EQ(out.first_body_line(), "T1");
+}
+
+TEST(Header, TheBodyKnowsItsLineNumber) {
+  EXPECT_EQ(read("M48\nINCH,LZ\n%\nG05\n").header.body.number, 4);
+  EXPECT_EQ(read("; made today\nG05\n").header.body.number, 2);
 }
 
 TEST(Header, SaysWhereAnOpenHeaderBegan) {

@@ -55,6 +55,16 @@ TEST(LineCursor, ACopyGoesItsOwnWay) {
   EXPECT_EQ(copy.offset(), 4U);
 }
 
+TEST(LineCursor, APlaceIsTakenUpAgain) {
+  LineCursor cursor("a\r\nb\nc\n");
+  cursor.next();
+  const LinePlace place = cursor.place();
+  const std::string moved = "a\r\nb\nc\n";
+  LineCursor again(moved, place);
+  EXPECT_EQ(again.line_number(), 2);
+  EXPECT_EQ(again.next().text, "b");
+}
+
 TEST(SourceText, KeepsEveryByteAndTheName) {
   const auto path = std::filesystem::temp_directory_path() / "panelcal_source_text_test.exc";
   std::ofstream(path, std::ios::binary) << std::string("M48\r\n\0\xff", 7);

@@ -41,8 +41,9 @@ ProgramRun run_clean(std::string_view body, FunctionSource& source,
 std::vector<Vector2d> shifts(std::string_view body, std::map<int, Vector2d> target_shifts_mm,
                              const WalkOptions& options = {}) {
   FunctionSource source = shifted_by_line(std::move(target_shifts_mm));
+  const ProgramRun run = run_clean(body, source, options);
   std::vector<Vector2d> out;
-  for (const test::Hole& hole : run_clean(body, source, options).holes()) {
+  for (const test::Hole& hole : run.holes()) {
     out.push_back(hole.actual_mm() - hole.nominal_mm());
   }
   return out;

@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The README's commands and numbers are true: they are run, and their output is looked for."""
+
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+from demo_job import demo_arguments, run
+
+
+def main():
+    panelcal, root = sys.argv[1:]
+    root = Path(root)
+    readme = (root / "README.md").read_text()
+    demo = root / "datasets/demo"
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        said = run(panelcal, "run", *demo_arguments(root), "--images", demo / "images", "--truth",
+                   demo / "images/truth.json", "--report", folder / "report.html", "-o",
+                   folder / "corrected.drl").stderr
+        shown = re.search(r"```\n\$ tools/demo.sh\n\.\.\.\n(.*?)```", readme, re.S)[1]
+        for line in shown.splitlines():
+            if line.strip() in ("", "...") or "written to" in line:
+                continue
+            assert line in said.splitlines(), f"README shows a line that demo does not print: {line}"
+
+        run(panelcal, "check", demo / "panel.exc")
+        survey = run(panelcal, "survey", *demo_arguments(root)).stdout
+        assert len(survey.splitlines()) == 21
+        located = run(panelcal, "locate", demo / "images/0000.png", "--tool", 1, "-m",
+                      demo / "machine.toml").stdout
+        assert '"status":"found"' in located
+        run(panelcal, "synth", *demo_arguments(root), "-o", folder / "pictures")
+        for picture in sorted((demo / "images").iterdir()):
+            assert (folder / "pictures" / picture.name).read_bytes() == picture.read_bytes(), picture
+    for command in set(re.findall(r"^panelcal (\w+)", readme, re.M)):
+        run(panelcal, "help", command)
+
+
+if __name__ == "__main__":
+    main()
