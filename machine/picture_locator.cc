@@ -130,14 +130,14 @@ Expected<Position<frame::Image>> PictureLocator::check_picture(const Measurement
   if (image.width() != width_px_ || image.height() != height_px_) {
     return failure(
         {Code::PictureMismatch,
-         {picture.name, 0, 0},
+         {picture.path, 0, 0},
          fmt::format("{} has {} x {} px", name_of(picture), image.width(), image.height()),
          fmt::format("{} x {} px, for which [camera] is calibrated", width_px_, height_px_)});
   }
   const Position<frame::Machine> expected = request.expected_in_machine();
   if (const auto pixel = pixel_of(expected, picture.axis)) return *pixel;
   return failure({Code::PictureMissing,
-                  {picture.name, 0, 0},
+                  {picture.path, 0, 0},
                   fmt::format("{} was taken at {} and does not show {}",
                               name_of(picture),
                               point_text(picture.axis),

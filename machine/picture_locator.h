@@ -26,6 +26,7 @@ struct TakenPicture {
   Image image;
   Position<frame::Machine> axis;  ///< where the optical axis stood, as the calibration has it
   std::string name;               ///< file name; empty if the picture is in no file
+  std::string path;               ///< of that file, for diagnostics
 };
 
 /// From pictures to the answer to a measurement request: all that recorded, simulated and live

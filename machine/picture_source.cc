@@ -64,8 +64,12 @@ Expected<std::vector<std::size_t>> PictureSource::rows_of_seq(
         fmt::format("vision tool {}", request.settings.tools.front())));
   }
   const auto n_wanted = static_cast<std::size_t>(std::max(1, request.settings.inspections));
-  if (rows.size() > n_wanted) rows.resize(n_wanted);
-  return rows;
+  if (rows.size() == n_wanted) return rows;
+  return failure(
+      problem(Code::PictureMismatch,
+              folder_.rows[rows.back()].line,
+              fmt::format("{} picture(s) have seq {}", rows.size(), request.seq),
+              fmt::format("{}, as many as inspections of {}", n_wanted, describe(request))));
 }
 
 Expected<std::vector<std::size_t>> PictureSource::nearest_row(
@@ -104,7 +108,7 @@ Expected<Measurement> PictureSource::measure(const MeasurementRequest& request) 
       request, static_cast<int>(rows.size()), [&](int i) -> Expected<TakenPicture> {
         const PictureRow& row = folder_.rows[rows[static_cast<std::size_t>(i)]];
         PANELCAL_TRY(Image image, read_image(folder_.path_of(row)));
-        return TakenPicture{std::move(image), row.axis, row.file};
+        return TakenPicture{std::move(image), row.axis, row.file, folder_.path_of(row).string()};
       });
 }
 

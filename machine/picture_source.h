@@ -17,8 +17,8 @@ namespace panelcal {
 
 /// Answers requests from a folder of recorded pictures.
 ///
-/// If any row of images.csv has a seq, pictures are chosen by seq: as many as `$uvis,insp` asks
-/// for, or as there are. Otherwise the picture whose optical axis stood nearest to the expected
+/// If any row of images.csv has a seq, pictures are chosen by seq: exactly as many as `$uvis,insp`
+/// asks for. Otherwise the picture whose optical axis stood nearest to the expected
 /// place is taken, among those of the request's vision tool or of none. The lamp, zoom and search
 /// settings of a request are orders to a camera that takes pictures; here the pictures are already
 /// taken.

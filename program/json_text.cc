@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/json_text.h"
 
-#include <fmt/format.h>
-
 #include <cstddef>
 #include <iterator>
+
+#include <fmt/format.h>
 
 namespace panelcal {
 namespace {

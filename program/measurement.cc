@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/measurement.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <iterator>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/program/json_text.h"
 

@@ -16,14 +16,14 @@ namespace panelcal {
 
 /// How the camera is to look: what G34 and the `$uvis` commands had set when the target came.
 struct VisionSettings {
-  std::vector<int> tools;            ///< G34: one vision tool, or four for a large target
-  std::optional<Length> delta;       ///< G34: distance of the four views from the centre
-  int inspections = 1;               ///< $uvis,insp
-  std::optional<bool> search;        ///< $uvis,search
-  std::optional<double> search_area; ///< $uvis,searcharea, as written
-  std::optional<double> lamp;        ///< $uvis,lamp, as written
-  std::optional<double> zoom;        ///< $uvis,zoom, as written
-  std::optional<int> algorithm;      ///< $uvis,alg
+  std::vector<int> tools;             ///< G34: one vision tool, or four for a large target
+  std::optional<Length> delta;        ///< G34: distance of the four views from the centre
+  int inspections = 1;                ///< $uvis,insp
+  std::optional<bool> search;         ///< $uvis,search
+  std::optional<double> search_area;  ///< $uvis,searcharea, as written
+  std::optional<double> lamp;         ///< $uvis,lamp, as written
+  std::optional<double> zoom;         ///< $uvis,zoom, as written
+  std::optional<int> algorithm;       ///< $uvis,alg
 };
 
 /// One target that the program wants measured.

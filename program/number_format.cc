@@ -55,9 +55,8 @@ ParsedLength parse_length(std::string_view text, const NumberFormat& format) {
   } else {
     exponent = n_digits - format.integer_digits;
   }
-  const double magnitude = exponent >= 0
-                               ? static_cast<double>(mantissa) / kPowersOfTen[exponent]
-                               : static_cast<double>(mantissa) * kPowersOfTen[-exponent];
+  const double magnitude = exponent >= 0 ? static_cast<double>(mantissa) / kPowersOfTen[exponent]
+                                         : static_cast<double>(mantissa) * kPowersOfTen[-exponent];
   return {format.one_unit() * (negative ? -magnitude : magnitude), NumberFault::None};
 }
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <variant>
+
+#include <Eigen/Core>
 
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/calib/base/units.h"
@@ -45,8 +46,8 @@ struct Drill {
 
 enum class StopKind { EndNoRewind, EndRewind };
 
-/// Stops, at a place that the program gives relative to absolute zero if it gives one (CNC-7 manual,
-/// Stop Commands).
+/// Stops, at a place that the program gives relative to absolute zero if it gives one (CNC-7
+/// manual, Stop Commands).
 struct Stop {
   StopKind kind = StopKind::EndRewind;
   std::optional<Displacement<frame::Machine>> from_absolute_zero;
@@ -85,7 +86,7 @@ std::string_view operation_name(const Operation& operation);
 /// What a writer may need before the first operation.
 struct ProgramInfo {
   std::string file;
-  LengthUnit unit = LengthUnit::Millimeter;  ///< the program's own, in which its rates are whole
+  NumberFormat format;  ///< the program's own: rates are whole in its unit, settings in its zeros
   std::map<int, Tool> tools;
 };
 

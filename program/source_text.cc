@@ -8,7 +8,9 @@
 namespace panelcal {
 
 Expected<SourceText> read_source(const std::filesystem::path& path) {
+  constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
   PANELCAL_TRY(std::string bytes, read_file(path));
+  if (bytes.starts_with(kUtf8Mark)) bytes.erase(0, kUtf8Mark.size());
   return SourceText{path.string(), std::move(bytes)};
 }
 

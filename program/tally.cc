@@ -30,8 +30,7 @@ void Tally::put(const Operation& operation) {
 
 void Tally::put_hole(const Drill& drill) {
   ++holes_by_tool_[drill.tool];
-  max_shift_ =
-      std::max(max_shift_, mm((drill.corrected.in_mm() - drill.nominal.in_mm()).norm()));
+  max_shift_ = std::max(max_shift_, mm((drill.corrected.in_mm() - drill.nominal.in_mm()).norm()));
   max_sigma_ = std::max(max_sigma_, mm(largest_sigma_mm(drill.cov_mm2)));
   if (n_holes_++ % stride_ != 0) return;
   if (sample_.size() == kSample) {

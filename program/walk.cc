@@ -28,7 +28,7 @@ void execute(const Program& program,
              OperationSink& sink,
              DiagnosticLog& log) {
   Survey replayed = survey;
-  sink.begin({program.source.file, program.header.format.unit, program.header.tools});
+  sink.begin({program.source.file, program.header.format, program.header.tools});
   excellon::Interpreter(program, options, replayed, nullptr, &sink, log).run();
 }
 

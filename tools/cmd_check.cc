@@ -16,11 +16,13 @@ std::string summary(const CheckedProgram& checked, const Tally& tally, const Dia
   const Survey& survey = checked.nominal_survey;
   const excellon::Header& header = checked.program.header;
   return fmt::format("{}: Excellon, {} ({})\n{}, {}, {} in {} series, no errors, {}\n",
-                     checked.program.source.file, header.format.summary(),
+                     checked.program.source.file,
+                     header.format.summary(),
                      header.states_format ? header.format_evidence : "not stated, assumed",
                      count(tally.holes_by_tool().size(), "tool"),
                      count(static_cast<std::size_t>(tally.n_holes()), "hole"),
-                     count(survey.measurements.size(), "target"), survey.series.size(),
+                     count(survey.measurements.size(), "target"),
+                     survey.series.size(),
                      count(log.n_warnings(), "warning"));
 }
 
@@ -40,18 +42,24 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     walk.base_limits = {};
     walk.nested_limits = {};
   }
+  walk.max_operations = options.max_operations;
   std::string result;
   if (!options.program.empty()) {
     const auto checked = read_and_check(options.program, walk, log);
+    const Tally tally = log.has_errors() ? Tally() : tally_nominal(*checked, walk, log);
     context.console.print(log);
     if (log.has_errors()) {
-      context.console.say(fmt::format("{}: {}, {}", options.program, count(log.n_errors(), "error"),
+      context.console.say(fmt::format("{}: {}, {}",
+                                      options.program,
+                                      count(log.n_errors(), "error"),
                                       count(log.n_warnings(), "warning")));
       return exit_code(log);
     }
-    result = summary(*checked, tally_nominal(*checked, walk), log);
+    result = summary(*checked, tally, log);
   } else if (options.machine.empty()) {
-    const Diagnostic nothing{Code::Usage, {"panelcal check", 0, 0}, "nothing to check",
+    const Diagnostic nothing{Code::Usage,
+                             {"panelcal check", 0, 0},
+                             "nothing to check",
                              "PROGRAM, -m machine.toml, or both"};
     context.console.print(nothing);
     return exit_code(nothing);

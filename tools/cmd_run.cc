@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/base/clock.h"
@@ -35,12 +36,14 @@ Expected<std::string> output_format(const RunOptions& options) {
   for (const auto& [known, format] : kByExtension) {
     if (extension == known) return std::string(format);
   }
-  return failure({Code::Usage, {"panelcal run", 0, 0},
+  return failure({Code::Usage,
+                  {"panelcal run", 0, 0},
                   "no format belongs to the output's name " + quoted(options.output),
                   ".jsonl, .csv, .drl or .exc, or --to"});
 }
 
-std::unique_ptr<TextWriter> make_writer(const std::string& format, ByteSink& bytes,
+std::unique_ptr<TextWriter> make_writer(const std::string& format,
+                                        ByteSink& bytes,
                                         const Provenance& provenance) {
   if (format == "jsonl") return std::make_unique<JsonlWriter>(bytes);
   if (format == "csv") return std::make_unique<CsvWriter>(bytes);
@@ -49,20 +52,45 @@ std::unique_ptr<TextWriter> make_writer(const std::string& format, ByteSink& byt
   return std::make_unique<ExcellonWriter>(bytes, std::move(comments));
 }
 
+/// No output may overwrite an input or another output.
+Expected<void> check_paths(const RunOptions& options) {
+  std::vector<std::string> taken = {
+      options.program, options.machine, options.measurements, options.truth};
+  for (const std::string& output : {options.output, options.save_measurements, options.report}) {
+    if (output.empty()) continue;
+    const bool clashes = std::ranges::any_of(taken, [&](const std::string& other) {
+      std::error_code ignored;
+      return !other.empty() &&
+             (other == output || std::filesystem::equivalent(other, output, ignored));
+    });
+    if (clashes && !(output == "-" && options.program == "-" && output == options.output)) {
+      return failure({Code::Usage,
+                      {"panelcal run", 0, 0},
+                      quoted(output) + " is named twice on the command line",
+                      "a file of its own for each output"});
+    }
+    taken.push_back(output);
+  }
+  return {};
+}
+
 /// What made the output, so that it can be made again: no dates, a replay is the same to the bit.
-Provenance provenance_of(const Options& options, const RunOptions& run,
+Provenance provenance_of(const Options& options,
+                         const RunOptions& run,
                          const CheckedProgram& checked) {
   std::string command_line;
   for (const std::string& word : options.command_line) {
-    command_line += (command_line.empty() ? "" : " ") + word;
+    // Where panelcal is installed says nothing about the job.
+    command_line += command_line.empty() ? "panelcal" : " " + word;
   }
-  Provenance provenance = {{"made by", std::string("panelcal ") + kVersion},
-                           {"command line", command_line},
-                           {"sha256 " + checked.program.source.file,
-                            sha256(checked.program.source.bytes)}};
+  Provenance provenance = {
+      {"made by", std::string("panelcal ") + kVersion},
+      {"command line", command_line},
+      {"sha256 " + checked.program.source.file, sha256(checked.program.source.bytes)}};
   for (const std::string& file : {run.machine, run.measurements}) {
     if (file.empty()) continue;
-    if (const auto bytes = read_file(file)) provenance.emplace_back("sha256 " + file, sha256(*bytes));
+    if (const auto bytes = read_file(file))
+      provenance.emplace_back("sha256 " + file, sha256(*bytes));
   }
   return provenance;
 }
@@ -73,8 +101,7 @@ class Run {
   Run(const RunOptions& options, CommandContext& context) : options_(options), context_(context) {}
 
   ExitCode execute_all() {
-    if (!prepare()) return finish();
-    measure();
+    if (!prepare() || !measure()) return finish();
     const bool may_write = !log_.has_errors() || (options_.force && has_only_gate_failures());
     if (may_write && measured_.survey.is_complete()) write_program();
     write_report();
@@ -99,7 +126,7 @@ class Run {
   bool prepare() {
     if (!take(read_machine_config(options_.machine), config_)) return false;
     config_.walk.max_operations = options_.max_operations;
-    if (!take(output_format(options_), format_)) return false;
+    if (!take(output_format(options_), format_) || !take(check_paths(options_))) return false;
     if (!options_.truth.empty()) {
       Truth truth;
       if (!take(read_truth_json(options_.truth), truth)) return false;
@@ -115,30 +142,36 @@ class Run {
     return true;
   }
 
-  void measure() {
-    measured_.survey = checked_->nominal_survey;
-    measured_.source = "no targets";
-    if (checked_->nominal_survey.measurements.empty()) return;
+  /// False if there is nothing to go on with; targets that were lost are something.
+  bool measure() {
     DiagnosticLog found;
-    take(measure_program(options_, config_, checked_->program,
-                         checked_->nominal_survey.measurements.size(), context_.console, found),
-         measured_);
+    const bool has_source = take(measure_program(options_,
+                                                 config_,
+                                                 checked_->program,
+                                                 checked_->nominal_survey.measurements.size(),
+                                                 context_.console,
+                                                 found),
+                                 measured_);
     // The warnings are those of the check, said already.
     for (const Diagnostic& diagnostic : found.kept()) {
       if (diagnostic.severity() == Severity::Error) log_.add(diagnostic);
     }
+    if (!has_source || (exit_code(found) > ExitCode::GateFailed)) return false;
     context_.console.say(fits_summary(measured_.survey));
-    if (options_.save_measurements.empty()) return;
+    if (options_.save_measurements.empty()) return true;
     std::string lines;
     for (const Measurement& measurement : measured_.survey.measurements) {
       lines += to_json(measurement) + "\n";
     }
-    take(write_file(options_.save_measurements, lines));
+    return take(write_result(options_.save_measurements, lines));
   }
 
-  bool has_only_gate_failures() const {
-    return exit_code(log_) == ExitCode::GateFailed;
+  /// To a file, whole or not at all, or to standard output.
+  Expected<void> write_result(const std::string& path, std::string_view bytes) {
+    return path == "-" ? context_.output.write(bytes) : write_file(path, bytes);
   }
+
+  bool has_only_gate_failures() const { return exit_code(log_) == ExitCode::GateFailed; }
 
   void write_program() {
     std::optional<AtomicFile> file;
@@ -160,8 +193,10 @@ class Run {
     is_written_ = true;
     context_.console.say(fmt::format(
         "{} holes written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um",
-        tally_.n_holes(), options_.output == "-" ? "standard output" : options_.output,
-        tally_.max_shift().in_um(), tally_.max_sigma().in_um()));
+        tally_.n_holes(),
+        options_.output == "-" ? "standard output" : options_.output,
+        tally_.max_shift().in_um(),
+        tally_.max_sigma().in_um()));
     if (comparison_) context_.console.say("\nerror against truth\n" + comparison_->summary());
   }
 
@@ -180,7 +215,7 @@ class Run {
     input.diagnostics = log_.kept();
     input.provenance = provenance_;
     input.provenance.emplace_back("date", iso_8601(system_clock()()));
-    if (take(write_file(options_.report, report_html(input)))) {
+    if (take(write_result(options_.report, report_html(input)))) {
       context_.console.say("report: " + options_.report);
     }
   }

@@ -10,14 +10,15 @@
 namespace panelcal {
 namespace {
 
-Expected<Recording> synthesize(const SynthOptions& options, MachineConfig config,
-                               const Program& program, DiagnosticLog& log) {
+Expected<Recording> synthesize(const SynthOptions& options,
+                               MachineConfig config,
+                               const Program& program,
+                               DiagnosticLog& log) {
   if (options.seed && config.sim) config.sim->seed = *options.seed;
   PANELCAL_TRY(const SimMachine machine, SimMachine::create(config, program));
-  PANELCAL_TRY(Recording recording,
-               record_pictures(program, config, machine, options.output, log));
-  PANELCAL_CHECK(write_truth_json(std::filesystem::path(options.output) / "truth.json",
-                                  machine.truth()));
+  PANELCAL_TRY(Recording recording, record_pictures(program, config, machine, options.output, log));
+  PANELCAL_CHECK(
+      write_truth_json(std::filesystem::path(options.output) / "truth.json", machine.truth()));
   return recording;
 }
 
@@ -47,7 +48,8 @@ ExitCode run_command(const SynthOptions& options, CommandContext& context) {
     return exit_code(recording.error());
   }
   context.console.say(fmt::format("{} pictures, images.csv and truth.json written to {}",
-                                  recording->rows.size(), options.output));
+                                  recording->rows.size(),
+                                  options.output));
   return exit_code(found);
 }
 

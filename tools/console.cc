@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/tools/console.h"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
+
+#include <unistd.h>
 
 namespace panelcal {
 namespace {
@@ -19,7 +19,8 @@ void write_error(std::string_view text) {
 Console::Console(const CommonOptions& options)
     : shows_warnings_(!options.quiet && options.log_level != "error"),
       shows_info_(!options.quiet && options.log_level == "info"),
-      is_terminal_(::isatty(STDERR_FILENO) == 1) {}
+      is_terminal_(::isatty(STDERR_FILENO) == 1) {
+}
 
 void Console::print(const Diagnostic& diagnostic) {
   if (diagnostic.severity() == Severity::Warning && !shows_warnings_) return;
@@ -57,8 +58,10 @@ Expected<void> StandardOutput::write(std::string_view bytes) {
     const ssize_t n = ::write(STDOUT_FILENO, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) {
-      return failure({Code::DeviceWrite, {"standard output", 0, 0},
-                      "cannot write: " + std::generic_category().message(errno), ""});
+      return failure({Code::DeviceWrite,
+                      {"standard output", 0, 0},
+                      "cannot write: " + std::generic_category().message(errno),
+                      ""});
     }
     bytes.remove_prefix(static_cast<std::size_t>(n));
   }

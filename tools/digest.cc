@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/tools/digest.h"
 
-#include <sha256.h>
-#include <sys/types.h>
-
 #include <array>
 #include <cstdint>
+
+#include <sha256.h>
+#include <sys/types.h>
 
 namespace panelcal {
 

@@ -8,10 +8,13 @@ namespace panelcal {
 ExitCode exit_code(const Diagnostic& diagnostic) {
   if (diagnostic.severity() != Severity::Error) return ExitCode::Done;
   switch (info(diagnostic.code).fault) {
-    case Fault::Gate: return ExitCode::GateFailed;
-    case Fault::Input: return ExitCode::BadInput;
+    case Fault::Gate:
+      return ExitCode::GateFailed;
+    case Fault::Input:
+      return ExitCode::BadInput;
     case Fault::Device:
-    case Fault::Internal: return ExitCode::DeviceFailed;
+    case Fault::Internal:
+      return ExitCode::DeviceFailed;
   }
   return ExitCode::DeviceFailed;
 }

@@ -8,7 +8,8 @@ namespace panelcal {
 inline constexpr std::string_view kMainHeader =
     "panelcal - makes a drilling machine hit the panel on the table, not the panel in the drawing";
 
-inline constexpr std::string_view kMainFooter = R"(Exit codes: 0 done; 1 a gate or check failed, nothing was written for the machine;
+inline constexpr std::string_view kMainFooter =
+    R"(Exit codes: 0 done; 1 a gate or check failed, nothing was written for the machine;
 2 bad input or usage; 3 a device or the environment failed.
 `panelcal help COMMAND` explains a command with an example.)";
 

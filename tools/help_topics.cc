@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/tools/help_topics.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <iterator>
+
+#include <fmt/format.h>
 
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/program/excellon/lexer.h"
@@ -22,9 +22,13 @@ std::string diagnostics_page() {
   for (const CodeInfo& code : diagnostic_catalogue()) {
     const bool is_error = code.severity == Severity::Error;
     const Diagnostic example{code.code, {}, "", ""};
-    fmt::format_to(std::back_inserter(out), "| `{}` | {} | {} | {} | {} |\n", code.slug,
-                   is_error ? "error" : "warning", static_cast<int>(exit_code(example)),
-                   code.summary, code.advice);
+    fmt::format_to(std::back_inserter(out),
+                   "| `{}` | {} | {} | {} | {} |\n",
+                   code.slug,
+                   is_error ? "error" : "warning",
+                   static_cast<int>(exit_code(example)),
+                   code.summary,
+                   code.advice);
   }
   return out;
 }
@@ -36,9 +40,13 @@ std::string excellon_page() {
       "(`not-supported`), never skipped.\n\n"
       "| command | operands | manual section | state |\n| --- | --- | --- | --- |\n";
   for (const excellon::CommandInfo& command : excellon::command_table()) {
-    fmt::format_to(std::back_inserter(out), "| `{}{:02}` | `{}` | {} | {} |\n", command.letter,
-                   command.number, command.operands.empty() ? " " : command.operands,
-                   command.section, command.runs ? "executed" : "not yet");
+    fmt::format_to(std::back_inserter(out),
+                   "| `{}{:02}` | `{}` | {} | {} |\n",
+                   command.letter,
+                   command.number,
+                   command.operands.empty() ? " " : command.operands,
+                   command.section,
+                   command.runs ? "executed" : "not yet");
   }
   return out +
          "\nBesides these: coordinates `X#Y#`, `R#X#Y#` (Repeat Hole), `R#M02X#Y#` (Repeat Block), "

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <csignal>
 #include <exception>
+#include <iostream>
 #include <variant>
 
 #include "panelcal/tools/commands.h"
@@ -29,7 +30,10 @@ int run(int argc, char** argv) {
   Console console(options->common);
   StandardOutput output;
   CommandContext context{console, output, *options};
-  return static_cast<int>(std::visit(Dispatch{context}, options->command));
+  const ExitCode code = std::visit(Dispatch{context}, options->command);
+  // Help goes through the stream library; whether it arrived shows only now.
+  if (!std::cout.flush()) return static_cast<int>(ExitCode::DeviceFailed);
+  return static_cast<int>(code);
 }
 
 }  // namespace
@@ -39,8 +43,10 @@ int main(int argc, char** argv) {
   try {
     return panelcal::run(argc, argv);
   } catch (const std::exception& error) {
-    const panelcal::Diagnostic diagnostic{
-        panelcal::Code::Internal, {"panelcal", 0, 0}, error.what(), "no exception here; please report it"};
+    const panelcal::Diagnostic diagnostic{panelcal::Code::Internal,
+                                          {"panelcal", 0, 0},
+                                          error.what(),
+                                          "no exception here; please report it"};
     panelcal::Console(panelcal::CommonOptions{}).print(diagnostic);
     return static_cast<int>(panelcal::exit_code(diagnostic));
   }

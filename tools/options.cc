@@ -2,10 +2,11 @@
 // The only file that includes CLI11: it takes seconds to compile.
 #include "panelcal/tools/options.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <iostream>
+
+#include <CLI/CLI.hpp>
 
 #include "panelcal/tools/help_text.h"
 #include "panelcal/tools/help_topics.h"
@@ -30,7 +31,8 @@ class CommandLine {
     add_run();
     add_locate();
     add_synth();
-    help_ = app_.add_subcommand("help", "Explain a command, or list diagnostics or excellon commands");
+    help_ =
+        app_.add_subcommand("help", "Explain a command, or list diagnostics or excellon commands");
     help_->add_option("TOPIC", help_topic_, "A command, `diagnostics` or `excellon`");
   }
 
@@ -57,10 +59,18 @@ class CommandLine {
     return command;
   }
 
+  static void add_limit(CLI::App* command, std::int64_t& max_operations) {
+    constexpr std::int64_t kMost = 1'000'000'000'000;
+    command->add_option("--max-operations", max_operations, "Stop a program that never ends")
+        ->check(CLI::Range(std::int64_t{1}, kMost))
+        ->capture_default_str();
+  }
+
   void add_check() {
     check_ = add("check", "Read and verify a part program, a machine file, or both");
     check_->add_option("PROGRAM", check_options_.program, "Part program; - is standard input");
     check_->add_option("-m,--machine", check_options_.machine, "machine.toml");
+    add_limit(check_, check_options_.max_operations);
   }
 
   void add_survey() {
@@ -81,24 +91,25 @@ class CommandLine {
     source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
         ->check(CLI::IsMember({"sim"}));
     source->require_option(0, 1);
-    run_->add_option("-o,--output", o.output, "Corrected program (.jsonl .csv .drl .exc); - is standard output")->required();
+    run_->add_option("-o,--output",
+                     o.output,
+                     "Corrected program (.jsonl .csv .drl .exc); - is standard output")
+        ->required();
     run_->add_option("--to", o.format, "Output format (default: from the output's extension)")
         ->check(CLI::IsMember({"jsonl", "csv", "excellon"}));
     run_->add_option("--report", o.report, "Write an HTML report");
-    run_->add_option("--save-measurements", o.save_measurements,
+    run_->add_option("--save-measurements",
+                     o.save_measurements,
                      "Write what was measured, to replay with --measurements");
     run_->add_option("--truth", o.truth, "Compare with the truth that `synth` wrote");
-    run_->add_option("--max-operations", o.max_operations, "Stop a program that never ends")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
+    add_limit(run_, o.max_operations);
     run_->add_flag("--force", o.force, "Write the program although a gate failed");
   }
 
   void add_locate() {
     locate_ = add("locate", "Find a target in pictures");
     locate_->add_option("IMAGE", locate_options_.images, "Pictures")->required();
-    locate_->add_option("--tool", locate_options_.tool, "Number of the vision tool")
-        ->required();
+    locate_->add_option("--tool", locate_options_.tool, "Number of the vision tool")->required();
     locate_->add_option("-m,--machine", locate_options_.machine, "machine.toml")->required();
   }
 
@@ -141,15 +152,19 @@ class CommandLine {
     }
     const auto commands = app_.get_subcommands();
     const std::string command = commands.empty() ? "" : " " + commands.front()->get_name();
-    return failure({Code::Usage, {"panelcal" + command, 0, 0}, error.what(),
+    return failure({Code::Usage,
+                    {"panelcal" + command, 0, 0},
+                    error.what(),
                     "what `panelcal help" + command + "` shows"});
   }
 
   static Diagnostic unknown_command(const std::string& word) {
-    constexpr std::array<std::string_view, 6> kCommands = {"check",  "survey", "run",
-                                                           "locate", "synth",  "help"};
+    constexpr std::array<std::string_view, 6> kCommands = {
+        "check", "survey", "run", "locate", "synth", "help"};
     const std::string_view near = nearest_word(word, kCommands);
-    return {Code::Usage, {"panelcal", 0, 0}, quoted(word) + " is no command",
+    return {Code::Usage,
+            {"panelcal", 0, 0},
+            quoted(word) + " is no command",
             near.empty() ? "check, survey, run, locate, synth or help"
                          : "perhaps " + std::string(near)};
   }

@@ -12,13 +12,14 @@
 namespace panelcal {
 
 struct CommonOptions {
-  bool quiet = false;               ///< errors only on standard error
-  std::string log_level = "info";   ///< error, warning, info
+  bool quiet = false;              ///< errors only on standard error
+  std::string log_level = "info";  ///< error, warning, info
 };
 
 struct CheckOptions {
   std::string program;  ///< may be empty: then only the machine file is checked
   std::string machine;  ///< may be empty
+  std::int64_t max_operations = 1'000'000'000;
 };
 
 struct SurveyOptions {
@@ -33,7 +34,7 @@ struct RunOptions {
   std::string measurements;    ///< SOURCE: a recorded file
   std::string machine_driver;  ///< SOURCE: sim
   std::string output;
-  std::string format;          ///< empty: from the output's extension
+  std::string format;  ///< empty: from the output's extension
   std::string report;
   std::string save_measurements;
   std::string truth;

@@ -29,10 +29,9 @@ std::optional<CheckedProgram> read_and_check(const std::string& path,
   return checked;
 }
 
-Tally tally_nominal(const CheckedProgram& checked, const WalkOptions& options) {
+Tally tally_nominal(const CheckedProgram& checked, const WalkOptions& options, DiagnosticLog& log) {
   Tally tally;
-  DiagnosticLog ignored;
-  execute(checked.program, options, checked.nominal_survey, tally, ignored);
+  execute(checked.program, options, checked.nominal_survey, tally, log);
   return tally;
 }
 

@@ -24,6 +24,6 @@ std::optional<CheckedProgram> read_and_check(const std::string& path,
                                              DiagnosticLog& log);
 
 /// Counts holes and tools on the perfect panel. Precondition: no errors in the check.
-Tally tally_nominal(const CheckedProgram& checked, const WalkOptions& options);
+Tally tally_nominal(const CheckedProgram& checked, const WalkOptions& options, DiagnosticLog& log);
 
 }  // namespace panelcal

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/tools/truth_comparison.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+
+#include <fmt/format.h>
 
 namespace panelcal {
 namespace {
@@ -54,13 +54,23 @@ double TruthComparison::mean_normalized_square() const {
 }
 
 std::string TruthComparison::summary() const {
-  std::string out = fmt::format("{:>6} {:>8} {:>20} {:>20}\n{:>6} {:>8} {:>20} {:>20}\n", "tool",
-                                "holes", "without correction", "corrected", "", "",
-                                "max / rms um", "max / rms um");
+  std::string out = fmt::format("{:>6} {:>8} {:>20} {:>20}\n{:>6} {:>8} {:>20} {:>20}\n",
+                                "tool",
+                                "holes",
+                                "without correction",
+                                "corrected",
+                                "",
+                                "",
+                                "max / rms um",
+                                "max / rms um");
   const auto row = [&](const std::string& name, const Errors& errors) {
-    fmt::format_to(std::back_inserter(out), "{:>6} {:>8} {:>11.1f} / {:>6.1f} {:>12.3f} / {:>5.3f}\n",
-                   name, errors.corrected.n, errors.uncorrected.max().in_um(),
-                   errors.uncorrected.rms().in_um(), errors.corrected.max().in_um(),
+    fmt::format_to(std::back_inserter(out),
+                   "{:>6} {:>8} {:>11.1f} / {:>6.1f} {:>12.3f} / {:>5.3f}\n",
+                   name,
+                   errors.corrected.n,
+                   errors.uncorrected.max().in_um(),
+                   errors.uncorrected.rms().in_um(),
+                   errors.corrected.max().in_um(),
                    errors.corrected.rms().in_um());
   };
   for (const auto& [tool, errors] : by_tool_) row(fmt::format("T{}", tool), errors);

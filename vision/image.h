@@ -29,8 +29,9 @@ class Image {
   double full_scale() const { return full_scale_; }
   bool empty() const { return pixels_.empty(); }
 
-  std::span<const float> pixels() const { return pixels_; }
-  std::span<float> pixels() { return pixels_; }
+  std::span<const float> pixels() const& { return pixels_; }
+  std::span<float> pixels() & { return pixels_; }
+  std::span<const float> pixels() const&& = delete;  ///< would outlive the picture
   std::span<const float> row(int y) const { return {pixels_.data() + offset(y), n_columns()}; }
   std::span<float> row(int y) { return {pixels_.data() + offset(y), n_columns()}; }
   float at(int x, int y) const { return pixels_[offset(y) + static_cast<std::size_t>(x)]; }

@@ -220,19 +220,13 @@ class Parser {
   }
 
   Expected<void> read_seq(const Field& field, PictureRow& row) {
-    PANELCAL_CHECK(read_count(field, kSeq, row.seq.emplace()));
-    const auto [first, is_new] = line_of_seq_.emplace(*row.seq, line_);
-    if (is_new) return {};
-    return error(field,
-                 fmt::format("seq {} stands in line {} already", *row.seq, first->second),
-                 "one picture for each measurement");
+    return read_count(field, kSeq, row.seq.emplace());
   }
 
   std::string_view rest_;
   std::string name_;
   int line_ = 0;
   std::vector<Column> columns_;
-  std::map<int, int> line_of_seq_;
   double x_mm_ = 0;
   double y_mm_ = 0;
 };

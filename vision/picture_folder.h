@@ -23,7 +23,8 @@ struct PictureRow {
   std::optional<int> tool;
   std::optional<std::string> lamp;
   std::optional<double> zoom;
-  std::optional<int> seq;           ///< of the measurement request it answers
+  std::optional<int> seq;           ///< of the measurement request it answers; $uvis,insp asks for
+                                    ///< several pictures of one
   std::optional<std::string> time;  ///< as written
 };
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/calib/base/atomic_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <system_error>
 #include <utility>
 #include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace panelcal {
 namespace {
@@ -43,18 +43,28 @@ void sync_folder_of(const std::filesystem::path& path) {
 }  // namespace
 
 Expected<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(target, ignored)) {
+  // A link stays a link: what it points to is replaced.
+  std::error_code error;
+  std::filesystem::path real = std::filesystem::canonical(target, error);
+  if (error) real = target;
+  const std::filesystem::file_status status = std::filesystem::status(real, error);
+  if (std::filesystem::is_directory(status)) {
     return failure(write_failure(target, "write the file", EISDIR));
   }
-  std::string pattern = target.string() + ".part-XXXXXX";
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    return failure({Code::DeviceWrite,
+                    {target.string(), 0, 0},
+                    "cannot write the file: it is a device or a pipe",
+                    "a regular file, or - for standard output"});
+  }
+  std::string pattern = real.string() + ".part-XXXXXX";
   const int fd = ::mkostemp(pattern.data(), O_CLOEXEC);
   if (fd < 0) return failure(write_failure(target, "create a file beside it", errno));
   // mkostemp makes files private; a result is as readable as any file the user makes.
   const mode_t mask = ::umask(0);
   ::umask(mask);
   ::fchmod(fd, 0666 & ~mask);
-  return AtomicFile(fd, target, pattern);
+  return AtomicFile(fd, real, pattern);
 }
 
 AtomicFile::AtomicFile(int fd, std::filesystem::path target, std::filesystem::path temporary)
@@ -66,7 +76,8 @@ AtomicFile::AtomicFile(AtomicFile&& other) noexcept
     : fd_(std::exchange(other.fd_, -1)),
       target_(std::move(other.target_)),
       temporary_(std::move(other.temporary_)),
-      buffer_(std::move(other.buffer_)) {}
+      buffer_(std::move(other.buffer_)) {
+}
 
 AtomicFile::~AtomicFile() {
   discard();

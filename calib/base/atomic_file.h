@@ -12,8 +12,8 @@ namespace panelcal {
 
 /// A file that appears whole under its name, or not at all.
 ///
-/// Bytes go to a temporary file beside the target; `commit` syncs it to disk and renames it. Without
-/// `commit` the destructor removes the temporary file and the old content, if any, stays.
+/// Bytes go to a temporary file beside the target; `commit` syncs it to disk and renames it.
+/// Without `commit` the destructor removes the temporary file and the old content, if any, stays.
 ///
 /// Fails  device-write (cannot create, write, sync or rename; with the system's text)
 class AtomicFile final : public ByteSink {

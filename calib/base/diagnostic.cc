@@ -54,8 +54,8 @@ std::string Diagnostic::text() const {
 }
 
 void DiagnosticLog::add(Diagnostic diagnostic) {
-  ++(diagnostic.severity() == Severity::Error ? n_errors_ : n_warnings_);
-  if (kept_.size() < kKept) kept_.push_back(std::move(diagnostic));
+  std::size_t& n = diagnostic.severity() == Severity::Error ? n_errors_ : n_warnings_;
+  if (n++ < kKept) kept_.push_back(std::move(diagnostic));
 }
 
 std::string_view nearest_word(std::string_view word, std::span<const std::string_view> known) {

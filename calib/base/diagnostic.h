@@ -54,8 +54,9 @@ struct Diagnostic {
   std::string text() const;
 };
 
-/// Collects the diagnostics of one pass. Keeps the first `kKept` and counts the rest, so that a
-/// damaged file of a million lines cannot fill the memory.
+/// Collects the diagnostics of one pass. Keeps the first `kKept` of each severity and counts the
+/// rest, so that a damaged file of a million lines cannot fill the memory, and a flood of warnings
+/// cannot hide an error.
 class DiagnosticLog {
  public:
   static constexpr std::size_t kKept = 200;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <tl/expected.hpp>
 #include <utility>
+
+#include <tl/expected.hpp>
 
 #include "panelcal/calib/base/diagnostic.h"
 
@@ -30,8 +31,8 @@ inline tl::unexpected<Diagnostic> failure(Diagnostic diagnostic) {
   PANELCAL_TRY_INNER(PANELCAL_CONCAT(panelcal_try_, __LINE__), target, expression)
 
 /// The same for an Expected<void>.
-#define PANELCAL_CHECK(expression)                                                         \
-  do {                                                                                     \
-    auto panelcal_check = (expression);                                                    \
-    if (!panelcal_check) return ::panelcal::failure(std::move(panelcal_check).error());    \
+#define PANELCAL_CHECK(expression)                                                      \
+  do {                                                                                  \
+    auto panelcal_check = (expression);                                                 \
+    if (!panelcal_check) return ::panelcal::failure(std::move(panelcal_check).error()); \
   } while (false)

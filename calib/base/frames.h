@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <type_traits>
+
+#include <Eigen/Core>
 
 namespace panelcal {
 
@@ -195,8 +196,7 @@ class Transform {
 template <class A, class B, class C>
 Transform<A, C> operator*(const Transform<A, B>& a_from_b, const Transform<B, C>& b_from_c) {
   const Eigen::Matrix2d linear = a_from_b.linear() * b_from_c.linear();
-  const Eigen::Vector2d shift =
-      a_from_b.linear() * b_from_c.translation() + a_from_b.translation();
+  const Eigen::Vector2d shift = a_from_b.linear() * b_from_c.translation() + a_from_b.translation();
   return Transform<A, C>(linear, shift);
 }
 

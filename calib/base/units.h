@@ -67,16 +67,36 @@ using Time = Quantity<dimension::Time>;
 /// Millimetres in an inch, exactly (international inch, 1959).
 inline constexpr double kMmPerInch = 25.4;
 
-constexpr Length mm(double v) { return make_quantity<dimension::Length>(v); }
-constexpr Length um(double v) { return mm(v * 1e-3); }
-constexpr Length inch(double v) { return mm(v * kMmPerInch); }
-constexpr Angle rad(double v) { return make_quantity<dimension::Angle>(v); }
-constexpr Angle deg(double v) { return rad(v * std::numbers::pi / 180.0); }
-constexpr PixelLength px(double v) { return make_quantity<dimension::PixelLength>(v); }
-constexpr Feed mm_per_s(double v) { return make_quantity<dimension::Feed>(v); }
-constexpr Feed inch_per_min(double v) { return mm_per_s(v * kMmPerInch / 60.0); }
-constexpr SpindleSpeed rpm(double v) { return make_quantity<dimension::SpindleSpeed>(v); }
-constexpr Time seconds(double v) { return make_quantity<dimension::Time>(v); }
+constexpr Length mm(double v) {
+  return make_quantity<dimension::Length>(v);
+}
+constexpr Length um(double v) {
+  return mm(v * 1e-3);
+}
+constexpr Length inch(double v) {
+  return mm(v * kMmPerInch);
+}
+constexpr Angle rad(double v) {
+  return make_quantity<dimension::Angle>(v);
+}
+constexpr Angle deg(double v) {
+  return rad(v * std::numbers::pi / 180.0);
+}
+constexpr PixelLength px(double v) {
+  return make_quantity<dimension::PixelLength>(v);
+}
+constexpr Feed mm_per_s(double v) {
+  return make_quantity<dimension::Feed>(v);
+}
+constexpr Feed inch_per_min(double v) {
+  return mm_per_s(v * kMmPerInch / 60.0);
+}
+constexpr SpindleSpeed rpm(double v) {
+  return make_quantity<dimension::SpindleSpeed>(v);
+}
+constexpr Time seconds(double v) {
+  return make_quantity<dimension::Time>(v);
+}
 
 template <class D>
 constexpr double Quantity<D>::in_mm() const requires std::same_as<D, dimension::Length> {

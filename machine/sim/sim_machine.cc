@@ -205,7 +205,8 @@ Expected<TakenPicture> SimMachine::take_picture(const MeasurementRequest& reques
       truth_.actual_from_nominal(request.path).inverse() * actual_from_optical;
   Random noise =
       random_of(sim_.seed, RandomStream::Noise, request.seq).fork(static_cast<std::uint64_t>(i));
-  return TakenPicture{render(scene, camera_, noise), calibrated_offset_.optical_axis(spindle), ""};
+  return TakenPicture{
+      render(scene, camera_, noise), calibrated_offset_.optical_axis(spindle), "", ""};
 }
 
 Expected<int> SimMachine::inspections_of(const MeasurementRequest& request) {

@@ -63,7 +63,8 @@ class HeaderReader {
       if (text == "%" || text == "M95") return finish();
       read_line(line, text);
     }
-    reporter_.report(Code::HeaderUnclosed, start_line_, 1, "the header opened here has no end", "% or M95");
+    reporter_.report(
+        Code::HeaderUnclosed, start_line_, 1, "the header opened here has no end", "% or M95");
     return finish();
   }
 
@@ -114,16 +115,18 @@ class HeaderReader {
     read_word(line.number, column, text, word, value);
   }
 
-  void read_word(int line, int column, std::string_view text, std::string_view word,
-                 std::string_view value) {
+  void read_word(
+      int line, int column, std::string_view text, std::string_view word, std::string_view value) {
     const auto known = std::ranges::find(kHeaderWords, word, &HeaderWord::word);
     if (known == kHeaderWords.end()) return report_unknown(line, column, word);
     switch (known->kind) {
-      case WordKind::Setting: return pass_on(line, text);
+      case WordKind::Setting:
+        return pass_on(line, text);
       case WordKind::Later:
         reporter_.report(Code::NotSupported, line, column, quoted(text) + " is not supported yet");
         return;
-      case WordKind::Handled: break;
+      case WordKind::Handled:
+        break;
     }
     const int value_column = column + static_cast<int>(word.size()) + 1;
     if (word == "INCH" || word == "METRIC") return read_unit(line, column, word, value);
@@ -143,16 +146,24 @@ class HeaderReader {
     std::array<std::string_view, kHeaderWords.size()> words;
     std::ranges::transform(kHeaderWords, words.begin(), &HeaderWord::word);
     const std::string_view near = nearest_word(word, words);
-    reporter_.report(Code::HeaderWordUnknown,
-                     line,
-                     column,
-                     quoted(word) + " is no header command",
-                     near.empty() ? "a command of the manual's header table"
-                                  : "perhaps " + std::string(near));
+    reporter_.report(
+        Code::HeaderWordUnknown,
+        line,
+        column,
+        quoted(word) + " is no header command",
+        near.empty() ? "a command of the manual's header table" : "perhaps " + std::string(near));
   }
 
   void read_unit(int line, int column, std::string_view word, std::string_view value) {
     NumberFormat& format = header_.format;
+    if (!unit_word_.empty() && unit_word_ != word) {
+      reporter_.report(Code::ArgumentInvalid,
+                       line,
+                       column,
+                       quoted(word) + " contradicts the " + unit_word_ + " before it",
+                       "one unit for the whole program");
+    }
+    unit_word_ = word;
     format.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
     if (!digits_from_hint_) default_digits();
     header_.states_format = true;
@@ -169,7 +180,10 @@ class HeaderReader {
         format.integer_digits = static_cast<int>(part.find('.'));
         format.decimal_digits = static_cast<int>(part.size()) - format.integer_digits - 1;
       } else {
-        reporter_.report(Code::ArgumentInvalid, line, value_column, quoted(part),
+        reporter_.report(Code::ArgumentInvalid,
+                         line,
+                         value_column,
+                         quoted(part),
                          "LZ, TZ or digits such as 000.000");
       }
       header_.format_evidence += "," + std::string(part);
@@ -226,12 +240,22 @@ class HeaderReader {
   void read_tool(const SourceLine& line) {
     Block block;
     if (const auto fault = lex(line, block)) {
-      reporter_.report(Code::BlockSyntax, line.number, fault->column, quoted(fault->text),
+      reporter_.report(Code::BlockSyntax,
+                       line.number,
+                       fault->column,
+                       quoted(fault->text),
                        std::string(fault->expected));
       return;
     }
     const auto tool = read_tool_block(block, header_.format, nullptr, reporter_);
-    if (tool) header_.tools[tool->tool.number] = tool->tool;
+    if (!tool) return;
+    const auto [defined, is_new] = header_.tools.emplace(tool->tool.number, tool->tool);
+    if (is_new || defined->second == tool->tool) return;
+    reporter_.report(Code::ArgumentInvalid,
+                     line.number,
+                     block.column,
+                     quoted(block.text) + " defines the tool differently from before",
+                     "one definition of each tool");
   }
 
   void read_switch(int line, int column, std::string_view value, bool& state) {
@@ -250,6 +274,7 @@ class HeaderReader {
   Header header_;
   int start_line_ = 0;
   bool digits_from_hint_ = false;
+  std::string unit_word_;
 };
 
 }  // namespace

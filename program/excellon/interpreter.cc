@@ -48,7 +48,8 @@ void Interpreter::run() {
   if (ended_) return;
   vision_.end_program(cursor_.line_number());
   if (sink_ == nullptr && !vision_.must_stop()) {
-    reporter_.report(Code::EndMissing, cursor_.line_number(), 0, "the program has no end", "M30 or M00");
+    reporter_.report(
+        Code::EndMissing, cursor_.line_number(), 0, "the program has no end", "M30 or M00");
   }
 }
 
@@ -65,14 +66,17 @@ void Interpreter::check_rest() {
     const SourceLine line = cursor_.next();
     const LineKind kind = kind_of(line.text);
     if (kind == LineKind::Empty || kind == LineKind::PatternMark) continue;
-    return reporter_.report(Code::TextAfterEnd, line.number, 1, quoted(line.text), "nothing behind the end");
+    return reporter_.report(
+        Code::TextAfterEnd, line.number, 1, quoted(line.text), "nothing behind the end");
   }
 }
 
 void Interpreter::run_line(const SourceLine& line) {
   switch (kind_of(line.text)) {
-    case LineKind::Empty: return;
-    case LineKind::PatternMark: return run_section(line.number);
+    case LineKind::Empty:
+      return;
+    case LineKind::PatternMark:
+      return run_section(line.number);
     case LineKind::KeyboardOrder:
       vision_.keyboard_order(line, format_);
       return put(line.number, Setting{line.text, SettingKind::Vision});
@@ -82,11 +86,15 @@ void Interpreter::run_line(const SourceLine& line) {
         return put(line.number, Setting{line.text.substr(slash, 1)});  // clears tool links
       }
       if (program_.header.deletes_blocks) return;
-      reporter_.report(Code::NotSupported, line.number, static_cast<int>(slash) + 1,
+      reporter_.report(Code::NotSupported,
+                       line.number,
+                       static_cast<int>(slash) + 1,
                        quoted(line.text) + ": block delete without BLKD is not supported yet");
       return;
     }
-    case LineKind::Words: run_words(line); break;
+    case LineKind::Words:
+      run_words(line);
+      break;
   }
   if (vision_.must_stop()) ended_ = true;
 }
@@ -97,7 +105,10 @@ void Interpreter::run_words(const SourceLine& line) {
   }
   Block block;
   if (const auto fault = lex(line, block)) {
-    reporter_.report(Code::BlockSyntax, line.number, fault->column, quoted(fault->text),
+    reporter_.report(Code::BlockSyntax,
+                     line.number,
+                     fault->column,
+                     quoted(fault->text),
                      std::string(fault->expected));
     return;
   }
@@ -107,18 +118,25 @@ void Interpreter::run_words(const SourceLine& line) {
   }
   const Word& first = block.words[0];
   if (block.arguments_column != 0 && !takes_arguments(first)) {
-    reporter_.report(Code::BlockNotAlone, block.line, block.arguments_column - 1,
-                     quoted("," + std::string(block.arguments)) + " behind " + quoted(text_of(first)),
-                     "no comma in this block");
+    reporter_.report(
+        Code::BlockNotAlone,
+        block.line,
+        block.arguments_column - 1,
+        quoted("," + std::string(block.arguments)) + " behind " + quoted(text_of(first)),
+        "no comma in this block");
     return;
   }
   switch (first.letter) {
     case 'X':
-    case 'Y': return drill_coordinate(block);
-    case 'R': return repeat_hole(block);
-    case 'T': return select_tool(block);
+    case 'Y':
+      return drill_coordinate(block);
+    case 'R':
+      return repeat_hole(block);
+    case 'T':
+      return select_tool(block);
     case 'G':
-    case 'M': break;
+    case 'M':
+      break;
     case 'F':
     case 'S':
     case 'A':
@@ -129,11 +147,16 @@ void Interpreter::run_words(const SourceLine& line) {
     case 'C':
     case 'H':
     case 'Z':
-      reporter_.report(Code::NotSupported, block.line, first.column,
+      reporter_.report(Code::NotSupported,
+                       block.line,
+                       first.column,
                        quoted(text_of(first)) + " in a block of its own is not supported yet");
       return;
     default:
-      reporter_.report(Code::CommandUnknown, block.line, first.column, quoted(text_of(first)),
+      reporter_.report(Code::CommandUnknown,
+                       block.line,
+                       first.column,
+                       quoted(text_of(first)),
                        "X, Y, G, M, T or R");
       return;
   }
@@ -145,7 +168,9 @@ void Interpreter::run_words(const SourceLine& line) {
 
 void Interpreter::run_command(const Block& block, const Word& word, Command command) {
   if (!info(command).runs) {
-    reporter_.report(Code::NotSupported, block.line, word.column,
+    reporter_.report(Code::NotSupported,
+                     block.line,
+                     word.column,
                      quoted(text_of(word)) + " (" + std::string(info(command).section) +
                          ") is not supported yet");
     return;
@@ -169,32 +194,45 @@ void Interpreter::run_command(const Block& block, const Word& word, Command comm
     case Command::HoleAtTarget:
     case Command::NestedOffset:
     case Command::NestedSeries:
-    case Command::NestedHoleAtTarget: return measure(block, command);
-    case Command::SetZero: return set_zero(block);
+    case Command::NestedHoleAtTarget:
+      return measure(block, command);
+    case Command::SetZero:
+      return set_zero(block);
     case Command::OperatorMessage:
       if (is_alone(block)) put(block.line, Message{block.arguments});
       return;
     case Command::StoreCorrections:
     case Command::RewindCorrections:
-    case Command::AdvanceCorrections: return stored_label(block, command);
+    case Command::AdvanceCorrections:
+      return stored_label(block, command);
     case Command::EndNoRewind:
       return end_program(block, block.all().subspan(1), StopKind::EndNoRewind);
     case Command::EndRewind:
       return end_program(block, block.all().subspan(1), StopKind::EndRewind);
-    default: return run_without_operands(block, command);
+    default:
+      return run_without_operands(block, command);
   }
 }
 
 void Interpreter::run_without_operands(const Block& block, Command command) {
   if (!is_alone(block)) return;
   switch (command) {
-    case Command::DrillMode: return put(block.line, Setting{block.text});
-    case Command::Absolute: modal_.incremental = false; return;
-    case Command::Incremental: modal_.incremental = true; return;
-    case Command::Metric: return set_unit(block, LengthUnit::Millimeter);
-    case Command::Inch: return set_unit(block, LengthUnit::Inch);
-    case Command::CancelBase: return vision_.cancel_base(block.line);
-    case Command::CancelNested: return vision_.cancel_nested(block.line);
+    case Command::DrillMode:
+      return put(block.line, Setting{block.text});
+    case Command::Absolute:
+      modal_.incremental = false;
+      return;
+    case Command::Incremental:
+      modal_.incremental = true;
+      return;
+    case Command::Metric:
+      return set_unit(block, LengthUnit::Millimeter);
+    case Command::Inch:
+      return set_unit(block, LengthUnit::Inch);
+    case Command::CancelBase:
+      return vision_.cancel_base(block.line);
+    case Command::CancelNested:
+      return vision_.cancel_nested(block.line);
     default:
       // A table row that says Runs without a handler: our own mistake, never the user's.
       report(Code::Internal, block, block.words[0], "a handler for this command");
@@ -205,8 +243,8 @@ void Interpreter::run_without_operands(const Block& block, Command command) {
 
 void Interpreter::run_section(int line) {
   if (in_pattern_) {
-    reporter_.report(Code::CommandMisplaced, line, 1, "a pattern begins inside a pattern",
-                     "M01 and M08 first");
+    reporter_.report(
+        Code::CommandMisplaced, line, 1, "a pattern begins inside a pattern", "M01 and M08 first");
     return;
   }
   const auto section = scan_section(cursor_, line, format_, reporter_);
@@ -229,8 +267,7 @@ void Interpreter::run_section(int line) {
 /// an omitted axis means then in absolute mode, so that is refused (AxisUser::Cleared).
 void Interpreter::end_section(const RepeatSection& section) {
   vision_.end_section(section.closing.line);
-  modal_ = Modal{.user = {AxisUser::Cleared, AxisUser::Cleared},
-                 .incremental = modal_.incremental};
+  modal_ = Modal{.user = {AxisUser::Cleared, AxisUser::Cleared}, .incremental = modal_.incremental};
   cursor_ = section.after;
 
   if (section.closing.n_words == 1) return;
@@ -240,12 +277,14 @@ void Interpreter::end_section(const RepeatSection& section) {
   if (command != Command::EndRewind && command != Command::EndNoRewind) {
     return report(Code::BlockNotAlone, section.closing, second, "M08 alone or with M30");
   }
-  end_program(section.closing, section.closing.all().subspan(2),
+  end_program(section.closing,
+              section.closing.all().subspan(2),
               command == Command::EndRewind ? StopKind::EndRewind : StopKind::EndNoRewind);
 }
 
 /// Runs everything below `level` once in place and once for every copy that the level asks for.
-void Interpreter::run_level(const RepeatSection& section, std::size_t level,
+void Interpreter::run_level(const RepeatSection& section,
+                            std::size_t level,
                             const Transform<frame::Nominal, frame::Nominal>& outer) {
   if (level == 0) return run_pattern(section, outer);
   // levels[] is innermost first, the path outermost first.
@@ -262,7 +301,8 @@ void Interpreter::run_level(const RepeatSection& section, std::size_t level,
     for (int i = 0; i < run.count && !ended_; ++i) {
       offset_mm += run.step.in_mm();
       ++path_[depth];
-      run_level(section, level - 1,
+      run_level(section,
+                level - 1,
                 outer * Transform<frame::Nominal, frame::Nominal>(orientation, offset_mm));
     }
   }

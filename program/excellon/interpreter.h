@@ -52,7 +52,8 @@ class Interpreter {
 
   void run_section(int line);
   void end_section(const RepeatSection& section);
-  void run_level(const RepeatSection& section, std::size_t level,
+  void run_level(const RepeatSection& section,
+                 std::size_t level,
                  const Transform<frame::Nominal, frame::Nominal>& outer);
   void run_pattern(const RepeatSection& section,
                    const Transform<frame::Nominal, frame::Nominal>& place);
@@ -61,7 +62,8 @@ class Interpreter {
   void repeat_hole(const Block& block);
   void measure(const Block& block, Command command);
   void drill_modal(int line);
-  void drill(int line, const Position<frame::Nominal>& nominal,
+  void drill(int line,
+             const Position<frame::Nominal>& nominal,
              const PositionEstimate<frame::Actual>& corrected);
   bool has_tool(int line);
   Position<frame::Nominal> nominal_here() const;
@@ -74,9 +76,11 @@ class Interpreter {
   void check_rest();
 
   bool is_alone(const Block& block, std::size_t n_words = 1);
-  bool read_coordinates(const Block& block, std::span<const Word> words,
+  bool read_coordinates(const Block& block,
+                        std::span<const Word> words,
                         std::array<std::optional<double>, 2>& xy_mm);
-  bool move_to(const Block& block, const std::array<std::optional<double>, 2>& xy_mm,
+  bool move_to(const Block& block,
+               const std::array<std::optional<double>, 2>& xy_mm,
                AxisUser user);
   void put(int line, decltype(Operation::what) what);
   bool count(std::int64_t& n, std::int64_t limit, std::string_view things, int line);

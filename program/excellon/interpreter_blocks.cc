@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the single blocks of a program do; interpreter.cc decides which block comes when.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <string>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/program/excellon/interpreter.h"
 
@@ -25,13 +25,18 @@ bool differs(const std::optional<T>& body, const std::optional<T>& header) {
 // --- helpers -----------------------------------------------------------------------------------
 
 void Interpreter::report(Code code, const Block& block, const Word& word, std::string expected) {
-  reporter_.report(code, block.line, word.column, quoted(text_of(word)) + " in " + quoted(block.text),
+  reporter_.report(code,
+                   block.line,
+                   word.column,
+                   quoted(text_of(word)) + " in " + quoted(block.text),
                    std::move(expected));
 }
 
 bool Interpreter::is_alone(const Block& block, std::size_t n_words) {
   if (block.n_words <= n_words) return true;
-  report(Code::BlockNotAlone, block, block.words[n_words],
+  report(Code::BlockNotAlone,
+         block,
+         block.words[n_words],
          quoted(text_of(block.words[0])) + " in a block by itself");
   return false;
 }
@@ -40,7 +45,10 @@ bool Interpreter::is_alone(const Block& block, std::size_t n_words) {
 bool Interpreter::count(std::int64_t& n, std::int64_t limit, std::string_view things, int line) {
   if (++n <= limit) return true;
   if (!std::exchange(ended_, true)) {
-    reporter_.report(Code::TooManyOperations, line, 0, fmt::format("more than {} {}", limit, things),
+    reporter_.report(Code::TooManyOperations,
+                     line,
+                     0,
+                     fmt::format("more than {} {}", limit, things),
                      "a shorter program, or a higher limit");
   }
   return false;
@@ -56,21 +64,25 @@ bool Interpreter::count_target(int line) {
 
 /// Lines need not operate: without this a pattern of comments could be repeated for ever.
 void Interpreter::count_idle_line(int line) {
-  count(n_idle_lines_, options_.max_operations, "lines of step and repeat that drill nothing", line);
+  count(
+      n_idle_lines_, options_.max_operations, "lines of step and repeat that drill nothing", line);
 }
 
 void Interpreter::put(int line, decltype(Operation::what) what) {
   if (count_operation(line) && sink_ != nullptr) sink_->put({line, path_, std::move(what)});
 }
 
-bool Interpreter::read_coordinates(const Block& block, std::span<const Word> words,
+bool Interpreter::read_coordinates(const Block& block,
+                                   std::span<const Word> words,
                                    std::array<std::optional<double>, 2>& xy_mm) {
   for (const Word& word : words) {
     if (word.letter != 'X' && word.letter != 'Y') {
       const auto number = parse_count(word.number);
       const auto command = number ? find_command(word.letter, *number) : std::nullopt;
       if (command && !info(*command).runs) {
-        reporter_.report(Code::NotSupported, block.line, word.column,
+        reporter_.report(Code::NotSupported,
+                         block.line,
+                         word.column,
                          quoted(text_of(word)) + " (" + std::string(info(*command).section) +
                              ") is not supported yet");
       } else {
@@ -89,10 +101,13 @@ bool Interpreter::read_coordinates(const Block& block, std::span<const Word> wor
       return false;
     }
     axis_mm = parsed.value.in_mm();
-    const bool needs_format = word.number.find('.') == std::string_view::npos && !word.number.empty();
+    const bool needs_format =
+        word.number.find('.') == std::string_view::npos && !word.number.empty();
     if (needs_format && !warned_format_ && !program_.header.states_format && sink_ == nullptr) {
       warned_format_ = true;
-      reporter_.report(Code::FormatAssumed, block.line, word.column,
+      reporter_.report(Code::FormatAssumed,
+                       block.line,
+                       word.column,
                        quoted(text_of(word)) + " is read as " + format_.summary(),
                        "INCH or METRIC with LZ or TZ in the header");
     }
@@ -102,7 +117,8 @@ bool Interpreter::read_coordinates(const Block& block, std::span<const Word> wor
 
 /// Moves the programmed position. An omitted axis stays where the last coordinate of the same kind
 /// left it; across the two kinds the machine's two passes would differ, so that is refused.
-bool Interpreter::move_to(const Block& block, const std::array<std::optional<double>, 2>& xy_mm,
+bool Interpreter::move_to(const Block& block,
+                          const std::array<std::optional<double>, 2>& xy_mm,
                           AxisUser user) {
   for (int axis = 0; axis < 2; ++axis) {
     const AxisUser before = modal_.user[axis];
@@ -110,8 +126,12 @@ bool Interpreter::move_to(const Block& block, const std::array<std::optional<dou
                           (before == AxisUser::Cleared && modal_.incremental);
     const bool depends_on_before = modal_.incremental || !xy_mm[axis];
     if (depends_on_before && !is_fresh) {
-      reporter_.report(Code::AxisAmbiguous, block.line, block.column,
-                       fmt::format("{} takes {} from {}", quoted(block.text), axis == 0 ? 'X' : 'Y',
+      reporter_.report(Code::AxisAmbiguous,
+                       block.line,
+                       block.column,
+                       fmt::format("{} takes {} from {}",
+                                   quoted(block.text),
+                                   axis == 0 ? 'X' : 'Y',
                                    before == AxisUser::Cleared  ? "before the M08"
                                    : before == AxisUser::Target ? "a vision target"
                                                                 : "a hole"),
@@ -171,7 +191,12 @@ void Interpreter::repeat_hole(const Block& block) {
 bool Interpreter::has_tool(int line) {
   if (tool_ && *tool_ > 0) return true;
   if (!std::exchange(reported_no_tool_, true)) {
-    reporter_.report(Code::ToolMissing, line, 1, "a hole comes before any tool was taken", "T#");
+    reporter_.report(Code::ToolMissing,
+                     line,
+                     1,
+                     tool_ ? "a hole comes while no tool is taken, after T0"
+                           : "a hole comes before any tool was taken",
+                     "T#");
   }
   return false;
 }
@@ -184,7 +209,8 @@ void Interpreter::drill_modal(int line) {
   drill(line, nominal, vision_.corrections().actual_from_nominal()(nominal));
 }
 
-void Interpreter::drill(int line, const Position<frame::Nominal>& nominal,
+void Interpreter::drill(int line,
+                        const Position<frame::Nominal>& nominal,
                         const PositionEstimate<frame::Actual>& corrected) {
   const Position<frame::Machine> actual =
       work_zero_ + displacement_mm<frame::Machine>(corrected.position.in_mm());
@@ -224,14 +250,20 @@ void Interpreter::stored_label(const Block& block, Command command) {
     number = parse_count(block.arguments);
   }
   if (!number || (is_advance && *number < 1)) {
-    return report(Code::ArgumentInvalid, block, block.words[0],
-                  is_advance ? "M52 or M52,# with a count from 1"
-                             : fmt::format("M{},# with the number of a label", info(command).number));
+    return report(Code::ArgumentInvalid,
+                  block,
+                  block.words[0],
+                  is_advance
+                      ? "M52 or M52,# with a count from 1"
+                      : fmt::format("M{},# with the number of a label", info(command).number));
   }
   switch (command) {
-    case Command::StoreCorrections: return vision_.store_under(*number);
-    case Command::RewindCorrections: return vision_.rewind(block, *number);
-    default: return vision_.advance(block, *number);
+    case Command::StoreCorrections:
+      return vision_.store_under(*number);
+    case Command::RewindCorrections:
+      return vision_.rewind(block, *number);
+    default:
+      return vision_.advance(block, *number);
   }
 }
 
@@ -257,12 +289,10 @@ Tool Interpreter::ruled_by_header(const Block& block, const Tool& tool) {
     return tool;
   }
   const Tool& header = defined->second;
-  const bool contradicts = differs(tool.diameter, header.diameter) ||
-                           differs(tool.infeed, header.infeed) ||
-                           differs(tool.retract, header.retract) ||
-                           differs(tool.speed, header.speed) ||
-                           differs(tool.max_hits, header.max_hits) ||
-                           differs(tool.depth_offset, header.depth_offset);
+  const bool contradicts =
+      differs(tool.diameter, header.diameter) || differs(tool.infeed, header.infeed) ||
+      differs(tool.retract, header.retract) || differs(tool.speed, header.speed) ||
+      differs(tool.max_hits, header.max_hits) || differs(tool.depth_offset, header.depth_offset);
   if (contradicts && sink_ == nullptr) {
     report(Code::ToolDataIgnored, block, block.words[0], "the header's data, which are used");
   }
@@ -286,8 +316,8 @@ void Interpreter::set_zero(const Block& block) {
     return report(Code::CommandMisplaced, block, block.words[0], "G93 outside step and repeat");
   }
   if (!vision_.is_unused()) {
-    return report(Code::ZeroSetUnderCorrection, block, block.words[0],
-                  "G93 before the first target");
+    return report(
+        Code::ZeroSetUnderCorrection, block, block.words[0], "G93 before the first target");
   }
   const auto zero_set = displacement_mm<frame::Machine>(*xy_mm[0], *xy_mm[1]);
   work_zero_ = options_.absolute_zero +
@@ -300,7 +330,9 @@ void Interpreter::set_unit(const Block& block, LengthUnit unit) {
   warned_format_ = true;
   if (unit == format_.unit) return;
   if (has_motion_ || in_pattern_) {
-    return report(Code::CommandMisplaced, block, block.words[0],
+    return report(Code::CommandMisplaced,
+                  block,
+                  block.words[0],
                   "the unit before the first coordinate and outside step and repeat");
   }
   format_ = NumberFormat{.unit = unit,

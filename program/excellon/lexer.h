@@ -33,8 +33,8 @@ std::optional<Command> find_command(char letter, int number);
 /// A letter and what follows it, such as `X` and `-0087`.
 struct Word {
   char letter = 0;
-  int column = 0;            ///< of the letter, from 1
-  std::string_view number;   ///< may be empty
+  int column = 0;           ///< of the letter, from 1
+  std::string_view number;  ///< may be empty
 };
 
 /// One program line as words, left to right.
@@ -65,7 +65,7 @@ LineKind kind_of(std::string_view line);
 
 struct LexFault {
   int column = 0;
-  std::string_view text;         ///< the offending characters
+  std::string_view text;  ///< the offending characters
   std::string_view expected;
 };
 

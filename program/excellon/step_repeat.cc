@@ -11,7 +11,8 @@ bool is_vision(const Block& block) {
   return std::ranges::any_of(block.all(), [](const Word& word) {
     const auto number = parse_count(word.number);
     if (!number) return false;
-    if (word.letter == 'G') return *number >= 34 && *number <= 48 && !(*number > 39 && *number < 45);
+    if (word.letter == 'G')
+      return *number >= 34 && *number <= 48 && !(*number > 39 && *number < 45);
     return word.letter == 'M' && *number >= 50 && *number <= 52;
   });
 }
@@ -72,12 +73,16 @@ class SectionScanner {
       section_.has_vision |= is_vision(block);
       const auto command = c == '%' ? Command::BeginPattern : command_of(block.words[0]);
       switch (command.value_or(Command::DrillMode)) {
-        case Command::EndOfPattern: return has_no_arguments(block) && open_level(block);
+        case Command::EndOfPattern:
+          return has_no_arguments(block) && open_level(block);
         case Command::BeginPattern:
         case Command::EndOfRepeat:
         case Command::EndRewind:
-        case Command::EndNoRewind: unclosed("M01"); return false;
-        default: break;
+        case Command::EndNoRewind:
+          unclosed("M01");
+          return false;
+        default:
+          break;
       }
     }
     unclosed("M01");
@@ -96,7 +101,10 @@ class SectionScanner {
       return false;
     }
     if (section_.levels.size() == kMaxLevels) {
-      reporter_.report(Code::NestingTooDeep, block.line, block.column, "\"M01\" opens one level too many",
+      reporter_.report(Code::NestingTooDeep,
+                       block.line,
+                       block.column,
+                       "\"M01\" opens one level too many",
                        "at most " + std::to_string(kMaxLevels) + " levels");
       return false;
     }
@@ -123,14 +131,19 @@ class SectionScanner {
       } else if (word.letter == 'X' || word.letter == 'Y') {
         const ParsedLength parsed = parse_length(word.number, format_);
         if (parsed.fault != NumberFault::None) {
-          reporter_.report_number(
-              parsed.fault, word.number, block.line, word.column + 1, format_);
+          reporter_.report_number(parsed.fault, word.number, block.line, word.column + 1, format_);
           return false;
         }
+        if (block.find(word.letter) != &word) return bad(block, word, "each axis once");
         step_mm[word.letter - 'X'] = parsed.value.in_mm();
         has_axis = true;
       } else if (command == Command::SwapAxes || command == Command::MirrorX ||
                  command == Command::MirrorY) {
+        if ((command == Command::SwapAxes && run.swap_axes) ||
+            (command == Command::MirrorX && run.mirror_x) ||
+            (command == Command::MirrorY && run.mirror_y)) {
+          return bad(block, word, "each of M70, M80 and M90 once");
+        }
         run.swap_axes |= command == Command::SwapAxes;
         run.mirror_x |= command == Command::MirrorX;
         run.mirror_y |= command == Command::MirrorY;

@@ -13,12 +13,12 @@ namespace panelcal::excellon {
 
 /// A step and repeat section, from M25 to M08.
 struct RepeatSection {
-  int line = 0;             ///< of M25
-  LineCursor pattern;       ///< stands on the pattern's first line
-  std::size_t pattern_end;  ///< offset of the M01 that ends it
+  int line = 0;                              ///< of M25
+  LineCursor pattern;                        ///< stands on the pattern's first line
+  std::size_t pattern_end;                   ///< offset of the M01 that ends it
   std::vector<std::vector<CopyRun>> levels;  ///< one per M01, innermost first
-  LineCursor after;         ///< stands behind M08
-  Block closing;            ///< the M08 block; M30 or M00 may follow in it
+  LineCursor after;                          ///< stands behind M08
+  Block closing;                             ///< the M08 block; M30 or M00 may follow in it
   bool has_vision = false;  ///< the pattern measures, or moves through stored corrections
 };
 

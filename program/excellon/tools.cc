@@ -61,19 +61,25 @@ class ToolReader {
 
   bool read_datum(const Word& word, Tool& tool) const {
     switch (word.letter) {
-      case 'C': return read_length(word, tool.diameter) && check_diameter(word, tool);
-      case 'Z': return read_length(word, tool.depth_offset);
-      case 'F': return read_feed(word, 3, kInfeedRange, tool.infeed);
-      case 'B': return read_feed(word, 4, kRetractRange, tool.retract);
-      case 'S': return read_speed(word, tool);
-      case 'H': return read_hits(word, tool);
+      case 'C':
+        return read_length(word, tool.diameter) && check_diameter(word, tool);
+      case 'Z':
+        return read_length(word, tool.depth_offset);
+      case 'F':
+        return read_feed(word, 3, kInfeedRange, tool.infeed);
+      case 'B':
+        return read_feed(word, 4, kRetractRange, tool.retract);
+      case 'S':
+        return read_speed(word, tool);
+      case 'H':
+        return read_hits(word, tool);
       default:
-        reporter_.report(Code::BlockNotAlone,
-                         block_.line,
-                         word.column,
-                         quoted(std::string(1, word.letter) + std::string(word.number)) +
-                             " in a tool block",
-                         "only C, F, S, B, H and Z behind T");
+        reporter_.report(
+            Code::BlockNotAlone,
+            block_.line,
+            word.column,
+            quoted(std::string(1, word.letter) + std::string(word.number)) + " in a tool block",
+            "only C, F, S, B, H and Z behind T");
         return false;
     }
   }
@@ -91,8 +97,7 @@ class ToolReader {
   bool read_length(const Word& word, std::optional<Length>& out) const {
     const ParsedLength parsed = parse_length(word.number, format_);
     if (parsed.fault != NumberFault::None) {
-      reporter_.report_number(
-          parsed.fault, word.number, block_.line, word.column + 1, format_);
+      reporter_.report_number(parsed.fault, word.number, block_.line, word.column + 1, format_);
       return false;
     }
     out = parsed.value;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/excellon/vision.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <span>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace panelcal::excellon {
 namespace {
@@ -35,11 +35,18 @@ std::vector<std::string_view> split_at_commas(std::string_view text) {
   }
 }
 
+bool is_mirrored(const Eigen::Matrix2d& linear) {
+  return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) <= 0;
+}
+
 Code lost_code(MeasurementStatus status) {
   switch (status) {
-    case MeasurementStatus::Ambiguous: return Code::TargetAmbiguous;
-    case MeasurementStatus::Rejected: return Code::TargetRejected;
-    default: return Code::TargetNotFound;
+    case MeasurementStatus::Ambiguous:
+      return Code::TargetAmbiguous;
+    case MeasurementStatus::Rejected:
+      return Code::TargetRejected;
+    default:
+      return Code::TargetNotFound;
   }
 }
 
@@ -55,9 +62,12 @@ VisionSession::VisionSession(const WalkOptions& options,
       source_(source),
       reporter_(reporter),
       log_(log),
-      series_size_(options.series_size) {}
+      series_size_(options.series_size) {
+}
 
-void VisionSession::bad_argument(int line, int column, std::string_view text,
+void VisionSession::bad_argument(int line,
+                                 int column,
+                                 std::string_view text,
                                  std::string expected) {
   reporter_.report(Code::ArgumentInvalid, line, column, quoted(text), std::move(expected));
 }
@@ -67,8 +77,8 @@ void VisionSession::select_tool(const Block& block, const NumberFormat& format) 
   const std::size_t n = parts.size();
   const bool has_delta = n == 2 || n == 5;
   if (block.arguments_column == 0 || (n != 1 && !has_delta)) {
-    return bad_argument(block.line, block.column, block.text,
-                        "G34,v1 or G34,v1,delta or G34,v1,v2,v3,v4,delta");
+    return bad_argument(
+        block.line, block.column, block.text, "G34,v1 or G34,v1,delta or G34,v1,v2,v3,v4,delta");
   }
   const auto column_of = [&](std::string_view part) {
     return block.arguments_column + static_cast<int>(part.data() - block.arguments.data());
@@ -86,7 +96,9 @@ void VisionSession::select_tool(const Block& block, const NumberFormat& format) 
   if (has_delta) {
     const ParsedLength delta = parse_length(parts.back(), format);
     if (delta.fault != NumberFault::None || !(delta.value > Length())) {
-      return bad_argument(block.line, column_of(parts.back()), parts.back(),
+      return bad_argument(block.line,
+                          column_of(parts.back()),
+                          parts.back(),
                           "the distance of the four views, above zero");
     }
     chosen.delta = delta.value;
@@ -95,14 +107,18 @@ void VisionSession::select_tool(const Block& block, const NumberFormat& format) 
 }
 
 template <class Number>
-bool VisionSession::read_number(std::string_view text, Number least, const SourceLine& line,
+bool VisionSession::read_number(std::string_view text,
+                                Number least,
+                                const SourceLine& line,
                                 std::optional<Number>& out) {
   Number value{};
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || stop != end || !(value >= least) ||
       !std::isfinite(static_cast<double>(value))) {
-    bad_argument(line.number, static_cast<int>(text.data() - line.text.data()) + 1, text,
+    bad_argument(line.number,
+                 static_cast<int>(text.data() - line.text.data()) + 1,
+                 text,
                  fmt::format("a number from {}", least));
     return false;
   }
@@ -112,7 +128,8 @@ bool VisionSession::read_number(std::string_view text, Number least, const Sourc
 
 void VisionSession::keyboard_order(const SourceLine& line, const NumberFormat& format) {
   const auto begin = line.text.find('$');
-  const std::string_view text = line.text.substr(begin, line.text.find_last_not_of(" \t") + 1 - begin);
+  const std::string_view text =
+      line.text.substr(begin, line.text.find_last_not_of(" \t") + 1 - begin);
   const int column = static_cast<int>(begin) + 1;
   constexpr std::string_view kPrefix = "$uvis,";
   if (!text.starts_with(kPrefix)) {
@@ -127,7 +144,9 @@ void VisionSession::keyboard_order(const SourceLine& line, const NumberFormat& f
   set_uvis(key, value, line, format);
 }
 
-void VisionSession::set_uvis(std::string_view key, std::string_view value, const SourceLine& line,
+void VisionSession::set_uvis(std::string_view key,
+                             std::string_view value,
+                             const SourceLine& line,
                              const NumberFormat& format) {
   const int value_column = static_cast<int>(value.data() - line.text.data()) + 1;
   const auto is_switch = [&] {
@@ -165,8 +184,10 @@ void VisionSession::set_uvis(std::string_view key, std::string_view value, const
 }
 
 /// The orders that set nothing here: focus and calib; anything else is none.
-void VisionSession::check_order_for_machine(std::string_view key, std::string_view value,
-                                            const SourceLine& line, const NumberFormat& format) {
+void VisionSession::check_order_for_machine(std::string_view key,
+                                            std::string_view value,
+                                            const SourceLine& line,
+                                            const NumberFormat& format) {
   const auto column_of = [&](std::string_view part) {
     return static_cast<int>(part.data() - line.text.data()) + 1;
   };
@@ -177,19 +198,33 @@ void VisionSession::check_order_for_machine(std::string_view key, std::string_vi
                           parse_length(value.substr(1, y - 1), format).fault == NumberFault::None &&
                           parse_length(value.substr(y + 1), format).fault == NumberFault::None;
     if (key == "calib" ? !value.empty() : !is_place) {
-      bad_argument(line.number, column_of(value), value,
+      bad_argument(line.number,
+                   column_of(value),
+                   value,
                    key == "calib" ? "$uvis,calib alone" : "$uvis,focus,x#y#");
     } else if (source_ != nullptr) {
-      reporter_.report(Code::CalibrationNotPerformed, line.number, column_of(key) - 6,
+      reporter_.report(Code::CalibrationNotPerformed,
+                       line.number,
+                       column_of(key) - 6,
                        quoted(line.text) + " is passed on, not performed");
     }
     return;
   }
-  constexpr std::array<std::string_view, 11> kKeys = {"auto", "box", "search", "searcharea",
-                                                      "entry", "insp", "focus", "lamp",
-                                                      "zoom", "calib", "alg"};
+  constexpr std::array<std::string_view, 11> kKeys = {"auto",
+                                                      "box",
+                                                      "search",
+                                                      "searcharea",
+                                                      "entry",
+                                                      "insp",
+                                                      "focus",
+                                                      "lamp",
+                                                      "zoom",
+                                                      "calib",
+                                                      "alg"};
   const std::string_view near = nearest_word(key, kKeys);
-  reporter_.report(Code::CommandUnknown, line.number, column_of(key),
+  reporter_.report(Code::CommandUnknown,
+                   line.number,
+                   column_of(key),
                    quoted(key) + " is no $uvis command",
                    near.empty() ? "auto, box, search, searcharea, entry, insp, focus, lamp, zoom, "
                                   "calib or alg"
@@ -198,12 +233,18 @@ void VisionSession::check_order_for_machine(std::string_view key, std::string_vi
 
 bool VisionSession::refuse_unfinished(int line, std::string_view command) {
   if (!open_) return false;
-  reporter_.report(
-      Code::SeriesUnfinished, line, 1,
-      fmt::format("{} comes after {} of {} targets of the {} series begun in line {}", command,
-                  open_->measurements.size(), open_->n_wanted, open_->command, open_->line),
-      fmt::format("{} more {}", open_->n_wanted - static_cast<int>(open_->measurements.size()),
-                  open_->command));
+  reporter_.report(Code::SeriesUnfinished,
+                   line,
+                   1,
+                   fmt::format("{} comes after {} of {} targets of the {} series begun in line {}",
+                               command,
+                               open_->measurements.size(),
+                               open_->n_wanted,
+                               open_->command,
+                               open_->line),
+                   fmt::format("{} more {}",
+                               open_->n_wanted - static_cast<int>(open_->measurements.size()),
+                               open_->command));
   open_.reset();
   return true;
 }
@@ -214,7 +255,9 @@ std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
   if (source_ == nullptr) return index;
 
   if (settings_.tools.empty()) {
-    reporter_.report(Code::VisionToolMissing, target.line, 1,
+    reporter_.report(Code::VisionToolMissing,
+                     target.line,
+                     1,
                      code_text(target.command) + " measures before any G34",
                      "G34,# with the number of a vision tool");
     must_stop_ = true;
@@ -234,6 +277,8 @@ std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
   request.expected = position_mm<frame::Actual>(expected_mm);
 
   Expected<Measurement> measurement = source_->measure(request);
+  // Files keep three numbers of a covariance; with the same three here a replay is exact.
+  if (measurement) measurement->measured.cov(1, 0) = measurement->measured.cov(0, 1);
   if (!measurement) {
     log_.add(std::move(measurement).error());
     must_stop_ = true;
@@ -246,12 +291,17 @@ std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
 
 void VisionSession::report_lost(const Measurement& measurement) {
   const MeasurementRequest& request = measurement.request;
-  reporter_.report(
-      lost_code(measurement.status), request.line, 1,
-      fmt::format("{} target {} at nominal ({:.4f}, {:.4f}) mm is {}{}{}", request.command,
-                  request.seq, request.nominal.in_mm().x(), request.nominal.in_mm().y(),
-                  name(measurement.status), measurement.reason.empty() ? "" : ": ",
-                  measurement.reason));
+  reporter_.report(lost_code(measurement.status),
+                   request.line,
+                   1,
+                   fmt::format("{} target {} at nominal ({:.4f}, {:.4f}) mm is {}{}{}",
+                               request.command,
+                               request.seq,
+                               request.nominal.in_mm().x(),
+                               request.nominal.in_mm().y(),
+                               name(measurement.status),
+                               measurement.reason.empty() ? "" : ": ",
+                               measurement.reason));
 }
 
 void VisionSession::measure_target(const TargetPlace& target) {
@@ -276,8 +326,8 @@ void VisionSession::measure_target(const TargetPlace& target) {
 std::optional<PositionEstimate<frame::Actual>> VisionSession::measure_hole(
     const TargetPlace& target) {
   refuse_unfinished(target.line, code_text(target.command));
-  const auto index = measure(
-      target, is_nested(target.command) ? CorrectionLevel::Nested : CorrectionLevel::Base);
+  const auto index =
+      measure(target, is_nested(target.command) ? CorrectionLevel::Nested : CorrectionLevel::Base);
   if (!index) return std::nullopt;
   const Measurement& measurement = survey_.measurements[*index];
   if (measurement.status != MeasurementStatus::Found) return std::nullopt;
@@ -324,6 +374,7 @@ void VisionSession::fit_base(const OpenSeries& open, SeriesResult& series) {
   }
   auto result = fit_panel<frame::Base, frame::Nominal>(pairs, series.model);
   if (!result.fit) return report_fit_failure(series, result.failure);
+  if (is_mirrored(result.fit->map.map.linear())) return report_mirrored(series);
   series.gates = check_gates(*result.fit, options_.base_limits);
   series.base = std::make_shared<const BaseFit>(*std::move(result.fit));
 }
@@ -336,44 +387,62 @@ void VisionSession::fit_nested(const OpenSeries& open, SeriesResult& series) {
   }
   auto result = fit_panel<frame::Actual, frame::Base>(pairs, series.model);
   if (!result.fit) return report_fit_failure(series, result.failure);
+  if (is_mirrored(result.fit->map.map.linear())) return report_mirrored(series);
   series.gates = check_gates(*result.fit, options_.nested_limits);
   series.nested = std::make_shared<const NestedFit>(*std::move(result.fit));
 }
 
 void VisionSession::report_fit_failure(const SeriesResult& series, FitFailure failure) {
-  const std::string what =
-      fmt::format("{} targets from line {} do not determine the model \"{}\"",
-                  series.measurements.size(), series.line, name(series.model));
+  const std::string what = fmt::format("{} targets from line {} do not determine the model \"{}\"",
+                                       series.measurements.size(),
+                                       series.line,
+                                       name(series.model));
   switch (failure) {
     case FitFailure::TooFewTargets:
-      reporter_.report(Code::TargetsTooFew, series.line, 1, what,
+      reporter_.report(Code::TargetsTooFew,
+                       series.line,
+                       1,
+                       what,
                        fmt::format("at least {} coordinates", parameter_count(series.model)));
       return;
     case FitFailure::Degenerate:
-      reporter_.report(Code::SeriesDegenerate, series.line, 1, what,
+      reporter_.report(Code::SeriesDegenerate,
+                       series.line,
+                       1,
+                       what,
                        "targets that neither coincide nor lie in one line");
       return;
     case FitFailure::BadCovariance:
-      reporter_.report(Code::MeasurementInvalid, series.line, 1,
+      reporter_.report(Code::MeasurementInvalid,
+                       series.line,
+                       1,
                        "a measurement of the series has no usable covariance",
                        "a positive definite matrix");
       return;
   }
 }
 
+void VisionSession::report_mirrored(const SeriesResult& series) {
+  reporter_.report(Code::PanelMirrored,
+                   series.line,
+                   1,
+                   fmt::format("the {} targets of the series are seen as in a mirror",
+                               series.measurements.size()),
+                   "the panel the right way up");
+}
+
 void VisionSession::report_gates(const SeriesResult& series) {
   for (const GateVerdict& gate : series.gates) {
     if (gate.accepted) continue;
-    const Measurement& worst =
-        survey_.measurements[series.measurements[gate.i_target.value_or(0)]];
+    const Measurement& worst = survey_.measurements[series.measurements[gate.i_target.value_or(0)]];
     const MeasurementRequest& request = worst.request;
-    std::string what = gate.text();
-    if (gate.i_target) {
-      what += fmt::format(" ({} at nominal ({:.4f}, {:.4f}) mm)", request.command,
-                          request.nominal.in_mm().x(), request.nominal.in_mm().y());
-    }
-    reporter_.report(Code::GateFailed, gate.i_target ? request.line : series.line, 1,
-                     std::move(what));
+    const std::string what = fmt::format("{} ({} {} at nominal ({:.4f}, {:.4f}) mm)",
+                                         gate.text(),
+                                         request.command,
+                                         gate.i_target ? "target" : "series that begins",
+                                         request.nominal.in_mm().x(),
+                                         request.nominal.in_mm().y());
+    reporter_.report(Code::GateFailed, gate.i_target ? request.line : series.line, 1, what);
   }
 }
 
@@ -390,11 +459,14 @@ void VisionSession::activate(std::size_t i_series, int line) {
   }
   if (!series.nested) return stack_.clear_nested();
   if (series.base_series != base_series_) {
-    reporter_.report(Code::NestedBaseChanged, line, 1,
-                     fmt::format("the nested correction measured in line {} was relative to another "
-                                 "base correction than the one in force",
-                                 series.line),
-                     "the base correction it was measured under");
+    reporter_.report(
+        Code::NestedBaseChanged,
+        line,
+        1,
+        fmt::format("the nested correction measured in line {} was relative to another "
+                    "base correction than the one in force",
+                    series.line),
+        "the base correction it was measured under");
     must_stop_ = true;
     return;
   }
@@ -419,7 +491,9 @@ void VisionSession::store_under(int label) {
 void VisionSession::rewind(const Block& block, int label) {
   refuse_unfinished(block.line, block.text);
   if (memory_.rewind(label)) return;
-  reporter_.report(Code::LabelUnknown, block.line, block.column,
+  reporter_.report(Code::LabelUnknown,
+                   block.line,
+                   block.column,
                    fmt::format("{}: nothing was stored under label {}", quoted(block.text), label),
                    fmt::format("M50,{} earlier in the program", label));
   must_stop_ = true;
@@ -428,18 +502,23 @@ void VisionSession::rewind(const Block& block, int label) {
 void VisionSession::advance(const Block& block, int n_points) {
   refuse_unfinished(block.line, block.text);
   if (!memory_.is_rewound()) {
-    reporter_.report(Code::RewindMissing, block.line, block.column,
-                     quoted(block.text) + " has no pointer to advance", "M51,# before it");
+    reporter_.report(Code::RewindMissing,
+                     block.line,
+                     block.column,
+                     quoted(block.text) + " has no pointer to advance",
+                     "M51,# before it");
     must_stop_ = true;
     return;
   }
   const int left = memory_.points_left();
   const CorrectionMemory::Advance step = memory_.advance(n_points);
   if (step.beyond_end) {
-    reporter_.report(Code::PointsExhausted, block.line, block.column,
-                     fmt::format("{} asks for {} stored points, {} left", quoted(block.text),
-                                 n_points, left),
-                     "no more points than were measured under M50");
+    reporter_.report(
+        Code::PointsExhausted,
+        block.line,
+        block.column,
+        fmt::format("{} asks for {} stored points, {} left", quoted(block.text), n_points, left),
+        "no more points than were measured under M50");
     must_stop_ = true;
     return;
   }
@@ -459,7 +538,9 @@ bool VisionSession::is_ready_to_drill(int line) {
 
 bool VisionSession::refuse_inside_stored(int line) {
   if (!memory_.is_inside_series()) return false;
-  reporter_.report(Code::PointerInsideSeries, line, 1,
+  reporter_.report(Code::PointerInsideSeries,
+                   line,
+                   1,
                    fmt::format("a coordinate comes while the M52 in line {} has stopped inside a "
                                "stored series",
                                advance_line_),

@@ -39,17 +39,17 @@ class VisionSession {
                 const Reporter& reporter,
                 DiagnosticLog& log);
 
-  void select_tool(const Block& block, const NumberFormat& format);     // G34
+  void select_tool(const Block& block, const NumberFormat& format);  // G34
   /// The caller passes the order on as well: lamp, zoom and the like are the machine's too.
   void keyboard_order(const SourceLine& line, const NumberFormat& format);  // $uvis
-  void measure_target(const TargetPlace& target);                       // G35 G36 G45 G46
+  void measure_target(const TargetPlace& target);                           // G35 G36 G45 G46
   std::optional<PositionEstimate<frame::Actual>> measure_hole(const TargetPlace& target);
-  void cancel_base(int line);    // G37
-  void cancel_nested(int line);  // G47
-  void store_under(int label);   // M50
-  void rewind(const Block& block, int label);          // M51
-  void advance(const Block& block, int n_points);      // M52
-  void end_section(int line);                          // M08
+  void cancel_base(int line);                      // G37
+  void cancel_nested(int line);                    // G47
+  void store_under(int label);                     // M50
+  void rewind(const Block& block, int label);      // M51
+  void advance(const Block& block, int n_points);  // M52
+  void end_section(int line);                      // M08
 
   /// Reports what forbids a hole here; once for each cause.
   bool is_ready_to_drill(int line);
@@ -75,16 +75,23 @@ class VisionSession {
   void fit_base(const OpenSeries& open, SeriesResult& series);
   void fit_nested(const OpenSeries& open, SeriesResult& series);
   void report_fit_failure(const SeriesResult& series, FitFailure failure);
+  void report_mirrored(const SeriesResult& series);
   void report_gates(const SeriesResult& series);
   void activate(std::size_t i_series, int line);
   bool refuse_unfinished(int line, std::string_view command);
   bool refuse_inside_stored(int line);
-  void set_uvis(std::string_view key, std::string_view value, const SourceLine& line,
+  void set_uvis(std::string_view key,
+                std::string_view value,
+                const SourceLine& line,
                 const NumberFormat& format);
-  void check_order_for_machine(std::string_view key, std::string_view value,
-                               const SourceLine& line, const NumberFormat& format);
+  void check_order_for_machine(std::string_view key,
+                               std::string_view value,
+                               const SourceLine& line,
+                               const NumberFormat& format);
   template <class Number>
-  bool read_number(std::string_view text, Number least, const SourceLine& line,
+  bool read_number(std::string_view text,
+                   Number least,
+                   const SourceLine& line,
                    std::optional<Number>& out);
   void bad_argument(int line, int column, std::string_view text, std::string expected);
 

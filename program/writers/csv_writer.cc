@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/writers/csv_writer.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <string_view>
+
+#include <fmt/format.h>
 
 namespace panelcal {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/writers/excellon_writer.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace panelcal {
 namespace {
@@ -24,7 +24,8 @@ bool is_written_anyway(std::string_view text) {
 }  // namespace
 
 ExcellonWriter::ExcellonWriter(ByteSink& bytes, std::vector<std::string> comments)
-    : TextWriter(bytes), comments_(std::move(comments)) {}
+    : TextWriter(bytes), comments_(std::move(comments)) {
+}
 
 void ExcellonWriter::begin(const ProgramInfo& info) {
   info_ = info;
@@ -37,7 +38,8 @@ void ExcellonWriter::begin(const ProgramInfo& info) {
     text() += '\n';
   }
   text() += "FMAT,2\n";
-  text() += info.unit == LengthUnit::Inch ? "INCH,TZ\n" : "METRIC,TZ\n";
+  text() += info.format.unit == LengthUnit::Inch ? "INCH," : "METRIC,";
+  text() += info.format.zeros == Zeros::LeadingKept ? "LZ\n" : "TZ\n";
 }
 
 /// Header settings come first; whatever else comes ends the header.
@@ -55,8 +57,11 @@ void ExcellonWriter::close_header() {
   text() += "%\nG90\nG05\n";
 }
 
-void ExcellonWriter::put_tool(const Tool& tool, bool with_data) {
+void ExcellonWriter::put_tool(const Tool& tool,
+                              bool with_data,
+                              std::optional<int> compensation_index) {
   fmt::format_to(std::back_inserter(text()), "T{}", tool.number);
+  if (compensation_index) fmt::format_to(std::back_inserter(text()), "{:02}", *compensation_index);
   if (with_data) {
     if (tool.diameter) {
       text() += 'C';
@@ -76,7 +81,8 @@ void ExcellonWriter::put_tool(const Tool& tool, bool with_data) {
 
 /// Whole rates with leading zeros, as the manual wants them.
 void ExcellonWriter::append_rate(char letter, Feed rate, int n_digits) {
-  const double value = info_.unit == LengthUnit::Inch ? rate / inch_per_min(1) : rate.in_mm_s();
+  const double value =
+      info_.format.unit == LengthUnit::Inch ? rate / inch_per_min(1) : rate.in_mm_s();
   fmt::format_to(std::back_inserter(text()), "{}{:0{}}", letter, std::lround(value), n_digits);
 }
 
@@ -91,7 +97,7 @@ void ExcellonWriter::append_speed(SpindleSpeed speed) {
 
 /// A decimal point in every length: it overrides whatever zeros the reader assumes.
 void ExcellonWriter::append_length(Length length) {
-  const bool is_inch = info_.unit == LengthUnit::Inch;
+  const bool is_inch = info_.format.unit == LengthUnit::Inch;
   const std::size_t begin = text().size();
   append_fixed(text(), length / (is_inch ? inch(1) : mm(1)), is_inch ? kInchDecimals : kMmDecimals);
   if (text().find('.', begin) == std::string::npos) text() += ".0";
@@ -104,8 +110,11 @@ void ExcellonWriter::append_point(const Eigen::Vector2d& p_mm) {
   append_length(mm(p_mm.y()));
 }
 
+/// A tool's data are repeated where the header does not say the same: the body had them.
 void ExcellonWriter::write(const ToolChange& change) {
-  put_tool(change.tool, !info_.tools.contains(change.tool.number));
+  const auto defined = info_.tools.find(change.tool.number);
+  const bool says_more = defined == info_.tools.end() || defined->second != change.tool;
+  put_tool(change.tool, says_more, change.compensation_index);
 }
 
 void ExcellonWriter::write(const Drill& drill) {

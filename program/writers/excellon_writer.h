@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,9 @@ class ExcellonWriter final : public TextWriter {
   void put(const Operation& operation) override;
 
  private:
-  void put_tool(const Tool& tool, bool with_data);
+  void put_tool(const Tool& tool,
+                bool with_data,
+                std::optional<int> compensation_index = std::nullopt);
   void append_rate(char letter, Feed rate, int n_digits);
   void append_speed(SpindleSpeed speed);
   void append_length(Length length);

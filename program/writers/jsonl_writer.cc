@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/writers/jsonl_writer.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <iterator>
 #include <string_view>
+
+#include <fmt/format.h>
 
 #include "panelcal/program/json_text.h"
 
@@ -31,8 +31,7 @@ class Keys {
     number("tool", drill.tool);
     point("nominal", drill.nominal.in_mm());
     point("actual", drill.actual.in_mm());
-    point("sigma",
-          {std::sqrt(drill.cov_mm2(0, 0)), std::sqrt(drill.cov_mm2(1, 1))});
+    point("sigma", {std::sqrt(drill.cov_mm2(0, 0)), std::sqrt(drill.cov_mm2(1, 1))});
   }
   void operator()(const Stop& stop) {
     key("kind");

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/writers/text_writer.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace panelcal {
 namespace {

@@ -3,11 +3,11 @@
 
 #include <limits>
 
-#include "tests/support/matchers.h"
 #include <gmock/gmock.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/base/random.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {

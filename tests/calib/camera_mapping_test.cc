@@ -4,9 +4,10 @@
 #include <limits>
 #include <numbers>
 
+#include <gmock/gmock.h>
+
 #include "tests/calib/synthetic_panel.h"
 #include "tests/support/matchers.h"
-#include <gmock/gmock.h>
 
 namespace panelcal {
 namespace {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/calib/correction_stack.h"
 
+#include <Eigen/Cholesky>
+#include <gmock/gmock.h>
+
 #include "tests/calib/synthetic_panel.h"
 #include "tests/support/matchers.h"
 #include "tests/support/statistics.h"
-#include <Eigen/Cholesky>
-#include <gmock/gmock.h>
 
 namespace panelcal {
 namespace {

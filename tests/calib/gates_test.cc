@@ -3,8 +3,9 @@
 
 #include <limits>
 
-#include "tests/calib/synthetic_panel.h"
 #include <gmock/gmock.h>
+
+#include "tests/calib/synthetic_panel.h"
 
 namespace panelcal {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fits against an independent solver: other parametrisation of the cost, other derivatives
 // (automatic ones), other algebra.
-#include "tests/calib/synthetic_panel.h"
-#include "tests/support/matchers.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <ceres/ceres.h>
 #include <gmock/gmock.h>
 
 #include "panelcal/calib/panel_fit.h"
+#include "tests/calib/synthetic_panel.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <limits>
 
-#include "tests/calib/synthetic_panel.h"
-#include "tests/support/matchers.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 
 #include "panelcal/calib/panel_fit.h"
+#include "tests/calib/synthetic_panel.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Does the fit err as it says? Seeded draws around known truth.
-#include "tests/calib/synthetic_panel.h"
-#include "tests/support/statistics.h"
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>
 
 #include "panelcal/calib/panel_fit.h"
+#include "tests/calib/synthetic_panel.h"
+#include "tests/support/statistics.h"
 
 namespace panelcal {
 namespace {

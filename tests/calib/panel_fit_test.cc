@@ -3,9 +3,10 @@
 
 #include <algorithm>
 
+#include <gmock/gmock.h>
+
 #include "tests/calib/synthetic_panel.h"
 #include "tests/support/matchers.h"
-#include <gmock/gmock.h>
 
 namespace panelcal {
 namespace {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/calib/panel_model.h"
 
+#include <gmock/gmock.h>
+
 #include "tests/calib/synthetic_panel.h"
 #include "tests/support/matchers.h"
-#include <gmock/gmock.h>
 
 namespace panelcal {
 namespace {

@@ -114,12 +114,13 @@ TEST_F(PictureSourceTest, RecordedInspectionsAreAveraged) {
   expect_same_survey(folder);
 }
 
-TEST_F(PictureSourceTest, FewerInspectionsThanAskedForWillDo) {
+TEST_F(PictureSourceTest, RefusesFewerPicturesThanInspections) {
   MeasurementRequest request = recording_.survey.measurements[0].request;
   request.settings.inspections = 3;
-  const auto measurement = measure(read_folder(), request);
-  ASSERT_TRUE(measurement) << measurement.error().text();
-  EXPECT_EQ(measurement->measured.cov, recording_.survey.measurements[0].measured.cov);
+  EXPECT_THAT(measure(read_folder(), request),
+              FailsWith(Code::PictureMismatch,
+                        "1 picture(s) have seq 0, expected 3, as many as inspections of " +
+                            describe(request)));
 }
 
 TEST_F(PictureSourceTest, SaysWhichPictureIsMissing) {

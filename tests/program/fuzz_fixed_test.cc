@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs every input that once broke the reader, and the fuzzer's seeds, as ordinary tests.
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "tests/fuzz/excellon_entry.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/excellon/header.h"
 
-#include <gtest/gtest.h>
-
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace panelcal::excellon {
 namespace {
@@ -111,9 +111,14 @@ TEST(Header, TheStatedUnitRulesOverAComment) {
 }
 
 TEST(Header, CommentsThatOnlyLookLikeHintsAreIgnored) {
-  for (const char* hint :
-       {";FILE_FORMAT=", ";FILE_FORMAT=4:", ";FILE_FORMAT=0:0", ";FILE_FORMAT=9:9", ";FORMAT={",
-        ";FORMAT={}", ";FORMAT={3:3", "; METRIC"}) {
+  for (const char* hint : {";FILE_FORMAT=",
+                           ";FILE_FORMAT=4:",
+                           ";FILE_FORMAT=0:0",
+                           ";FILE_FORMAT=9:9",
+                           ";FORMAT={",
+                           ";FORMAT={}",
+                           ";FORMAT={3:3",
+                           "; METRIC"}) {
     const NumberFormat format = format_of(std::string(hint) + "\nINCH\n");
     EXPECT_EQ(format.unit, LengthUnit::Inch) << hint;
   }
@@ -121,8 +126,7 @@ TEST(Header, CommentsThatOnlyLookLikeHintsAreIgnored) {
 
 TEST(Header, SaysWhichLineStatedTheFormat) {
   EXPECT_EQ(read("M48\n\nMETRIC,TZ\n%\n").header.format_evidence, "line 3: METRIC,TZ");
-  EXPECT_EQ(read(";FILE_FORMAT=4:4\nM48\n%\n").header.format_evidence,
-            "line 1: ;FILE_FORMAT=4:4");
+  EXPECT_EQ(read(";FILE_FORMAT=4:4\nM48\n%\n").header.format_evidence, "line 1: ;FILE_FORMAT=4:4");
 }
 
 TEST(Header, NamesABadFormatWordAndItsColumn) {
@@ -165,6 +169,17 @@ TEST(Header, ToolNumbersAreNeverSplitIntoTwo) {
   ASSERT_TRUE(out.header.tools.contains(150));
   EXPECT_DOUBLE_EQ(out.header.tools.at(150).diameter->in_inch(), 0.05);
   EXPECT_DOUBLE_EQ(out.header.tools.at(1).diameter->in_inch(), 0.04);
+}
+
+TEST(Header, RefusesContradictions) {
+  EXPECT_EQ(read("M48\nINCH,LZ\nMETRIC\n%\n").diagnostics,
+            Texts{"p.exc:3:1: error[argument-invalid]: \"METRIC\" contradicts the INCH before it, "
+                  "expected one unit for the whole program"});
+  EXPECT_EQ(read("M48\nINCH,LZ\nINCH,TZ\n%\n").diagnostics, Texts{});
+  EXPECT_EQ(read("M48\nT1C.04\nT1C.05\n%\n").diagnostics,
+            Texts{"p.exc:3:1: error[argument-invalid]: \"T1C.05\" defines the tool differently "
+                  "from before, expected one definition of each tool"});
+  EXPECT_EQ(read("M48\nT1C.04\nT01C.04\n%\n").diagnostics, Texts{});
 }
 
 TEST(Header, RefusesWhatItDoesNotExecuteYet) {

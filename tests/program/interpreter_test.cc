@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/excellon/interpreter.h"
 
-#include <gtest/gtest.h>
-
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
 #include "tests/support/matchers.h"
@@ -12,12 +12,12 @@
 namespace panelcal {
 namespace {
 
+using Eigen::Vector2d;
 using test::inch_leading_zeros;
 using test::IsNearMatrix;
 using test::metric;
 using test::ProgramRun;
 using test::run_program;
-using Eigen::Vector2d;
 
 constexpr double kRounding_inch = 1e-12;
 
@@ -45,8 +45,7 @@ void expect_places(const std::vector<Vector2d>& places, const std::vector<Vector
 // --- coordinates ---------------------------------------------------------------------------------
 
 TEST(Interpreter, ManualAbsoluteAndIncrementalTable) {
-  const std::vector<Vector2d> places = {{0, 0},     {0, 1},     {0, 2},
-                                        {1.2, 3.2}, {2.4, 4.4}, {3.4, 4.4}};
+  const std::vector<Vector2d> places = {{0, 0}, {0, 1}, {0, 2}, {1.2, 3.2}, {2.4, 4.4}, {3.4, 4.4}};
   expect_places(inch_holes("XY\nY01\nY02\nX012Y032\nX024Y044\nX034\n"), places);
   expect_places(inch_holes("G91\nXY\nY01\nY01\nX012Y012\nX012Y012\nX01\n"), places);
 }
@@ -88,8 +87,7 @@ TEST(RepeatHole, ManualExamples) {
 }
 
 TEST(RepeatHole, GoesOnFromTheLastHoleRepeated) {
-  expect_places(inch_holes("XY\nR2X01\nR1Y01\nX05\n"),
-                {{0, 0}, {1, 0}, {2, 0}, {2, 1}, {5, 1}});
+  expect_places(inch_holes("XY\nR2X01\nR1Y01\nX05\n"), {{0, 0}, {1, 0}, {2, 0}, {2, 1}, {5, 1}});
 }
 
 TEST(RepeatHole, TakesItsStepsAsDistancesInBothModes) {

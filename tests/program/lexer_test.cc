@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/excellon/lexer.h"
 
-#include <gtest/gtest.h>
-
 #include <set>
 #include <string>
+
+#include <gtest/gtest.h>
 
 namespace panelcal::excellon {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Small programs that ask for more than any machine could do end soon, and say why.
-#include <gtest/gtest.h>
-
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
 
@@ -38,8 +38,8 @@ TEST(Limits, HolesOfNestedRepeatsEndAtMaxOperations) {
 }
 
 TEST(Limits, RepeatedHolesCountToo) {
-  const ProgramRun run = run_program(metric("T1\nX0.Y0.\nR9999X.001\nR9999X.001\nR9999Y.001\nM30\n"),
-                                     limited());
+  const ProgramRun run =
+      run_program(metric("T1\nX0.Y0.\nR9999X.001\nR9999X.001\nR9999Y.001\nM30\n"), limited());
   EXPECT_EQ(run.diagnostics,
             Texts{"p.exc:10: error[too-many-operations]: more than 20000 operations, expected a "
                   "shorter program, or a higher limit"});

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
 #include "panelcal/program/json_text.h"
@@ -61,11 +60,9 @@ TEST(MeasurementJson, AFoundTargetHasPlaceAndCovariance) {
 }
 
 TEST(MeasurementJson, ALostTargetHasAReasonAndNoPlace) {
-  const Measurement lost{.request = request(),
-                         .status = MeasurementStatus::NotFound,
-                         .reason = "too dark"};
-  EXPECT_TRUE(
-      to_json(lost).ends_with(R"("path":[0,1],"status":"not_found","reason":"too dark"})"));
+  const Measurement lost{
+      .request = request(), .status = MeasurementStatus::NotFound, .reason = "too dark"};
+  EXPECT_TRUE(to_json(lost).ends_with(R"("path":[0,1],"status":"not_found","reason":"too dark"})"));
 }
 
 TEST(MeasurementJson, NumbersRoundTripExactly) {
@@ -119,8 +116,8 @@ TEST(JsonString, KeepsUtf8AndTurnsOtherBytesIntoLatin1) {
             "\"\xC3\xA4 \xE2\x82\xAC \xF0\x9F\x98\x80\"");
   EXPECT_EQ(json_string("\xE4"), R"("\u00e4")");
   EXPECT_EQ(json_string("\xC3"), R"("\u00c3")");
-  EXPECT_EQ(json_string("\xC0\x80"), R"("\u00c0\u0080")");              // overlong
-  EXPECT_EQ(json_string("\xED\xA0\x80"), R"("\u00ed\u00a0\u0080")");    // surrogate
+  EXPECT_EQ(json_string("\xC0\x80"), R"("\u00c0\u0080")");                      // overlong
+  EXPECT_EQ(json_string("\xED\xA0\x80"), R"("\u00ed\u00a0\u0080")");            // surrogate
   EXPECT_EQ(json_string("\xF4\x90\x80\x80"), R"("\u00f4\u0090\u0080\u0080")");  // too large
 }
 

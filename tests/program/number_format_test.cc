@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/number_format.h"
 
-#include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
-
 #include <cmath>
 #include <string>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
 
 namespace panelcal {
 namespace {
@@ -121,10 +121,10 @@ RC_GTEST_PROP(NumberFormat, SpellingsOfOneNumberReadTheSame, ()) {
   std::string leading = all;
   while (leading.size() > 3 && leading.back() == '0') leading.pop_back();
   const std::string trailing = std::to_string(steps);
-  const std::string point = std::to_string(steps / 10000) == "0" && steps < 0
-                                ? "-0" + digits_of(-steps % 10000, 4).insert(0, ".")
-                                : std::to_string(steps / 10000) + "." +
-                                      digits_of(std::abs(steps) % 10000, 4);
+  const std::string point =
+      std::to_string(steps / 10000) == "0" && steps < 0
+          ? "-0" + digits_of(-steps % 10000, 4).insert(0, ".")
+          : std::to_string(steps / 10000) + "." + digits_of(std::abs(steps) % 10000, 4);
   const Length value = parse_length(all, kInchLeading).value;
   RC_ASSERT(std::abs(value.in_inch() - steps * 1e-4) < 1e-12);
   RC_ASSERT(parse_length(leading, kInchLeading).value == value);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/program/program_run.h"
 
-#include <fmt/format.h>
-
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace panelcal::test {
 namespace {
@@ -15,10 +15,8 @@ struct TextOf {
     return text;
   }
   std::string operator()(const Drill& drill) const {
-    return fmt::format("drill {} ({}, {})",
-                       drill.tool,
-                       drill.actual.in_mm().x(),
-                       drill.actual.in_mm().y());
+    return fmt::format(
+        "drill {} ({}, {})", drill.tool, drill.actual.in_mm().x(), drill.actual.in_mm().y());
   }
   std::string operator()(const Stop& stop) const {
     std::string text = stop.kind == StopKind::EndRewind ? "end rewind" : "end";

@@ -47,14 +47,22 @@ class BodyWriter {
   void motion() {
     if (needs_both_axes_ || (after_section_ && !incremental_)) return full_hole();
     switch (any(0, has_hole_ ? 6 : 4)) {
-      case 0: line("X" + number()); break;
-      case 1: line("Y" + number()); break;
-      case 2: line("X" + number() + "Y" + number()); break;
+      case 0:
+        line("X" + number());
+        break;
+      case 1:
+        line("Y" + number());
+        break;
+      case 2:
+        line("X" + number() + "Y" + number());
+        break;
       case 3:
         line(incremental_ ? "G90" : "G91");
         incremental_ = !incremental_;
         return;
-      case 4: line("; nothing"); return;
+      case 4:
+        line("; nothing");
+        return;
       default:
         line("R" + std::to_string(any(1, 4)) + (any(0, 1) == 0 ? "X" : "X.1Y") + number());
         break;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <rapidcheck.h>
-
 #include <string>
+
+#include <rapidcheck.h>
 
 namespace panelcal::test {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/source_text.h"
 
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <fstream>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/support/matchers.h"
 
@@ -73,6 +73,15 @@ TEST(SourceText, KeepsEveryByteAndTheName) {
   ASSERT_TRUE(source);
   EXPECT_EQ(source->bytes, std::string("M48\r\n\0\xff", 7));
   EXPECT_EQ(source->file, path.string());
+}
+
+TEST(SourceText, AByteOrderMarkIsNoPartOfTheProgram) {
+  const auto path = std::filesystem::temp_directory_path() / "panelcal_byte_order_test.exc";
+  std::ofstream(path, std::ios::binary) << "\xEF\xBB\xBFM48\n";
+  const auto source = read_source(path);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->bytes, "M48\n");
 }
 
 TEST(SourceText, SaysWhichFileIsMissing) {

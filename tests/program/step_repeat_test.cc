@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/excellon/step_repeat.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
 #include "tests/support/matchers.h"
@@ -13,13 +13,13 @@
 namespace panelcal {
 namespace {
 
+using Eigen::Vector2d;
 using test::Hole;
 using test::inch_leading_zeros;
 using test::IsNearMatrix;
 using test::nominal_inch;
 using test::ProgramRun;
 using test::run_program;
-using Eigen::Vector2d;
 
 /// Inches come from millimetres by one division.
 constexpr double kRounding_inch = 1e-12;
@@ -55,8 +55,7 @@ TEST(StepRepeat, M02IsTheDistanceFromTheLastPattern) {
 }
 
 TEST(StepRepeat, ABareM02ClearsTheOffsetCounter) {
-  expect_places(holes_of("M25\nX01Y01\nM01\nM02X02\nM02\nM02Y03\nM08\n"),
-                {{1, 1}, {3, 1}, {1, 4}});
+  expect_places(holes_of("M25\nX01Y01\nM01\nM02X02\nM02\nM02Y03\nM08\n"), {{1, 1}, {3, 1}, {1, 4}});
 }
 
 TEST(StepRepeat, PercentBeginsAPatternLikeM25) {
@@ -71,8 +70,7 @@ TEST(StepRepeat, RepeatBlockEqualsThatManyM02) {
 }
 
 TEST(StepRepeat, ThreeLevelsOfR2AreTwentySevenCopies) {
-  const auto holes =
-      holes_of("M25\nXY\nM01\nR2M02X001\nM01\nR2M02Y001\nM01\nR2M02X01Y01\nM08\n");
+  const auto holes = holes_of("M25\nXY\nM01\nR2M02X001\nM01\nR2M02Y001\nM01\nR2M02X01Y01\nM08\n");
   EXPECT_EQ(holes.size(), 27U);
   EXPECT_THAT(holes.back(), IsNearMatrix(Vector2d(2.2, 2.2), kRounding_inch));
 }
@@ -98,8 +96,7 @@ TEST(StepRepeat, MirrorsActBeforeSwap) {
 }
 
 TEST(StepRepeat, AMirrorActsOnThatCopyOnly) {
-  expect_places(holes_of("M25\nX01Y02\nM01\nM02X10M80\nM02X10\nM08\n"),
-                {{1, 2}, {9, 2}, {21, 2}});
+  expect_places(holes_of("M25\nX01Y02\nM01\nM02X10M80\nM02X10\nM08\n"), {{1, 2}, {9, 2}, {21, 2}});
 }
 
 TEST(StepRepeat, RepeatBlockRepeatsItsMirrorToo) {
@@ -112,8 +109,8 @@ TEST(StepRepeat, AnOuterMirrorTurnsTheInnerOffsetsOver) {
 }
 
 TEST(StepRepeat, PathsNameTheInstanceOutermostFirst) {
-  const ProgramRun run = run_program(
-      inch_leading_zeros("T1\nXY\nM25\nXY\nM01\nR2M02X01\nM01\nM02Y01\nM08\nM30\n"));
+  const ProgramRun run =
+      run_program(inch_leading_zeros("T1\nXY\nM25\nXY\nM01\nR2M02X01\nM01\nM02Y01\nM08\nM30\n"));
   EXPECT_EQ(paths_of(run), (std::vector<std::string>{"", "00", "01", "02", "10", "11", "12"}));
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What G34 to G48 do to the holes that follow (CNC-7 manual, Vision Assist Commands).
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <map>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
 #include "tests/support/matchers.h"
@@ -13,12 +13,12 @@
 namespace panelcal {
 namespace {
 
+using Eigen::Vector2d;
 using test::FunctionSource;
 using test::IsNearMatrix;
 using test::metric;
 using test::ProgramRun;
 using test::run_program;
-using Eigen::Vector2d;
 
 /// Fits of a few hundred millimetres.
 constexpr double kRounding_mm = 1e-10;
@@ -30,15 +30,18 @@ FunctionSource shifted_by_line(std::map<int, Vector2d> shifts_mm) {
   });
 }
 
-ProgramRun run_clean(std::string_view body, FunctionSource& source,
+ProgramRun run_clean(std::string_view body,
+                     FunctionSource& source,
                      const WalkOptions& options = {}) {
-  ProgramRun run = run_program(metric("G34,1\nT1\n" + std::string(body) + "M30\n"), options, source);
+  ProgramRun run =
+      run_program(metric("G34,1\nT1\n" + std::string(body) + "M30\n"), options, source);
   EXPECT_TRUE(run.diagnostics.empty()) << run.diagnostics.front();
   return run;
 }
 
 /// Body lines count from 8.
-std::vector<Vector2d> shifts(std::string_view body, std::map<int, Vector2d> target_shifts_mm,
+std::vector<Vector2d> shifts(std::string_view body,
+                             std::map<int, Vector2d> target_shifts_mm,
                              const WalkOptions& options = {}) {
   FunctionSource source = shifted_by_line(std::move(target_shifts_mm));
   const ProgramRun run = run_clean(body, source, options);
@@ -69,8 +72,7 @@ TEST(BaseCorrection, HolesBeforeATargetStayWhereTheyAre) {
 }
 
 TEST(BaseCorrection, G35ShiftsAllThatFollows) {
-  expect_shifts(shifts("G35X2.Y2.\nX1.Y1.\nX100.Y50.\n", {{8, {.1, -.2}}}),
-                {{.1, -.2}, {.1, -.2}});
+  expect_shifts(shifts("G35X2.Y2.\nX1.Y1.\nX100.Y50.\n", {{8, {.1, -.2}}}), {{.1, -.2}, {.1, -.2}});
 }
 
 TEST(BaseCorrection, TwoG36GiveOffsetAndRotation) {
@@ -103,9 +105,8 @@ TEST(BaseCorrection, ThreeG36GiveOffsetRotationAndStretch) {
 TEST(BaseCorrection, TheConfiguredModelRulesForSeries) {
   WalkOptions options = series_of(2);
   options.model = PanelModel::Similarity;
-  FunctionSource source([](const MeasurementRequest& request) -> Vector2d {
-    return 1.01 * request.nominal.in_mm();
-  });
+  FunctionSource source(
+      [](const MeasurementRequest& request) -> Vector2d { return 1.01 * request.nominal.in_mm(); });
   const ProgramRun run =
       run_clean("G36X0.Y0.\nG36X100.Y0.\nX0.Y200.\nG35X0.Y0.\n", source, options);
   EXPECT_THAT(run.holes()[0].actual_mm(), IsNearMatrix(Vector2d(0, 202), kRounding_mm));
@@ -138,9 +139,9 @@ TEST(BaseCorrection, G37DropsBaseAndNested) {
 }
 
 TEST(BaseCorrection, ANewOneDropsTheNestedOne) {
-  expect_shifts(shifts("G35X0.Y0.\nG45X0.Y0.\nG35X0.Y0.\nX1.Y1.\n",
-                       {{8, {1, 0}}, {9, {1, 2}}, {10, {3, 0}}}),
-                {{3, 0}});
+  expect_shifts(
+      shifts("G35X0.Y0.\nG45X0.Y0.\nG35X0.Y0.\nX1.Y1.\n", {{8, {1, 0}}, {9, {1, 2}}, {10, {3, 0}}}),
+      {{3, 0}});
 }
 
 // --- nested corrections --------------------------------------------------------------------------
@@ -233,8 +234,7 @@ TEST(WorkZero, IsAddedToMeasurementsAndHolesAlike) {
   FunctionSource source = test::shifted_by(.5, 0);
   const ProgramRun run = run_clean("G93X100.Y200.\nG35X1.Y1.\nX2.Y2.\n", source);
   EXPECT_EQ(source.requests().at(0).expected.in_mm(), Vector2d(1, 1));
-  EXPECT_EQ(source.requests().at(0).expected_in_machine(),
-            position_mm<frame::Machine>(101, 201));
+  EXPECT_EQ(source.requests().at(0).expected_in_machine(), position_mm<frame::Machine>(101, 201));
   EXPECT_EQ(run.holes().at(0).corrected_mm(), Vector2d(2.5, 2));
   EXPECT_EQ(run.holes().at(0).actual_mm(), Vector2d(102.5, 202));
 }

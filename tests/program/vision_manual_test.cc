@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The programs of the CNC-7 manual's sections Vision Step and Repeat Examples and Part Program
 // Vision Commands Examples, run on panels that lie crooked.
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <bit>
 #include <cstdint>
@@ -11,17 +9,19 @@
 #include <tuple>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include "panelcal/calib/base/random.h"
 #include "tests/program/program_run.h"
 
 namespace panelcal {
 namespace {
 
+using Eigen::Vector2d;
 using test::FunctionSource;
 using test::Hole;
 using test::ProgramRun;
 using test::run_program;
-using Eigen::Vector2d;
 
 using Texts = std::vector<std::string>;
 
@@ -31,19 +31,19 @@ constexpr char kCopies[] = "M01\nM02X03\nM02X03\nM02\nM08\n";
 constexpr char kBoardTargets[] = "G46XY\nG46XY02\nG46X02Y02\n";
 
 std::string first_procedure() {
-  return std::string(kHeader) + kPrealignment +                                              //
-         "T1\nM50,1\nM25\n" + kBoardTargets + "X005Y005\nX0051Y0151\n" + kCopies +           //
-         "T2\nM51,1\nM25\nM52,3\nX01Y005\nX0101Y0151\n" + kCopies +                          //
-         "M50,2\nM25\nG46X015Y\nG46X01Y02\nG46X02Y03\nX01Y002\nX01Y018\n" + kCopies +        //
+  return std::string(kHeader) + kPrealignment +                                        //
+         "T1\nM50,1\nM25\n" + kBoardTargets + "X005Y005\nX0051Y0151\n" + kCopies +     //
+         "T2\nM51,1\nM25\nM52,3\nX01Y005\nX0101Y0151\n" + kCopies +                    //
+         "M50,2\nM25\nG46X015Y\nG46X01Y02\nG46X02Y03\nX01Y002\nX01Y018\n" + kCopies +  //
          "T3\nM51,1\nM25\nM52,3\nX015Y005\nX0151Y0151\n" + kCopies + "M30\n";
 }
 
 /// `last_target` is printed `G46X01Y02` a second time; the first procedure has `G46X02Y03` there.
 std::string second_procedure(const std::string& last_target) {
-  return std::string(kHeader) + kPrealignment +                                              //
-         "M50,1\nM25\n" + kBoardTargets + kCopies +                                          //
-         "T1\nM51,1\nM25\nM52,3\nX005Y005\nX0051Y0151\n" + kCopies +                         //
-         "T2\nM51,1\nM25\nM52,3\nX01Y005\nX0101Y0151\n" + kCopies +                          //
+  return std::string(kHeader) + kPrealignment +                                                  //
+         "M50,1\nM25\n" + kBoardTargets + kCopies +                                              //
+         "T1\nM51,1\nM25\nM52,3\nX005Y005\nX0051Y0151\n" + kCopies +                             //
+         "T2\nM51,1\nM25\nM52,3\nX01Y005\nX0101Y0151\n" + kCopies +                              //
          "M50,2\nM25\nG46X015Y\nG46X01Y02\n" + last_target + "\nX01Y002\nX01Y018\n" + kCopies +  //
          "T3\nM51,1\nM25\nM52,3\nX015Y005\nX0151Y0151\n" + kCopies + "M30\n";
 }
@@ -206,13 +206,14 @@ TEST(ManualUvisExample, SettingsReachTheRequestsTheyStandBefore) {
 
 TEST(ManualUvisExample, SaysThatNothingIsCalibratedOrFocused) {
   const ProgramRun run = run_program(uvis_program());
-  EXPECT_EQ(run.diagnostics,
-            (Texts{"p.exc:9:1: warning[calibration-not-performed]: \"$uvis,focus,xy\" is passed on, "
-                   "not performed",
-                   "p.exc:12:1: warning[calibration-not-performed]: \"$uvis,calib\" is passed on, "
-                   "not performed",
-                   "p.exc:22:1: warning[calibration-not-performed]: \"$uvis,calib\" is passed on, "
-                   "not performed"}));
+  EXPECT_EQ(
+      run.diagnostics,
+      (Texts{"p.exc:9:1: warning[calibration-not-performed]: \"$uvis,focus,xy\" is passed on, "
+             "not performed",
+             "p.exc:12:1: warning[calibration-not-performed]: \"$uvis,calib\" is passed on, "
+             "not performed",
+             "p.exc:22:1: warning[calibration-not-performed]: \"$uvis,calib\" is passed on, "
+             "not performed"}));
 }
 
 TEST(ManualUvisExample, OrdersArePassedOnInTheirPlace) {

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where a survey says no: unfinished and degenerate series, lost targets, gates, mixed passes.
-#include <gtest/gtest.h>
-
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
 
 namespace panelcal {
 namespace {
 
+using Eigen::Vector2d;
 using test::FunctionSource;
 using test::metric;
 using test::ProgramRun;
 using test::run_program;
-using Eigen::Vector2d;
 
 using Texts = std::vector<std::string>;
 
@@ -35,7 +35,8 @@ std::string unfinished(int line, const std::string& command) {
 }
 
 TEST(SeriesUnfinished, ByACoordinate) {
-  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y0.\nX1.Y1.\n"), Texts{unfinished(10, "a coordinate")});
+  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y0.\nX1.Y1.\n"),
+            Texts{unfinished(10, "a coordinate")});
 }
 
 TEST(SeriesUnfinished, ByAnotherCommand) {
@@ -53,7 +54,8 @@ TEST(SeriesUnfinished, ByM08) {
 }
 
 TEST(SeriesUnfinished, ByTheEnd) {
-  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y0.\n"), Texts{unfinished(10, "the end of the program")});
+  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y0.\n"),
+            Texts{unfinished(10, "the end of the program")});
   const std::string cut = metric("G34,1\nT1\nG36X0.Y0.\nG36X9.Y0.\n");
   EXPECT_EQ(run_program(cut).diagnostics.at(0), unfinished(10, "the end of the program"));
 }
@@ -93,13 +95,27 @@ TEST(SeriesDegenerate, AMeasurementWithoutAUsableCovarianceIsNamed) {
                   "usable covariance, expected a positive definite matrix"});
 }
 
+TEST(PanelMirrored, ASeriesSeenAsInAMirrorIsRefusedWithoutAnyLimit) {
+  for (const char* code : {"G36", "G46"}) {
+    FunctionSource source([](const MeasurementRequest& request) -> Vector2d {
+      return {-request.nominal.in_mm().x(), request.nominal.in_mm().y()};
+    });
+    const std::string g = code;
+    EXPECT_EQ(
+        run_program(program(g + "X0.Y0.\n" + g + "X9.Y0.\n" + g + "X0.Y9.\n"), {}, source)
+            .diagnostics,
+        Texts{"p.exc:8:1: error[panel-mirrored]: the 3 targets of the series are seen as in a "
+              "mirror, expected the panel the right way up"});
+  }
+}
+
 // --- lost targets --------------------------------------------------------------------------------
 
 TEST(LostTarget, InABaseSeriesStopsTheSurvey) {
   FunctionSource source = test::shifted_by(0, 0);
   source.lose(1, MeasurementStatus::NotFound, "too dark");
-  const ProgramRun run = run_program(
-      program("G36X0.Y0.\nG36X9.Y0.\nG36X0.Y9.\nX1.Y1.\nG46X0.Y0.\n"), {}, source);
+  const ProgramRun run =
+      run_program(program("G36X0.Y0.\nG36X9.Y0.\nG36X0.Y9.\nX1.Y1.\nG46X0.Y0.\n"), {}, source);
   EXPECT_EQ(run.diagnostics,
             Texts{"p.exc:9:1: error[target-not-found]: G36 target 1 at nominal (9.0000, 0.0000) mm "
                   "is not_found: too dark"});
@@ -160,7 +176,8 @@ TEST(VisionGates, AResidualNamesThePad) {
   EXPECT_EQ(run.diagnostics[0].substr(0, 36), "p.exc:10:1: error[gate-failed]: resi");
   EXPECT_NE(run.diagnostics[0].find("dual of target 3 is "), std::string::npos)
       << run.diagnostics[0];
-  EXPECT_NE(run.diagnostics[0].find("(G36 at nominal (100.0000, 100.0000) mm)"), std::string::npos)
+  EXPECT_NE(run.diagnostics[0].find("(G36 target at nominal (100.0000, 100.0000) mm)"),
+            std::string::npos)
       << run.diagnostics[0];
   EXPECT_TRUE(run.survey.is_complete());
   EXPECT_FALSE(run.survey.is_accepted());
@@ -174,7 +191,8 @@ TEST(VisionGates, BaseAndNestedHaveLimitsOfTheirOwn) {
   EXPECT_EQ(run_program(program("G35X0.Y0.\n"), options, far).diagnostics, Texts{});
   FunctionSource nested = test::shifted_by(1, 0);
   EXPECT_EQ(run_program(program("G45X0.Y0.\n"), options, nested).diagnostics,
-            Texts{"p.exc:8:1: error[gate-failed]: offset is 1.000 mm, limit 0.500 mm"});
+            Texts{"p.exc:8:1: error[gate-failed]: offset is 1.000 mm, limit 0.500 mm (G45 "
+                  "series that begins at nominal (0.0000, 0.0000) mm)"});
 }
 
 // --- what the two passes would see differently ---------------------------------------------------
@@ -198,9 +216,10 @@ TEST(AxisAmbiguous, AnIncrementalHoleDoesNotGoOnFromATarget) {
 }
 
 TEST(AxisAmbiguous, AnOmittedAxisAfterM08IsNotGuessed) {
-  EXPECT_EQ(diagnostics_of("M25\nX1.Y1.\nM01\nM08\nX2.\n"),
-            Texts{"p.exc:12:1: error[axis-ambiguous]: \"X2.\" takes Y from before the M08, expected "
-                  "absolute X and Y in this block"});
+  EXPECT_EQ(
+      diagnostics_of("M25\nX1.Y1.\nM01\nM08\nX2.\n"),
+      Texts{"p.exc:12:1: error[axis-ambiguous]: \"X2.\" takes Y from before the M08, expected "
+            "absolute X and Y in this block"});
 }
 
 TEST(AxisAmbiguous, TargetsMayTakeAnAxisFromTargets) {

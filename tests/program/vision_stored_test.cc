@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stored corrections: CNC-7 manual, Vision Step and Repeat (M50, M51, M52).
-#include <gtest/gtest.h>
-
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
 
 namespace panelcal {
 namespace {
 
+using Eigen::Vector2d;
 using test::FunctionSource;
 using test::metric;
 using test::ProgramRun;
 using test::run_program;
-using Eigen::Vector2d;
 
 using Texts = std::vector<std::string>;
 
@@ -23,12 +23,14 @@ constexpr double kRounding_mm = 1e-10;
 /// The targets' x shifts, one per measurement, in order.
 FunctionSource shifted_in_turn(std::vector<double> shifts_mm) {
   return FunctionSource([=](const MeasurementRequest& request) -> Vector2d {
-    return request.nominal.in_mm() + Vector2d(shifts_mm.at(static_cast<std::size_t>(request.seq)), 0);
+    return request.nominal.in_mm() +
+           Vector2d(shifts_mm.at(static_cast<std::size_t>(request.seq)), 0);
   });
 }
 
 /// The x shifts of the holes. Body lines count from 8; series of one G36 or G46.
-std::vector<double> hole_shifts(std::string_view body, std::vector<double> shifts_mm,
+std::vector<double> hole_shifts(std::string_view body,
+                                std::vector<double> shifts_mm,
                                 int series_size = 1) {
   FunctionSource source = shifted_in_turn(std::move(shifts_mm));
   WalkOptions options;
@@ -57,10 +59,10 @@ std::string measure_three_boards(const std::string& targets) {
 }
 
 TEST(StoredCorrections, EachInstanceTakesItsOwn) {
-  expect_shifts(hole_shifts(measure_three_boards("G46X0.Y0.\n") + "M51,1\nM25\nM52\nX1.Y1.\n" +
-                                kThreeBoards,
-                            {.1, .2, .3}),
-                {.1, .2, .3});
+  expect_shifts(
+      hole_shifts(measure_three_boards("G46X0.Y0.\n") + "M51,1\nM25\nM52\nX1.Y1.\n" + kThreeBoards,
+                  {.1, .2, .3}),
+      {.1, .2, .3});
 }
 
 TEST(StoredCorrections, CanBeUsedAgainAfterARewind) {
@@ -82,11 +84,11 @@ TEST(StoredCorrections, ThreeM52AreOneM52WithThree) {
 }
 
 TEST(StoredCorrections, SinglePointOffsetsAreSeriesOfOne) {
-  expect_shifts(hole_shifts(measure_three_boards("G45X0.Y0.\n") + "M51,1\nM25\nM52\nX1.Y1.\n" +
-                                kThreeBoards,
-                            {.1, .2, .3},
-                            3),
-                {.1, .2, .3});
+  expect_shifts(
+      hole_shifts(measure_three_boards("G45X0.Y0.\n") + "M51,1\nM25\nM52\nX1.Y1.\n" + kThreeBoards,
+                  {.1, .2, .3},
+                  3),
+      {.1, .2, .3});
 }
 
 TEST(StoredCorrections, HolesAtTargetsAreNotStored) {
@@ -97,10 +99,10 @@ TEST(StoredCorrections, HolesAtTargetsAreNotStored) {
 }
 
 TEST(StoredCorrections, BaseCorrectionsAreStoredLikewise) {
-  expect_shifts(hole_shifts(measure_three_boards("G36X0.Y0.\n") + "M51,1\nM25\nM52\nX1.Y1.\n" +
-                                kThreeBoards,
-                            {.1, .2, .3}),
-                {.1, .2, .3});
+  expect_shifts(
+      hole_shifts(measure_three_boards("G36X0.Y0.\n") + "M51,1\nM25\nM52\nX1.Y1.\n" + kThreeBoards,
+                  {.1, .2, .3}),
+      {.1, .2, .3});
 }
 
 TEST(StoredCorrections, BaseAndNestedOfOneInstanceComeBackTogether) {
@@ -130,9 +132,9 @@ TEST(StoredCorrections, ALabelStoredAgainIsReplaced) {
 }
 
 TEST(StoredCorrections, WhatIsMeasuredWhileStoringIsInForceAtOnce) {
-  expect_shifts(hole_shifts("M50,1\nM25\nG46X0.Y0.\nX1.Y1.\n" + std::string(kThreeBoards),
-                            {.1, .2, .3}),
-                {.1, .2, .3});
+  expect_shifts(
+      hole_shifts("M50,1\nM25\nG46X0.Y0.\nX1.Y1.\n" + std::string(kThreeBoards), {.1, .2, .3}),
+      {.1, .2, .3});
 }
 
 // --- refusals ------------------------------------------------------------------------------------

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/walk.h"
-
-#include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <sstream>
 
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "panelcal/program/walk.h"
 #include "tests/program/naive_expander.h"
 #include "tests/program/program_run.h"
 #include "tests/program/random_program.h"
@@ -126,10 +125,9 @@ RC_GTEST_PROP(Walk, EveryTargetOfEveryCopyIsMeasuredOnce, ()) {
   for (const SeriesResult& series : run.survey.series) {
     for (const std::size_t i : series.measurements) RC_ASSERT(used.insert(i).second);
   }
-  const auto n_holes_at_targets = static_cast<std::size_t>(
-      std::ranges::count_if(run.survey.measurements, [](const Measurement& measurement) {
-        return measurement.request.command == "G48";
-      }));
+  const auto n_holes_at_targets = static_cast<std::size_t>(std::ranges::count_if(
+      run.survey.measurements,
+      [](const Measurement& measurement) { return measurement.request.command == "G48"; }));
   RC_ASSERT(used.size() + n_holes_at_targets == n_targets);
 }
 
@@ -154,9 +152,15 @@ RC_GTEST_PROP(Walk, LineEndsChangeNothing, ()) {
 
 TEST(NaiveExpander, AgreesWithAnExampleByHand) {
   const std::string body = "X1.0Y2.0\nM25\nX.5Y.25\nR1X.1\nM01\nM02X1.Y0.M80\nM01\nR1M02Y3.\nM08\n";
-  const std::vector<Steps> expected = {{10000, 20000}, {5000, 2500},  {6000, 2500},
-                                       {5000, 2500},   {4000, 2500},  {5000, 32500},
-                                       {6000, 32500},  {5000, 32500}, {4000, 32500}};
+  const std::vector<Steps> expected = {{10000, 20000},
+                                       {5000, 2500},
+                                       {6000, 2500},
+                                       {5000, 2500},
+                                       {4000, 2500},
+                                       {5000, 32500},
+                                       {6000, 32500},
+                                       {5000, 32500},
+                                       {4000, 32500}};
   EXPECT_EQ(naive_holes(body), expected);
 }
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/walk.h"
 
-#include <gtest/gtest.h>
-
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
 
@@ -53,14 +54,25 @@ TEST(Walk, TheSinkLearnsFileAndToolsBeforeAnythingElse) {
     bool has_put_ = false;
   };
   DiagnosticLog log;
-  const Program program =
-      load_program({"p.exc", "M48\nINCH,LZ\nT1C.04\nT7C.08\n%\nM30\n"}, log);
+  const Program program = load_program({"p.exc", "M48\nINCH,LZ\nT1C.04\nT7C.08\n%\nM30\n"}, log);
   First first;
   execute(program, {}, {}, first, log);
   EXPECT_EQ(first.info_.file, "p.exc");
-  EXPECT_EQ(first.info_.unit, LengthUnit::Inch);
+  EXPECT_EQ(first.info_.format.unit, LengthUnit::Inch);
   EXPECT_EQ(first.info_.tools.size(), 2U);
   EXPECT_TRUE(first.has_put_);
+}
+
+TEST(Walk, TheDemoPanelHasTheHolesThatItsOriginStates) {
+  const auto source = read_source(PANELCAL_SOURCE_DIR "/datasets/demo/panel.exc");
+  ASSERT_TRUE(source);
+  const test::ProgramRun run = test::run_program(source->bytes);
+  EXPECT_TRUE(run.diagnostics.empty()) << run.diagnostics.front();
+  EXPECT_EQ(run.survey.measurements.size(), 3U + 18U);
+  std::map<int, int> hits;
+  for (const test::Hole& hole : run.holes()) ++hits[hole.drill.tool];
+  EXPECT_EQ(hits,
+            (std::map<int, int>{{1, 312}, {2, 162}, {3, 372}, {4, 48}, {5, 12}, {6, 12}, {7, 72}}));
 }
 
 TEST(Survey, IsCompleteAndAcceptedWithoutVision) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <gmock/gmock.h>
-
 #include <ostream>
 #include <string>
+
+#include <gmock/gmock.h>
 
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/frames.h"
@@ -13,7 +13,9 @@
 namespace panelcal {
 
 /// How GoogleTest prints a code.
-inline void PrintTo(Code code, std::ostream* out) { *out << info(code).slug; }
+inline void PrintTo(Code code, std::ostream* out) {
+  *out << info(code).slug;
+}
 
 }  // namespace panelcal
 

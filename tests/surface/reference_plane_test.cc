@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/support/matchers.h"
-#include "tests/support/statistics.h"
 #include <gmock/gmock.h>
 
 #include "panelcal/calib/base/random.h"
+#include "tests/support/matchers.h"
+#include "tests/support/statistics.h"
 
 namespace panelcal {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/tools/truth_comparison.h"
 
-#include <gtest/gtest.h>
-
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace panelcal {
 namespace {
@@ -12,8 +12,8 @@ Truth shifted_panel() {
   Truth truth;
   truth.panel = Transform<frame::Actual, frame::Nominal>(Eigen::Matrix2d::Identity(),
                                                          Eigen::Vector2d(0.3, 0.4));
-  truth.instances[{1}] = Transform<frame::Actual, frame::Nominal>(Eigen::Matrix2d::Identity(),
-                                                                  Eigen::Vector2d(0, 0));
+  truth.instances[{1}] =
+      Transform<frame::Actual, frame::Nominal>(Eigen::Matrix2d::Identity(), Eigen::Vector2d(0, 0));
   return truth;
 }
 

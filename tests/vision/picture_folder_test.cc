@@ -84,9 +84,6 @@ TEST(PictureFolder, ProblemsNamePlaceTextAndWhatWasExpected) {
       "d/images.csv:3:10: error[images-csv]: y \"5 mm\", expected a number with a decimal point");
   EXPECT_EQ(problem_of("file,x,y\na.png,,2\n"),
             "d/images.csv:2:7: error[images-csv]: 'x' is empty, expected a value");
-  EXPECT_EQ(problem_of("file,x,y,seq\na.png,1,2,5\nb.png,1,2,5\n"),
-            "d/images.csv:3:11: error[images-csv]: seq 5 stands in line 2 already, expected one "
-            "picture for each measurement");
   EXPECT_EQ(problem_of("file,x,y,tool\na.png,1,2,-3\n"),
             "d/images.csv:2:11: error[images-csv]: tool \"-3\", expected a whole number from 0");
 }

@@ -53,7 +53,8 @@ TEST(Render, ARectangleHasItsArea) {
   scene.features = {bar};
   Random random(1);
   double sum = 0;
-  for (const float v : render(scene, camera, random).pixels()) sum += static_cast<double>(v);
+  const Image image = render(scene, camera, random);
+  for (const float v : image.pixels()) sum += static_cast<double>(v);
   EXPECT_NEAR(sum / (0.5 * 65535), 300, 1e-2);
 }
 

@@ -5,12 +5,13 @@
 #include <cstdlib>
 #include <vector>
 
-#include "tests/support/matchers.h"
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {

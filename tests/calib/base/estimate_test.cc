@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/calib/base/estimate.h"
 
-#include "tests/support/matchers.h"
 #include <gmock/gmock.h>
+
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {

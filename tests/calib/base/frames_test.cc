@@ -3,10 +3,10 @@
 
 #include <concepts>
 
-#include "tests/support/matchers.h"
 #include <gmock/gmock.h>
 
 #include "panelcal/calib/base/random.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {

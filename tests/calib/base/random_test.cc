@@ -3,8 +3,9 @@
 
 #include <vector>
 
-#include "tests/support/statistics.h"
 #include <gtest/gtest.h>
+
+#include "tests/support/statistics.h"
 
 namespace panelcal {
 namespace {

@@ -3,4 +3,4 @@ from pathlib import Path
 
 from golden_pictures import discs
 
-Path("images/a.png").write_bytes(discs(64, 64, [(31.5, 31.5)], 13))
+Path("images/a.png").write_bytes(discs(64, 64, [(31.5, 31.5)], 11))
