@@ -7,5 +7,6 @@ seconds=${1:-60}
 found=out/fuzz
 mkdir -p "$found/corpus"
 build/fuzz/tests/fuzz/excellon_reader_fuzz "$found/corpus" tests/fuzz/corpus/excellon \
+  -dict=tests/fuzz/excellon.dict \
   -max_total_time="$seconds" -timeout=10 -rss_limit_mb=512 -artifact_prefix="$found/" \
   -print_final_stats=1
