@@ -15,6 +15,9 @@ namespace {
 /// A row without a tool serves any.
 bool serves(const PictureRow& row, const MeasurementRequest& request) {
   const std::vector<int>& tools = request.settings.tools;
+  const std::optional<double>& zoom = request.settings.zoom;
+  // A calibration holds for one zoom: a picture taken at another one has other millimetres.
+  if (row.zoom && zoom && *row.zoom != *zoom) return false;
   return !row.tool || tools.empty() || *row.tool == tools.front();
 }
 
@@ -60,8 +63,11 @@ Expected<std::vector<std::size_t>> PictureSource::rows_of_seq(
     return failure(problem(
         Code::PictureMismatch,
         row.line,
-        fmt::format("the picture of {} is for vision tool {}", describe(request), *row.tool),
-        fmt::format("vision tool {}", request.settings.tools.front())));
+        fmt::format("the picture of {} is for another vision tool or zoom", describe(request)),
+        fmt::format(
+            "vision tool {}{}",
+            request.settings.tools.front(),
+            request.settings.zoom ? fmt::format(", zoom {}", *request.settings.zoom) : "")));
   }
   const auto n_wanted = static_cast<std::size_t>(std::max(1, request.settings.inspections));
   if (rows.size() == n_wanted) return rows;
@@ -75,6 +81,13 @@ Expected<std::vector<std::size_t>> PictureSource::rows_of_seq(
 Expected<std::vector<std::size_t>> PictureSource::nearest_row(
     const MeasurementRequest& request) const {
   const Position<frame::Machine> expected = request.expected_in_machine();
+  if (request.settings.inspections > 1) {
+    return failure(problem(
+        Code::PictureMismatch,
+        0,
+        fmt::format("{} asks for {} pictures", describe(request), request.settings.inspections),
+        "a seq column that tells which pictures belong together"));
+  }
   std::optional<std::size_t> nearest;
   double least_mm = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < folder_.rows.size(); ++i) {

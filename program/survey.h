@@ -21,6 +21,7 @@ struct SeriesResult {
   CorrectionLevel level = CorrectionLevel::Base;
   int line = 0;  ///< of the first target
   InstancePath path;
+  Placement placement;                    ///< of the instance it was measured on
   std::vector<std::size_t> measurements;  ///< indices into Survey::measurements
   PanelModel model = PanelModel::Offset;
   std::shared_ptr<const BaseFit> base;      ///< set for a fitted base series

@@ -11,7 +11,7 @@ brought=$(apt-cache depends --recurse --installed --no-recommends --no-suggests 
 headers=$(ninja -C "$build_dir" -t deps | awk '/^    \/usr\// { print $1 }' | sort -u)
 [ -n "$headers" ] || { echo "no headers recorded: build first" >&2; exit 1; }
 used=$(echo "$headers" | xargs -r realpath -e | sort -u | xargs -r dpkg-query -S | cut -d ' ' -f 1 |
-  tr -d ',' | sed 's/:[a-z0-9]*$//; s/:$//' | sort -u)
+  sed 's/[:,].*//' | sort -u)
 missing=$(comm -13 <(echo "$brought" | sed 's/:.*//' | sort -u) <(echo "$used" | sort -u))
 if [ -n "$missing" ]; then
   echo "the build uses packages that tools/packages.txt does not bring:" $missing >&2

@@ -174,9 +174,12 @@ class HeaderReader {
       const std::string_view part = value.substr(0, comma);
       if (part == "LZ") {
         format.zeros = Zeros::LeadingKept;
+        has_zeros_word_ = true;
       } else if (part == "TZ") {
         format.zeros = Zeros::TrailingKept;
+        has_zeros_word_ = true;
       } else if (is_digit_mask(part)) {
+        has_digit_mask_ = true;
         format.integer_digits = static_cast<int>(part.find('.'));
         format.decimal_digits = static_cast<int>(part.size()) - format.integer_digits - 1;
       } else {
@@ -207,6 +210,8 @@ class HeaderReader {
     take_unit(line, body, text);
     const bool suppress_leading = body.find("suppress leading") != std::string_view::npos;
     const bool suppress_trailing = body.find("suppress trailing") != std::string_view::npos;
+    if (body.find("incremental") != std::string_view::npos) header_.incremental = true;
+    if (has_zeros_word_) return;  // the header's own LZ or TZ rules over a comment
     if (suppress_leading) header_.format.zeros = Zeros::TrailingKept;
     if (suppress_trailing) header_.format.zeros = Zeros::LeadingKept;
   }
@@ -230,10 +235,12 @@ class HeaderReader {
 
   void take_digits(int line, std::string_view digits, std::string_view comment) {
     const auto pair = digit_pair(digits);
-    if (!pair) return;  // such as `-:-`, when every number has its point
+    // `-:-` says that every number has its point; the header's own digits rule over a comment.
+    if (!pair || has_digit_mask_) return;
     header_.format.integer_digits = pair->first;
     header_.format.decimal_digits = pair->second;
     header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(comment);
+    header_.states_digits = true;
     digits_from_hint_ = true;
   }
 
@@ -274,6 +281,8 @@ class HeaderReader {
   Header header_;
   int start_line_ = 0;
   bool digits_from_hint_ = false;
+  bool has_zeros_word_ = false;
+  bool has_digit_mask_ = false;
   std::string unit_word_;
 };
 

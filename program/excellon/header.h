@@ -22,6 +22,7 @@ struct HeaderSetting {
 struct Header {
   NumberFormat format;
   bool states_format = false;   ///< unit known from the header or a CAM comment
+  bool states_digits = false;   ///< digit counts from a CAM comment, whatever the unit
   std::string format_evidence;  ///< which line says so, for people
   std::map<int, Tool> tools;
   std::vector<HeaderSetting> settings;

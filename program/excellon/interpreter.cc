@@ -313,6 +313,7 @@ void Interpreter::run_pattern(const RepeatSection& section,
   if (ended_) return;
   placement_ = Placement(place.linear(), place.translation());
   modal_ = pattern_start_;
+  vision_.begin_instance();
   LineCursor line = section.pattern;
   if (line.offset() == section.pattern_end) count_idle_line(section.line);
   while (line.offset() < section.pattern_end && !ended_) {
@@ -321,6 +322,7 @@ void Interpreter::run_pattern(const RepeatSection& section,
     run_line(line.next());
     if (n_operations_ == n_before) count_idle_line(number);
   }
+  vision_.end_instance(line.line_number());
 }
 
 }  // namespace panelcal::excellon

@@ -226,7 +226,7 @@ void Interpreter::measure(const Block& block, Command command) {
     return report(Code::CoordinateMissing, block, block.words[0], "X and Y of the target");
   }
   if (!move_to(block, xy_mm, AxisUser::Target) || !count_target(block.line)) return;
-  const TargetPlace target{command, block.line, path_, nominal_here(), work_zero_};
+  const TargetPlace target{command, block.line, path_, nominal_here(), placement_, work_zero_};
   if (command != Command::HoleAtTarget && command != Command::NestedHoleAtTarget) {
     vision_.measure_target(target);
     return;
@@ -263,7 +263,7 @@ void Interpreter::stored_label(const Block& block, Command command) {
     case Command::RewindCorrections:
       return vision_.rewind(block, *number);
     default:
-      return vision_.advance(block, *number);
+      return vision_.advance(block, *number, placement_);
   }
 }
 
@@ -335,10 +335,10 @@ void Interpreter::set_unit(const Block& block, LengthUnit unit) {
                   block.words[0],
                   "the unit before the first coordinate and outside step and repeat");
   }
-  format_ = NumberFormat{.unit = unit,
-                         .zeros = format_.zeros,
-                         .integer_digits = unit == LengthUnit::Inch ? 2 : 3,
-                         .decimal_digits = unit == LengthUnit::Inch ? 4 : 3};
+  format_.unit = unit;
+  if (program_.header.states_digits) return;
+  format_.integer_digits = unit == LengthUnit::Inch ? 2 : 3;
+  format_.decimal_digits = unit == LengthUnit::Inch ? 4 : 3;
 }
 
 /// M00(X#Y#), M30(X#Y#): the place is relative to absolute zero.

@@ -35,6 +35,12 @@ std::vector<std::string_view> split_at_commas(std::string_view text) {
   }
 }
 
+/// Both are sums of the same program's numbers, but not always in the same order.
+bool is_same_place(const Placement& a, const Placement& b) {
+  constexpr double kRounding_mm = 1e-6;
+  return a.linear() == b.linear() && (a.translation() - b.translation()).norm() < kRounding_mm;
+}
+
 bool is_mirrored(const Eigen::Matrix2d& linear) {
   return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) <= 0;
 }
@@ -326,12 +332,34 @@ void VisionSession::measure_target(const TargetPlace& target) {
 std::optional<PositionEstimate<frame::Actual>> VisionSession::measure_hole(
     const TargetPlace& target) {
   refuse_unfinished(target.line, code_text(target.command));
-  const auto index =
-      measure(target, is_nested(target.command) ? CorrectionLevel::Nested : CorrectionLevel::Base);
+  const CorrectionLevel level =
+      is_nested(target.command) ? CorrectionLevel::Nested : CorrectionLevel::Base;
+  const auto index = measure(target, level);
   if (!index) return std::nullopt;
   const Measurement& measurement = survey_.measurements[*index];
   if (measurement.status != MeasurementStatus::Found) return std::nullopt;
+  if (source_ != nullptr) gate_hole(measurement, level);
   return measurement.measured;
+}
+
+/// A hole at its own target has no fit to hold against limits, but it may not be farther from its
+/// expected place than a panel may be.
+void VisionSession::gate_hole(const Measurement& measurement, CorrectionLevel level) {
+  const GateLimits& limits =
+      level == CorrectionLevel::Base ? options_.base_limits : options_.nested_limits;
+  const MeasurementRequest& request = measurement.request;
+  const Length offset = mm((measurement.measured.position - request.expected).in_mm().norm());
+  if (!limits.offset || offset <= *limits.offset) return;
+  reporter_.report(Code::GateFailed,
+                   request.line,
+                   1,
+                   fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm is {:.3f} mm from its "
+                               "expected place, limit {:.3f} mm",
+                               request.command,
+                               request.nominal.in_mm().x(),
+                               request.nominal.in_mm().y(),
+                               offset.in_mm(),
+                               limits.offset->in_mm()));
 }
 
 void VisionSession::complete(const TargetPlace& target) {
@@ -347,6 +375,7 @@ SeriesResult VisionSession::fit(const OpenSeries& open, const TargetPlace& targe
   series.level = open.level;
   series.line = open.line;
   series.path = target.path;
+  series.placement = target.placement;
   series.measurements = open.measurements;
   series.model = open.n_wanted == 1 ? PanelModel::Offset
                                     : options_.model.value_or(default_model(open.n_wanted));
@@ -490,7 +519,11 @@ void VisionSession::store_under(int label) {
 
 void VisionSession::rewind(const Block& block, int label) {
   refuse_unfinished(block.line, block.text);
-  if (memory_.rewind(label)) return;
+  if (memory_.rewind(label)) {
+    rewind_line_ = block.line;
+    has_advanced_ = false;
+    return;
+  }
   reporter_.report(Code::LabelUnknown,
                    block.line,
                    block.column,
@@ -499,7 +532,7 @@ void VisionSession::rewind(const Block& block, int label) {
   must_stop_ = true;
 }
 
-void VisionSession::advance(const Block& block, int n_points) {
+void VisionSession::advance(const Block& block, int n_points, const Placement& placement) {
   refuse_unfinished(block.line, block.text);
   if (!memory_.is_rewound()) {
     reporter_.report(Code::RewindMissing,
@@ -523,17 +556,62 @@ void VisionSession::advance(const Block& block, int n_points) {
     return;
   }
   advance_line_ = block.line;
-  for (const std::size_t i_series : step.passed) activate(i_series, block.line);
+  has_advanced_ = true;
+  for (const std::size_t i_series : step.passed) {
+    const SeriesResult& series = survey_.series[i_series];
+    if (!is_same_place(series.placement, placement)) {
+      reporter_.report(Code::StoredElsewhere,
+                       block.line,
+                       block.column,
+                       fmt::format("{} comes to the correction of path [{}], which was measured in "
+                                   "line {} on another board than this one",
+                                   quoted(block.text),
+                                   fmt::join(series.path, ","),
+                                   series.line),
+                       "copies in the same order as under M50");
+      must_stop_ = true;
+      return;
+    }
+    activate(i_series, block.line);
+  }
+}
+
+void VisionSession::end_instance(int line) {
+  refuse_unfinished(line, "the end of the pattern");
 }
 
 void VisionSession::end_section(int line) {
   refuse_unfinished(line, "M08");
   memory_.stop_recording();
+  const int rewind_line = std::exchange(rewind_line_, 0);
+  if (rewind_line == 0 || memory_.points_left() == 0 || must_stop_) return;
+  reporter_.report(Code::PointsLeft,
+                   line,
+                   1,
+                   fmt::format("{} stored points of the M51 in line {} were not used",
+                               memory_.points_left(),
+                               rewind_line),
+                   "as many points advanced by M52 as were measured under M50");
+  must_stop_ = true;
+}
+
+bool VisionSession::refuse_without_advance(int line) {
+  if (rewind_line_ == 0 || has_advanced_) return false;
+  reporter_.report(
+      Code::AdvanceMissing,
+      line,
+      1,
+      fmt::format("a coordinate comes after the M51 in line {} without an M52 for this "
+                  "board",
+                  rewind_line_),
+      "M52,# at the beginning of the pattern");
+  must_stop_ = true;
+  return true;
 }
 
 bool VisionSession::is_ready_to_drill(int line) {
   if (refuse_unfinished(line, "a coordinate")) return false;
-  return !refuse_inside_stored(line);
+  return !refuse_inside_stored(line) && !refuse_without_advance(line);
 }
 
 bool VisionSession::refuse_inside_stored(int line) {

@@ -21,6 +21,7 @@ struct TargetPlace {
   int line = 0;
   InstancePath path;
   Position<frame::Nominal> nominal;
+  Placement placement;
   Position<frame::Machine> work_zero;
 };
 
@@ -44,12 +45,14 @@ class VisionSession {
   void keyboard_order(const SourceLine& line, const NumberFormat& format);  // $uvis
   void measure_target(const TargetPlace& target);                           // G35 G36 G45 G46
   std::optional<PositionEstimate<frame::Actual>> measure_hole(const TargetPlace& target);
-  void cancel_base(int line);                      // G37
-  void cancel_nested(int line);                    // G47
-  void store_under(int label);                     // M50
-  void rewind(const Block& block, int label);      // M51
-  void advance(const Block& block, int n_points);  // M52
-  void end_section(int line);                      // M08
+  void cancel_base(int line);                                                  // G37
+  void cancel_nested(int line);                                                // G47
+  void store_under(int label);                                                 // M50
+  void rewind(const Block& block, int label);                                  // M51
+  void advance(const Block& block, int n_points, const Placement& placement);  // M52
+  void begin_instance() { has_advanced_ = false; }
+  void end_instance(int line);
+  void end_section(int line);  // M08
 
   /// Reports what forbids a hole here; once for each cause.
   bool is_ready_to_drill(int line);
@@ -80,6 +83,8 @@ class VisionSession {
   void activate(std::size_t i_series, int line);
   bool refuse_unfinished(int line, std::string_view command);
   bool refuse_inside_stored(int line);
+  bool refuse_without_advance(int line);
+  void gate_hole(const Measurement& measurement, CorrectionLevel level);
   void set_uvis(std::string_view key,
                 std::string_view value,
                 const SourceLine& line,
@@ -108,6 +113,8 @@ class VisionSession {
   CorrectionMemory memory_;
   std::optional<std::size_t> base_series_;  ///< which series the base correction came from
   int advance_line_ = 0;
+  int rewind_line_ = 0;        ///< of the M51 that this section replays; 0: none
+  bool has_advanced_ = false;  ///< an M52 came in this instance
   std::size_t n_measured_ = 0;
   std::size_t n_fitted_ = 0;
   bool must_stop_ = false;

@@ -291,6 +291,9 @@ TEST(ProgramDiagnostics, EveryCodeOfPartProgramsCanBeSeen) {
       "M50,1\nM25\nG35X0.Y0.\nM01\nM08\nM51,1\nM52,2\n",
       "M50,1\nM25\nG36X0.Y0.\nG36X9.Y0.\nM01\nM08\nM51,1\nM52\nX1.Y1.\n",
       "M50,1\nM25\nG45X0.Y0.\nM01\nM08\nG35X0.Y0.\nM51,1\nM52\n",
+      "M50,1\nM25\nG45X0.Y0.\nM01\nM02X9.\nM08\nM51,1\nM25\nM52\nM01\nM08\n",
+      "M50,1\nM25\nG45X0.Y0.\nM01\nM08\nM51,1\nM25\nX1.Y1.\nM01\nM08\n",
+      "M50,1\nM25\nG45X0.Y0.\nM01\nM02X9.\nM08\nM51,1\nM25\nM52\nM01\nM02X8.\nM08\n",
       "G35X0.Y0.\nG93X0.Y0.\n",
       "$uvis,calib\n",
   };

@@ -49,8 +49,9 @@ TEST(SeriesUnfinished, ByAnotherCommand) {
   EXPECT_EQ(diagnostics_of(begun + "M51,1\n").at(0), unfinished(10, "M51,1"));
 }
 
-TEST(SeriesUnfinished, ByM08) {
-  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nM25\nG36X9.Y0.\nM01\nM08\n"), Texts{unfinished(12, "M08")});
+TEST(SeriesUnfinished, ByTheEndOfThePattern) {
+  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nM25\nG36X9.Y0.\nM01\nM08\n"),
+            Texts{unfinished(11, "the end of the pattern")});
 }
 
 TEST(SeriesUnfinished, ByTheEnd) {
