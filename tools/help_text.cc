@@ -11,7 +11,7 @@ namespace {
 constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFooters = {{
     {"check", R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
-  datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 8: METRIC,TZ)
+  datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)
   7 tools, 990 holes, 21 targets in 7 series, no errors, no warnings
 
 Prints what is wrong like a compiler: FILE:LINE:COLUMN: error[CODE]: what, expected ...
@@ -21,7 +21,7 @@ Exit codes
   0 nothing wrong (warnings allowed); 2 errors)"},
     {"survey", R"(Example
   $ panelcal survey datasets/demo/panel.exc -m datasets/demo/machine.toml | head -1
-  {"seq":0,"line":20,"command":"G36","tool":1,"nominal":[6,6],"expected":[6,6],"path":[]}
+  {"seq":0,"line":24,"command":"G36","tool":1,"nominal":[6,6],"expected":[6,6],"path":[]}
 
 One JSON object a line, in the order of execution; lengths in mm, relative to work zero. Targets
 that depend on earlier ones are listed where a perfect panel has them.
@@ -43,7 +43,7 @@ Exit codes
   0 done; 1 a target was not found or a gate failed, and no program was written (but see --force);
   2 bad input or usage; 3 a device, the disk or the environment failed)"},
     {"locate", R"(Example
-  $ panelcal locate datasets/demo/images/seq_0000.png --tool 1 -m datasets/demo/machine.toml
+  $ panelcal locate datasets/demo/images/0000.png --tool 1 -m datasets/demo/machine.toml
 
 One JSON object a picture: status, centre and covariance in pixels (the centre of the top-left pixel
 is 0,0; y down), size, score, number of candidates. With a [camera] calibration the lens is taken
