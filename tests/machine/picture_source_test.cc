@@ -156,8 +156,8 @@ TEST_F(PictureSourceTest, PictureForAnotherVisionToolIsRefused) {
   EXPECT_THAT(measure(folder, recording_.survey.measurements[0].request),
               FailsWith(Code::PictureMismatch,
                         "images.csv:2:1: error[picture-mismatch]: the "
-                        "picture of G36 target 0 (line 9) is for vision "
-                        "tool 2, expected vision tool 1"));
+                        "picture of G36 target 0 (line 9) is for another "
+                        "vision tool or zoom, expected vision tool 1"));
 }
 
 TEST_F(PictureSourceTest, PictureOfAnotherCameraIsRefused) {
