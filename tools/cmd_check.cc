@@ -38,9 +38,6 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
       return exit_code(config.error());
     }
     walk = config->walk;
-    // A perfect panel breaks no limit.
-    walk.base_limits = {};
-    walk.nested_limits = {};
   }
   walk.max_operations = options.max_operations;
   std::string result;

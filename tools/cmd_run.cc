@@ -133,10 +133,7 @@ class Run {
       truth_ = std::move(truth);
       comparison_.emplace(*truth_);
     }
-    WalkOptions nominal = config_.walk;
-    nominal.base_limits = {};  // a perfect panel breaks no limit
-    nominal.nested_limits = {};
-    checked_ = read_and_check(options_.program, nominal, log_);
+    checked_ = read_and_check(options_.program, config_.walk, log_);
     if (log_.has_errors() || !checked_) return false;
     provenance_ = provenance_of(context_.options, options_, *checked_);
     return true;

@@ -12,10 +12,7 @@ ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
     return exit_code(config.error());
   }
   DiagnosticLog log;
-  WalkOptions walk = config->walk;
-  walk.base_limits = {};  // a perfect panel breaks no limit
-  walk.nested_limits = {};
-  const auto checked = read_and_check(options.program, walk, log);
+  const auto checked = read_and_check(options.program, config->walk, log);
   context.console.print(log);
   if (log.has_errors()) return exit_code(log);
 

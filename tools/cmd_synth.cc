@@ -31,10 +31,7 @@ ExitCode run_command(const SynthOptions& options, CommandContext& context) {
     return exit_code(config.error());
   }
   DiagnosticLog log;
-  WalkOptions nominal = config->walk;
-  nominal.base_limits = {};  // a perfect panel breaks no limit
-  nominal.nested_limits = {};
-  const auto checked = read_and_check(options.program, nominal, log);
+  const auto checked = read_and_check(options.program, config->walk, log);
   context.console.print(log);
   if (log.has_errors()) return exit_code(log);
 

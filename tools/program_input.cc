@@ -25,7 +25,10 @@ std::optional<CheckedProgram> read_and_check(const std::string& path,
   }
   CheckedProgram checked{load_program(*std::move(source), log), {}};
   NominalSource nominal;
-  checked.nominal_survey = survey(checked.program, options, nominal, log);
+  WalkOptions without_limits = options;
+  without_limits.base_limits = {};
+  without_limits.nested_limits = {};
+  checked.nominal_survey = survey(checked.program, without_limits, nominal, log);
   return checked;
 }
 

@@ -17,7 +17,8 @@ struct CheckedProgram {
   Survey nominal_survey;  ///< what it would measure
 };
 
-/// Reads PROGRAM (`-` is standard input), and checks it. Problems go into the log; absent if it
+/// Reads PROGRAM (`-` is standard input), and checks it; gates are left out, since a perfect panel
+/// breaks no limit. Problems go into the log; absent if it
 /// could not even be read.
 std::optional<CheckedProgram> read_and_check(const std::string& path,
                                              const WalkOptions& options,
