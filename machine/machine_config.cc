@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/machine/program_config.h"
 #include "panelcal/machine/sim_config.h"
 #include "panelcal/machine/toml_table.h"
 
@@ -22,11 +23,18 @@ using internal::TomlSource;
 using internal::TomlTable;
 using Words = std::string_view;
 
-constexpr std::array<Words, 7> kTopKeys = {
-    "camera", "gates", "machine", "program", "sim", "spindle", "vision"};
-constexpr std::array<Words, 3> kTopPlanned = {"coupon", "reference_scaling", "surface"};
-constexpr std::array<Words, 1> kMachineKeys = {"name"};
-constexpr std::array<Words, 2> kMachinePlanned = {"drivers", "travel"};
+constexpr std::array<Words, 9> kTopKeys = {"camera",
+                                           "diameter_page",
+                                           "gates",
+                                           "machine",
+                                           "program",
+                                           "reference_scaling",
+                                           "sim",
+                                           "spindle",
+                                           "vision"};
+constexpr std::array<Words, 2> kTopPlanned = {"coupon", "surface"};
+constexpr std::array<Words, 3> kMachineKeys = {"name", "travel_high_mm", "travel_low_mm"};
+constexpr std::array<Words, 1> kMachinePlanned = {"drivers"};
 constexpr std::array<Words, 7> kVisionKeys = {
     "ambiguity_margin", "min_contrast", "min_score", "model", "rotate", "search_radius_mm", "tool"};
 constexpr std::array<Words, 4> kVisionPlanned = {"cama", "inspections", "mode", "scale"};
@@ -40,8 +48,6 @@ constexpr std::array<Words, 5> kGateKeys = {
     "nested", "offset_mm", "residual_um", "rotation_mrad", "stretch_ppm"};
 constexpr std::array<Words, 4> kNestedGateKeys = {
     "offset_mm", "residual_um", "rotation_mrad", "stretch_ppm"};
-constexpr std::array<Words, 2> kProgramKeys = {"absolute_zero_mm", "work_zero_mm"};
-constexpr std::array<Words, 3> kProgramPlanned = {"axis_version", "block_delete", "search_path"};
 
 constexpr Range kShare{0, 1};
 constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
@@ -56,7 +62,7 @@ Expected<void> read_machine(const TomlTable& top, MachineConfig& config) {
   if (!table) return {};
   PANELCAL_TRY(const auto name, table->text("name"));
   config.name = name.value_or("");
-  return {};
+  return internal::read_travel(*table, config);
 }
 
 Expected<void> read_camera(const TomlTable& top, MachineConfig& config) {
@@ -101,17 +107,6 @@ Expected<void> read_gates(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto nested, table->table("nested", "[gates.nested]", {kNestedGateKeys, {}}));
   if (!nested) return {};
   return read_limits(*nested, config.walk.nested_limits);
-}
-
-Expected<void> read_program(const TomlTable& top, MachineConfig& config) {
-  PANELCAL_TRY(const auto table,
-               top.table("program", "[program]", {kProgramKeys, kProgramPlanned}));
-  if (!table) return {};
-  PANELCAL_TRY(const auto work_mm, table->pair("work_zero_mm", kPlace));
-  if (work_mm) config.walk.work_zero = position_mm<frame::Machine>(*work_mm);
-  PANELCAL_TRY(const auto absolute_mm, table->pair("absolute_zero_mm", kPlace));
-  if (absolute_mm) config.walk.absolute_zero = position_mm<frame::Machine>(*absolute_mm);
-  return {};
 }
 
 Expected<void> read_model(const TomlTable& vision, WalkOptions& walk) {
@@ -227,7 +222,7 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
   PANELCAL_CHECK(read_spindle(top, config));
   PANELCAL_CHECK(read_vision(top, config));
   PANELCAL_CHECK(read_gates(top, config));
-  PANELCAL_CHECK(read_program(top, config));
+  PANELCAL_CHECK(internal::read_program_config(top, config));
   PANELCAL_TRY(config.sim, internal::read_sim_config(top, config.camera));
   return config;
 }

@@ -14,6 +14,7 @@
 #include "panelcal/calib/camera_mapping.h"
 #include "panelcal/calib/gates.h"
 #include "panelcal/calib/spindle_camera.h"
+#include "panelcal/program/job_check.h"
 #include "panelcal/program/walk.h"
 #include "panelcal/vision/locate.h"
 #include "panelcal/vision/target.h"
@@ -52,7 +53,9 @@ struct SimConfig {
 struct MachineConfig {
   std::filesystem::path file;
   std::string name;
-  WalkOptions walk;      ///< [vision] rotate, model; [gates]; [program] zeros
+  std::optional<Travel> travel;
+  ReadOptions reading;   ///< [program], [[diameter_page]]; without the program's own folder
+  WalkOptions walk;      ///< [vision] rotate, model; [gates]; [program]; [reference_scaling]
   LocateOptions locate;  ///< [vision] scores; centre and radius are set for each picture
   std::optional<Length> search_radius;  ///< [vision] search_radius_mm, around the expected place
   std::map<int, Target> vision_tools;   ///< [[vision.tool]]

@@ -19,15 +19,16 @@ namespace {
 using internal::JsonLine;
 
 constexpr Code kCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 21> kKeys = {
-    "algorithm", "command",     "cov",      "delta",   "expected", "image",  "inspections",
-    "lamp",      "line",        "measured", "nominal", "path",     "reason", "score",
-    "search",    "search_area", "seq",      "status",  "tool",     "tools",  "zoom"};
+constexpr std::array<std::string_view, 22> kKeys = {
+    "algorithm",   "command", "cov",      "delta",   "expected", "file",   "image", "inspections",
+    "lamp",        "line",    "measured", "nominal", "path",     "reason", "score", "search",
+    "search_area", "seq",     "status",   "tool",    "tools",    "zoom"};
 
 constexpr int kMaxInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
-/// Step and repeat nests at most this deep (nesting-too-deep), and G34 takes at most four tools.
-constexpr std::size_t kMaxPath = 64;
+/// Step and repeat nests at most 64 deep (nesting-too-deep), in the program and again in a stored
+/// pattern; G34 takes at most four tools.
+constexpr std::size_t kMaxPath = 128;
 constexpr std::size_t kMaxTools = 4;
 constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16;
 
@@ -83,6 +84,9 @@ Expected<MeasurementRequest> read_request(const JsonLine& line) {
   PANELCAL_TRY(request.seq, line.integer("seq", 0, kMaxInt64, kCode));
   PANELCAL_TRY(const auto program_line, line.integer("line", 0, kMaxInt, kCode));
   request.line = static_cast<int>(program_line);
+  if (line.has("file")) {
+    PANELCAL_TRY(request.file, line.text("file", kCode));
+  }
   PANELCAL_TRY(request.command, line.text("command", kCode));
   PANELCAL_CHECK(read_settings(line, request.settings));
   PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_point(line, "nominal"));
@@ -159,6 +163,9 @@ std::optional<Difference> difference(const MeasurementRequest& recorded,
   };
   if (recorded.command != requested.command) {
     return differs("command", quoted(recorded.command), quoted(requested.command));
+  }
+  if (recorded.file != requested.file) {
+    return differs("file", quoted(recorded.file), quoted(requested.file));
   }
   if (recorded.line != requested.line) return differs("line", recorded.line, requested.line);
   if (tool_of(recorded) != tool_of(requested)) {

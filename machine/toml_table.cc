@@ -203,6 +203,27 @@ Expected<std::optional<std::string>> TomlTable::text(std::string_view key) const
   return failure(wrong_value(key, *node, "a text in quotes"));
 }
 
+Expected<std::optional<bool>> TomlTable::truth(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  if (const auto* truth = node->as_boolean()) return truth->get();
+  return failure(wrong_value(key, *node, "true or false"));
+}
+
+Expected<std::vector<std::string>> TomlTable::texts(std::string_view key) const {
+  std::vector<std::string> values;
+  const toml::node* node = table_->get(key);
+  if (!node) return values;
+  const auto* array = node->as_array();
+  if (!array) return failure(wrong_value(key, *node, "a list of texts, [\"a\", \"b\"]"));
+  for (const toml::node& element : *array) {
+    const auto* text = element.as_string();
+    if (!text) return failure(wrong_value(key, element, "a text in quotes"));
+    values.push_back(text->get());
+  }
+  return values;
+}
+
 Expected<std::optional<Eigen::Vector2d>> TomlTable::pair(std::string_view key,
                                                          const Range& range) const {
   const toml::node* node = table_->get(key);

@@ -48,6 +48,10 @@ void append_request(std::string& out, const MeasurementRequest& request) {
                  expected_mm.x(),
                  expected_mm.y(),
                  fmt::join(request.path, ","));
+  if (!request.file.empty()) {
+    out += ",\"file\":";
+    append_json_string(out, request.file);
+  }
   append_settings(out, request.settings);
 }
 

@@ -30,6 +30,7 @@ struct VisionSettings {
 struct MeasurementRequest {
   std::int64_t seq = 0;  ///< from 0, in the order of execution
   int line = 0;
+  std::string file;     ///< of a stored pattern (M99); empty: the program itself
   std::string command;  ///< G35, G36, G38, G45, G46 or G48
   VisionSettings settings;
   Position<frame::Nominal> nominal;

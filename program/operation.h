@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
@@ -13,6 +15,7 @@
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/calib/base/units.h"
 #include "panelcal/program/number_format.h"
+#include "panelcal/program/placement.h"
 
 namespace panelcal {
 
@@ -29,6 +32,14 @@ struct Tool {
   friend bool operator==(const Tool&, const Tool&) = default;
 };
 
+/// A point of the tool's way in the frames that outputs need.
+struct PlacedPoint {
+  Position<frame::Nominal> nominal;                   ///< after placement, before any correction
+  Position<frame::Actual> corrected;                  ///< relative to work zero
+  Position<frame::Machine> actual;                    ///< what the machine is told
+  Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();  ///< of corrected; zero without a correction
+};
+
 /// Takes a tool; number 0 puts the tool away.
 struct ToolChange {
   Tool tool;
@@ -36,15 +47,71 @@ struct ToolChange {
 };
 
 /// Drills one hole.
-struct Drill {
+struct Drill : PlacedPoint {
   int tool = 0;
-  Position<frame::Nominal> nominal;   ///< after placement, before any correction
-  Position<frame::Actual> corrected;  ///< relative to work zero
-  Position<frame::Machine> actual;    ///< what the machine is told
-  Eigen::Matrix2d cov_mm2;            ///< of the corrected place; zero without a correction
 };
 
-enum class StopKind { EndNoRewind, EndRewind };
+/// Moves with the tool up.
+struct RapidMove : PlacedPoint {};
+
+enum class PlungeKind : std::uint8_t {
+  Plain,       ///< M15
+  Contouring,  ///< M14: the depth follows the material
+};
+
+/// Lowers the router where it stands.
+struct Plunge {
+  int tool = 0;
+  PlungeKind kind = PlungeKind::Plain;
+  std::optional<Length> depth_offset;  ///< of one pass of a step slot; absent: the tool's own
+};
+
+/// Raises the router.
+struct Retract {
+  bool with_clamping = false;  ///< M16; otherwise M17
+};
+
+enum class RoutKind : std::uint8_t { Line, Clockwise, Counterclockwise };
+
+/// Routs from where the tool stands to a place. Arcs are at most half a circle; `kind` is the sense
+/// of the corrected arc, so mirrors have flipped it already.
+struct Rout : PlacedPoint {
+  int tool = 0;
+  RoutKind kind = RoutKind::Line;
+  Position<frame::Actual> corrected_center;  ///< of an arc
+  Position<frame::Machine> center;           ///< the same as the machine is told
+  Feed feed;
+  bool feed_is_default = false;  ///< the program sets none
+};
+
+enum class CompensationSide : std::uint8_t { Off, Left, Right };
+
+/// Switches cutter compensation, which the controller applies: coordinates are the contour's.
+/// Mirrors have exchanged left and right already.
+struct Compensation {
+  CompensationSide side = CompensationSide::Off;
+  std::optional<Length> value;  ///< the diameter that the controller compensates for
+};
+
+/// A drilled slot (G85) left whole: see WalkOptions::slots.
+struct Slot {
+  int tool = 0;
+  PlacedPoint start;
+  PlacedPoint end;
+};
+
+/// A slot routed in deepening passes (G87) left whole.
+struct StepSlot {
+  int tool = 0;
+  PlacedPoint start;
+  PlacedPoint end;
+  Length initial_depth;  ///< of the first pass above the final depth
+  Length increment;      ///< from pass to pass, negative
+  Feed feed;
+  bool feed_is_default = true;
+};
+
+enum class StopKind : std::uint8_t { EndNoRewind, EndRewind, Inspection, Optional, HeaderEnd };
 
 /// Stops, at a place that the program gives relative to absolute zero if it gives one (CNC-7
 /// manual, Stop Commands).
@@ -54,12 +121,37 @@ struct Stop {
   std::optional<Position<frame::Machine>> actual;
 };
 
-/// Shows a text to the operator and waits.
+/// Shows a text to the operator and waits. Lines of a long one (M45) are separated by '\n'.
 struct Message {
   std::string_view text;
+  bool is_long = false;
 };
 
-enum class SettingKind { Header, Body, Vision };
+/// Waits.
+struct Dwell {
+  Time duration;
+};
+
+enum class FunctionKind : std::uint8_t {
+  ToolTipCheck,
+  PeckOn,
+  PeckOff,
+  SpindleGroup,
+  BinaryMap,
+  ScalingOn,
+  ScalingOff,
+  ToolExpired,
+};
+
+/// An event of the machine that moves nothing by itself.
+struct Function {
+  FunctionKind kind = FunctionKind::ToolTipCheck;
+  std::string_view text;         ///< the block as written; empty if the control does it by itself
+  int tool = 0;                  ///< ToolExpired: whose hit count is used up
+  std::optional<int> next_tool;  ///< ToolExpired: the linked tool that goes on; absent: stops
+};
+
+enum class SettingKind : std::uint8_t { Header, Body, Vision };
 
 /// Something the machine has to know or do that moves nothing, passed on as written.
 struct Setting {
@@ -73,21 +165,56 @@ struct ZeroSet {
   Position<frame::Machine> work_zero;
 };
 
+/// How a place came about, for those who ask; valid only during the call that passes it.
+struct Origin {
+  Position<frame::Programmed> programmed;
+  const Placement* placement = nullptr;
+  /// Reference scaling; null while it does not apply.
+  const Transform<frame::Nominal, frame::Nominal>* scaling = nullptr;
+  const std::optional<std::size_t>* base_series = nullptr;  ///< index into Survey::series
+  const std::optional<std::size_t>* nested_series = nullptr;
+  const Position<frame::Machine>* work_zero = nullptr;
+  int tool_line = 0;  ///< of the block that took the tool
+};
+
 /// One thing the machine is told. Views are valid only during the call that passes it.
 struct Operation {
   int line = 0;
   std::span<const int> path;
-  std::variant<ToolChange, Drill, Stop, Message, Setting, ZeroSet> what;
+  std::variant<ToolChange,
+               Drill,
+               Stop,
+               Message,
+               Setting,
+               ZeroSet,
+               RapidMove,
+               Rout,
+               Plunge,
+               Retract,
+               Compensation,
+               Slot,
+               StepSlot,
+               Dwell,
+               Function>
+      what;
+  std::string_view file;           ///< of a stored pattern (M99); empty: the program itself
+  const Origin* origin = nullptr;  ///< of Drill, Rout, RapidMove, Slot and StepSlot
 };
 
-/// tool, drill, stop, message, setting, zero_set: the `op` of output files.
+/// tool, drill, rout, position and so on: the `op` of output files.
 std::string_view operation_name(const Operation& operation);
+/// end_rewind, inspection and so on: the `kind` of output files.
+std::string_view name(StopKind kind);
+std::string_view name(FunctionKind kind);
+std::string_view name(RoutKind kind);
 
 /// What a writer may need before the first operation.
 struct ProgramInfo {
   std::string file;
   NumberFormat format;  ///< the program's own: rates are whole in its unit, settings in its zeros
   std::map<int, Tool> tools;
+  bool body_rules = false;  ///< OM48: the body's tool data win over the header's
+  int axis_version = 1;     ///< VER: the axes that a program in the same format is written in
 };
 
 /// Takes operations one at a time; writers are sinks.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/source_text.h"
 
+#include <cstdint>
+#include <cstring>
 #include <utility>
 
 #include "panelcal/calib/base/atomic_file.h"
@@ -14,12 +16,32 @@ Expected<SourceText> read_source(const std::filesystem::path& path) {
   return SourceText{path.string(), std::move(bytes)};
 }
 
+namespace {
+
+/// The first LF or CR from `at` on, eight characters at a time; `end` if there is none.
+const char* find_line_end(const char* at, const char* end) {
+  constexpr std::uint64_t kOnes = 0x0101010101010101;
+  constexpr std::uint64_t kTops = 0x8080808080808080;
+  const auto has_zero_byte = [](std::uint64_t v) { return ((v - kOnes) & ~v & kTops) != 0; };
+  while (end - at >= 8) {
+    std::uint64_t characters;
+    std::memcpy(&characters, at, sizeof characters);
+    if (has_zero_byte(characters ^ (kOnes * '\n')) || has_zero_byte(characters ^ (kOnes * '\r'))) {
+      break;
+    }
+    at += 8;
+  }
+  while (at != end && *at != '\n' && *at != '\r') ++at;
+  return at;
+}
+
+}  // namespace
+
 SourceLine LineCursor::next() {
   const char* const begin = bytes_.data() + offset_;
   const char* const end = bytes_.data() + bytes_.size();
-  const char* stop = begin;
-  while (stop != end && *stop != '\n' && *stop != '\r') ++stop;
-  const SourceLine line{{begin, static_cast<std::size_t>(stop - begin)}, number_++};
+  const char* stop = find_line_end(begin, end);
+  const SourceLine line{{begin, static_cast<std::size_t>(stop - begin)}, number_++, 1};
   if (stop != end) stop += (*stop == '\r' && stop + 1 != end && stop[1] == '\n') ? 2 : 1;
   offset_ = static_cast<std::size_t>(stop - bytes_.data());
   return line;

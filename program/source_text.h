@@ -23,6 +23,7 @@ Expected<SourceText> read_source(const std::filesystem::path& path);
 struct SourceLine {
   std::string_view text;
   int number = 0;  ///< from 1
+  int column = 1;  ///< of the text's first character
 };
 
 /// A place between two lines. Unlike a cursor it stays good when the text is moved or copied.

@@ -2,7 +2,9 @@
 #include "panelcal/program/tally.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 
 namespace panelcal {
 namespace {
@@ -14,6 +16,36 @@ double largest_sigma_mm(const Eigen::Matrix2d& cov_mm2) {
   return std::sqrt(std::max(0.0, mean + std::hypot(half, cov_mm2(0, 1))));
 }
 
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// A corrected arc of at most half a circle, mm.
+struct ArcShape {
+  Eigen::Vector2d center;
+  Eigen::Vector2d from;  ///< from the center to the end where counter-clockwise begins
+  Eigen::Vector2d to;
+
+  ArcShape(const Eigen::Vector2d& start_mm, const Rout& rout)
+      : center(rout.corrected_center.in_mm()) {
+    from = start_mm - center;
+    to = rout.corrected.in_mm() - center;
+    if (rout.kind == RoutKind::Clockwise) from.swap(to);
+  }
+
+  double radius_mm() const { return (from.norm() + to.norm()) / 2; }
+  double length_mm() const {
+    return radius_mm() * std::atan2(std::abs(cross(from, to)), from.dot(to));
+  }
+  /// The arc has a point in this direction from its center.
+  bool covers(const Eigen::Vector2d& direction) const {
+    // Both signs also fit the opposite of an arc without length.
+    const double nearer = std::max(direction.dot(from), direction.dot(to));
+    return cross(from, direction) >= 0 && cross(direction, to) >= 0 &&
+           nearer >= -1e-6 * radius_mm();
+  }
+};
+
 }  // namespace
 
 void Tally::begin(const ProgramInfo& info) {
@@ -23,23 +55,72 @@ void Tally::begin(const ProgramInfo& info) {
 void Tally::put(const Operation& operation) {
   if (const auto* drill = std::get_if<Drill>(&operation.what)) {
     put_hole(*drill);
+  } else if (const auto* rout = std::get_if<Rout>(&operation.what)) {
+    put_rout(*rout);
+  } else if (const auto* move = std::get_if<RapidMove>(&operation.what)) {
+    router_ = *move;
+  } else if (std::holds_alternative<Plunge>(operation.what)) {
+    put_place(router_);
+  } else if (const auto* slot = std::get_if<Slot>(&operation.what)) {
+    put_slot(slot->tool, slot->start, slot->end);
+  } else if (const auto* step_slot = std::get_if<StepSlot>(&operation.what)) {
+    put_slot(step_slot->tool, step_slot->start, step_slot->end);
   } else if (const auto* change = std::get_if<ToolChange>(&operation.what)) {
     if (change->tool.number > 0) tools_[change->tool.number] = change->tool;
   }
 }
 
+std::vector<int> Tally::tools_used() const {
+  std::set<int> used;
+  for (const Counter* counter : {&holes_, &slots_, &routs_}) {
+    for (const auto& [tool, n] : counter->by_tool) used.insert(tool);
+  }
+  return {used.begin(), used.end()};
+}
+
+void Tally::put_place(const PlacedPoint& place) {
+  max_shift_ = std::max(max_shift_, mm((place.corrected.in_mm() - place.nominal.in_mm()).norm()));
+  max_sigma_ = std::max(max_sigma_, mm(largest_sigma_mm(place.cov_mm2)));
+  nominal_box_.add(place.nominal);
+  corrected_box_.add(place.corrected);
+}
+
 void Tally::put_hole(const Drill& drill) {
-  ++holes_by_tool_[drill.tool];
-  max_shift_ = std::max(max_shift_, mm((drill.corrected.in_mm() - drill.nominal.in_mm()).norm()));
-  max_sigma_ = std::max(max_sigma_, mm(largest_sigma_mm(drill.cov_mm2)));
-  if (n_holes_++ % stride_ != 0) return;
+  const std::int64_t index = holes_.n;
+  holes_.add(drill.tool);
+  put_place(drill);
+  if (index % stride_ != 0) return;
   if (sample_.size() == kSample) {
     for (std::size_t i = 0; 2 * i < kSample; ++i) sample_[i] = sample_[2 * i];
     sample_.resize(kSample / 2);
     stride_ *= 2;
-    if ((n_holes_ - 1) % stride_ != 0) return;
+    if (index % stride_ != 0) return;
   }
   sample_.push_back({drill.tool, drill.nominal, drill.corrected});
+}
+
+void Tally::put_slot(int tool, const PlacedPoint& start, const PlacedPoint& end) {
+  slots_.add(tool);
+  put_place(start);
+  put_place(end);
+}
+
+void Tally::put_rout(const Rout& rout) {
+  routs_.add(rout.tool);
+  put_place(rout);
+  const Eigen::Vector2d start_mm = router_.corrected.in_mm();
+  router_ = rout;
+  if (rout.kind == RoutKind::Line) {
+    routed_length_ = routed_length_ + mm((rout.corrected.in_mm() - start_mm).norm());
+    return;
+  }
+  const ArcShape arc(start_mm, rout);
+  routed_length_ = routed_length_ + mm(arc.length_mm());
+  const std::array<Eigen::Vector2d, 4> directions = {{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
+  for (const Eigen::Vector2d& direction : directions) {
+    if (!arc.covers(direction)) continue;
+    corrected_box_.add(position_mm<frame::Actual>(arc.center + arc.radius_mm() * direction));
+  }
 }
 
 }  // namespace panelcal

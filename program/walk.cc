@@ -4,12 +4,18 @@
 #include <utility>
 
 #include "panelcal/program/excellon/interpreter.h"
+#include "panelcal/program/excellon/stored_patterns.h"
 
 namespace panelcal {
 
-Program load_program(SourceText source, DiagnosticLog& log) {
-  Program program{std::move(source), {}};
-  program.header = excellon::read_header(program.source, log);
+bool Program::deletes_blocks() const {
+  return header.block_delete.value_or(reading.block_delete.value_or(false));
+}
+
+Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options) {
+  Program program{std::move(source), {}, {}, std::move(options)};
+  program.header = excellon::read_header(program.source, program.reading.diameter_page, log);
+  program.patterns = excellon::read_patterns(program.source.bytes, program.reading.pattern_folders);
   return program;
 }
 
@@ -28,7 +34,11 @@ void execute(const Program& program,
              OperationSink& sink,
              DiagnosticLog& log) {
   Survey replayed = survey;
-  sink.begin({program.source.file, program.header.format, program.header.tools});
+  sink.begin({program.source.file,
+              program.header.format,
+              program.header.tools,
+              program.header.body_rules,
+              program.axis_version()});
   excellon::Interpreter(program, options, replayed, nullptr, &sink, log).run();
 }
 

@@ -2,7 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/calib/gates.h"
@@ -13,6 +18,29 @@
 #include "panelcal/program/survey.h"
 
 namespace panelcal {
+
+/// What the machine decides about how a program is read.
+struct ReadOptions {
+  /// Tool data by diameter; every row has a diameter (CNC-7 manual, Tool Diameter).
+  std::vector<Tool> diameter_page;
+  std::vector<std::filesystem::path> pattern_folders;  ///< where M99 looks for files, in order
+  std::optional<bool> block_delete;  ///< the operator's switch, where the header has no BLKD
+  int axis_version = 1;              ///< where the header has no VER
+  std::string operator_id;           ///< OPID: what an asterisk in a canned text stands for
+};
+
+/// Scales drilled holes about a point, in work coordinates, while M60 is in force.
+struct ReferenceScaling {
+  double x = 1;
+  double y = 1;
+  Position<frame::Nominal> about;
+  bool starts_enabled = false;  ///< SCLR,ON before the program starts
+};
+
+enum class Cycles : std::uint8_t {
+  Expanded,  ///< every hole and pass is an operation of its own
+  Kept,      ///< passed on whole; the control expands it
+};
 
 /// What the machine and the vision system decide about how a program is executed.
 struct WalkOptions {
@@ -28,16 +56,27 @@ struct WalkOptions {
   std::int64_t max_operations = 1'000'000'000;
   /// The same for targets; their measurements are kept in memory, about 1 kB each.
   std::int64_t max_measurements = 100'000;
+  std::optional<ReferenceScaling> scaling;
+  Cycles slots = Cycles::Expanded;       ///< G85
+  Cycles step_slots = Cycles::Expanded;  ///< G87
+  /// A corrected arc stays one arc while it is this close to the true ellipse.
+  Length arc_tolerance = um(1);
 };
 
 /// A program that has been read as far as its header.
 struct Program {
   SourceText source;
   excellon::Header header;
+  std::map<std::string, SourceText, std::less<>> patterns;  ///< the stored patterns it names
+  ReadOptions reading;
+
+  bool deletes_blocks() const;  ///< blocks that begin with / are left out
+  int axis_version() const { return header.axis_version.value_or(reading.axis_version); }
 };
 
-/// Reads the header; problems go into the log.
-Program load_program(SourceText source, DiagnosticLog& log);
+/// Reads the header, and the stored patterns that the program names; problems go into the log. A
+/// pattern that is missing is a problem only where the program runs it.
+Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options = {});
 
 /// The measuring walk: executes the vision commands, asks `source` for every target, fits every
 /// series and holds it against its limits. Checks the whole program on the way, so that with a

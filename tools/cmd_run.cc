@@ -12,11 +12,15 @@
 #include "panelcal/calib/base/clock.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/sim/truth.h"
+#include "panelcal/program/explain.h"
+#include "panelcal/program/job_check.h"
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
 #include "panelcal/program/writers/jsonl_writer.h"
+#include "panelcal/program/writers/svg_writer.h"
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/digest.h"
+#include "panelcal/tools/job_picture.h"
 #include "panelcal/tools/measuring.h"
 #include "panelcal/tools/program_input.h"
 #include "panelcal/tools/report_html.h"
@@ -30,8 +34,12 @@ using Provenance = std::vector<std::pair<std::string, std::string>>;
 
 Expected<std::string> output_format(const RunOptions& options) {
   if (!options.format.empty()) return options.format;
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kByExtension = {
-      {{".jsonl", "jsonl"}, {".csv", "csv"}, {".drl", "excellon"}, {".exc", "excellon"}}};
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kByExtension = {
+      {{".jsonl", "jsonl"},
+       {".csv", "csv"},
+       {".drl", "excellon"},
+       {".exc", "excellon"},
+       {".svg", "svg"}}};
   const std::string extension = std::filesystem::path(options.output).extension().string();
   for (const auto& [known, format] : kByExtension) {
     if (extension == known) return std::string(format);
@@ -39,17 +47,13 @@ Expected<std::string> output_format(const RunOptions& options) {
   return failure({Code::Usage,
                   {"panelcal run", 0, 0},
                   "no format belongs to the output's name " + quoted(options.output),
-                  ".jsonl, .csv, .drl or .exc, or --to"});
+                  ".jsonl, .csv, .drl, .exc or .svg, or --to"});
 }
 
-std::unique_ptr<TextWriter> make_writer(const std::string& format,
-                                        ByteSink& bytes,
-                                        const Provenance& provenance) {
-  if (format == "jsonl") return std::make_unique<JsonlWriter>(bytes);
-  if (format == "csv") return std::make_unique<CsvWriter>(bytes);
-  std::vector<std::string> comments;
-  for (const auto& [key, value] : provenance) comments.push_back(key + ": " + value);
-  return std::make_unique<ExcellonWriter>(bytes, std::move(comments));
+std::vector<std::string> comment_lines(const Provenance& provenance) {
+  std::vector<std::string> lines;
+  for (const auto& [key, value] : provenance) lines.push_back(key + ": " + value);
+  return lines;
 }
 
 /// No output may overwrite an input or another output.
@@ -103,7 +107,8 @@ class Run {
   ExitCode execute_all() {
     if (!prepare() || !measure()) return finish();
     const bool may_write = !log_.has_errors() || (options_.force && has_only_gate_failures());
-    if (may_write && measured_.survey.is_complete()) write_program();
+    if (measured_.survey.is_complete()) explain();
+    if (may_write && measured_.survey.is_complete() && !options_.output.empty()) write_program();
     write_report();
     return finish();
   }
@@ -126,14 +131,21 @@ class Run {
   bool prepare() {
     if (!take(read_machine_config(options_.machine), config_)) return false;
     config_.walk.max_operations = options_.max_operations;
-    if (!take(output_format(options_), format_) || !take(check_paths(options_))) return false;
+    if (!take(read_choice())) return false;
+    if (!options_.output.empty() && !take(output_format(options_), format_)) return false;
+    if (!take(check_paths(options_))) return false;
+    const bool keeps = options_.slots.empty() ? format_ == "excellon" || format_ == "svg"
+                                              : options_.slots == "keep";
+    config_.walk.slots = keeps ? Cycles::Kept : Cycles::Expanded;
+    // No plain block gives the depth of a single pass, so Excellon keeps G87 in any case.
+    config_.walk.step_slots = keeps || format_ == "excellon" ? Cycles::Kept : Cycles::Expanded;
     if (!options_.truth.empty()) {
       Truth truth;
       if (!take(read_truth_json(options_.truth), truth)) return false;
       truth_ = std::move(truth);
       comparison_.emplace(*truth_);
     }
-    checked_ = read_and_check(options_.program, config_.walk, log_);
+    checked_ = read_and_check(options_.program, config_.reading, config_.walk, log_);
     if (log_.has_errors() || !checked_) return false;
     provenance_ = provenance_of(context_.options, options_, *checked_);
     return true;
@@ -168,7 +180,56 @@ class Run {
     return path == "-" ? context_.output.write(bytes) : write_file(path, bytes);
   }
 
+  /// What --explain asks for; without it there has to be an output.
+  Expected<void> read_choice() {
+    if (!options_.explain.empty()) {
+      choice_ = parse_explain_choice(options_.explain);
+      if (choice_) return {};
+      return failure({Code::Usage,
+                      {"panelcal run", 0, 0},
+                      "--explain " + quoted(options_.explain),
+                      "L and a line, such as L14, or the number of a place from 1"});
+    }
+    if (!options_.output.empty()) return {};
+    return failure({Code::Usage,
+                    {"panelcal run", 0, 0},
+                    "there is nothing to write",
+                    "-o OUTPUT, or --explain"});
+  }
+
+  void explain() {
+    if (!choice_) return;
+    Explainer explainer(*choice_, checked_->program, measured_.survey);
+    DiagnosticLog ignored;
+    execute(checked_->program, config_.walk, measured_.survey, explainer, ignored);
+    // With a result on standard output the explanation must not mix with it.
+    if (options_.output == "-") {
+      context_.console.say(explainer.text());
+    } else {
+      take(context_.output.write(explainer.text()));
+    }
+  }
+
   bool has_only_gate_failures() const { return exit_code(log_) == ExitCode::GateFailed; }
+
+  std::unique_ptr<TextWriter> make_writer(ByteSink& bytes) const {
+    if (format_ == "jsonl") return std::make_unique<JsonlWriter>(bytes);
+    if (format_ == "csv") return std::make_unique<CsvWriter>(bytes);
+    if (format_ == "svg") return std::make_unique<SvgWriter>(bytes, scene());
+    return std::make_unique<ExcellonWriter>(bytes, comment_lines(provenance_));
+  }
+
+  /// A picture has to know how large it is before its first hole, so the job passes once more.
+  SvgScene scene() const {
+    Tally tally;
+    DiagnosticLog ignored;
+    execute(checked_->program, config_.walk, measured_.survey, tally, ignored);
+    SvgScene scene = svg_scene(tally);
+    scene.targets = picture_targets(measured_.survey);
+    scene.title = checked_->program.source.file;
+    scene.provenance = comment_lines(provenance_);
+    return scene;
+  }
 
   void write_program() {
     std::optional<AtomicFile> file;
@@ -179,12 +240,14 @@ class Run {
       file.emplace(*std::move(created));
       bytes = &*file;
     }
-    const auto writer = make_writer(format_, *bytes, provenance_);
-    std::vector<OperationSink*> sinks = {writer.get(), &tally_};
+    const auto writer = make_writer(*bytes);
+    JobCheck job_check(config_.travel);
+    std::vector<OperationSink*> sinks = {writer.get(), &tally_, &job_check};
     if (comparison_) sinks.push_back(&*comparison_);
     Tee tee(std::move(sinks));
     DiagnosticLog walk_log;
     execute(checked_->program, config_.walk, measured_.survey, tee, walk_log);
+    job_check.report(checked_->program, walk_log);
     for (const Diagnostic& diagnostic : walk_log.kept()) log_.add(diagnostic);
     if (walk_log.has_errors() || !take(writer->finish()) || (file && !take(file->commit()))) return;
     is_written_ = true;
@@ -219,7 +282,7 @@ class Run {
 
   ExitCode finish() {
     context_.console.print(log_);
-    if (log_.has_errors() && !is_written_) {
+    if (log_.has_errors() && !is_written_ && !options_.output.empty()) {
       context_.console.say("nothing was written to " + options_.output);
     }
     return exit_code(log_);
@@ -230,6 +293,7 @@ class Run {
   DiagnosticLog log_;
   MachineConfig config_;
   std::string format_;
+  std::optional<ExplainChoice> choice_;
   std::optional<Truth> truth_;
   std::optional<TruthComparison> comparison_;
   std::optional<CheckedProgram> checked_;

@@ -31,7 +31,7 @@ ExitCode run_command(const SynthOptions& options, CommandContext& context) {
     return exit_code(config.error());
   }
   DiagnosticLog log;
-  const auto checked = read_and_check(options.program, config->walk, log);
+  const auto checked = read_and_check(options.program, config->reading, config->walk, log);
   context.console.print(log);
   if (log.has_errors()) return exit_code(log);
 

@@ -93,10 +93,18 @@ class CommandLine {
     source->require_option(0, 1);
     run_->add_option("-o,--output",
                      o.output,
-                     "Corrected program (.jsonl .csv .drl .exc); - is standard output")
-        ->required();
+                     "Corrected program or picture (.jsonl .csv .drl .exc .svg); - is standard "
+                     "output");
     run_->add_option("--to", o.format, "Output format (default: from the output's extension)")
-        ->check(CLI::IsMember({"jsonl", "csv", "excellon"}));
+        ->check(CLI::IsMember({"jsonl", "csv", "excellon", "svg"}));
+    run_->add_option("--slots",
+                     o.slots,
+                     "Pass slots (G85, G87) on whole, or as holes and passes (default: keep for "
+                     "excellon and svg, expand otherwise)")
+        ->check(CLI::IsMember({"keep", "expand"}));
+    run_->add_option("--explain",
+                     o.explain,
+                     "Say how places came about: L14 for those of line 14, 500 for the 500th");
     run_->add_option("--report", o.report, "Write an HTML report");
     run_->add_option("--save-measurements",
                      o.save_measurements,

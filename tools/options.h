@@ -38,6 +38,8 @@ struct RunOptions {
   std::string report;
   std::string save_measurements;
   std::string truth;
+  std::string explain;  ///< L14 or 500: see ExplainChoice
+  std::string slots;    ///< keep or expand; empty: what suits the format
   std::int64_t max_operations = 1'000'000'000;
   bool force = false;
 };

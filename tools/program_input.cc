@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/tools/program_input.h"
 
+#include <filesystem>
 #include <utility>
 
 namespace panelcal {
@@ -16,6 +17,7 @@ Expected<SourceText> read_program(const std::string& path) {
 }  // namespace
 
 std::optional<CheckedProgram> read_and_check(const std::string& path,
+                                             ReadOptions reading,
                                              const WalkOptions& options,
                                              DiagnosticLog& log) {
   Expected<SourceText> source = read_program(path);
@@ -23,7 +25,10 @@ std::optional<CheckedProgram> read_and_check(const std::string& path,
     log.add(std::move(source).error());
     return std::nullopt;
   }
-  CheckedProgram checked{load_program(*std::move(source), log), {}};
+  const std::filesystem::path folder =
+      path == "-" ? std::filesystem::path(".") : std::filesystem::path(path).parent_path();
+  reading.pattern_folders.insert(reading.pattern_folders.begin(), folder.empty() ? "." : folder);
+  CheckedProgram checked{load_program(*std::move(source), log, std::move(reading)), {}};
   NominalSource nominal;
   WalkOptions without_limits = options;
   without_limits.base_limits = {};
@@ -32,10 +37,11 @@ std::optional<CheckedProgram> read_and_check(const std::string& path,
   return checked;
 }
 
-Tally tally_nominal(const CheckedProgram& checked, const WalkOptions& options, DiagnosticLog& log) {
-  Tally tally;
-  execute(checked.program, options, checked.nominal_survey, tally, log);
-  return tally;
+void execute_nominal(const CheckedProgram& checked,
+                     const WalkOptions& options,
+                     OperationSink& sink,
+                     DiagnosticLog& log) {
+  execute(checked.program, options, checked.nominal_survey, sink, log);
 }
 
 }  // namespace panelcal

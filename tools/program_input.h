@@ -5,7 +5,6 @@
 #include <string>
 
 #include "panelcal/calib/base/diagnostic.h"
-#include "panelcal/program/tally.h"
 #include "panelcal/program/walk.h"
 
 namespace panelcal {
@@ -17,14 +16,18 @@ struct CheckedProgram {
   Survey nominal_survey;  ///< what it would measure
 };
 
-/// Reads PROGRAM (`-` is standard input), and checks it; gates are left out, since a perfect panel
-/// breaks no limit. Problems go into the log; absent if it
-/// could not even be read.
+/// Reads PROGRAM (`-` is standard input) and the stored patterns it names, which are looked for
+/// beside it and then where `reading` says; checks it. Gates are left out, since a perfect panel
+/// breaks no limit. Problems go into the log; absent if it could not even be read.
 std::optional<CheckedProgram> read_and_check(const std::string& path,
+                                             ReadOptions reading,
                                              const WalkOptions& options,
                                              DiagnosticLog& log);
 
-/// Counts holes and tools on the perfect panel. Precondition: no errors in the check.
-Tally tally_nominal(const CheckedProgram& checked, const WalkOptions& options, DiagnosticLog& log);
+/// Passes the whole job on the perfect panel to `sink`. Precondition: no errors in the check.
+void execute_nominal(const CheckedProgram& checked,
+                     const WalkOptions& options,
+                     OperationSink& sink,
+                     DiagnosticLog& log);
 
 }  // namespace panelcal

@@ -24,11 +24,23 @@ struct TransformEstimate {
   Eigen::Matrix<double, 6, 6> cov = Eigen::Matrix<double, 6, 6>::Zero();
 
   /// The mapped point with the covariance that comes from the map alone; p is taken as exact.
+  ///
+  /// J(p) cov J(p)^T, written out without the zeros of J: every hole asks for it.
   PositionEstimate<To> operator()(const Position<From>& p) const {
-    const Eigen::Vector2d& v = internal::raw(p);
-    Eigen::Matrix<double, 2, 6> j;
-    j << v.x(), v.y(), 0, 0, 1, 0, 0, 0, v.x(), v.y(), 0, 1;
-    return {map(p), j * cov * j.transpose()};
+    const double x = internal::raw(p).x();
+    const double y = internal::raw(p).y();
+    // The covariance of two coordinates of the mapped point, each with its three coefficients.
+    const auto between = [this, x, y](int i, int k) {
+      const auto by_row = [&](int row) {
+        return x * cov(row, 2 * k) + y * cov(row, 2 * k + 1) + cov(row, 4 + k);
+      };
+      return x * by_row(2 * i) + y * by_row(2 * i + 1) + by_row(4 + i);
+    };
+    PositionEstimate<To> mapped{map(p)};
+    mapped.cov(0, 0) = between(0, 0);
+    mapped.cov(1, 1) = between(1, 1);
+    mapped.cov(0, 1) = mapped.cov(1, 0) = between(0, 1);
+    return mapped;
   }
 };
 

@@ -12,7 +12,7 @@
 namespace panelcal::excellon {
 namespace {
 
-enum class WordKind { Handled, Setting, Later };
+enum class WordKind { Handled, Passed, Refused };
 
 struct HeaderWord {
   std::string_view word;
@@ -20,7 +20,7 @@ struct HeaderWord {
 };
 
 constexpr std::array kHeaderWords = {
-#define EXCELLON_HEADER_WORD(word, kind) HeaderWord{word, WordKind::kind},
+#define EXCELLON_HEADER_WORD(word, command_class, effect, kind) HeaderWord{word, WordKind::kind},
 #include "panelcal/program/excellon/header_words.def"
 };
 
@@ -52,15 +52,19 @@ bool is_digit_mask(std::string_view text) {
 
 class HeaderReader {
  public:
-  HeaderReader(const SourceText& source, DiagnosticLog& log)
-      : cursor_(source.bytes), reporter_(source.file, log) {}
+  HeaderReader(const SourceText& source, const std::vector<Tool>& diameter_page, DiagnosticLog& log)
+      : cursor_(source.bytes), reporter_(source.file, log), diameter_page_(diameter_page) {}
 
   Header read() {
     if (!find_start()) return std::move(header_);
     while (!cursor_.at_end()) {
       const SourceLine line = cursor_.next();
       const std::string_view text = trim(line.text);
-      if (text == "%" || text == "M95") return finish();
+      if (text == "%" || text == "M95") {
+        header_.end_line = line.number;
+        header_.stops_at_end = text == "%";
+        return finish();
+      }
       read_line(line, text);
     }
     reporter_.report(
@@ -108,6 +112,14 @@ class HeaderReader {
     if (is_tool_link(text) || text == "/") {  // a lone / clears the links
       return pass_on(line.number, text);
     }
+    // CAM systems write some of the body's modes into the header.
+    if (text == "G90" || text == "G91") {
+      header_.incremental = text == "G91";
+      return;
+    }
+    if (text == "M71" || text == "M72") {
+      return read_unit(line.number, column, text == "M71" ? "METRIC" : "INCH", {});
+    }
     const auto comma = text.find(',');
     const std::string_view word = text.substr(0, comma);
     const std::string_view value =
@@ -119,27 +131,103 @@ class HeaderReader {
       int line, int column, std::string_view text, std::string_view word, std::string_view value) {
     const auto known = std::ranges::find(kHeaderWords, word, &HeaderWord::word);
     if (known == kHeaderWords.end()) return report_unknown(line, column, word);
+    const int value_column = column + static_cast<int>(word.size()) + 1;
     switch (known->kind) {
-      case WordKind::Setting:
+      case WordKind::Passed:
         return pass_on(line, text);
-      case WordKind::Later:
-        reporter_.report(Code::NotSupported, line, column, quoted(text) + " is not supported yet");
+      case WordKind::Refused:
+        reporter_.report(Code::NotSupported,
+                         line,
+                         column,
+                         quoted(text) + " may move a zero, and the manual does not say how",
+                         "the zero set at the machine, or G93X#Y#");
         return;
       case WordKind::Handled:
         break;
     }
-    const int value_column = column + static_cast<int>(word.size()) + 1;
     if (word == "INCH" || word == "METRIC") return read_unit(line, column, word, value);
     if (word == "ICI") return read_switch(line, value_column, value, header_.incremental);
-    if (word == "BLKD") return read_switch(line, value_column, value, header_.deletes_blocks);
-    const std::string_view wanted = word == "VER" ? "1" : "2";  // else FMAT
-    if (value == wanted) return pass_on(line, text);
-    const bool plausible = value.size() == 1 && value[0] >= '1' && value[0] <= '8';
-    reporter_.report(plausible ? Code::NotSupported : Code::ArgumentInvalid,
+    if (word == "OM48") return read_switch(line, value_column, value, header_.body_rules);
+    if (word == "BLKD") {
+      header_.block_delete.emplace();
+      return read_switch(line, value_column, value, *header_.block_delete);
+    }
+    if (word == "Z" || word == "ZC") {
+      // The zero set goes on as an operation of its own.
+      if (word == "ZC") pass_on(line, text);
+      return read_zero(
+          line, value_column, value, word == "Z" ? header_.zero_set : header_.zero_correction);
+    }
+    if (word == "CAN_TEXT_OFF") {
+      Eigen::Vector2d offset_mm = header_.text_offset.in_mm();
+      const auto done = read_text_offset(value, header_.format, offset_mm);
+      if (!done) return bad(line, value_column, value, done.error());
+      header_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
+      return;
+    }
+    pass_on(line, text);
+    if (word == "CP") return read_compensation(line, value_column, value);
+    if (word == "CCW") return read_direction(line, column, value_column, value);
+    if (value.size() == 1 && value[0] >= '1' && value[0] <= (word == "VER" ? '8' : '2')) {
+      if (word == "VER") {
+        header_.axis_version = value[0] - '0';
+      } else {
+        header_.set = value == "1" ? ProgramSet::FormatOne : ProgramSet::FormatTwo;
+      }
+      return;
+    }
+    bad(line, value_column, value, word == "VER" ? "VER,1 to VER,8" : "FMAT,1 or FMAT,2");
+  }
+
+  void bad(int line, int column, std::string_view text, std::string expected) {
+    reporter_.report(Code::ArgumentInvalid, line, column, quoted(text), std::move(expected));
+  }
+
+  /// `X#Y#`, both axes.
+  void read_zero(int line,
+                 int column,
+                 std::string_view value,
+                 std::optional<Displacement<frame::Programmed>>& out) {
+    Block block;
+    Eigen::Vector2d zero_mm;
+    const bool is_point = !lex({value, line, column}, block) && block.n_words == 2 &&
+                          block.words[0].letter == 'X' && block.words[1].letter == 'Y' &&
+                          block.arguments_column == 0;
+    for (int axis = 0; axis < 2 && is_point; ++axis) {
+      const Word& word = block.words[static_cast<std::size_t>(axis)];
+      const ParsedLength parsed = parse_length(word.number, header_.format);
+      if (parsed.fault != NumberFault::None) {
+        return reporter_.report_number(
+            parsed.fault, word.number, line, word.column + 1, header_.format);
+      }
+      zero_mm[axis] = parsed.value.in_mm();
+    }
+    if (!is_point) return bad(line, column, value, "X#Y#");
+    out = displacement_mm<frame::Programmed>(zero_mm);
+  }
+
+  /// CP,index,diameter.
+  void read_compensation(int line, int column, std::string_view value) {
+    const auto comma = value.find(',');
+    const auto index = parse_count(value.substr(0, comma));
+    const ParsedLength diameter = comma == std::string_view::npos
+                                      ? ParsedLength{{}, NumberFault::Malformed}
+                                      : parse_length(value.substr(comma + 1), header_.format);
+    if (!index || *index < 1 || *index > 99 || diameter.fault != NumberFault::None) {
+      return bad(line, column, value, "CP,index,diameter with an index from 1 to 99");
+    }
+    header_.compensation_values[*index] = diameter.value;
+  }
+
+  void read_direction(int line, int column, int value_column, std::string_view value) {
+    bool is_on = false;
+    read_switch(line, value_column, value, is_on);
+    if (!is_on) return;
+    reporter_.report(Code::SettingUnseen,
                      line,
-                     plausible ? column : value_column,
-                     plausible ? quoted(text) + " is not supported yet" : quoted(value),
-                     std::string(word) + "," + std::string(wanted));
+                     column,
+                     "the control reverses the direction of routing; outputs say it as programmed",
+                     "CCW,OFF");
   }
 
   void report_unknown(int line, int column, std::string_view word) {
@@ -174,10 +262,10 @@ class HeaderReader {
       const std::string_view part = value.substr(0, comma);
       if (part == "LZ") {
         format.zeros = Zeros::LeadingKept;
-        has_zeros_word_ = true;
+        has_zeros_word_ = header_.states_zeros = true;
       } else if (part == "TZ") {
         format.zeros = Zeros::TrailingKept;
-        has_zeros_word_ = true;
+        has_zeros_word_ = header_.states_zeros = true;
       } else if (is_digit_mask(part)) {
         has_digit_mask_ = true;
         format.integer_digits = static_cast<int>(part.find('.'));
@@ -212,6 +300,7 @@ class HeaderReader {
     const bool suppress_trailing = body.find("suppress trailing") != std::string_view::npos;
     if (body.find("incremental") != std::string_view::npos) header_.incremental = true;
     if (has_zeros_word_) return;  // the header's own LZ or TZ rules over a comment
+    header_.states_zeros |= suppress_leading || suppress_trailing;
     if (suppress_leading) header_.format.zeros = Zeros::TrailingKept;
     if (suppress_trailing) header_.format.zeros = Zeros::LeadingKept;
   }
@@ -254,8 +343,9 @@ class HeaderReader {
                        std::string(fault->expected));
       return;
     }
-    const auto tool = read_tool_block(block, header_.format, nullptr, reporter_);
+    const auto tool = read_tool_block(block, {header_.format, nullptr, diameter_page_}, reporter_);
     if (!tool) return;
+    header_.tool_lines.emplace(tool->tool.number, line.number);
     const auto [defined, is_new] = header_.tools.emplace(tool->tool.number, tool->tool);
     if (is_new || defined->second == tool->tool) return;
     reporter_.report(Code::ArgumentInvalid,
@@ -278,6 +368,7 @@ class HeaderReader {
 
   LineCursor cursor_;
   Reporter reporter_;
+  const std::vector<Tool>& diameter_page_;
   Header header_;
   int start_line_ = 0;
   bool digits_from_hint_ = false;
@@ -288,8 +379,35 @@ class HeaderReader {
 
 }  // namespace
 
-Header read_header(const SourceText& source, DiagnosticLog& log) {
-  return HeaderReader(source, log).read();
+std::vector<HeaderWordInfo> header_word_table() {
+  using enum CommandClass;
+  constexpr std::array<std::string_view, 3> kKinds = {"handled", "passed", "refused"};
+  return {
+#define EXCELLON_HEADER_WORD(word, command_class, effect, kind) \
+  HeaderWordInfo{word, command_class, effect, kKinds[static_cast<std::size_t>(WordKind::kind)]},
+#include "panelcal/program/excellon/header_words.def"
+  };
+}
+
+Header read_header(const SourceText& source,
+                   const std::vector<Tool>& diameter_page,
+                   DiagnosticLog& log) {
+  return HeaderReader(source, diameter_page, log).read();
+}
+
+tl::expected<void, std::string> read_text_offset(std::string_view value,
+                                                 const NumberFormat& format,
+                                                 Eigen::Vector2d& offset_mm) {
+  const auto comma = value.find(',');
+  const ParsedLength x = parse_length(value.substr(0, comma), format);
+  ParsedLength y;
+  if (comma != std::string_view::npos) y = parse_length(value.substr(comma + 1), format);
+  if (value.empty() || x.fault != NumberFault::None || y.fault != NumberFault::None) {
+    return tl::make_unexpected("CAN_TEXT_OFF,x or CAN_TEXT_OFF,x,y");
+  }
+  offset_mm.x() = x.value.in_mm();
+  if (comma != std::string_view::npos) offset_mm.y() = y.value.in_mm();
+  return {};
 }
 
 }  // namespace panelcal::excellon

@@ -2,10 +2,15 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include <tl/expected.hpp>
+
 #include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/excellon/lexer.h"
 #include "panelcal/program/number_format.h"
 #include "panelcal/program/operation.h"
 #include "panelcal/program/source_text.h"
@@ -21,21 +26,51 @@ struct HeaderSetting {
 /// What a program says before its body.
 struct Header {
   NumberFormat format;
-  bool states_format = false;   ///< unit known from the header or a CAM comment
-  bool states_digits = false;   ///< digit counts from a CAM comment, whatever the unit
-  std::string format_evidence;  ///< which line says so, for people
+  bool states_format = false;              ///< unit known from the header or a CAM comment
+  bool states_zeros = false;               ///< LZ or TZ, or a CAM comment to the same effect
+  bool states_digits = false;              ///< digit counts from a CAM comment, whatever the unit
+  std::string format_evidence;             ///< which line says so, for people
+  ProgramSet set = ProgramSet::FormatTwo;  ///< FMAT
+  std::optional<int> axis_version;         ///< VER
   std::map<int, Tool> tools;
+  std::map<int, int> tool_lines;              ///< where each tool is defined
+  std::map<int, Length> compensation_values;  ///< CP: diameter by compensation index
+  bool body_rules = false;                    ///< OM48: the body's tool data win
   std::vector<HeaderSetting> settings;
-  bool incremental = false;     ///< ICI,ON
-  bool deletes_blocks = false;  ///< BLKD: blocks that begin with / are not executed
-  LinePlace body;               ///< the first line behind the header
+  bool incremental = false;                     ///< ICI,ON
+  std::optional<bool> block_delete;             ///< BLKD: blocks that begin with / are not executed
+  Displacement<frame::Programmed> text_offset;  ///< CAN_TEXT_OFF
+  std::optional<Displacement<frame::Programmed>> zero_set;         ///< Z
+  std::optional<Displacement<frame::Programmed>> zero_correction;  ///< ZC
+  int end_line = 0;           ///< of % or M95; 0: there is no header
+  bool stops_at_end = false;  ///< % rather than M95
+  LinePlace body;             ///< the first line behind the header
 };
+
+/// A header word for documents: `kind` is handled, passed or refused.
+struct HeaderWordInfo {
+  std::string_view word;
+  CommandClass command_class;
+  std::string_view effect;
+  std::string_view kind;
+};
+std::vector<HeaderWordInfo> header_word_table();
 
 /// Reads the header, or finds that there is none.
 ///
+/// In     diameter_page: the machine's tool data by diameter, may be empty
 /// Fails  into the log: header-unclosed, header-word-unknown, argument-invalid, not-supported,
 ///        number-malformed, number-too-long, block-syntax
 /// Source CNC-7 manual, Part Program Headers; decision "comment hints" in docs/conventions.md
-Header read_header(const SourceText& source, DiagnosticLog& log);
+Header read_header(const SourceText& source,
+                   const std::vector<Tool>& diameter_page,
+                   DiagnosticLog& log);
+
+/// Reads `#` or `#,#` of CAN_TEXT_OFF into `offset_mm`; what is left out stays.
+///
+/// Fails  with what was expected
+tl::expected<void, std::string> read_text_offset(std::string_view value,
+                                                 const NumberFormat& format,
+                                                 Eigen::Vector2d& offset_mm);
 
 }  // namespace panelcal::excellon

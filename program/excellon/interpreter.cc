@@ -2,23 +2,18 @@
 #include "panelcal/program/excellon/interpreter.h"
 
 #include <algorithm>
-#include <limits>
 #include <string>
 #include <utility>
 
 namespace panelcal::excellon {
 namespace {
 
-std::string text_of(const Word& word) {
-  return word.letter + std::string(word.number);
+bool takes_arguments(std::optional<Command> command) {
+  return command && info(*command).operands.find(',') != std::string_view::npos;
 }
 
-/// Commands that do not run yet are refused by name, with whatever follows them.
-bool takes_arguments(const Word& word) {
-  const auto number = parse_count(word.number);
-  const auto command = number ? find_command(word.letter, *number) : std::nullopt;
-  return command &&
-         (!info(*command).runs || info(*command).operands.find(',') != std::string_view::npos);
+Placement axis_placement(int version) {
+  return {axis_orientation(version), Eigen::Vector2d::Zero()};
 }
 
 }  // namespace
@@ -31,37 +26,63 @@ Interpreter::Interpreter(const Program& program,
                          DiagnosticLog& log)
     : program_(program),
       options_(options),
-      sink_(sink),
       reporter_(program.source.file, log),
       vision_(options, survey, source, reporter_, log),
+      emitter_(program.header.tools, options, place_, vision_, reporter_, sink),
+      set_(program.header.set),
+      deletes_blocks_(program.deletes_blocks()),
       cursor_(program.source.bytes, program.header.body),
       format_(program.header.format),
-      work_zero_(options.absolute_zero +
-                 displacement_mm<frame::Machine>(options.work_zero.in_mm())) {
+      plain_(format_),
+      frame_(axis_placement(program.axis_version())),
+      text_offset_(program.header.text_offset),
+      body_rules_(program.header.body_rules) {
   modal_.incremental = program.header.incremental;
+  states_unit_ = program.header.states_format;
+  warned_format_ = sink != nullptr || (program.header.states_format && program.header.states_zeros);
+  place_.placement = frame_;
+  place_.is_scaled = options.scaling && options.scaling->starts_enabled;
+  const auto correction = program.header.zero_correction;
+  const auto zero = [this](const Displacement<frame::Programmed>& d) {
+    return displacement_mm<frame::Machine>(frame_(d).in_mm());
+  };
+  place_.work_zero =
+      options.absolute_zero +
+      (correction ? zero(*correction) : displacement_mm<frame::Machine>(options.work_zero.in_mm()));
+  if (program.header.zero_set) place_.work_zero = place_.work_zero + zero(*program.header.zero_set);
 }
 
 void Interpreter::run() {
   pass_on_header();
-  while (!cursor_.at_end() && !ended_) run_line(cursor_.next());
+  while (!cursor_.at_end() && !has_ended()) run_line(cursor_.next());
   if (has_end_) return check_rest();
-  if (ended_) return;
+  if (has_ended()) return;
+  refuse_pending(cursor_.line_number(), "the end of the program");
   vision_.end_program(cursor_.line_number());
-  if (sink_ == nullptr && !vision_.must_stop()) {
+  if (is_first_walk() && !vision_.must_stop()) {
     reporter_.report(
         Code::EndMissing, cursor_.line_number(), 0, "the program has no end", "M30 or M00");
   }
 }
 
 void Interpreter::pass_on_header() {
-  for (const HeaderSetting& setting : program_.header.settings) {
-    put(setting.line, Setting{setting.text, SettingKind::Header});
+  const Header& header = program_.header;
+  for (const HeaderSetting& setting : header.settings) {
+    if (is_tool_link(setting.text)) emitter_.links().link(setting.text);
+    if (setting.text == "/") emitter_.links().clear();
+    emitter_.put(setting.line, Setting{setting.text, SettingKind::Header});
   }
+  if (header.zero_set) {
+    emitter_.put(header.end_line,
+                 ZeroSet{displacement_mm<frame::Machine>(frame_(*header.zero_set).in_mm()),
+                         place_.work_zero});
+  }
+  if (header.stops_at_end) emitter_.put(header.end_line, Stop{.kind = StopKind::HeaderEnd});
 }
 
 /// Says once if anything but line ends and a rewind mark follows the end of the program.
 void Interpreter::check_rest() {
-  if (sink_ != nullptr || vision_.must_stop()) return;
+  if (!is_first_walk() || vision_.must_stop()) return;
   while (!cursor_.at_end()) {
     const SourceLine line = cursor_.next();
     const LineKind kind = kind_of(line.text);
@@ -71,27 +92,23 @@ void Interpreter::check_rest() {
   }
 }
 
+// --- lines -------------------------------------------------------------------------------------
+
 void Interpreter::run_line(const SourceLine& line) {
+  if (run_plain(line)) return;
   switch (kind_of(line.text)) {
     case LineKind::Empty:
       return;
     case LineKind::PatternMark:
-      return run_section(line.number);
+      run_section(line.number);
+      break;
     case LineKind::KeyboardOrder:
       vision_.keyboard_order(line, format_);
-      return put(line.number, Setting{line.text, SettingKind::Vision});
-    case LineKind::BlockDelete: {
-      const auto slash = line.text.find('/');
-      if (line.text.find_first_not_of(" \t", slash + 1) == std::string_view::npos) {
-        return put(line.number, Setting{line.text.substr(slash, 1)});  // clears tool links
-      }
-      if (program_.header.deletes_blocks) return;
-      reporter_.report(Code::NotSupported,
-                       line.number,
-                       static_cast<int>(slash) + 1,
-                       quoted(line.text) + ": block delete without BLKD is not supported yet");
-      return;
-    }
+      emitter_.put(line.number, Setting{line.text, SettingKind::Vision});
+      break;
+    case LineKind::BlockDelete:
+      run_slashed(line);
+      break;
     case LineKind::Words:
       run_words(line);
       break;
@@ -99,10 +116,55 @@ void Interpreter::run_line(const SourceLine& line) {
   if (vision_.must_stop()) ended_ = true;
 }
 
+/// The short way for what nearly every line is: a hole at absolute coordinates that both passes
+/// know. Everything else, and every doubt, goes the long way.
+bool Interpreter::run_plain(const SourceLine& line) {
+  if (line.text.empty() || (line.text.front() != 'X' && line.text.front() != 'Y') ||
+      modal_.motion != Motion::Drill || modal_.incremental || pending_ ||
+      modal_.user[0] != AxisUser::Work || modal_.user[1] != AxisUser::Work) {
+    return false;
+  }
+  PlainCoordinate coordinate;
+  if (!plain_.read(line.text, coordinate)) return false;
+  if (!warned_format_ && !coordinate.has_point) return false;
+  if (coordinate.xy_mm[0]) modal_.at_mm.x() = *coordinate.xy_mm[0];
+  if (coordinate.xy_mm[1]) modal_.at_mm.y() = *coordinate.xy_mm[1];
+  drill_modal(line.number);
+  if (vision_.must_stop()) ended_ = true;
+  return true;
+}
+
+/// `/` alone clears the tool links; in front of a block it is block delete.
+void Interpreter::run_slashed(const SourceLine& line) {
+  const SourceLine rest = without_slash(line);
+  if (kind_of(rest.text) == LineKind::Empty) {
+    emitter_.links().clear();
+    return emitter_.put(line.number, Setting{"/"});
+  }
+  if (deletes_blocks_) return;
+  const bool is_stated = program_.header.block_delete || program_.reading.block_delete;
+  if (!is_stated && is_first_walk() && !std::exchange(warned_slash_, true)) {
+    reporter_.report(Code::BlockDeleteAssumed,
+                     line.number,
+                     line.column,
+                     quoted(line.text) + " is executed",
+                     "BLKD,ON or BLKD,OFF in the header");
+  }
+  if (kind_of(rest.text) == LineKind::BlockDelete) {
+    return reporter_.report(
+        Code::BlockSyntax, rest.number, rest.column, quoted(line.text), "one slash");
+  }
+  run_line(rest);
+}
+
 void Interpreter::run_words(const SourceLine& line) {
   if (is_tool_link(line.text)) {
-    return put(line.number, Setting{line.text});  // tool links
+    emitter_.links().link(line.text);
+    return emitter_.put(line.number, Setting{line.text});
   }
+  constexpr std::string_view kTextOffset = "CAN_TEXT_OFF";
+  if (line.text.starts_with(kTextOffset)) return text_offset(line);
+  if (is_long_message(line.text)) return long_message(line);
   Block block;
   if (const auto fault = lex(line, block)) {
     reporter_.report(Code::BlockSyntax,
@@ -117,64 +179,60 @@ void Interpreter::run_words(const SourceLine& line) {
     return;
   }
   const Word& first = block.words[0];
-  if (block.arguments_column != 0 && !takes_arguments(first)) {
-    reporter_.report(
-        Code::BlockNotAlone,
-        block.line,
-        block.arguments_column - 1,
-        quoted("," + std::string(block.arguments)) + " behind " + quoted(text_of(first)),
-        "no comma in this block");
+  if (block.arguments_column != 0 && !takes_arguments(command(first))) {
+    reporter_.report(Code::BlockNotAlone,
+                     block.line,
+                     block.arguments_column - 1,
+                     quoted("," + std::string(block.arguments)) + " behind " + quoted(first.text()),
+                     "no comma in this block");
     return;
   }
+  if (first.letter != 'X' && first.letter != 'Y') refuse_pending(block.line, block.text);
   switch (first.letter) {
     case 'X':
     case 'Y':
-      return drill_coordinate(block);
-    case 'R':
-      return repeat_hole(block);
-    case 'T':
-      return select_tool(block);
-    case 'G':
-    case 'M':
-      break;
-    case 'F':
-    case 'S':
+      return coordinate(block);
     case 'A':
     case 'I':
     case 'J':
+      return move_or_rout(block, block.all());
+    case 'R':
+      return repeat_hole(block);
     case 'P':
+      return repeat_pattern(block);
+    case 'T':
+      return select_tool(block);
+    case 'F':
     case 'B':
+      return rate(block);
+    case 'G':
+    case 'M':
+      return run_code(block);
+    case 'S':
     case 'C':
     case 'H':
     case 'Z':
-      reporter_.report(Code::NotSupported,
-                       block.line,
-                       first.column,
-                       quoted(text_of(first)) + " in a block of its own is not supported yet");
-      return;
+      return report(Code::BlockNotAlone, block, first, "T# before it, in the same block");
     default:
       reporter_.report(Code::CommandUnknown,
                        block.line,
                        first.column,
-                       quoted(text_of(first)),
-                       "X, Y, G, M, T or R");
-      return;
+                       quoted(first.text()),
+                       "X, Y, G, M, T, R, P, F or B");
   }
-  const auto number = parse_count(first.number);
-  const auto command = number ? find_command(first.letter, *number) : std::nullopt;
-  if (!command) return report(Code::CommandUnknown, block, first, "a code of the manual's table");
-  run_command(block, first, *command);
 }
 
-void Interpreter::run_command(const Block& block, const Word& word, Command command) {
-  if (!info(command).runs) {
-    reporter_.report(Code::NotSupported,
-                     block.line,
-                     word.column,
-                     quoted(text_of(word)) + " (" + std::string(info(command).section) +
-                         ") is not supported yet");
-    return;
-  }
+void Interpreter::run_code(const Block& block) {
+  const auto known = command(block.words[0]);
+  if (known) return run_command(block, *known);
+  report(Code::CommandUnknown,
+         block,
+         block.words[0],
+         set_ == ProgramSet::FormatOne ? "a code of the manual's Format One (FMAT,1)"
+                                       : "a code of the manual's table");
+}
+
+void Interpreter::run_command(const Block& block, Command command) {
   switch (command) {
     case Command::BeginPattern:
       if (is_alone(block)) run_section(block.line);
@@ -185,7 +243,36 @@ void Interpreter::run_command(const Block& block, const Word& word, Command comm
     case Command::SwapAxes:
     case Command::MirrorX:
     case Command::MirrorY:
-      return report(Code::CommandMisplaced, block, word, "a step and repeat section opened by M25");
+      return report(
+          Code::CommandMisplaced, block, block.words[0], "a step and repeat section opened by M25");
+    case Command::HeaderStart:
+    case Command::HeaderEnd:
+      return report(Code::CommandMisplaced, block, block.words[0], "one header, at the beginning");
+    case Command::RoutMode:
+      return start_motion(block, Motion::Rapid);
+    case Command::LinearMove:
+      return start_motion(block, Motion::Line);
+    case Command::ClockwiseMove:
+      return start_motion(block, Motion::Clockwise);
+    case Command::CounterclockwiseMove:
+      return start_motion(block, Motion::Counterclockwise);
+    case Command::CircleClockwise:
+    case Command::CircleCounterclockwise:
+      return routed_circle(block, command);
+    case Command::CannedCircle:
+    case Command::CannedSlot:
+    case Command::RoutedStepSlot:
+      return report(Code::CoordinateMissing,
+                    block,
+                    block.words[0],
+                    std::string(info(command).operands) + ", the first place before the code");
+    case Command::DualInLine1:
+    case Command::DualInLine:
+    case Command::EightPin:
+    case Command::TextX:
+    case Command::TextY:
+    case Command::StoredPattern:
+      return begin_cycle(block, command);
     case Command::SelectVisionTool:
       if (is_alone(block)) vision_.select_tool(block, format_);
       return;
@@ -196,19 +283,32 @@ void Interpreter::run_command(const Block& block, const Word& word, Command comm
     case Command::NestedSeries:
     case Command::NestedHoleAtTarget:
       return measure(block, command);
+    case Command::Autocalibration:
+      return autocalibration(block);
     case Command::SetZero:
       return set_zero(block);
+    case Command::Dwell:
+      return dwell(block);
     case Command::OperatorMessage:
-      if (is_alone(block)) put(block.line, Message{block.arguments});
-      return;
+      return message(block);
+    case Command::LongMessage:  // with its comma it would have been read as one
+      return report(Code::ArgumentInvalid, block, block.words[0], "M45,text");
     case Command::StoreCorrections:
     case Command::RewindCorrections:
     case Command::AdvanceCorrections:
       return stored_label(block, command);
+    case Command::InspectionStop:
+      return stop(block, block.all().subspan(1), StopKind::Inspection);
+    case Command::OptionalStop:
+      return stop(block, block.all().subspan(1), StopKind::Optional);
     case Command::EndNoRewind:
       return end_program(block, block.all().subspan(1), StopKind::EndNoRewind);
     case Command::EndRewind:
       return end_program(block, block.all().subspan(1), StopKind::EndRewind);
+    case Command::BinaryMap:
+      return function(block, FunctionKind::BinaryMap);
+    case Command::SpindleGroup:
+      return function(block, FunctionKind::SpindleGroup);
     default:
       return run_without_operands(block, command);
   }
@@ -218,7 +318,26 @@ void Interpreter::run_without_operands(const Block& block, Command command) {
   if (!is_alone(block)) return;
   switch (command) {
     case Command::DrillMode:
-      return put(block.line, Setting{block.text});
+      // Not as written: Format One's G81 would be another command in Format Two.
+      if (drill_mode(block)) emitter_.put(block.line, Setting{"G05"});
+      return;
+    case Command::OverrideFeedSpeed:
+      body_rates_ = true;
+      return emitter_.put(block.line, Setting{block.text});
+    case Command::CompensationOff:
+      return switch_compensation(block, CompensationSide::Off);
+    case Command::CompensationLeft:
+      return switch_compensation(block, CompensationSide::Left);
+    case Command::CompensationRight:
+      return switch_compensation(block, CompensationSide::Right);
+    case Command::PlungeDepthControlled:
+      return plunge(block, PlungeKind::Contouring);
+    case Command::Plunge:
+      return plunge(block, PlungeKind::Plain);
+    case Command::RetractClamping:
+      return retract(block, true);
+    case Command::Retract:
+      return retract(block, false);
     case Command::Absolute:
       modal_.incremental = false;
       return;
@@ -233,8 +352,18 @@ void Interpreter::run_without_operands(const Block& block, Command command) {
       return vision_.cancel_base(block.line);
     case Command::CancelNested:
       return vision_.cancel_nested(block.line);
+    case Command::ToolTipCheck:
+      return function(block, FunctionKind::ToolTipCheck);
+    case Command::PeckOn:
+      return function(block, FunctionKind::PeckOn);
+    case Command::PeckOff:
+      return function(block, FunctionKind::PeckOff);
+    case Command::ScalingOn:
+      return switch_scaling(block, true);
+    case Command::ScalingOff:
+      return switch_scaling(block, false);
     default:
-      // A table row that says Runs without a handler: our own mistake, never the user's.
+      // A table row without a handler: our own mistake, never the user's.
       report(Code::Internal, block, block.words[0], "a handler for this command");
   }
 }
@@ -242,87 +371,116 @@ void Interpreter::run_without_operands(const Block& block, Command command) {
 // --- step and repeat ---------------------------------------------------------------------------
 
 void Interpreter::run_section(int line) {
-  if (in_pattern_) {
-    reporter_.report(
-        Code::CommandMisplaced, line, 1, "a pattern begins inside a pattern", "M01 and M08 first");
+  if (refuse_pending(line, "M25")) return;
+  if (in_pattern_ || is_plunged_) {
+    reporter_.report(is_plunged_ ? Code::ToolPlunged : Code::CommandMisplaced,
+                     line,
+                     1,
+                     is_plunged_ ? "a pattern begins while the router is down"
+                                 : "a pattern begins inside a pattern",
+                     is_plunged_ ? "M16 or M17 first" : "M01 and M08 first");
     return;
   }
-  const auto section = scan_section(cursor_, line, format_, reporter_);
+  const auto section = scan_section(cursor_, line, {format_, set_, deletes_blocks_}, reporter_);
   if (!section) {
     ended_ = true;
     return;
   }
-  pattern_start_ = modal_;
+  const std::size_t depth = place_.path.size();
   in_pattern_ = true;
-  path_.assign(section->levels.size(), 0);
-  run_level(*section, section->levels.size(), Transform<frame::Nominal, frame::Nominal>());
+  place_.path.resize(depth + section->levels.size(), 0);
+  const Modal start = modal_;
+  run_level(*section, start, section->levels.size(), frame_);
   in_pattern_ = false;
-  path_.clear();
-  placement_ = Placement();
-  if (ended_) return;
-  end_section(*section);
+  place_.path.resize(depth);
+  place_.placement = frame_;
+  if (!has_ended()) end_section(*section);
 }
 
 /// The manual clears the incremental accumulators at M08, back to work zero. It does not say what
 /// an omitted axis means then in absolute mode, so that is refused (AxisUser::Cleared).
 void Interpreter::end_section(const RepeatSection& section) {
   vision_.end_section(section.closing.line);
-  modal_ = Modal{.user = {AxisUser::Cleared, AxisUser::Cleared}, .incremental = modal_.incremental};
+  modal_.at_mm.setZero();
+  modal_.user = {AxisUser::Cleared, AxisUser::Cleared};
+  modal_.has_hole = false;
+  modal_.has_start = false;
+  last_cycle_.reset();
   cursor_ = section.after;
 
   if (section.closing.n_words == 1) return;
   const Word& second = section.closing.words[1];
-  const auto number = parse_count(second.number);
-  const auto command = number ? find_command(second.letter, *number) : std::nullopt;
-  if (command != Command::EndRewind && command != Command::EndNoRewind) {
+  const auto code = command(second);
+  if (code != Command::EndRewind && code != Command::EndNoRewind) {
     return report(Code::BlockNotAlone, section.closing, second, "M08 alone or with M30");
   }
   end_program(section.closing,
               section.closing.all().subspan(2),
-              command == Command::EndRewind ? StopKind::EndRewind : StopKind::EndNoRewind);
+              code == Command::EndRewind ? StopKind::EndRewind : StopKind::EndNoRewind);
 }
 
 /// Runs everything below `level` once in place and once for every copy that the level asks for.
 void Interpreter::run_level(const RepeatSection& section,
+                            const Modal& start,
                             std::size_t level,
-                            const Transform<frame::Nominal, frame::Nominal>& outer) {
-  if (level == 0) return run_pattern(section, outer);
+                            const Placement& outer) {
+  if (level == 0) return run_instance(section, start, outer);
   // levels[] is innermost first, the path outermost first.
-  const std::size_t depth = section.levels.size() - level;
-  path_[depth] = 0;
-  run_level(section, level - 1, outer);
+  const std::size_t depth = place_.path.size() - level;
+  place_.path[depth] = 0;
+  run_level(section, start, level - 1, outer);
   // Checking needs the copies only where they measure.
-  if (sink_ == nullptr && !section.has_vision) return;
+  if (is_first_walk() && !section.has_vision) return;
 
   Eigen::Vector2d offset_mm = Eigen::Vector2d::Zero();
-  for (const CopyRun& run : section.levels[level - 1]) {
+  for (const Copies& copies : section.levels[level - 1]) {
+    const CopyRun& run = copies.run;
     if (run.restarts) offset_mm.setZero();
     const Eigen::Matrix2d orientation = copy_orientation(run);
-    for (int i = 0; i < run.count && !ended_; ++i) {
+    for (int i = 0; i < run.count && !has_ended(); ++i) {
       offset_mm += run.step.in_mm();
-      ++path_[depth];
+      ++place_.path[depth];
+      if (copies.tool) {
+        Block block;
+        block.line = copies.line;
+        block.words[0] = *copies.tool;
+        block.n_words = 1;
+        select_tool(block);
+      }
       run_level(section,
+                start,
                 level - 1,
-                outer * Transform<frame::Nominal, frame::Nominal>(orientation, offset_mm));
+                outer * Transform<frame::Programmed, frame::Programmed>(orientation, offset_mm));
     }
   }
 }
 
-void Interpreter::run_pattern(const RepeatSection& section,
-                              const Transform<frame::Nominal, frame::Nominal>& place) {
-  if (ended_) return;
-  placement_ = Placement(place.linear(), place.translation());
-  modal_ = pattern_start_;
+void Interpreter::run_instance(const RepeatSection& section,
+                               const Modal& start,
+                               const Placement& placement) {
+  if (has_ended()) return;
+  place_.placement = placement;
+  modal_ = start;
+  last_cycle_.reset();
   vision_.begin_instance();
-  LineCursor line = section.pattern;
-  if (line.offset() == section.pattern_end) count_idle_line(section.line);
-  while (line.offset() < section.pattern_end && !ended_) {
-    const int number = line.line_number();
-    const std::int64_t n_before = n_operations_;
-    run_line(line.next());
-    if (n_operations_ == n_before) count_idle_line(number);
+  cursor_ = section.pattern;
+  if (cursor_.offset() == section.pattern_end) emitter_.count_idle_line(section.line);
+  while (cursor_.offset() < section.pattern_end && !has_ended()) {
+    const int number = cursor_.line_number();
+    const std::int64_t n_before = emitter_.n_operations();
+    run_line(cursor_.next());
+    if (emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
   }
-  vision_.end_instance(line.line_number());
+  const int end_line = cursor_.line_number();
+  refuse_pending(end_line, "the end of the pattern");
+  if (std::exchange(is_plunged_, false)) {
+    reporter_.report(Code::ToolPlunged,
+                     end_line,
+                     1,
+                     "the pattern ends while the router is down",
+                     "M16 or M17 at its end");
+  }
+  vision_.end_instance(end_line);
 }
 
 }  // namespace panelcal::excellon

@@ -3,11 +3,16 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <string_view>
 
+#include "panelcal/program/excellon/canned_cycles.h"
+#include "panelcal/program/excellon/emitter.h"
 #include "panelcal/program/excellon/lexer.h"
+#include "panelcal/program/excellon/plain_coordinate.h"
 #include "panelcal/program/excellon/reporter.h"
 #include "panelcal/program/excellon/step_repeat.h"
 #include "panelcal/program/excellon/tools.h"
@@ -20,6 +25,9 @@ namespace panelcal::excellon {
 ///
 /// Memory does not grow with the number of holes: every instance of a step and repeat section reads
 /// the pattern's text again.
+///
+/// interpreter.cc decides which block comes when; interpreter_blocks.cc has holes, targets, tools
+/// and stops, interpreter_rout.cc routing, interpreter_cycles.cc canned cycles and stored patterns.
 class Interpreter {
  public:
   Interpreter(const Program& program,
@@ -34,7 +42,8 @@ class Interpreter {
  private:
   /// Who used an axis last: the two passes of the machine see different coordinates, so an axis
   /// may not be taken over from the one kind to the other. Cleared: an M08 came since.
-  enum class AxisUser : std::uint8_t { None, Hole, Target, Cleared };
+  enum class AxisUser : std::uint8_t { None, Work, Target, Cleared };
+  enum class Motion : std::uint8_t { Drill, Rapid, Line, Clockwise, Counterclockwise };
 
   /// What every instance of a pattern starts with again.
   struct Modal {
@@ -42,77 +51,165 @@ class Interpreter {
     std::array<AxisUser, 2> user = {AxisUser::None, AxisUser::None};
     bool incremental = false;
     bool has_hole = false;
+    Motion motion = Motion::Drill;
+    bool has_start = false;  ///< a coordinate came since G00
+    CompensationSide side = CompensationSide::Off;
+    std::optional<double> radius_mm;                        ///< A#
+    std::array<std::optional<double>, 2> center_offset_mm;  ///< I# and J#
+    std::optional<Feed> feed;                               ///< of the table
   };
 
+  /// The numbers of a block that moves.
+  struct MotionWords {
+    std::array<std::optional<double>, 2> xy_mm;
+    std::optional<double> radius_mm;
+    std::array<std::optional<double>, 2> ij_mm;
+    std::optional<Feed> feed;
+    std::optional<double> depth_mm;          ///< Z#
+    std::optional<double> initial_depth_mm;  ///< U#
+  };
+
+  /// A cycle, text or stored pattern with all its numbers, so that it can be repeated.
+  struct Cycle {
+    Command command = Command::DualInLine;
+    int line = 0;
+    std::optional<HoleSequence> holes;
+    std::string name;  ///< of a stored pattern
+    Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();
+    Eigen::Vector2d end_mm = Eigen::Vector2d::Zero();    ///< of a slot
+    Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();  ///< of the last copy
+  };
+
+  /// A cycle whose coordinates follow in blocks of their own.
+  struct Pending {
+    Command command = Command::DualInLine;
+    int line = 0;
+    std::string text;      ///< of the block, for messages
+    std::string argument;  ///< text or name
+    double pitch_mm = 0;   ///< of G82
+    double row_mm = 0;     ///< of G82
+    std::optional<Eigen::Vector2d> first_mm;
+  };
+
+  // interpreter.cc
   void pass_on_header();
   void run_line(const SourceLine& line);
+  bool run_plain(const SourceLine& line);
+  void run_slashed(const SourceLine& line);
   void run_words(const SourceLine& line);
-  void run_command(const Block& block, const Word& word, Command command);
+  void run_code(const Block& block);
+  void run_command(const Block& block, Command command);
   void run_without_operands(const Block& block, Command command);
-
   void run_section(int line);
   void end_section(const RepeatSection& section);
   void run_level(const RepeatSection& section,
+                 const Modal& start,
                  std::size_t level,
-                 const Transform<frame::Nominal, frame::Nominal>& outer);
-  void run_pattern(const RepeatSection& section,
-                   const Transform<frame::Nominal, frame::Nominal>& place);
+                 const Placement& outer);
+  void run_instance(const RepeatSection& section, const Modal& start, const Placement& placement);
+  void check_rest();
+  bool has_ended() const { return ended_ || emitter_.is_over_limit(); }
 
-  void drill_coordinate(const Block& block);
+  // interpreter_blocks.cc
+  void coordinate(const Block& block);
+  void drill_modal(int line);
   void repeat_hole(const Block& block);
   void measure(const Block& block, Command command);
-  void drill_modal(int line);
-  void drill(int line,
-             const Position<frame::Nominal>& nominal,
-             const PositionEstimate<frame::Actual>& corrected);
-  bool has_tool(int line);
-  Position<frame::Nominal> nominal_here() const;
+  void stored_label(const Block& block, Command command);
   void select_tool(const Block& block);
-  Tool ruled_by_header(const Block& block, const Tool& tool);
+  Tool known_tool(const Block& block, const ToolBlock& read);
+  void rate(const Block& block);
+  bool has_tool(int line);
   void set_zero(const Block& block);
   void set_unit(const Block& block, LengthUnit unit);
-  void stored_label(const Block& block, Command command);
+  void stop(const Block& block, std::span<const Word> words, StopKind kind);
   void end_program(const Block& block, std::span<const Word> words, StopKind kind);
-  void check_rest();
+  void dwell(const Block& block);
+  void message(const Block& block);
+  void long_message(const SourceLine& line);
+  void text_offset(const SourceLine& line);
+  void autocalibration(const Block& block);
+  void function(const Block& block, FunctionKind kind);
+  void switch_scaling(const Block& block, bool is_on);
 
+  // interpreter_rout.cc
+  void start_motion(const Block& block, Motion motion);
+  void move_or_rout(const Block& block, std::span<const Word> words);
+  void rout_arc(const Block& block, const Eigen::Vector2d& from_mm);
+  void plunge(const Block& block, PlungeKind kind);
+  void retract(const Block& block, bool with_clamping);
+  void switch_compensation(const Block& block, CompensationSide side);
+  void routed_circle(const Block& block, Command command);
+  void step_slot(const Block& block,
+                 const Eigen::Vector2d& start_mm,
+                 const Eigen::Vector2d& end_mm,
+                 const MotionWords& words);
+  std::optional<Length> compensation_value() const;
+  std::optional<Length> tool_diameter() const;
+  bool drill_mode(const Block& block);
+  bool refuse_while_plunged(const Block& block);
+
+  // interpreter_cycles.cc
+  void begin_cycle(const Block& block, Command command);
+  void take_corner(const Block& block);
+  void finish_cycle(const Block& block, const Pending& pending);
+  void inline_cycle(const Block& block, std::size_t i_code, Command command);
+  void run_cycle(const Block& block, const Cycle& cycle);
+  void drill_holes(int line, const Cycle& cycle);
+  void repeat_pattern(const Block& block);
+  void engrave(const Block& block, const Pending& pending);
+  void run_stored_pattern(const Block& block, const Cycle& cycle);
+  bool refuse_pending(int line, std::string_view what);
+
+  // helpers, interpreter_blocks.cc
   bool is_alone(const Block& block, std::size_t n_words = 1);
-  bool read_coordinates(const Block& block,
-                        std::span<const Word> words,
-                        std::array<std::optional<double>, 2>& xy_mm);
+  std::optional<Command> command(const Word& word) const { return command_of(word, set_); }
+  bool read_words(const Block& block,
+                  std::span<const Word> words,
+                  std::string_view letters,
+                  MotionWords& out);
+  bool read_word(const Block& block, const Word& word, MotionWords& out);
   bool move_to(const Block& block,
                const std::array<std::optional<double>, 2>& xy_mm,
                AxisUser user);
-  void put(int line, decltype(Operation::what) what);
-  bool count(std::int64_t& n, std::int64_t limit, std::string_view things, int line);
-  bool count_operation(int line);
-  bool count_target(int line);
-  void count_idle_line(int line);
+  void warn_format(const Block& block, const Word& word);
+  double rounding_mm() const;
   void report(Code code, const Block& block, const Word& word, std::string expected);
+  bool is_first_walk() const { return !emitter_.is_executing(); }
 
   const Program& program_;
   const WalkOptions& options_;
-  OperationSink* sink_;
   Reporter reporter_;
   VisionSession vision_;
+  WalkPlace place_;
+  Emitter emitter_;
 
+  ProgramSet set_;
+  bool deletes_blocks_;
   LineCursor cursor_;
   NumberFormat format_;
+  PlainReader plain_;
   Modal modal_;
-  Modal pattern_start_;
-  std::optional<int> tool_;
+  Placement frame_;  ///< of what is not inside a section: axis version, and a pattern's zero
+  std::optional<Pending> pending_;
+  std::optional<Cycle> last_cycle_;
+  Displacement<frame::Programmed> text_offset_;
+  std::optional<Tool> tool_;
+  std::optional<int> compensation_index_;
+  std::map<int, Tool> body_tools_;  ///< what the body said of them, as far as it rules
   std::set<int> undefined_tools_;
-  Position<frame::Machine> work_zero_;
-  Placement placement_;
-  InstancePath path_;
+  bool body_rules_;          ///< OM48
+  bool body_rates_ = false;  ///< G07
+  bool is_plunged_ = false;
   bool in_pattern_ = false;
+  bool in_stored_pattern_ = false;
   bool has_motion_ = false;
-  bool warned_format_ = false;
+  bool states_unit_ = false;    ///< in the header, or by M71 or M72
+  bool warned_format_ = false;  ///< or nothing is to be warned of
+  bool warned_slash_ = false;
   bool reported_no_tool_ = false;
   bool ended_ = false;    ///< nothing more is executed
   bool has_end_ = false;  ///< because the program said so
-  std::int64_t n_operations_ = 0;
-  std::int64_t n_targets_ = 0;
-  std::int64_t n_idle_lines_ = 0;
 };
 
 }  // namespace panelcal::excellon

@@ -3,15 +3,22 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+
+#include "panelcal/program/number_format.h"
 
 namespace panelcal::excellon {
 namespace {
 
-constexpr bool Runs = true;
-constexpr bool Later = false;
+using enum CommandClass;
 constexpr std::array kCommands = {
-#define EXCELLON_COMMAND(name, letter, number, state, operands, section) \
-  CommandInfo{Command::name, letter, number, state, operands, section},
+#define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) \
+  CommandInfo{Command::name, letter, number, kind, operands, section, effect, test},
+#include "panelcal/program/excellon/commands.def"
+};
+constexpr std::array kWords = {
+#define EXCELLON_WORD(form, kind, section, effect, test) \
+  WordInfo{form, kind, section, effect, test},
 #include "panelcal/program/excellon/commands.def"
 };
 
@@ -39,10 +46,63 @@ bool is_number_part(char c) {
   return (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '+';
 }
 
+/// Codes that mean something else in Format One. A Format Two code that has an equivalent there is
+/// not one of Format One's, unless it appears as one itself.
+constexpr std::array kFormatOne = {
+    FormatOneInfo{'G', 81, Command::DrillMode},
+    FormatOneInfo{'M', 2, Command::EndNoRewind},
+    FormatOneInfo{'M', 24, Command::EndOfPattern},
+    FormatOneInfo{'M', 26, Command::RepeatPattern},
+    FormatOneInfo{'M', 1, Command::OptionalStop},
+    FormatOneInfo{'M', 27, Command::EndOfRepeat},
+    FormatOneInfo{'M', 0, Command::InspectionStop},
+    FormatOneInfo{'M', 23, Command::SwapAxes},
+    FormatOneInfo{'M', 70, Command::Inch},
+    FormatOneInfo{'M', 21, Command::MirrorX},
+    FormatOneInfo{'M', 22, Command::MirrorY},
+};
+
 }  // namespace
+
+std::string_view name(CommandClass command_class) {
+  constexpr std::array<std::string_view, 8> kNames = {
+      "motion", "measurement", "correction", "depth", "tool", "setting", "event", "message"};
+  return kNames[static_cast<std::size_t>(command_class)];
+}
 
 std::span<const CommandInfo> command_table() {
   return kCommands;
+}
+
+std::span<const WordInfo> word_table() {
+  return kWords;
+}
+
+std::span<const FormatOneInfo> format_one_table() {
+  return kFormatOne;
+}
+
+std::string code_text(Command command) {
+  const CommandInfo& row = info(command);
+  std::string text(1, row.letter);
+  if (row.number < 10) text += '0';
+  return text + std::to_string(row.number);
+}
+
+std::optional<Command> command_of(const Word& word, ProgramSet set) {
+  if (word.number.empty() || word.number.size() > 2) return std::nullopt;
+  const std::optional<int> number = parse_count(word.number);
+  if (!number) return std::nullopt;
+  if (set == ProgramSet::FormatTwo) return find_command(word.letter, *number);
+  for (const FormatOneInfo& row : kFormatOne) {
+    if (row.letter == word.letter && row.number == *number) return row.command;
+  }
+  const std::optional<Command> command = find_command(word.letter, *number);
+  if (command &&
+      std::ranges::find(kFormatOne, *command, &FormatOneInfo::command) != kFormatOne.end()) {
+    return std::nullopt;
+  }
+  return command;
 }
 
 const CommandInfo& info(Command command) {
@@ -70,6 +130,22 @@ LineKind kind_of(std::string_view line) {
   return LineKind::Words;
 }
 
+SourceLine without_slash(const SourceLine& line) {
+  const auto slash = static_cast<int>(line.text.find('/'));
+  return {
+      line.text.substr(static_cast<std::size_t>(slash) + 1), line.number, line.column + slash + 1};
+}
+
+bool is_continued(std::string_view line) {
+  const auto last = line.find_last_not_of(" \t");
+  return last != std::string_view::npos && line[last] == '\\';
+}
+
+bool is_long_message(std::string_view line) {
+  const auto first = std::ranges::find_if_not(line, is_blank);
+  return std::string_view(first, line.end()).starts_with("M45,");
+}
+
 std::optional<LexFault> lex(const SourceLine& line, Block& block) {
   const std::string_view text = line.text;
   std::size_t i = 0;
@@ -79,12 +155,12 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
 
   block.line = line.number;
   block.text = text.substr(i, end - i);
-  block.column = static_cast<int>(i) + 1;
+  block.column = line.column + static_cast<int>(i);
   block.n_words = 0;
   block.arguments = {};
   block.arguments_column = 0;
   while (i < end) {
-    const int column = static_cast<int>(i) + 1;
+    const int column = line.column + static_cast<int>(i);
     if (text[i] == ',') {
       block.arguments = text.substr(i + 1, end - i - 1);
       block.arguments_column = column + 1;

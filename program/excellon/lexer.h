@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "panelcal/program/source_text.h"
@@ -12,30 +13,77 @@
 namespace panelcal::excellon {
 
 enum class Command : std::uint8_t {
-#define EXCELLON_COMMAND(name, letter, number, state, operands, section) name,
+#define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) name,
 #include "panelcal/program/excellon/commands.def"
 };
+
+/// What a command is about; every one of the manual's belongs to one class.
+enum class CommandClass : std::uint8_t {
+  Motion,
+  Measurement,
+  Correction,
+  Depth,
+  Tool,
+  Setting,
+  Event,
+  Message,
+};
+
+std::string_view name(CommandClass command_class);
 
 struct CommandInfo {
   Command command;
   char letter;
   int number;
-  bool runs;
+  CommandClass command_class;
   std::string_view operands;
   std::string_view section;
+  std::string_view effect;
+  std::string_view test;
+};
+
+/// A form of block or word that has no code of its own, such as `R#X#Y#`.
+struct WordInfo {
+  std::string_view form;
+  CommandClass command_class;
+  std::string_view section;
+  std::string_view effect;
+  std::string_view test;
 };
 
 /// The command table in the order of commands.def.
 std::span<const CommandInfo> command_table();
+std::span<const WordInfo> word_table();
 const CommandInfo& info(Command command);
 std::optional<Command> find_command(char letter, int number);
+/// A code that Format One uses for a command of Format Two.
+/// Source CNC-7 manual, List of Equivalent Format One Commands
+struct FormatOneInfo {
+  char letter;
+  int number;
+  Command command;
+};
+std::span<const FormatOneInfo> format_one_table();
+
+/// G02, M30 and so on, as the manual writes it.
+std::string code_text(Command command);
 
 /// A letter and what follows it, such as `X` and `-0087`.
 struct Word {
   char letter = 0;
   int column = 0;           ///< of the letter, from 1
   std::string_view number;  ///< may be empty
+
+  std::string text() const { return letter + std::string(number); }
 };
+
+/// Which of the two command sets of the manual's table of equivalents a program is written in.
+enum class ProgramSet : std::uint8_t { FormatOne, FormatTwo };
+
+/// The command that a G or M word of one or two digits stands for. `G045` is none: taken for G45 it
+/// would measure a target that nobody meant.
+/// Source CNC-7 manual, List of Equivalent Format One Commands
+std::optional<Command> command_of(const Word& word, ProgramSet set);
 
 /// One program line as words, left to right.
 struct Block {
@@ -62,6 +110,14 @@ enum class LineKind : std::uint8_t {
 };
 
 LineKind kind_of(std::string_view line);
+
+/// The line behind the slash of block delete: `/X1Y1` as `X1Y1`, places kept.
+SourceLine without_slash(const SourceLine& line);
+
+/// `M45,text\`: the message goes on in the next line.
+bool is_continued(std::string_view line);
+/// A line that begins a long message.
+bool is_long_message(std::string_view line);
 
 struct LexFault {
   int column = 0;

@@ -47,6 +47,8 @@ class Reporter {
   }
 
   const std::string& file() const { return file_; }
+  /// Problems belong to another file from here on.
+  void set_file(std::string file) { file_ = std::move(file); }
 
  private:
   std::string file_;

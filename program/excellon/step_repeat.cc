@@ -7,25 +7,22 @@
 namespace panelcal::excellon {
 namespace {
 
-bool is_vision(const Block& block) {
-  return std::ranges::any_of(block.all(), [](const Word& word) {
-    const auto number = parse_count(word.number);
-    if (!number) return false;
-    if (word.letter == 'G')
-      return *number >= 34 && *number <= 48 && !(*number > 39 && *number < 45);
-    return word.letter == 'M' && *number >= 50 && *number <= 52;
+bool is_vision(const Block& block, ProgramSet set) {
+  return std::ranges::any_of(block.all(), [set](const Word& word) {
+    const std::optional<Command> command = command_of(word, set);
+    if (!command) return false;
+    const CommandClass kind = info(*command).command_class;
+    return kind == CommandClass::Measurement || command == Command::StoreCorrections ||
+           command == Command::RewindCorrections || command == Command::AdvanceCorrections ||
+           command == Command::CancelBase || command == Command::CancelNested ||
+           command == Command::StoredPattern;  // which may measure
   });
-}
-
-std::optional<Command> command_of(const Word& word) {
-  const auto number = parse_count(word.number);
-  return number ? find_command(word.letter, *number) : std::nullopt;
 }
 
 class SectionScanner {
  public:
-  SectionScanner(LineCursor from, int line, const NumberFormat& format, const Reporter& reporter)
-      : cursor_(from), format_(format), reporter_(reporter) {
+  SectionScanner(LineCursor from, int line, const SectionContext& context, const Reporter& reporter)
+      : cursor_(from), context_(context), format_(context.format), reporter_(reporter) {
     section_.line = line;
     section_.pattern = from;
   }
@@ -33,7 +30,7 @@ class SectionScanner {
   std::optional<RepeatSection> scan() {
     if (!find_pattern_end()) return std::nullopt;
     while (!cursor_.at_end()) {
-      const SourceLine line = cursor_.next();
+      const SourceLine line = next_line();
       const LineKind kind = kind_of(line.text);
       if (kind == LineKind::Empty) continue;
       Block block;
@@ -42,7 +39,7 @@ class SectionScanner {
       }
       if (!has_no_arguments(block)) return std::nullopt;
       const Word& first = block.words[0];
-      const std::optional<Command> command = command_of(first);
+      const std::optional<Command> command = command_of(first, context_.set);
       if (command == Command::EndOfPattern) {
         if (!open_level(block)) return std::nullopt;
       } else if (command == Command::RepeatPattern || first.letter == 'R') {
@@ -59,19 +56,35 @@ class SectionScanner {
   }
 
  private:
+  /// Blocks with a slash are read as the switch says; deleted, they are empty lines.
+  SourceLine next_line() {
+    SourceLine line = cursor_.next();
+    if (kind_of(line.text) != LineKind::BlockDelete) return line;
+    line = without_slash(line);
+    if (context_.deletes_blocks) line.text = {};
+    return line;
+  }
+
   bool find_pattern_end() {
     while (!cursor_.at_end()) {
       section_.pattern_end = cursor_.offset();
-      const SourceLine line = cursor_.next();
+      const SourceLine line = next_line();
       const auto first = line.text.find_first_not_of(" \t");
       if (first == std::string_view::npos) continue;
       const char c = line.text[first];
       if (c == '$') section_.has_vision = true;
       if (c != 'M' && c != 'G' && c != '%') continue;
+      if (is_long_message(line.text)) {
+        for (bool more = is_continued(line.text); more && !cursor_.at_end();) {
+          more = is_continued(cursor_.next().text);
+        }
+        continue;
+      }
       Block block;
       if (c != '%' && lex(line, block)) continue;  // reported when the pattern is executed
-      section_.has_vision |= is_vision(block);
-      const auto command = c == '%' ? Command::BeginPattern : command_of(block.words[0]);
+      section_.has_vision |= is_vision(block, context_.set);
+      const auto command =
+          c == '%' ? Command::BeginPattern : command_of(block.words[0], context_.set);
       switch (command.value_or(Command::DrillMode)) {
         case Command::EndOfPattern:
           return has_no_arguments(block) && open_level(block);
@@ -95,16 +108,15 @@ class SectionScanner {
       reporter_.report(Code::BlockNotAlone,
                        block.line,
                        second.column,
-                       quoted(std::string(1, second.letter) + std::string(second.number)) + " in " +
-                           quoted(block.text),
-                       "\"M01\" in a block by itself");
+                       quoted(second.text()) + " in " + quoted(block.text),
+                       quoted(block.words[0].text()) + " in a block by itself");
       return false;
     }
     if (section_.levels.size() == kMaxLevels) {
       reporter_.report(Code::NestingTooDeep,
                        block.line,
                        block.column,
-                       "\"M01\" opens one level too many",
+                       quoted(block.text) + " opens one level too many",
                        "at most " + std::to_string(kMaxLevels) + " levels");
       return false;
     }
@@ -115,13 +127,14 @@ class SectionScanner {
 
   /// `(R#)M02X#Y#(M70)(M80)(M90)`, or a bare M02, which clears the offset counter.
   bool read_copies(const Block& block) {
-    CopyRun run;
+    Copies copies{.run = {}, .tool = std::nullopt, .line = block.line};
+    CopyRun& run = copies.run;
     bool has_axis = false;
     bool has_orientation = false;
     Eigen::Vector2d step_mm = Eigen::Vector2d::Zero();
     bool has_repeat = false;
     for (const Word& word : block.all()) {
-      const std::optional<Command> command = command_of(word);
+      const std::optional<Command> command = command_of(word, context_.set);
       if (word.letter == 'R' && &word == &block.words[0]) {
         const auto count = parse_count(word.number);
         if (!count || *count < 1 || *count > 9999) return bad(block, word, "R1 to R9999");
@@ -148,26 +161,23 @@ class SectionScanner {
         run.mirror_x |= command == Command::MirrorX;
         run.mirror_y |= command == Command::MirrorY;
         has_orientation = true;
-      } else if (word.letter == 'T') {
-        reporter_.report(Code::NotSupported,
-                         block.line,
-                         word.column,
-                         quoted(block.text) + ": a tool in an M02 block is not supported yet");
-        return false;
+      } else if (word.letter == 'T' && !copies.tool) {
+        copies.tool = word;
       } else {
-        return bad(block, word, "M02 with X, Y, M70, M80 or M90");
+        return bad(block, word, "M02 with X, Y, M70, M80, M90 or T");
       }
     }
     if (!has_repeat) return bad(block, block.words[0], "R#M02X#Y# between M01 and M08");
     if (!has_axis && !has_orientation) {
-      if (block.words[0].letter == 'R') return bad(block, block.words[0], "R#M02X#Y#");
+      if (block.words[0].letter == 'R' || copies.tool)
+        return bad(block, block.words[0], "R#M02X#Y#");
       restarts_ = true;
       return true;
     }
-    run.step = displacement_mm<frame::Nominal>(step_mm);
+    run.step = displacement_mm<frame::Programmed>(step_mm);
     run.restarts = restarts_;
     restarts_ = false;
-    section_.levels.back().push_back(run);
+    section_.levels.back().push_back(copies);
     return true;
   }
 
@@ -177,18 +187,14 @@ class SectionScanner {
     reporter_.report(Code::BlockNotAlone,
                      block.line,
                      block.arguments_column - 1,
-                     quoted("," + std::string(block.arguments)) + " behind " +
-                         quoted(std::string(1, first.letter) + std::string(first.number)),
+                     quoted("," + std::string(block.arguments)) + " behind " + quoted(first.text()),
                      "no comma in this block");
     return false;
   }
 
   bool bad(const Block& block, const Word& word, std::string expected) {
-    reporter_.report(Code::ArgumentInvalid,
-                     block.line,
-                     word.column,
-                     quoted(std::string(1, word.letter) + std::string(word.number)),
-                     std::move(expected));
+    reporter_.report(
+        Code::ArgumentInvalid, block.line, word.column, quoted(word.text()), std::move(expected));
     return false;
   }
 
@@ -212,6 +218,7 @@ class SectionScanner {
   }
 
   LineCursor cursor_;
+  const SectionContext& context_;
   const NumberFormat& format_;
   const Reporter& reporter_;
   RepeatSection section_;
@@ -222,9 +229,9 @@ class SectionScanner {
 
 std::optional<RepeatSection> scan_section(LineCursor from,
                                           int line,
-                                          const NumberFormat& format,
+                                          const SectionContext& context,
                                           const Reporter& reporter) {
-  return SectionScanner(from, line, format, reporter).scan();
+  return SectionScanner(from, line, context, reporter).scan();
 }
 
 }  // namespace panelcal::excellon

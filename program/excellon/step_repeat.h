@@ -11,14 +11,28 @@
 
 namespace panelcal::excellon {
 
+/// Equally spaced copies, and the tool that an M02 block may take for them.
+struct Copies {
+  CopyRun run;
+  std::optional<Word> tool;
+  int line = 0;
+};
+
+/// What decides how the lines of a section are read.
+struct SectionContext {
+  const NumberFormat& format;
+  ProgramSet set = ProgramSet::FormatTwo;
+  bool deletes_blocks = false;
+};
+
 /// A step and repeat section, from M25 to M08.
 struct RepeatSection {
-  int line = 0;                              ///< of M25
-  LineCursor pattern;                        ///< stands on the pattern's first line
-  std::size_t pattern_end;                   ///< offset of the M01 that ends it
-  std::vector<std::vector<CopyRun>> levels;  ///< one per M01, innermost first
-  LineCursor after;                          ///< stands behind M08
-  Block closing;                             ///< the M08 block; M30 or M00 may follow in it
+  int line = 0;                             ///< of M25
+  LineCursor pattern;                       ///< stands on the pattern's first line
+  std::size_t pattern_end;                  ///< offset of the M01 that ends it
+  std::vector<std::vector<Copies>> levels;  ///< one per M01, innermost first
+  LineCursor after;                         ///< stands behind M08
+  Block closing;                            ///< the M08 block; M30 or M00 may follow in it
   bool has_vision = false;  ///< the pattern measures, or moves through stored corrections
 };
 
@@ -30,7 +44,7 @@ inline constexpr std::size_t kMaxLevels = 64;
 /// Source CNC-7 manual, Step and Repeat Commands; Nested Step and Repeat Commands
 std::optional<RepeatSection> scan_section(LineCursor from,
                                           int line,
-                                          const NumberFormat& format,
+                                          const SectionContext& context,
                                           const Reporter& reporter);
 
 }  // namespace panelcal::excellon

@@ -38,12 +38,23 @@ struct RateRange {
   double most_mm_per_s;
 };
 constexpr RateRange kInfeedRange = {10, 500, 4, 212};
+constexpr RateRange kTableRange = {10, 150, 4, 63};
 constexpr RateRange kRetractRange = {10, 1000, 5, 425};
+
+std::string range_text(const RateRange& range) {
+  return std::to_string(std::lround(range.least_inch_per_min)) + " to " +
+         std::to_string(std::lround(range.most_inch_per_min)) + " in/min (" +
+         std::to_string(std::lround(range.least_mm_per_s)) + " to " +
+         std::to_string(std::lround(range.most_mm_per_s)) + " mm/s)";
+}
 
 class ToolReader {
  public:
-  ToolReader(const Block& block, const NumberFormat& format, const Reporter& reporter)
-      : block_(block), format_(format), reporter_(reporter) {}
+  ToolReader(const Block& block,
+             const NumberFormat& format,
+             const std::vector<Tool>& diameter_page,
+             const Reporter& reporter)
+      : block_(block), format_(format), diameter_page_(diameter_page), reporter_(reporter) {}
 
   bool read_number(const std::map<int, Tool>* defined, ToolBlock& out) const {
     const Word& word = block_.words[0];
@@ -59,10 +70,13 @@ class ToolReader {
     return true;
   }
 
-  bool read_datum(const Word& word, Tool& tool) const {
+  bool read_datum(const Word& word, ToolBlock& out) const {
+    Tool& tool = out.tool;
     switch (word.letter) {
       case 'C':
-        return read_length(word, tool.diameter) && check_diameter(word, tool);
+        if (!read_length(word, tool.diameter) || !check_diameter(word, tool)) return false;
+        load_page(word, tool);
+        return true;
       case 'Z':
         return read_length(word, tool.depth_offset);
       case 'F':
@@ -72,25 +86,46 @@ class ToolReader {
       case 'S':
         return read_speed(word, tool);
       case 'H':
+        out.turns_hits_off = word.number.empty();
         return read_hits(word, tool);
       default:
-        reporter_.report(
-            Code::BlockNotAlone,
-            block_.line,
-            word.column,
-            quoted(std::string(1, word.letter) + std::string(word.number)) + " in a tool block",
-            "only C, F, S, B, H and Z behind T");
+        reporter_.report(Code::BlockNotAlone,
+                         block_.line,
+                         word.column,
+                         quoted(word.text()) + " in a tool block",
+                         "only C, F, S, B, H and Z behind T");
         return false;
     }
   }
 
+  bool read_feed(const Word& word,
+                 std::size_t n_digits,
+                 const RateRange& range,
+                 std::optional<Feed>& out) const {
+    const std::optional<double> rate = parse_rate(word.number, n_digits);
+    if (!rate) {
+      return fail(word, "1 to " + std::to_string(n_digits) + " digits without a decimal point");
+    }
+    out.reset();
+    if (*rate == 0) return true;  // how CAM systems say that they do not know
+    const bool is_inch = format_.unit == LengthUnit::Inch;
+    out = is_inch ? inch_per_min(*rate) : mm_per_s(*rate);
+    if (*rate < (is_inch ? range.least_inch_per_min : range.least_mm_per_s) ||
+        *rate > (is_inch ? range.most_inch_per_min : range.most_mm_per_s)) {
+      reporter_.report(Code::RateOutOfRange,
+                       block_.line,
+                       word.column,
+                       quoted(word.text()) + " is " + std::to_string(std::lround(*rate)) +
+                           (is_inch ? " in/min" : " mm/s"),
+                       range_text(range));
+    }
+    return true;
+  }
+
  private:
   bool fail(const Word& word, std::string expected) const {
-    reporter_.report(Code::ArgumentInvalid,
-                     block_.line,
-                     word.column,
-                     quoted(std::string(1, word.letter) + std::string(word.number)),
-                     std::move(expected));
+    reporter_.report(
+        Code::ArgumentInvalid, block_.line, word.column, quoted(word.text()), std::move(expected));
     return false;
   }
 
@@ -111,27 +146,11 @@ class ToolReader {
     return true;
   }
 
-  bool read_feed(const Word& word,
-                 std::size_t n_digits,
-                 const RateRange& range,
-                 std::optional<Feed>& out) const {
-    const std::optional<double> rate = parse_rate(word.number, n_digits);
-    if (!rate) {
-      return fail(word, "1 to " + std::to_string(n_digits) + " digits without a decimal point");
-    }
-    const bool is_inch = format_.unit == LengthUnit::Inch;
-    out = is_inch ? inch_per_min(*rate) : mm_per_s(*rate);
-    if (*rate < (is_inch ? range.least_inch_per_min : range.least_mm_per_s) ||
-        *rate > (is_inch ? range.most_inch_per_min : range.most_mm_per_s)) {
-      warn_rate(word, is_inch ? " in/min" : " mm/s", *rate);
-    }
-    return true;
-  }
-
   bool read_speed(const Word& word, Tool& tool) const {
     const std::optional<double> speed_rpm = parse_speed_rpm(word.number);
     if (!speed_rpm) return fail(word, "thousands of rpm: up to 3 digits, or a decimal point");
-    tool.speed = rpm(*speed_rpm);
+    tool.speed.reset();
+    if (*speed_rpm > 0) tool.speed = rpm(*speed_rpm);
     return true;
   }
 
@@ -142,18 +161,36 @@ class ToolReader {
     return tool.max_hits ? true : fail(word, "a whole number of hits, or nothing");
   }
 
-  void warn_rate(const Word& word, std::string_view unit, double rate) const {
-    reporter_.report(Code::RateOutOfRange,
-                     block_.line,
-                     word.column,
-                     quoted(std::string(1, word.letter) + std::string(word.number)) + " is " +
-                         std::to_string(std::lround(rate)) + std::string(unit),
-                     word.letter == 'F' ? "10 to 500 in/min (4 to 212 mm/s)"
-                                        : "10 to 1000 in/min (5 to 425 mm/s)");
+  /// A diameter takes its data from the diameter page, over what stands to its left.
+  void load_page(const Word& word, Tool& tool) const {
+    if (!tool.diameter) return;
+    constexpr double kSameDiameter_mm = 0.0005;
+    const auto row = std::ranges::find_if(diameter_page_, [&](const Tool& entry) {
+      return std::abs(entry.diameter->in_mm() - tool.diameter->in_mm()) < kSameDiameter_mm;
+    });
+    if (row == diameter_page_.end()) {
+      if (diameter_page_.empty() && (tool.infeed || tool.speed || tool.retract)) {
+        reporter_.report(Code::ToolOrder,
+                         block_.line,
+                         word.column,
+                         quoted(block_.text) +
+                             ": the diameter page may override what stands left "
+                             "of " +
+                             quoted(word.text()),
+                         "C# before F, S and B");
+      }
+      return;
+    }
+    if (row->infeed) tool.infeed = row->infeed;
+    if (row->retract) tool.retract = row->retract;
+    if (row->speed) tool.speed = row->speed;
+    if (row->max_hits) tool.max_hits = row->max_hits;
+    if (row->depth_offset) tool.depth_offset = row->depth_offset;
   }
 
   const Block& block_;
   const NumberFormat& format_;
+  const std::vector<Tool>& diameter_page_;
   const Reporter& reporter_;
 };
 
@@ -171,8 +208,7 @@ bool is_tool_link(std::string_view text) {
 }
 
 std::optional<ToolBlock> read_tool_block(const Block& block,
-                                         const NumberFormat& format,
-                                         const std::map<int, Tool>* defined,
+                                         const ToolContext& context,
                                          const Reporter& reporter) {
   if (block.arguments_column != 0) {
     reporter.report(Code::BlockNotAlone,
@@ -182,13 +218,46 @@ std::optional<ToolBlock> read_tool_block(const Block& block,
                     "a tool block without a comma");
     return std::nullopt;
   }
-  const ToolReader reader(block, format, reporter);
+  const ToolReader reader(block, context.format, context.diameter_page, reporter);
   ToolBlock out;
-  if (!reader.read_number(defined, out)) return std::nullopt;
+  if (!reader.read_number(context.defined, out)) return std::nullopt;
   for (const Word& word : block.all().subspan(1)) {
-    if (!reader.read_datum(word, out.tool)) return std::nullopt;
+    if (!reader.read_datum(word, out)) return std::nullopt;
   }
   return out;
+}
+
+bool read_rate(const Block& block,
+               const Word& word,
+               const NumberFormat& format,
+               bool routing,
+               const Reporter& reporter,
+               std::optional<Feed>& out) {
+  const std::vector<Tool> no_page;
+  const ToolReader reader(block, format, no_page, reporter);
+  return word.letter == 'B' ? reader.read_feed(word, 4, kRetractRange, out)
+                            : reader.read_feed(word, 3, routing ? kTableRange : kInfeedRange, out);
+}
+
+void ToolLinks::link(std::string_view text) {
+  std::vector<int> group;
+  while (true) {
+    const auto slash = text.find('/');
+    if (const auto tool = parse_count(text.substr(0, slash))) group.push_back(*tool);
+    if (slash == std::string_view::npos) break;
+    text.remove_prefix(slash + 1);
+  }
+  groups_.push_back(std::move(group));
+}
+
+std::optional<int> ToolLinks::next(int tool) const {
+  for (const std::vector<int>& group : groups_) {
+    const auto found = std::ranges::find(group, tool);
+    if (found == group.end()) continue;
+    const int next = found + 1 == group.end() ? group.front() : *(found + 1);
+    return next == tool ? std::nullopt : std::optional(next);
+  }
+  return std::nullopt;
 }
 
 }  // namespace panelcal::excellon

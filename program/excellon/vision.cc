@@ -2,9 +2,6 @@
 #include "panelcal/program/excellon/vision.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -19,26 +16,6 @@ bool is_nested(Command command) {
 
 bool is_single(Command command) {
   return command == Command::BaseOffset || command == Command::NestedOffset;
-}
-
-std::string code_text(Command command) {
-  return fmt::format("{}{:02}", info(command).letter, info(command).number);
-}
-
-std::vector<std::string_view> split_at_commas(std::string_view text) {
-  std::vector<std::string_view> parts;
-  while (true) {
-    const auto comma = text.find(',');
-    parts.push_back(text.substr(0, comma));
-    if (comma == std::string_view::npos) return parts;
-    text.remove_prefix(comma + 1);
-  }
-}
-
-/// Both are sums of the same program's numbers, but not always in the same order.
-bool is_same_place(const Placement& a, const Placement& b) {
-  constexpr double kRounding_mm = 1e-6;
-  return a.linear() == b.linear() && (a.translation() - b.translation()).norm() < kRounding_mm;
 }
 
 bool is_mirrored(const Eigen::Matrix2d& linear) {
@@ -69,172 +46,6 @@ VisionSession::VisionSession(const WalkOptions& options,
       reporter_(reporter),
       log_(log),
       series_size_(options.series_size) {
-}
-
-void VisionSession::bad_argument(int line,
-                                 int column,
-                                 std::string_view text,
-                                 std::string expected) {
-  reporter_.report(Code::ArgumentInvalid, line, column, quoted(text), std::move(expected));
-}
-
-void VisionSession::select_tool(const Block& block, const NumberFormat& format) {
-  const std::vector<std::string_view> parts = split_at_commas(block.arguments);
-  const std::size_t n = parts.size();
-  const bool has_delta = n == 2 || n == 5;
-  if (block.arguments_column == 0 || (n != 1 && !has_delta)) {
-    return bad_argument(
-        block.line, block.column, block.text, "G34,v1 or G34,v1,delta or G34,v1,v2,v3,v4,delta");
-  }
-  const auto column_of = [&](std::string_view part) {
-    return block.arguments_column + static_cast<int>(part.data() - block.arguments.data());
-  };
-  VisionSettings chosen = settings_;
-  chosen.tools.clear();
-  chosen.delta.reset();
-  for (std::size_t i = 0; i < n - (has_delta ? 1 : 0); ++i) {
-    const auto tool = parse_count(parts[i]);
-    if (!tool || *tool < 1) {
-      return bad_argument(block.line, column_of(parts[i]), parts[i], "a vision tool from 1");
-    }
-    chosen.tools.push_back(*tool);
-  }
-  if (has_delta) {
-    const ParsedLength delta = parse_length(parts.back(), format);
-    if (delta.fault != NumberFault::None || !(delta.value > Length())) {
-      return bad_argument(block.line,
-                          column_of(parts.back()),
-                          parts.back(),
-                          "the distance of the four views, above zero");
-    }
-    chosen.delta = delta.value;
-  }
-  settings_ = std::move(chosen);
-}
-
-template <class Number>
-bool VisionSession::read_number(std::string_view text,
-                                Number least,
-                                const SourceLine& line,
-                                std::optional<Number>& out) {
-  Number value{};
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end || !(value >= least) ||
-      !std::isfinite(static_cast<double>(value))) {
-    bad_argument(line.number,
-                 static_cast<int>(text.data() - line.text.data()) + 1,
-                 text,
-                 fmt::format("a number from {}", least));
-    return false;
-  }
-  out = value;
-  return true;
-}
-
-void VisionSession::keyboard_order(const SourceLine& line, const NumberFormat& format) {
-  const auto begin = line.text.find('$');
-  const std::string_view text =
-      line.text.substr(begin, line.text.find_last_not_of(" \t") + 1 - begin);
-  const int column = static_cast<int>(begin) + 1;
-  constexpr std::string_view kPrefix = "$uvis,";
-  if (!text.starts_with(kPrefix)) {
-    reporter_.report(Code::CommandUnknown, line.number, column, quoted(text), "$uvis,...");
-    return;
-  }
-  const std::string_view rest = text.substr(kPrefix.size());
-  const auto comma = rest.find(',');
-  const std::string_view key = rest.substr(0, comma);
-  const std::string_view value =
-      comma == std::string_view::npos ? rest.substr(rest.size()) : rest.substr(comma + 1);
-  set_uvis(key, value, line, format);
-}
-
-void VisionSession::set_uvis(std::string_view key,
-                             std::string_view value,
-                             const SourceLine& line,
-                             const NumberFormat& format) {
-  const int value_column = static_cast<int>(value.data() - line.text.data()) + 1;
-  const auto is_switch = [&] {
-    if (value == "on" || value == "off") return true;
-    bad_argument(line.number, value_column, value, "on or off");
-    return false;
-  };
-  if (key == "search") {
-    if (is_switch()) settings_.search = value == "on";
-  } else if (key == "auto" || key == "box" || key == "entry") {
-    is_switch();
-  } else if (key == "searcharea") {
-    read_number(value, 0.0, line, settings_.search_area);
-  } else if (key == "lamp") {
-    read_number(value, 0.0, line, settings_.lamp);
-  } else if (key == "zoom") {
-    read_number(value, 0.0, line, settings_.zoom);
-  } else if (key == "insp") {
-    std::optional<int> n;
-    if (read_number(value, 1, line, n)) settings_.inspections = *n;
-  } else if (key == "alg") {
-    const auto comma = value.find(',');
-    std::optional<int> algorithm;
-    std::optional<int> n;
-    if (comma == std::string_view::npos) {
-      bad_argument(line.number, value_column, value, "$uvis,alg,algorithm,fiducials");
-    } else if (read_number(value.substr(0, comma), 0, line, algorithm) &&
-               read_number(value.substr(comma + 1), 1, line, n)) {
-      settings_.algorithm = algorithm;
-      series_size_ = *n;
-    }
-  } else {
-    check_order_for_machine(key, value, line, format);
-  }
-}
-
-/// The orders that set nothing here: focus and calib; anything else is none.
-void VisionSession::check_order_for_machine(std::string_view key,
-                                            std::string_view value,
-                                            const SourceLine& line,
-                                            const NumberFormat& format) {
-  const auto column_of = [&](std::string_view part) {
-    return static_cast<int>(part.data() - line.text.data()) + 1;
-  };
-  if (key == "calib" || key == "focus") {
-    // `xy`, `x1.5y2`: lower case, otherwise a coordinate like any other.
-    const auto y = value.find('y');
-    const bool is_place = value.starts_with('x') && y != std::string_view::npos &&
-                          parse_length(value.substr(1, y - 1), format).fault == NumberFault::None &&
-                          parse_length(value.substr(y + 1), format).fault == NumberFault::None;
-    if (key == "calib" ? !value.empty() : !is_place) {
-      bad_argument(line.number,
-                   column_of(value),
-                   value,
-                   key == "calib" ? "$uvis,calib alone" : "$uvis,focus,x#y#");
-    } else if (source_ != nullptr) {
-      reporter_.report(Code::CalibrationNotPerformed,
-                       line.number,
-                       column_of(key) - 6,
-                       quoted(line.text) + " is passed on, not performed");
-    }
-    return;
-  }
-  constexpr std::array<std::string_view, 11> kKeys = {"auto",
-                                                      "box",
-                                                      "search",
-                                                      "searcharea",
-                                                      "entry",
-                                                      "insp",
-                                                      "focus",
-                                                      "lamp",
-                                                      "zoom",
-                                                      "calib",
-                                                      "alg"};
-  const std::string_view near = nearest_word(key, kKeys);
-  reporter_.report(Code::CommandUnknown,
-                   line.number,
-                   column_of(key),
-                   quoted(key) + " is no $uvis command",
-                   near.empty() ? "auto, box, search, searcharea, entry, insp, focus, lamp, zoom, "
-                                  "calib or alg"
-                                : "perhaps " + std::string(near));
 }
 
 bool VisionSession::refuse_unfinished(int line, std::string_view command) {
@@ -272,6 +83,7 @@ std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
   MeasurementRequest request;
   request.seq = static_cast<std::int64_t>(index);
   request.line = target.line;
+  request.file = target.file;
   request.command = code_text(target.command);
   request.settings = settings_;
   request.nominal = target.nominal;
@@ -484,8 +296,10 @@ void VisionSession::activate(std::size_t i_series, int line) {
     }
     stack_.set_base(series.base);
     base_series_ = i_series;
+    nested_series_.reset();
     return;
   }
+  nested_series_.reset();
   if (!series.nested) return stack_.clear_nested();
   if (series.base_series != base_series_) {
     reporter_.report(
@@ -500,131 +314,29 @@ void VisionSession::activate(std::size_t i_series, int line) {
     return;
   }
   stack_.set_nested(series.nested);
+  nested_series_ = i_series;
 }
 
 void VisionSession::cancel_base(int line) {
   refuse_unfinished(line, "G37");
   stack_.clear_base();
   base_series_.reset();
+  nested_series_.reset();
 }
 
 void VisionSession::cancel_nested(int line) {
   refuse_unfinished(line, "G47");
   stack_.clear_nested();
-}
-
-void VisionSession::store_under(int label) {
-  memory_.start_recording(label);
-}
-
-void VisionSession::rewind(const Block& block, int label) {
-  refuse_unfinished(block.line, block.text);
-  if (memory_.rewind(label)) {
-    rewind_line_ = block.line;
-    has_advanced_ = false;
-    return;
-  }
-  reporter_.report(Code::LabelUnknown,
-                   block.line,
-                   block.column,
-                   fmt::format("{}: nothing was stored under label {}", quoted(block.text), label),
-                   fmt::format("M50,{} earlier in the program", label));
-  must_stop_ = true;
-}
-
-void VisionSession::advance(const Block& block, int n_points, const Placement& placement) {
-  refuse_unfinished(block.line, block.text);
-  if (!memory_.is_rewound()) {
-    reporter_.report(Code::RewindMissing,
-                     block.line,
-                     block.column,
-                     quoted(block.text) + " has no pointer to advance",
-                     "M51,# before it");
-    must_stop_ = true;
-    return;
-  }
-  const int left = memory_.points_left();
-  const CorrectionMemory::Advance step = memory_.advance(n_points);
-  if (step.beyond_end) {
-    reporter_.report(
-        Code::PointsExhausted,
-        block.line,
-        block.column,
-        fmt::format("{} asks for {} stored points, {} left", quoted(block.text), n_points, left),
-        "no more points than were measured under M50");
-    must_stop_ = true;
-    return;
-  }
-  advance_line_ = block.line;
-  has_advanced_ = true;
-  for (const std::size_t i_series : step.passed) {
-    const SeriesResult& series = survey_.series[i_series];
-    if (!is_same_place(series.placement, placement)) {
-      reporter_.report(Code::StoredElsewhere,
-                       block.line,
-                       block.column,
-                       fmt::format("{} comes to the correction of path [{}], which was measured in "
-                                   "line {} on another board than this one",
-                                   quoted(block.text),
-                                   fmt::join(series.path, ","),
-                                   series.line),
-                       "copies in the same order as under M50");
-      must_stop_ = true;
-      return;
-    }
-    activate(i_series, block.line);
-  }
+  nested_series_.reset();
 }
 
 void VisionSession::end_instance(int line) {
   refuse_unfinished(line, "the end of the pattern");
 }
 
-void VisionSession::end_section(int line) {
-  refuse_unfinished(line, "M08");
-  memory_.stop_recording();
-  const int rewind_line = std::exchange(rewind_line_, 0);
-  if (rewind_line == 0 || memory_.points_left() == 0 || must_stop_) return;
-  reporter_.report(Code::PointsLeft,
-                   line,
-                   1,
-                   fmt::format("{} stored points of the M51 in line {} were not used",
-                               memory_.points_left(),
-                               rewind_line),
-                   "as many points advanced by M52 as were measured under M50");
-  must_stop_ = true;
-}
-
-bool VisionSession::refuse_without_advance(int line) {
-  if (rewind_line_ == 0 || has_advanced_) return false;
-  reporter_.report(
-      Code::AdvanceMissing,
-      line,
-      1,
-      fmt::format("a coordinate comes after the M51 in line {} without an M52 for this "
-                  "board",
-                  rewind_line_),
-      "M52,# at the beginning of the pattern");
-  must_stop_ = true;
-  return true;
-}
-
-bool VisionSession::is_ready_to_drill(int line) {
+bool VisionSession::is_allowed(int line) {
   if (refuse_unfinished(line, "a coordinate")) return false;
   return !refuse_inside_stored(line) && !refuse_without_advance(line);
-}
-
-bool VisionSession::refuse_inside_stored(int line) {
-  if (!memory_.is_inside_series()) return false;
-  reporter_.report(Code::PointerInsideSeries,
-                   line,
-                   1,
-                   fmt::format("a coordinate comes while the M52 in line {} has stopped inside a "
-                               "stored series",
-                               advance_line_),
-                   "an M52 count that ends where a stored series ends");
-  must_stop_ = true;
-  return true;
 }
 
 void VisionSession::end_program(int line) {

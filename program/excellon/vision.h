@@ -19,6 +19,7 @@ namespace panelcal::excellon {
 struct TargetPlace {
   Command command = Command::BaseSeries;
   int line = 0;
+  std::string file;  ///< of a stored pattern; empty: the program itself
   InstancePath path;
   Position<frame::Nominal> nominal;
   Placement placement;
@@ -55,12 +56,17 @@ class VisionSession {
   void end_section(int line);  // M08
 
   /// Reports what forbids a hole here; once for each cause.
-  bool is_ready_to_drill(int line);
+  bool is_ready_to_drill(int line) {
+    return (!open_ && rewind_line_ == 0 && !memory_.is_inside_series()) || is_allowed(line);
+  }
   /// Reports a series that the end of the program leaves unfinished.
   void end_program(int line);
   bool is_unused() const;
   bool must_stop() const { return must_stop_; }
   const CorrectionStack& corrections() const { return stack_; }
+  /// Which series the corrections in force came from, as indices into Survey::series.
+  const std::optional<std::size_t>& base_series() const { return base_series_; }
+  const std::optional<std::size_t>& nested_series() const { return nested_series_; }
 
  private:
   struct OpenSeries {
@@ -84,6 +90,7 @@ class VisionSession {
   bool refuse_unfinished(int line, std::string_view command);
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
+  bool is_allowed(int line);
   void gate_hole(const Measurement& measurement, CorrectionLevel level);
   void set_uvis(std::string_view key,
                 std::string_view value,
@@ -111,7 +118,8 @@ class VisionSession {
   std::optional<OpenSeries> open_;
   CorrectionStack stack_;
   CorrectionMemory memory_;
-  std::optional<std::size_t> base_series_;  ///< which series the base correction came from
+  std::optional<std::size_t> base_series_;
+  std::optional<std::size_t> nested_series_;
   int advance_line_ = 0;
   int rewind_line_ = 0;        ///< of the M51 that this section replays; 0: none
   bool has_advanced_ = false;  ///< an M52 came in this instance

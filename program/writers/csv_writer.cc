@@ -1,94 +1,239 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/writers/csv_writer.h"
 
-#include <cmath>
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <string_view>
 
 #include <fmt/format.h>
 
+#include "panelcal/program/writers/words.h"
+
 namespace panelcal {
 namespace {
 
+/// In the order of kHeader. The two columns of a point follow each other.
+enum Column : std::size_t {
+  kOp,
+  kLine,
+  kPath,
+  kTool,
+  kNominal,
+  kActual = kNominal + 2,
+  kSigma = kActual + 2,
+  kDiameter = kSigma + 2,
+  kFeed,
+  kSpeed,
+  kText,
+  kKind,
+  kCenter,
+  kRetract = kCenter + 2,
+  kMaxHits,
+  kDepthOffset,
+  kCompensationIndex,
+  kSide,
+  kValue,
+  kNominalEnd,
+  kActualEnd = kNominalEnd + 2,
+  kSigmaEnd = kActualEnd + 2,
+  kInitialDepth = kSigmaEnd + 2,
+  kIncrement,
+  kTime,
+  kNextTool,
+  kLong,
+  kZeroSet,
+  kWorkZero = kZeroSet + 2,
+  kFile = kWorkZero + 2,
+};
+
 constexpr std::string_view kHeader =
     "op,line,path,tool,nominal_x,nominal_y,actual_x,actual_y,sigma_x,sigma_y,diameter,feed,speed,"
-    "text\n";
+    "text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,value,"
+    "nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,initial_depth,"
+    "increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,file\n";
+static_assert(std::ranges::count(kHeader, ',') == kFile);
 
-void append_int(std::string& out, int n) {
-  const fmt::format_int digits(n);
-  out.append(digits.data(), digits.size());
-}
-
-void append_point(std::string& out, const Eigen::Vector2d& p) {
-  append_fixed(out, p.x(), kMmDecimals);
-  out += ',';
-  append_fixed(out, p.y(), kMmDecimals);
-}
-
-/// Quotes a field where it needs quotes (RFC 4180).
-void append_text(std::string& out, std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    out += text;
-    return;
-  }
-  out += '"';
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c;
-  }
-  out += '"';
-}
-
-/// Appends the columns from `tool` on.
-class Columns {
+/// Writes one row from left to right; columns that are passed over stay empty.
+class Row {
  public:
-  explicit Columns(std::string& out) : out_(out) {}
+  explicit Row(std::string& out) : out_(out) {}
 
-  void operator()(const ToolChange& change) {
-    append_int(out_, change.tool.number);
-    out_ += ",,,,,,,";
-    if (change.tool.diameter) append_fixed(out_, change.tool.diameter->in_mm(), kMmDecimals);
-    out_ += ',';
-    if (change.tool.infeed) append_fixed(out_, change.tool.infeed->in_mm_s(), kMmDecimals);
-    out_ += ',';
-    if (change.tool.speed) append_fixed(out_, change.tool.speed->in_rpm(), kMmDecimals);
-    out_ += ',';
+  /// Where the field is to be appended. Precondition: no column left of the last one.
+  std::string& at(Column column) {
+    out_.append(column - at_, ',');
+    at_ = column;
+    return out_;
   }
-  void operator()(const Drill& drill) {
-    append_int(out_, drill.tool);
-    out_ += ',';
-    append_point(out_, drill.nominal.in_mm());
-    out_ += ',';
-    append_point(out_, drill.actual.in_mm());
-    out_ += ',';
-    append_point(out_, {std::sqrt(drill.cov_mm2(0, 0)), std::sqrt(drill.cov_mm2(1, 1))});
-    out_ += ",,,,";
+  void number(Column column, int n) {
+    const fmt::format_int digits(n);
+    at(column).append(digits.data(), digits.size());
   }
-  void operator()(const Stop& stop) {
-    out_ += ",,,";
-    if (stop.actual) {
-      append_point(out_, stop.actual->in_mm());
-    } else {
-      out_ += ',';
+  void value(Column column, double v) { append_fixed(at(column), v, kMmDecimals); }
+  void length(Column column, Length v) { value(column, v.in_mm()); }
+  void point(Column column, const Eigen::Vector2d& p) {
+    value(column, p.x());
+    value(static_cast<Column>(column + 1), p.y());
+  }
+  void word(Column column, std::string_view v) { at(column) += v; }
+  /// Quotes a field where it needs quotes.
+  void text(Column column, std::string_view v) {
+    std::string& out = at(column);
+    if (v.find_first_of(",\"\r\n") == std::string_view::npos) {
+      out += v;
+      return;
     }
-    out_ += ",,,,,,";
-    out_ += stop.kind == StopKind::EndRewind ? "end_rewind" : "end";
-  }
-  void operator()(const Message& message) { text_only(message.text); }
-  void operator()(const Setting& setting) { text_only(setting.text); }
-  void operator()(const ZeroSet& zero) {
-    out_ += ",,,";
-    append_point(out_, zero.work_zero.in_mm());
-    out_ += ",,,,,,";
+    out += '"';
+    for (const char c : v) {
+      if (c == '"') out += '"';
+      out += c;
+    }
+    out += '"';
   }
 
  private:
-  void text_only(std::string_view text) {
-    out_ += ",,,,,,,,,,";
-    append_text(out_, text);
+  std::string& out_;
+  std::size_t at_ = kOp;
+};
+
+/// Fills the columns from `tool` to the last but `file`.
+class Fields {
+ public:
+  explicit Fields(Row& row) : row_(row) {}
+
+  void operator()(const Drill& drill) {
+    row_.number(kTool, drill.tool);
+    place(drill);
+  }
+  void operator()(const ToolChange& change) {
+    const Tool& tool = change.tool;
+    row_.number(kTool, tool.number);
+    if (tool.diameter) row_.length(kDiameter, *tool.diameter);
+    if (tool.infeed) row_.value(kFeed, tool.infeed->in_mm_s());
+    if (tool.speed) row_.value(kSpeed, tool.speed->in_rpm());
+    if (tool.retract) row_.value(kRetract, tool.retract->in_mm_s());
+    if (tool.max_hits) row_.number(kMaxHits, *tool.max_hits);
+    if (tool.depth_offset) row_.length(kDepthOffset, *tool.depth_offset);
+    if (change.compensation_index) row_.number(kCompensationIndex, *change.compensation_index);
+  }
+  void operator()(const RapidMove& move) { place(move); }
+  void operator()(const Rout& rout) {
+    row_.number(kTool, rout.tool);
+    place(rout);
+    row_.value(kFeed, rout.feed.in_mm_s());
+    row_.word(kKind, name(rout.kind));
+    if (rout.kind != RoutKind::Line) row_.point(kCenter, rout.center.in_mm());
+  }
+  void operator()(const Plunge& plunge) {
+    row_.number(kTool, plunge.tool);
+    row_.word(kKind, word(plunge.kind));
+    if (plunge.depth_offset) row_.length(kDepthOffset, *plunge.depth_offset);
+  }
+  void operator()(const Retract& retract) { row_.word(kKind, word(retract)); }
+  void operator()(const Compensation& compensation) {
+    row_.word(kSide, word(compensation.side));
+    if (compensation.value) row_.length(kValue, *compensation.value);
+  }
+  void operator()(const Slot& slot) {
+    start(slot.tool, slot.start);
+    end(slot.end);
+  }
+  void operator()(const StepSlot& slot) {
+    start(slot.tool, slot.start);
+    row_.value(kFeed, slot.feed.in_mm_s());
+    end(slot.end);
+    row_.length(kInitialDepth, slot.initial_depth);
+    row_.length(kIncrement, slot.increment);
+  }
+  void operator()(const Stop& stop) {
+    if (stop.actual) row_.point(kActual, stop.actual->in_mm());
+    row_.word(kKind, name(stop.kind));
+  }
+  void operator()(const Message& message) {
+    row_.text(kText, message.text);
+    if (message.is_long) row_.word(kLong, "true");
+  }
+  void operator()(const Dwell& dwell) { row_.value(kTime, dwell.duration.in_s()); }
+  void operator()(const Function& function) {
+    const bool expired = function.kind == FunctionKind::ToolExpired;
+    if (expired) row_.number(kTool, function.tool);
+    row_.text(kText, function.text);
+    row_.word(kKind, name(function.kind));
+    if (expired && function.next_tool) row_.number(kNextTool, *function.next_tool);
+  }
+  void operator()(const Setting& setting) { row_.text(kText, setting.text); }
+  void operator()(const ZeroSet& zero) {
+    row_.point(kZeroSet, zero.zero_set.in_mm());
+    row_.point(kWorkZero, zero.work_zero.in_mm());
   }
 
-  std::string& out_;
+ private:
+  void place(const PlacedPoint& at) {
+    row_.point(kNominal, at.nominal.in_mm());
+    row_.point(kActual, at.actual.in_mm());
+    row_.point(kSigma, sigma_mm(at));
+  }
+  void start(int tool, const PlacedPoint& start) {
+    row_.number(kTool, tool);
+    place(start);
+  }
+  void end(const PlacedPoint& end) {
+    row_.point(kNominalEnd, end.nominal.in_mm());
+    row_.point(kActualEnd, end.actual.in_mm());
+    row_.point(kSigmaEnd, sigma_mm(end));
+  }
+
+  Row& row_;
 };
+
+/// What follows sigma in the row of a hole.
+constexpr auto kHoleEnd = [] {
+  std::array<char, kFile - kSigma> end{};
+  end.fill(',');
+  end.back() = '\n';
+  return end;
+}();
+
+char* write_number(char* at, int n) {
+  const fmt::format_int digits(n);
+  return std::copy_n(digits.data(), digits.size(), at);
+}
+
+/// Nearly every row of a file is a hole's, so those are built at once instead of field by field.
+/// Deep paths and stored patterns go the other way; false then.
+bool append_hole(std::string& out, const Operation& operation) {
+  constexpr std::size_t kMostLevels = 6;
+  constexpr std::size_t kIntChars = 12;
+  constexpr std::string_view kName = "drill,";
+  const auto* drill = std::get_if<Drill>(&operation.what);
+  if (drill == nullptr || operation.path.size() > kMostLevels || !operation.file.empty()) {
+    return false;
+  }
+  std::array<char,
+             kName.size() + (kMostLevels + 2) * kIntChars + 6 * (kFixedChars + 1) + kHoleEnd.size()>
+      row;
+  char* end = std::ranges::copy(kName, row.begin()).out;
+  end = write_number(end, operation.line);
+  char separator = ',';
+  for (const int index : operation.path) {
+    *end++ = separator;
+    end = write_number(end, index);
+    separator = '.';
+  }
+  if (operation.path.empty()) *end++ = ',';
+  *end++ = ',';
+  end = write_number(end, drill->tool);
+  const Eigen::Vector2d sigma = sigma_mm(*drill);
+  for (const Eigen::Vector2d& point_mm : {drill->nominal.in_mm(), drill->actual.in_mm(), sigma}) {
+    for (const double value_mm : {point_mm.x(), point_mm.y()}) {
+      *end++ = ',';
+      end = write_fixed(end, value_mm, kMmDecimals);
+    }
+  }
+  end = std::ranges::copy(kHoleEnd, end).out;
+  out.append(row.data(), static_cast<std::size_t>(end - row.data()));
+  return true;
+}
 
 }  // namespace
 
@@ -98,16 +243,18 @@ void CsvWriter::begin(const ProgramInfo&) {
 
 void CsvWriter::put(const Operation& operation) {
   std::string& out = text();
-  out += operation_name(operation);
-  out += ',';
-  append_int(out, operation.line);
-  out += ',';
+  if (append_hole(out, operation)) return flush_if_large();
+  Row row(out);
+  row.word(kOp, operation_name(operation));
+  row.number(kLine, operation.line);
+  row.at(kPath);
   for (std::size_t i = 0; i < operation.path.size(); ++i) {
     if (i > 0) out += '.';
-    append_int(out, operation.path[i]);
+    const fmt::format_int digits(operation.path[i]);
+    out.append(digits.data(), digits.size());
   }
-  out += ',';
-  std::visit(Columns(out), operation.what);
+  std::visit(Fields(row), operation.what);
+  row.text(kFile, operation.file);
   out += '\n';
   flush_if_large();
 }

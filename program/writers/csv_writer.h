@@ -5,7 +5,8 @@
 
 namespace panelcal {
 
-/// Operations as CSV (RFC 4180) with a header row; the columns carry the names of the JSON keys.
+/// Operations as CSV (RFC 4180) with a header row; the columns carry the names of the JSON keys,
+/// points in two columns, and hold everything that JSON Lines do (docs/formats/operations.md).
 /// A path is written with dots, outermost index first: 0.2.
 class CsvWriter final : public TextWriter {
  public:

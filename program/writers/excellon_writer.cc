@@ -9,16 +9,35 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/program/placement.h"
+
 namespace panelcal {
 namespace {
 
-/// 2.5 nm in inches, to match the nanometre in millimetres.
-constexpr int kInchDecimals = 7;
+/// A quarter of a nanometre: with seven decimals rounding alone would cost more than a nanometre.
+constexpr int kInchDecimals = 8;
 
-/// The writer states the format itself, and switches to drilling itself.
+/// G04: one millisecond an increment of the coordinates (CNC-7 manual, Variable Dwell).
+constexpr Length kDwellPerMsInch = inch(0.0001);
+constexpr Length kDwellPerMsMetric = mm(0.001);
+constexpr Length kDwellPerMsCoarse = mm(0.01);  // 0000.00 and 000.00
+
+/// The writer states format and modes itself, and has resolved what the others did.
 bool is_written_anyway(std::string_view text) {
-  constexpr std::array<std::string_view, 2> kOwn = {"G05", "FMAT,2"};
-  return std::ranges::find(kOwn, text) != kOwn.end();
+  constexpr std::array<std::string_view, 11> kOwn = {
+      "FMAT", "METRIC", "INCH", "M71", "M72", "G05", "G90", "G91", "ICI", "OM48", "BLKD"};
+  return std::ranges::find(kOwn, text.substr(0, text.find_first_of(", \t"))) != kOwn.end();
+}
+
+template <class T>
+bool differs(const std::optional<T>& body, const std::optional<T>& header) {
+  return body && header && *body != *header;
+}
+
+bool contradicts(const Tool& body, const Tool& header) {
+  return differs(body.diameter, header.diameter) || differs(body.infeed, header.infeed) ||
+         differs(body.retract, header.retract) || differs(body.speed, header.speed) ||
+         differs(body.max_hits, header.max_hits) || differs(body.depth_offset, header.depth_offset);
 }
 
 }  // namespace
@@ -27,8 +46,15 @@ ExcellonWriter::ExcellonWriter(ByteSink& bytes, std::vector<std::string> comment
     : TextWriter(bytes), comments_(std::move(comments)) {
 }
 
+// --- header ------------------------------------------------------------------------------------
+
 void ExcellonWriter::begin(const ProgramInfo& info) {
   info_ = info;
+  const Eigen::Matrix2d orientation = axis_orientation(info.axis_version);
+  written_from_work_ = orientation.transpose();
+  written_unit_mm_ = info.format.one_unit().in_mm();
+  n_decimals_ = info.format.unit == LengthUnit::Inch ? kInchDecimals : kMmDecimals;
+  is_mirrored_ = orientation(0, 0) * orientation(1, 1) - orientation(0, 1) * orientation(1, 0) < 0;
   text() += "M48\n";
   for (const std::string& comment : comments_) {
     text() += ';';
@@ -37,24 +63,50 @@ void ExcellonWriter::begin(const ProgramInfo& info) {
         comment, std::back_inserter(text()), [](char c) { return c < ' ' || c > '~'; }, '?');
     text() += '\n';
   }
+  const NumberFormat& format = info.format;
   text() += "FMAT,2\n";
-  text() += info.format.unit == LengthUnit::Inch ? "INCH," : "METRIC,";
-  text() += info.format.zeros == Zeros::LeadingKept ? "LZ\n" : "TZ\n";
+  text() += format.unit == LengthUnit::Inch ? "INCH," : "METRIC,";
+  text() += format.zeros == Zeros::LeadingKept ? "LZ" : "TZ";
+  // Settings are passed on as written, with numbers in the source's digits.
+  if (format.unit == LengthUnit::Millimeter && format.decimal_digits == 2) {
+    fmt::format_to(std::back_inserter(text()), ",{:0>{}}.00", "", format.integer_digits);
+  }
+  text() += '\n';
+  if (info.body_rules) text() += "OM48,ON\n";
 }
 
-/// Header settings come first; whatever else comes ends the header.
+/// Header settings come first; whatever else comes ends the header. Only a zero set may come
+/// between: the header's own, which is written as G93 behind it.
 void ExcellonWriter::put(const Operation& operation) {
-  const Setting* setting = std::get_if<Setting>(&operation.what);
-  const bool is_header_setting = setting != nullptr && setting->kind == SettingKind::Header;
-  if (in_header_ && !is_header_setting) close_header();
+  source_line_ = operation.line;
+  source_file_ = operation.file.empty() ? std::string_view(info_.file) : operation.file;
+  if (in_header_) {
+    if (const auto* zero = std::get_if<ZeroSet>(&operation.what)) {
+      header_zero_ = *zero;
+      return;
+    }
+    const auto* setting = std::get_if<Setting>(&operation.what);
+    if (setting == nullptr || setting->kind != SettingKind::Header) {
+      const auto* stop = std::get_if<Stop>(&operation.what);
+      const bool stops = stop != nullptr && stop->kind == StopKind::HeaderEnd;
+      close_header(stops ? "%" : "M95");
+      if (stops) return flush_if_large();
+    }
+  }
   std::visit([this](const auto& what) { write(what); }, operation.what);
   flush_if_large();
 }
 
-void ExcellonWriter::close_header() {
+void ExcellonWriter::end() {
+  if (in_header_) close_header("M95");
+}
+
+void ExcellonWriter::close_header(std::string_view mark) {
   in_header_ = false;
   for (const auto& [number, tool] : info_.tools) put_tool(tool, true);
-  text() += "%\nG90\nG05\n";
+  line(mark);
+  text() += "G90\nG05\n";
+  if (header_zero_) write(*header_zero_);
 }
 
 void ExcellonWriter::put_tool(const Tool& tool,
@@ -63,21 +115,17 @@ void ExcellonWriter::put_tool(const Tool& tool,
   fmt::format_to(std::back_inserter(text()), "T{}", tool.number);
   if (compensation_index) fmt::format_to(std::back_inserter(text()), "{:02}", *compensation_index);
   if (with_data) {
-    if (tool.diameter) {
-      text() += 'C';
-      append_length(*tool.diameter);
-    }
+    if (tool.diameter) append_length('C', *tool.diameter);
     if (tool.infeed) append_rate('F', *tool.infeed, 3);
     if (tool.speed) append_speed(*tool.speed);
     if (tool.retract) append_rate('B', *tool.retract, 4);
     if (tool.max_hits) fmt::format_to(std::back_inserter(text()), "H{}", *tool.max_hits);
-    if (tool.depth_offset) {
-      text() += 'Z';
-      append_length(*tool.depth_offset);
-    }
+    if (tool.depth_offset) append_length('Z', *tool.depth_offset);
   }
   text() += '\n';
 }
+
+// --- numbers -----------------------------------------------------------------------------------
 
 /// Whole rates with leading zeros, as the manual wants them.
 void ExcellonWriter::append_rate(char letter, Feed rate, int n_digits) {
@@ -96,48 +144,202 @@ void ExcellonWriter::append_speed(SpindleSpeed speed) {
 }
 
 /// A decimal point in every length: it overrides whatever zeros the reader assumes.
-void ExcellonWriter::append_length(Length length) {
-  const bool is_inch = info_.format.unit == LengthUnit::Inch;
-  const std::size_t begin = text().size();
-  append_fixed(text(), length / (is_inch ? inch(1) : mm(1)), is_inch ? kInchDecimals : kMmDecimals);
-  if (text().find('.', begin) == std::string::npos) text() += ".0";
+char* ExcellonWriter::write_length(char* at, double value) const {
+  char* end = write_fixed(at, value, n_decimals_);
+  if (std::find(at, end, '.') != end) return end;
+  *end++ = '.';
+  *end++ = '0';
+  return end;
 }
 
-void ExcellonWriter::append_point(const Eigen::Vector2d& p_mm) {
-  text() += 'X';
-  append_length(mm(p_mm.x()));
-  text() += 'Y';
-  append_length(mm(p_mm.y()));
+void ExcellonWriter::append_length(char letter, Length length) {
+  std::array<char, kFixedChars + 2> chars;
+  const char* const end = write_length(chars.data(), length.in_mm() / written_unit_mm_);
+  text() += letter;
+  text().append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
+
+/// Nearly all text of a program are points, so one is appended at once.
+void ExcellonWriter::append_point(const Eigen::Vector2d& p_mm, std::string_view letters) {
+  const Eigen::Vector2d written = written_from_work_ * p_mm / written_unit_mm_;
+  std::array<char, 2 * kFixedChars + 8> chars;
+  char* end = chars.data();
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    *end++ = letters[axis];
+    end = write_length(end, written[static_cast<Eigen::Index>(axis)]);
+  }
+  text().append(chars.data(), static_cast<std::size_t>(end - chars.data()));
+}
+
+void ExcellonWriter::line(std::string_view block) {
+  text() += block;
+  text() += '\n';
+}
+
+// --- drilling ----------------------------------------------------------------------------------
 
 /// A tool's data are repeated where the header does not say the same: the body had them.
 void ExcellonWriter::write(const ToolChange& change) {
+  table_feed_.reset();
   const auto defined = info_.tools.find(change.tool.number);
+  const bool is_allowed = info_.body_rules || overrides_rates_;
+  if (!is_allowed && defined != info_.tools.end() && contradicts(change.tool, defined->second)) {
+    fail(
+        {Code::NotSupported,
+         {std::string(source_file_), source_line_, 0},
+         fmt::format("tool {} has other data in the body than in the header, which would rule over "
+                     "them in a plain Excellon program",
+                     change.tool.number),
+         "one set of data for the tool, or another output format"});
+  }
   const bool says_more = defined == info_.tools.end() || defined->second != change.tool;
   put_tool(change.tool, says_more, change.compensation_index);
 }
 
+void ExcellonWriter::go_to_drill_mode() {
+  if (std::exchange(is_routing_, false)) line("G05");
+}
+
 void ExcellonWriter::write(const Drill& drill) {
-  append_point(drill.corrected.in_mm());
+  go_to_drill_mode();
+  append_place(drill);
   text() += '\n';
 }
 
+void ExcellonWriter::write(const Slot& slot) {
+  go_to_drill_mode();
+  append_place(slot.start);
+  text() += "G85";
+  append_place(slot.end);
+  text() += '\n';
+}
+
+// --- routing -----------------------------------------------------------------------------------
+
+void ExcellonWriter::write(const RapidMove& move) {
+  if (!std::exchange(is_routing_, true)) table_feed_.reset();
+  at_mm_ = move.corrected.in_mm();
+  text() += "G00";
+  append_place(move);
+  text() += '\n';
+}
+
+/// F in a block of its own is the table feed while the control is in rout mode (CNC-7 manual,
+/// Z-Axis Infeed). The control's own default stays unsaid: in mm/s it is no whole rate.
+void ExcellonWriter::put_table_feed(Feed feed, bool is_default) {
+  if (is_default && !has_table_feed_) return;
+  const bool is_inch = info_.format.unit == LengthUnit::Inch;
+  const long rate = std::lround(is_inch ? feed / inch_per_min(1) : feed.in_mm_s());
+  if (table_feed_ == rate) return;
+  table_feed_ = rate;
+  has_table_feed_ = true;
+  append_rate('F', feed, 3);
+  text() += '\n';
+}
+
+/// I and J lead from the center to the start, as the manual measures them (Arc Center Offset).
+void ExcellonWriter::write(const Rout& rout) {
+  put_table_feed(rout.feed, rout.feed_is_default);
+  const Eigen::Vector2d center_to_start_mm = at_mm_ - rout.corrected_center.in_mm();
+  at_mm_ = rout.corrected.in_mm();
+  if (rout.kind == RoutKind::Line) {
+    text() += "G01";
+    append_place(rout);
+  } else {
+    const bool is_clockwise = (rout.kind == RoutKind::Clockwise) != is_mirrored_;
+    text() += is_clockwise ? "G02" : "G03";
+    append_place(rout);
+    append_point(center_to_start_mm, "IJ");
+  }
+  text() += '\n';
+}
+
+void ExcellonWriter::write(const Plunge& plunge) {
+  if (plunge.depth_offset) {
+    fail({Code::Internal,
+          {std::string(source_file_), source_line_, 0},
+          "a pass of a step slot comes by itself, and no plain Excellon block gives its depth",
+          "step slots left whole"});
+  }
+  line(plunge.kind == PlungeKind::Contouring ? "M14" : "M15");
+}
+
+void ExcellonWriter::write(const Retract& retract) {
+  line(retract.with_clamping ? "M16" : "M17");
+}
+
+void ExcellonWriter::write(const Compensation& compensation) {
+  if (compensation.side == CompensationSide::Off) return line("G40");
+  line((compensation.side == CompensationSide::Left) != is_mirrored_ ? "G41" : "G42");
+}
+
+/// G87 leaves the control in rout mode: it routs by G00 and G01 (CNC-7 manual, Routed Step Slot).
+void ExcellonWriter::write(const StepSlot& slot) {
+  // F is the table's feed in rout mode only.
+  if (!slot.feed_is_default && !std::exchange(is_routing_, true)) line("G00");
+  is_routing_ = true;
+  put_table_feed(slot.feed, slot.feed_is_default);
+  append_place(slot.start);
+  text() += "G87";
+  append_place(slot.end);
+  append_length('Z', slot.increment);
+  append_length('U', slot.initial_depth);
+  text() += '\n';
+}
+
+// --- stops, texts, settings --------------------------------------------------------------------
+
 void ExcellonWriter::write(const Stop& stop) {
-  text() += stop.kind == StopKind::EndRewind ? "M30" : "M00";
+  switch (stop.kind) {
+    case StopKind::EndNoRewind:
+      text() += "M00";
+      break;
+    case StopKind::EndRewind:
+      text() += "M30";
+      break;
+    case StopKind::HeaderEnd:  // in the body % begins a pattern; the control waits at M09 as well
+    case StopKind::Inspection:
+      text() += "M09";
+      break;
+    case StopKind::Optional:
+      text() += "M06";
+      break;
+  }
   if (stop.from_absolute_zero) append_point(stop.from_absolute_zero->in_mm());
   text() += '\n';
 }
 
+/// Each line of a long message but the last ends in a backslash (CNC-7 manual, Long Operator
+/// Message).
 void ExcellonWriter::write(const Message& message) {
-  text() += "M47,";
-  text() += message.text;
+  text() += message.is_long ? "M45," : "M47,";
+  for (const char c : message.text) {
+    if (c == '\n') text() += '\\';
+    text() += c;
+  }
   text() += '\n';
+}
+
+void ExcellonWriter::write(const Dwell& dwell) {
+  const NumberFormat& format = info_.format;
+  const Length per_ms = format.unit == LengthUnit::Inch ? kDwellPerMsInch
+                        : format.decimal_digits == 2    ? kDwellPerMsCoarse
+                                                        : kDwellPerMsMetric;
+  text() += "G04";
+  append_length('X', dwell.duration.in_s() * 1000 * per_ms);
+  text() += '\n';
+}
+
+/// The control changes a tool that is used up by itself.
+void ExcellonWriter::write(const Function& function) {
+  if (function.kind == FunctionKind::ToolExpired || function.text.empty()) return;
+  line(function.text);
 }
 
 void ExcellonWriter::write(const Setting& setting) {
   if (setting.kind == SettingKind::Vision || is_written_anyway(setting.text)) return;
-  text() += setting.text;
-  text() += '\n';
+  overrides_rates_ |= setting.text == "G07";
+  line(setting.text);
 }
 
 void ExcellonWriter::write(const ZeroSet& zero) {

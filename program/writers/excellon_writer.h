@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "panelcal/program/writers/text_writer.h"
@@ -10,8 +11,14 @@
 namespace panelcal {
 
 /// A plain Excellon program: absolute coordinates with decimal points, no repeats and no vision, in
-/// the unit of the source program. Coordinates are the corrected ones relative to work zero; a G93
-/// of the source is kept, so that the controller adds work zero exactly as before.
+/// the unit and the axis version of the source program. Coordinates are the corrected ones relative
+/// to work zero; a G93 of the source is kept, so that the controller adds work zero exactly as
+/// before. Cycles must have been kept whole (WalkOptions::cycles): the passes of a step slot have
+/// no form of their own.
+///
+/// Fails  not-supported: a tool block whose data the header's would overrule; internal: a pass of a
+///        step slot
+/// See    tests/program/excellon_writer_test.cc
 class ExcellonWriter final : public TextWriter {
  public:
   /// `comments` go into the header, one line each: who wrote the file, and from what.
@@ -21,24 +28,53 @@ class ExcellonWriter final : public TextWriter {
   void put(const Operation& operation) override;
 
  private:
+  void end() override;
   void put_tool(const Tool& tool,
                 bool with_data,
                 std::optional<int> compensation_index = std::nullopt);
   void append_rate(char letter, Feed rate, int n_digits);
   void append_speed(SpindleSpeed speed);
-  void append_length(Length length);
-  void append_point(const Eigen::Vector2d& p_mm);
-  void close_header();
+  char* write_length(char* at, double value) const;
+  void append_length(char letter, Length length);
+  /// A point or a difference of points in axis version 1.
+  void append_point(const Eigen::Vector2d& p_mm, std::string_view letters = "XY");
+  void append_place(const PlacedPoint& place) { append_point(place.corrected.in_mm()); }
+  void close_header(std::string_view mark);
+  void go_to_drill_mode();
+  void put_table_feed(Feed feed, bool is_default);
+  void line(std::string_view block);
+
   void write(const ToolChange& change);
   void write(const Drill& drill);
+  void write(const RapidMove& move);
+  void write(const Rout& rout);
+  void write(const Plunge& plunge);
+  void write(const Retract& retract);
+  void write(const Compensation& compensation);
+  void write(const Slot& slot);
+  void write(const StepSlot& slot);
   void write(const Stop& stop);
   void write(const Message& message);
+  void write(const Dwell& dwell);
+  void write(const Function& function);
   void write(const Setting& setting);
   void write(const ZeroSet& zero);
 
   std::vector<std::string> comments_;
   ProgramInfo info_;
+  Eigen::Matrix2d written_from_work_ = Eigen::Matrix2d::Identity();  ///< into the axis version
+  bool is_mirrored_ = false;                                         ///< that map is a mirror
   bool in_header_ = true;
+  bool overrides_rates_ = false;  ///< G07: the body's rates rule from there on
+  double written_unit_mm_ = 1;
+  int n_decimals_ = 0;
+  std::optional<ZeroSet> header_zero_;               ///< waits for the end of the header
+  bool is_routing_ = false;                          ///< the control is in rout mode (G00)
+  Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< where the router stands
+  std::optional<long> table_feed_;  ///< as last written; absent: to be written again
+  bool has_table_feed_ = false;     ///< one was written, so that the control's own is gone
+  int source_line_ = 0;             ///< of the operation in hand
+  std::string_view source_file_;    ///< valid during put()
 };
 
 }  // namespace panelcal

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/writers/jsonl_writer.h"
 
-#include <cmath>
 #include <iterator>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "panelcal/program/json_text.h"
+#include "panelcal/program/writers/words.h"
 
 namespace panelcal {
 namespace {
@@ -29,16 +29,55 @@ class Keys {
   }
   void operator()(const Drill& drill) {
     number("tool", drill.tool);
-    point("nominal", drill.nominal.in_mm());
-    point("actual", drill.actual.in_mm());
-    point("sigma", {std::sqrt(drill.cov_mm2(0, 0)), std::sqrt(drill.cov_mm2(1, 1))});
+    place(drill);
+  }
+  void operator()(const RapidMove& move) { place(move); }
+  void operator()(const Rout& rout) {
+    number("tool", rout.tool);
+    word("kind", name(rout.kind));
+    point("nominal", rout.nominal.in_mm());
+    point("actual", rout.actual.in_mm());
+    if (rout.kind != RoutKind::Line) point("center", rout.center.in_mm());
+    value("feed", rout.feed.in_mm_s());
+    point("sigma", sigma_mm(rout));
+  }
+  void operator()(const Plunge& plunge) {
+    number("tool", plunge.tool);
+    word("kind", panelcal::word(plunge.kind));
+    if (plunge.depth_offset) length("depth_offset", *plunge.depth_offset);
+  }
+  void operator()(const Retract& retract) { word("kind", panelcal::word(retract)); }
+  void operator()(const Compensation& compensation) {
+    word("side", panelcal::word(compensation.side));
+    if (compensation.value) length("value", *compensation.value);
+  }
+  void operator()(const Slot& slot) {
+    number("tool", slot.tool);
+    ends(slot.start, slot.end);
+  }
+  void operator()(const StepSlot& slot) {
+    number("tool", slot.tool);
+    ends(slot.start, slot.end);
+    length("initial_depth", slot.initial_depth);
+    length("increment", slot.increment);
+    value("feed", slot.feed.in_mm_s());
   }
   void operator()(const Stop& stop) {
-    key("kind");
-    out_ += stop.kind == StopKind::EndRewind ? "\"end_rewind\"" : "\"end\"";
+    word("kind", name(stop.kind));
     if (stop.actual) point("actual", stop.actual->in_mm());
   }
-  void operator()(const Message& message) { text("text", message.text); }
+  void operator()(const Message& message) {
+    text("text", message.text);
+    if (message.is_long) out_ += ",\"long\":true";
+  }
+  void operator()(const Dwell& dwell) { value("time", dwell.duration.in_s()); }
+  void operator()(const Function& function) {
+    word("kind", name(function.kind));
+    if (!function.text.empty()) text("text", function.text);
+    if (function.kind != FunctionKind::ToolExpired) return;
+    number("tool", function.tool);
+    if (function.next_tool) number("next_tool", *function.next_tool);
+  }
   void operator()(const Setting& setting) { text("text", setting.text); }
   void operator()(const ZeroSet& zero) {
     point("zero_set", zero.zero_set.in_mm());
@@ -73,6 +112,24 @@ class Keys {
     key(name);
     append_json_string(out_, v);
   }
+  /// One of our own words, which need no escapes.
+  void word(std::string_view name, std::string_view v) {
+    key(name);
+    out_ += '"';
+    out_ += v;
+    out_ += '"';
+  }
+  void place(const PlacedPoint& at) {
+    point("nominal", at.nominal.in_mm());
+    point("actual", at.actual.in_mm());
+    point("sigma", sigma_mm(at));
+  }
+  void ends(const PlacedPoint& start, const PlacedPoint& end) {
+    place(start);
+    point("nominal_end", end.nominal.in_mm());
+    point("actual_end", end.actual.in_mm());
+    point("sigma_end", sigma_mm(end));
+  }
 
   std::string& out_;
 };
@@ -86,6 +143,10 @@ void JsonlWriter::put(const Operation& operation) {
   out += "\",\"line\":";
   const fmt::format_int line(operation.line);
   out.append(line.data(), line.size());
+  if (!operation.file.empty()) {
+    out += ",\"file\":";
+    append_json_string(out, operation.file);
+  }
   std::visit(Keys(out), operation.what);
   if (!operation.path.empty()) {
     fmt::format_to(std::back_inserter(out), ",\"path\":[{}]", fmt::join(operation.path, ","));

@@ -5,7 +5,7 @@
 
 namespace panelcal {
 
-/// Operations as JSON Lines (docs/formats/operations.md): mm, mm/s, rpm.
+/// Operations as JSON Lines (docs/formats/operations.md): mm, mm/s, rpm, s.
 class JsonlWriter final : public TextWriter {
  public:
   using TextWriter::TextWriter;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/writers/text_writer.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -12,6 +15,57 @@ namespace panelcal {
 namespace {
 
 constexpr std::size_t kFlushBytes = std::size_t{1} << 16;
+
+constexpr std::array<double, 10> kScale = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
+constexpr std::array<std::uint32_t, 10> kWholeScale = {
+    1, 10, 100, 1'000, 10'000, 100'000, 1'000'000, 10'000'000, 100'000'000, 1'000'000'000};
+
+/// Digits of a number below 1000. The count rides along, so that a copy is one store.
+struct Digits {
+  std::array<char, 3> text;
+  std::int8_t n_shown;
+};
+using DigitTable = std::array<Digits, 1000>;
+
+/// All three digits; shown as decimals, that is without trailing zeros.
+constexpr DigitTable kDecimals = [] {
+  DigitTable table{};
+  const auto digit = [](int n) { return static_cast<char>('0' + n % 10); };
+  for (int n = 0; n < 1000; ++n) {
+    const int n_shown = n % 10 != 0 ? 3 : n % 100 != 0 ? 2 : n != 0 ? 1 : 0;
+    table[static_cast<std::size_t>(n)] = {{digit(n / 100), digit(n / 10), digit(n)},
+                                          static_cast<std::int8_t>(n_shown)};
+  }
+  return table;
+}();
+
+/// Without leading zeros.
+constexpr DigitTable kWholes = [] {
+  DigitTable table = kDecimals;
+  for (std::size_t n = 0; n < table.size(); ++n) {
+    table[n].n_shown = n < 10 ? 1 : n < 100 ? 2 : 3;
+    std::copy(table[n].text.end() - table[n].n_shown, table[n].text.end(), table[n].text.begin());
+  }
+  return table;
+}();
+
+/// Writes four characters and gives how many of them to show.
+int copy(const Digits& digits, char* at) {
+  std::memcpy(at, &digits, sizeof digits);
+  return digits.n_shown;
+}
+
+/// Writes a point and the decimals without trailing zeros; gives their end. Precondition: not 0.
+char* write_decimals(std::uint32_t billionths, char* at) {
+  *at = '.';
+  int n_shown = copy(kDecimals[billionths / 1'000'000], at + 1);
+  const std::uint32_t behind_3 = billionths % 1'000'000;
+  if (behind_3 == 0) return at + 1 + n_shown;
+  n_shown = copy(kDecimals[behind_3 / 1000], at + 4);
+  const std::uint32_t behind_6 = behind_3 % 1000;
+  if (behind_6 == 0) return at + 4 + n_shown;
+  return at + 7 + copy(kDecimals[behind_6], at + 7);
+}
 
 }  // namespace
 
@@ -24,37 +78,42 @@ void TextWriter::flush_if_large() {
   if (text_.size() >= kFlushBytes) flush();
 }
 
+void TextWriter::fail(Diagnostic diagnostic) {
+  if (status_) status_ = failure(std::move(diagnostic));
+}
+
 Expected<void> TextWriter::finish() {
+  end();
   flush();
   return std::move(status_);
 }
 
+char* write_fixed(char* at, double value, int n_decimals) {
+  const double scaled = std::abs(value * kScale[static_cast<std::size_t>(n_decimals)]);
+  // Beyond exact whole numbers, and NaN.
+  if (!(scaled < 9e15)) return fmt::format_to(at, "{}", value);
+  const auto below = static_cast<std::int64_t>(scaled);
+  const bool rounds_up = scaled - static_cast<double>(below) >= 0.5;  // the difference is exact
+  const auto steps = static_cast<std::uint64_t>(below) + (rounds_up ? 1 : 0);
+  const std::uint32_t unit = kWholeScale[static_cast<std::size_t>(n_decimals)];
+  const std::uint64_t whole = steps / unit;
+  const auto billionths = static_cast<std::uint32_t>(steps % unit) *
+                          kWholeScale[static_cast<std::size_t>(9 - n_decimals)];
+
+  if (value < 0 && steps != 0) *at++ = '-';
+  if (whole < kWholes.size()) {
+    at += copy(kWholes[whole], at);
+  } else {
+    const fmt::format_int digits(whole);
+    at = std::copy_n(digits.data(), digits.size(), at);
+  }
+  return billionths != 0 ? write_decimals(billionths, at) : at;
+}
+
 void append_fixed(std::string& out, double value, int n_decimals) {
-  constexpr std::array<double, 10> kScale = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
-  const double scaled = value * kScale[static_cast<std::size_t>(n_decimals)];
-  if (!(std::abs(scaled) < 9e15)) {  // beyond exact whole numbers, and NaN
-    fmt::format_to(std::back_inserter(out), "{}", value);
-    return;
-  }
-  std::int64_t whole = std::llround(scaled);
-  if (whole < 0) {
-    out += '-';
-    whole = -whole;
-  }
-  const auto unit = static_cast<std::int64_t>(kScale[static_cast<std::size_t>(n_decimals)]);
-  const fmt::format_int integer(whole / unit);
-  out.append(integer.data(), integer.size());
-  std::int64_t fraction = whole % unit;
-  if (fraction == 0) return;
-  std::array<char, 9> digits{};
-  int n = n_decimals;
-  for (int i = n_decimals - 1; i >= 0; --i) {
-    digits[static_cast<std::size_t>(i)] = static_cast<char>('0' + fraction % 10);
-    fraction /= 10;
-  }
-  while (digits[static_cast<std::size_t>(n - 1)] == '0') --n;
-  out += '.';
-  out.append(digits.data(), static_cast<std::size_t>(n));
+  std::array<char, kFixedChars> text;
+  const char* const end = write_fixed(text.data(), value, n_decimals);
+  out.append(text.data(), static_cast<std::size_t>(end - text.data()));
 }
 
 }  // namespace panelcal

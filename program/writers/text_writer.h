@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "panelcal/calib/base/byte_sink.h"
@@ -16,13 +17,18 @@ class TextWriter : public OperationSink {
   /// Precondition: `bytes` outlives the writer.
   explicit TextWriter(ByteSink& bytes) : bytes_(bytes) {}
 
-  /// Hands over what is left. Fails with the first error of the byte sink.
+  /// Writes the end and hands over what is left; call it once. Fails with the first problem of the
+  /// writer or the byte sink.
   Expected<void> finish();
 
  protected:
   std::string& text() { return text_; }
   /// Call after each operation.
   void flush_if_large();
+  /// The output would be wrong: nothing more leaves, and finish() says why.
+  void fail(Diagnostic diagnostic);
+  /// Writes what can only come after the last operation.
+  virtual void end() {}
 
  private:
   void flush();
@@ -35,6 +41,10 @@ class TextWriter : public OperationSink {
 /// Appends a length in fixed point with at most `n_decimals` decimals (0 to 9), trailing zeros and
 /// a lone point left off: 12.5, -0.000125, 3. Rounds half away from zero.
 void append_fixed(std::string& out, double value, int n_decimals);
+
+/// The same into memory, for who writes many; gives the end. Precondition: kFixedChars are free.
+char* write_fixed(char* at, double value, int n_decimals);
+inline constexpr std::size_t kFixedChars = 32;
 
 /// One nanometre: far below anything a machine can do, and short to write.
 inline constexpr int kMmDecimals = 6;

@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 
+#include "panelcal/calib/base/byte_sink.h"
 #include "panelcal/program/measurement.h"
+#include "panelcal/program/tally.h"
 #include "panelcal/program/walk.h"
+#include "panelcal/program/writers/csv_writer.h"
+#include "panelcal/program/writers/excellon_writer.h"
+#include "panelcal/program/writers/jsonl_writer.h"
+#include "panelcal/program/writers/svg_writer.h"
 
 namespace panelcal::fuzz {
 
@@ -18,24 +27,43 @@ class CountingSink final : public OperationSink {
  public:
   void put(const Operation& operation) override {
     ++n_operations_;
-    const auto* drill = std::get_if<Drill>(&operation.what);
-    if (drill == nullptr) return;
-    const Eigen::Vector2d& actual_mm = drill->actual.in_mm();
-    has_nan_ |= std::isnan(actual_mm.x()) || std::isnan(actual_mm.y());
-    sum_mm_ += actual_mm.x() - actual_mm.y();
+    if (const auto* drill = std::get_if<Drill>(&operation.what)) see(*drill);
+    if (const auto* rout = std::get_if<Rout>(&operation.what)) see(*rout);
   }
 
   bool has_nan() const { return has_nan_; }
+  std::int64_t n_places() const { return n_places_; }
+  /// Work coordinates, so that it does not matter which zero an output is relative to.
+  double sum_mm() const { return sum_mm_; }
+  double most_mm() const { return most_mm_; }
   friend bool operator==(const CountingSink& a, const CountingSink& b) {
     return a.n_operations_ == b.n_operations_ &&
            (a.sum_mm_ == b.sum_mm_ || (std::isnan(a.sum_mm_) && std::isnan(b.sum_mm_)));
   }
 
  private:
+  void see(const PlacedPoint& place) {
+    const Eigen::Vector2d& at_mm = place.corrected.in_mm();
+    has_nan_ |= std::isnan(at_mm.x()) || std::isnan(at_mm.y());
+    ++n_places_;
+    sum_mm_ += at_mm.x() - 3 * at_mm.y();
+    most_mm_ = std::max({most_mm_, std::abs(at_mm.x()), std::abs(at_mm.y())});
+  }
+
   std::int64_t n_operations_ = 0;
+  std::int64_t n_places_ = 0;
   double sum_mm_ = 0;
+  double most_mm_ = 0;
   bool has_nan_ = false;
 };
+
+/// Stored patterns that fuzzed programs can call by name.
+inline const std::map<std::string, SourceText, std::less<>>& stored_patterns() {
+  static const std::map<std::string, SourceText, std::less<>> patterns = {
+      {"LOGO", {"LOGO", "X01Y01\nR3X001\nG82\nX02Y02\nX03Y023\n"}},
+      {"STEP", {"STEP", "M25\nX01\nM01\nR3M02X01\nM08\nG00X01Y01\nM15\nG01X02\nM17\nG05\n"}}};
+  return patterns;
+}
 
 /// Executes and gives the first error that checking the program should have found.
 inline std::optional<std::string> execution_complaint(const Program& program,
@@ -51,7 +79,56 @@ inline std::optional<std::string> execution_complaint(const Program& program,
   return std::nullopt;
 }
 
-/// Reads, checks and executes any bytes as an Excellon program.
+/// Passes the job through every writer. The plain Excellon that comes out must be readable and hold
+/// the same places to 0.1 um.
+inline std::optional<std::string> writers_complaint(const Program& program,
+                                                    const WalkOptions& options,
+                                                    const Survey& survey,
+                                                    const CountingSink& expected) {
+  StringSink jsonl_text;
+  StringSink csv_text;
+  StringSink excellon_text;
+  StringSink svg_text;
+  JsonlWriter jsonl(jsonl_text);
+  CsvWriter csv(csv_text);
+  ExcellonWriter excellon(excellon_text, {"fuzzed"});
+  Tally tally;
+  DiagnosticLog ignored;
+  Tee tee({&jsonl, &csv, &excellon, &tally});
+  WalkOptions whole = options;
+  whole.step_slots = Cycles::Kept;
+  execute(program, whole, survey, tee, ignored);
+  SvgWriter svg(svg_text, svg_scene(tally));
+  execute(program, options, survey, svg, ignored);
+  if (!jsonl.finish() || !csv.finish() || !svg.finish()) return "a writer fails";
+  if (!excellon.finish()) return std::nullopt;  // what Excellon cannot say is refused
+
+  // Lengths above a kilometre have more digits than numbers may have.
+  if (expected.most_mm() > 1e6) return std::nullopt;
+  DiagnosticLog log;
+  NominalSource source;
+  WalkOptions generous = options;
+  generous.max_operations = 100 * options.max_operations;
+  const Program again = load_program({"again.exc", excellon_text.text()}, log);
+  const Survey nominal = panelcal::survey(again, generous, source, log);
+  if (!log.has_errors()) {
+    CountingSink read;
+    execute(again, generous, nominal, read, log);
+    const double tolerance_mm = 4e-4 * static_cast<double>(expected.n_places() + 1);
+    if (read.n_places() != expected.n_places() ||
+        std::abs(read.sum_mm() - expected.sum_mm()) > tolerance_mm) {
+      return "the written program drills elsewhere:\n" + excellon_text.text();
+    }
+  }
+  for (const Diagnostic& diagnostic : log.kept()) {
+    if (diagnostic.severity() == Severity::Error) {
+      return "the written program is refused: " + diagnostic.text() + "\n" + excellon_text.text();
+    }
+  }
+  return std::nullopt;
+}
+
+/// Reads, checks, executes and writes any bytes as an Excellon program.
 ///
 /// Out    what is wrong with panelcal, never with the program; empty if all is well
 inline std::optional<std::string> run_excellon(std::string_view bytes) {
@@ -59,7 +136,10 @@ inline std::optional<std::string> run_excellon(std::string_view bytes) {
   options.max_operations = 5'000;
   options.max_measurements = 500;
   DiagnosticLog log;
-  const Program program = load_program({"fuzz.exc", std::string(bytes)}, log);
+  options.scaling = ReferenceScaling{
+      .x = 1.001, .y = 0.999, .about = position_mm<frame::Nominal>(5, 5), .starts_enabled = false};
+  Program program = load_program({"fuzz.exc", std::string(bytes)}, log);
+  program.patterns = stored_patterns();
   NominalSource source;
   const Survey found = survey(program, options, source, log);
   for (const Diagnostic& diagnostic : log.kept()) {
@@ -78,7 +158,7 @@ inline std::optional<std::string> run_excellon(std::string_view bytes) {
   if (auto complaint = execution_complaint(program, options, found, second)) return complaint;
   if (first.has_nan()) return "a hole without a place";
   if (!(first == second)) return "two executions differ";
-  return std::nullopt;
+  return writers_complaint(program, options, found, first);
 }
 
 }  // namespace panelcal::fuzz

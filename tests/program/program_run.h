@@ -34,11 +34,13 @@ class Recorder final : public OperationSink {
   const std::vector<Hole>& holes() const { return holes_; }
   const std::vector<std::string>& lines() const { return lines_; }
   const std::vector<Tool>& tools() const { return tools_; }
+  const std::vector<Rout>& routs() const { return routs_; }
 
  private:
   std::vector<Hole> holes_;
   std::vector<std::string> lines_;
   std::vector<Tool> tools_;
+  std::vector<Rout> routs_;
 };
 
 /// Answers with a function of the request, and remembers what was asked.
@@ -78,9 +80,14 @@ struct ProgramRun {
 };
 
 /// The file is called `p.exc` in diagnostics.
-ProgramRun run_program(std::string text, const WalkOptions& options, MeasurementSource& source);
+ProgramRun run_program(std::string text,
+                       const WalkOptions& options,
+                       MeasurementSource& source,
+                       ReadOptions reading = {});
 /// On a perfect panel.
-ProgramRun run_program(std::string text, const WalkOptions& options = {});
+ProgramRun run_program(std::string text,
+                       const WalkOptions& options = {},
+                       ReadOptions reading = {});
 
 /// `body` with a header of five lines: metric, tools 1 and 2, so that body lines count from 6.
 std::string metric(std::string_view body);

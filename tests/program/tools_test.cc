@@ -26,7 +26,8 @@ ReadTool read(std::string_view text,
   Block block;
   EXPECT_FALSE(lex({text, 1}, block)) << text;
   DiagnosticLog log;
-  ReadTool out{read_tool_block(block, format, defined, Reporter("p.exc", log)), {}};
+  const std::vector<Tool> no_page;
+  ReadTool out{read_tool_block(block, {format, defined, no_page}, Reporter("p.exc", log)), {}};
   for (const Diagnostic& diagnostic : log.kept()) out.diagnostics.push_back(diagnostic.text());
   return out;
 }

@@ -219,7 +219,8 @@ TEST(ManualUvisExample, SaysThatNothingIsCalibratedOrFocused) {
 TEST(ManualUvisExample, OrdersArePassedOnInTheirPlace) {
   const ProgramRun run = run_program(uvis_program());
   const Texts& lines = run.executed.lines();
-  EXPECT_EQ(lines[0], "6 setting $uvis,search,on");
+  EXPECT_EQ(lines[0], "5 header_end");
+  EXPECT_EQ(lines[1], "6 setting $uvis,search,on");
   EXPECT_EQ(lines[lines.size() - 2], "57 setting $uvis,lamp,0");
   EXPECT_EQ(std::ranges::count_if(
                 lines, [](const std::string& line) { return line.find("$uvis") != line.npos; }),

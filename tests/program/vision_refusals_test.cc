@@ -206,8 +206,8 @@ TEST(AxisAmbiguous, AHoleTakesNoAxisFromATarget) {
 
 TEST(AxisAmbiguous, ATargetTakesNoAxisFromAHole) {
   EXPECT_EQ(diagnostics_of("X1.Y1.\nG35Y2.\n"),
-            Texts{"p.exc:9:1: error[axis-ambiguous]: \"G35Y2.\" takes X from a hole, expected "
-                  "absolute X and Y in this block"});
+            Texts{"p.exc:9:1: error[axis-ambiguous]: \"G35Y2.\" takes X from a hole or rout "
+                  "move, expected absolute X and Y in this block"});
 }
 
 TEST(AxisAmbiguous, AnIncrementalHoleDoesNotGoOnFromATarget) {
@@ -252,7 +252,7 @@ TEST(ZeroSet, IsRefusedUnderACorrection) {
 TEST(ZeroSet, IsRefusedInAPattern) {
   EXPECT_EQ(diagnostics_of("M25\nG93X1.Y1.\nM01\nM08\n"),
             Texts{"p.exc:9:1: error[command-misplaced]: \"G93\" in \"G93X1.Y1.\", expected G93 "
-                  "outside step and repeat"});
+                  "outside step and repeat and stored patterns"});
 }
 
 }  // namespace

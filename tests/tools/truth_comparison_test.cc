@@ -18,11 +18,11 @@ Truth shifted_panel() {
 }
 
 Drill hole(double x_mm, double corrected_x_mm) {
-  return Drill{1,
-               position_mm<frame::Nominal>(x_mm, 0),
-               position_mm<frame::Actual>(corrected_x_mm, 0),
-               position_mm<frame::Machine>(corrected_x_mm, 0),
-               1e-6 * Eigen::Matrix2d::Identity()};
+  return Drill{{position_mm<frame::Nominal>(x_mm, 0),
+                position_mm<frame::Actual>(corrected_x_mm, 0),
+                position_mm<frame::Machine>(corrected_x_mm, 0),
+                1e-6 * Eigen::Matrix2d::Identity()},
+               1};
 }
 
 TEST(TruthComparison, MeasuresErrorWithAndWithoutCorrection) {

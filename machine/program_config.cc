@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/program_config.h"
+
+#include <array>
+
+#include "panelcal/machine/sim_config.h"
+
+namespace panelcal::internal {
+namespace {
+
+using Words = std::string_view;
+
+constexpr std::array<Words, 7> kProgramKeys = {"absolute_zero_mm",
+                                               "arc_tolerance_um",
+                                               "axis_version",
+                                               "block_delete",
+                                               "operator_id",
+                                               "search_path",
+                                               "work_zero_mm"};
+constexpr std::array<Words, 4> kScalingKeys = {"about_mm", "enabled", "x", "y"};
+constexpr std::array<Words, 6> kDiameterKeys = {
+    "depth_offset_mm", "diameter_mm", "infeed_mm_s", "max_hits", "retract_mm_s", "speed_rpm"};
+
+constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
+constexpr Range kAboveZero{.low = 0, .low_is_open = true};
+/// A panel that shrinks or grows by a tenth is another panel.
+constexpr Range kScale{0.9, 1.1};
+constexpr int kMaxHits = 1'000'000'000;
+
+Expected<void> read_program(const TomlTable& top, MachineConfig& config) {
+  PANELCAL_TRY(const auto table, top.table("program", "[program]", {kProgramKeys, {}}));
+  if (!table) return {};
+  PANELCAL_TRY(const auto work_mm, table->pair("work_zero_mm", kPlace));
+  if (work_mm) config.walk.work_zero = position_mm<frame::Machine>(*work_mm);
+  PANELCAL_TRY(const auto absolute_mm, table->pair("absolute_zero_mm", kPlace));
+  if (absolute_mm) config.walk.absolute_zero = position_mm<frame::Machine>(*absolute_mm);
+  PANELCAL_TRY(const auto tolerance_um, table->number("arc_tolerance_um", {0, 1000, true}));
+  if (tolerance_um) config.walk.arc_tolerance = um(*tolerance_um);
+  PANELCAL_TRY(const auto version, table->integer("axis_version", 1, 8));
+  if (version) config.reading.axis_version = static_cast<int>(*version);
+  PANELCAL_TRY(config.reading.block_delete, table->truth("block_delete"));
+  PANELCAL_TRY(const auto operator_id, table->text("operator_id"));
+  config.reading.operator_id = operator_id.value_or("");
+  if (config.reading.operator_id.size() > 20) {
+    return failure(table->problem("operator_id", "at most 20 characters (OPID)"));
+  }
+  PANELCAL_TRY(const auto folders, table->texts("search_path"));
+  for (const std::string& folder : folders) {
+    config.reading.pattern_folders.push_back(config.file.parent_path() / folder);
+  }
+  return {};
+}
+
+Expected<void> read_scaling(const TomlTable& top, MachineConfig& config) {
+  PANELCAL_TRY(const auto table,
+               top.table("reference_scaling", "[reference_scaling]", {kScalingKeys, {}}));
+  if (!table) return {};
+  ReferenceScaling scaling;
+  PANELCAL_TRY(scaling.x, table->number_or("x", kScale, 1));
+  PANELCAL_TRY(scaling.y, table->number_or("y", kScale, 1));
+  PANELCAL_TRY(const auto about_mm, table->pair("about_mm", kPlace));
+  if (about_mm) scaling.about = position_mm<frame::Nominal>(*about_mm);
+  PANELCAL_TRY(const auto enabled, table->truth("enabled"));
+  scaling.starts_enabled = enabled.value_or(false);
+  config.walk.scaling = scaling;
+  return {};
+}
+
+Expected<Tool> read_diameter(const TomlTable& table) {
+  Tool row;
+  PANELCAL_TRY(const auto diameter_mm, table.number("diameter_mm", kAboveZero));
+  if (!diameter_mm) return failure(table.missing("diameter_mm", "diameter_mm = 1.016"));
+  row.diameter = mm(*diameter_mm);
+  PANELCAL_TRY(const auto infeed, table.number("infeed_mm_s", kAboveZero));
+  if (infeed) row.infeed = mm_per_s(*infeed);
+  PANELCAL_TRY(const auto retract, table.number("retract_mm_s", kAboveZero));
+  if (retract) row.retract = mm_per_s(*retract);
+  PANELCAL_TRY(const auto speed, table.number("speed_rpm", kAboveZero));
+  if (speed) row.speed = rpm(*speed);
+  PANELCAL_TRY(const auto max_hits, table.integer("max_hits", 1, kMaxHits));
+  if (max_hits) row.max_hits = static_cast<int>(*max_hits);
+  PANELCAL_TRY(const auto depth_mm, table.number("depth_offset_mm", kPlace));
+  if (depth_mm) row.depth_offset = mm(*depth_mm);
+  return row;
+}
+
+}  // namespace
+
+Expected<void> read_program_config(const TomlTable& top, MachineConfig& config) {
+  PANELCAL_CHECK(read_program(top, config));
+  PANELCAL_CHECK(read_scaling(top, config));
+  PANELCAL_TRY(const auto rows,
+               top.tables("diameter_page", "[[diameter_page]]", {kDiameterKeys, {}}));
+  for (const TomlTable& table : rows) {
+    PANELCAL_TRY(Tool row, read_diameter(table));
+    config.reading.diameter_page.push_back(row);
+  }
+  return {};
+}
+
+Expected<void> read_travel(const TomlTable& machine, MachineConfig& config) {
+  PANELCAL_TRY(const auto low_mm, machine.pair("travel_low_mm", kPlace));
+  PANELCAL_TRY(const auto high_mm, machine.pair("travel_high_mm", kPlace));
+  if (!low_mm && !high_mm) return {};
+  if (!low_mm || !high_mm) {
+    return failure(
+        machine.missing(low_mm ? "travel_high_mm" : "travel_low_mm", "both corners of the travel"));
+  }
+  if ((low_mm->array() >= high_mm->array()).any()) {
+    return failure(machine.problem("travel_high_mm", "more than travel_low_mm in x and y"));
+  }
+  config.travel =
+      Travel{position_mm<frame::Machine>(*low_mm), position_mm<frame::Machine>(*high_mm)};
+  return {};
+}
+
+}  // namespace panelcal::internal

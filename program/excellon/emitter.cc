@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/excellon/emitter.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace panelcal::excellon {
+namespace {
+
+bool is_mirror(const Eigen::Matrix2d& linear) {
+  return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) < 0;
+}
+
+/// The table's feed where the program sets none (CNC-7 manual, Z-Axis Infeed).
+constexpr Feed kDefaultTableFeed = inch_per_min(100);
+
+Transform<frame::Nominal, frame::Nominal> scaling_map(const ReferenceScaling& scaling) {
+  const Eigen::Vector2d factor(scaling.x, scaling.y);
+  const Eigen::Vector2d about_mm = scaling.about.in_mm();
+  return {factor.asDiagonal(), about_mm - factor.cwiseProduct(about_mm)};
+}
+
+}  // namespace
+
+Emitter::Emitter(const std::map<int, Tool>& header_tools,
+                 const WalkOptions& options,
+                 const WalkPlace& place,
+                 const VisionSession& vision,
+                 const Reporter& reporter,
+                 OperationSink* sink)
+    : options_(options), place_(place), vision_(vision), reporter_(reporter), sink_(sink) {
+  if (options.scaling) scaling_ = scaling_map(*options.scaling);
+  origin_.placement = &place.placement;
+  origin_.base_series = &vision.base_series();
+  origin_.nested_series = &vision.nested_series();
+  origin_.work_zero = &place.work_zero;
+  for (const auto& [number, tool] : header_tools) {
+    if (tool.max_hits) max_hits_[number] = *tool.max_hits;
+  }
+}
+
+// --- counting ----------------------------------------------------------------------------------
+
+/// Counts one more; ends the walk above the limit.
+bool Emitter::count(std::int64_t& n, std::int64_t limit, std::string_view things, int line) {
+  if (n < limit) {
+    ++n;
+    return true;
+  }
+  if (!std::exchange(is_over_limit_, true)) {
+    reporter_.report(Code::TooManyOperations,
+                     line,
+                     0,
+                     fmt::format("more than {} {}", limit, things),
+                     "a shorter program, or a higher limit");
+  }
+  return false;
+}
+
+bool Emitter::refuse_operations(int line) {
+  n_operations_ = options_.max_operations;
+  return count(n_operations_, options_.max_operations, "operations", line);
+}
+
+bool Emitter::count_target(int line) {
+  return count(n_targets_, options_.max_measurements, "targets", line);
+}
+
+bool Emitter::count_idle_line(int line) {
+  return count(
+      n_idle_lines_, options_.max_operations, "lines of step and repeat that drill nothing", line);
+}
+
+void Emitter::put(int line, decltype(Operation::what) what) {
+  if (passes(line)) send(line, std::move(what));
+}
+
+void Emitter::send(int line, decltype(Operation::what) what) {
+  sink_->put({line, place_.path, std::move(what), place_.file, &origin_});
+}
+
+// --- tools -------------------------------------------------------------------------------------
+
+void Emitter::take(int line, const ToolChange& change) {
+  hits_left_of_[fitted_tool_] = hits_left_;
+  tool_ = fitted_tool_ = change.tool.number;
+  origin_.tool_line = line;
+  if (change.tool.max_hits) {
+    max_hits_[tool_] = *change.tool.max_hits;
+  } else {
+    max_hits_.erase(tool_);
+  }
+  hits_left_ = std::numeric_limits<std::int64_t>::max();
+  if (const auto max = max_hits_.find(tool_); max != max_hits_.end()) {
+    const auto left = hits_left_of_.find(tool_);
+    hits_left_ =
+        left == hits_left_of_.end() || left->second > max->second ? max->second : left->second;
+  }
+  put(line, change);
+}
+
+/// The next linked tool takes over; without one the machine stops for a fresh tool.
+/// Source CNC-7 manual, Set Maximum Hit Count; Link Tools
+void Emitter::expire(int line) {
+  Function expired{.kind = FunctionKind::ToolExpired,
+                   .text = {},
+                   .tool = fitted_tool_,
+                   .next_tool = std::nullopt};
+  hits_left_of_[fitted_tool_] = 0;
+  // Round the links to one that is not used up; if all are, the operator has to refill.
+  std::optional<int> next = links_.next(fitted_tool_);
+  while (next && *next != fitted_tool_) {
+    const auto left = hits_left_of_.find(*next);
+    if (left == hits_left_of_.end() || left->second > 0) break;
+    next = links_.next(*next);
+  }
+  if (next && *next != fitted_tool_) {
+    expired.next_tool = next;
+    fitted_tool_ = *next;
+  }
+  const auto max = max_hits_.find(fitted_tool_);
+  hits_left_ = max == max_hits_.end() ? std::numeric_limits<std::int64_t>::max() : max->second;
+  if (const auto left = hits_left_of_.find(fitted_tool_);
+      expired.next_tool && left != hits_left_of_.end()) {
+    hits_left_ = left->second;
+  }
+  if (sink_ != nullptr) send(line, expired);
+}
+
+// --- places ------------------------------------------------------------------------------------
+
+void Emitter::note_origin(const Eigen::Vector2d& at_mm,
+                          const Transform<frame::Nominal, frame::Nominal>* scaling) {
+  origin_.programmed = position_mm<frame::Programmed>(at_mm);
+  origin_.scaling = scaling;
+}
+
+PlacedPoint Emitter::place_of(const Position<frame::Nominal>& nominal,
+                              const PositionEstimate<frame::Actual>& corrected) const {
+  return {nominal,
+          corrected.position,
+          place_.work_zero + displacement_mm<frame::Machine>(corrected.position.in_mm()),
+          corrected.cov};
+}
+
+PlacedPoint Emitter::placed(const Eigen::Vector2d& at_mm, Scaling scaling) {
+  const bool is_scaled =
+      scaling == Scaling::Applies && place_.is_scaled && options_.scaling.has_value();
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  const auto& map = vision_.corrections().actual_from_nominal();
+  if (!is_scaled) {
+    note_origin(at_mm, nullptr);
+    return place_of(nominal, map(nominal));
+  }
+  note_origin(at_mm, &scaling_);
+  return place_of(nominal, map(scaling_(nominal)));
+}
+
+/// The operation is built in place and kept: copying it would take longer than correcting a hole.
+void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
+  hit(line, 1);
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
+  const auto& map = vision_.corrections().actual_from_nominal();
+  const auto corrected = map(is_scaled ? scaling_(nominal) : nominal);
+  note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
+  hole_.line = line;
+  hole_.path = place_.path;
+  hole_.file = place_.file;
+  auto& drill = *std::get_if<Drill>(&hole_.what);
+  drill.nominal = nominal;
+  drill.corrected = corrected.position;
+  drill.actual = place_.work_zero + displacement_mm<frame::Machine>(corrected.position.in_mm());
+  drill.cov_mm2 = corrected.cov;
+  drill.tool = tool_;
+  sink_->put(hole_);
+}
+
+void Emitter::drill_at_target(int line,
+                              const Eigen::Vector2d& at_mm,
+                              const PositionEstimate<frame::Actual>& target) {
+  if (!passes(line)) return;
+  hit(line, 1);
+  note_origin(at_mm, nullptr);
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  send(line, Drill{place_of(nominal, target), tool_});
+}
+
+void Emitter::slot(int line,
+                   const Eigen::Vector2d& start_mm,
+                   const Eigen::Vector2d& end_mm,
+                   std::int64_t n_hits) {
+  if (!passes(line)) return;
+  hit(line, n_hits);
+  const PlacedPoint end = placed(end_mm, Scaling::Applies);
+  send(line, Slot{tool_, placed(start_mm, Scaling::Applies), end});
+}
+
+void Emitter::step_slot(int line,
+                        const Eigen::Vector2d& start_mm,
+                        const Eigen::Vector2d& end_mm,
+                        Length initial_depth,
+                        Length increment,
+                        std::optional<Feed> feed) {
+  if (!passes(line)) return;
+  was_switched_off_ = true;
+  const PlacedPoint end = placed(end_mm, Scaling::Never);
+  send(line,
+       StepSlot{tool_,
+                placed(start_mm, Scaling::Never),
+                end,
+                initial_depth,
+                increment,
+                feed.value_or(kDefaultTableFeed),
+                !feed});
+}
+
+// --- routing -----------------------------------------------------------------------------------
+
+void Emitter::move(int line, const Eigen::Vector2d& to_mm) {
+  if (!passes(line)) return;
+  was_switched_off_ = true;  // by the control, during the move (G00)
+  send(line, RapidMove{placed(to_mm, Scaling::Never)});
+}
+
+void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed) {
+  if (!passes(line)) return;
+  Rout move;
+  static_cast<PlacedPoint&>(move) = placed(to_mm, Scaling::Never);
+  move.tool = tool_;
+  move.feed = feed.value_or(kDefaultTableFeed);
+  move.feed_is_default = !feed;
+  send(line, move);
+}
+
+/// Stretch turns a circle into an ellipse, which takes several arcs (or lines where it is almost
+/// straight) within the tolerance; mirrors turn the sense round.
+void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed) {
+  if (sink_ == nullptr) {
+    count_operations(1, line);
+    return;
+  }
+  const auto& correction = vision_.corrections().actual_from_nominal().map;
+  const auto whole = correction * place_.placement;
+  const auto back = whole.inverse();
+  const std::vector<Arc> pieces =
+      carry_arc(arc, whole.linear(), whole.translation(), options_.arc_tolerance.in_mm());
+  for (std::size_t i = 0; i < pieces.size() && passes(line); ++i) {
+    const Arc& piece = pieces[i];
+    const bool is_last = i + 1 == pieces.size();
+    const Eigen::Vector2d end_mm =
+        is_last ? arc.end_mm : back(position_mm<frame::Actual>(piece.end_mm)).in_mm();
+    Rout move;
+    static_cast<PlacedPoint&>(move) = placed(end_mm, Scaling::Never);
+    move.tool = tool_;
+    move.feed = feed.value_or(kDefaultTableFeed);
+    move.feed_is_default = !feed;
+    if (!piece.straight) {
+      move.kind = piece.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
+      move.corrected_center = position_mm<frame::Actual>(piece.center_mm);
+      move.center = place_.work_zero + displacement_mm<frame::Machine>(piece.center_mm);
+    }
+    send(line, move);
+  }
+}
+
+void Emitter::plunge(int line,
+                     PlungeKind kind,
+                     CompensationSide side,
+                     std::optional<Length> compensation_value,
+                     std::optional<Length> depth_offset) {
+  if (side != CompensationSide::Off && is_mirror(place_.placement.linear())) {
+    side = side == CompensationSide::Left ? CompensationSide::Right : CompensationSide::Left;
+  }
+  const bool has_to_be_told = side != side_ || (was_switched_off_ && side != CompensationSide::Off);
+  if (has_to_be_told) put(line, Compensation{side, compensation_value});
+  side_ = side;
+  was_switched_off_ = false;
+  put(line, Plunge{tool_, kind, depth_offset});
+}
+
+}  // namespace panelcal::excellon

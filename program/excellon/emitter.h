@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string_view>
+
+#include "panelcal/program/arcs.h"
+#include "panelcal/program/excellon/reporter.h"
+#include "panelcal/program/excellon/tools.h"
+#include "panelcal/program/excellon/vision.h"
+#include "panelcal/program/walk.h"
+
+namespace panelcal::excellon {
+
+/// Where a walk stands: what carries a programmed point to its place.
+struct WalkPlace {
+  Placement placement;
+  InstancePath path;
+  std::string_view file;  ///< of a stored pattern; empty: the program itself
+  Position<frame::Machine> work_zero;
+  bool is_scaled = false;  ///< M60 is in force
+};
+
+/// Turns what blocks ask for into operations: places and corrects points, counts everything, and
+/// passes it to the sink if there is one. Points come in programmed coordinates, mm.
+class Emitter {
+ public:
+  Emitter(const std::map<int, Tool>& header_tools,
+          const WalkOptions& options,
+          const WalkPlace& place,
+          const VisionSession& vision,
+          const Reporter& reporter,
+          OperationSink* sink);
+
+  bool is_executing() const { return sink_ != nullptr; }
+  /// More was asked for than the limits allow; that was reported.
+  bool is_over_limit() const { return is_over_limit_; }
+  std::int64_t n_operations() const { return n_operations_; }
+  bool count_operations(std::int64_t n, int line) {
+    if (n > options_.max_operations - n_operations_) return refuse_operations(line);
+    n_operations_ += n;
+    return true;
+  }
+  bool count_target(int line);
+  /// Lines need not operate: without this a pattern of comments could be repeated for ever.
+  bool count_idle_line(int line);
+
+  void put(int line, decltype(Operation::what) what);
+  void take(int line, const ToolChange& change);
+  int tool() const { return tool_; }
+  ToolLinks& links() { return links_; }
+
+  void drill(int line, const Eigen::Vector2d& at_mm) {
+    if (count_operations(1, line) && sink_ != nullptr) drill_now(line, at_mm);
+  }
+  void drill_at_target(int line,
+                       const Eigen::Vector2d& at_mm,
+                       const PositionEstimate<frame::Actual>& target);
+  /// `n_hits` holes stand for a slot that is passed on whole.
+  void slot(int line,
+            const Eigen::Vector2d& start_mm,
+            const Eigen::Vector2d& end_mm,
+            std::int64_t n_hits);
+  void step_slot(int line,
+                 const Eigen::Vector2d& start_mm,
+                 const Eigen::Vector2d& end_mm,
+                 Length initial_depth,
+                 Length increment,
+                 std::optional<Feed> feed);
+  void move(int line, const Eigen::Vector2d& to_mm);
+  void rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed);
+  void rout(int line, const Arc& arc, std::optional<Feed> feed);
+  /// Switches the control's compensation before it lowers the tool, where it differs from what the
+  /// control knows; a mirrored placement exchanges left and right.
+  void plunge(int line,
+              PlungeKind kind,
+              CompensationSide side,
+              std::optional<Length> compensation_value,
+              std::optional<Length> depth_offset = std::nullopt);
+
+ private:
+  enum class Scaling : std::uint8_t { Applies, Never };
+
+  bool count(std::int64_t& n, std::int64_t limit, std::string_view things, int line);
+  bool refuse_operations(int line);
+  bool passes(int line) { return count_operations(1, line) && sink_ != nullptr; }
+  void drill_now(int line, const Eigen::Vector2d& at_mm);
+  void hit(int line, std::int64_t n) {
+    if (hits_left_ < n) expire(line);
+    hits_left_ -= n;
+  }
+  void expire(int line);
+  PlacedPoint placed(const Eigen::Vector2d& at_mm, Scaling scaling);
+  PlacedPoint place_of(const Position<frame::Nominal>& nominal,
+                       const PositionEstimate<frame::Actual>& corrected) const;
+  void note_origin(const Eigen::Vector2d& at_mm,
+                   const Transform<frame::Nominal, frame::Nominal>* scaling);
+  void send(int line, decltype(Operation::what) what);
+
+  const WalkOptions& options_;
+  const WalkPlace& place_;
+  const VisionSession& vision_;
+  const Reporter& reporter_;
+  OperationSink* sink_;
+  Transform<frame::Nominal, frame::Nominal> scaling_;
+
+  int tool_ = 0;
+  int fitted_tool_ = 0;  ///< in the spindle: a linked one after the programmed one was used up
+  std::int64_t hits_left_ = std::numeric_limits<std::int64_t>::max();
+  std::map<int, std::int64_t> hits_left_of_;
+  std::map<int, int> max_hits_;
+  ToolLinks links_;
+  CompensationSide side_ = CompensationSide::Off;  ///< as the control was told last
+  bool was_switched_off_ = false;                  ///< by the control itself, since then
+  Origin origin_;
+  Operation hole_{.line = 0, .path = {}, .what = Drill(), .file = {}, .origin = &origin_};
+
+  std::int64_t n_operations_ = 0;
+  std::int64_t n_targets_ = 0;
+  std::int64_t n_idle_lines_ = 0;
+  bool is_over_limit_ = false;
+};
+
+}  // namespace panelcal::excellon

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the camera is to look: G34 and the $uvis commands.
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "panelcal/program/excellon/vision.h"
+
+namespace panelcal::excellon {
+namespace {
+
+std::vector<std::string_view> split_at_commas(std::string_view text) {
+  std::vector<std::string_view> parts;
+  while (true) {
+    const auto comma = text.find(',');
+    parts.push_back(text.substr(0, comma));
+    if (comma == std::string_view::npos) return parts;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+}  // namespace
+
+void VisionSession::bad_argument(int line,
+                                 int column,
+                                 std::string_view text,
+                                 std::string expected) {
+  reporter_.report(Code::ArgumentInvalid, line, column, quoted(text), std::move(expected));
+}
+
+void VisionSession::select_tool(const Block& block, const NumberFormat& format) {
+  const std::vector<std::string_view> parts = split_at_commas(block.arguments);
+  const std::size_t n = parts.size();
+  const bool has_delta = n == 2 || n == 5;
+  if (block.arguments_column == 0 || (n != 1 && !has_delta)) {
+    return bad_argument(
+        block.line, block.column, block.text, "G34,v1 or G34,v1,delta or G34,v1,v2,v3,v4,delta");
+  }
+  const auto column_of = [&](std::string_view part) {
+    return block.arguments_column + static_cast<int>(part.data() - block.arguments.data());
+  };
+  VisionSettings chosen = settings_;
+  chosen.tools.clear();
+  chosen.delta.reset();
+  for (std::size_t i = 0; i < n - (has_delta ? 1 : 0); ++i) {
+    const auto tool = parse_count(parts[i]);
+    if (!tool || *tool < 1) {
+      return bad_argument(block.line, column_of(parts[i]), parts[i], "a vision tool from 1");
+    }
+    chosen.tools.push_back(*tool);
+  }
+  if (has_delta) {
+    const ParsedLength delta = parse_length(parts.back(), format);
+    if (delta.fault != NumberFault::None || !(delta.value > Length())) {
+      return bad_argument(block.line,
+                          column_of(parts.back()),
+                          parts.back(),
+                          "the distance of the four views, above zero");
+    }
+    chosen.delta = delta.value;
+  }
+  settings_ = std::move(chosen);
+}
+
+template <class Number>
+bool VisionSession::read_number(std::string_view text,
+                                Number least,
+                                const SourceLine& line,
+                                std::optional<Number>& out) {
+  Number value{};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end || !(value >= least) ||
+      !std::isfinite(static_cast<double>(value))) {
+    bad_argument(line.number,
+                 static_cast<int>(text.data() - line.text.data()) + 1,
+                 text,
+                 fmt::format("a number from {}", least));
+    return false;
+  }
+  out = value;
+  return true;
+}
+
+void VisionSession::keyboard_order(const SourceLine& line, const NumberFormat& format) {
+  const auto begin = line.text.find('$');
+  const std::string_view text =
+      line.text.substr(begin, line.text.find_last_not_of(" \t") + 1 - begin);
+  const int column = static_cast<int>(begin) + 1;
+  constexpr std::string_view kPrefix = "$uvis,";
+  if (!text.starts_with(kPrefix)) {
+    reporter_.report(Code::CommandUnknown, line.number, column, quoted(text), "$uvis,...");
+    return;
+  }
+  const std::string_view rest = text.substr(kPrefix.size());
+  const auto comma = rest.find(',');
+  const std::string_view key = rest.substr(0, comma);
+  const std::string_view value =
+      comma == std::string_view::npos ? rest.substr(rest.size()) : rest.substr(comma + 1);
+  set_uvis(key, value, line, format);
+}
+
+void VisionSession::set_uvis(std::string_view key,
+                             std::string_view value,
+                             const SourceLine& line,
+                             const NumberFormat& format) {
+  const int value_column = static_cast<int>(value.data() - line.text.data()) + 1;
+  const auto is_switch = [&] {
+    if (value == "on" || value == "off") return true;
+    bad_argument(line.number, value_column, value, "on or off");
+    return false;
+  };
+  if (key == "search") {
+    if (is_switch()) settings_.search = value == "on";
+  } else if (key == "auto" || key == "box" || key == "entry") {
+    is_switch();
+  } else if (key == "searcharea") {
+    read_number(value, 0.0, line, settings_.search_area);
+  } else if (key == "lamp") {
+    read_number(value, 0.0, line, settings_.lamp);
+  } else if (key == "zoom") {
+    read_number(value, 0.0, line, settings_.zoom);
+  } else if (key == "insp") {
+    std::optional<int> n;
+    if (read_number(value, 1, line, n)) settings_.inspections = *n;
+  } else if (key == "alg") {
+    const auto comma = value.find(',');
+    std::optional<int> algorithm;
+    std::optional<int> n;
+    if (comma == std::string_view::npos) {
+      bad_argument(line.number, value_column, value, "$uvis,alg,algorithm,fiducials");
+    } else if (read_number(value.substr(0, comma), 0, line, algorithm) &&
+               read_number(value.substr(comma + 1), 1, line, n)) {
+      settings_.algorithm = algorithm;
+      series_size_ = *n;
+    }
+  } else {
+    check_order_for_machine(key, value, line, format);
+  }
+}
+
+/// The orders that set nothing here: focus and calib; anything else is none.
+void VisionSession::check_order_for_machine(std::string_view key,
+                                            std::string_view value,
+                                            const SourceLine& line,
+                                            const NumberFormat& format) {
+  const auto column_of = [&](std::string_view part) {
+    return static_cast<int>(part.data() - line.text.data()) + 1;
+  };
+  if (key == "calib" || key == "focus") {
+    // `xy`, `x1.5y2`: lower case, otherwise a coordinate like any other.
+    const auto y = value.find('y');
+    const bool is_place = value.starts_with('x') && y != std::string_view::npos &&
+                          parse_length(value.substr(1, y - 1), format).fault == NumberFault::None &&
+                          parse_length(value.substr(y + 1), format).fault == NumberFault::None;
+    if (key == "calib" ? !value.empty() : !is_place) {
+      bad_argument(line.number,
+                   column_of(value),
+                   value,
+                   key == "calib" ? "$uvis,calib alone" : "$uvis,focus,x#y#");
+    } else if (source_ != nullptr) {
+      reporter_.report(Code::CalibrationNotPerformed,
+                       line.number,
+                       column_of(key) - 6,
+                       quoted(line.text) + " is passed on, not performed");
+    }
+    return;
+  }
+  constexpr std::array<std::string_view, 11> kKeys = {"auto",
+                                                      "box",
+                                                      "search",
+                                                      "searcharea",
+                                                      "entry",
+                                                      "insp",
+                                                      "focus",
+                                                      "lamp",
+                                                      "zoom",
+                                                      "calib",
+                                                      "alg"};
+  const std::string_view near = nearest_word(key, kKeys);
+  reporter_.report(Code::CommandUnknown,
+                   line.number,
+                   column_of(key),
+                   quoted(key) + " is no $uvis command",
+                   near.empty() ? "auto, box, search, searcharea, entry, insp, focus, lamp, zoom, "
+                                  "calib or alg"
+                                : "perhaps " + std::string(near));
+}
+
+}  // namespace panelcal::excellon

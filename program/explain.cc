@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/explain.h"
+
+#include <charconv>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+std::string point(const Eigen::Vector2d& p_mm) {
+  return fmt::format("({:.6f}, {:.6f}) mm", p_mm.x() + 0.0, p_mm.y() + 0.0);
+}
+
+template <class To, class From>
+std::string map_text(const Transform<To, From>& map) {
+  const Eigen::Matrix2d& a = map.linear();
+  const Eigen::Vector2d& t_mm = map.translation();
+  return fmt::format("x' = {:.9g} x {:+.9g} y {:+.6f}, y' = {:.9g} x {:+.9g} y {:+.6f}",
+                     a(0, 0),
+                     a(0, 1),
+                     t_mm.x(),
+                     a(1, 0),
+                     a(1, 1),
+                     t_mm.y());
+}
+
+std::string source_line(std::string_view bytes, int number) {
+  LineCursor cursor(bytes);
+  while (!cursor.at_end()) {
+    const SourceLine line = cursor.next();
+    if (line.number == number) return std::string(line.text);
+  }
+  return "";
+}
+
+const PlacedPoint* place_of(const Operation& operation) {
+  if (const auto* drill = std::get_if<Drill>(&operation.what)) return drill;
+  if (const auto* rout = std::get_if<Rout>(&operation.what)) return rout;
+  if (const auto* move = std::get_if<RapidMove>(&operation.what)) return move;
+  if (const auto* slot = std::get_if<Slot>(&operation.what)) return &slot->end;
+  if (const auto* steps = std::get_if<StepSlot>(&operation.what)) return &steps->end;
+  return nullptr;
+}
+
+}  // namespace
+
+std::optional<ExplainChoice> parse_explain_choice(std::string_view text) {
+  const bool is_line = text.starts_with('L');
+  if (is_line) text.remove_prefix(1);
+  std::int64_t value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end || value < 1) return std::nullopt;
+  if (!is_line) return ExplainChoice{.line = std::nullopt, .number = value};
+  if (value > 2'000'000'000) return std::nullopt;
+  return ExplainChoice{.line = static_cast<int>(value), .number = std::nullopt};
+}
+
+void Explainer::put(const Operation& operation) {
+  if (const auto* change = std::get_if<ToolChange>(&operation.what)) tool_ = change->tool;
+  const PlacedPoint* place = place_of(operation);
+  if (place == nullptr || operation.origin == nullptr) return;
+  ++n_places_;
+  const bool is_meant = choice_.line ? operation.file.empty() && operation.line == *choice_.line
+                                     : n_places_ == *choice_.number;
+  if (is_meant && ++n_matching_ <= kMost) explain(operation, *place);
+}
+
+void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
+  const Origin& origin = *operation.origin;
+  const bool is_main = operation.file.empty();
+  const std::string file = is_main ? program_.source.file : std::string(operation.file);
+  std::string line;
+  if (is_main) line = source_line(program_.source.bytes, operation.line);
+  for (const auto& [name, pattern] : program_.patterns) {
+    if (!is_main && pattern.file == file) line = source_line(pattern.bytes, operation.line);
+  }
+  auto to = std::back_inserter(text_);
+  if (!text_.empty()) text_ += '\n';
+  fmt::format_to(
+      to, "{} {}: {}:{}: {}\n", operation_name(operation), n_places_, file, operation.line, line);
+  fmt::format_to(to,
+                 "  tool        {}{}, taken in line {}\n",
+                 tool_.number,
+                 tool_.diameter ? fmt::format(", diameter {:.4f} mm", tool_.diameter->in_mm()) : "",
+                 origin.tool_line);
+  fmt::format_to(to, "  programmed  {}\n", point(origin.programmed.in_mm()));
+  fmt::format_to(to,
+                 "  placement   path [{}]: {}\n",
+                 fmt::join(operation.path, ","),
+                 map_text(*origin.placement));
+  fmt::format_to(to, "  nominal     {}\n", point(place.nominal.in_mm()));
+  if (origin.scaling != nullptr) {
+    fmt::format_to(to, "  scaling     {}\n", map_text(*origin.scaling));
+  }
+  if (*origin.base_series) explain_series("base", **origin.base_series);
+  if (*origin.nested_series) explain_series("nested", **origin.nested_series);
+  if (!*origin.base_series && !*origin.nested_series) text_ += "  correction  none in force\n";
+  fmt::format_to(to,
+                 "  corrected   {}, sigma ({:.3f}, {:.3f}) um\n",
+                 point(place.corrected.in_mm()),
+                 std::sqrt(place.cov_mm2(0, 0)) * 1e3,
+                 std::sqrt(place.cov_mm2(1, 1)) * 1e3);
+  fmt::format_to(to, "  work zero   {}\n", point(origin.work_zero->in_mm()));
+  fmt::format_to(to, "  machine     {}\n", point(place.actual.in_mm()));
+}
+
+void Explainer::explain_series(std::string_view name, std::size_t i_series) {
+  auto to = std::back_inserter(text_);
+  const SeriesResult& series = survey_.series[i_series];
+  fmt::format_to(to,
+                 "  {:<11} {}, measured from line {}, path [{}]: {}\n",
+                 name,
+                 panelcal::name(series.model),
+                 series.line,
+                 fmt::join(series.path, ","),
+                 series.base ? map_text(series.base->map.map) : map_text(series.nested->map.map));
+  for (std::size_t i = 0; i < series.measurements.size(); ++i) {
+    const Measurement& target = survey_.measurements[series.measurements[i]];
+    const Eigen::Vector2d residual_mm =
+        series.base ? series.base->residuals[i].in_mm() : series.nested->residuals[i].in_mm();
+    fmt::format_to(to,
+                   "    {} target {}: nominal {}, measured {}, residual ({:+.3f}, {:+.3f}) um\n",
+                   target.request.command,
+                   target.request.seq,
+                   point(target.request.nominal.in_mm()),
+                   point(target.measured.position.in_mm()),
+                   residual_mm.x() * 1e3,
+                   residual_mm.y() * 1e3);
+  }
+}
+
+std::string Explainer::text() const {
+  if (n_matching_ == 0) {
+    return choice_.line
+               ? fmt::format("line {} drills and routs nothing\n", *choice_.line)
+               : fmt::format("there is no place {}: the job has {}\n", *choice_.number, n_places_);
+  }
+  if (n_matching_ <= kMost) return text_;
+  return text_ + fmt::format("\nand {} more places of this line\n", n_matching_ - kMost);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+#include "panelcal/program/operation.h"
+
+namespace panelcal {
+
+// What output files call the kinds that operation.h gives no name.
+
+constexpr std::string_view word(PlungeKind kind) {
+  return kind == PlungeKind::Plain ? "plain" : "contouring";
+}
+
+constexpr std::string_view word(CompensationSide side) {
+  switch (side) {
+    case CompensationSide::Left:
+      return "left";
+    case CompensationSide::Right:
+      return "right";
+    case CompensationSide::Off:
+      break;
+  }
+  return "off";
+}
+
+constexpr std::string_view word(const Retract& retract) {
+  return retract.with_clamping ? "clamping" : "free";
+}
+
+/// Standard deviations of the corrected place along x and y, mm.
+inline Eigen::Vector2d sigma_mm(const PlacedPoint& place) {
+  return place.cov_mm2.diagonal().cwiseSqrt();
+}
+
+}  // namespace panelcal

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/bench/bench_program.h"
+
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "panelcal/calib/base/random.h"
+
+namespace panelcal::bench {
+namespace {
+
+constexpr std::uint64_t kSeed = 20261121;
+constexpr int kPatternHoles = 100;
+constexpr int kMostCopies = 100;  // of one level, where the count of holes lets us
+constexpr std::string_view kHead =
+    "M48\nMETRIC,TZ\nT1C0.8\nT2C1.0\nT3C1.2\n%\n"
+    "G34,1\nG36X010000Y010000\nG36X490000Y010000\nG36X010000Y590000\n";
+
+void append_hole(std::string& text, Random& random) {
+  const auto six_digits = [&random] { return static_cast<int>(random.uniform(0, 1e6)); };
+  const int x = six_digits();
+  fmt::format_to(std::back_inserter(text), "X{:06}Y{:06}\n", x, six_digits());
+}
+
+/// The largest level that divides the copies; all of them if only that does.
+int level_of(int n_copies) {
+  for (int n = kMostCopies; n > 1; --n) {
+    if (n_copies % n == 0) return n;
+  }
+  return n_copies;
+}
+
+}  // namespace
+
+std::string plain_program(int n_holes) {
+  Random random(kSeed);
+  std::string text(kHead);
+  for (int i = 0; i < n_holes; ++i) {
+    if (i % (n_holes / 3 + 1) == 0) text += fmt::format("T{}\n", 1 + i / (n_holes / 3 + 1));
+    append_hole(text, random);
+  }
+  return text + "M30\n";
+}
+
+std::string repeat_program(int n_holes) {
+  Random random(kSeed);
+  std::string text = std::string(kHead) + "T1\nM25\n";
+  for (int i = 0; i < kPatternHoles; ++i) append_hole(text, random);
+  text += "M01\n";
+  for (int n_copies = n_holes / kPatternHoles; n_copies > 1;) {
+    const int n = level_of(n_copies);
+    text += fmt::format("R{}M02X001000Y000500\nM01\n", n - 1);
+    n_copies /= n;
+  }
+  return text + "M08\nM30\n";
+}
+
+Expected<Measurement> TurnedPanel::measure(const MeasurementRequest& request) {
+  constexpr double kTurn_rad = 1e-3;
+  constexpr double kVariance_mm2 = 1e-6;
+  Eigen::Matrix2d turn;
+  turn << std::cos(kTurn_rad), -std::sin(kTurn_rad), std::sin(kTurn_rad), std::cos(kTurn_rad);
+  const Eigen::Vector2d seen_mm = turn * request.nominal.in_mm() + Eigen::Vector2d(0.3, -0.2);
+  Measurement measurement{.request = request, .status = MeasurementStatus::Found};
+  measurement.measured = {position_mm<frame::Actual>(seen_mm),
+                          kVariance_mm2 * Eigen::Matrix2d::Identity()};
+  return measurement;
+}
+
+WalkOptions rigid() {
+  return {.series_size = 3, .model = PanelModel::Rigid};
+}
+
+}  // namespace panelcal::bench
