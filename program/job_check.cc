@@ -115,17 +115,18 @@ void JobCheck::report(const Program& program, DiagnosticLog& log) const {
     const Eigen::Vector2d& at_mm = outside_->place.in_mm();
     const Eigen::Vector2d& low_mm = travel_->low.in_mm();
     const Eigen::Vector2d& high_mm = travel_->high.in_mm();
-    log.add({Code::TravelExceeded,
-             {outside_->file.empty() ? file : outside_->file, outside_->line, 1},
-             fmt::format("({:.3f}, {:.3f}) mm is outside the travel, as are {} more places",
-                         at_mm.x(),
-                         at_mm.y(),
-                         n_outside_ - 1),
-             fmt::format("({:.3f}, {:.3f}) to ({:.3f}, {:.3f}) mm",
-                         low_mm.x(),
-                         low_mm.y(),
-                         high_mm.x(),
-                         high_mm.y())});
+    log.add(
+        {Code::TravelExceeded,
+         {outside_->file.empty() ? file : outside_->file, outside_->line, 1},
+         fmt::format("({:.3f}, {:.3f}) mm is outside the travel{}",
+                     at_mm.x(),
+                     at_mm.y(),
+                     n_outside_ == 1 ? "" : fmt::format(", and so are {} more", n_outside_ - 1)),
+         fmt::format("({:.3f}, {:.3f}) to ({:.3f}, {:.3f}) mm",
+                     low_mm.x(),
+                     low_mm.y(),
+                     high_mm.x(),
+                     high_mm.y())});
   }
   report_scale(program, log);
 }

@@ -15,6 +15,10 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFooters 
   7 tools, 990 holes, 21 targets in 7 series, no errors, no warnings
 
 Prints what is wrong like a compiler: FILE:LINE:COLUMN: error[CODE]: what, expected ...
+Says how numbers are read and why. Finds, without a machine: blocks that make no sense where they
+stand, series that never complete, M52 that does not match M50, coincident or collinear fiducials,
+unused tools, missing feeds, coordinates of a suspicious size, and with [machine] travel_low_mm and
+travel_high_mm moves outside the travel.
 Without PROGRAM only the machine file and the calibrations it names are checked.
 
 Exit codes
@@ -37,7 +41,14 @@ fit is held against [gates]. Only if all of them hold does the second walk write
 program, whole or not at all. The report is written in either case. A program without vision
 commands needs no SOURCE.
 
-Formats  .jsonl .csv .drl .exc, or --to jsonl|csv|excellon
+Formats  .jsonl .csv .drl .exc .svg, or --to jsonl|csv|excellon|svg; .svg is a picture of the job
+
+  $ panelcal run job.exc -m machine.toml --measurements m.jsonl --explain L33
+
+says how the holes of line 33 came about: programmed place, copy, scaling, fits with their fiducials
+and residuals, work zero, what the machine is told. --explain 500 takes the 500th hole or move.
+
+Stored patterns (M99,NAME) are looked for beside the program, then in [program] search_path.
 
 Exit codes
   0 done; 1 a target was not found or a gate failed, and no program was written (but see --force);

@@ -160,6 +160,7 @@ class Interpreter {
   void engrave(const Block& block, const Pending& pending);
   void run_stored_pattern(const Block& block, const Cycle& cycle);
   bool refuse_pending(int line, std::string_view what);
+  void refuse_cycle(const Block& block, const Word& word, const std::string& why);
 
   // helpers, interpreter_blocks.cc
   bool is_alone(const Block& block, std::size_t n_words = 1);

@@ -37,6 +37,14 @@ bool Interpreter::refuse_pending(int line, std::string_view what) {
   return true;
 }
 
+/// `why` says what does not fit and what was expected.
+void Interpreter::refuse_cycle(const Block& block, const Word& word, const std::string& why) {
+  reporter_.report(Code::CycleInvalid,
+                   block.line,
+                   word.column,
+                   quoted(word.text()) + " in " + quoted(block.text) + ": " + why);
+}
+
 void Interpreter::begin_cycle(const Block& block, Command command) {
   if (refuse_while_plunged(block)) return;
   MotionWords read;
@@ -94,7 +102,7 @@ void Interpreter::finish_cycle(const Block& block, const Pending& pending) {
             ? eight_pin(*pending.first_mm, modal_.at_mm, rounding_mm())
             : dual_in_line(
                   *pending.first_mm, modal_.at_mm, pending.pitch_mm, pending.row_mm, rounding_mm());
-    if (!holes) return report(Code::CycleInvalid, block, block.words[0], holes.error());
+    if (!holes) return refuse_cycle(block, block.words[0], holes.error());
     cycle.holes = *std::move(holes);
   }
   run_cycle(block, cycle);
@@ -125,7 +133,7 @@ void Interpreter::inline_cycle(const Block& block, std::size_t i_code, Command c
   if (command == Command::CannedCircle) {
     const double tool_mm = tool_diameter().value_or(kDefaultCircleTool).in_mm();
     auto holes = canned_circle(start_mm, *second.xy_mm[0], tool_mm);
-    if (!holes) return report(Code::CycleInvalid, block, block.words[i_code], holes.error());
+    if (!holes) return refuse_cycle(block, block.words[i_code], holes.error());
     last_cycle_ = Cycle{.command = command,
                         .line = block.line,
                         .holes = *std::move(holes),
@@ -140,7 +148,7 @@ void Interpreter::inline_cycle(const Block& block, std::size_t i_code, Command c
     return report(Code::DiameterMissing, block, block.words[i_code], "C# of the tool");
   }
   auto holes = canned_slot(start_mm, modal_.at_mm, tool_diameter()->in_mm());
-  if (!holes) return report(Code::CycleInvalid, block, block.words[i_code], holes.error());
+  if (!holes) return refuse_cycle(block, block.words[i_code], holes.error());
   last_cycle_ = Cycle{.command = command,
                       .line = block.line,
                       .holes = *std::move(holes),

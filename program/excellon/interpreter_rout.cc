@@ -171,7 +171,7 @@ void Interpreter::routed_circle(const Block& block, Command command) {
         Code::DiameterMissing, block, block.words[0], "CP,#,# in the header, or C# of the tool");
   }
   const auto circle = excellon::routed_circle(modal_.at_mm, *modal_.radius_mm, value->in_mm());
-  if (!circle) return report(Code::CycleInvalid, block, block.words[0], circle.error());
+  if (!circle) return refuse_cycle(block, block.words[0], circle.error());
 
   const bool is_clockwise = command == Command::CircleClockwise;
   emitter_.move(block.line, circle->plunge_mm);
@@ -196,7 +196,7 @@ void Interpreter::step_slot(const Block& block,
     return report(Code::CycleInvalid, block, block.words[0], "Z-# and U# behind G87X#Y#");
   }
   const auto passes = step_slot_depths(*words.initial_depth_mm, *words.depth_mm);
-  if (!passes) return report(Code::CycleInvalid, block, block.words[0], passes.error());
+  if (!passes) return refuse_cycle(block, block.words[0], passes.error());
   if (options_.step_slots == Cycles::Kept) {
     return emitter_.step_slot(block.line,
                               start_mm,

@@ -142,8 +142,8 @@ TEST(MachineConfig, NamesTheNearestKnownKey) {
 }
 
 TEST(MachineConfig, SaysWhatIsPlannedButNotSupported) {
-  EXPECT_EQ(refusal("[program]\naxis_version = 2\n"),
-            "machine.toml:2:1: error[not-supported]: \"axis_version\" in [program] is not "
+  EXPECT_EQ(refusal("[machine]\ndrivers = 2\n"),
+            "machine.toml:2:1: error[not-supported]: \"drivers\" in [machine] is not "
             "supported yet, expected a file without it");
   EXPECT_EQ(refusal("[surface]\n"),
             "machine.toml:1:2: error[not-supported]: \"surface\" in machine.toml is not supported "

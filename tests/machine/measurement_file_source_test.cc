@@ -110,10 +110,11 @@ TEST(MeasurementFile, SkipsBlankLinesAndCountsThem) {
 TEST(MeasurementFile, RefusesWhatIsNotAMeasurement) {
   EXPECT_EQ(refusal("\n{\"seq\":0,}"),
             "m.jsonl:2:10: error[json-syntax]: \"}\", expected a text in double quotes");
-  EXPECT_EQ(refusal(with("\"score\"", "\"scoer\"")),
-            "m.jsonl:1:141: error[measurement-file]: unknown key \"scoer\", expected one of "
-            "algorithm, command, cov, delta, expected, image, inspections, lamp, line, measured, "
-            "nominal, path, reason, score, search, search_area, seq, status, tool, tools, zoom");
+  EXPECT_EQ(
+      refusal(with("\"score\"", "\"scoer\"")),
+      "m.jsonl:1:141: error[measurement-file]: unknown key \"scoer\", expected one of "
+      "algorithm, command, cov, delta, expected, file, image, inspections, lamp, line, measured, "
+      "nominal, path, reason, score, search, search_area, seq, status, tool, tools, zoom");
   EXPECT_EQ(refusal(with("\"seq\":0,", "")),
             "m.jsonl:1:1: error[measurement-file]: there is no \"seq\", expected the key");
   EXPECT_EQ(refusal(with("\"expected\":[1.6,2.1],", "")),
@@ -132,7 +133,7 @@ TEST(MeasurementFile, RefusesWhatIsNotAMeasurement) {
             "2 numbers");
   EXPECT_EQ(refusal(with("[0,1]", "[0,-1]")),
             "m.jsonl:1:90: error[measurement-file]: \"path\" is [0,-1], expected an array of at "
-            "most 64 whole numbers from 0 to 2147483647");
+            "most 128 whole numbers from 0 to 2147483647");
   EXPECT_EQ(refusal(with("\"found\"", "\"lost\"")),
             "m.jsonl:1:179: error[measurement-file]: \"status\" is \"lost\", expected found, "
             "not_found, ambiguous or rejected");
