@@ -50,6 +50,13 @@ Expected<std::string> output_format(const RunOptions& options) {
                   ".jsonl, .csv, .drl, .exc or .svg, or --to"});
 }
 
+std::string amount(const Tally& tally) {
+  std::string text = fmt::format("{} holes", tally.n_holes());
+  if (tally.n_slots() > 0) text += fmt::format(", {} slots", tally.n_slots());
+  if (tally.n_routs() > 0) text += fmt::format(", {} rout moves", tally.n_routs());
+  return text;
+}
+
 std::vector<std::string> comment_lines(const Provenance& provenance) {
   std::vector<std::string> lines;
   for (const auto& [key, value] : provenance) lines.push_back(key + ": " + value);
@@ -251,12 +258,12 @@ class Run {
     for (const Diagnostic& diagnostic : walk_log.kept()) log_.add(diagnostic);
     if (walk_log.has_errors() || !take(writer->finish()) || (file && !take(file->commit()))) return;
     is_written_ = true;
-    context_.console.say(fmt::format(
-        "{} holes written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um",
-        tally_.n_holes(),
-        options_.output == "-" ? "standard output" : options_.output,
-        tally_.max_shift().in_um(),
-        tally_.max_sigma().in_um()));
+    context_.console.say(
+        fmt::format("{} written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um",
+                    amount(tally_),
+                    options_.output == "-" ? "standard output" : options_.output,
+                    tally_.max_shift().in_um(),
+                    tally_.max_sigma().in_um()));
     if (comparison_) context_.console.say("\nerror against truth\n" + comparison_->summary());
   }
 

@@ -27,13 +27,6 @@ void Extent::add(const Eigen::Vector2d& p_mm) {
   is_empty = false;
 }
 
-double nice_below(double x) {
-  if (!(x > 0) || !std::isfinite(x)) return 1;
-  const double power = std::pow(10.0, std::floor(std::log10(x)));
-  const double first = x / power * (1 + 1e-12);
-  return (first >= 5 ? 5 : first >= 2 ? 2 : 1) * power;
-}
-
 View::View(const Extent& extent, double width, double max_height) : shown_(extent) {
   const double margin_mm = std::max(1.0, kMargin * extent.size_mm().maxCoeff());
   shown_.low_mm.array() -= margin_mm;

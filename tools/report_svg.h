@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "panelcal/program/writers/svg_sheet.h"
+
 namespace panelcal::report {
 
 /// An upright rectangle in work coordinates, mm; empty until a point was added.
@@ -18,8 +20,7 @@ struct Extent {
   Eigen::Vector2d size_mm() const { return high_mm - low_mm; }
 };
 
-/// The largest of 1, 2, 5 times a power of ten that is not above `x` > 0.
-double nice_below(double x);
+using svg::nice_below;
 
 /// Maps work coordinates (mm, y up) to a picture (px, y down) with equal scales.
 class View {

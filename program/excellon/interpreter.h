@@ -26,8 +26,10 @@ namespace panelcal::excellon {
 /// Memory does not grow with the number of holes: every instance of a step and repeat section reads
 /// the pattern's text again.
 ///
-/// interpreter.cc decides which block comes when; interpreter_blocks.cc has holes, targets, tools
-/// and stops, interpreter_rout.cc routing, interpreter_cycles.cc canned cycles and stored patterns.
+/// interpreter.cc decides which block comes when, interpreter_sections.cc which copy;
+/// interpreter_blocks.cc has numbers, holes and targets, interpreter_settings.cc tools, zeros and
+/// units, interpreter_events.cc stops and messages, interpreter_rout.cc routing,
+/// interpreter_cycles.cc canned cycles and stored patterns.
 class Interpreter {
  public:
   Interpreter(const Program& program,
@@ -100,6 +102,10 @@ class Interpreter {
   void run_code(const Block& block);
   void run_command(const Block& block, Command command);
   void run_without_operands(const Block& block, Command command);
+  void check_rest();
+  bool has_ended() const { return ended_ || emitter_.is_over_limit(); }
+
+  // interpreter_sections.cc
   void run_section(int line);
   void end_section(const RepeatSection& section);
   void run_level(const RepeatSection& section,
@@ -107,8 +113,6 @@ class Interpreter {
                  std::size_t level,
                  const Placement& outer);
   void run_instance(const RepeatSection& section, const Modal& start, const Placement& placement);
-  void check_rest();
-  bool has_ended() const { return ended_ || emitter_.is_over_limit(); }
 
   // interpreter_blocks.cc
   void coordinate(const Block& block);
@@ -116,19 +120,23 @@ class Interpreter {
   void repeat_hole(const Block& block);
   void measure(const Block& block, Command command);
   void stored_label(const Block& block, Command command);
+  void autocalibration(const Block& block);
+  bool has_tool(int line);
+
+  // interpreter_settings.cc
   void select_tool(const Block& block);
   Tool known_tool(const Block& block, const ToolBlock& read);
   void rate(const Block& block);
-  bool has_tool(int line);
   void set_zero(const Block& block);
   void set_unit(const Block& block, LengthUnit unit);
+
+  // interpreter_events.cc
   void stop(const Block& block, std::span<const Word> words, StopKind kind);
   void end_program(const Block& block, std::span<const Word> words, StopKind kind);
   void dwell(const Block& block);
   void message(const Block& block);
   void long_message(const SourceLine& line);
   void text_offset(const SourceLine& line);
-  void autocalibration(const Block& block);
   void function(const Block& block, FunctionKind kind);
   void switch_scaling(const Block& block, bool is_on);
 

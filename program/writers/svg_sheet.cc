@@ -92,6 +92,7 @@ Color tool_color(std::size_t i_tool) {
 }
 
 double nice_below(double x) {
+  if (!(x > 0) || !std::isfinite(x)) return 1;
   const double power = std::pow(10.0, std::floor(std::log10(x)));
   const double first = x / power * (1 + 1e-12);
   return (first >= 5 ? 5 : first >= 2 ? 2 : 1) * power;

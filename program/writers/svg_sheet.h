@@ -27,7 +27,7 @@ struct Color {
 /// Eight colours that colour-blind people tell apart as well, on white; then ever new hues.
 Color tool_color(std::size_t i_tool);
 
-/// The largest of 1, 2, 5 times a power of ten that is not above `x` > 0.
+/// The largest of 1, 2, 5 times a power of ten that is not above `x`; 1 for what is no length.
 double nice_below(double x);
 
 struct LegendRow {

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Step and repeat sections: which instance runs when, and with what state it begins.
+#include <utility>
+
+#include "panelcal/program/excellon/interpreter.h"
+
+namespace panelcal::excellon {
+
+void Interpreter::run_section(int line) {
+  if (refuse_pending(line, "M25")) return;
+  if (in_pattern_ || is_plunged_) {
+    reporter_.report(is_plunged_ ? Code::ToolPlunged : Code::CommandMisplaced,
+                     line,
+                     1,
+                     is_plunged_ ? "a pattern begins while the router is down"
+                                 : "a pattern begins inside a pattern",
+                     is_plunged_ ? "M16 or M17 first" : "M01 and M08 first");
+    return;
+  }
+  const auto section = scan_section(cursor_, line, {format_, set_, deletes_blocks_}, reporter_);
+  if (!section) {
+    ended_ = true;
+    return;
+  }
+  const std::size_t depth = place_.path.size();
+  in_pattern_ = true;
+  place_.path.resize(depth + section->levels.size(), 0);
+  const Modal start = modal_;
+  run_level(*section, start, section->levels.size(), frame_);
+  in_pattern_ = false;
+  place_.path.resize(depth);
+  place_.placement = frame_;
+  if (!has_ended()) end_section(*section);
+}
+
+/// The manual clears the incremental accumulators at M08, back to work zero. It does not say what
+/// an omitted axis means then in absolute mode, so that is refused (AxisUser::Cleared).
+void Interpreter::end_section(const RepeatSection& section) {
+  vision_.end_section(section.closing.line);
+  modal_.at_mm.setZero();
+  modal_.user = {AxisUser::Cleared, AxisUser::Cleared};
+  modal_.has_hole = false;
+  modal_.has_start = false;
+  last_cycle_.reset();
+  cursor_ = section.after;
+
+  if (section.closing.n_words == 1) return;
+  const Word& second = section.closing.words[1];
+  const auto code = command(second);
+  if (code != Command::EndRewind && code != Command::EndNoRewind) {
+    return report(Code::BlockNotAlone, section.closing, second, "M08 alone or with M30");
+  }
+  end_program(section.closing,
+              section.closing.all().subspan(2),
+              code == Command::EndRewind ? StopKind::EndRewind : StopKind::EndNoRewind);
+}
+
+/// Runs everything below `level` once in place and once for every copy that the level asks for.
+void Interpreter::run_level(const RepeatSection& section,
+                            const Modal& start,
+                            std::size_t level,
+                            const Placement& outer) {
+  if (level == 0) return run_instance(section, start, outer);
+  // levels[] is innermost first, the path outermost first.
+  const std::size_t depth = place_.path.size() - level;
+  place_.path[depth] = 0;
+  run_level(section, start, level - 1, outer);
+  // Checking needs the copies only where they measure.
+  if (is_first_walk() && !section.has_vision) return;
+
+  Eigen::Vector2d offset_mm = Eigen::Vector2d::Zero();
+  for (const Copies& copies : section.levels[level - 1]) {
+    const CopyRun& run = copies.run;
+    if (run.restarts) offset_mm.setZero();
+    const Eigen::Matrix2d orientation = copy_orientation(run);
+    for (int i = 0; i < run.count && !has_ended(); ++i) {
+      offset_mm += run.step.in_mm();
+      ++place_.path[depth];
+      if (copies.tool) {
+        Block block;
+        block.line = copies.line;
+        block.words[0] = *copies.tool;
+        block.n_words = 1;
+        select_tool(block);
+      }
+      run_level(section,
+                start,
+                level - 1,
+                outer * Transform<frame::Programmed, frame::Programmed>(orientation, offset_mm));
+    }
+  }
+}
+
+void Interpreter::run_instance(const RepeatSection& section,
+                               const Modal& start,
+                               const Placement& placement) {
+  if (has_ended()) return;
+  place_.placement = placement;
+  modal_ = start;
+  last_cycle_.reset();
+  vision_.begin_instance();
+  cursor_ = section.pattern;
+  if (cursor_.offset() == section.pattern_end) emitter_.count_idle_line(section.line);
+  while (cursor_.offset() < section.pattern_end && !has_ended()) {
+    const int number = cursor_.line_number();
+    const std::int64_t n_before = emitter_.n_operations();
+    run_line(cursor_.next());
+    if (emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
+  }
+  const int end_line = cursor_.line_number();
+  refuse_pending(end_line, "the end of the pattern");
+  if (std::exchange(is_plunged_, false)) {
+    reporter_.report(Code::ToolPlunged,
+                     end_line,
+                     1,
+                     "the pattern ends while the router is down",
+                     "M16 or M17 at its end");
+  }
+  vision_.end_instance(end_line);
+}
+
+}  // namespace panelcal::excellon
