@@ -93,6 +93,11 @@ Expected<void> read_program_config(const TomlTable& top, MachineConfig& config) 
                top.tables("diameter_page", "[[diameter_page]]", {kDiameterKeys, {}}));
   for (const TomlTable& table : rows) {
     PANELCAL_TRY(Tool row, read_diameter(table));
+    for (const Tool& other : config.reading.diameter_page) {
+      if (other.diameter == row.diameter) {
+        return failure(table.problem("diameter_mm", "each diameter once", "another row has it"));
+      }
+    }
     config.reading.diameter_page.push_back(row);
   }
   return {};

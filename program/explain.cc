@@ -137,7 +137,7 @@ std::string Explainer::text() const {
   if (n_matching_ == 0) {
     return choice_.line
                ? fmt::format("line {} drills and routs nothing\n", *choice_.line)
-               : fmt::format("there is no place {}: the job has {}\n", *choice_.number, n_places_);
+               : fmt::format("there is no place {}: the job has {}", *choice_.number, n_places_);
   }
   if (n_matching_ <= kMost) return text_;
   return text_ + fmt::format("\nand {} more places of this line\n", n_matching_ - kMost);

@@ -31,6 +31,7 @@ class Explainer final : public OperationSink {
   void put(const Operation& operation) override;
   /// The explanation, or that there is no such place.
   std::string text() const;
+  bool has_found() const { return n_matching_ > 0; }
 
  private:
   void explain(const Operation& operation, const PlacedPoint& point);

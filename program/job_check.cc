@@ -8,6 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/program/arc_shape.h"
+#include "panelcal/program/excellon/tools.h"
+
 namespace panelcal {
 namespace {
 
@@ -35,19 +38,32 @@ void JobCheck::put(const Operation& operation) {
     used_.insert(rout->tool);
     if (rout->feed_is_default) without_table_feed_.insert(rout->tool);
     see(operation, *rout);
+    see_bulges(operation, *rout);
+    router_mm_ = rout->corrected.in_mm();
   } else if (const auto* move = std::get_if<RapidMove>(&operation.what)) {
     see(operation, *move);
+    router_mm_ = move->corrected.in_mm();
   } else if (const auto* slot = std::get_if<Slot>(&operation.what)) {
     used_.insert(slot->tool);
+    if (!tool_.infeed) without_infeed_.insert(slot->tool);
     see(operation, slot->start);
     see(operation, slot->end);
   } else if (const auto* steps = std::get_if<StepSlot>(&operation.what)) {
     used_.insert(steps->tool);
+    if (steps->feed_is_default) without_table_feed_.insert(steps->tool);
     see(operation, steps->start);
     see(operation, steps->end);
   } else if (const auto* setting = std::get_if<Setting>(&operation.what)) {
-    // An infeed of its own block is the tool's.
-    if (setting->text.starts_with('F')) tool_.infeed = mm_per_s(1);
+    constexpr std::size_t kMostLinks = 1000;
+    if (excellon::is_tool_link(setting->text) && links_.size() < kMostLinks) {
+      links_.emplace(setting->text);
+    }
+  } else if (const auto* rate = std::get_if<ToolRate>(&operation.what)) {
+    if (rate->infeed) tool_.infeed = rate->infeed;
+  } else if (const auto* stop = std::get_if<Stop>(&operation.what)) {
+    if (stop->actual) hold_against_travel(operation, *stop->actual);
+  } else if (const auto* calibration = std::get_if<Autocalibration>(&operation.what)) {
+    hold_against_travel(operation, calibration->actual);
   }
 }
 
@@ -59,15 +75,28 @@ void JobCheck::take(const Tool& tool) {
 void JobCheck::see(const Operation& operation, const PlacedPoint& point) {
   low_mm_ = low_mm_.cwiseMin(point.nominal.in_mm());
   high_mm_ = high_mm_.cwiseMax(point.nominal.in_mm());
+  hold_against_travel(operation, point.actual);
+}
+
+void JobCheck::see_bulges(const Operation& operation, const Rout& rout) {
+  if (rout.kind == RoutKind::Line || !travel_) return;
+  const Eigen::Vector2d work_zero_mm = rout.actual.in_mm() - rout.corrected.in_mm();
+  ArcShape(router_mm_, rout).for_each_bulge([&](const Eigen::Vector2d& bulge_mm) {
+    hold_against_travel(operation, position_mm<frame::Machine>(bulge_mm + work_zero_mm));
+  });
+}
+
+void JobCheck::hold_against_travel(const Operation& operation,
+                                   const Position<frame::Machine>& place) {
   if (!travel_) return;
-  const Eigen::Vector2d& at_mm = point.actual.in_mm();
+  const Eigen::Vector2d& at_mm = place.in_mm();
   // Written so that a NaN is outside.
   if ((at_mm.array() >= travel_->low.in_mm().array()).all() &&
       (at_mm.array() <= travel_->high.in_mm().array()).all()) {
     return;
   }
   if (n_outside_++ == 0) {
-    outside_ = Outside{operation.line, std::string(operation.file), point.actual};
+    outside_ = Outside{operation.line, std::string(operation.file), place};
   }
 }
 
@@ -92,8 +121,10 @@ void JobCheck::see_hole(const Operation& operation, const Drill& drill) {
 
 void JobCheck::report(const Program& program, DiagnosticLog& log) const {
   const std::string& file = program.source.file;
+  std::set<int> used = used_;
+  for (const std::string& link : links_) excellon::add_linked_tools(link, used);
   for (const auto& [number, tool] : program.header.tools) {
-    if (used_.contains(number) || used_.empty()) continue;
+    if (used.contains(number) || used_.empty()) continue;
     log.add({Code::ToolUnused,
              {file, program.header.tool_lines.at(number), 1},
              fmt::format("tool {} is defined and never used", number),

@@ -43,15 +43,19 @@ class JobCheck final : public OperationSink {
 
   void take(const Tool& tool);
   void see(const Operation& operation, const PlacedPoint& point);
+  void see_bulges(const Operation& operation, const Rout& rout);
+  void hold_against_travel(const Operation& operation, const Position<frame::Machine>& place);
   void see_hole(const Operation& operation, const Drill& drill);
   void report_scale(const Program& program, DiagnosticLog& log) const;
 
   std::optional<Travel> travel_;
   std::optional<Outside> outside_;
   std::int64_t n_outside_ = 0;
+  Eigen::Vector2d router_mm_ = Eigen::Vector2d::Zero();
   Tool tool_;
   int drilling_tool_ = 0;
   std::set<int> used_;
+  std::set<std::string> links_;  ///< of tools, as written
   std::set<int> without_infeed_;
   std::set<int> without_table_feed_;
   Eigen::Vector2d low_mm_ = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());

@@ -20,6 +20,8 @@ struct NameOf {
   std::string_view operator()(const StepSlot&) const { return "step_slot"; }
   std::string_view operator()(const Dwell&) const { return "dwell"; }
   std::string_view operator()(const Function&) const { return "function"; }
+  std::string_view operator()(const ToolRate&) const { return "rate"; }
+  std::string_view operator()(const Autocalibration&) const { return "autocalibration"; }
 };
 
 }  // namespace

@@ -46,6 +46,19 @@ struct ToolChange {
   std::optional<int> compensation_index;
 };
 
+/// Changes the rates of the tool that is in use.
+struct ToolRate {
+  int tool = 0;
+  std::optional<Feed> infeed;
+  std::optional<Feed> retract;
+};
+
+/// Asks the machine for its own camera calibration at a place that no correction moves (G39).
+struct Autocalibration {
+  Position<frame::Nominal> nominal;
+  Position<frame::Machine> actual;
+};
+
 /// Drills one hole.
 struct Drill : PlacedPoint {
   int tool = 0;
@@ -195,7 +208,9 @@ struct Operation {
                Slot,
                StepSlot,
                Dwell,
-               Function>
+               Function,
+               ToolRate,
+               Autocalibration>
       what;
   std::string_view file;           ///< of a stored pattern (M99); empty: the program itself
   const Origin* origin = nullptr;  ///< of Drill, Rout, RapidMove, Slot and StepSlot
@@ -213,6 +228,7 @@ struct ProgramInfo {
   std::string file;
   NumberFormat format;  ///< the program's own: rates are whole in its unit, settings in its zeros
   std::map<int, Tool> tools;
+  bool is_scaled = false;   ///< reference scaling is in the coordinates already
   bool body_rules = false;  ///< OM48: the body's tool data win over the header's
   int axis_version = 1;     ///< VER: the axes that a program in the same format is written in
 };

@@ -2,9 +2,10 @@
 #include "panelcal/program/tally.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
+
+#include "panelcal/program/arc_shape.h"
 
 namespace panelcal {
 namespace {
@@ -15,36 +16,6 @@ double largest_sigma_mm(const Eigen::Matrix2d& cov_mm2) {
   const double half = (cov_mm2(0, 0) - cov_mm2(1, 1)) / 2;
   return std::sqrt(std::max(0.0, mean + std::hypot(half, cov_mm2(0, 1))));
 }
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-/// A corrected arc of at most half a circle, mm.
-struct ArcShape {
-  Eigen::Vector2d center;
-  Eigen::Vector2d from;  ///< from the center to the end where counter-clockwise begins
-  Eigen::Vector2d to;
-
-  ArcShape(const Eigen::Vector2d& start_mm, const Rout& rout)
-      : center(rout.corrected_center.in_mm()) {
-    from = start_mm - center;
-    to = rout.corrected.in_mm() - center;
-    if (rout.kind == RoutKind::Clockwise) from.swap(to);
-  }
-
-  double radius_mm() const { return (from.norm() + to.norm()) / 2; }
-  double length_mm() const {
-    return radius_mm() * std::atan2(std::abs(cross(from, to)), from.dot(to));
-  }
-  /// The arc has a point in this direction from its center.
-  bool covers(const Eigen::Vector2d& direction) const {
-    // Both signs also fit the opposite of an arc without length.
-    const double nearer = std::max(direction.dot(from), direction.dot(to));
-    return cross(from, direction) >= 0 && cross(direction, to) >= 0 &&
-           nearer >= -1e-6 * radius_mm();
-  }
-};
 
 }  // namespace
 
@@ -116,11 +87,9 @@ void Tally::put_rout(const Rout& rout) {
   }
   const ArcShape arc(start_mm, rout);
   routed_length_ = routed_length_ + mm(arc.length_mm());
-  const std::array<Eigen::Vector2d, 4> directions = {{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
-  for (const Eigen::Vector2d& direction : directions) {
-    if (!arc.covers(direction)) continue;
-    corrected_box_.add(position_mm<frame::Actual>(arc.center + arc.radius_mm() * direction));
-  }
+  arc.for_each_bulge([this](const Eigen::Vector2d& bulge_mm) {
+    corrected_box_.add(position_mm<frame::Actual>(bulge_mm));
+  });
 }
 
 }  // namespace panelcal

@@ -34,11 +34,12 @@ void execute(const Program& program,
              OperationSink& sink,
              DiagnosticLog& log) {
   Survey replayed = survey;
-  sink.begin({program.source.file,
-              program.header.format,
-              program.header.tools,
-              program.header.body_rules,
-              program.axis_version()});
+  sink.begin({.file = program.source.file,
+              .format = program.header.format,
+              .tools = program.header.tools,
+              .is_scaled = options.scaling.has_value(),
+              .body_rules = program.header.body_rules,
+              .axis_version = program.axis_version()});
   excellon::Interpreter(program, options, replayed, nullptr, &sink, log).run();
 }
 

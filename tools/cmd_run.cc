@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -40,7 +41,9 @@ Expected<std::string> output_format(const RunOptions& options) {
        {".drl", "excellon"},
        {".exc", "excellon"},
        {".svg", "svg"}}};
-  const std::string extension = std::filesystem::path(options.output).extension().string();
+  std::string extension = std::filesystem::path(options.output).extension().string();
+  std::ranges::transform(
+      extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
   for (const auto& [known, format] : kByExtension) {
     if (extension == known) return std::string(format);
   }
@@ -51,9 +54,12 @@ Expected<std::string> output_format(const RunOptions& options) {
 }
 
 std::string amount(const Tally& tally) {
-  std::string text = fmt::format("{} holes", tally.n_holes());
-  if (tally.n_slots() > 0) text += fmt::format(", {} slots", tally.n_slots());
-  if (tally.n_routs() > 0) text += fmt::format(", {} rout moves", tally.n_routs());
+  const auto plural = [](std::int64_t n, std::string_view word) {
+    return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
+  };
+  std::string text = plural(tally.n_holes(), "hole");
+  if (tally.n_slots() > 0) text += ", " + plural(tally.n_slots(), "slot");
+  if (tally.n_routs() > 0) text += ", " + plural(tally.n_routs(), "rout move");
   return text;
 }
 
@@ -191,6 +197,12 @@ class Run {
   Expected<void> read_choice() {
     if (!options_.explain.empty()) {
       choice_ = parse_explain_choice(options_.explain);
+      if (choice_ && options_.output.empty() && !options_.report.empty()) {
+        return failure({Code::Usage,
+                        {"panelcal run", 0, 0},
+                        "--report without an output",
+                        "-o OUTPUT as well"});
+      }
       if (choice_) return {};
       return failure({Code::Usage,
                       {"panelcal run", 0, 0},
@@ -207,8 +219,16 @@ class Run {
   void explain() {
     if (!choice_) return;
     Explainer explainer(*choice_, checked_->program, measured_.survey);
-    DiagnosticLog ignored;
-    execute(checked_->program, config_.walk, measured_.survey, explainer, ignored);
+    // Numbers must not depend on the output's format.
+    WalkOptions walk = config_.walk;
+    walk.slots = walk.step_slots = Cycles::Expanded;
+    DiagnosticLog walk_log;
+    execute(checked_->program, walk, measured_.survey, explainer, walk_log);
+    for (const Diagnostic& diagnostic : walk_log.kept()) log_.add(diagnostic);
+    if (!explainer.has_found() && choice_->number) {
+      log_.add({Code::Usage, {"panelcal run", 0, 0}, "--explain: " + explainer.text(), ""});
+      return;
+    }
     // With a result on standard output the explanation must not mix with it.
     if (options_.output == "-") {
       context_.console.say(explainer.text());
@@ -290,7 +310,8 @@ class Run {
   ExitCode finish() {
     context_.console.print(log_);
     if (log_.has_errors() && !is_written_ && !options_.output.empty()) {
-      context_.console.say("nothing was written to " + options_.output);
+      context_.console.say(options_.output == "-" ? "standard output is not to be used"
+                                                  : "nothing was written to " + options_.output);
     }
     return exit_code(log_);
   }

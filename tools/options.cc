@@ -100,7 +100,7 @@ class CommandLine {
     run_->add_option("--slots",
                      o.slots,
                      "Pass slots (G85, G87) on whole, or as holes and passes (default: keep for "
-                     "excellon and svg, expand otherwise)")
+                     "excellon and svg, expand otherwise; excellon keeps G87 in any case)")
         ->check(CLI::IsMember({"keep", "expand"}));
     run_->add_option("--explain",
                      o.explain,

@@ -26,8 +26,8 @@ std::optional<CheckedProgram> read_and_check(const std::string& path,
     return std::nullopt;
   }
   const std::filesystem::path folder =
-      path == "-" ? std::filesystem::path(".") : std::filesystem::path(path).parent_path();
-  reading.pattern_folders.insert(reading.pattern_folders.begin(), folder.empty() ? "." : folder);
+      path == "-" ? std::filesystem::path() : std::filesystem::path(path).parent_path();
+  reading.pattern_folders.insert(reading.pattern_folders.begin(), folder);
   CheckedProgram checked{load_program(*std::move(source), log, std::move(reading)), {}};
   NominalSource nominal;
   WalkOptions without_limits = options;

@@ -63,6 +63,24 @@ bool Emitter::refuse_operations(int line) {
   return count(n_operations_, options_.max_operations, "operations", line);
 }
 
+void Emitter::count_copies(std::int64_t n_copies,
+                           std::int64_t n_operations,
+                           std::int64_t n_idle,
+                           int line) {
+  const auto is_too_many = [&](std::int64_t n_each, std::int64_t n) {
+    return n_each > 0 && n_copies > (options_.max_operations - n) / n_each;
+  };
+  if (is_too_many(n_operations, n_operations_)) {
+    refuse_operations(line);
+  } else if (is_too_many(n_idle, n_idle_lines_)) {
+    n_idle_lines_ = options_.max_operations;
+    count_idle_line(line);
+  } else {
+    n_operations_ += n_copies * n_operations;
+    n_idle_lines_ += n_copies * n_idle;
+  }
+}
+
 bool Emitter::count_target(int line) {
   return count(n_targets_, options_.max_measurements, "targets", line);
 }
@@ -216,6 +234,13 @@ void Emitter::step_slot(int line,
                 !feed});
 }
 
+void Emitter::autocalibration(int line, const Eigen::Vector2d& at_mm) {
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  put(line,
+      Autocalibration{nominal,
+                      place_.work_zero + displacement_mm<frame::Machine>(nominal.in_mm())});
+}
+
 // --- routing -----------------------------------------------------------------------------------
 
 void Emitter::move(int line, const Eigen::Vector2d& to_mm) {
@@ -274,6 +299,7 @@ void Emitter::plunge(int line,
     side = side == CompensationSide::Left ? CompensationSide::Right : CompensationSide::Left;
   }
   const bool has_to_be_told = side != side_ || (was_switched_off_ && side != CompensationSide::Off);
+  if (side == CompensationSide::Off) compensation_value.reset();
   if (has_to_be_told) put(line, Compensation{side, compensation_value});
   side_ = side;
   was_switched_off_ = false;

@@ -39,11 +39,17 @@ class Emitter {
   /// More was asked for than the limits allow; that was reported.
   bool is_over_limit() const { return is_over_limit_; }
   std::int64_t n_operations() const { return n_operations_; }
+  std::int64_t n_idle_lines() const { return n_idle_lines_; }
   bool count_operations(std::int64_t n, int line) {
     if (n > options_.max_operations - n_operations_) return refuse_operations(line);
     n_operations_ += n;
     return true;
   }
+  /// Counts copies that need not be walked: so many of this many operations and idle lines.
+  void count_copies(std::int64_t n_copies,
+                    std::int64_t n_operations,
+                    std::int64_t n_idle,
+                    int line);
   bool count_target(int line);
   /// Lines need not operate: without this a pattern of comments could be repeated for ever.
   bool count_idle_line(int line);
@@ -70,6 +76,7 @@ class Emitter {
                  Length initial_depth,
                  Length increment,
                  std::optional<Feed> feed);
+  void autocalibration(int line, const Eigen::Vector2d& at_mm);
   void move(int line, const Eigen::Vector2d& to_mm);
   void rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed);
   void rout(int line, const Arc& arc, std::optional<Feed> feed);
@@ -89,7 +96,11 @@ class Emitter {
   bool passes(int line) { return count_operations(1, line) && sink_ != nullptr; }
   void drill_now(int line, const Eigen::Vector2d& at_mm);
   void hit(int line, std::int64_t n) {
-    if (hits_left_ < n) expire(line);
+    while (hits_left_ < n) {
+      n -= hits_left_;
+      expire(line);
+      if (hits_left_ == 0) return;  // H0 allows nothing; once is enough to say it
+    }
     hits_left_ -= n;
   }
   void expire(int line);

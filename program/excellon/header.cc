@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
+
+#include <fmt/format.h>
 
 #include "panelcal/program/excellon/lexer.h"
 #include "panelcal/program/excellon/reporter.h"
@@ -48,6 +51,13 @@ bool is_digit_mask(std::string_view text) {
          text.size() - point - 1 >= 1 && text.size() - point - 1 <= 6 &&
          text.find_first_not_of("0.") == std::string_view::npos &&
          text.find('.', point + 1) == std::string_view::npos;
+}
+
+/// With a decimal point, which any reader takes alike whatever its zeros and digits.
+std::string with_point(double value) {
+  std::string text = fmt::format("{:.9g}", value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
 }
 
 class HeaderReader {
@@ -109,7 +119,13 @@ class HeaderReader {
     if (text.front() == 'T' && text.size() > 1 && text[1] >= '0' && text[1] <= '9') {
       return read_tool(line);
     }
+    if (text.front() == '/' && text.size() > 1) return read_slashed(line, column, text);
     if (is_tool_link(text) || text == "/") {  // a lone / clears the links
+      return pass_on(line.number, text);
+    }
+    // A depth offset without a tool is the machine's mean.
+    if (text.size() > 1 && text[0] == 'Z' &&
+        std::string_view("+-.0123456789").find(text[1]) != std::string_view::npos) {
       return pass_on(line.number, text);
     }
     // CAM systems write some of the body's modes into the header.
@@ -125,6 +141,20 @@ class HeaderReader {
     const std::string_view value =
         comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
     read_word(line.number, column, text, word, value);
+  }
+
+  /// Block delete, in the header only by the header's own switch.
+  void read_slashed(const SourceLine& line, int column, std::string_view text) {
+    if (!header_.block_delete) {
+      reporter_.report(Code::CommandMisplaced,
+                       line.number,
+                       column,
+                       quoted(text) + " may be left out or not",
+                       "BLKD,ON or BLKD,OFF before it");
+    } else if (!*header_.block_delete) {
+      const SourceLine rest = without_slash(line);
+      read_line(rest, trim(rest.text));
+    }
   }
 
   void read_word(
@@ -153,8 +183,6 @@ class HeaderReader {
       return read_switch(line, value_column, value, *header_.block_delete);
     }
     if (word == "Z" || word == "ZC") {
-      // The zero set goes on as an operation of its own.
-      if (word == "ZC") pass_on(line, text);
       return read_zero(
           line, value_column, value, word == "Z" ? header_.zero_set : header_.zero_correction);
     }
@@ -165,8 +193,8 @@ class HeaderReader {
       header_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
       return;
     }
-    pass_on(line, text);
     if (word == "CP") return read_compensation(line, value_column, value);
+    pass_on(line, text);
     if (word == "CCW") return read_direction(line, column, value_column, value);
     if (value.size() == 1 && value[0] >= '1' && value[0] <= (word == "VER" ? '8' : '2')) {
       if (word == "VER") {
@@ -204,6 +232,10 @@ class HeaderReader {
     }
     if (!is_point) return bad(line, column, value, "X#Y#");
     out = displacement_mm<frame::Programmed>(zero_mm);
+    has_dimension_ = true;
+    if (&out != &header_.zero_correction) return;  // the zero set is an operation of its own
+    const Eigen::Vector2d written = zero_mm / header_.format.one_unit().in_mm();
+    pass_on(line, fmt::format("ZC,X{}Y{}", with_point(written.x()), with_point(written.y())));
   }
 
   /// CP,index,diameter.
@@ -213,10 +245,15 @@ class HeaderReader {
     const ParsedLength diameter = comma == std::string_view::npos
                                       ? ParsedLength{{}, NumberFault::Malformed}
                                       : parse_length(value.substr(comma + 1), header_.format);
-    if (!index || *index < 1 || *index > 99 || diameter.fault != NumberFault::None) {
+    if (!index || *index < 1 || *index > 99 || comma + 1 == value.size() ||
+        diameter.fault != NumberFault::None) {
       return bad(line, column, value, "CP,index,diameter with an index from 1 to 99");
     }
     header_.compensation_values[*index] = diameter.value;
+    has_dimension_ = true;
+    // With a decimal point, since outputs may have other digits.
+    const double written = diameter.value / header_.format.one_unit();
+    pass_on(line, fmt::format("CP,{},{}", *index, with_point(written)));
   }
 
   void read_direction(int line, int column, int value_column, std::string_view value) {
@@ -250,6 +287,13 @@ class HeaderReader {
                        column,
                        quoted(word) + " contradicts the " + unit_word_ + " before it",
                        "one unit for the whole program");
+    }
+    if (has_dimension_) {
+      reporter_.report(Code::ArgumentInvalid,
+                       line,
+                       column,
+                       quoted(word) + " comes behind numbers that it would have told the unit of",
+                       "INCH or METRIC before all dimensions");
     }
     unit_word_ = word;
     format.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
@@ -345,9 +389,14 @@ class HeaderReader {
     }
     const auto tool = read_tool_block(block, {header_.format, nullptr, diameter_page_}, reporter_);
     if (!tool) return;
+    has_dimension_ |= tool->tool.diameter.has_value() || tool->tool.depth_offset.has_value();
     header_.tool_lines.emplace(tool->tool.number, line.number);
-    const auto [defined, is_new] = header_.tools.emplace(tool->tool.number, tool->tool);
-    if (is_new || defined->second == tool->tool) return;
+    Tool merged = tool->tool;
+    Tool& known = header_.tools.try_emplace(merged.number, merged).first->second;
+    fill_missing(merged, known);
+    const Tool latest = merged;
+    fill_missing(known, merged);
+    if (latest == known) return;
     reporter_.report(Code::ArgumentInvalid,
                      line.number,
                      block.column,
@@ -362,7 +411,12 @@ class HeaderReader {
     state = value != "OFF";
   }
 
+  /// R,T resets the tool data that came so far.
   void pass_on(int line, std::string_view text) {
+    if (text == "R,T") {
+      header_.tools.clear();
+      header_.tool_lines.clear();
+    }
     header_.settings.push_back({line, std::string(text)});
   }
 
@@ -373,6 +427,7 @@ class HeaderReader {
   int start_line_ = 0;
   bool digits_from_hint_ = false;
   bool has_zeros_word_ = false;
+  bool has_dimension_ = false;
   bool has_digit_mask_ = false;
   std::string unit_word_;
 };

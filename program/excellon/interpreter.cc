@@ -26,7 +26,9 @@ Interpreter::Interpreter(const Program& program,
                          DiagnosticLog& log)
     : program_(program),
       options_(options),
-      reporter_(program.source.file, log),
+      reporter_(program.source.file,
+                log,
+                sink == nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly),
       vision_(options, survey, source, reporter_, log),
       emitter_(program.header.tools, options, place_, vision_, reporter_, sink),
       set_(program.header.set),
@@ -34,10 +36,11 @@ Interpreter::Interpreter(const Program& program,
       cursor_(program.source.bytes, program.header.body),
       format_(program.header.format),
       plain_(format_),
-      frame_(axis_placement(program.axis_version())),
-      text_offset_(program.header.text_offset),
+      axes_(axis_placement(program.axis_version())),
+      frame_(axes_),
       body_rules_(program.header.body_rules) {
   modal_.incremental = program.header.incremental;
+  modal_.text_offset = program.header.text_offset;
   states_unit_ = program.header.states_format;
   warned_format_ = sink != nullptr || (program.header.states_format && program.header.states_zeros);
   place_.placement = frame_;
@@ -58,8 +61,15 @@ void Interpreter::run() {
   if (has_end_) return check_rest();
   if (has_ended()) return;
   refuse_pending(cursor_.line_number(), "the end of the program");
+  if (is_plunged_) {
+    reporter_.report(Code::ToolPlunged,
+                     cursor_.line_number(),
+                     0,
+                     "the program ends while the router is down",
+                     "M16 or M17 before it");
+  }
   vision_.end_program(cursor_.line_number());
-  if (is_first_walk() && !vision_.must_stop()) {
+  if (!vision_.must_stop()) {
     reporter_.report(
         Code::EndMissing, cursor_.line_number(), 0, "the program has no end", "M30 or M00");
   }
@@ -82,7 +92,7 @@ void Interpreter::pass_on_header() {
 
 /// Says once if anything but line ends and a rewind mark follows the end of the program.
 void Interpreter::check_rest() {
-  if (!is_first_walk() || vision_.must_stop()) return;
+  if (vision_.must_stop()) return;
   while (!cursor_.at_end()) {
     const SourceLine line = cursor_.next();
     const LineKind kind = kind_of(line.text);
@@ -138,12 +148,16 @@ bool Interpreter::run_plain(const SourceLine& line) {
 void Interpreter::run_slashed(const SourceLine& line) {
   const SourceLine rest = without_slash(line);
   if (kind_of(rest.text) == LineKind::Empty) {
+    if (rest.text.find(';') != std::string_view::npos) return;  // a comment left out
     emitter_.links().clear();
     return emitter_.put(line.number, Setting{"/"});
   }
-  if (deletes_blocks_) return;
+  if (deletes_blocks_) {
+    if (is_long_message(rest.text)) skip_message(cursor_, rest.text);
+    return;
+  }
   const bool is_stated = program_.header.block_delete || program_.reading.block_delete;
-  if (!is_stated && is_first_walk() && !std::exchange(warned_slash_, true)) {
+  if (!is_stated && !std::exchange(warned_slash_, true)) {
     reporter_.report(Code::BlockDeleteAssumed,
                      line.number,
                      line.column,

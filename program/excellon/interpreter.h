@@ -43,8 +43,9 @@ class Interpreter {
 
  private:
   /// Who used an axis last: the two passes of the machine see different coordinates, so an axis
-  /// may not be taken over from the one kind to the other. Cleared: an M08 came since.
-  enum class AxisUser : std::uint8_t { None, Work, Target, Cleared };
+  /// may not be taken over from the one kind to the other. Cleared: an M08 came since. Lost: a P#
+  /// or G93 did, and the manual does not say where they leave the position.
+  enum class AxisUser : std::uint8_t { None, Work, Target, Cleared, Lost };
   enum class Motion : std::uint8_t { Drill, Rapid, Line, Clockwise, Counterclockwise };
 
   /// What every instance of a pattern starts with again.
@@ -56,9 +57,13 @@ class Interpreter {
     Motion motion = Motion::Drill;
     bool has_start = false;  ///< a coordinate came since G00
     CompensationSide side = CompensationSide::Off;
+    double at_step_mm = 0;                                  ///< rounding of the last coordinate
+    double arc_step_mm = 0;                                 ///< rounding of A, or of I and J
+    bool has_routed = false;                                ///< since the side was chosen
     std::optional<double> radius_mm;                        ///< A#
     std::array<std::optional<double>, 2> center_offset_mm;  ///< I# and J#
     std::optional<Feed> feed;                               ///< of the table
+    Displacement<frame::Programmed> text_offset;            ///< CAN_TEXT_OFF
   };
 
   /// The numbers of a block that moves.
@@ -69,6 +74,7 @@ class Interpreter {
     std::optional<Feed> feed;
     std::optional<double> depth_mm;          ///< Z#
     std::optional<double> initial_depth_mm;  ///< U#
+    double step_mm = 0;                      ///< the coarsest last digit of all
   };
 
   /// A cycle, text or stored pattern with all its numbers, so that it can be repeated.
@@ -78,6 +84,7 @@ class Interpreter {
     std::optional<HoleSequence> holes;
     std::string name;  ///< of a stored pattern
     Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();
+    double diameter_mm = 0;                              ///< of a canned circle
     Eigen::Vector2d end_mm = Eigen::Vector2d::Zero();    ///< of a slot
     Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();  ///< of the last copy
   };
@@ -112,6 +119,10 @@ class Interpreter {
                  const Modal& start,
                  std::size_t level,
                  const Placement& outer);
+  void check_tools_of_copies(const RepeatSection& section, const Modal& start);
+  void take_tool_of(const Copies& copies);
+  /// A section of a stored pattern that a section's copy called: boards are the outer one's.
+  bool is_inner_section() const { return in_stored_pattern_ && pattern_depth_ > 0; }
   void run_instance(const RepeatSection& section, const Modal& start, const Placement& placement);
 
   // interpreter_blocks.cc
@@ -143,7 +154,7 @@ class Interpreter {
   // interpreter_rout.cc
   void start_motion(const Block& block, Motion motion);
   void move_or_rout(const Block& block, std::span<const Word> words);
-  void rout_arc(const Block& block, const Eigen::Vector2d& from_mm);
+  void rout_arc(const Block& block, const Eigen::Vector2d& from_mm, double step_mm);
   void plunge(const Block& block, PlungeKind kind);
   void retract(const Block& block, bool with_clamping);
   void switch_compensation(const Block& block, CompensationSide side);
@@ -162,6 +173,7 @@ class Interpreter {
   void take_corner(const Block& block);
   void finish_cycle(const Block& block, const Pending& pending);
   void inline_cycle(const Block& block, std::size_t i_code, Command command);
+  bool make_holes(const Block& block, const Word& word, Cycle& cycle);
   void run_cycle(const Block& block, const Cycle& cycle);
   void drill_holes(int line, const Cycle& cycle);
   void repeat_pattern(const Block& block);
@@ -199,19 +211,21 @@ class Interpreter {
   NumberFormat format_;
   PlainReader plain_;
   Modal modal_;
-  Placement frame_;  ///< of what is not inside a section: axis version, and a pattern's zero
+  const Placement axes_;  ///< axis version
+  Placement frame_;       ///< of what is not inside a section: axis version, and a pattern's zero
   std::optional<Pending> pending_;
   std::optional<Cycle> last_cycle_;
-  Displacement<frame::Programmed> text_offset_;
   std::optional<Tool> tool_;
   std::optional<int> compensation_index_;
-  std::map<int, Tool> body_tools_;  ///< what the body said of them, as far as it rules
+  std::map<int, bool> body_hits_off_;  ///< H without a number
+  std::map<int, Tool> body_tools_;     ///< what the body said of them, as far as it rules
   std::set<int> undefined_tools_;
   bool body_rules_;          ///< OM48
   bool body_rates_ = false;  ///< G07
   bool is_plunged_ = false;
   bool in_pattern_ = false;
   bool in_stored_pattern_ = false;
+  std::size_t pattern_depth_ = 0;  ///< step and repeat levels around the stored pattern
   bool has_motion_ = false;
   bool states_unit_ = false;    ///< in the header, or by M71 or M72
   bool warned_format_ = false;  ///< or nothing is to be warned of

@@ -74,6 +74,13 @@ bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& o
     return false;
   }
   value_mm = parsed.value.in_mm();
+  const auto point = word.number.find('.');
+  const double step_mm =
+      point == std::string_view::npos
+          ? rounding_mm()
+          : format_.one_unit().in_mm() *
+                std::pow(10.0, -static_cast<double>(word.number.size() - point - 1));
+  out.step_mm = std::max(out.step_mm, std::min(step_mm, rounding_mm()));
   warn_format(block, word);
   return true;
 }
@@ -115,6 +122,7 @@ bool Interpreter::move_to(const Block& block,
                                    quoted(block.text),
                                    axis == 0 ? 'X' : 'Y',
                                    before == AxisUser::Cleared  ? "before the M08"
+                                   : before == AxisUser::Lost   ? "before a P# or G93"
                                    : before == AxisUser::Target ? "a vision target"
                                                                 : "a hole or rout move"),
                        "absolute X and Y in this block");
@@ -220,9 +228,8 @@ void Interpreter::measure(const Block& block, Command command) {
     return vision_.measure_target(target);
   }
   modal_.has_hole = false;
-  if (!has_tool(block.line)) return;
-  const auto seen = vision_.measure_hole(target);
-  if (seen) emitter_.drill_at_target(block.line, modal_.at_mm, *seen);
+  const auto seen = vision_.measure_hole(target);  // in both walks, whatever the tool
+  if (seen && has_tool(block.line)) emitter_.drill_at_target(block.line, modal_.at_mm, *seen);
 }
 
 /// M50,#  M51,#  M52(,#)
@@ -258,13 +265,16 @@ void Interpreter::autocalibration(const Block& block) {
   if (refuse_while_plunged(block)) return;
   MotionWords words;
   if (!read_words(block, block.all().subspan(1), "XY", words)) return;
-  if (is_first_walk()) {
-    reporter_.report(Code::CalibrationNotPerformed,
-                     block.line,
-                     block.column,
-                     quoted(block.text) + " is passed on, not performed");
+  reporter_.report(Code::CalibrationNotPerformed,
+                   block.line,
+                   block.column,
+                   quoted(block.text) + " is passed on, not performed");
+  if (!words.xy_mm[0] && !words.xy_mm[1]) {
+    return report(Code::CoordinateMissing, block, block.words[0], "X and Y of the first hole");
   }
-  emitter_.put(block.line, Setting{block.text});
+  if (move_to(block, words.xy_mm, AxisUser::Target)) {
+    emitter_.autocalibration(block.line, modal_.at_mm);
+  }
 }
 
 }  // namespace panelcal::excellon

@@ -113,6 +113,7 @@ void Interpreter::finish_cycle(const Block& block, const Pending& pending) {
 void Interpreter::inline_cycle(const Block& block, std::size_t i_code, Command command) {
   if (refuse_while_plunged(block)) return;
   const bool is_rout = command == Command::RoutedStepSlot;
+  last_cycle_.reset();
   modal_.motion = is_rout ? Motion::Rapid : Motion::Drill;
   modal_.side = CompensationSide::Off;
   modal_.has_hole = false;
@@ -130,32 +131,38 @@ void Interpreter::inline_cycle(const Block& block, std::size_t i_code, Command c
     return report(
         Code::CoordinateMissing, block, block.words[i_code], std::string(info(command).operands));
   }
+  Cycle cycle{
+      .command = command, .line = block.line, .holes = std::nullopt, .name = {}, .at_mm = start_mm};
   if (command == Command::CannedCircle) {
-    const double tool_mm = tool_diameter().value_or(kDefaultCircleTool).in_mm();
-    auto holes = canned_circle(start_mm, *second.xy_mm[0], tool_mm);
-    if (!holes) return refuse_cycle(block, block.words[i_code], holes.error());
-    last_cycle_ = Cycle{.command = command,
-                        .line = block.line,
-                        .holes = *std::move(holes),
-                        .name = {},
-                        .at_mm = start_mm};
-    return run_cycle(block, *last_cycle_);
+    cycle.diameter_mm = *second.xy_mm[0];
+  } else if (!move_to(block, second.xy_mm, AxisUser::Work)) {
+    return;
   }
-  if (!move_to(block, second.xy_mm, AxisUser::Work)) return;
+  cycle.end_mm = modal_.at_mm;
   if (!vision_.is_ready_to_drill(block.line) || !has_tool(block.line)) return;
   if (is_rout) return step_slot(block, start_mm, modal_.at_mm, second);
-  if (!tool_diameter()) {
-    return report(Code::DiameterMissing, block, block.words[i_code], "C# of the tool");
+  if (!make_holes(block, block.words[i_code], cycle)) return;
+  last_cycle_ = cycle;
+  drill_holes(block.line, cycle);
+}
+
+/// The holes of a circle or slot depend on the tool, which may be another one at a P#.
+bool Interpreter::make_holes(const Block& block, const Word& word, Cycle& cycle) {
+  const bool is_slot = cycle.command == Command::CannedSlot;
+  if (!is_slot && cycle.command != Command::CannedCircle) return true;
+  if (is_slot && !tool_diameter()) {
+    report(Code::DiameterMissing, block, word, "C# of the tool");
+    return false;
   }
-  auto holes = canned_slot(start_mm, modal_.at_mm, tool_diameter()->in_mm());
-  if (!holes) return refuse_cycle(block, block.words[i_code], holes.error());
-  last_cycle_ = Cycle{.command = command,
-                      .line = block.line,
-                      .holes = *std::move(holes),
-                      .name = {},
-                      .at_mm = start_mm,
-                      .end_mm = modal_.at_mm};
-  run_cycle(block, *last_cycle_);
+  const double tool_mm = tool_diameter().value_or(kDefaultCircleTool).in_mm();
+  auto holes = is_slot ? canned_slot(cycle.at_mm, cycle.end_mm, tool_mm)
+                       : canned_circle(cycle.at_mm, cycle.diameter_mm, tool_mm);
+  if (!holes) {
+    refuse_cycle(block, word, holes.error());
+    return false;
+  }
+  cycle.holes = *std::move(holes);
+  return true;
 }
 
 void Interpreter::run_cycle(const Block& block, const Cycle& cycle) {
@@ -191,16 +198,17 @@ void Interpreter::repeat_pattern(const Block& block) {
   if (!read.xy_mm[0] && !read.xy_mm[1]) {
     return report(Code::CoordinateMissing, block, repeat, "P#X#Y#");
   }
-  if (!last_cycle_ || modal_.user[0] != AxisUser::Work) {
+  if (!last_cycle_) {
     return report(Code::RepeatWithoutPattern, block, repeat, "G81 to G85, or M99, before it");
   }
   const Eigen::Vector2d step_mm(read.xy_mm[0].value_or(0), read.xy_mm[1].value_or(0));
   Cycle cycle = *std::exchange(last_cycle_, std::nullopt);
+  if (!make_holes(block, repeat, cycle)) return;
   for (int i = 0; i < *count && !has_ended(); ++i) {
     cycle.shift_mm += step_mm;
-    modal_.at_mm += step_mm;
     run_cycle(block, cycle);
   }
+  modal_.user = {AxisUser::Lost, AxisUser::Lost};
   last_cycle_ = std::move(cycle);
 }
 
@@ -208,6 +216,10 @@ void Interpreter::repeat_pattern(const Block& block) {
 void Interpreter::engrave(const Block& block, const Pending& pending) {
   last_cycle_.reset();
   if (!vision_.is_ready_to_drill(block.line) || !has_tool(block.line)) return;
+  if (pending.argument.empty()) {
+    return reporter_.report(
+        Code::ArgumentInvalid, pending.line, 1, quoted(pending.text), "a text behind the comma");
+  }
   const auto text = prepare_text(pending.argument, program_.reading.operator_id);
   if (!text) {
     return reporter_.report(
@@ -220,7 +232,7 @@ void Interpreter::engrave(const Block& block, const Pending& pending) {
   const double pitch_mm = text_pitch_mm(tool_diameter());
   Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();
   if (pending.command == Command::TextY) turn << 0, -1, 1, 0;
-  const Eigen::Vector2d start_mm = modal_.at_mm + text_offset_.in_mm();
+  const Eigen::Vector2d start_mm = modal_.at_mm + modal_.text_offset.in_mm();
   for (std::size_t i = 0; i < text->size() && !has_ended(); ++i) {
     const auto letter = glyph((*text)[i]);
     if (!letter) continue;
@@ -239,7 +251,7 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
   if (pattern == program_.patterns.end()) {
     std::string folders;
     for (const auto& folder : program_.reading.pattern_folders) {
-      folders += (folders.empty() ? "" : ", ") + quoted(folder.string());
+      folders += (folders.empty() ? "" : ", ") + quoted(folder.empty() ? "." : folder.string());
     }
     reporter_.report(Code::PatternMissing,
                      cycle.line,
@@ -266,6 +278,7 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
   modal_.user = {AxisUser::None, AxisUser::None};
   modal_.has_hole = false;
   in_stored_pattern_ = true;
+  pattern_depth_ = place.path.size();
   emitter_.count_idle_line(block.line);
   while (!cursor_.at_end() && !has_ended()) {
     const int number = cursor_.line_number();
@@ -273,8 +286,8 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
     run_line(cursor_.next());
     if (emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
   }
-  refuse_pending(cursor_.line_number(), "the end of the stored pattern");
-  if (std::exchange(is_plunged_, false)) {
+  if (!has_ended()) refuse_pending(cursor_.line_number(), "the end of the stored pattern");
+  if (std::exchange(is_plunged_, false) && !has_ended()) {
     reporter_.report(Code::ToolPlunged,
                      cursor_.line_number(),
                      1,

@@ -13,10 +13,13 @@ void Interpreter::stop(const Block& block, std::span<const Word> words, StopKind
   MotionWords read;
   if (!read_words(block, words, "XY", read)) return;
   Stop stop{.kind = kind};
-  if (read.xy_mm[0] || read.xy_mm[1]) {
-    const auto place =
-        displacement_mm<frame::Programmed>(read.xy_mm[0].value_or(0), read.xy_mm[1].value_or(0));
-    stop.from_absolute_zero = displacement_mm<frame::Machine>(frame_(place).in_mm());
+  if (read.xy_mm[0].has_value() != read.xy_mm[1].has_value()) {
+    // The manual does not say where the other axis goes.
+    return report(Code::CoordinateMissing, block, words.front(), "both X and Y, or neither");
+  }
+  if (read.xy_mm[0]) {
+    const auto place = displacement_mm<frame::Programmed>(*read.xy_mm[0], *read.xy_mm[1]);
+    stop.from_absolute_zero = displacement_mm<frame::Machine>(axes_(place).in_mm());
     stop.actual = options_.absolute_zero + *stop.from_absolute_zero;
   }
   emitter_.put(block.line, stop);
@@ -29,11 +32,11 @@ void Interpreter::end_program(const Block& block, std::span<const Word> words, S
                   block.words[0],
                   in_pattern_ ? "M01 and M08 before the end" : "the end in the program itself");
   }
+  ended_ = true;
+  has_end_ = true;
   if (refuse_while_plunged(block)) return;
   vision_.end_program(block.line);
   stop(block, words, kind);
-  ended_ = true;
-  has_end_ = true;
 }
 
 /// G04X#: one millisecond per increment of the format; below 1 s, above 10 s or missing is 10 s.
@@ -50,7 +53,7 @@ void Interpreter::dwell(const Block& block) {
 void Interpreter::message(const Block& block) {
   constexpr std::size_t kShown = 20;
   if (!is_alone(block)) return;
-  if (block.arguments.size() > kShown && is_first_walk()) {
+  if (block.arguments.size() > kShown) {
     reporter_.report(Code::MessageTooLong,
                      block.line,
                      block.arguments_column + static_cast<int>(kShown),
@@ -71,7 +74,7 @@ void Interpreter::long_message(const SourceLine& line) {
     const bool more = is_continued(part.text);
     const std::string_view shown =
         more ? part.text.substr(0, part.text.find_last_of('\\')) : part.text;
-    if (shown.size() > kShown && is_first_walk()) {
+    if (shown.size() > kShown) {
       reporter_.report(
           Code::MessageTooLong, part.number, 1, quoted(shown), "at most 78 characters a line");
     }
@@ -95,11 +98,11 @@ void Interpreter::text_offset(const SourceLine& line) {
   if (comma == std::string_view::npos) {
     return emitter_.put(line.number, Setting{line.text});  // only shows the offset
   }
-  Eigen::Vector2d offset_mm = text_offset_.in_mm();
+  Eigen::Vector2d offset_mm = modal_.text_offset.in_mm();
   const std::string_view value = line.text.substr(comma + 1);
   const auto done = read_text_offset(value, format_, offset_mm);
   if (done) {
-    text_offset_ = displacement_mm<frame::Programmed>(offset_mm);
+    modal_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
     return;
   }
   reporter_.report(Code::ArgumentInvalid,
@@ -123,7 +126,7 @@ void Interpreter::function(const Block& block, FunctionKind kind) {
 void Interpreter::switch_scaling(const Block& block, bool is_on) {
   place_.is_scaled = is_on;
   const bool is_ours = options_.scaling.has_value();
-  if (!is_ours && is_on && is_first_walk()) {
+  if (!is_ours && is_on) {
     reporter_.report(Code::ScalingUnknown,
                      block.line,
                      block.column,

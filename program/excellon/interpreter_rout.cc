@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Routing: G00 to G03, M14 to M17, G40 to G42, and the routed cycles G32, G33 and G87.
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -36,6 +37,9 @@ bool Interpreter::drill_mode(const Block& block) {
 void Interpreter::start_motion(const Block& block, Motion motion) {
   if (motion == Motion::Rapid) {
     if (refuse_while_plunged(block)) return;
+    if (modal_.side != CompensationSide::Off && !modal_.has_routed) {
+      report(Code::CompensationUnused, block, block.words[0], "G41 or G42 behind G00X#Y#");
+    }
     modal_.side = CompensationSide::Off;
     modal_.has_start = false;
   } else if (modal_.motion == Motion::Drill) {
@@ -59,6 +63,7 @@ void Interpreter::move_or_rout(const Block& block, std::span<const Word> words) 
     return report(Code::ArgumentInvalid, block, words.front(), "A#, or I#J#, not both");
   }
   if (read.feed) modal_.feed = read.feed;
+  if (read.radius_mm || read.ij_mm[0] || read.ij_mm[1]) modal_.arc_step_mm = read.step_mm;
   if (read.radius_mm) {
     modal_.radius_mm = read.radius_mm;
     modal_.center_offset_mm = {};
@@ -74,6 +79,7 @@ void Interpreter::move_or_rout(const Block& block, std::span<const Word> words) 
   }
   const Eigen::Vector2d from_mm = modal_.at_mm;
   if (!move_to(block, read.xy_mm, AxisUser::Work)) return;
+  const double from_step_mm = std::exchange(modal_.at_step_mm, read.step_mm);
   modal_.has_start = true;
   if (!vision_.is_ready_to_drill(block.line) || !has_tool(block.line)) return;
   switch (modal_.motion) {
@@ -82,11 +88,12 @@ void Interpreter::move_or_rout(const Block& block, std::span<const Word> words) 
     case Motion::Line:
       return emitter_.rout(block.line, modal_.at_mm, modal_.feed);
     default:
-      return rout_arc(block, from_mm);
+      return rout_arc(
+          block, from_mm, std::max({from_step_mm, modal_.at_step_mm, modal_.arc_step_mm}));
   }
 }
 
-void Interpreter::rout_arc(const Block& block, const Eigen::Vector2d& from_mm) {
+void Interpreter::rout_arc(const Block& block, const Eigen::Vector2d& from_mm, double step_mm) {
   const bool is_clockwise = modal_.motion == Motion::Clockwise;
   const bool has_center = modal_.center_offset_mm[0].has_value();
   if (!has_center && !modal_.radius_mm) {
@@ -94,7 +101,7 @@ void Interpreter::rout_arc(const Block& block, const Eigen::Vector2d& from_mm) {
         Code::ArcInvalid, block, block.words[0], "A#, or I#J#, in this block or before it");
   }
   // Both ends of the arc and its centre are rounded.
-  const double slack_mm = 2 * rounding_mm();
+  const double slack_mm = 2 * step_mm;
   const ArcFit fit =
       has_center
           ? arc_from_center_offset(from_mm,
@@ -111,7 +118,7 @@ void Interpreter::rout_arc(const Block& block, const Eigen::Vector2d& from_mm) {
                       ? "an end away from the start; a full circle takes two arcs"
                       : "a centre equally far from both ends, for an arc of at most 180 degrees");
   }
-  if (fit.adjusted_mm != 0 && is_first_walk()) {
+  if (fit.adjusted_mm != 0) {
     reporter_.report(Code::ArcAdjusted,
                      block.line,
                      block.column,
@@ -129,18 +136,19 @@ void Interpreter::plunge(const Block& block, PlungeKind kind) {
   }
   if (!has_tool(block.line)) return;
   is_plunged_ = true;
+  modal_.has_routed = true;
   emitter_.plunge(block.line, kind, modal_.side, compensation_value());
 }
 
 void Interpreter::retract(const Block& block, bool with_clamping) {
   is_plunged_ = false;
-  modal_.has_start = false;
   emitter_.put(block.line, Retract{with_clamping});
 }
 
 void Interpreter::switch_compensation(const Block& block, CompensationSide side) {
   if (refuse_while_plunged(block)) return;
   modal_.side = side;
+  modal_.has_routed = false;
 }
 
 /// G32X#Y#A#, G33X#Y#A#: as the listing of the manual's section says.
@@ -163,6 +171,7 @@ void Interpreter::routed_circle(const Block& block, Command command) {
   modal_.side = CompensationSide::Off;
   modal_.has_hole = false;
   modal_.has_start = false;
+  last_cycle_.reset();
   if (!vision_.is_ready_to_drill(block.line) || !has_tool(block.line)) return;
   std::optional<Length> value = compensation_value();
   if (!value) value = tool_diameter();
@@ -207,7 +216,7 @@ void Interpreter::step_slot(const Block& block,
   }
   const Length final_depth = tool_->depth_offset.value_or(Length());
   if (!emitter_.is_executing()) {
-    emitter_.count_operations(2 * passes->size(), block.line);
+    emitter_.count_operations(2 * passes->size() + 2, block.line);
     return;
   }
   emitter_.move(block.line, start_mm);

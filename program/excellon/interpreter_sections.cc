@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Step and repeat sections: which instance runs when, and with what state it begins.
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "panelcal/program/excellon/interpreter.h"
 
@@ -27,6 +29,7 @@ void Interpreter::run_section(int line) {
   place_.path.resize(depth + section->levels.size(), 0);
   const Modal start = modal_;
   run_level(*section, start, section->levels.size(), frame_);
+  if (is_first_walk() && !section->has_vision) check_tools_of_copies(*section, start);
   in_pattern_ = false;
   place_.path.resize(depth);
   place_.placement = frame_;
@@ -36,7 +39,7 @@ void Interpreter::run_section(int line) {
 /// The manual clears the incremental accumulators at M08, back to work zero. It does not say what
 /// an omitted axis means then in absolute mode, so that is refused (AxisUser::Cleared).
 void Interpreter::end_section(const RepeatSection& section) {
-  vision_.end_section(section.closing.line);
+  if (!is_inner_section()) vision_.end_section(section.closing.line);
   modal_.at_mm.setZero();
   modal_.user = {AxisUser::Cleared, AxisUser::Cleared};
   modal_.has_hole = false;
@@ -64,9 +67,19 @@ void Interpreter::run_level(const RepeatSection& section,
   // levels[] is innermost first, the path outermost first.
   const std::size_t depth = place_.path.size() - level;
   place_.path[depth] = 0;
+  const std::int64_t n_before = emitter_.n_operations();
+  const std::int64_t n_idle_before = emitter_.n_idle_lines();
   run_level(section, start, level - 1, outer);
-  // Checking needs the copies only where they measure.
-  if (is_first_walk() && !section.has_vision) return;
+  if (is_first_walk() && !section.has_vision) {
+    // Checking needs the copies only where they measure; else they are counted.
+    std::int64_t n_copies = 0;
+    for (const Copies& copies : section.levels[level - 1]) n_copies += copies.run.count;
+    emitter_.count_copies(n_copies,
+                          emitter_.n_operations() - n_before,
+                          emitter_.n_idle_lines() - n_idle_before,
+                          section.line);
+    return;
+  }
 
   Eigen::Vector2d offset_mm = Eigen::Vector2d::Zero();
   for (const Copies& copies : section.levels[level - 1]) {
@@ -76,19 +89,37 @@ void Interpreter::run_level(const RepeatSection& section,
     for (int i = 0; i < run.count && !has_ended(); ++i) {
       offset_mm += run.step.in_mm();
       ++place_.path[depth];
-      if (copies.tool) {
-        Block block;
-        block.line = copies.line;
-        block.words[0] = *copies.tool;
-        block.n_words = 1;
-        select_tool(block);
-      }
+      if (copies.tool) take_tool_of(copies);
       run_level(section,
                 start,
                 level - 1,
                 outer * Transform<frame::Programmed, frame::Programmed>(orientation, offset_mm));
     }
   }
+}
+
+/// Copies that are only counted may begin with other tools than the pattern did: the one it ends
+/// with, and those of the M02 blocks, in the order in which the last copy takes them.
+void Interpreter::check_tools_of_copies(const RepeatSection& section, const Modal& start) {
+  const bool has_copies = std::ranges::any_of(
+      section.levels, [](const std::vector<Copies>& level) { return !level.empty(); });
+  if (!section.changes_tools || !has_copies) return;
+  run_instance(section, start, frame_);
+  for (auto level = section.levels.rbegin(); level != section.levels.rend(); ++level) {
+    for (const Copies& copies : *level) {
+      if (!copies.tool) continue;
+      take_tool_of(copies);
+      run_instance(section, start, frame_);
+    }
+  }
+}
+
+void Interpreter::take_tool_of(const Copies& copies) {
+  Block block;
+  block.line = copies.line;
+  block.words[0] = *copies.tool;
+  block.n_words = 1;
+  select_tool(block);
 }
 
 void Interpreter::run_instance(const RepeatSection& section,
@@ -98,7 +129,7 @@ void Interpreter::run_instance(const RepeatSection& section,
   place_.placement = placement;
   modal_ = start;
   last_cycle_.reset();
-  vision_.begin_instance();
+  if (!is_inner_section()) vision_.begin_instance();
   cursor_ = section.pattern;
   if (cursor_.offset() == section.pattern_end) emitter_.count_idle_line(section.line);
   while (cursor_.offset() < section.pattern_end && !has_ended()) {
@@ -107,6 +138,7 @@ void Interpreter::run_instance(const RepeatSection& section,
     run_line(cursor_.next());
     if (emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
   }
+  if (has_ended()) return;
   const int end_line = cursor_.line_number();
   refuse_pending(end_line, "the end of the pattern");
   if (std::exchange(is_plunged_, false)) {
@@ -116,7 +148,7 @@ void Interpreter::run_instance(const RepeatSection& section,
                      "the pattern ends while the router is down",
                      "M16 or M17 at its end");
   }
-  vision_.end_instance(end_line);
+  if (!is_inner_section()) vision_.end_instance(end_line);
 }
 
 }  // namespace panelcal::excellon

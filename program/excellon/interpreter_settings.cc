@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tools and their data, zeros and units.
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -27,21 +28,6 @@ bool leave_to(const Tool& header, bool body_has_rates, Tool& said) {
   return contradicts;
 }
 
-template <class T>
-void fill(std::optional<T>& ruling, const std::optional<T>& other) {
-  if (!ruling) ruling = other;
-}
-
-/// Takes from `other` what `ruling` does not say.
-void fill_all(Tool& ruling, const Tool& other) {
-  fill(ruling.diameter, other.diameter);
-  fill(ruling.infeed, other.infeed);
-  fill(ruling.retract, other.retract);
-  fill(ruling.speed, other.speed);
-  fill(ruling.max_hits, other.max_hits);
-  fill(ruling.depth_offset, other.depth_offset);
-}
-
 }  // namespace
 
 // --- tools -------------------------------------------------------------------------------------
@@ -64,23 +50,27 @@ Tool Interpreter::known_tool(const Block& block, const ToolBlock& read) {
   const auto defined = program_.header.tools.find(number);
   const bool is_defined = defined != program_.header.tools.end();
   const bool is_bare = read.tool == Tool{.number = number};
-  if (number > 0 && !is_defined && is_bare && !program_.header.tools.empty() && is_first_walk() &&
+  if (number > 0 && !is_defined && is_bare && !program_.header.tools.empty() &&
       undefined_tools_.insert(number).second) {
     report(Code::ToolUndefined, block, block.words[0], "a tool that the header defines");
   }
+  const bool is_limited = is_defined && defined->second.max_hits.has_value();
   Tool& body = body_tools_[number];
+  const bool sets_hits = read.tool.max_hits.has_value() || read.turns_hits_off;
+  if (sets_hits) body_hits_off_[number] = read.turns_hits_off && (body_rules_ || !is_limited);
   if (read.turns_hits_off) body.max_hits.reset();
   Tool said = read.tool;
   const Tool header = is_defined ? defined->second : Tool{.number = number};
   if (!body_rules_) {
     const bool contradicts = leave_to(header, body_rates_, said);
-    if (contradicts && is_first_walk()) {
+    if (contradicts) {
       report(Code::ToolDataIgnored, block, block.words[0], "the header's data, which are used");
     }
   }
-  fill_all(said, body);
+  fill_missing(said, body);
   body = said;
-  fill_all(said, header);
+  fill_missing(said, header);
+  if (body_hits_off_[number]) said.max_hits.reset();
   return said;
 }
 
@@ -102,15 +92,14 @@ void Interpreter::rate(const Block& block) {
   const bool body_wins = body_rules_ || body_rates_ || defined == program_.header.tools.end() ||
                          !(word.letter == 'F' ? defined->second.infeed : defined->second.retract);
   if (!body_wins) {
-    if (is_first_walk()) {
-      report(Code::ToolDataIgnored, block, word, "the header's data, which are used");
-    }
-    return;
+    return report(Code::ToolDataIgnored, block, word, "the header's data, which are used");
   }
   (word.letter == 'F' ? tool_->infeed : tool_->retract) = read;
   Tool& known = body_tools_[tool_->number];
   (word.letter == 'F' ? known.infeed : known.retract) = read;
-  emitter_.put(block.line, Setting{block.text});
+  ToolRate rate{.tool = tool_->number, .infeed = std::nullopt, .retract = std::nullopt};
+  (word.letter == 'F' ? rate.infeed : rate.retract) = read;
+  emitter_.put(block.line, rate);
 }
 
 // --- zero, units -------------------------------------------------------------------------------
@@ -132,12 +121,15 @@ void Interpreter::set_zero(const Block& block) {
         Code::ZeroSetUnderCorrection, block, block.words[0], "G93 before the first target");
   }
   const auto set = displacement_mm<frame::Programmed>(*words.xy_mm[0], *words.xy_mm[1]);
-  const auto zero_set = displacement_mm<frame::Machine>(frame_(set).in_mm());
+  const auto zero_set = displacement_mm<frame::Machine>(axes_(set).in_mm());
   const auto correction = program_.header.zero_correction;
   place_.work_zero = options_.absolute_zero +
-                     displacement_mm<frame::Machine>(correction ? frame_(*correction).in_mm()
+                     displacement_mm<frame::Machine>(correction ? axes_(*correction).in_mm()
                                                                 : options_.work_zero.in_mm()) +
                      zero_set;
+  for (AxisUser& user : modal_.user) {
+    if (user != AxisUser::None) user = AxisUser::Lost;
+  }
   emitter_.put(block.line, ZeroSet{zero_set, place_.work_zero});
 }
 
@@ -150,6 +142,15 @@ void Interpreter::set_unit(const Block& block, LengthUnit unit) {
                   block,
                   block.words[0],
                   "the unit before the first coordinate and outside step and repeat");
+  }
+  const auto has_length = [](const auto& numbered) {
+    return numbered.second.diameter || numbered.second.depth_offset;
+  };
+  if (!program_.header.states_format && std::ranges::any_of(program_.header.tools, has_length)) {
+    report(Code::FormatAssumed,
+           block,
+           block.words[0],
+           "the unit in the header, whose diameters are read as " + format_.summary());
   }
   format_.unit = unit;
   if (!program_.header.states_digits) {

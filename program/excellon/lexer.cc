@@ -146,6 +146,12 @@ bool is_long_message(std::string_view line) {
   return std::string_view(first, line.end()).starts_with("M45,");
 }
 
+void skip_message(LineCursor& cursor, std::string_view first) {
+  for (bool more = is_continued(first); more && !cursor.at_end();) {
+    more = is_continued(cursor.next().text);
+  }
+}
+
 std::optional<LexFault> lex(const SourceLine& line, Block& block) {
   const std::string_view text = line.text;
   std::size_t i = 0;

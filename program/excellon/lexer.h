@@ -118,6 +118,8 @@ SourceLine without_slash(const SourceLine& line);
 bool is_continued(std::string_view line);
 /// A line that begins a long message.
 bool is_long_message(std::string_view line);
+/// Moves behind the lines that go on with the message begun by `first`.
+void skip_message(LineCursor& cursor, std::string_view first);
 
 struct LexFault {
   int column = 0;

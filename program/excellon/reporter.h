@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <set>
 #include <string>
 #include <string_view>
@@ -14,10 +15,15 @@ namespace panelcal::excellon {
 /// Puts problems of one file into the log, each once: the copies of a pattern would only repeat it.
 class Reporter {
  public:
-  Reporter(std::string file, DiagnosticLog& log) : file_(std::move(file)), log_(&log) {}
+  enum class Level : std::uint8_t { All, ErrorsOnly };
+
+  /// ErrorsOnly is for a second walk: the first has given all warnings.
+  Reporter(std::string file, DiagnosticLog& log, Level level = Level::All)
+      : file_(std::move(file)), log_(&log), level_(level) {}
 
   void report(Code code, int line, int column, std::string what, std::string expected = "") const {
     Diagnostic diagnostic{code, {file_, line, column}, std::move(what), std::move(expected)};
+    if (level_ == Level::ErrorsOnly && diagnostic.severity() != Severity::Error) return;
     if (reported_.size() < DiagnosticLog::kKept && !reported_.insert(diagnostic.text()).second) {
       return;
     }
@@ -53,6 +59,7 @@ class Reporter {
  private:
   std::string file_;
   DiagnosticLog* log_;
+  Level level_;
   mutable std::set<std::string> reported_;
 };
 

@@ -61,7 +61,10 @@ class SectionScanner {
     SourceLine line = cursor_.next();
     if (kind_of(line.text) != LineKind::BlockDelete) return line;
     line = without_slash(line);
-    if (context_.deletes_blocks) line.text = {};
+    if (context_.deletes_blocks) {
+      if (is_long_message(line.text)) skip_message(cursor_, line.text);
+      line.text = {};
+    }
     return line;
   }
 
@@ -72,12 +75,11 @@ class SectionScanner {
       const auto first = line.text.find_first_not_of(" \t");
       if (first == std::string_view::npos) continue;
       const char c = line.text[first];
+      if (c == 'T') section_.changes_tools = true;
       if (c == '$') section_.has_vision = true;
       if (c != 'M' && c != 'G' && c != '%') continue;
       if (is_long_message(line.text)) {
-        for (bool more = is_continued(line.text); more && !cursor_.at_end();) {
-          more = is_continued(cursor_.next().text);
-        }
+        skip_message(cursor_, line.text);
         continue;
       }
       Block block;
@@ -163,6 +165,7 @@ class SectionScanner {
         has_orientation = true;
       } else if (word.letter == 'T' && !copies.tool) {
         copies.tool = word;
+        section_.changes_tools = true;
       } else {
         return bad(block, word, "M02 with X, Y, M70, M80, M90 or T");
       }

@@ -33,6 +33,7 @@ struct RepeatSection {
   std::vector<std::vector<Copies>> levels;  ///< one per M01, innermost first
   LineCursor after;                         ///< stands behind M08
   Block closing;                            ///< the M08 block; M30 or M00 may follow in it
+  bool changes_tools = false;               ///< in the pattern or in an M02 block
   bool has_vision = false;  ///< the pattern measures, or moves through stored corrections
 };
 

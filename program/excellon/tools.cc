@@ -63,7 +63,9 @@ class ToolReader {
       return fail(word, "a tool number of 1 to 4 digits");
     }
     out.tool.number = *number;
-    if (!defined || word.number.size() <= 2 || defined->contains(*number)) return true;
+    const bool has_index_only = word.number.size() == 4 && word.number.front() == '0';
+    if (!defined || word.number.size() <= 2) return true;
+    if (defined->contains(*number) && !has_index_only) return true;
     out.tool.number = *number / 100;
     // 00 means the tool's own number (CNC-7 manual, Tool Selection with Compensation Index).
     out.compensation_index = *number % 100 == 0 ? out.tool.number : *number % 100;
@@ -194,7 +196,26 @@ class ToolReader {
   const Reporter& reporter_;
 };
 
+std::vector<int> linked_tools(std::string_view text) {
+  std::vector<int> tools;
+  while (true) {
+    const auto slash = text.find('/');
+    if (const auto tool = parse_count(text.substr(0, slash))) tools.push_back(*tool);
+    if (slash == std::string_view::npos) return tools;
+    text.remove_prefix(slash + 1);
+  }
+}
+
 }  // namespace
+
+void fill_missing(Tool& tool, const Tool& other) {
+  if (!tool.diameter) tool.diameter = other.diameter;
+  if (!tool.infeed) tool.infeed = other.infeed;
+  if (!tool.retract) tool.retract = other.retract;
+  if (!tool.speed) tool.speed = other.speed;
+  if (!tool.max_hits) tool.max_hits = other.max_hits;
+  if (!tool.depth_offset) tool.depth_offset = other.depth_offset;
+}
 
 bool is_tool_link(std::string_view text) {
   bool has_slash = false;
@@ -240,14 +261,21 @@ bool read_rate(const Block& block,
 }
 
 void ToolLinks::link(std::string_view text) {
-  std::vector<int> group;
-  while (true) {
-    const auto slash = text.find('/');
-    if (const auto tool = parse_count(text.substr(0, slash))) group.push_back(*tool);
-    if (slash == std::string_view::npos) break;
-    text.remove_prefix(slash + 1);
+  std::vector<int> tools = linked_tools(text);
+  // The latest link of a tool is the one that holds.
+  for (std::vector<int>& group : groups_) {
+    std::erase_if(group, [&](int tool) { return std::ranges::find(tools, tool) != tools.end(); });
   }
-  groups_.push_back(std::move(group));
+  std::erase_if(groups_, [](const std::vector<int>& group) { return group.empty(); });
+  groups_.push_back(std::move(tools));
+}
+
+void add_linked_tools(std::string_view text, std::set<int>& used) {
+  if (!is_tool_link(text)) return;
+  const std::vector<int> tools = linked_tools(text);
+  if (std::ranges::any_of(tools, [&](int tool) { return used.contains(tool); })) {
+    used.insert(tools.begin(), tools.end());
+  }
 }
 
 std::optional<int> ToolLinks::next(int tool) const {

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -14,6 +15,12 @@ namespace panelcal::excellon {
 
 /// `#/#/#` links tools (CNC-7 manual, Link Tools for Automatic Tool Changers).
 bool is_tool_link(std::string_view text);
+
+/// Adds the tools of a link to `used` if one of them is in it: spares are used too.
+void add_linked_tools(std::string_view text, std::set<int>& used);
+
+/// Takes from `other` what `tool` does not say.
+void fill_missing(Tool& tool, const Tool& other);
 
 /// A block that begins with T, read.
 struct ToolBlock {

@@ -145,6 +145,15 @@ class Fields {
     row_.length(kInitialDepth, slot.initial_depth);
     row_.length(kIncrement, slot.increment);
   }
+  void operator()(const ToolRate& rate) {
+    row_.number(kTool, rate.tool);
+    if (rate.infeed) row_.value(kFeed, rate.infeed->in_mm_s());
+    if (rate.retract) row_.value(kRetract, rate.retract->in_mm_s());
+  }
+  void operator()(const Autocalibration& calibration) {
+    row_.point(kNominal, calibration.nominal.in_mm());
+    row_.point(kActual, calibration.actual.in_mm());
+  }
   void operator()(const Stop& stop) {
     if (stop.actual) row_.point(kActual, stop.actual->in_mm());
     row_.word(kKind, name(stop.kind));

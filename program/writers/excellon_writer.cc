@@ -29,6 +29,14 @@ bool is_written_anyway(std::string_view text) {
   return std::ranges::find(kOwn, text.substr(0, text.find_first_of(", \t"))) != kOwn.end();
 }
 
+/// Lower and upper limits, distances and peck parameters; switches and counts have no digits.
+bool has_bare_number(std::string_view text) {
+  constexpr std::array<std::string_view, 4> kLengths = {"DN", "UP", "DTMDIST", "PCKPARAM"};
+  return std::ranges::find(kLengths, text.substr(0, text.find(','))) != kLengths.end() &&
+         text.find_first_of("0123456789") != std::string_view::npos &&
+         text.find('.') == std::string_view::npos;
+}
+
 template <class T>
 bool differs(const std::optional<T>& body, const std::optional<T>& header) {
   return body && header && *body != *header;
@@ -52,6 +60,9 @@ void ExcellonWriter::begin(const ProgramInfo& info) {
   info_ = info;
   const Eigen::Matrix2d orientation = axis_orientation(info.axis_version);
   written_from_work_ = orientation.transpose();
+  const bool is_inch = info.format.unit == LengthUnit::Inch;
+  has_usual_digits_ = info.format.decimal_digits == (is_inch ? 4 : 3) ||
+                      (!is_inch && info.format.decimal_digits == 2);
   written_unit_mm_ = info.format.one_unit().in_mm();
   n_decimals_ = info.format.unit == LengthUnit::Inch ? kInchDecimals : kMmDecimals;
   is_mirrored_ = orientation(0, 0) * orientation(1, 1) - orientation(0, 1) * orientation(1, 0) < 0;
@@ -106,20 +117,30 @@ void ExcellonWriter::close_header(std::string_view mark) {
   for (const auto& [number, tool] : info_.tools) put_tool(tool, true);
   line(mark);
   text() += "G90\nG05\n";
+  // The machine's own page must not scale what is scaled already.
+  if (info_.is_scaled) line("M61");
   if (header_zero_) write(*header_zero_);
 }
 
 void ExcellonWriter::put_tool(const Tool& tool,
                               bool with_data,
                               std::optional<int> compensation_index) {
-  fmt::format_to(std::back_inserter(text()), "T{}", tool.number);
-  if (compensation_index) fmt::format_to(std::back_inserter(text()), "{:02}", *compensation_index);
+  if (compensation_index) {  // four digits, so that it is no other tool's number
+    fmt::format_to(std::back_inserter(text()), "T{:02}{:02}", tool.number, *compensation_index);
+  } else {
+    fmt::format_to(std::back_inserter(text()), "T{}", tool.number);
+  }
   if (with_data) {
     if (tool.diameter) append_length('C', *tool.diameter);
     if (tool.infeed) append_rate('F', *tool.infeed, 3);
     if (tool.speed) append_speed(*tool.speed);
     if (tool.retract) append_rate('B', *tool.retract, 4);
-    if (tool.max_hits) fmt::format_to(std::back_inserter(text()), "H{}", *tool.max_hits);
+    if (tool.max_hits) {
+      fmt::format_to(std::back_inserter(text()), "H{}", *tool.max_hits);
+      limited_tools_.insert(tool.number);
+    } else if (limited_tools_.erase(tool.number) > 0) {
+      text() += 'H';  // alone: turned off
+    }
     if (tool.depth_offset) append_length('Z', *tool.depth_offset);
   }
   text() += '\n';
@@ -193,11 +214,26 @@ void ExcellonWriter::write(const ToolChange& change) {
          "one set of data for the tool, or another output format"});
   }
   const bool says_more = defined == info_.tools.end() || defined->second != change.tool;
-  put_tool(change.tool, says_more, change.compensation_index);
+  const bool ends_limit = !change.tool.max_hits && limited_tools_.contains(change.tool.number);
+  put_tool(change.tool, says_more || ends_limit, change.compensation_index);
 }
 
 void ExcellonWriter::go_to_drill_mode() {
   if (std::exchange(is_routing_, false)) line("G05");
+}
+
+/// In rout mode F would be the table's feed.
+void ExcellonWriter::write(const ToolRate& rate) {
+  go_to_drill_mode();
+  if (rate.infeed) append_rate('F', *rate.infeed, 3);
+  if (rate.retract) append_rate('B', *rate.retract, 4);
+  text() += '\n';
+}
+
+void ExcellonWriter::write(const Autocalibration& calibration) {
+  text() += "G39";
+  append_point(calibration.nominal.in_mm());
+  text() += '\n';
 }
 
 void ExcellonWriter::write(const Drill& drill) {
@@ -276,8 +312,11 @@ void ExcellonWriter::write(const Compensation& compensation) {
 /// G87 leaves the control in rout mode: it routs by G00 and G01 (CNC-7 manual, Routed Step Slot).
 void ExcellonWriter::write(const StepSlot& slot) {
   // F is the table's feed in rout mode only.
-  if (!slot.feed_is_default && !std::exchange(is_routing_, true)) line("G00");
-  is_routing_ = true;
+  const bool says_feed = !slot.feed_is_default || has_table_feed_;
+  if (!std::exchange(is_routing_, true)) {
+    table_feed_.reset();
+    if (says_feed) line("G00");
+  }
   put_table_feed(slot.feed, slot.feed_is_default);
   append_place(slot.start);
   text() += "G87";
@@ -337,7 +376,14 @@ void ExcellonWriter::write(const Function& function) {
 }
 
 void ExcellonWriter::write(const Setting& setting) {
+  if (setting.text == "G05") go_to_drill_mode();
   if (setting.kind == SettingKind::Vision || is_written_anyway(setting.text)) return;
+  if (!has_usual_digits_ && has_bare_number(setting.text)) {
+    fail({Code::NotSupported,
+          {std::string(source_file_), source_line_, 0},
+          quoted(setting.text) + " has numbers in digits that only a comment of the source states",
+          "decimal points in it, or another output format"});
+  }
   overrides_rates_ |= setting.text == "G07";
   line(setting.text);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +46,8 @@ class ExcellonWriter final : public TextWriter {
   void line(std::string_view block);
 
   void write(const ToolChange& change);
+  void write(const ToolRate& rate);
+  void write(const Autocalibration& calibration);
   void write(const Drill& drill);
   void write(const RapidMove& move);
   void write(const Rout& rout);
@@ -65,6 +68,8 @@ class ExcellonWriter final : public TextWriter {
   Eigen::Matrix2d written_from_work_ = Eigen::Matrix2d::Identity();  ///< into the axis version
   bool is_mirrored_ = false;                                         ///< that map is a mirror
   bool in_header_ = true;
+  std::set<int> limited_tools_;   ///< whose hit limit was written
+  bool has_usual_digits_ = true;  ///< those that the written header states
   bool overrides_rates_ = false;  ///< G07: the body's rates rule from there on
   double written_unit_mm_ = 1;
   int n_decimals_ = 0;

@@ -62,6 +62,15 @@ class Keys {
     length("increment", slot.increment);
     value("feed", slot.feed.in_mm_s());
   }
+  void operator()(const ToolRate& rate) {
+    number("tool", rate.tool);
+    if (rate.infeed) value("feed", rate.infeed->in_mm_s());
+    if (rate.retract) value("retract", rate.retract->in_mm_s());
+  }
+  void operator()(const Autocalibration& calibration) {
+    point("nominal", calibration.nominal.in_mm());
+    point("actual", calibration.actual.in_mm());
+  }
   void operator()(const Stop& stop) {
     word("kind", name(stop.kind));
     if (stop.actual) point("actual", stop.actual->in_mm());

@@ -96,6 +96,7 @@ void see_motion(Collector& collector) {
                            "M99,GONE\nX0.Y0.\n",
                            "M99,SELF\nX0.Y0.\n",
                            "M60\n",
+                           "G41\nG00X0.Y0.\n",
                            "M47,ABCDEFGHIJKLMNOPQRSTU\n"}) {
     collector.see_body(body);
   }

@@ -118,7 +118,7 @@ TEST(ExcellonWriter, RepeatsToolDataThatTheHeaderLacks) {
                                  .depth_offset = mm(-0.1)},
                                 {}},
                      ToolChange{}}),
-            "T1\nT105\nT3C0.8F007S60.5B0200H20Z-0.1\nT0\n");
+            "T1\nT0105\nT3C0.8F007S60.5B0200H20Z-0.1\nT0\n");
 }
 
 TEST(ExcellonWriter, RefusesDataThatTheHeaderWouldOverrule) {

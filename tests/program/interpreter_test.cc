@@ -152,7 +152,10 @@ TEST(Interpreter, StopCoordinatesAreRelativeToAbsoluteZero) {
   options.absolute_zero = position_mm<frame::Machine>(1000, 2000);
   options.work_zero = position_mm<frame::Machine>(100, 200);
   EXPECT_EQ(executed("G93X10.Y20.\nM30X1.Y2.\n", options).back(), "7 end rewind (1001, 2002)");
-  EXPECT_EQ(executed("M00Y2.\n", options).back(), "6 end (1000, 2002)");
+  EXPECT_EQ(
+      run_program(metric("M00Y2.\n"), options).diagnostics,
+      Lines{"p.exc:6:4: error[coordinate-missing]: \"Y2.\" in \"M00Y2.\", expected both X and "
+            "Y, or neither"});
   EXPECT_EQ(executed("M00\n").back(), "6 end");
 }
 

@@ -31,10 +31,11 @@ WalkOptions limited() {
 
 TEST(Limits, HolesOfNestedRepeatsEndAtMaxOperations) {
   const ProgramRun run = run_program(nested_repeats("X0.Y0.\n"), limited());
+  // Found by multiplying, before any copy is walked.
   EXPECT_EQ(run.diagnostics,
-            Texts{"p.exc:9: error[too-many-operations]: more than 20000 operations, expected a "
+            Texts{"p.exc:8: error[too-many-operations]: more than 20000 operations, expected a "
                   "shorter program, or a higher limit"});
-  EXPECT_EQ(run.executed.lines().size(), 20'000U);
+  EXPECT_TRUE(run.executed.lines().empty());
 }
 
 TEST(Limits, RepeatedHolesCountToo) {

@@ -86,6 +86,15 @@ struct TextOf {
     }
     return text;
   }
+  std::string operator()(const ToolRate& rate) const {
+    std::string text = fmt::format("rate {}", rate.tool);
+    if (rate.infeed) text += fmt::format(" infeed {:g}", rate.infeed->in_mm_s());
+    if (rate.retract) text += fmt::format(" retract {:g}", rate.retract->in_mm_s());
+    return text;
+  }
+  std::string operator()(const Autocalibration& calibration) const {
+    return "autocalibration " + point(calibration.actual.in_mm());
+  }
   std::string operator()(const Setting& setting) const {
     return fmt::format("setting {}", setting.text);
   }

@@ -85,9 +85,7 @@ ProgramRun run_program(std::string text,
                        MeasurementSource& source,
                        ReadOptions reading = {});
 /// On a perfect panel.
-ProgramRun run_program(std::string text,
-                       const WalkOptions& options = {},
-                       ReadOptions reading = {});
+ProgramRun run_program(std::string text, const WalkOptions& options = {}, ReadOptions reading = {});
 
 /// `body` with a header of five lines: metric, tools 1 and 2, so that body lines count from 6.
 std::string metric(std::string_view body);
