@@ -22,6 +22,7 @@ using test::inch_leading_zeros;
 using test::IsNearMatrix;
 using test::ProgramRun;
 using test::run_program;
+using test::says;
 using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
@@ -32,10 +33,6 @@ using Places = std::vector<Vector2d>;
 constexpr double kRounding_inch = 1e-9;
 /// What the manual lets protrude between the holes of a circle or slot.
 constexpr double kScallop_inch = 0.0005;
-
-auto says(int line, const std::string& what) {
-  return AllOf(StartsWith("p.exc:" + std::to_string(line) + ":"), HasSubstr(what));
-}
 
 Places clean_holes(std::string text, const ReadOptions& reading = {}) {
   const ProgramRun run = run_program(std::move(text), {}, reading);

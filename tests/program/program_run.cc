@@ -171,6 +171,11 @@ std::string inch_leading_zeros(std::string_view body) {
   return "M48\nINCH,LZ\nT1C.04\nT2C.08\n%\n" + std::string(body);
 }
 
+testing::Matcher<const std::string&> says(int line, const std::string& what) {
+  return testing::AllOf(testing::StartsWith(fmt::format("p.exc:{}:", line)),
+                        testing::HasSubstr(what));
+}
+
 std::vector<Eigen::Vector2d> nominal_inch(const ProgramRun& run) {
   std::vector<Eigen::Vector2d> places;
   for (const Hole& hole : run.holes()) places.push_back(hole.nominal_inch());

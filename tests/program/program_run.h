@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <gmock/gmock.h>
 
 #include "panelcal/program/walk.h"
 
@@ -91,6 +92,9 @@ ProgramRun run_program(std::string text, const WalkOptions& options = {}, ReadOp
 std::string metric(std::string_view body);
 /// `body` with a header of five lines in front: inch, leading zeros, tools 1 and 2.
 std::string inch_leading_zeros(std::string_view body);
+
+/// Matches a diagnostic of this line of `p.exc` with `what` in its text.
+testing::Matcher<const std::string&> says(int line, const std::string& what);
 
 /// Where the holes are nominally, for comparison with the manual's numbers.
 std::vector<Eigen::Vector2d> nominal_inch(const ProgramRun& run);

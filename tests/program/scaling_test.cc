@@ -19,6 +19,7 @@ using test::IsNearMatrix;
 using test::metric;
 using test::ProgramRun;
 using test::run_program;
+using test::says;
 using testing::AllOf;
 using testing::Contains;
 using testing::Each;
@@ -27,10 +28,6 @@ using testing::Not;
 using testing::StartsWith;
 
 constexpr double kRounding_mm = 1e-9;
-
-auto says(int line, const std::string& what) {
-  return AllOf(StartsWith("p.exc:" + std::to_string(line) + ":"), HasSubstr(what));
-}
 
 /// 1.001 and 0.999 about (10, 20).
 WalkOptions scaling() {

@@ -15,6 +15,7 @@ namespace {
 using test::metric;
 using test::ProgramRun;
 using test::run_program;
+using test::says;
 using testing::AllOf;
 using testing::Contains;
 using testing::Each;
@@ -24,10 +25,6 @@ using testing::Not;
 using testing::StartsWith;
 
 using Lines = std::vector<std::string>;
-
-auto says(int line, const std::string& what) {
-  return AllOf(StartsWith("p.exc:" + std::to_string(line) + ":"), HasSubstr(what));
-}
 
 Lines executed(std::string text, const WalkOptions& options = {}) {
   const ProgramRun run = run_program(std::move(text), options);

@@ -21,6 +21,7 @@ using test::inch_leading_zeros;
 using test::IsNearMatrix;
 using test::ProgramRun;
 using test::run_program;
+using test::says;
 using testing::AllOf;
 using testing::Contains;
 using testing::Each;
@@ -32,10 +33,6 @@ using testing::StartsWith;
 using Places = std::vector<Vector2d>;
 
 constexpr double kRounding_inch = 1e-9;
-
-auto says(int line, const std::string& what) {
-  return AllOf(StartsWith("p.exc:" + std::to_string(line) + ":"), HasSubstr(what));
-}
 
 /// A folder of stored patterns that goes away with the test.
 class PatternFolder {
