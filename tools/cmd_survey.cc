@@ -6,11 +6,12 @@
 namespace panelcal {
 
 ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
-  const auto config = read_machine_config(options.machine);
+  auto config = read_machine_config(options.machine);
   if (!config) {
     context.console.print(config.error());
     return exit_code(config.error());
   }
+  config->walk.max_operations = options.max_operations;
   DiagnosticLog log;
   const auto checked = read_and_check(options.program, config->reading, config->walk, log);
   context.console.print(log);

@@ -78,6 +78,7 @@ class CommandLine {
     survey_->add_option("PROGRAM", survey_options_.program, "Part program; - is standard input")
         ->required();
     survey_->add_option("-m,--machine", survey_options_.machine, "machine.toml")->required();
+    add_limit(survey_, survey_options_.max_operations);
   }
 
   void add_run() {

@@ -25,6 +25,7 @@ struct CheckOptions {
 struct SurveyOptions {
   std::string program;
   std::string machine;
+  std::int64_t max_operations = 1'000'000'000;
 };
 
 struct RunOptions {

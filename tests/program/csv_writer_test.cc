@@ -147,6 +147,20 @@ TEST(CsvWriter, HasEverythingOfSlots) {
   EXPECT_EQ(row_of(Slot{1, place(5, 7), place(9, 7)}), drilled);
 }
 
+TEST(CsvWriter, HasRatesAndAutocalibrations) {
+  EXPECT_EQ(
+      row_of(ToolRate{2, mm_per_s(60), mm_per_s(300)}),
+      (Row{{"op", "rate"}, {"line", "10"}, {"tool", "2"}, {"feed", "60"}, {"retract", "300"}}));
+  EXPECT_EQ(row_of(Autocalibration{position_mm<frame::Nominal>(1, 2),
+                                   position_mm<frame::Machine>(101, 202)}),
+            (Row{{"op", "autocalibration"},
+                 {"line", "10"},
+                 {"nominal_x", "1"},
+                 {"nominal_y", "2"},
+                 {"actual_x", "101"},
+                 {"actual_y", "202"}}));
+}
+
 TEST(CsvWriter, HasEverythingOfTheRest) {
   EXPECT_EQ(row_of(Stop{StopKind::Inspection,
                         displacement_mm<frame::Machine>(1, 2),

@@ -149,6 +149,26 @@ TEST(ExcellonWriter, WritesSlotsWhole) {
             "X6.0Y6.0G87X6.0Y7.0Z-0.1U0.2\nG05\nX1.0Y2.0G85X3.0Y2.0\n");
 }
 
+TEST(ExcellonWriter, LeavesRoutModeBeforeAToolsRate) {
+  EXPECT_EQ(body_of({rapid_move(1, 2), ToolRate{1, mm_per_s(60), {}}, drill(1, 3, 4)}),
+            "G00X1.0Y2.0\nG05\nF060\nX3.0Y4.0\n");
+}
+
+TEST(ExcellonWriter, WritesAnAutocalibrationInItsOwnDigits) {
+  EXPECT_EQ(body_of({Autocalibration{position_mm<frame::Nominal>(1, 2), {}}}), "G39X1.0Y2.0\n");
+}
+
+TEST(ExcellonWriter, EndsAHitLimitThatItWrote) {
+  EXPECT_EQ(body_of({ToolChange{{.number = 4, .max_hits = 20}, {}}, ToolChange{{.number = 4}, {}}}),
+            "T4H20\nT4H\n");
+}
+
+TEST(ExcellonWriter, TurnsTheMachinesScalingOffWhereItIsDoneAlready) {
+  ProgramInfo info = metric_info();
+  info.is_scaled = true;
+  EXPECT_THAT(program_of({drill(1, 3, 4)}, info), ::testing::HasSubstr("\nG05\nM61\n"));
+}
+
 TEST(ExcellonWriter, SwitchesToRoutModeForTheFeedOfAStepSlot) {
   StepSlot slot{2, place(5, 6), place(5, 7), mm(0.2), mm(-0.1), mm_per_s(40)};
   slot.feed_is_default = false;

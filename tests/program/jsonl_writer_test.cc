@@ -78,6 +78,17 @@ TEST(JsonlWriter, WritesSlots) {
             "\n");
 }
 
+TEST(JsonlWriter, WritesRatesAndAutocalibrations) {
+  EXPECT_EQ(line_of(ToolRate{2, mm_per_s(60), {}}),
+            "{\"op\":\"rate\",\"line\":10,\"tool\":2,\"feed\":60}\n");
+  EXPECT_EQ(line_of(ToolRate{2, {}, mm_per_s(300)}),
+            "{\"op\":\"rate\",\"line\":10,\"tool\":2,\"retract\":300}\n");
+  EXPECT_EQ(line_of(Autocalibration{position_mm<frame::Nominal>(1, 2),
+                                    position_mm<frame::Machine>(101, 202)}),
+            R"({"op":"autocalibration","line":10,"nominal":[1,2],"actual":[101,202]})"
+            "\n");
+}
+
 TEST(JsonlWriter, WritesStopsAndTexts) {
   EXPECT_EQ(line_of(Stop{}), "{\"op\":\"stop\",\"line\":10,\"kind\":\"end_rewind\"}\n");
   EXPECT_EQ(line_of(Stop{StopKind::Inspection,
