@@ -249,14 +249,18 @@ void Emitter::move(int line, const Eigen::Vector2d& to_mm) {
   send(line, RapidMove{placed(to_mm, Scaling::Never)});
 }
 
-void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed) {
-  if (!passes(line)) return;
+Rout Emitter::rout_to(const Eigen::Vector2d& at_mm, std::optional<Feed> feed) {
   Rout move;
-  static_cast<PlacedPoint&>(move) = placed(to_mm, Scaling::Never);
+  static_cast<PlacedPoint&>(move) = placed(at_mm, Scaling::Never);
   move.tool = tool_;
   move.feed = feed.value_or(kDefaultTableFeed);
   move.feed_is_default = !feed;
-  send(line, move);
+  return move;
+}
+
+void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed) {
+  if (!passes(line)) return;
+  send(line, rout_to(to_mm, feed));
 }
 
 /// Stretch turns a circle into an ellipse, which takes several arcs (or lines where it is almost
@@ -276,11 +280,7 @@ void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed) {
     const bool is_last = i + 1 == pieces.size();
     const Eigen::Vector2d end_mm =
         is_last ? arc.end_mm : back(position_mm<frame::Actual>(piece.end_mm)).in_mm();
-    Rout move;
-    static_cast<PlacedPoint&>(move) = placed(end_mm, Scaling::Never);
-    move.tool = tool_;
-    move.feed = feed.value_or(kDefaultTableFeed);
-    move.feed_is_default = !feed;
+    Rout move = rout_to(end_mm, feed);
     if (!piece.straight) {
       move.kind = piece.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
       move.corrected_center = position_mm<frame::Actual>(piece.center_mm);

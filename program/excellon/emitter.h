@@ -56,7 +56,6 @@ class Emitter {
 
   void put(int line, decltype(Operation::what) what);
   void take(int line, const ToolChange& change);
-  int tool() const { return tool_; }
   ToolLinks& links() { return links_; }
 
   void drill(int line, const Eigen::Vector2d& at_mm) {
@@ -104,6 +103,7 @@ class Emitter {
     hits_left_ -= n;
   }
   void expire(int line);
+  Rout rout_to(const Eigen::Vector2d& at_mm, std::optional<Feed> feed);
   PlacedPoint placed(const Eigen::Vector2d& at_mm, Scaling scaling);
   PlacedPoint place_of(const Position<frame::Nominal>& nominal,
                        const PositionEstimate<frame::Actual>& corrected) const;

@@ -196,11 +196,14 @@ class ToolReader {
   const Reporter& reporter_;
 };
 
+/// Each tool once, where it stands first: going round, a tool has one successor.
 std::vector<int> linked_tools(std::string_view text) {
   std::vector<int> tools;
+  std::set<int> seen;
   while (true) {
     const auto slash = text.find('/');
-    if (const auto tool = parse_count(text.substr(0, slash))) tools.push_back(*tool);
+    const auto tool = parse_count(text.substr(0, slash));
+    if (tool && seen.insert(*tool).second) tools.push_back(*tool);
     if (slash == std::string_view::npos) return tools;
     text.remove_prefix(slash + 1);
   }

@@ -112,6 +112,16 @@ TEST(ToolLinks, AToolOutsideTheLinkStops) {
             (Lines{"drill", "drill", "1", "drill"}));
 }
 
+TEST(ToolLinks, AToolNamedTwiceHasOneSuccessor) {
+  EXPECT_EQ(
+      hits(run_clean(header("T1C1.H1\nT2C1.H1\nT3C1.H1\n1/2/3/2\n") + "T1\n" + holes(3) + "M30\n")),
+      (Lines{"drill", "1 next 2", "drill", "2 next 3", "drill"}));
+  EXPECT_EQ(
+      hits(run_clean(header("T1C1.H1\nT2C1.H1\nT3C1.H1\n1/2/3/2\n") + "T1\n" + holes(4) + "M30\n"))
+          .size(),
+      7U);
+}
+
 TEST(ToolLinks, ASlashAloneClearsThem) {
   const Lines stops = {"drill", "drill", "1", "drill"};
   EXPECT_EQ(hits(run_clean(header(kThreeOfTwoHits + "1/5/6\n") + "/\nT1\n" + holes(3) + "M30\n")),
