@@ -18,7 +18,8 @@ namespace panelcal {
 
 /// Limits a fit must keep before anything is drilled with it; an absent one is not checked.
 struct GateLimits {
-  std::optional<Length> residual;     ///< largest distance of a target from its fitted place
+  std::optional<Length> residual;     ///< largest distance of a target from its fitted place; of a
+                                      ///< slot, in the coordinate it shows
   std::optional<Angle> rotation;      ///< of the panel, either way
   std::optional<double> stretch_ppm;  ///< largest |scale - 1|, and |shear|, in 1e-6
   std::optional<Length> offset;       ///< of the targets' centroid
@@ -49,12 +50,21 @@ std::vector<GateVerdict> check_gates_raw(const Eigen::Matrix2d& linear,
 
 /// Holds every number of the fit against its limit. All verdicts are returned, also those passed.
 /// A number that is not finite is refused.
+///
+/// In the offset a slot's other coordinate counts as fitted. A mean over only those that show x
+/// would belong to another place than that over those that show y, and rotation would pass for
+/// offset.
 template <class To, class From>
 std::vector<GateVerdict> check_gates(const PanelFit<To, From>& fit, const GateLimits& limits) {
   Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
   std::vector<double> residual_lengths_mm;
   for (std::size_t i = 0; i < fit.pairs.size(); ++i) {
-    deviation += fit.pairs[i].measured.position.in_mm() - fit.pairs[i].nominal.in_mm();
+    const TargetPair<To, From>& pair = fit.pairs[i];
+    const Eigen::Vector2d fitted_mm = fit.map.map(pair.nominal).in_mm();
+    Eigen::Vector2d place_mm = pair.measured.position.in_mm();
+    if (!observes_x(pair.axes)) place_mm.x() = fitted_mm.x();
+    if (!observes_y(pair.axes)) place_mm.y() = fitted_mm.y();
+    deviation += place_mm - pair.nominal.in_mm();
     residual_lengths_mm.push_back(fit.residuals[i].in_mm().norm());
   }
   if (!fit.pairs.empty()) deviation /= static_cast<double>(fit.pairs.size());

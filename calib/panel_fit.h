@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -30,6 +31,11 @@ std::optional<PanelModel> panel_model_from_name(std::string_view name);
 /// 3 or more offset, rotation and stretch (CNC-7 manual, Vision Assist, G36).
 PanelModel default_model(int n_points);
 
+/// The same by scalar equations, of which a point gives two and a slot one: below 3 offset, below
+/// 6 rigid, or similarity if a scale is wanted and there are 4; from 6 on stretch (SIEB & MEYER
+/// G31, measurement mode 5).
+PanelModel default_model_of_equations(int n_equations, bool with_scale);
+
 /// An affine map in the words of the trade: map = R(rotation) [scale_x, shear; 0, scale_y].
 ///
 /// scale_x is never negative; a mirrored map has a negative scale_y.
@@ -41,17 +47,30 @@ struct PanelDeformation {
 };
 PanelDeformation deformation_of(const Eigen::Matrix2d& linear);
 
+/// The coordinates that a measurement determines: both of a hole, one of a slot (SIEB & MEYER G32
+/// and G33 in measurement mode 5).
+enum class ObservedAxes : std::uint8_t { Both, X, Y };
+
+constexpr bool observes_x(ObservedAxes axes) {
+  return axes != ObservedAxes::Y;
+}
+
+constexpr bool observes_y(ObservedAxes axes) {
+  return axes != ObservedAxes::X;
+}
+
 /// A target: where the program says, where it was seen, and how well that is known.
 template <class To, class From>
 struct TargetPair {
   Position<From> nominal;
-  PositionEstimate<To> measured;
+  PositionEstimate<To> measured;  ///< of which only `axes` count
+  ObservedAxes axes = ObservedAxes::Both;
 };
 
 /// Why a fit is not possible.
 enum class FitFailure {
   TooFewTargets,  ///< fewer equations than parameters
-  Degenerate,     ///< coincident or collinear targets do not determine the model
+  Degenerate,     ///< coincident or collinear targets, or slots, leave the model open
   BadCovariance,  ///< a covariance is not positive definite, or a number is not finite
 };
 
@@ -61,6 +80,7 @@ struct RawPair {
   Eigen::Vector2d from_mm;
   Eigen::Vector2d to_mm;
   Eigen::Matrix2d cov_mm2;
+  ObservedAxes axes = ObservedAxes::Both;
 };
 
 struct RawFit {
@@ -68,7 +88,7 @@ struct RawFit {
   Eigen::Vector2d translation_mm;
   Eigen::Matrix<double, 6, 6> cov;                ///< of [l00 l01 l10 l11 tx ty]
   Eigen::Matrix<double, 6, Eigen::Dynamic> gain;  ///< d coefficients / d measured (x0 y0 x1 ..)
-  std::vector<Eigen::Vector2d> residuals_mm;      ///< measured minus fitted
+  std::vector<Eigen::Vector2d> residuals_mm;      ///< measured minus fitted; 0 if not observed
   double chi_square = 0;
   int degrees_of_freedom = 0;
 };
@@ -117,21 +137,34 @@ struct PanelFitResult {
 /// large as the panel, stretch and affine follow with a negative scale_y; the gates on residual and
 /// on stretch refuse it.
 ///
+/// A slot counts by the one coordinate it shows. The other and its variance may hold anything; its
+/// residual and its gain are 0. With L = I + [a b; c d] a target's two equations are
+///
+///   x a + y b + tx = measured x - x        x c + y d + ty = measured y - y
+///
+/// where the model couples a to d (b = -c = -theta, and so on). Slots determine the model if their
+/// equations have full rank in its parameters near L = I, to a millionth. So every model needs an
+/// x and a y; a rotation two y at different x, or two x at different y; a scale of x two x at
+/// different x. Of several rotations that slots leave open the fit takes the one near zero, unless
+/// another fits beyond doubt better.
+///
 /// The gain is the derivative of the estimate itself, with the model's curvature. Where residuals
 /// are as large as the distances between the targets it is Gauss-Newton's, without the curvature.
 ///
-/// In     pairs: nominal and measured mm, covariance mm^2
+/// In     pairs: nominal and measured mm, covariance mm^2; a slot's only in its axis
 /// Out    map with the 6x6 covariance of its coefficients; gain; residuals mm; chi square, d.o.f.
+///        by scalar equations
 /// Fails  TooFewTargets; Degenerate; BadCovariance
 /// Cost   O(n); allocates the results only
 /// Source CNC-7 manual, Vision Assist, G36; Umeyama 1991 (rigid start); Bjorck 1996 (covariance)
-/// See    tests/calib/panel_fit_test.cc
+/// See    tests/calib/panel_fit_test.cc, tests/calib/panel_fit_slots_test.cc
 template <class To, class From>
 PanelFitResult<To, From> fit_panel(std::span<const TargetPair<To, From>> pairs, PanelModel model) {
   std::vector<internal::RawPair> raw;
   raw.reserve(pairs.size());
   for (const auto& pair : pairs) {
-    raw.push_back({pair.nominal.in_mm(), pair.measured.position.in_mm(), pair.measured.cov});
+    raw.push_back(
+        {pair.nominal.in_mm(), pair.measured.position.in_mm(), pair.measured.cov, pair.axes});
   }
   internal::RawFitResult result = internal::fit_raw(raw, model);
   if (!result.fit) return {std::nullopt, result.failure};

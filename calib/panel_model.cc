@@ -48,6 +48,13 @@ PanelModel default_model(int n_points) {
   return n_points == 2 ? PanelModel::Rigid : PanelModel::Stretch;
 }
 
+PanelModel default_model_of_equations(int n_equations, bool with_scale) {
+  if (n_equations < 3) return PanelModel::Offset;
+  if (n_equations >= 6) return PanelModel::Stretch;
+  const bool can_scale = n_equations >= parameter_count(PanelModel::Similarity);
+  return with_scale && can_scale ? PanelModel::Similarity : PanelModel::Rigid;
+}
+
 PanelDeformation deformation_of(const Eigen::Matrix2d& linear) {
   PanelDeformation d;
   d.scale_x = std::hypot(linear(0, 0), linear(1, 0));

@@ -23,21 +23,31 @@ using internal::TomlSource;
 using internal::TomlTable;
 using Words = std::string_view;
 
-constexpr std::array<Words, 9> kTopKeys = {"camera",
-                                           "diameter_page",
-                                           "gates",
-                                           "machine",
-                                           "program",
-                                           "reference_scaling",
-                                           "sim",
-                                           "spindle",
-                                           "vision"};
-constexpr std::array<Words, 2> kTopPlanned = {"coupon", "surface"};
+constexpr std::array<Words, 10> kTopKeys = {"camera",
+                                            "diameter_page",
+                                            "gates",
+                                            "machine",
+                                            "program",
+                                            "reference_scaling",
+                                            "sim",
+                                            "spindle",
+                                            "surface",
+                                            "vision"};
+constexpr std::array<Words, 1> kTopPlanned = {"coupon"};
 constexpr std::array<Words, 3> kMachineKeys = {"name", "travel_high_mm", "travel_low_mm"};
 constexpr std::array<Words, 1> kMachinePlanned = {"drivers"};
-constexpr std::array<Words, 7> kVisionKeys = {
-    "ambiguity_margin", "min_contrast", "min_score", "model", "rotate", "search_radius_mm", "tool"};
-constexpr std::array<Words, 4> kVisionPlanned = {"cama", "inspections", "mode", "scale"};
+constexpr std::array<Words, 11> kVisionKeys = {"ambiguity_margin",
+                                               "cama",
+                                               "default_tool",
+                                               "min_contrast",
+                                               "min_score",
+                                               "mode",
+                                               "model",
+                                               "rotate",
+                                               "scale",
+                                               "search_radius_mm",
+                                               "tool"};
+constexpr std::array<Words, 1> kVisionPlanned = {"inspections"};
 constexpr std::array<Words, 8> kToolKeys = {
     "inner_mm", "inner_px", "number", "polarity", "shape", "size_mm", "size_px", "size_tolerance"};
 constexpr std::array<Words, 1> kToolPlanned = {"algorithm"};
@@ -181,12 +191,27 @@ Expected<Target> read_tool(const TomlTable& table, bool has_camera) {
   return target;
 }
 
+/// How G32, G33 and G36 of SIEB & MEYER programs measure.
+Expected<void> read_optical(const TomlTable& vision, sieb_meyer::Settings& settings) {
+  PANELCAL_TRY(const auto mode, vision.integer("mode", 1, 5));
+  if (mode == 4) return failure(vision.problem("mode", "1, 2, 3 or 5"));
+  if (mode) settings.measurement_mode = static_cast<int>(*mode);
+  PANELCAL_TRY(const auto cama, vision.truth("cama"));
+  settings.pattern_mode = cama.value_or(settings.pattern_mode);
+  PANELCAL_TRY(const auto scale, vision.truth("scale"));
+  settings.fits_scale = scale.value_or(settings.fits_scale);
+  PANELCAL_TRY(const auto tool, vision.integer("default_tool", 1, kMaxToolNumber));
+  if (tool) settings.vision_tool = static_cast<int>(*tool);
+  return {};
+}
+
 Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto table, top.table("vision", "[vision]", {kVisionKeys, kVisionPlanned}));
   if (!table) return {};
   PANELCAL_TRY(const auto rotate, table->integer("rotate", 1, kMaxSeries));
   if (rotate) config.walk.series_size = static_cast<int>(*rotate);
   PANELCAL_CHECK(read_model(*table, config.walk));
+  PANELCAL_CHECK(read_optical(*table, config.walk.sieb_meyer));
   PANELCAL_TRY(const auto radius_mm, table->number("search_radius_mm", {0, kMaxPlace_mm, true}));
   if (radius_mm) config.search_radius = mm(*radius_mm);
   LocateOptions& locate = config.locate;
@@ -223,7 +248,9 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
   PANELCAL_CHECK(read_vision(top, config));
   PANELCAL_CHECK(read_gates(top, config));
   PANELCAL_CHECK(internal::read_program_config(top, config));
-  PANELCAL_TRY(config.sim, internal::read_sim_config(top, config.camera));
+  PANELCAL_TRY(
+      config.sim,
+      internal::read_sim_config(top, config.camera, config.walk.sieb_meyer.surface_height));
   return config;
 }
 

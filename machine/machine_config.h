@@ -14,6 +14,7 @@
 #include "panelcal/calib/camera_mapping.h"
 #include "panelcal/calib/gates.h"
 #include "panelcal/calib/spindle_camera.h"
+#include "panelcal/machine/sim/simulated_probe.h"
 #include "panelcal/program/job_check.h"
 #include "panelcal/program/walk.h"
 #include "panelcal/vision/locate.h"
@@ -47,6 +48,7 @@ struct SimConfig {
   double vignetting = 0;       ///< relative loss of light in the corners
   double weave_amplitude = 0;  ///< of full scale
   int neighbors = 0;           ///< other pads in each view
+  SimulatedProbeOptions surface;  ///< of the board, and how well it is probed
 };
 
 /// machine.toml as panelcal uses it. Unknown keys are errors that name the nearest known key.
@@ -54,8 +56,10 @@ struct MachineConfig {
   std::filesystem::path file;
   std::string name;
   std::optional<Travel> travel;
-  ReadOptions reading;   ///< [program], [[diameter_page]]; without the program's own folder
-  WalkOptions walk;      ///< [vision] rotate, model; [gates]; [program]; [reference_scaling]
+  ReadOptions reading;  ///< [program], [[diameter_page]]; without the program's own folder
+  /// [vision] rotate, model, mode, cama, scale, default_tool; [gates]; [program]; [surface];
+  /// [reference_scaling]. What texts say of the date and the program's name is not in it.
+  WalkOptions walk;
   LocateOptions locate;  ///< [vision] scores; centre and radius are set for each picture
   std::optional<Length> search_radius;  ///< [vision] search_radius_mm, around the expected place
   std::map<int, Target> vision_tools;   ///< [[vision.tool]]

@@ -1,31 +1,75 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/program_config.h"
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "panelcal/machine/sim_config.h"
+#include "panelcal/program/dot_font.h"
+#include "panelcal/program/sieb_meyer/settings.h"
+#include "panelcal/surface/surface_memory.h"
 
 namespace panelcal::internal {
 namespace {
 
 using Words = std::string_view;
 
-constexpr std::array<Words, 7> kProgramKeys = {"absolute_zero_mm",
-                                               "arc_tolerance_um",
-                                               "axis_version",
-                                               "block_delete",
-                                               "operator_id",
-                                               "search_path",
-                                               "work_zero_mm"};
+constexpr std::array<Words, 13> kProgramKeys = {"absolute_zero_mm",
+                                                "arc_tolerance_um",
+                                                "axis_version",
+                                                "block_delete",
+                                                "breakage_counter",
+                                                "character_set",
+                                                "module",
+                                                "obeys_areas",
+                                                "operator_id",
+                                                "run",
+                                                "search_path",
+                                                "spindle",
+                                                "work_zero_mm"};
+constexpr std::array<Words, 5> kSurfaceKeys = {
+    "average", "grid_hold_mm", "height_mm", "height_tolerance_um", "tolerance_mm"};
 constexpr std::array<Words, 4> kScalingKeys = {"about_mm", "enabled", "x", "y"};
 constexpr std::array<Words, 6> kDiameterKeys = {
     "depth_offset_mm", "diameter_mm", "infeed_mm_s", "max_hits", "retract_mm_s", "speed_rpm"};
 
 constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
 constexpr Range kAboveZero{.low = 0, .low_is_open = true};
+/// Contours are cut no coarser than this, in um.
+constexpr Range kTolerance{0, 1000, true};
 /// A panel that shrinks or grows by a tenth is another panel.
 constexpr Range kScale{0.9, 1.1};
 constexpr int kMaxHits = 1'000'000'000;
+constexpr int kMaxCounter = 1'000'000'000;
+
+Expected<void> read_character_set(const TomlTable& table, sieb_meyer::Settings& settings) {
+  PANELCAL_TRY(const auto name, table.text("character_set"));
+  if (!name) return {};
+  const auto known = character_set_from_name(*name);
+  if (!known) {
+    return failure(
+        table.problem("character_set", "\"3x5\", \"4x6\", \"5x7\", \"excellon\" or \"hitachi\""));
+  }
+  settings.characters = *known;
+  return {};
+}
+
+/// What a SIEB & MEYER control knows besides the program: above all what M97 and M98 may drill.
+Expected<void> read_control(const TomlTable& table, sieb_meyer::Settings& settings) {
+  PANELCAL_CHECK(read_character_set(table, settings));
+  sieb_meyer::TextVariables& text = settings.text;
+  PANELCAL_TRY(const auto module, table.text("module"));
+  text.module = module.value_or("");
+  PANELCAL_TRY(const auto spindle, table.integer("spindle", 1, sieb_meyer::kMaxSpindle));
+  if (spindle) text.spindle = static_cast<int>(*spindle);
+  PANELCAL_TRY(const auto run, table.integer("run", 0, kMaxCounter));
+  if (run) text.run = static_cast<int>(*run);
+  PANELCAL_TRY(const auto breakages, table.integer("breakage_counter", 0, kMaxCounter));
+  if (breakages) text.breakage_counter = static_cast<int>(*breakages);
+  PANELCAL_TRY(settings.obeys_areas, table.truth("obeys_areas"));
+  return {};
+}
 
 Expected<void> read_program(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto table, top.table("program", "[program]", {kProgramKeys, {}}));
@@ -34,7 +78,7 @@ Expected<void> read_program(const TomlTable& top, MachineConfig& config) {
   if (work_mm) config.walk.work_zero = position_mm<frame::Machine>(*work_mm);
   PANELCAL_TRY(const auto absolute_mm, table->pair("absolute_zero_mm", kPlace));
   if (absolute_mm) config.walk.absolute_zero = position_mm<frame::Machine>(*absolute_mm);
-  PANELCAL_TRY(const auto tolerance_um, table->number("arc_tolerance_um", {0, 1000, true}));
+  PANELCAL_TRY(const auto tolerance_um, table->number("arc_tolerance_um", kTolerance));
   if (tolerance_um) config.walk.arc_tolerance = um(*tolerance_um);
   PANELCAL_TRY(const auto version, table->integer("axis_version", 1, 8));
   if (version) config.reading.axis_version = static_cast<int>(*version);
@@ -44,10 +88,43 @@ Expected<void> read_program(const TomlTable& top, MachineConfig& config) {
   if (config.reading.operator_id.size() > 20) {
     return failure(table->problem("operator_id", "at most 20 characters (OPID)"));
   }
+  config.walk.sieb_meyer.text.operator_text = config.reading.operator_id;
+  PANELCAL_CHECK(read_control(*table, config.walk.sieb_meyer));
   PANELCAL_TRY(const auto folders, table->texts("search_path"));
   for (const std::string& folder : folders) {
     config.reading.pattern_folders.push_back(config.file.parent_path() / folder);
   }
+  return {};
+}
+
+Expected<void> read_average(const TomlTable& table, sieb_meyer::Settings& settings) {
+  constexpr std::array<std::pair<Words, AverageKind>, 4> kAverages = {
+      {{"A", AverageKind::Mean},
+       {"M", AverageKind::Median},
+       {"O", AverageKind::MidRange},
+       {"T", AverageKind::TrimmedMean}}};
+  PANELCAL_TRY(const auto letter, table.text("average"));
+  if (!letter) return {};
+  const auto known = std::ranges::find(kAverages, *letter, &std::pair<Words, AverageKind>::first);
+  if (known == kAverages.end()) {
+    return failure(table.problem("average", "\"A\", \"M\", \"O\" or \"T\", as SPAV has them"));
+  }
+  settings.average = known->second;
+  return {};
+}
+
+Expected<void> read_surface(const TomlTable& top, sieb_meyer::Settings& settings) {
+  PANELCAL_TRY(const auto table, top.table("surface", "[surface]", {kSurfaceKeys, {}}));
+  if (!table) return {};
+  PANELCAL_CHECK(read_average(*table, settings));
+  PANELCAL_TRY(const auto height_mm, table->number("height_mm", kPlace));
+  if (height_mm) settings.surface_height = mm(*height_mm);
+  PANELCAL_TRY(const auto tolerance_mm, table->number("tolerance_mm", kAboveZero));
+  if (tolerance_mm) settings.surface_tolerance = mm(*tolerance_mm);
+  PANELCAL_TRY(const auto hold_mm, table->number("grid_hold_mm", {0, kMaxPlace_mm}));
+  if (hold_mm) settings.grid_hold = mm(*hold_mm);
+  PANELCAL_TRY(const auto height_um, table->number("height_tolerance_um", kTolerance));
+  if (height_um) settings.height_tolerance = um(*height_um);
   return {};
 }
 
@@ -88,6 +165,7 @@ Expected<Tool> read_diameter(const TomlTable& table) {
 
 Expected<void> read_program_config(const TomlTable& top, MachineConfig& config) {
   PANELCAL_CHECK(read_program(top, config));
+  PANELCAL_CHECK(read_surface(top, config.walk.sieb_meyer));
   PANELCAL_CHECK(read_scaling(top, config));
   PANELCAL_TRY(const auto rows,
                top.tables("diameter_page", "[[diameter_page]]", {kDiameterKeys, {}}));

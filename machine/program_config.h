@@ -8,7 +8,7 @@
 namespace panelcal::internal {
 
 /// Reads what a machine.toml says about reading and executing programs: [program],
-/// [reference_scaling] and [[diameter_page]].
+/// [surface], [reference_scaling] and [[diameter_page]].
 ///
 /// In     top: the whole file; config.file is where search paths are relative to
 Expected<void> read_program_config(const TomlTable& top, MachineConfig& config);

@@ -10,7 +10,7 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 17> kSimKeys = {"background",
+constexpr std::array<std::string_view, 18> kSimKeys = {"background",
                                                        "blur_px",
                                                        "board_offset_sigma_um",
                                                        "board_rotation_sigma_mrad",
@@ -24,23 +24,33 @@ constexpr std::array<std::string_view, 17> kSimKeys = {"background",
                                                        "seed",
                                                        "spindle_camera_offset_mm",
                                                        "stretch_ppm",
+                                                       "surface",
                                                        "target_level",
                                                        "vignetting",
                                                        "weave_amplitude"};
 constexpr std::array<std::string_view, 4> kCameraKeys = {
     "axis_px", "k1_per_px2", "rotation_rad", "scale_mm_per_px"};
+constexpr std::array<std::string_view, 7> kSurfaceKeys = {"axis_offsets_um",
+                                                          "bow_center_mm",
+                                                          "bow_radius_mm",
+                                                          "bow_um",
+                                                          "height_mm",
+                                                          "noise_um",
+                                                          "slope_ppm"};
 
 constexpr int kMaxPictureSide_px = 10'000;
+constexpr std::size_t kMaxSpindles = 64;
 constexpr Range kShare{0, 1};
+constexpr Range kPpm{-1e5, 1e5};
+constexpr Range kHeight_um{-1e5, 1e5};
 
 Expected<void> read_panel(const TomlTable& table, SimConfig& sim) {
   const Range place{-kMaxPlace_mm, kMaxPlace_mm};
-  const Range ppm{-1e5, 1e5};
   PANELCAL_TRY(const auto offset_mm, table.pair("panel_offset_mm", place));
   if (offset_mm) sim.panel_offset = displacement_mm<frame::Actual>(*offset_mm);
   PANELCAL_TRY(const double rotation_mrad, table.number_or("panel_rotation_mrad", {-1e4, 1e4}, 0));
   sim.panel_rotation = rad(rotation_mrad * 1e-3);
-  PANELCAL_TRY(const auto stretch_ppm, table.pair("stretch_ppm", ppm));
+  PANELCAL_TRY(const auto stretch_ppm, table.pair("stretch_ppm", kPpm));
   if (stretch_ppm) {
     sim.stretch_x_ppm = stretch_ppm->x();
     sim.stretch_y_ppm = stretch_ppm->y();
@@ -132,10 +142,40 @@ Expected<void> read_camera(const TomlTable& table,
   return {};
 }
 
+/// The real surface: without a word it is flat, where it is expected, and probed without noise.
+Expected<void> read_surface(const TomlTable& sim, SimulatedProbeOptions& surface) {
+  PANELCAL_TRY(const auto table, sim.table("surface", "[sim.surface]", {kSurfaceKeys, {}}));
+  if (!table) return {};
+  PANELCAL_TRY(const auto height_mm, table->number("height_mm", {-kMaxPlace_mm, kMaxPlace_mm}));
+  if (height_mm) surface.height = mm(*height_mm);
+  PANELCAL_TRY(const auto slope_ppm, table->pair("slope_ppm", kPpm));
+  if (slope_ppm) {
+    surface.slope_x_ppm = slope_ppm->x();
+    surface.slope_y_ppm = slope_ppm->y();
+  }
+  PANELCAL_TRY(const double bow_um, table->number_or("bow_um", kHeight_um, 0));
+  surface.bow = um(bow_um);
+  PANELCAL_TRY(const auto center_mm, table->pair("bow_center_mm", {-kMaxPlace_mm, kMaxPlace_mm}));
+  if (center_mm) surface.bow_center = position_mm<frame::Actual>(*center_mm);
+  PANELCAL_TRY(const auto radius_mm, table->number("bow_radius_mm", {0, kMaxPlace_mm, true}));
+  if (radius_mm) surface.bow_radius = mm(*radius_mm);
+  PANELCAL_TRY(const double noise_um, table->number_or("noise_um", {0, 1e5}, 0));
+  surface.noise_sigma = um(noise_um);
+  PANELCAL_TRY(const auto offsets_um, table->numbers("axis_offsets_um", kHeight_um));
+  if (!offsets_um) return {};
+  if (offsets_um->empty() || offsets_um->size() > kMaxSpindles) {
+    return failure(table->problem("axis_offsets_um", "one for each Z axis, 1 to 64 of them"));
+  }
+  surface.axis_offsets.clear();
+  for (const double offset_um : *offsets_um) surface.axis_offsets.push_back(um(offset_um));
+  return {};
+}
+
 }  // namespace
 
 Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
-                                                   const std::optional<CameraCalibration>& camera) {
+                                                   const std::optional<CameraCalibration>& camera,
+                                                   Length surface_height) {
   PANELCAL_TRY(const auto table, top.table("sim", "[sim]", {kSimKeys, {}}));
   if (!table) return std::nullopt;
   SimConfig sim;
@@ -146,6 +186,10 @@ Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
   PANELCAL_CHECK(read_picture_size(*table, camera, sim));
   PANELCAL_CHECK(read_light(*table, sim));
   PANELCAL_CHECK(read_camera(*table, camera, sim));
+  sim.surface.seed = sim.seed;
+  sim.surface.height = surface_height;
+  sim.surface.noise_sigma = Length();
+  PANELCAL_CHECK(read_surface(*table, sim.surface));
   return sim;
 }
 

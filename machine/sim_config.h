@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/units.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/toml_table.h"
 
@@ -12,9 +13,11 @@ namespace panelcal::internal {
 /// Reads [sim] of a machine.toml.
 ///
 /// In     top: the whole file; camera: what [camera] calibrates, from which picture_px and the keys
-///        of [sim.camera] are taken where they are left out
+///        of [sim.camera] are taken where they are left out; surface_height: where [surface]
+///        expects the board's surface, the same for [sim.surface]
 Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
-                                                   const std::optional<CameraCalibration>& camera);
+                                                   const std::optional<CameraCalibration>& camera,
+                                                   Length surface_height);
 
 /// Lengths, angles and so on that no machine exceeds: what is larger has the wrong unit.
 inline constexpr double kMaxPlace_mm = 1e5;

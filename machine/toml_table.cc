@@ -224,6 +224,20 @@ Expected<std::vector<std::string>> TomlTable::texts(std::string_view key) const 
   return values;
 }
 
+Expected<std::optional<std::vector<double>>> TomlTable::numbers(std::string_view key,
+                                                                const Range& range) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  const auto* array = node->as_array();
+  if (!array) return failure(wrong_value(key, *node, "a list of numbers, [1, 2]"));
+  std::vector<double> values;
+  for (const toml::node& element : *array) {
+    PANELCAL_TRY(const double value, checked_number(key, element, range));
+    values.push_back(value);
+  }
+  return values;
+}
+
 Expected<std::optional<Eigen::Vector2d>> TomlTable::pair(std::string_view key,
                                                          const Range& range) const {
   const toml::node* node = table_->get(key);

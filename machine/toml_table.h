@@ -78,6 +78,8 @@ class TomlTable {
   Expected<std::optional<bool>> truth(std::string_view key) const;
   /// A list of texts; empty for an absent key.
   Expected<std::vector<std::string>> texts(std::string_view key) const;
+  Expected<std::optional<std::vector<double>>> numbers(std::string_view key,
+                                                       const Range& range) const;
   /// Two numbers, [x, y].
   Expected<std::optional<Eigen::Vector2d>> pair(std::string_view key, const Range& range) const;
   /// A table of this table; `name` as in make.

@@ -45,6 +45,24 @@ const PlacedPoint* place_of(const Operation& operation) {
   return nullptr;
 }
 
+const DepthOfCut* cut_of(const Operation& operation) {
+  if (const auto* drill = std::get_if<Drill>(&operation.what)) return &drill->cut;
+  if (const auto* rout = std::get_if<Rout>(&operation.what)) return &rout->cut;
+  if (const auto* slot = std::get_if<Slot>(&operation.what)) return &slot->cut;
+  return nullptr;
+}
+
+/// Empty where the machine's own plane holds.
+std::string depth_text(const DepthOfCut& cut) {
+  std::string text;
+  if (cut.z) text = fmt::format("to {:.4f} mm above the table", cut.z->in_mm());
+  if (cut.depth) text = fmt::format("{:.4f} mm below the board's surface", cut.depth->in_mm());
+  if (!cut.surface) return text;
+  return text + fmt::format("{}surface measured {:.4f} mm above the table",
+                            text.empty() ? "" : ", ",
+                            cut.surface->in_mm());
+}
+
 }  // namespace
 
 std::optional<ExplainChoice> parse_explain_choice(std::string_view text) {
@@ -104,6 +122,10 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
                  point(place.corrected.in_mm()),
                  std::sqrt(place.cov_mm2(0, 0)) * 1e3,
                  std::sqrt(place.cov_mm2(1, 1)) * 1e3);
+  if (const DepthOfCut* const cut = cut_of(operation)) {
+    const std::string depth = depth_text(*cut);
+    if (!depth.empty()) fmt::format_to(to, "  depth       {}\n", depth);
+  }
   fmt::format_to(to, "  work zero   {}\n", point(origin.work_zero->in_mm()));
   fmt::format_to(to, "  machine     {}\n", point(place.actual.in_mm()));
 }
@@ -118,8 +140,8 @@ void Explainer::explain_series(std::string_view name, std::size_t i_series) {
                  series.line,
                  fmt::join(series.path, ","),
                  series.base ? map_text(series.base->map.map) : map_text(series.nested->map.map));
-  for (std::size_t i = 0; i < series.measurements.size(); ++i) {
-    const Measurement& target = survey_.measurements[series.measurements[i]];
+  for (std::size_t i = 0; i < series.points.size(); ++i) {
+    const Measurement& target = survey_.measurements[series.points[i]];
     const Eigen::Vector2d residual_mm =
         series.base ? series.base->residuals[i].in_mm() : series.nested->residuals[i].in_mm();
     fmt::format_to(to,

@@ -55,7 +55,7 @@ void JobCheck::put(const Operation& operation) {
     see(operation, steps->end);
   } else if (const auto* setting = std::get_if<Setting>(&operation.what)) {
     constexpr std::size_t kMostLinks = 1000;
-    if (excellon::is_tool_link(setting->text) && links_.size() < kMostLinks) {
+    if (is_tool_link(setting->text) && links_.size() < kMostLinks) {
       links_.emplace(setting->text);
     }
   } else if (const auto* rate = std::get_if<ToolRate>(&operation.what)) {
@@ -121,12 +121,13 @@ void JobCheck::see_hole(const Operation& operation, const Drill& drill) {
 
 void JobCheck::report(const Program& program, DiagnosticLog& log) const {
   const std::string& file = program.source.file;
+  const bool is_excellon = program.dialect == Dialect::Excellon;
   std::set<int> used = used_;
-  for (const std::string& link : links_) excellon::add_linked_tools(link, used);
-  for (const auto& [number, tool] : program.header.tools) {
+  for (const std::string& link : links_) add_linked_tools(link, used);
+  for (const auto& [number, tool] : program.tools()) {
     if (used.contains(number) || used_.empty()) continue;
     log.add({Code::ToolUnused,
-             {file, program.header.tool_lines.at(number), 1},
+             {file, program.tool_lines().at(number), 1},
              fmt::format("tool {} is defined and never used", number),
              ""});
   }
@@ -134,13 +135,15 @@ void JobCheck::report(const Program& program, DiagnosticLog& log) const {
     log.add({Code::FeedMissing,
              {file, 0, 0},
              "no infeed for " + tool_list(without_infeed_),
-             "F# in the tool's block, or the machine's Tool Data Page"});
+             is_excellon ? "F# in the tool's block, or the machine's Tool Data Page"
+                         : "F of the tool in the table behind $"});
   }
   if (!without_table_feed_.empty()) {
     log.add({Code::FeedMissing,
              {file, 0, 0},
-             "no table feed for " + tool_list(without_table_feed_) + "; 100 in/min is used",
-             "F# behind G00"});
+             "no table feed for " + tool_list(without_table_feed_) +
+                 (is_excellon ? "; 100 in/min is used" : "; 2.54 m/min is used"),
+             is_excellon ? "F# behind G00" : "F# in the first rout line"});
   }
   if (outside_) {
     const Eigen::Vector2d& at_mm = outside_->place.in_mm();
@@ -168,11 +171,11 @@ void JobCheck::report_scale(const Program& program, DiagnosticLog& log) const {
   const bool is_small = size_mm < kLeastPanel_mm;
   const bool is_large = size_mm > kMostPanel_mm;
   const bool overlaps = 2 * n_overlapping_ > n_steps_;
-  const auto n_odd_tools = std::ranges::count_if(program.header.tools, [](const auto& numbered) {
+  const auto n_odd_tools = std::ranges::count_if(program.tools(), [](const auto& numbered) {
     const auto& diameter = numbered.second.diameter;
     return diameter && (diameter->in_mm() < kLeastTool_mm || diameter->in_mm() > kMostTool_mm);
   });
-  const bool odd_tools = 2 * n_odd_tools > static_cast<std::ptrdiff_t>(program.header.tools.size());
+  const bool odd_tools = 2 * n_odd_tools > static_cast<std::ptrdiff_t>(program.tools().size());
   if (!is_small && !is_large && !overlaps && !odd_tools) return;
 
   std::string what = fmt::format(
@@ -199,7 +202,7 @@ void JobCheck::report_scale(const Program& program, DiagnosticLog& log) const {
   log.add({Code::ScaleSuspicious,
            {program.source.file, 0, 0},
            std::move(what),
-           "the right unit, zeros and digits; read as " + program.header.format.summary()});
+           "the right unit, zeros and digits; read as " + program.number_summary()});
 }
 
 }  // namespace panelcal

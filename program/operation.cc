@@ -22,6 +22,12 @@ struct NameOf {
   std::string_view operator()(const Function&) const { return "function"; }
   std::string_view operator()(const ToolRate&) const { return "rate"; }
   std::string_view operator()(const Autocalibration&) const { return "autocalibration"; }
+  std::string_view operator()(const PatternBegin&) const { return "pattern"; }
+  std::string_view operator()(const PatternEnd&) const { return "pattern_end"; }
+  std::string_view operator()(const VisionSeries&) const { return "series"; }
+  std::string_view operator()(const TargetHole&) const { return "target_hole"; }
+  std::string_view operator()(const CancelCorrection&) const { return "cancel_correction"; }
+  std::string_view operator()(const VisionTool&) const { return "vision_tool"; }
 };
 
 }  // namespace
@@ -64,8 +70,38 @@ std::string_view name(FunctionKind kind) {
       return "scaling_off";
     case FunctionKind::ToolExpired:
       return "tool_expired";
+    case FunctionKind::PulseOn:
+      return "pulse_on";
+    case FunctionKind::PulseOff:
+      return "pulse_off";
+    case FunctionKind::BreakageCheckOn:
+      return "breakage_check_on";
+    case FunctionKind::BreakageCheckOff:
+      return "breakage_check_off";
+    case FunctionKind::MachineFunction:
+      return "machine_function";
+    case FunctionKind::MachineZero:
+      return "machine_zero";
+    case FunctionKind::ParkPosition:
+      return "park_position";
+    case FunctionKind::CheckArea:
+      return "check_area";
+    case FunctionKind::ForbiddenArea:
+      return "forbidden_area";
+    case FunctionKind::HoleOmitted:
+      return "hole_omitted";
+    case FunctionKind::FinishRouting:
+      return "finish_routing";
+    case FunctionKind::RetractProbe:
+      return "retract_probe";
+    case FunctionKind::TextForDevice:
+      return "text_for_device";
   }
   return "";
+}
+
+std::string_view name(Dialect dialect) {
+  return dialect == Dialect::Excellon ? "Excellon CNC-7" : "SIEB & MEYER";
 }
 
 std::string_view name(RoutKind kind) {

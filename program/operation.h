@@ -40,6 +40,15 @@ struct PlacedPoint {
   Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();  ///< of corrected; zero without a correction
 };
 
+/// How deep a tool works, as far as the program says.
+struct DepthOfCut {
+  std::optional<Length> z;        ///< of the tool's tip above the table plane
+  std::optional<Length> depth;    ///< below the board's surface, under depth control
+  std::optional<Length> surface;  ///< measured height of the surface that `depth` refers to
+
+  friend bool operator==(const DepthOfCut&, const DepthOfCut&) = default;
+};
+
 /// Takes a tool; number 0 puts the tool away.
 struct ToolChange {
   Tool tool;
@@ -62,6 +71,7 @@ struct Autocalibration {
 /// Drills one hole.
 struct Drill : PlacedPoint {
   int tool = 0;
+  DepthOfCut cut;
 };
 
 /// Moves with the tool up.
@@ -77,6 +87,7 @@ struct Plunge {
   int tool = 0;
   PlungeKind kind = PlungeKind::Plain;
   std::optional<Length> depth_offset;  ///< of one pass of a step slot; absent: the tool's own
+  DepthOfCut cut;
 };
 
 /// Raises the router.
@@ -95,6 +106,7 @@ struct Rout : PlacedPoint {
   Position<frame::Machine> center;           ///< the same as the machine is told
   Feed feed;
   bool feed_is_default = false;  ///< the program sets none
+  DepthOfCut cut;                ///< at the end; the tool goes there evenly
 };
 
 enum class CompensationSide : std::uint8_t { Off, Left, Right };
@@ -111,6 +123,7 @@ struct Slot {
   int tool = 0;
   PlacedPoint start;
   PlacedPoint end;
+  DepthOfCut cut;
 };
 
 /// A slot routed in deepening passes (G87) left whole.
@@ -154,6 +167,19 @@ enum class FunctionKind : std::uint8_t {
   ScalingOn,
   ScalingOff,
   ToolExpired,
+  PulseOn,          ///< G89: peck drilling without retracting
+  PulseOff,         ///< G88
+  BreakageCheckOn,  ///< M95
+  BreakageCheckOff,
+  MachineFunction,  ///< M21 to M27, M34 to M45, M52 to M55, M49,M#: what the maker made of it
+  MachineZero,      ///< M28
+  ParkPosition,     ///< M29
+  CheckArea,        ///< M56, M57
+  ForbiddenArea,    ///< M58
+  HoleOmitted,      ///< a hole inside a forbidden area
+  FinishRouting,    ///< G11
+  RetractProbe,     ///< G75
+  TextForDevice,    ///< M76
 };
 
 /// An event of the machine that moves nothing by itself.
@@ -176,6 +202,43 @@ struct Setting {
 struct ZeroSet {
   Displacement<frame::Machine> zero_set;
   Position<frame::Machine> work_zero;
+};
+
+/// Everything up to PatternEnd is one pattern, written once: only where structure is kept (see
+/// WalkOptions::structure).
+struct PatternBegin {};
+
+/// The pattern's copies in the order of execution; the first may be the place where it stands. They
+/// carry places of the pattern as it was passed, in work coordinates, to those of the copy.
+struct PatternEnd {
+  std::span<const Placement> copies;
+};
+
+/// Which correction a series of targets gives.
+enum class CorrectionLevel : std::uint8_t { Base, Nested };
+
+/// Targets that are measured and fitted together; only where structure is kept.
+struct VisionSeries {
+  CorrectionLevel level = CorrectionLevel::Base;
+  std::span<const Position<frame::Nominal>> targets;
+};
+
+/// A target that is measured and drilled at; only where structure is kept.
+struct TargetHole {
+  CorrectionLevel level = CorrectionLevel::Base;
+  Position<frame::Nominal> nominal;
+  int tool = 0;
+  DepthOfCut cut;
+};
+
+/// Drops a correction, and with Base the nested one too; only where structure is kept.
+struct CancelCorrection {
+  CorrectionLevel level = CorrectionLevel::Base;
+};
+
+/// Chooses how the camera looks; only where structure is kept.
+struct VisionTool {
+  int number = 0;
 };
 
 /// How a place came about, for those who ask; valid only during the call that passes it.
@@ -210,7 +273,13 @@ struct Operation {
                Dwell,
                Function,
                ToolRate,
-               Autocalibration>
+               Autocalibration,
+               PatternBegin,
+               PatternEnd,
+               VisionSeries,
+               TargetHole,
+               CancelCorrection,
+               VisionTool>
       what;
   std::string_view file;           ///< of a stored pattern (M99); empty: the program itself
   const Origin* origin = nullptr;  ///< of Drill, Rout, RapidMove, Slot and StepSlot
@@ -223,9 +292,19 @@ std::string_view name(StopKind kind);
 std::string_view name(FunctionKind kind);
 std::string_view name(RoutKind kind);
 
+/// The language of a part program.
+enum class Dialect : std::uint8_t {
+  Excellon,   ///< CNC-7
+  SiebMeyer,  ///< formats 1000, 3000 and 5000
+};
+
+std::string_view name(Dialect dialect);
+
 /// What a writer may need before the first operation.
 struct ProgramInfo {
   std::string file;
+  /// The language that the texts of settings and functions are written in.
+  Dialect dialect = Dialect::Excellon;
   NumberFormat format;  ///< the program's own: rates are whole in its unit, settings in its zeros
   std::map<int, Tool> tools;
   bool is_scaled = false;   ///< reference scaling is in the coordinates already

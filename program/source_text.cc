@@ -35,6 +35,14 @@ const char* find_line_end(const char* at, const char* end) {
   return at;
 }
 
+/// CR LF and LF CR are one line end each; LF CR LF is an empty line that ends in CR LF.
+std::ptrdiff_t line_end_length(const char* at, const char* end) {
+  if (at + 1 == end) return 1;
+  if (at[0] == '\r' && at[1] == '\n') return 2;
+  const bool begins_another = at + 2 != end && at[2] == '\n';
+  return at[0] == '\n' && at[1] == '\r' && !begins_another ? 2 : 1;
+}
+
 }  // namespace
 
 SourceLine LineCursor::next() {
@@ -42,7 +50,7 @@ SourceLine LineCursor::next() {
   const char* const end = bytes_.data() + bytes_.size();
   const char* stop = find_line_end(begin, end);
   const SourceLine line{{begin, static_cast<std::size_t>(stop - begin)}, number_++, 1};
-  if (stop != end) stop += (*stop == '\r' && stop + 1 != end && stop[1] == '\n') ? 2 : 1;
+  if (stop != end) stop += line_end_length(stop, end);
   offset_ = static_cast<std::size_t>(stop - bytes_.data());
   return line;
 }

@@ -32,8 +32,8 @@ struct LinePlace {
   int number = 1;  ///< of the line that begins here
 };
 
-/// Walks over the lines of a text; LF, CR LF and CR all end a line. Copyable, so that a place in
-/// the text can be kept and returned to.
+/// Walks over the lines of a text; LF, CR, CR LF and LF CR all end a line. Copyable, so that a
+/// place in the text can be kept and returned to.
 class LineCursor {
  public:
   LineCursor() = default;

@@ -11,10 +11,10 @@
 #include "panelcal/calib/gates.h"
 #include "panelcal/calib/panel_fit.h"
 #include "panelcal/program/measurement.h"
+#include "panelcal/program/operation.h"
+#include "panelcal/program/probing.h"
 
 namespace panelcal {
-
-enum class CorrectionLevel : std::uint8_t { Base, Nested };
 
 /// One series of targets and the fit that came of it.
 struct SeriesResult {
@@ -23,11 +23,16 @@ struct SeriesResult {
   InstancePath path;
   Placement placement;                    ///< of the instance it was measured on
   std::vector<std::size_t> measurements;  ///< indices into Survey::measurements
+  /// The measurement that names each point of the fit, whose residuals are in this order: one of
+  /// `measurements` each, but of several layers of a target only the last.
+  std::vector<std::size_t> points;
   PanelModel model = PanelModel::Offset;
   std::shared_ptr<const BaseFit> base;      ///< set for a fitted base series
   std::shared_ptr<const NestedFit> nested;  ///< set for a fitted nested series
   std::optional<std::size_t> base_series;   ///< the base correction a nested one is relative to
   std::vector<GateVerdict> gates;
+  /// How far the layers of one target are apart at most (SIEB & MEYER, measurement modes 2 and 3).
+  std::optional<Length> layer_spread;
 
   bool is_fitted() const { return base != nullptr || nested != nullptr; }
   bool is_accepted() const;
@@ -37,6 +42,7 @@ struct SeriesResult {
 struct Survey {
   std::vector<Measurement> measurements;
   std::vector<SeriesResult> series;
+  std::vector<ProbeReading> probes;
 
   /// Every series is fitted, so that a corrected program could be written at all.
   bool is_complete() const;

@@ -5,6 +5,8 @@
 
 #include "panelcal/program/excellon/interpreter.h"
 #include "panelcal/program/excellon/stored_patterns.h"
+#include "panelcal/program/sieb_meyer/interpreter.h"
+#include "panelcal/program/sieb_meyer/subprograms.h"
 
 namespace panelcal {
 
@@ -12,10 +14,24 @@ bool Program::deletes_blocks() const {
   return header.block_delete.value_or(reading.block_delete.value_or(false));
 }
 
+std::string Program::number_summary() const {
+  return dialect == Dialect::Excellon ? header.format.summary()
+                                      : sieb_meyer::summary(layout.format);
+}
+
 Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options) {
-  Program program{std::move(source), {}, {}, std::move(options)};
-  program.header = excellon::read_header(program.source, program.reading.diameter_page, log);
-  program.patterns = excellon::read_patterns(program.source.bytes, program.reading.pattern_folders);
+  Program program;
+  program.source = std::move(source);
+  program.reading = std::move(options);
+  const ReadOptions& reading = program.reading;
+  if (sieb_meyer::is_program(program.source.bytes)) {
+    program.dialect = Dialect::SiebMeyer;
+    program.layout = sieb_meyer::read_layout(program.source, log);
+    program.patterns = sieb_meyer::read_subprograms(program.source.bytes, reading.pattern_folders);
+  } else {
+    program.header = excellon::read_header(program.source, reading.diameter_page, log);
+    program.patterns = excellon::read_patterns(program.source.bytes, reading.pattern_folders);
+  }
   return program;
 }
 
@@ -23,8 +39,21 @@ Survey survey(const Program& program,
               const WalkOptions& options,
               MeasurementSource& source,
               DiagnosticLog& log) {
+  NominalProbeSource probes;
+  return survey(program, options, source, probes, log);
+}
+
+Survey survey(const Program& program,
+              const WalkOptions& options,
+              MeasurementSource& source,
+              ProbeSource& probes,
+              DiagnosticLog& log) {
   Survey survey;
-  excellon::Interpreter(program, options, survey, &source, nullptr, log).run();
+  if (program.dialect == Dialect::SiebMeyer) {
+    sieb_meyer::Interpreter(program, options, survey, {&source, &probes, nullptr, log}).run();
+  } else {
+    excellon::Interpreter(program, options, survey, &source, nullptr, log).run();
+  }
   return survey;
 }
 
@@ -34,13 +63,19 @@ void execute(const Program& program,
              OperationSink& sink,
              DiagnosticLog& log) {
   Survey replayed = survey;
+  const bool is_excellon = program.dialect == Dialect::Excellon;
   sink.begin({.file = program.source.file,
-              .format = program.header.format,
-              .tools = program.header.tools,
-              .is_scaled = options.scaling.has_value(),
+              .dialect = program.dialect,
+              .format = is_excellon ? program.header.format : sieb_meyer::kMetricFormat,
+              .tools = program.tools(),
+              .is_scaled = is_excellon && options.scaling.has_value(),
               .body_rules = program.header.body_rules,
               .axis_version = program.axis_version()});
-  excellon::Interpreter(program, options, replayed, nullptr, &sink, log).run();
+  if (is_excellon) {
+    excellon::Interpreter(program, options, replayed, nullptr, &sink, log).run();
+  } else {
+    sieb_meyer::Interpreter(program, options, replayed, {nullptr, nullptr, &sink, log}).run();
+  }
 }
 
 }  // namespace panelcal

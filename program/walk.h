@@ -15,6 +15,9 @@
 #include "panelcal/program/excellon/header.h"
 #include "panelcal/program/measurement.h"
 #include "panelcal/program/operation.h"
+#include "panelcal/program/probing.h"
+#include "panelcal/program/sieb_meyer/file_layout.h"
+#include "panelcal/program/sieb_meyer/settings.h"
 #include "panelcal/program/survey.h"
 
 namespace panelcal {
@@ -23,7 +26,8 @@ namespace panelcal {
 struct ReadOptions {
   /// Tool data by diameter; every row has a diameter (CNC-7 manual, Tool Diameter).
   std::vector<Tool> diameter_page;
-  std::vector<std::filesystem::path> pattern_folders;  ///< where M99 looks for files, in order
+  /// Where M99 looks for stored patterns and subprograms, in order.
+  std::vector<std::filesystem::path> pattern_folders;
   std::optional<bool> block_delete;  ///< the operator's switch, where the header has no BLKD
   int axis_version = 1;              ///< where the header has no VER
   std::string operator_id;           ///< OPID: what an asterisk in a canned text stands for
@@ -35,6 +39,11 @@ struct ReferenceScaling {
   double y = 1;
   Position<frame::Nominal> about;
   bool starts_enabled = false;  ///< SCLR,ON before the program starts
+};
+
+enum class Structure : std::uint8_t {
+  Expanded,  ///< every copy is executed at its place, and targets are measured
+  Kept,      ///< patterns and vision sequences are passed on as such: for translation
 };
 
 enum class Cycles : std::uint8_t {
@@ -61,21 +70,35 @@ struct WalkOptions {
   Cycles step_slots = Cycles::Expanded;  ///< G87
   /// A corrected arc stays one arc while it is this close to the true ellipse.
   Length arc_tolerance = um(1);
+  Structure structure = Structure::Expanded;
+  sieb_meyer::Settings sieb_meyer;  ///< what only that language needs
 };
 
 /// A program that has been read as far as its header.
 struct Program {
   SourceText source;
-  excellon::Header header;
-  std::map<std::string, SourceText, std::less<>> patterns;  ///< the stored patterns it names
+  Dialect dialect = Dialect::Excellon;
+  excellon::Header header;        ///< of an Excellon program
+  sieb_meyer::FileLayout layout;  ///< of a SIEB & MEYER program
+  /// The stored patterns or subprograms it names.
+  std::map<std::string, SourceText, std::less<>> patterns;
   ReadOptions reading;
 
   bool deletes_blocks() const;  ///< blocks that begin with / are left out
   int axis_version() const { return header.axis_version.value_or(reading.axis_version); }
+  const std::map<int, Tool>& tools() const {
+    return dialect == Dialect::Excellon ? header.tools : layout.tools;
+  }
+  const std::map<int, int>& tool_lines() const {
+    return dialect == Dialect::Excellon ? header.tool_lines : layout.tool_lines;
+  }
+  /// How numbers are read: "inch 2.4, leading zeros kept".
+  std::string number_summary() const;
 };
 
-/// Reads the header, and the stored patterns that the program names; problems go into the log. A
-/// pattern that is missing is a problem only where the program runs it.
+/// Reads the header, or the tool table, and the stored patterns that the program names; problems go
+/// into the log. A pattern that is missing is a problem only where the program runs it. A program
+/// is SIEB & MEYER's if %% opens it, else Excellon.
 Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options = {});
 
 /// The measuring walk: executes the vision commands, asks `source` for every target, fits every
@@ -89,6 +112,13 @@ Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options 
 Survey survey(const Program& program,
               const WalkOptions& options,
               MeasurementSource& source,
+              DiagnosticLog& log);
+/// The same where surfaces are probed as well; without `probes` they are where the machine expects
+/// them.
+Survey survey(const Program& program,
+              const WalkOptions& options,
+              MeasurementSource& source,
+              ProbeSource& probes,
               DiagnosticLog& log);
 
 /// The working walk: passes every operation, corrected by the fits of `survey`, to `sink`.

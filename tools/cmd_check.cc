@@ -4,11 +4,13 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/calib/base/clock.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/program/job_check.h"
 #include "panelcal/program/tally.h"
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/program_input.h"
+#include "panelcal/tools/text_variables.h"
 
 namespace panelcal {
 namespace {
@@ -17,10 +19,24 @@ std::string count(std::size_t n, std::string_view word) {
   return fmt::format("{} {}{}", n == 0 ? "no" : std::to_string(n), word, n == 1 ? "" : "s");
 }
 
+/// "Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)": the language, how numbers are
+/// read, and why.
+std::string reading(const Program& program) {
+  if (program.dialect == Dialect::SiebMeyer) {
+    return fmt::format("{}, {} (line {})",
+                       name(program.dialect),
+                       program.number_summary(),
+                       program.layout.head_line);
+  }
+  const excellon::Header& header = program.header;
+  return fmt::format("Excellon{}, {} ({})",
+                     header.set == excellon::ProgramSet::FormatOne ? " Format One" : "",
+                     program.number_summary(),
+                     header.states_format ? header.format_evidence : "not stated, assumed");
+}
+
 std::string summary(const CheckedProgram& checked, const Tally& tally, const DiagnosticLog& log) {
   const Survey& survey = checked.nominal_survey;
-  const excellon::Header& header = checked.program.header;
-  const bool is_format_one = header.set == excellon::ProgramSet::FormatOne;
   std::string job = count(tally.tools_used().size(), "tool") + ", " +
                     count(static_cast<std::size_t>(tally.n_holes()), "hole");
   if (tally.n_slots() > 0) {
@@ -31,14 +47,13 @@ std::string summary(const CheckedProgram& checked, const Tally& tally, const Dia
                        count(static_cast<std::size_t>(tally.n_routs()), "rout move"),
                        tally.routed_length().in_mm());
   }
-  return fmt::format("{}: Excellon{}, {} ({})\n{}, {} in {} series, no errors, {}\n",
+  job += fmt::format(
+      ", {} in {} series", count(survey.measurements.size(), "target"), survey.series.size());
+  if (!survey.probes.empty()) job += ", " + count(survey.probes.size(), "probe");
+  return fmt::format("{}: {}\n{}, no errors, {}\n",
                      checked.program.source.file,
-                     is_format_one ? " Format One" : "",
-                     header.format.summary(),
-                     header.states_format ? header.format_evidence : "not stated, assumed",
+                     reading(checked.program),
                      job,
-                     count(survey.measurements.size(), "target"),
-                     survey.series.size(),
                      count(log.n_warnings(), "warning"));
 }
 
@@ -60,6 +75,12 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     travel = config->travel;
   }
   walk.max_operations = options.max_operations;
+  const auto time = wall_time(options.clock, system_clock()());
+  if (!time) {
+    context.console.print(time.error());
+    return exit_code(time.error());
+  }
+  set_text_variables(options.program, *time, walk.sieb_meyer.text);
   std::string result;
   if (!options.program.empty()) {
     walk.slots = walk.step_slots = Cycles::Kept;

@@ -18,28 +18,29 @@
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
 #include "panelcal/program/writers/jsonl_writer.h"
+#include "panelcal/program/writers/sieb_meyer_writer.h"
 #include "panelcal/program/writers/svg_writer.h"
 #include "panelcal/tools/commands.h"
-#include "panelcal/tools/digest.h"
 #include "panelcal/tools/job_picture.h"
 #include "panelcal/tools/measuring.h"
 #include "panelcal/tools/program_input.h"
+#include "panelcal/tools/provenance.h"
 #include "panelcal/tools/report_html.h"
+#include "panelcal/tools/text_variables.h"
 #include "panelcal/tools/truth_comparison.h"
-#include "panelcal/tools/version.h"
 
 namespace panelcal {
 namespace {
 
-using Provenance = std::vector<std::pair<std::string, std::string>>;
-
 Expected<std::string> output_format(const RunOptions& options) {
   if (!options.format.empty()) return options.format;
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kByExtension = {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kByExtension = {
       {{".jsonl", "jsonl"},
        {".csv", "csv"},
        {".drl", "excellon"},
        {".exc", "excellon"},
+       {".s5", "sieb-meyer"},
+       {".sm", "sieb-meyer"},
        {".svg", "svg"}}};
   std::string extension = std::filesystem::path(options.output).extension().string();
   std::ranges::transform(
@@ -50,30 +51,15 @@ Expected<std::string> output_format(const RunOptions& options) {
   return failure({Code::Usage,
                   {"panelcal run", 0, 0},
                   "no format belongs to the output's name " + quoted(options.output),
-                  ".jsonl, .csv, .drl, .exc or .svg, or --to"});
-}
-
-std::string amount(const Tally& tally) {
-  const auto plural = [](std::int64_t n, std::string_view word) {
-    return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
-  };
-  std::string text = plural(tally.n_holes(), "hole");
-  if (tally.n_slots() > 0) text += ", " + plural(tally.n_slots(), "slot");
-  if (tally.n_routs() > 0) text += ", " + plural(tally.n_routs(), "rout move");
-  return text;
-}
-
-std::vector<std::string> comment_lines(const Provenance& provenance) {
-  std::vector<std::string> lines;
-  for (const auto& [key, value] : provenance) lines.push_back(key + ": " + value);
-  return lines;
+                  ".jsonl, .csv, .drl, .exc, .s5, .sm or .svg, or --to"});
 }
 
 /// No output may overwrite an input or another output.
 Expected<void> check_paths(const RunOptions& options) {
   std::vector<std::string> taken = {
-      options.program, options.machine, options.measurements, options.truth};
-  for (const std::string& output : {options.output, options.save_measurements, options.report}) {
+      options.program, options.machine, options.measurements, options.probes, options.truth};
+  for (const std::string& output :
+       {options.output, options.save_measurements, options.save_probes, options.report}) {
     if (output.empty()) continue;
     const bool clashes = std::ranges::any_of(taken, [&](const std::string& other) {
       std::error_code ignored;
@@ -91,27 +77,6 @@ Expected<void> check_paths(const RunOptions& options) {
   return {};
 }
 
-/// What made the output, so that it can be made again: no dates, a replay is the same to the bit.
-Provenance provenance_of(const Options& options,
-                         const RunOptions& run,
-                         const CheckedProgram& checked) {
-  std::string command_line;
-  for (const std::string& word : options.command_line) {
-    // Where panelcal is installed says nothing about the job.
-    command_line += command_line.empty() ? "panelcal" : " " + word;
-  }
-  Provenance provenance = {
-      {"made by", std::string("panelcal ") + kVersion},
-      {"command line", command_line},
-      {"sha256 " + checked.program.source.file, sha256(checked.program.source.bytes)}};
-  for (const std::string& file : {run.machine, run.measurements}) {
-    if (file.empty()) continue;
-    if (const auto bytes = read_file(file))
-      provenance.emplace_back("sha256 " + file, sha256(*bytes));
-  }
-  return provenance;
-}
-
 /// One run, stage by stage. Every stage leaves its problems in log_.
 class Run {
  public:
@@ -120,8 +85,9 @@ class Run {
   ExitCode execute_all() {
     if (!prepare() || !measure()) return finish();
     const bool may_write = !log_.has_errors() || (options_.force && has_only_gate_failures());
-    if (measured_.survey.is_complete()) explain();
-    if (may_write && measured_.survey.is_complete() && !options_.output.empty()) write_program();
+    const bool is_complete = measured_.survey.is_complete() && knows_surfaces();
+    if (is_complete) explain();
+    if (may_write && is_complete && !options_.output.empty()) write_program();
     write_report();
     return finish();
   }
@@ -144,14 +110,18 @@ class Run {
   bool prepare() {
     if (!take(read_machine_config(options_.machine), config_)) return false;
     config_.walk.max_operations = options_.max_operations;
+    std::string time;
+    if (!take(wall_time(options_.clock, system_clock()()), time)) return false;
+    set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
     if (!take(read_choice())) return false;
     if (!options_.output.empty() && !take(output_format(options_), format_)) return false;
     if (!take(check_paths(options_))) return false;
-    const bool keeps = options_.slots.empty() ? format_ == "excellon" || format_ == "svg"
-                                              : options_.slots == "keep";
+    const bool is_program = format_ == "excellon" || format_ == "sieb-meyer";
+    const bool keeps =
+        options_.slots.empty() ? is_program || format_ == "svg" : options_.slots == "keep";
     config_.walk.slots = keeps ? Cycles::Kept : Cycles::Expanded;
-    // No plain block gives the depth of a single pass, so Excellon keeps G87 in any case.
-    config_.walk.step_slots = keeps || format_ == "excellon" ? Cycles::Kept : Cycles::Expanded;
+    // No plain block gives the depth of a single pass, so programs keep G87 in any case.
+    config_.walk.step_slots = keeps || is_program ? Cycles::Kept : Cycles::Expanded;
     if (!options_.truth.empty()) {
       Truth truth;
       if (!take(read_truth_json(options_.truth), truth)) return false;
@@ -160,7 +130,10 @@ class Run {
     }
     checked_ = read_and_check(options_.program, config_.reading, config_.walk, log_);
     if (log_.has_errors() || !checked_) return false;
-    provenance_ = provenance_of(context_.options, options_, *checked_);
+    provenance_ = provenance_of(context_.options,
+                                checked_->program,
+                                {options_.machine, options_.measurements, options_.probes});
+    if (drills_the_time(checked_->program)) provenance_.emplace_back("clock", time);
     return true;
   }
 
@@ -170,7 +143,7 @@ class Run {
     const bool has_source = take(measure_program(options_,
                                                  config_,
                                                  checked_->program,
-                                                 checked_->nominal_survey.measurements.size(),
+                                                 checked_->nominal_survey,
                                                  context_.console,
                                                  found),
                                  measured_);
@@ -180,12 +153,17 @@ class Run {
     }
     if (!has_source || (exit_code(found) > ExitCode::GateFailed)) return false;
     context_.console.say(fits_summary(measured_.survey));
-    if (options_.save_measurements.empty()) return true;
+    return save(options_.save_measurements, measured_.survey.measurements) &&
+           save(options_.save_probes, measured_.survey.probes);
+  }
+
+  /// Measurements or probe readings, to be replayed.
+  template <class T>
+  bool save(const std::string& path, const std::vector<T>& answers) {
+    if (path.empty()) return true;
     std::string lines;
-    for (const Measurement& measurement : measured_.survey.measurements) {
-      lines += to_json(measurement) + "\n";
-    }
-    return take(write_result(options_.save_measurements, lines));
+    for (const T& answer : answers) lines += to_json(answer) + "\n";
+    return take(write_result(path, lines));
   }
 
   /// To a file, whole or not at all, or to standard output.
@@ -237,13 +215,31 @@ class Run {
     }
   }
 
+  /// A walk stops at a surface that was not found or that is out of tolerance, and --force knows no
+  /// other depth.
+  bool knows_surfaces() const {
+    return std::ranges::none_of(log_.kept(), [](const Diagnostic& diagnostic) {
+      return diagnostic.code == Code::SurfaceNotFound ||
+             diagnostic.code == Code::SurfaceOutOfTolerance;
+    });
+  }
+
   bool has_only_gate_failures() const { return exit_code(log_) == ExitCode::GateFailed; }
 
   std::unique_ptr<TextWriter> make_writer(ByteSink& bytes) const {
     if (format_ == "jsonl") return std::make_unique<JsonlWriter>(bytes);
     if (format_ == "csv") return std::make_unique<CsvWriter>(bytes);
     if (format_ == "svg") return std::make_unique<SvgWriter>(bytes, scene());
-    return std::make_unique<ExcellonWriter>(bytes, comment_lines(provenance_));
+    return make_program_writer(bytes);
+  }
+
+  std::unique_ptr<ProgramWriter> make_program_writer(ByteSink& bytes) const {
+    const ProgramWriterOptions writing{.comments = comment_lines(provenance_),
+                                       .allow_losses = true,  // all of them are to be named
+                                       .absolute_zero = config_.walk.absolute_zero,
+                                       .work_zero = config_.walk.work_zero};
+    if (format_ == "sieb-meyer") return std::make_unique<SiebMeyerWriter>(bytes, writing);
+    return std::make_unique<ExcellonWriter>(bytes, writing);
   }
 
   /// A picture has to know how large it is before its first hole, so the job passes once more.
@@ -275,6 +271,9 @@ class Run {
     DiagnosticLog walk_log;
     execute(checked_->program, config_.walk, measured_.survey, tee, walk_log);
     job_check.report(checked_->program, walk_log);
+    if (const auto* program = dynamic_cast<const ProgramWriter*>(writer.get())) {
+      for (const Diagnostic& loss : program->losses().kept()) walk_log.add(loss);
+    }
     for (const Diagnostic& diagnostic : walk_log.kept()) log_.add(diagnostic);
     if (walk_log.has_errors() || !take(writer->finish()) || (file && !take(file->commit()))) return;
     is_written_ = true;

@@ -1,30 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <string>
+
+#include "panelcal/calib/base/clock.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/program_input.h"
+#include "panelcal/tools/text_variables.h"
 
 namespace panelcal {
+namespace {
+
+/// Writes down what is asked, and answers as a perfect panel would.
+class RequestList final : public MeasurementSource, public ProbeSource {
+ public:
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    lines_ += to_json(request) + "\n";
+    return panel_.measure(request);
+  }
+  Expected<ProbeReading> probe(const ProbeRequest& request) override {
+    lines_ += to_json(request) + "\n";
+    return surface_.probe(request);
+  }
+
+  const std::string& lines() const { return lines_; }
+
+ private:
+  NominalSource panel_;
+  NominalProbeSource surface_;
+  std::string lines_;
+};
+
+}  // namespace
 
 ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
+  const auto fail = [&](const Diagnostic& diagnostic) {
+    context.console.print(diagnostic);
+    return exit_code(diagnostic);
+  };
   auto config = read_machine_config(options.machine);
-  if (!config) {
-    context.console.print(config.error());
-    return exit_code(config.error());
-  }
+  if (!config) return fail(config.error());
   config->walk.max_operations = options.max_operations;
+  const auto time = wall_time(options.clock, system_clock()());
+  if (!time) return fail(time.error());
+  set_text_variables(options.program, *time, config->walk.sieb_meyer.text);
   DiagnosticLog log;
   const auto checked = read_and_check(options.program, config->reading, config->walk, log);
   context.console.print(log);
   if (log.has_errors()) return exit_code(log);
 
-  std::string lines;
-  for (const Measurement& measurement : checked->nominal_survey.measurements) {
-    lines += to_json(measurement.request) + "\n";
-  }
-  const auto written = context.output.write(lines);
-  if (written) return ExitCode::Done;
-  context.console.print(written.error());
-  return exit_code(written.error());
+  // Once more, since targets and probes are listed among each other as they are executed.
+  RequestList list;
+  DiagnosticLog said_already;
+  survey(checked->program, config->walk, list, list, said_already);
+  const auto written = context.output.write(list.lines());
+  return written ? ExitCode::Done : fail(written.error());
 }
 
 }  // namespace panelcal

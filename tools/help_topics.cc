@@ -9,6 +9,8 @@
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/program/excellon/header.h"
 #include "panelcal/program/excellon/lexer.h"
+#include "panelcal/program/sieb_meyer/cnc_commands.h"
+#include "panelcal/program/sieb_meyer/lexer.h"
 #include "panelcal/tools/exit_code.h"
 
 namespace panelcal {
@@ -34,20 +36,24 @@ std::string diagnostics_page() {
   return out;
 }
 
-void append_row(std::string& out,
-                std::string_view form,
-                excellon::CommandClass command_class,
-                std::string_view section,
-                std::string_view effect,
-                std::string_view test) {
-  // A bar inside a table's cell would end it.
-  std::string safe(form);
+/// A bar inside a table's cell would end it.
+std::string cell(std::string_view text) {
+  std::string safe(text);
   for (auto at = safe.find('|'); at != std::string::npos; at = safe.find('|', at + 2)) {
     safe.insert(at, 1, '\\');
   }
+  return safe;
+}
+
+void append_row(std::string& out,
+                std::string_view form,
+                CommandClass command_class,
+                std::string_view section,
+                std::string_view effect,
+                std::string_view test) {
   fmt::format_to(std::back_inserter(out),
                  "| `{}` | {} | {} | {} | `{}` |\n",
-                 safe,
+                 cell(form),
                  name(command_class),
                  effect,
                  section,
@@ -100,11 +106,78 @@ std::string excellon_page() {
   return out;
 }
 
+/// "135" as "1000 3000 5000".
+std::string format_names(std::string_view first_digits) {
+  std::string out;
+  for (const char digit : first_digits)
+    out += fmt::format("{}{}000", out.empty() ? "" : " ", digit);
+  return out;
+}
+
+/// The code behind the coordinate where the manual writes it: `X#Y#G1`.
+std::string sieb_meyer_form(const sieb_meyer::CommandInfo& command) {
+  const std::string code = sieb_meyer::code_text(command.command);
+  const std::string_view operands = command.operands;
+  if (operands.find(code) != std::string_view::npos) return std::string(operands);
+  for (const std::string_view place : {"X#Y#", "(X#Y#)"}) {
+    if (!operands.starts_with(place)) continue;
+    return std::string(place) + code + std::string(operands.substr(place.size()));
+  }
+  return code + (operands.starts_with("with") ? " " : "") + std::string(operands);
+}
+
+template <class Row>
+void append_sieb_meyer_row(std::string& out, std::string_view form, const Row& row) {
+  fmt::format_to(std::back_inserter(out),
+                 "| `{}` | {} | {} | {} | {} | `{}` |\n",
+                 cell(form),
+                 name(row.command_class),
+                 row.effect,
+                 format_names(row.formats),
+                 row.section,
+                 row.test);
+}
+
+std::string sieb_meyer_page() {
+  std::string out =
+      "# SIEB & MEYER commands\n\n"
+      "Every command of the CNC 8x.00 Command Set (table B), what panelcal does with it, the "
+      "formats "
+      "that have it, and the file in tests/program/sieb_meyer that shows it. Nothing is skipped: "
+      "what is not listed here, or not in the program's format, is an error.\n\n"
+      "## Program lines\n\n"
+      "| command | class | what it does | formats | manual section | test |\n"
+      "| --- | --- | --- | --- | --- | --- |\n";
+  for (const sieb_meyer::CommandInfo& command : sieb_meyer::command_table()) {
+    append_sieb_meyer_row(out, sieb_meyer_form(command), command);
+  }
+  for (const sieb_meyer::WordInfo& word : sieb_meyer::word_table()) {
+    append_sieb_meyer_row(out, word.form, word);
+  }
+  out +=
+      "\n## CNC commands\n\n"
+      "What M49 gives to the control. *obeyed*: panelcal acts on it; *passed*: given to the "
+      "machine "
+      "in order, since it changes no coordinate; *refused*: an error, since it would change where "
+      "the tool goes in a way that the manual does not describe. Any other command is passed on "
+      "with a warning; `M49,M#` is the machine function M#. Test: `cnc_commands_test`.\n\n"
+      "| M49, | treatment | what it does |\n| --- | --- | --- |\n";
+  for (const sieb_meyer::CncInfo& command : sieb_meyer::cnc_table()) {
+    fmt::format_to(std::back_inserter(out),
+                   "| `{}` | {} | {} |\n",
+                   command.name,
+                   sieb_meyer::name(command.treatment),
+                   command.effect);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::optional<std::string> help_topic(std::string_view topic) {
   if (topic == "diagnostics") return diagnostics_page();
   if (topic == "excellon") return excellon_page();
+  if (topic == "sieb-meyer") return sieb_meyer_page();
   return std::nullopt;
 }
 

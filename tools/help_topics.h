@@ -8,7 +8,8 @@
 namespace panelcal {
 
 /// A reference page in Markdown, made from the tables that the program itself uses: `diagnostics`,
-/// `excellon`. docs/diagnostics.md and docs/excellon_commands.md are these pages. Empty for any
+/// `excellon`, `sieb-meyer`. docs/diagnostics.md, docs/excellon_commands.md and
+/// docs/sieb_meyer_commands.md are these pages. Empty for any
 /// other topic.
 std::optional<std::string> help_topic(std::string_view topic);
 

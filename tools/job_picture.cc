@@ -14,8 +14,8 @@ std::vector<SvgTarget> picture_targets(const Survey& survey) {
                        std::nullopt});
   }
   for (const SeriesResult& series : survey.series) {
-    for (std::size_t i = 0; i < series.measurements.size() && series.is_fitted(); ++i) {
-      targets[series.measurements[i]].residual = displacement_mm<frame::Actual>(
+    for (std::size_t i = 0; i < series.points.size() && series.is_fitted(); ++i) {
+      targets[series.points[i]].residual = displacement_mm<frame::Actual>(
           series.base ? series.base->residuals[i].in_mm() : series.nested->residuals[i].in_mm());
     }
   }

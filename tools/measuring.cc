@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <functional>
 #include <iterator>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -11,7 +13,9 @@
 
 #include "panelcal/machine/measurement_file_source.h"
 #include "panelcal/machine/picture_source.h"
+#include "panelcal/machine/probe_file_source.h"
 #include "panelcal/machine/sim/sim_machine.h"
+#include "panelcal/machine/sim/simulated_probe.h"
 #include "panelcal/vision/overlay.h"
 #include "panelcal/vision/picture_folder.h"
 
@@ -39,11 +43,38 @@ class ProgressSource final : public MeasurementSource {
   Console& console_;
 };
 
-struct OpenSource {
-  std::unique_ptr<MeasurementSource> source;
-  std::function<Expected<void>()> check_after;  ///< may be empty
-  std::string words;
+class ProbeProgress final : public ProbeSource {
+ public:
+  ProbeProgress(ProbeSource& source, std::size_t n_probes, Console& console)
+      : source_(source), n_probes_(n_probes), console_(console) {}
+
+  Expected<ProbeReading> probe(const ProbeRequest& request) override {
+    console_.progress(fmt::format("probing place {} of {} ({}, line {})",
+                                  request.seq + 1,
+                                  n_probes_,
+                                  request.command,
+                                  request.line));
+    return source_.probe(request);
+  }
+
+ private:
+  ProbeSource& source_;
+  std::size_t n_probes_;
+  Console& console_;
 };
+
+template <class Source>
+struct Open {
+  std::unique_ptr<Source> source;
+  std::function<Expected<void>()> check_after;  ///< may be empty
+  std::string words;                            ///< empty: nobody is asked
+};
+using OpenSource = Open<MeasurementSource>;
+using OpenProbes = Open<ProbeSource>;
+
+std::string words_of_sim(const MachineConfig& config) {
+  return "the simulated machine of " + config.file.string();
+}
 
 template <class Source>
 Expected<OpenSource> opened(Expected<Source> source, std::string words) {
@@ -69,15 +100,49 @@ Expected<OpenSource> open_source(const RunOptions& options,
                       [file] { return file->check_all_used(); },
                       "recorded measurements in " + options.measurements};
   }
-  if (options.machine_driver == "sim") {
-    return opened(SimMachine::create(config, program, std::move(observer)),
-                  "the simulated machine of " + config.file.string());
+  // Without targets no camera is needed.
+  if (options.machine_driver == "sim" && (n_targets > 0 || !config.sim)) {
+    return opened(SimMachine::create(config, program, std::move(observer)), words_of_sim(config));
   }
-  if (n_targets == 0) return OpenSource{std::make_unique<NominalSource>(), {}, "no targets"};
+  if (n_targets == 0) return OpenSource{std::make_unique<NominalSource>(), {}, ""};
   return failure({Code::Usage,
                   {"panelcal run", 0, 0},
                   "the program measures targets, and there is no SOURCE",
                   "--images, --measurements or --machine-driver"});
+}
+
+std::string places(std::size_t n) {
+  return fmt::format("{} place{}", n, n == 1 ? "" : "s");
+}
+
+Expected<OpenProbes> open_probes(const RunOptions& options,
+                                 const MachineConfig& config,
+                                 std::size_t n_probes) {
+  if (!options.probes.empty()) {
+    PANELCAL_TRY(RecordedProbes recorded, read_probes(options.probes));
+    auto source = std::make_unique<ProbeFileSource>(std::move(recorded));
+    ProbeFileSource* const file = source.get();
+    return OpenProbes{std::move(source),
+                      [file] { return file->check_all_used(); },
+                      "recorded probe readings in " + options.probes};
+  }
+  if (n_probes == 0) return OpenProbes{std::make_unique<NominalProbeSource>(), {}, ""};
+  if (options.machine_driver == "sim" && config.sim) {
+    PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(config.sim->surface));
+    return OpenProbes{std::make_unique<SimulatedProbe>(std::move(probe)), {}, words_of_sim(config)};
+  }
+  return failure({Code::Usage,
+                  {"panelcal run", 0, 0},
+                  fmt::format("the program probes the surface at {}, and there is no source of "
+                              "readings",
+                              places(n_probes)),
+                  "--probes or --machine-driver"});
+}
+
+std::string words_of(const OpenSource& source, const OpenProbes& probes) {
+  if (source.words.empty() && probes.words.empty()) return "no targets";
+  if (probes.words.empty() || source.words == probes.words) return source.words;
+  return source.words.empty() ? probes.words : source.words + " and " + probes.words;
 }
 
 double worst_residual_um(const SeriesResult& series) {
@@ -95,7 +160,7 @@ double worst_residual_um(const SeriesResult& series) {
 Expected<MeasuringResult> measure_program(const RunOptions& options,
                                           const MachineConfig& config,
                                           const Program& program,
-                                          std::size_t n_targets,
+                                          const Survey& nominal,
                                           Console& console,
                                           DiagnosticLog& log) {
   MeasuringResult result;
@@ -111,22 +176,53 @@ Expected<MeasuringResult> measure_program(const RunOptions& options,
   }
   WalkOptions walk = config.walk;
   walk.max_operations = options.max_operations;
-  PANELCAL_TRY(OpenSource open,
+  const std::size_t n_targets = nominal.measurements.size();
+  const std::size_t n_probes = nominal.probes.size();
+  PANELCAL_TRY(const OpenProbes open_probe, open_probes(options, config, n_probes));
+  PANELCAL_TRY(const OpenSource open,
                open_source(options, config, program, n_targets, std::move(observer)));
   ProgressSource source(*open.source, n_targets, console);
-  result.survey = survey(program, walk, source, log);
+  ProbeProgress probes(*open_probe.source, n_probes, console);
+  result.survey = survey(program, walk, source, probes, log);
   console.end_progress();
   if (open.check_after && !log.has_errors()) PANELCAL_CHECK(open.check_after());
-  result.source = std::move(open.words);
+  if (open_probe.check_after && !log.has_errors()) PANELCAL_CHECK(open_probe.check_after());
+  result.source = words_of(open, open_probe);
   return result;
 }
+
+namespace {
+
+/// Empty for a program that probes nothing.
+std::string probes_summary(const Survey& survey) {
+  if (survey.probes.empty()) return {};
+  double low_mm = std::numeric_limits<double>::infinity();
+  double high_mm = -low_mm;
+  for (const ProbeReading& reading : survey.probes) {
+    for (const HeightEstimate& height : reading.heights) {
+      low_mm = std::min(low_mm, height.height.in_mm());
+      high_mm = std::max(high_mm, height.height.in_mm());
+    }
+  }
+  const auto n_found = std::ranges::count(survey.probes, ProbeStatus::Found, &ProbeReading::status);
+  std::string out = fmt::format("probed {}, {} found", places(survey.probes.size()), n_found);
+  if (n_found > 0) {
+    out += fmt::format(", surface from {:.4f} to {:.4f} mm above the table", low_mm, high_mm);
+  }
+  return out + "\n";
+}
+
+}  // namespace
 
 std::string fits_summary(const Survey& survey) {
   std::string out;
   auto to = std::back_inserter(out);
   const auto n_found =
       std::ranges::count(survey.measurements, MeasurementStatus::Found, &Measurement::status);
-  fmt::format_to(to, "measured {} targets, {} found\n", survey.measurements.size(), n_found);
+  if (!survey.measurements.empty() || survey.probes.empty()) {
+    fmt::format_to(to, "measured {} targets, {} found\n", survey.measurements.size(), n_found);
+  }
+  out += probes_summary(survey);
   std::size_t n_nested = 0;
   double worst_nested_um = 0;
   for (const SeriesResult& series : survey.series) {
@@ -146,6 +242,12 @@ std::string fits_summary(const Survey& survey) {
         (panel.scale_x - 1) * 1e6,
         (panel.scale_y - 1) * 1e6,
         worst_residual_um(series));
+    if (series.layer_spread) {
+      fmt::format_to(to,
+                     "panel (line {}): layers of a target at most {:.3f} um apart\n",
+                     series.line,
+                     series.layer_spread->in_um());
+    }
   }
   if (n_nested > 0) {
     fmt::format_to(to, "{} nested fits, worst residual {:.3f} um\n", n_nested, worst_nested_um);

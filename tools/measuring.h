@@ -20,14 +20,16 @@ struct MeasuringResult {
   std::map<std::int64_t, std::string> crops_png;  ///< by seq; empty unless wanted
 };
 
-/// Surveys the program with the SOURCE that the options name, showing progress.
+/// Surveys the program with the SOURCE that the options name, and with their source of probe
+/// readings, showing progress.
 ///
-/// Fails  usage (a program with targets and no SOURCE); what making the source reports. What the
-///        survey finds goes into the log.
+/// In     nominal: what a perfect panel would be asked
+/// Fails  usage (a program with targets and no SOURCE, or with probes and nobody who reads them);
+///        what making the sources reports. What the survey finds goes into the log.
 Expected<MeasuringResult> measure_program(const RunOptions& options,
                                           const MachineConfig& config,
                                           const Program& program,
-                                          std::size_t n_targets,
+                                          const Survey& nominal,
                                           Console& console,
                                           DiagnosticLog& log);
 

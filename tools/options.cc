@@ -29,11 +29,12 @@ class CommandLine {
     add_check();
     add_survey();
     add_run();
+    add_translate();
     add_locate();
     add_synth();
-    help_ =
-        app_.add_subcommand("help", "Explain a command, or list diagnostics or excellon commands");
-    help_->add_option("TOPIC", help_topic_, "A command, `diagnostics` or `excellon`");
+    help_ = app_.add_subcommand("help",
+                                "Explain a command, or list diagnostics or a language's commands");
+    help_->add_option("TOPIC", help_topic_, "A command, `diagnostics`, `excellon` or `sieb-meyer`");
   }
 
   Expected<Options> parse(int argc, char** argv) {
@@ -47,6 +48,7 @@ class CommandLine {
     if (*check_) options_.command = check_options_;
     if (*survey_) options_.command = survey_options_;
     if (*run_) options_.command = run_options_;
+    if (*translate_) options_.command = translate_options_;
     if (*locate_) options_.command = locate_options_;
     if (*synth_) options_.command = synth_options_;
     return std::move(options_);
@@ -66,18 +68,27 @@ class CommandLine {
         ->capture_default_str();
   }
 
+  static void add_clock(CLI::App* command, std::string& clock) {
+    command->add_option("--clock",
+                        clock,
+                        "Date and time for texts (&D, &T), such as 2026-11-21T13:45:00 (default: "
+                        "now)");
+  }
+
   void add_check() {
     check_ = add("check", "Read and verify a part program, a machine file, or both");
     check_->add_option("PROGRAM", check_options_.program, "Part program; - is standard input");
     check_->add_option("-m,--machine", check_options_.machine, "machine.toml");
+    add_clock(check_, check_options_.clock);
     add_limit(check_, check_options_.max_operations);
   }
 
   void add_survey() {
-    survey_ = add("survey", "List the measurements a program asks for, in order");
+    survey_ = add("survey", "List the measurements and probes a program asks for, in order");
     survey_->add_option("PROGRAM", survey_options_.program, "Part program; - is standard input")
         ->required();
     survey_->add_option("-m,--machine", survey_options_.machine, "machine.toml")->required();
+    add_clock(survey_, survey_options_.clock);
     add_limit(survey_, survey_options_.max_operations);
   }
 
@@ -92,16 +103,17 @@ class CommandLine {
     source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
         ->check(CLI::IsMember({"sim"}));
     source->require_option(0, 1);
+    run_->add_option("--probes", o.probes, "Recorded probe readings (JSON Lines)");
     run_->add_option("-o,--output",
                      o.output,
-                     "Corrected program or picture (.jsonl .csv .drl .exc .svg); - is standard "
-                     "output");
+                     "Corrected program or picture (.jsonl .csv .drl .exc .s5 .svg); - is "
+                     "standard output");
     run_->add_option("--to", o.format, "Output format (default: from the output's extension)")
-        ->check(CLI::IsMember({"jsonl", "csv", "excellon", "svg"}));
+        ->check(CLI::IsMember({"jsonl", "csv", "excellon", "sieb-meyer", "svg"}));
     run_->add_option("--slots",
                      o.slots,
                      "Pass slots (G85, G87) on whole, or as holes and passes (default: keep for "
-                     "excellon and svg, expand otherwise; excellon keeps G87 in any case)")
+                     "programs and svg, expand otherwise; programs keep G87 in any case)")
         ->check(CLI::IsMember({"keep", "expand"}));
     run_->add_option("--explain",
                      o.explain,
@@ -110,9 +122,27 @@ class CommandLine {
     run_->add_option("--save-measurements",
                      o.save_measurements,
                      "Write what was measured, to replay with --measurements");
+    run_->add_option(
+        "--save-probes", o.save_probes, "Write what was probed, to replay with --probes");
+    add_clock(run_, o.clock);
     run_->add_option("--truth", o.truth, "Compare with the truth that `synth` wrote");
     add_limit(run_, o.max_operations);
     run_->add_flag("--force", o.force, "Write the program although a gate failed");
+  }
+
+  void add_translate() {
+    translate_ = add("translate", "Write a program in the other language, patterns and all");
+    TranslateOptions& o = translate_options_;
+    translate_->add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
+    translate_->add_option("-o,--output", o.output, "Translated program; - is standard output")
+        ->required();
+    translate_->add_option("--to", o.to, "Language to write (default: the other one)")
+        ->check(CLI::IsMember({"excellon", "sieb-meyer"}));
+    translate_->add_option("-m,--machine", o.machine, "machine.toml, for zeros and search paths");
+    add_clock(translate_, o.clock);
+    add_limit(translate_, o.max_operations);
+    translate_->add_flag(
+        "--force", o.force, "Write the program without what decides places or depths and is lost");
   }
 
   void add_locate() {
@@ -168,13 +198,13 @@ class CommandLine {
   }
 
   static Diagnostic unknown_command(const std::string& word) {
-    constexpr std::array<std::string_view, 6> kCommands = {
-        "check", "survey", "run", "locate", "synth", "help"};
+    constexpr std::array<std::string_view, 7> kCommands = {
+        "check", "survey", "run", "translate", "locate", "synth", "help"};
     const std::string_view near = nearest_word(word, kCommands);
     return {Code::Usage,
             {"panelcal", 0, 0},
             quoted(word) + " is no command",
-            near.empty() ? "check, survey, run, locate, synth or help"
+            near.empty() ? "check, survey, run, translate, locate, synth or help"
                          : "perhaps " + std::string(near)};
   }
 
@@ -183,12 +213,14 @@ class CommandLine {
   CheckOptions check_options_;
   SurveyOptions survey_options_;
   RunOptions run_options_;
+  TranslateOptions translate_options_;
   LocateCommandOptions locate_options_;
   SynthOptions synth_options_;
   std::string help_topic_;
   CLI::App* check_ = nullptr;
   CLI::App* survey_ = nullptr;
   CLI::App* run_ = nullptr;
+  CLI::App* translate_ = nullptr;
   CLI::App* locate_ = nullptr;
   CLI::App* synth_ = nullptr;
   CLI::App* help_ = nullptr;

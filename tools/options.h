@@ -19,12 +19,14 @@ struct CommonOptions {
 struct CheckOptions {
   std::string program;  ///< may be empty: then only the machine file is checked
   std::string machine;  ///< may be empty
+  std::string clock;    ///< what texts say of the time: 2026-11-21T13:45:00; empty: now
   std::int64_t max_operations = 1'000'000'000;
 };
 
 struct SurveyOptions {
   std::string program;
   std::string machine;
+  std::string clock;
   std::int64_t max_operations = 1'000'000'000;
 };
 
@@ -34,13 +36,26 @@ struct RunOptions {
   std::string images;          ///< SOURCE: a picture folder
   std::string measurements;    ///< SOURCE: a recorded file
   std::string machine_driver;  ///< SOURCE: sim
+  std::string probes;          ///< recorded probe readings
   std::string output;
   std::string format;  ///< empty: from the output's extension
   std::string report;
   std::string save_measurements;
+  std::string save_probes;
+  std::string clock;
   std::string truth;
   std::string explain;  ///< L14 or 500: see ExplainChoice
   std::string slots;    ///< keep or expand; empty: what suits the format
+  std::int64_t max_operations = 1'000'000'000;
+  bool force = false;
+};
+
+struct TranslateOptions {
+  std::string program;
+  std::string machine;  ///< may be empty
+  std::string output;
+  std::string to;     ///< excellon or sieb-meyer; empty: the other language
+  std::string clock;  ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;
   bool force = false;
 };
@@ -64,6 +79,7 @@ using CommandOptions = std::variant<DoneOptions,
                                     CheckOptions,
                                     SurveyOptions,
                                     RunOptions,
+                                    TranslateOptions,
                                     LocateCommandOptions,
                                     SynthOptions>;
 

@@ -46,7 +46,7 @@ int spare_equations(const SeriesResult& series) {
 }
 
 std::string advice_on_residual(const Survey& survey, const WorstGate& worst) {
-  const std::size_t i = worst.series->measurements[*worst.gate->i_target];
+  const std::size_t i = worst.series->points[*worst.gate->i_target];
   const int spare = spare_equations(*worst.series);
   std::string out = fmt::format("Look at {}: its residual is {} um, limit {} um",
                                 target_name(survey.measurements[i].request),
@@ -55,7 +55,7 @@ std::string advice_on_residual(const Survey& survey, const WorstGate& worst) {
   if (spare < kSpareToBlame) {
     out += fmt::format("; with {} to spare, any of the {} targets of {} may be the wrong one",
                        counted(spare, "equation"),
-                       worst.series->measurements.size(),
+                       worst.series->points.size(),
                        series_name(*worst.series));
   }
   return out + ".";
@@ -95,7 +95,7 @@ std::string advice_on_gate(const Survey& survey) {
   const std::optional<WorstGate> worst = worst_gate(survey);
   if (!worst || worst->gate->accepted) return {};
   const auto i_target = worst->gate->i_target;
-  if (i_target && *i_target < worst->series->measurements.size()) {
+  if (i_target && *i_target < worst->series->points.size()) {
     return advice_on_residual(survey, *worst);
   }
   return advice_on_deformation(survey, *worst);

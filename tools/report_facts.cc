@@ -105,14 +105,17 @@ std::vector<TargetFact> target_facts(const Survey& survey) {
   for (std::size_t i = 0; i < facts.size(); ++i) facts[i].measurement = &survey.measurements[i];
   for (std::size_t i_series = 0; i_series < survey.series.size(); ++i_series) {
     const SeriesResult& series = survey.series[i_series];
-    for (std::size_t k = 0; k < series.measurements.size(); ++k) {
-      if (series.measurements[k] >= facts.size()) continue;
-      TargetFact& fact = facts[series.measurements[k]];
-      fact.series = &series;
-      fact.i_series = i_series;
+    for (const std::size_t i : series.measurements) {
+      if (i >= facts.size()) continue;
+      facts[i].series = &series;
+      facts[i].i_series = i_series;
+      if (!series.is_accepted()) facts[i].state = TargetState::Suspect;
+    }
+    for (std::size_t k = 0; k < series.points.size(); ++k) {
+      if (series.points[k] >= facts.size()) continue;
+      TargetFact& fact = facts[series.points[k]];
       fact.residual_mm =
           series.base ? residual_of(series.base.get(), k) : residual_of(series.nested.get(), k);
-      if (!series.is_accepted()) fact.state = TargetState::Suspect;
       if (is_worst(series, k)) fact.state = TargetState::Refused;
     }
   }

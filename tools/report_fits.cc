@@ -48,16 +48,21 @@ std::string gates_table(const SeriesResult& series) {
 }
 
 std::string fit_paragraph(const SeriesResult& series, const FitNumbers& n) {
+  const std::string layers =
+      series.layer_spread ? fmt::format(" The layers of a target are at most {} &#181;m apart.",
+                                        fixed(series.layer_spread->in_um(), 2))
+                          : "";
   return fmt::format(
       "<p>{} from {}, model \"{}\". Chi square {} with {} of freedom: {}. "
-      "Centre of the targets {} mm.</p>\n",
+      "Centre of the targets {} mm.{}</p>\n",
       series.level == CorrectionLevel::Base ? "Base fit" : "Nested fit",
-      counted(static_cast<std::int64_t>(series.measurements.size()), "target"),
+      counted(static_cast<std::int64_t>(series.points.size()), "target"),
       name(n.model),
       fixed(n.chi_square, 2),
       n.degrees_of_freedom == 1 ? "1 degree" : fmt::format("{} degrees", n.degrees_of_freedom),
       chi_square_meaning(n.chi_square, n.degrees_of_freedom),
-      point_text(n.centroid_mm));
+      point_text(n.centroid_mm),
+      layers);
 }
 
 std::string unfitted(const ReportInput& input, const SeriesResult& series) {

@@ -12,6 +12,7 @@
 #include "panelcal/tools/report_figures.h"
 #include "panelcal/tools/report_fits.h"
 #include "panelcal/tools/report_style.h"
+#include "panelcal/tools/report_surface.h"
 #include "panelcal/tools/report_targets.h"
 #include "panelcal/tools/report_text.h"
 
@@ -60,8 +61,8 @@ std::string target_link(const Measurement& measurement) {
 std::string residual_tile(const Survey& survey, std::span<const TargetFact> facts) {
   constexpr std::string_view kName = "worst residual against its limit";
   const std::optional<WorstGate> worst = worst_gate(survey, GateKind::Residual);
-  if (worst && worst->gate->i_target) {
-    const std::size_t i = worst->series->measurements[*worst->gate->i_target];
+  if (worst && worst->gate->i_target && *worst->gate->i_target < worst->series->points.size()) {
+    const std::size_t i = worst->series->points[*worst->gate->i_target];
     return tile(
         kName,
         gate_value(*worst->gate),
@@ -225,6 +226,7 @@ std::string report_html(const ReportInput& input) {
   out += "<h2>Panel</h2>\n<section>\n" + panel_figures(input, facts) + "</section>\n";
   out += "<h2>Fiducials</h2>\n<section>\n" + target_cards(input, facts) + "</section>\n";
   out += "<h2>Fits</h2>\n<section>\n" + fits_section(input) + "</section>\n";
+  out += surface_section(survey_of(input));
   out += "<h2>Messages</h2>\n<section>\n" + messages(input.diagnostics) + "</section>\n";
   if (input.truth != nullptr) out += truth_section(*input.truth);
   return out + foot(input) + "</main>\n</body>\n</html>\n";

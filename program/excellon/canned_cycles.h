@@ -1,59 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 
 #include <Eigen/Core>
 #include <tl/expected.hpp>
 
+#include "panelcal/program/hole_sequence.h"
+
 namespace panelcal::excellon {
 
 /// What a canned cycle does, or a text that says what is wrong and what was expected.
 template <class T>
 using Cycle = tl::expected<T, std::string>;
-
-/// The holes of a canned cycle, worked out one at a time so that memory does not grow with their
-/// number. Programmed coordinates, mm.
-class HoleSequence {
- public:
-  /// Two rows of n_pitches + 1 holes each, one after the other. n_pitches >= 1.
-  static HoleSequence rows(const Eigen::Vector2d& first_from_mm,
-                           const Eigen::Vector2d& first_to_mm,
-                           const Eigen::Vector2d& second_from_mm,
-                           const Eigen::Vector2d& second_to_mm,
-                           std::int64_t n_pitches);
-  /// Holes evenly spaced on a circle, counterclockwise from center + first on. n_holes >= 1.
-  static HoleSequence ring(const Eigen::Vector2d& center_mm,
-                           const Eigen::Vector2d& first_mm,
-                           std::int64_t n_holes);
-  /// Holes n_first even steps apart, then the middles between them, until there are n_steps steps.
-  /// n_steps = n_first 2^k; no steps are one hole.
-  static HoleSequence passes(const Eigen::Vector2d& start_mm,
-                             const Eigen::Vector2d& end_mm,
-                             std::int64_t n_first,
-                             std::int64_t n_steps);
-
-  std::int64_t size() const;
-  /// Precondition: 0 <= i < size().
-  Eigen::Vector2d operator[](std::int64_t i) const;
-
- private:
-  enum class Shape : std::uint8_t { Rows, Ring, Passes };
-
-  HoleSequence(Shape shape, std::int64_t n, std::int64_t n_first)
-      : shape_(shape), n_(n), n_first_(n_first) {}
-  Eigen::Vector2d on_row(std::int64_t i) const;
-  Eigen::Vector2d on_ring(std::int64_t i) const;
-  Eigen::Vector2d in_pass(std::int64_t i) const;
-
-  Shape shape_;
-  std::int64_t n_;        // pitches of a row, holes of a ring, steps of all passes
-  std::int64_t n_first_;  // steps of the first pass
-  // The ends of both rows; a ring's centre and first spoke; start and end.
-  std::array<Eigen::Vector2d, 4> mm_{};
-};
 
 /// G82: two rows of holes between opposite corners.
 ///

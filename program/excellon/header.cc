@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/excellon/reporter.h"
 #include "panelcal/program/excellon/tools.h"
+#include "panelcal/program/reporter.h"
 
 namespace panelcal::excellon {
 namespace {

@@ -30,7 +30,7 @@ Interpreter::Interpreter(const Program& program,
                 log,
                 sink == nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly),
       vision_(options, survey, source, reporter_, log),
-      emitter_(program.header.tools, options, place_, vision_, reporter_, sink),
+      emitter_(program.header.tools, options, place_, vision_.corrections(), reporter_, sink),
       set_(program.header.set),
       deletes_blocks_(program.deletes_blocks()),
       cursor_(program.source.bytes, program.header.body),
@@ -288,8 +288,7 @@ void Interpreter::run_command(const Block& block, Command command) {
     case Command::StoredPattern:
       return begin_cycle(block, command);
     case Command::SelectVisionTool:
-      if (is_alone(block)) vision_.select_tool(block, format_);
-      return;
+      return select_vision_tool(block);
     case Command::BaseOffset:
     case Command::BaseSeries:
     case Command::HoleAtTarget:
@@ -363,9 +362,8 @@ void Interpreter::run_without_operands(const Block& block, Command command) {
     case Command::Inch:
       return set_unit(block, LengthUnit::Inch);
     case Command::CancelBase:
-      return vision_.cancel_base(block.line);
     case Command::CancelNested:
-      return vision_.cancel_nested(block.line);
+      return cancel_correction(block, command);
     case Command::ToolTipCheck:
       return function(block, FunctionKind::ToolTipCheck);
     case Command::PeckOn:

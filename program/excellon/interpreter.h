@@ -9,14 +9,14 @@
 #include <string>
 #include <string_view>
 
+#include "panelcal/program/emitter.h"
 #include "panelcal/program/excellon/canned_cycles.h"
-#include "panelcal/program/excellon/emitter.h"
 #include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/excellon/plain_coordinate.h"
-#include "panelcal/program/excellon/reporter.h"
+#include "panelcal/program/plain_coordinate.h"
 #include "panelcal/program/excellon/step_repeat.h"
 #include "panelcal/program/excellon/tools.h"
 #include "panelcal/program/excellon/vision.h"
+#include "panelcal/program/reporter.h"
 #include "panelcal/program/walk.h"
 
 namespace panelcal::excellon {
@@ -115,6 +115,7 @@ class Interpreter {
   // interpreter_sections.cc
   void run_section(int line);
   void end_section(const RepeatSection& section);
+  bool run_kept(const RepeatSection& section, const Modal& start);
   void run_level(const RepeatSection& section,
                  const Modal& start,
                  std::size_t level,
@@ -130,6 +131,9 @@ class Interpreter {
   void drill_modal(int line);
   void repeat_hole(const Block& block);
   void measure(const Block& block, Command command);
+  void keep_target(const TargetPlace& target);
+  void select_vision_tool(const Block& block);
+  void cancel_correction(const Block& block, Command command);
   void stored_label(const Block& block, Command command);
   void autocalibration(const Block& block);
   bool has_tool(int line);
@@ -197,6 +201,10 @@ class Interpreter {
   double rounding_mm() const;
   void report(Code code, const Block& block, const Word& word, std::string expected);
   bool is_first_walk() const { return !emitter_.is_executing(); }
+  /// Patterns and vision commands are passed on as such.
+  bool keeps_structure() const {
+    return options_.structure == Structure::Kept && emitter_.is_executing();
+  }
 
   const Program& program_;
   const WalkOptions& options_;

@@ -224,12 +224,45 @@ void Interpreter::measure(const Block& block, Command command) {
                            place_.placement(position_mm<frame::Programmed>(modal_.at_mm)),
                            place_.placement,
                            place_.work_zero};
+  if (keeps_structure()) return keep_target(target);
   if (command != Command::HoleAtTarget && command != Command::NestedHoleAtTarget) {
     return vision_.measure_target(target);
   }
   modal_.has_hole = false;
   const auto seen = vision_.measure_hole(target);  // in both walks, whatever the tool
   if (seen && has_tool(block.line)) emitter_.drill_at_target(block.line, modal_.at_mm, *seen);
+}
+
+void Interpreter::keep_target(const TargetPlace& target) {
+  const CorrectionLevel level = level_of(target.command);
+  if (target.command == Command::HoleAtTarget || target.command == Command::NestedHoleAtTarget) {
+    modal_.has_hole = false;
+    if (!vision_.is_ready_to_drill(target.line) || !has_tool(target.line)) return;
+    return emitter_.put(target.line, TargetHole{level, target.nominal, tool_->number, {}});
+  }
+  const std::vector<Position<frame::Nominal>> targets = vision_.take_target(target);
+  if (!targets.empty()) emitter_.put(target.line, VisionSeries{level, targets});
+}
+
+/// Four views of a large target have no operation of their own.
+void Interpreter::select_vision_tool(const Block& block) {
+  if (!is_alone(block)) return;
+  vision_.select_tool(block, format_);
+  if (!keeps_structure()) return;
+  if (const auto number = parse_count(block.arguments)) {
+    emitter_.put(block.line, VisionTool{*number});
+  } else {
+    emitter_.put(block.line, Setting{block.text, SettingKind::Vision});
+  }
+}
+
+void Interpreter::cancel_correction(const Block& block, Command command) {
+  if (command == Command::CancelBase) {
+    vision_.cancel_base(block.line);
+  } else {
+    vision_.cancel_nested(block.line);
+  }
+  if (keeps_structure()) emitter_.put(block.line, CancelCorrection{level_of(command)});
 }
 
 /// M50,#  M51,#  M52(,#)
@@ -249,6 +282,13 @@ void Interpreter::stored_label(const Block& block, Command command) {
                   is_advance
                       ? "M52 or M52,# with a count from 1"
                       : fmt::format("M{},# with the number of a label", info(command).number));
+  }
+  if (keeps_structure()) {
+    report(Code::NotSupported,
+           block,
+           block.words[0],
+           "vision commands in every copy: stored corrections have no form in a translation");
+    return vision_.stop();
   }
   switch (command) {
     case Command::StoreCorrections:

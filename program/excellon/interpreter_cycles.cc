@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "panelcal/program/dot_font.h"
 #include "panelcal/program/excellon/interpreter.h"
 #include "panelcal/program/excellon/stored_patterns.h"
 #include "panelcal/program/excellon/text_engraving.h"
@@ -229,14 +230,15 @@ void Interpreter::engrave(const Block& block, const Pending& pending) {
         quoted(std::string(1, pending.argument[text.error()])) + " in " + quoted(pending.text),
         "A to Z, 0 to 9, + - / * and commas for spaces");
   }
+  constexpr CharacterSet kFont = CharacterSet::Excellon4x7;
   const double pitch_mm = text_pitch_mm(tool_diameter());
   Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();
   if (pending.command == Command::TextY) turn << 0, -1, 1, 0;
   const Eigen::Vector2d start_mm = modal_.at_mm + modal_.text_offset.in_mm();
   for (std::size_t i = 0; i < text->size() && !has_ended(); ++i) {
-    const auto letter = glyph((*text)[i]);
+    const auto letter = glyph(kFont, (*text)[i]);
     if (!letter) continue;
-    const auto column = static_cast<double>(i) * kAdvanceColumns;
+    const auto column = static_cast<double>(i) * advance_columns(kFont);
     for (const GlyphHole& hole : letter->holes()) {
       const Eigen::Vector2d grid(column + hole.column, hole.row);
       emitter_.drill(block.line, start_mm + pitch_mm * (turn * grid));

@@ -28,7 +28,7 @@ void Interpreter::run_section(int line) {
   in_pattern_ = true;
   place_.path.resize(depth + section->levels.size(), 0);
   const Modal start = modal_;
-  run_level(*section, start, section->levels.size(), frame_);
+  if (!run_kept(*section, start)) run_level(*section, start, section->levels.size(), frame_);
   if (is_first_walk() && !section->has_vision) check_tools_of_copies(*section, start);
   in_pattern_ = false;
   place_.path.resize(depth);
@@ -96,6 +96,93 @@ void Interpreter::run_level(const RepeatSection& section,
                 outer * Transform<frame::Programmed, frame::Programmed>(orientation, offset_mm));
     }
   }
+}
+
+namespace {
+
+/// More copies than this are written one by one.
+constexpr std::int64_t kMostKeptCopies = 10'000;
+
+using Copy = Transform<frame::Programmed, frame::Programmed>;
+
+/// Every copy of levels[0, level) in the order of execution; the first is the pattern itself.
+void append_copies(const RepeatSection& section,
+                   std::size_t level,
+                   const Copy& outer,
+                   std::vector<Copy>& out) {
+  if (level == 0) {
+    out.push_back(outer);
+    return;
+  }
+  append_copies(section, level - 1, outer, out);
+  Eigen::Vector2d offset_mm = Eigen::Vector2d::Zero();
+  for (const Copies& copies : section.levels[level - 1]) {
+    if (copies.run.restarts) offset_mm.setZero();
+    for (int i = 0; i < copies.run.count; ++i) {
+      offset_mm += copies.run.step.in_mm();
+      append_copies(section, level - 1, outer * Copy(copy_orientation(copies.run), offset_mm), out);
+    }
+  }
+}
+
+/// A copy of a pattern that changes tools before it takes one begins with another tool than the
+/// pattern itself did, and what cycles drill depends on the tool.
+bool begins_with_tool(const RepeatSection& section) {
+  LineCursor cursor = section.pattern;
+  while (cursor.offset() < section.pattern_end) {
+    const SourceLine line = cursor.next();
+    if (kind_of(line.text) == LineKind::Empty) continue;
+    return line.text.substr(line.text.find_first_not_of(" \t")).starts_with('T');
+  }
+  return false;
+}
+
+bool can_keep(const RepeatSection& section) {
+  if (section.changes_tools && !begins_with_tool(section)) return false;
+  std::int64_t n_copies = 1;
+  for (const std::vector<Copies>& level : section.levels) {
+    std::int64_t n_level = 1;
+    for (const Copies& copies : level) {
+      if (copies.tool) return false;
+      n_level += copies.run.count;
+    }
+    if (n_level > kMostKeptCopies / n_copies) return false;
+    n_copies *= n_level;
+  }
+  return true;
+}
+
+}  // namespace
+
+/// Passes the pattern on once, where it stands, with all its copies. False if structure is not kept
+/// here: the copies are to be run.
+bool Interpreter::run_kept(const RepeatSection& section, const Modal& start) {
+  if (!keeps_structure() || is_inner_section() || !can_keep(section)) return false;
+  if (vision_.has_open_series()) {
+    reporter_.report(Code::NotSupported,
+                     section.line,
+                     1,
+                     "a pattern begins inside a series of targets, which has no form in a "
+                     "translation",
+                     "the whole series before M25, or behind it");
+    ended_ = true;
+    return true;
+  }
+  std::vector<Copy> copies;
+  append_copies(section, section.levels.size(), Copy(), copies);
+  // Programmed places become those in work coordinates, and copies as well.
+  const Transform<frame::Programmed, frame::Nominal> inverse = frame_.inverse();
+  const Copy back(inverse.linear(), inverse.translation());
+  std::vector<Placement> placements;
+  for (const Copy& copy : copies) {
+    placements.push_back(frame_ * copy * back);
+  }
+  const std::vector<int> path = std::exchange(place_.path, {});
+  emitter_.put(section.line, PatternBegin{});
+  run_instance(section, start, frame_);
+  if (!has_ended()) emitter_.put(section.closing.line, PatternEnd{placements});
+  place_.path = path;
+  return true;
 }
 
 /// Copies that are only counted may begin with other tools than the pattern did: the one it ends

@@ -64,12 +64,6 @@ constexpr std::array kFormatOne = {
 
 }  // namespace
 
-std::string_view name(CommandClass command_class) {
-  constexpr std::array<std::string_view, 8> kNames = {
-      "motion", "measurement", "correction", "depth", "tool", "setting", "event", "message"};
-  return kNames[static_cast<std::size_t>(command_class)];
-}
-
 std::span<const CommandInfo> command_table() {
   return kCommands;
 }

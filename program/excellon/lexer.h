@@ -8,7 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include "panelcal/program/command_class.h"
 #include "panelcal/program/source_text.h"
+#include "panelcal/program/word.h"
 
 namespace panelcal::excellon {
 
@@ -16,20 +18,6 @@ enum class Command : std::uint8_t {
 #define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) name,
 #include "panelcal/program/excellon/commands.def"
 };
-
-/// What a command is about; every one of the manual's belongs to one class.
-enum class CommandClass : std::uint8_t {
-  Motion,
-  Measurement,
-  Correction,
-  Depth,
-  Tool,
-  Setting,
-  Event,
-  Message,
-};
-
-std::string_view name(CommandClass command_class);
 
 struct CommandInfo {
   Command command;
@@ -67,15 +55,6 @@ std::span<const FormatOneInfo> format_one_table();
 
 /// G02, M30 and so on, as the manual writes it.
 std::string code_text(Command command);
-
-/// A letter and what follows it, such as `X` and `-0087`.
-struct Word {
-  char letter = 0;
-  int column = 0;           ///< of the letter, from 1
-  std::string_view number;  ///< may be empty
-
-  std::string text() const { return letter + std::string(number); }
-};
 
 /// Which of the two command sets of the manual's table of equivalents a program is written in.
 enum class ProgramSet : std::uint8_t { FormatOne, FormatTwo };

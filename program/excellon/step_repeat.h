@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/excellon/reporter.h"
 #include "panelcal/program/placement.h"
+#include "panelcal/program/reporter.h"
 #include "panelcal/program/source_text.h"
 
 namespace panelcal::excellon {

@@ -8,16 +8,11 @@
 #include <vector>
 
 #include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/excellon/reporter.h"
 #include "panelcal/program/operation.h"
+#include "panelcal/program/reporter.h"
+#include "panelcal/program/tool_links.h"
 
 namespace panelcal::excellon {
-
-/// `#/#/#` links tools (CNC-7 manual, Link Tools for Automatic Tool Changers).
-bool is_tool_link(std::string_view text);
-
-/// Adds the tools of a link to `used` if one of them is in it: spares are used too.
-void add_linked_tools(std::string_view text, std::set<int>& used);
 
 /// Takes from `other` what `tool` does not say.
 void fill_missing(Tool& tool, const Tool& other);
@@ -55,18 +50,5 @@ bool read_rate(const Block& block,
                bool routing,
                const Reporter& reporter,
                std::optional<Feed>& out);
-
-/// Which tool takes over when one is used up (CNC-7 manual, Link Tools).
-class ToolLinks {
- public:
-  /// Precondition: is_tool_link(text).
-  void link(std::string_view text);
-  void clear() { groups_.clear(); }
-  /// The tool right of `tool` in its group, counting round.
-  std::optional<int> next(int tool) const;
-
- private:
-  std::vector<std::vector<int>> groups_;
-};
 
 }  // namespace panelcal::excellon

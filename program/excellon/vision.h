@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "panelcal/calib/correction_memory.h"
-#include "panelcal/calib/correction_stack.h"
 #include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/excellon/reporter.h"
-#include "panelcal/program/survey.h"
+#include "panelcal/program/measuring.h"
+#include "panelcal/program/reporter.h"
 #include "panelcal/program/walk.h"
 
 namespace panelcal::excellon {
+
+/// G45, G46, G48 and G47: relative to the base correction.
+CorrectionLevel level_of(Command command);
 
 /// A target as the program names it.
 struct TargetPlace {
@@ -45,6 +48,9 @@ class VisionSession {
   /// The caller passes the order on as well: lamp, zoom and the like are the machine's too.
   void keyboard_order(const SourceLine& line, const NumberFormat& format);  // $uvis
   void measure_target(const TargetPlace& target);                           // G35 G36 G45 G46
+  /// Where structure is kept nothing is measured: gives the targets of the series that this one
+  /// completes, none while it is unfinished.
+  std::vector<Position<frame::Nominal>> take_target(const TargetPlace& target);
   std::optional<PositionEstimate<frame::Actual>> measure_hole(const TargetPlace& target);
   void cancel_base(int line);                                                  // G37
   void cancel_nested(int line);                                                // G47
@@ -62,11 +68,10 @@ class VisionSession {
   /// Reports a series that the end of the program leaves unfinished.
   void end_program(int line);
   bool is_unused() const;
-  bool must_stop() const { return must_stop_; }
-  const CorrectionStack& corrections() const { return stack_; }
-  /// Which series the corrections in force came from, as indices into Survey::series.
-  const std::optional<std::size_t>& base_series() const { return base_series_; }
-  const std::optional<std::size_t>& nested_series() const { return nested_series_; }
+  bool has_open_series() const { return open_.has_value(); }
+  void stop() { measuring_.stop(); }
+  bool must_stop() const { return measuring_.must_stop(); }
+  const CorrectionState& corrections() const { return measuring_.corrections(); }
 
  private:
   struct OpenSeries {
@@ -75,23 +80,20 @@ class VisionSession {
     int n_wanted = 0;
     std::string command;
     std::vector<std::size_t> measurements;
+    std::vector<Position<frame::Nominal>> targets;  ///< where structure is kept
+
+    int n_left() const {
+      return n_wanted - static_cast<int>(std::max(measurements.size(), targets.size()));
+    }
   };
 
+  void open_series(const TargetPlace& target);
   std::optional<std::size_t> measure(const TargetPlace& target, CorrectionLevel level);
-  void report_lost(const Measurement& measurement);
   void complete(const TargetPlace& target);
-  SeriesResult fit(const OpenSeries& open, const TargetPlace& target);
-  void fit_base(const OpenSeries& open, SeriesResult& series);
-  void fit_nested(const OpenSeries& open, SeriesResult& series);
-  void report_fit_failure(const SeriesResult& series, FitFailure failure);
-  void report_mirrored(const SeriesResult& series);
-  void report_gates(const SeriesResult& series);
-  void activate(std::size_t i_series, int line);
   bool refuse_unfinished(int line, std::string_view command);
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
   bool is_allowed(int line);
-  void gate_hole(const Measurement& measurement, CorrectionLevel level);
   void set_uvis(std::string_view key,
                 std::string_view value,
                 const SourceLine& line,
@@ -108,24 +110,16 @@ class VisionSession {
   void bad_argument(int line, int column, std::string_view text, std::string expected);
 
   const WalkOptions& options_;
-  Survey& survey_;
-  MeasurementSource* source_;
   const Reporter& reporter_;
-  DiagnosticLog& log_;
+  Measuring measuring_;
 
   VisionSettings settings_;
   int series_size_;
   std::optional<OpenSeries> open_;
-  CorrectionStack stack_;
   CorrectionMemory memory_;
-  std::optional<std::size_t> base_series_;
-  std::optional<std::size_t> nested_series_;
   int advance_line_ = 0;
   int rewind_line_ = 0;        ///< of the M51 that this section replays; 0: none
   bool has_advanced_ = false;  ///< an M52 came in this instance
-  std::size_t n_measured_ = 0;
-  std::size_t n_fitted_ = 0;
-  bool must_stop_ = false;
 };
 
 }  // namespace panelcal::excellon

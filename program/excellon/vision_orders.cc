@@ -161,7 +161,7 @@ void VisionSession::check_order_for_machine(std::string_view key,
                    column_of(value),
                    value,
                    key == "calib" ? "$uvis,calib alone" : "$uvis,focus,x#y#");
-    } else if (source_ != nullptr) {
+    } else if (measuring_.is_first_pass()) {
       reporter_.report(Code::CalibrationNotPerformed,
                        line.number,
                        column_of(key) - 6,

@@ -33,7 +33,7 @@ void VisionSession::rewind(const Block& block, int label) {
                    block.column,
                    fmt::format("{}: nothing was stored under label {}", quoted(block.text), label),
                    fmt::format("M50,{} earlier in the program", label));
-  must_stop_ = true;
+  measuring_.stop();
 }
 
 void VisionSession::advance(const Block& block, int n_points, const Placement& placement) {
@@ -44,7 +44,7 @@ void VisionSession::advance(const Block& block, int n_points, const Placement& p
                      block.column,
                      quoted(block.text) + " has no pointer to advance",
                      "M51,# before it");
-    must_stop_ = true;
+    measuring_.stop();
     return;
   }
   const int left = memory_.points_left();
@@ -56,13 +56,13 @@ void VisionSession::advance(const Block& block, int n_points, const Placement& p
         block.column,
         fmt::format("{} asks for {} stored points, {} left", quoted(block.text), n_points, left),
         "no more points than were measured under M50");
-    must_stop_ = true;
+    measuring_.stop();
     return;
   }
   advance_line_ = block.line;
   has_advanced_ = true;
   for (const std::size_t i_series : step.passed) {
-    const SeriesResult& series = survey_.series[i_series];
+    const SeriesResult& series = measuring_.series(i_series);
     if (!is_same_place(series.placement, placement)) {
       reporter_.report(Code::StoredElsewhere,
                        block.line,
@@ -73,10 +73,10 @@ void VisionSession::advance(const Block& block, int n_points, const Placement& p
                                    fmt::join(series.path, ","),
                                    series.line),
                        "copies in the same order as under M50");
-      must_stop_ = true;
+      measuring_.stop();
       return;
     }
-    activate(i_series, block.line);
+    measuring_.activate(i_series, block.line);
   }
 }
 
@@ -84,7 +84,7 @@ void VisionSession::end_section(int line) {
   refuse_unfinished(line, "M08");
   memory_.stop_recording();
   const int rewind_line = std::exchange(rewind_line_, 0);
-  if (rewind_line == 0 || memory_.points_left() == 0 || must_stop_) return;
+  if (rewind_line == 0 || memory_.points_left() == 0 || measuring_.must_stop()) return;
   reporter_.report(Code::PointsLeft,
                    line,
                    1,
@@ -92,7 +92,7 @@ void VisionSession::end_section(int line) {
                                memory_.points_left(),
                                rewind_line),
                    "as many points advanced by M52 as were measured under M50");
-  must_stop_ = true;
+  measuring_.stop();
 }
 
 bool VisionSession::refuse_without_advance(int line) {
@@ -105,7 +105,7 @@ bool VisionSession::refuse_without_advance(int line) {
                   "board",
                   rewind_line_),
       "M52,# at the beginning of the pattern");
-  must_stop_ = true;
+  measuring_.stop();
   return true;
 }
 
@@ -118,7 +118,7 @@ bool VisionSession::refuse_inside_stored(int line) {
                                "stored series",
                                advance_line_),
                    "an M52 count that ends where a stored series ends");
-  must_stop_ = true;
+  measuring_.stop();
   return true;
 }
 

@@ -45,14 +45,18 @@ enum Column : std::size_t {
   kZeroSet,
   kWorkZero = kZeroSet + 2,
   kFile = kWorkZero + 2,
+  kZ,
+  kDepth,
+  kSurface,
 };
 
 constexpr std::string_view kHeader =
     "op,line,path,tool,nominal_x,nominal_y,actual_x,actual_y,sigma_x,sigma_y,diameter,feed,speed,"
     "text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,value,"
     "nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,initial_depth,"
-    "increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,file\n";
-static_assert(std::ranges::count(kHeader, ',') == kFile);
+    "increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,file,z,"
+    "depth,surface\n";
+static_assert(std::ranges::count(kHeader, ',') == kSurface);
 
 /// Writes one row from left to right; columns that are passed over stay empty.
 class Row {
@@ -96,7 +100,7 @@ class Row {
   std::size_t at_ = kOp;
 };
 
-/// Fills the columns from `tool` to the last but `file`.
+/// Fills all columns but the first three and `file`.
 class Fields {
  public:
   explicit Fields(Row& row) : row_(row) {}
@@ -104,6 +108,7 @@ class Fields {
   void operator()(const Drill& drill) {
     row_.number(kTool, drill.tool);
     place(drill);
+    cut_ = &drill.cut;
   }
   void operator()(const ToolChange& change) {
     const Tool& tool = change.tool;
@@ -128,6 +133,7 @@ class Fields {
     row_.number(kTool, plunge.tool);
     row_.word(kKind, word(plunge.kind));
     if (plunge.depth_offset) row_.length(kDepthOffset, *plunge.depth_offset);
+    cut_ = &plunge.cut;
   }
   void operator()(const Retract& retract) { row_.word(kKind, word(retract)); }
   void operator()(const Compensation& compensation) {
@@ -137,6 +143,7 @@ class Fields {
   void operator()(const Slot& slot) {
     start(slot.tool, slot.start);
     end(slot.end);
+    cut_ = &slot.cut;
   }
   void operator()(const StepSlot& slot) {
     start(slot.tool, slot.start);
@@ -175,6 +182,30 @@ class Fields {
     row_.point(kZeroSet, zero.zero_set.in_mm());
     row_.point(kWorkZero, zero.work_zero.in_mm());
   }
+  void operator()(const PatternBegin&) {}
+  void operator()(const PatternEnd& end) {
+    row_.number(kValue, static_cast<int>(end.copies.size()));
+  }
+  void operator()(const VisionSeries& series) {
+    row_.word(kKind, word(series.level));
+    row_.number(kValue, static_cast<int>(series.targets.size()));
+  }
+  void operator()(const TargetHole& hole) {
+    row_.number(kTool, hole.tool);
+    row_.point(kNominal, hole.nominal.in_mm());
+    row_.word(kKind, word(hole.level));
+    cut_ = &hole.cut;
+  }
+  void operator()(const CancelCorrection& cancel) { row_.word(kKind, word(cancel.level)); }
+  void operator()(const VisionTool& tool) { row_.number(kTool, tool.number); }
+
+  /// Behind the file's column, which is the caller's.
+  void depth() {
+    if (cut_ == nullptr) return;
+    if (cut_->z) row_.length(kZ, *cut_->z);
+    if (cut_->depth) row_.length(kDepth, *cut_->depth);
+    if (cut_->surface) row_.length(kSurface, *cut_->surface);
+  }
 
  private:
   void place(const PlacedPoint& at) {
@@ -193,11 +224,12 @@ class Fields {
   }
 
   Row& row_;
+  const DepthOfCut* cut_ = nullptr;
 };
 
 /// What follows sigma in the row of a hole.
 constexpr auto kHoleEnd = [] {
-  std::array<char, kFile - kSigma> end{};
+  std::array<char, kSurface - kSigma> end{};
   end.fill(',');
   end.back() = '\n';
   return end;
@@ -215,7 +247,8 @@ bool append_hole(std::string& out, const Operation& operation) {
   constexpr std::size_t kIntChars = 12;
   constexpr std::string_view kName = "drill,";
   const auto* drill = std::get_if<Drill>(&operation.what);
-  if (drill == nullptr || operation.path.size() > kMostLevels || !operation.file.empty()) {
+  if (drill == nullptr || operation.path.size() > kMostLevels || !operation.file.empty() ||
+      drill->cut != DepthOfCut()) {
     return false;
   }
   std::array<char,
@@ -262,8 +295,11 @@ void CsvWriter::put(const Operation& operation) {
     const fmt::format_int digits(operation.path[i]);
     out.append(digits.data(), digits.size());
   }
-  std::visit(Fields(row), operation.what);
+  Fields fields(row);
+  std::visit(fields, operation.what);
   row.text(kFile, operation.file);
+  fields.depth();
+  row.at(kSurface);
   out += '\n';
   flush_if_large();
 }

@@ -50,30 +50,21 @@ bool contradicts(const Tool& body, const Tool& header) {
 
 }  // namespace
 
-ExcellonWriter::ExcellonWriter(ByteSink& bytes, std::vector<std::string> comments)
-    : TextWriter(bytes), comments_(std::move(comments)) {
+ExcellonWriter::ExcellonWriter(ByteSink& bytes, ProgramWriterOptions options)
+    : ProgramWriter(bytes, Dialect::Excellon, std::move(options)) {
 }
 
 // --- header ------------------------------------------------------------------------------------
 
 void ExcellonWriter::begin(const ProgramInfo& info) {
-  info_ = info;
-  const Eigen::Matrix2d orientation = axis_orientation(info.axis_version);
-  written_from_work_ = orientation.transpose();
+  ProgramWriter::begin(info);
   const bool is_inch = info.format.unit == LengthUnit::Inch;
   has_usual_digits_ = info.format.decimal_digits == (is_inch ? 4 : 3) ||
                       (!is_inch && info.format.decimal_digits == 2);
   written_unit_mm_ = info.format.one_unit().in_mm();
   n_decimals_ = info.format.unit == LengthUnit::Inch ? kInchDecimals : kMmDecimals;
-  is_mirrored_ = orientation(0, 0) * orientation(1, 1) - orientation(0, 1) * orientation(1, 0) < 0;
   text() += "M48\n";
-  for (const std::string& comment : comments_) {
-    text() += ';';
-    // A line end or control byte inside a comment would become a command.
-    std::ranges::replace_copy_if(
-        comment, std::back_inserter(text()), [](char c) { return c < ' ' || c > '~'; }, '?');
-    text() += '\n';
-  }
+  for (const std::string& comment : options().comments) line(';' + printable(comment));
   const NumberFormat& format = info.format;
   text() += "FMAT,2\n";
   text() += format.unit == LengthUnit::Inch ? "INCH," : "METRIC,";
@@ -84,13 +75,31 @@ void ExcellonWriter::begin(const ProgramInfo& info) {
   }
   text() += '\n';
   if (info.body_rules) text() += "OM48,ON\n";
+  if (is_foreign()) put_foreign_header();
+}
+
+/// The axis version, which the source states in its body, and the diameters that it compensates for.
+void ExcellonWriter::put_foreign_header() {
+  line(fmt::format("VER,{}", info().axis_version));
+  for (const auto& [number, tool] : info().tools) {
+    if (!tool.diameter) continue;
+    text() += fmt::format("CP,{}", number);
+    append_length(',', *tool.diameter);
+    text() += '\n';
+  }
 }
 
 /// Header settings come first; whatever else comes ends the header. Only a zero set may come
 /// between: the header's own, which is written as G93 behind it.
 void ExcellonWriter::put(const Operation& operation) {
-  source_line_ = operation.line;
-  source_file_ = operation.file.empty() ? std::string_view(info_.file) : operation.file;
+  note_place(operation);
+  if (is_foreign() && (n_open_patterns_ > 0 || std::holds_alternative<PatternBegin>(operation.what))) {
+    return store(operation);
+  }
+  put_now(operation);
+}
+
+void ExcellonWriter::put_now(const Operation& operation) {
   if (in_header_) {
     if (const auto* zero = std::get_if<ZeroSet>(&operation.what)) {
       header_zero_ = *zero;
@@ -110,15 +119,16 @@ void ExcellonWriter::put(const Operation& operation) {
 
 void ExcellonWriter::end() {
   if (in_header_) close_header("M95");
+  if (is_foreign() && !has_end_) line("M30");
 }
 
 void ExcellonWriter::close_header(std::string_view mark) {
   in_header_ = false;
-  for (const auto& [number, tool] : info_.tools) put_tool(tool, true);
+  for (const auto& [number, tool] : info().tools) put_tool(tool, true);
   line(mark);
   text() += "G90\nG05\n";
   // The machine's own page must not scale what is scaled already.
-  if (info_.is_scaled) line("M61");
+  if (info().is_scaled) line("M61");
   if (header_zero_) write(*header_zero_);
 }
 
@@ -151,8 +161,16 @@ void ExcellonWriter::put_tool(const Tool& tool,
 /// Whole rates with leading zeros, as the manual wants them.
 void ExcellonWriter::append_rate(char letter, Feed rate, int n_digits) {
   const double value =
-      info_.format.unit == LengthUnit::Inch ? rate / inch_per_min(1) : rate.in_mm_s();
-  fmt::format_to(std::back_inserter(text()), "{}{:0{}}", letter, std::lround(value), n_digits);
+      info().format.unit == LengthUnit::Inch ? rate / inch_per_min(1) : rate.in_mm_s();
+  long whole = std::lround(value);
+  if (is_foreign()) {
+    constexpr double kRounding = 0.005;
+    whole = std::max(whole, 1L);
+    if (std::abs(value - static_cast<double>(whole)) > kRounding * value) {
+      lose_once(fmt::format("a fraction of the rate {:.3f}, which becomes {},", value, whole));
+    }
+  }
+  fmt::format_to(std::back_inserter(text()), "{}{:0{}}", letter, whole, n_digits);
 }
 
 void ExcellonWriter::append_speed(SpindleSpeed speed) {
@@ -182,7 +200,7 @@ void ExcellonWriter::append_length(char letter, Length length) {
 
 /// Nearly all text of a program are points, so one is appended at once.
 void ExcellonWriter::append_point(const Eigen::Vector2d& p_mm, std::string_view letters) {
-  const Eigen::Vector2d written = written_from_work_ * p_mm / written_unit_mm_;
+  const Eigen::Vector2d written = written_from_work() * p_mm / written_unit_mm_;
   std::array<char, 2 * kFixedChars + 8> chars;
   char* end = chars.data();
   for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -199,21 +217,31 @@ void ExcellonWriter::line(std::string_view block) {
 
 // --- drilling ----------------------------------------------------------------------------------
 
+/// The manual's depths are those of the machine's set-up and offsets from them.
+void ExcellonWriter::check_cut(const DepthOfCut& cut) {
+  if (cut.depth) {
+    refuse(fmt::format("a depth of {:g} mm below the board's surface", cut.depth->in_mm()));
+  } else if (cut.z) {
+    refuse(fmt::format("the working plane Z{:g}", cut.z->in_mm()),
+           "depth offsets of tools (Z in the $ table)");
+  }
+}
+
 /// A tool's data are repeated where the header does not say the same: the body had them.
 void ExcellonWriter::write(const ToolChange& change) {
   table_feed_.reset();
-  const auto defined = info_.tools.find(change.tool.number);
-  const bool is_allowed = info_.body_rules || overrides_rates_;
-  if (!is_allowed && defined != info_.tools.end() && contradicts(change.tool, defined->second)) {
+  const auto defined = info().tools.find(change.tool.number);
+  const bool is_allowed = info().body_rules || overrides_rates_;
+  if (!is_allowed && defined != info().tools.end() && contradicts(change.tool, defined->second)) {
     fail(
         {Code::NotSupported,
-         {std::string(source_file_), source_line_, 0},
+         place(),
          fmt::format("tool {} has other data in the body than in the header, which would rule over "
                      "them in a plain Excellon program",
                      change.tool.number),
          "one set of data for the tool, or another output format"});
   }
-  const bool says_more = defined == info_.tools.end() || defined->second != change.tool;
+  const bool says_more = defined == info().tools.end() || defined->second != change.tool;
   const bool ends_limit = !change.tool.max_hits && limited_tools_.contains(change.tool.number);
   put_tool(change.tool, says_more || ends_limit, change.compensation_index);
 }
@@ -237,12 +265,14 @@ void ExcellonWriter::write(const Autocalibration& calibration) {
 }
 
 void ExcellonWriter::write(const Drill& drill) {
+  check_cut(drill.cut);
   go_to_drill_mode();
   append_place(drill);
   text() += '\n';
 }
 
 void ExcellonWriter::write(const Slot& slot) {
+  check_cut(slot.cut);
   go_to_drill_mode();
   append_place(slot.start);
   text() += "G85";
@@ -264,7 +294,7 @@ void ExcellonWriter::write(const RapidMove& move) {
 /// Z-Axis Infeed). The control's own default stays unsaid: in mm/s it is no whole rate.
 void ExcellonWriter::put_table_feed(Feed feed, bool is_default) {
   if (is_default && !has_table_feed_) return;
-  const bool is_inch = info_.format.unit == LengthUnit::Inch;
+  const bool is_inch = info().format.unit == LengthUnit::Inch;
   const long rate = std::lround(is_inch ? feed / inch_per_min(1) : feed.in_mm_s());
   if (table_feed_ == rate) return;
   table_feed_ = rate;
@@ -275,6 +305,7 @@ void ExcellonWriter::put_table_feed(Feed feed, bool is_default) {
 
 /// I and J lead from the center to the start, as the manual measures them (Arc Center Offset).
 void ExcellonWriter::write(const Rout& rout) {
+  check_cut(rout.cut);
   put_table_feed(rout.feed, rout.feed_is_default);
   const Eigen::Vector2d center_to_start_mm = at_mm_ - rout.corrected_center.in_mm();
   at_mm_ = rout.corrected.in_mm();
@@ -282,7 +313,7 @@ void ExcellonWriter::write(const Rout& rout) {
     text() += "G01";
     append_place(rout);
   } else {
-    const bool is_clockwise = (rout.kind == RoutKind::Clockwise) != is_mirrored_;
+    const bool is_clockwise = (rout.kind == RoutKind::Clockwise) != is_mirrored();
     text() += is_clockwise ? "G02" : "G03";
     append_place(rout);
     append_point(center_to_start_mm, "IJ");
@@ -291,9 +322,10 @@ void ExcellonWriter::write(const Rout& rout) {
 }
 
 void ExcellonWriter::write(const Plunge& plunge) {
+  check_cut(plunge.cut);
   if (plunge.depth_offset) {
     fail({Code::Internal,
-          {std::string(source_file_), source_line_, 0},
+          place(),
           "a pass of a step slot comes by itself, and no plain Excellon block gives its depth",
           "step slots left whole"});
   }
@@ -306,7 +338,7 @@ void ExcellonWriter::write(const Retract& retract) {
 
 void ExcellonWriter::write(const Compensation& compensation) {
   if (compensation.side == CompensationSide::Off) return line("G40");
-  line((compensation.side == CompensationSide::Left) != is_mirrored_ ? "G41" : "G42");
+  line((compensation.side == CompensationSide::Left) != is_mirrored() ? "G41" : "G42");
 }
 
 /// G87 leaves the control in rout mode: it routs by G00 and G01 (CNC-7 manual, Routed Step Slot).
@@ -329,6 +361,7 @@ void ExcellonWriter::write(const StepSlot& slot) {
 // --- stops, texts, settings --------------------------------------------------------------------
 
 void ExcellonWriter::write(const Stop& stop) {
+  has_end_ |= stop.kind == StopKind::EndNoRewind || stop.kind == StopKind::EndRewind;
   switch (stop.kind) {
     case StopKind::EndNoRewind:
       text() += "M00";
@@ -351,6 +384,7 @@ void ExcellonWriter::write(const Stop& stop) {
 /// Each line of a long message but the last ends in a backslash (CNC-7 manual, Long Operator
 /// Message).
 void ExcellonWriter::write(const Message& message) {
+  if (is_foreign()) return put_foreign_message(message.text);
   text() += message.is_long ? "M45," : "M47,";
   for (const char c : message.text) {
     if (c == '\n') text() += '\\';
@@ -359,8 +393,22 @@ void ExcellonWriter::write(const Message& message) {
   text() += '\n';
 }
 
+/// & and ! in front are orders of the other control; M47 shows 20 characters.
+void ExcellonWriter::put_foreign_message(std::string_view message) {
+  constexpr std::size_t kShown = 20;
+  constexpr std::string_view kPark = "&P";
+  if (message.starts_with(kPark)) {
+    message.remove_prefix(kPark.size());
+    lose("the park position before a message (&P)");
+  }
+  if (message.starts_with('!')) message.remove_prefix(1);
+  std::string shown = printable(message);
+  if (shown.ends_with('\\')) shown.back() = '/';
+  line((shown.size() > kShown ? "M45," : "M47,") + shown);
+}
+
 void ExcellonWriter::write(const Dwell& dwell) {
-  const NumberFormat& format = info_.format;
+  const NumberFormat& format = info().format;
   const Length per_ms = format.unit == LengthUnit::Inch ? kDwellPerMsInch
                         : format.decimal_digits == 2    ? kDwellPerMsCoarse
                                                         : kDwellPerMsMetric;
@@ -372,15 +420,21 @@ void ExcellonWriter::write(const Dwell& dwell) {
 /// The control changes a tool that is used up by itself.
 void ExcellonWriter::write(const Function& function) {
   if (function.kind == FunctionKind::ToolExpired || function.text.empty()) return;
+  if (is_foreign()) return lose(fmt::format("{} ({})", quoted(function.text), name(function.kind)));
   line(function.text);
 }
 
 void ExcellonWriter::write(const Setting& setting) {
+  if (is_foreign()) return put_foreign_setting(setting);
   if (setting.text == "G05") go_to_drill_mode();
-  if (setting.kind == SettingKind::Vision || is_written_anyway(setting.text)) return;
+  if (setting.kind == SettingKind::Vision) {
+    if (options().keeps_vision) note_vision(setting.text);
+    return;
+  }
+  if (is_written_anyway(setting.text)) return;
   if (!has_usual_digits_ && has_bare_number(setting.text)) {
     fail({Code::NotSupported,
-          {std::string(source_file_), source_line_, 0},
+          place(),
           quoted(setting.text) + " has numbers in digits that only a comment of the source states",
           "decimal points in it, or another output format"});
   }
@@ -388,9 +442,22 @@ void ExcellonWriter::write(const Setting& setting) {
   line(setting.text);
 }
 
+void ExcellonWriter::put_foreign_setting(const Setting& setting) {
+  if (setting.kind == SettingKind::Vision && !options().keeps_vision) return;
+  constexpr std::string_view kCommand = "M49,";
+  if (setting.text.starts_with(kCommand)) {
+    const std::string_view command = setting.text.substr(kCommand.size());
+    // The walk has obeyed them, or the header states them.
+    if (command.starts_with("FV") || command == "CAMA" || command == "NOCAMA") return;
+  }
+  lose(quoted(setting.text));
+}
+
 void ExcellonWriter::write(const ZeroSet& zero) {
   text() += "G93";
-  append_point(zero.zero_set.in_mm());
+  const Eigen::Vector2d from_absolute_mm = (zero.work_zero - options().absolute_zero).in_mm();
+  append_point(is_foreign() ? from_absolute_mm - options().work_zero.in_mm()
+                            : zero.zero_set.in_mm());
   text() += '\n';
 }
 

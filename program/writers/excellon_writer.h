@@ -1,29 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "panelcal/program/writers/text_writer.h"
+#include "panelcal/program/writers/program_writer.h"
+#include "panelcal/program/writers/stored_operations.h"
 
 namespace panelcal {
 
-/// A plain Excellon program: absolute coordinates with decimal points, no repeats and no vision, in
-/// the unit and the axis version of the source program. Coordinates are the corrected ones relative
-/// to work zero; a G93 of the source is kept, so that the controller adds work zero exactly as
-/// before. Cycles must have been kept whole (WalkOptions::cycles): the passes of a step slot have
-/// no form of their own.
+/// A plain Excellon program: absolute coordinates with decimal points in the unit and the axis
+/// version of the source program. Coordinates are the corrected ones relative to work zero; a G93
+/// of the source is kept, so that the controller adds work zero exactly as before. Cycles must have
+/// been kept whole (WalkOptions::cycles): the passes of a step slot have no form of their own.
+/// Where structure is kept, patterns become M25 to M08 and vision commands G34 to G48; where it is
+/// not, there are neither repeats nor vision. What a SIEB & MEYER source has and Excellon has no
+/// form for is in losses().
+///
+/// A pattern of a SIEB & MEYER source is kept in memory until its copies are known.
 ///
 /// Fails  not-supported: a tool block whose data the header's would overrule; internal: a pass of a
-///        step slot
+///        step slot; translation-refused: working planes and depths, an offset from two targets
 /// See    tests/program/excellon_writer_test.cc
-class ExcellonWriter final : public TextWriter {
+class ExcellonWriter final : public ProgramWriter {
  public:
-  /// `comments` go into the header, one line each: who wrote the file, and from what.
-  ExcellonWriter(ByteSink& bytes, std::vector<std::string> comments);
+  ExcellonWriter(ByteSink& bytes, ProgramWriterOptions options);
 
   void begin(const ProgramInfo& info) override;
   void put(const Operation& operation) override;
@@ -40,10 +45,15 @@ class ExcellonWriter final : public TextWriter {
   /// A point or a difference of points in axis version 1.
   void append_point(const Eigen::Vector2d& p_mm, std::string_view letters = "XY");
   void append_place(const PlacedPoint& place) { append_point(place.corrected.in_mm()); }
+  void put_foreign_header();
+  void put_foreign_message(std::string_view message);
+  void put_foreign_setting(const Setting& setting);
   void close_header(std::string_view mark);
   void go_to_drill_mode();
   void put_table_feed(Feed feed, bool is_default);
   void line(std::string_view block);
+  void put_now(const Operation& operation);
+  void check_cut(const DepthOfCut& cut);
 
   void write(const ToolChange& change);
   void write(const ToolRate& rate);
@@ -63,10 +73,21 @@ class ExcellonWriter final : public TextWriter {
   void write(const Setting& setting);
   void write(const ZeroSet& zero);
 
-  std::vector<std::string> comments_;
-  ProgramInfo info_;
-  Eigen::Matrix2d written_from_work_ = Eigen::Matrix2d::Identity();  ///< into the axis version
-  bool is_mirrored_ = false;                                         ///< that map is a mirror
+  // excellon_structure.cc
+  void store(const Operation& operation);
+  void put_stored(std::size_t begin, std::size_t end, const WorkMap& map);
+  void put_pattern(std::size_t begin, std::size_t end, const std::vector<WorkMap>& copies);
+  void close_pattern(const std::vector<WorkMap>& copies);
+  void end_copy();
+  void write(const PatternBegin& begin);
+  void write(const PatternEnd& end);
+  void write(const VisionSeries& series);
+  void write(const TargetHole& hole);
+  void write(const CancelCorrection& cancel);
+  void write(const VisionTool& tool);
+  void note_vision(std::string_view order);
+  void say_vision_tool();
+
   bool in_header_ = true;
   std::set<int> limited_tools_;   ///< whose hit limit was written
   bool has_usual_digits_ = true;  ///< those that the written header states
@@ -78,8 +99,14 @@ class ExcellonWriter final : public TextWriter {
   Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< where the router stands
   std::optional<long> table_feed_;  ///< as last written; absent: to be written again
   bool has_table_feed_ = false;     ///< one was written, so that the control's own is gone
-  int source_line_ = 0;             ///< of the operation in hand
-  std::string_view source_file_;    ///< valid during put()
+  bool has_end_ = false;            ///< the source's; SIEB & MEYER has none
+
+  StoredOperations stored_;  ///< of an open pattern
+  int n_open_patterns_ = 0;
+  bool has_nested_ = false;  ///< the other control drops it at the end of the copy
+  bool has_vision_tool_ = false;
+  std::optional<int> series_size_;  ///< as $uvis,alg said last
+  int algorithm_ = 0;               ///< Excellon's own
 };
 
 }  // namespace panelcal

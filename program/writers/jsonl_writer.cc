@@ -30,6 +30,7 @@ class Keys {
   void operator()(const Drill& drill) {
     number("tool", drill.tool);
     place(drill);
+    depth(drill.cut);
   }
   void operator()(const RapidMove& move) { place(move); }
   void operator()(const Rout& rout) {
@@ -40,11 +41,13 @@ class Keys {
     if (rout.kind != RoutKind::Line) point("center", rout.center.in_mm());
     value("feed", rout.feed.in_mm_s());
     point("sigma", sigma_mm(rout));
+    depth(rout.cut);
   }
   void operator()(const Plunge& plunge) {
     number("tool", plunge.tool);
     word("kind", panelcal::word(plunge.kind));
     if (plunge.depth_offset) length("depth_offset", *plunge.depth_offset);
+    depth(plunge.cut);
   }
   void operator()(const Retract& retract) { word("kind", panelcal::word(retract)); }
   void operator()(const Compensation& compensation) {
@@ -54,6 +57,7 @@ class Keys {
   void operator()(const Slot& slot) {
     number("tool", slot.tool);
     ends(slot.start, slot.end);
+    depth(slot.cut);
   }
   void operator()(const StepSlot& slot) {
     number("tool", slot.tool);
@@ -92,6 +96,24 @@ class Keys {
     point("zero_set", zero.zero_set.in_mm());
     point("work_zero", zero.work_zero.in_mm());
   }
+  void operator()(const PatternBegin&) {}
+  void operator()(const PatternEnd& end) {
+    key("copies");
+    number(static_cast<int>(end.copies.size()));
+  }
+  void operator()(const VisionSeries& series) {
+    word("level", panelcal::word(series.level));
+    key("targets");
+    number(static_cast<int>(series.targets.size()));
+  }
+  void operator()(const TargetHole& hole) {
+    number("tool", hole.tool);
+    word("level", panelcal::word(hole.level));
+    point("nominal", hole.nominal.in_mm());
+    depth(hole.cut);
+  }
+  void operator()(const CancelCorrection& cancel) { word("level", panelcal::word(cancel.level)); }
+  void operator()(const VisionTool& tool) { number("tool", tool.number); }
 
  private:
   void key(std::string_view name) {
@@ -101,6 +123,9 @@ class Keys {
   }
   void number(std::string_view name, int n) {
     key(name);
+    number(n);
+  }
+  void number(int n) {
     const fmt::format_int digits(n);
     out_.append(digits.data(), digits.size());
   }
@@ -127,6 +152,11 @@ class Keys {
     out_ += '"';
     out_ += v;
     out_ += '"';
+  }
+  void depth(const DepthOfCut& cut) {
+    if (cut.z) length("z", *cut.z);
+    if (cut.depth) length("depth", *cut.depth);
+    if (cut.surface) length("surface", *cut.surface);
   }
   void place(const PlacedPoint& at) {
     point("nominal", at.nominal.in_mm());

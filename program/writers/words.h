@@ -25,6 +25,10 @@ constexpr std::string_view word(CompensationSide side) {
   return "off";
 }
 
+constexpr std::string_view word(CorrectionLevel level) {
+  return level == CorrectionLevel::Base ? "base" : "nested";
+}
+
 constexpr std::string_view word(const Retract& retract) {
   return retract.with_clamping ? "clamping" : "free";
 }

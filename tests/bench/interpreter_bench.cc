@@ -158,7 +158,7 @@ double floor_s(const std::string& text) {
   return scan_s;
 }
 
-using ExcellonComments = std::vector<std::string>;
+using ExcellonComments = ProgramWriterOptions;
 
 double write_file_s(const Job& job, const std::filesystem::path& path) {
   auto file = AtomicFile::create(path);

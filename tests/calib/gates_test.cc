@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/calib/gates.h"
 
+#include <cmath>
 #include <limits>
 
 #include <gmock/gmock.h>
@@ -113,6 +114,59 @@ TEST(Gates, TakeTheOffsetAtTheTargetsNotAtWorkZero) {
   EXPECT_NEAR(verdicts[1].value, 10, 1e-9);
   EXPECT_FALSE(verdicts[1].accepted);
   EXPECT_TRUE(verdicts[3].accepted) << verdicts[3].text();
+}
+
+Pair slot(ObservedAxes axes, const Eigen::Vector2d& nominal_mm, const Eigen::Vector2d& seen_mm) {
+  const Eigen::Vector2d shown_mm(observes_x(axes) ? seen_mm.x() : kNan,
+                                 observes_y(axes) ? seen_mm.y() : kNan);
+  return {position_mm<frame::Nominal>(nominal_mm),
+          {position_mm<frame::Actual>(shown_mm), 1e-6 * Eigen::Matrix2d::Identity()},
+          axes};
+}
+
+TEST(Gates, TakeTheResidualOfASlotInTheCoordinateItShows) {
+  // Three slots show x; one is 90 um off, of which the mean takes up a third.
+  const std::vector<Pair> pairs = {slot(ObservedAxes::X, {0, 0}, {0, 0}),
+                                   slot(ObservedAxes::Y, {100, 0}, {100, 0.020}),
+                                   slot(ObservedAxes::X, {0, 100}, {0.090, 100}),
+                                   slot(ObservedAxes::X, {50, 100}, {50, 100})};
+  const auto result = fit_panel(std::span<const Pair>(pairs), PanelModel::Offset);
+  ASSERT_TRUE(result.fit.has_value());
+  const auto verdicts = check_gates(*result.fit, {.residual = um(59)});
+  ASSERT_EQ(verdicts.size(), 1U);
+  EXPECT_EQ(verdicts[0].i_target, 2U);
+  EXPECT_NEAR(verdicts[0].value, 60, 1e-9);
+  EXPECT_FALSE(verdicts[0].accepted);
+}
+
+TEST(Gates, TakeTheOffsetOfSlotsWhereTheyAllLie) {
+  // Slots for x along the top, slots for y along the right, turned about the panel's middle: each
+  // kind moves by 4 mrad of its lever, 0.76 mm and 0.92 mm, yet the middle of all by less.
+  constexpr double kTheta_rad = 0.004;
+  const Eigen::Vector2d pivot_mm(250, 200);
+  const auto turned = [&](const Eigen::Vector2d& p_mm) {
+    return Eigen::Vector2d(pivot_mm + test::rotation(kTheta_rad) * (p_mm - pivot_mm));
+  };
+  std::vector<Pair> pairs;
+  Eigen::Vector2d centroid_mm = Eigen::Vector2d::Zero();
+  const auto add = [&](ObservedAxes axes, const Eigen::Vector2d& p_mm) {
+    pairs.push_back(slot(axes, p_mm, turned(p_mm)));
+    centroid_mm += p_mm / 4;
+  };
+  add(ObservedAxes::X, {200, 390});
+  add(ObservedAxes::X, {300, 390});
+  add(ObservedAxes::Y, {480, 150});
+  add(ObservedAxes::Y, {480, 250});
+  // So far both kinds are degenerate; a target at the middle of all determines the rotation.
+  const Eigen::Vector2d middle_mm = centroid_mm;
+  pairs.push_back(slot(ObservedAxes::Both, middle_mm, turned(middle_mm)));
+  const auto result = fit_panel(std::span<const Pair>(pairs), PanelModel::Rigid);
+  ASSERT_TRUE(result.fit.has_value());
+  const auto verdicts = check_gates(*result.fit, {.offset = mm(0.7)});
+  ASSERT_EQ(verdicts.size(), 1U);
+  const double expected_mm = 2 * std::sin(kTheta_rad / 2) * (middle_mm - pivot_mm).norm();
+  EXPECT_NEAR(verdicts[0].value, expected_mm, 1e-9);
+  EXPECT_TRUE(verdicts[0].accepted) << verdicts[0].text();
 }
 
 }  // namespace

@@ -69,6 +69,21 @@ struct Residual {
   }
 };
 
+/// Divides what a target shows by its sigmas. A slot's other row is zero; nothing that is no number
+/// may stand there.
+template <PanelModel kModel>
+Residual<kModel> residual_of(RawPair pair) {
+  if (pair.axes == ObservedAxes::Both) {
+    const Eigen::Matrix2d l = pair.cov_mm2.llt().matrixL();
+    return {pair, l.inverse()};
+  }
+  const int axis = pair.axes == ObservedAxes::X ? 0 : 1;
+  pair.to_mm[1 - axis] = 0;
+  Eigen::Matrix2d whitening = Eigen::Matrix2d::Zero();
+  whitening(axis, axis) = 1 / std::sqrt(pair.cov_mm2(axis, axis));
+  return {pair, whitening};
+}
+
 struct Judgement {
   Coefficients a;
   Eigen::Matrix<double, 6, 6> cov;
@@ -83,9 +98,8 @@ Judgement solve(const std::vector<RawPair>& pairs) {
   if (kModel == PanelModel::Affine) p[0] = p[3] = 1;
   ceres::Problem problem;
   for (const RawPair& pair : pairs) {
-    const Eigen::Matrix2d l = pair.cov_mm2.llt().matrixL();
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Residual<kModel>, 2, kParameters>(
-                                 new Residual<kModel>{pair, l.inverse()}),
+                                 new Residual<kModel>(residual_of<kModel>(pair))),
                              nullptr,
                              p.data());
   }
@@ -185,6 +199,41 @@ TEST_P(PanelFitAgainstCeres, PredictsTheSameCovariance) {
   }
   RecordProperty("worst_relative", testing::PrintToString(worst));
   EXPECT_LE(worst, 1e-8);
+}
+
+TEST_P(PanelFitAgainstCeres, FindsTheSameMapFromSlots) {
+  double worst_mm = 0;
+  double worst_chi_square = 0;
+  double worst_cov = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    SCOPED_TRACE(trial);
+    // Residuals of a few sigma only: what they bend, the covariance that Ceres leaves out, is their
+    // ratio to the distances.
+    const Coefficients truth =
+        internal::coefficients(GetParam(), test::random_parameters(random_, GetParam()));
+    const std::vector<RawPair> pairs =
+        test::random_slots(random_, 3 + trial % 4, trial % 3, truth, kSigma_mm, true);
+    const internal::RawFitResult result = fit_raw(pairs, GetParam());
+    ASSERT_TRUE(result.fit.has_value());
+    const Judgement judgement = judge(pairs, GetParam());
+    for (const RawPair& pair : pairs) {
+      const Eigen::Vector2d ours_mm = test::mapped(coefficients_of(*result.fit), pair.from_mm);
+      const Eigen::Vector2d theirs_mm = test::mapped(judgement.a, pair.from_mm);
+      worst_mm = std::max(worst_mm, (ours_mm - theirs_mm).norm());
+    }
+    worst_chi_square = std::max(
+        worst_chi_square,
+        std::abs(result.fit->chi_square - judgement.chi_square) / (1 + judgement.chi_square));
+    worst_cov =
+        std::max(worst_cov, (result.fit->cov - judgement.cov).norm() / judgement.cov.norm());
+  }
+  RecordProperty("worst_mm", testing::PrintToString(worst_mm));
+  RecordProperty("worst_chi_square", testing::PrintToString(worst_chi_square));
+  RecordProperty("worst_cov", testing::PrintToString(worst_cov));
+  const bool is_linear = internal::is_linear(GetParam());
+  EXPECT_LE(worst_mm, is_linear ? kAgreement_mm : kAgreementOfIterations_mm);
+  EXPECT_LE(worst_chi_square, 1e-9);
+  EXPECT_LE(worst_cov, is_linear ? 1e-9 : 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryModel,

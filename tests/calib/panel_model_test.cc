@@ -106,6 +106,27 @@ TEST(PanelModel, DefaultIsWhatTheManualPrescribes) {
   EXPECT_EQ(default_model(12), PanelModel::Stretch);
 }
 
+TEST(PanelModel, DefaultOfEquationsFollowsWhatTheyCanDetermine) {
+  for (const bool with_scale : {false, true}) {
+    SCOPED_TRACE(with_scale);
+    for (const int n : {0, 1, 2}) {
+      EXPECT_EQ(default_model_of_equations(n, with_scale), PanelModel::Offset);
+    }
+    EXPECT_EQ(default_model_of_equations(3, with_scale), PanelModel::Rigid);
+    for (const int n : {4, 5}) {
+      EXPECT_EQ(default_model_of_equations(n, with_scale),
+                with_scale ? PanelModel::Similarity : PanelModel::Rigid);
+    }
+    for (const int n : {6, 7, 40}) {
+      EXPECT_EQ(default_model_of_equations(n, with_scale), PanelModel::Stretch);
+    }
+  }
+  // Points give two each: as many as Excellon counts.
+  for (const int n_points : {1, 2, 3, 12}) {
+    EXPECT_EQ(default_model_of_equations(2 * n_points, false), default_model(n_points));
+  }
+}
+
 TEST(PanelDeformation, TakesAMapApartAndTogether) {
   Random random(13);
   for (int trial = 0; trial < 100; ++trial) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <ostream>
 #include <vector>
@@ -45,6 +46,18 @@ inline Eigen::Matrix2d rotation(double angle_rad) {
 /// A target seen where it should be, with a sigma of 1 um.
 inline RawPair seen_exactly(double x_mm, double y_mm) {
   return {{x_mm, y_mm}, {x_mm, y_mm}, 1e-6 * Eigen::Matrix2d::Identity()};
+}
+
+/// The same for a slot that shows its x only, and for one that shows its y only.
+inline RawPair x_at(double x_mm, double y_mm) {
+  RawPair pair = seen_exactly(x_mm, y_mm);
+  pair.axes = ObservedAxes::X;
+  return pair;
+}
+inline RawPair y_at(double x_mm, double y_mm) {
+  RawPair pair = seen_exactly(x_mm, y_mm);
+  pair.axes = ObservedAxes::Y;
+  return pair;
 }
 
 /// A covariance whose axes point anywhere and differ by up to 5 to 1.
@@ -103,6 +116,12 @@ inline Eigen::Vector2d mapped(const Coefficients& a, const Eigen::Vector2d& from
           a[2] * from_mm.x() + a[3] * from_mm.y() + a[5]};
 }
 
+/// The same targets and slots, seen where `truth` puts them.
+inline std::vector<RawPair> seen_through(std::vector<RawPair> pairs, const Coefficients& truth) {
+  for (RawPair& pair : pairs) pair.to_mm = mapped(truth, pair.from_mm);
+  return pairs;
+}
+
 /// n targets anywhere on a panel of 500 x 400 mm, seen with errors if `noisy`.
 inline std::vector<RawPair> random_pairs(
     Random& random, int n, const Coefficients& truth, double sigma_mm, bool noisy) {
@@ -114,6 +133,27 @@ inline std::vector<RawPair> random_pairs(
     Eigen::Vector2d to_mm = mapped(truth, from_mm);
     if (noisy) to_mm += error_mm;
     pairs.push_back({from_mm, to_mm, cov_mm2});
+  }
+  return pairs;
+}
+
+/// n slots that show x, n that show y, by turns and spread over the panel's edges as panels carry
+/// them, and n_points targets that show both. What a slot does not show is no number.
+inline std::vector<RawPair> random_slots(
+    Random& random, int n, int n_points, const Coefficients& truth, double sigma_mm, bool noisy) {
+  std::vector<RawPair> pairs = random_pairs(random, 2 * n + n_points, truth, sigma_mm, noisy);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  for (int i = 0; i < 2 * n; ++i) {
+    RawPair& pair = pairs[static_cast<std::size_t>(i)];
+    const double angle_rad = std::numbers::pi * (i + random.uniform(0, 0.5)) / n;
+    const Eigen::Vector2d from_mm(250 + 240 * std::cos(angle_rad), 200 + 190 * std::sin(angle_rad));
+    pair.to_mm += mapped(truth, from_mm) - mapped(truth, pair.from_mm);
+    pair.from_mm = from_mm;
+    const int hidden = i % 2 == 0 ? 1 : 0;
+    pair.axes = i % 2 == 0 ? ObservedAxes::X : ObservedAxes::Y;
+    pair.to_mm[hidden] = kNan;
+    pair.cov_mm2.row(hidden).setConstant(kNan);
+    pair.cov_mm2.col(hidden).setConstant(kNan);
   }
   return pairs;
 }

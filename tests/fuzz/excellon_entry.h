@@ -2,74 +2,22 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
-#include <vector>
 
 #include "panelcal/calib/base/byte_sink.h"
-#include "panelcal/program/measurement.h"
 #include "panelcal/program/tally.h"
 #include "panelcal/program/walk.h"
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
 #include "panelcal/program/writers/jsonl_writer.h"
 #include "panelcal/program/writers/svg_writer.h"
+#include "tests/fuzz/walk_checks.h"
 
 namespace panelcal::fuzz {
-
-/// What an execution passed on, reduced to numbers that two executions can be compared by.
-class CountingSink final : public OperationSink {
- public:
-  void put(const Operation& operation) override {
-    ++n_operations_;
-    if (const auto* drill = std::get_if<Drill>(&operation.what)) see(*drill);
-    if (const auto* rout = std::get_if<Rout>(&operation.what)) see(*rout);
-  }
-
-  bool has_nan() const { return has_nan_; }
-  /// Every hole and rout vertex in work coordinates, so that it does not matter which zero an
-  /// output is relative to.
-  const std::vector<Eigen::Vector2d>& places_mm() const { return places_mm_; }
-  double most_mm() const { return most_mm_; }
-  friend bool operator==(const CountingSink& a, const CountingSink& b) {
-    return a.n_operations_ == b.n_operations_ &&
-           (a.sum_mm_ == b.sum_mm_ || (std::isnan(a.sum_mm_) && std::isnan(b.sum_mm_)));
-  }
-
- private:
-  void see(const PlacedPoint& place) {
-    const Eigen::Vector2d& at_mm = place.corrected.in_mm();
-    has_nan_ |= std::isnan(at_mm.x()) || std::isnan(at_mm.y());
-    places_mm_.push_back(at_mm);
-    sum_mm_ += at_mm.x() - 3 * at_mm.y();
-    most_mm_ = std::max({most_mm_, std::abs(at_mm.x()), std::abs(at_mm.y())});
-  }
-
-  std::int64_t n_operations_ = 0;
-  std::vector<Eigen::Vector2d> places_mm_;
-  double sum_mm_ = 0;
-  double most_mm_ = 0;
-  bool has_nan_ = false;
-};
-
-/// A panel that is turned, moved and stretched a little.
-class BentSource final : public MeasurementSource {
- public:
-  Expected<Measurement> measure(const MeasurementRequest& request) override {
-    Measurement measurement{.request = request, .status = MeasurementStatus::Found};
-    const Eigen::Vector2d& at_mm = request.expected.in_mm();
-    measurement.measured = {position_mm<frame::Actual>(1.0001 * at_mm.x() - 1e-3 * at_mm.y() + 0.1,
-                                                       1e-3 * at_mm.x() + 0.9998 * at_mm.y() - 0.2),
-                            1e-6 * Eigen::Matrix2d::Identity()};
-    return measurement;
-  }
-};
 
 /// Stored patterns that fuzzed programs can call by name.
 inline const std::map<std::string, SourceText, std::less<>>& stored_patterns() {
@@ -77,20 +25,6 @@ inline const std::map<std::string, SourceText, std::less<>>& stored_patterns() {
       {"LOGO", {"LOGO", "X01Y01\nR3X001\nG82\nX02Y02\nX03Y023\n"}},
       {"STEP", {"STEP", "M25\nX01\nM01\nR3M02X01\nM08\nG00X01Y01\nM15\nG01X02\nM17\nG05\n"}}};
   return patterns;
-}
-
-/// Executes and gives the first error that checking the program should have found.
-inline std::optional<std::string> execution_complaint(const Program& program,
-                                                      const WalkOptions& options,
-                                                      const Survey& survey,
-                                                      CountingSink& sink) {
-  DiagnosticLog log;
-  execute(program, options, survey, sink, log);
-  for (const Diagnostic& diagnostic : log.kept()) {
-    // Copies without vision are first counted when they are executed.
-    if (diagnostic.code != Code::TooManyOperations) return diagnostic.text();
-  }
-  return std::nullopt;
 }
 
 /// Passes the job through every writer. The plain Excellon that comes out must be readable and hold
@@ -105,7 +39,7 @@ inline std::optional<std::string> writers_complaint(const Program& program,
   StringSink svg_text;
   JsonlWriter jsonl(jsonl_text);
   CsvWriter csv(csv_text);
-  ExcellonWriter excellon(excellon_text, {"fuzzed"});
+  ExcellonWriter excellon(excellon_text, {.comments = {"fuzzed"}});
   Tally tally;
   DiagnosticLog ignored;
   Tee tee({&jsonl, &csv, &excellon, &tally});
@@ -159,13 +93,7 @@ inline std::optional<std::string> run_excellon(std::string_view bytes) {
   program.patterns = stored_patterns();
   BentSource source;
   const Survey found = survey(program, options, source, log);
-  for (const Diagnostic& diagnostic : log.kept()) {
-    if (diagnostic.code == Code::Internal) return diagnostic.text();
-    if (diagnostic.text().empty()) return "a diagnostic without a text";
-  }
-  for (const Measurement& measurement : found.measurements) {
-    if (to_json(measurement).empty()) return "a measurement without a text";
-  }
+  if (auto complaint = report_complaint(log, found)) return complaint;
   if (log.has_errors()) return std::nullopt;
   if (!found.is_complete()) return "the survey is not complete, and no error says so";
 

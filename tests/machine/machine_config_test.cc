@@ -126,6 +126,33 @@ TEST(MachineConfig, ModelAutoLeavesItToTheManual) {
   EXPECT_FALSE(config->walk.model);
 }
 
+TEST(MachineConfig, ReadsHowSiebMeyerProgramsMeasure) {
+  const auto config = parse("[vision]\nmode = 5\ncama = true\nscale = true\ndefault_tool = 7\n");
+  ASSERT_TRUE(config) << config.error().text();
+  const sieb_meyer::Settings& settings = config->walk.sieb_meyer;
+  EXPECT_EQ(settings.measurement_mode, 5);
+  EXPECT_TRUE(settings.pattern_mode);
+  EXPECT_TRUE(settings.fits_scale);
+  EXPECT_EQ(settings.vision_tool, 7);
+  // What is left out is what the control does by itself.
+  const auto silent = parse("[vision]\n");
+  ASSERT_TRUE(silent) << silent.error().text();
+  EXPECT_EQ(silent->walk.sieb_meyer.measurement_mode, 1);
+  EXPECT_FALSE(silent->walk.sieb_meyer.pattern_mode);
+  EXPECT_FALSE(silent->walk.sieb_meyer.fits_scale);
+  EXPECT_EQ(silent->walk.sieb_meyer.vision_tool, 1);
+}
+
+/// The manual has modes 1, 2, 3 and 5.
+TEST(MachineConfig, RefusesMeasurementModesThatDoNotExist) {
+  for (const std::string_view mode : {"4", "0", "6"}) {
+    const std::string expected = mode == "4" ? "1, 2, 3 or 5" : "a whole number from 1 to 5";
+    EXPECT_EQ(refusal("[vision]\nmode = " + std::string(mode) + "\n"),
+              "machine.toml:2:8: error[config-value]: mode in [vision] is " + std::string(mode) +
+                  ", expected " + expected);
+  }
+}
+
 TEST(MachineConfig, NamesTheNearestKnownKey) {
   EXPECT_EQ(refusal("[vision]\nrotate = 3\nserch_radius_mm = 2\n"),
             "machine.toml:3:1: error[config-key-unknown]: unknown key \"serch_radius_mm\" in "
@@ -145,8 +172,8 @@ TEST(MachineConfig, SaysWhatIsPlannedButNotSupported) {
   EXPECT_EQ(refusal("[machine]\ndrivers = 2\n"),
             "machine.toml:2:1: error[not-supported]: \"drivers\" in [machine] is not "
             "supported yet, expected a file without it");
-  EXPECT_EQ(refusal("[surface]\n"),
-            "machine.toml:1:2: error[not-supported]: \"surface\" in machine.toml is not supported "
+  EXPECT_EQ(refusal("[coupon]\n"),
+            "machine.toml:1:2: error[not-supported]: \"coupon\" in machine.toml is not supported "
             "yet, expected a file without it");
   EXPECT_EQ(refusal("[[vision.tool]]\nnumber = 1\nshape = \"apriltag\"\n"),
             "machine.toml:3:9: error[not-supported]: shape in [[vision.tool]] is \"apriltag\": not "

@@ -49,6 +49,109 @@ search_path = ["patterns", "/usr/share/patterns"]
   EXPECT_EQ(config->reading.pattern_folders[1], "/usr/share/patterns");
 }
 
+TEST(ProgramConfig, ReadsWhatASiebMeyerControlKnows) {
+  const auto config = parse(R"(
+[program]
+breakage_counter = 3
+character_set = "4x6"
+module = "M2"
+obeys_areas = false
+operator_id = "NIGHT SHIFT"
+run = 12
+spindle = 5
+)");
+  ASSERT_TRUE(config) << config.error().text();
+  const sieb_meyer::Settings& settings = config->walk.sieb_meyer;
+  EXPECT_EQ(settings.characters, CharacterSet::Dots4x6);
+  EXPECT_EQ(settings.obeys_areas, false);
+  EXPECT_EQ(settings.text.module, "M2");
+  EXPECT_EQ(settings.text.breakage_counter, 3);
+  EXPECT_EQ(settings.text.run, 12);
+  EXPECT_EQ(settings.text.spindle, 5);
+  EXPECT_EQ(settings.text.operator_text, "NIGHT SHIFT");
+}
+
+TEST(ProgramConfig, KnowsEveryCharacterSet) {
+  const struct {
+    std::string_view name;
+    CharacterSet set;
+  } cases[] = {
+      {"3x5", CharacterSet::Dots3x5},
+      {"4x6", CharacterSet::Dots4x6},
+      {"5x7", CharacterSet::Dots5x7},
+      {"excellon", CharacterSet::Excellon4x7},
+      {"hitachi", CharacterSet::Hitachi},
+  };
+  for (const auto& [name, set] : cases) {
+    const auto config = parse("[program]\ncharacter_set = \"" + std::string(name) + "\"\n");
+    ASSERT_TRUE(config) << config.error().text();
+    EXPECT_EQ(config->walk.sieb_meyer.characters, set) << name;
+  }
+}
+
+TEST(ProgramConfig, NothingSaidAboutAreasIsNotNo) {
+  const auto config = parse("[program]\nspindle = 1\n");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_FALSE(config->walk.sieb_meyer.obeys_areas.has_value());
+}
+
+TEST(ProgramConfig, ReadsTheSurface) {
+  const auto config = parse(R"(
+[surface]
+average = "T"
+grid_hold_mm = 4
+height_mm = 1.6
+height_tolerance_um = 25
+tolerance_mm = 0.15
+)");
+  ASSERT_TRUE(config) << config.error().text();
+  const sieb_meyer::Settings& settings = config->walk.sieb_meyer;
+  EXPECT_EQ(settings.average, AverageKind::TrimmedMean);
+  EXPECT_EQ(settings.grid_hold, mm(4));
+  EXPECT_EQ(settings.surface_height, mm(1.6));
+  EXPECT_EQ(settings.height_tolerance, um(25));
+  EXPECT_EQ(settings.surface_tolerance, mm(0.15));
+}
+
+/// The letters are SPAV's (SIEB & MEYER, G74).
+TEST(ProgramConfig, AveragesHaveTheLettersOfSpav) {
+  const struct {
+    std::string_view letter;
+    AverageKind kind;
+  } cases[] = {
+      {"A", AverageKind::Mean},
+      {"M", AverageKind::Median},
+      {"O", AverageKind::MidRange},
+      {"T", AverageKind::TrimmedMean},
+  };
+  for (const auto& [letter, kind] : cases) {
+    const auto config = parse("[surface]\naverage = \"" + std::string(letter) + "\"\n");
+    ASSERT_TRUE(config) << config.error().text();
+    EXPECT_EQ(config->walk.sieb_meyer.average, kind) << letter;
+  }
+}
+
+TEST(ProgramConfig, RefusesWhatNoControlKnows) {
+  EXPECT_EQ(refusal("[program]\ncharacter_set = \"6x9\"\n"),
+            "shop/machine.toml:2:17: error[config-value]: character_set in [program] is \"6x9\", "
+            "expected \"3x5\", \"4x6\", \"5x7\", \"excellon\" or \"hitachi\"");
+  EXPECT_EQ(refusal("[program]\nspindle = 65\n"),
+            "shop/machine.toml:2:11: error[config-value]: spindle in [program] is 65, expected a "
+            "whole number from 1 to 64");
+  EXPECT_EQ(refusal("[program]\nobey_areas = true\n"),
+            "shop/machine.toml:2:1: error[config-key-unknown]: unknown key \"obey_areas\" in "
+            "[program], expected \"obeys_areas\"");
+  EXPECT_EQ(refusal("[surface]\naverage = \"mean\"\n"),
+            "shop/machine.toml:2:11: error[config-value]: average in [surface] is \"mean\", "
+            "expected \"A\", \"M\", \"O\" or \"T\", as SPAV has them");
+  EXPECT_EQ(refusal("[surface]\ntolerance_mm = 0\n"),
+            "shop/machine.toml:2:16: error[config-value]: tolerance_mm in [surface] is 0, expected "
+            "a finite number above 0");
+  EXPECT_EQ(refusal("[surface]\ngrid_hold = 1\n"),
+            "shop/machine.toml:2:1: error[config-key-unknown]: unknown key \"grid_hold\" in "
+            "[surface], expected \"grid_hold_mm\"");
+}
+
 TEST(ProgramConfig, ReadsReferenceScaling) {
   const auto config =
       parse("[reference_scaling]\nx = 1.0003\ny = 0.9998\nabout_mm = [10, 20]\nenabled = true\n");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -39,6 +40,9 @@ TEST(SimConfig, DefaultsAreAnIdealMachine) {
   EXPECT_EQ(config->sim->width_px, 320);
   EXPECT_EQ(config->sim->height_px, 240);
   EXPECT_EQ(config->sim->noise, 0);
+  EXPECT_EQ(config->sim->surface.noise_sigma, Length());
+  EXPECT_EQ(config->sim->surface.bow, Length());
+  EXPECT_EQ(config->sim->surface.axis_offsets.size(), 1u);
 }
 
 TEST(SimConfig, ReadsEveryKey) {
@@ -59,6 +63,14 @@ light_gradient = -0.1
 vignetting = 0.2
 weave_amplitude = 0.05
 neighbors = 4
+[sim.surface]
+height_mm = 1.55
+slope_ppm = [120, -80]
+bow_um = -40
+bow_center_mm = [150, 100]
+bow_radius_mm = 180
+axis_offsets_um = [0, 12.5]
+noise_um = 2
 [sim.camera]
 scale_mm_per_px = 0.0101
 rotation_rad = 0.01
@@ -83,10 +95,45 @@ axis_px = [160, 120]
   EXPECT_EQ(sim.vignetting, 0.2);
   EXPECT_EQ(sim.weave_amplitude, 0.05);
   EXPECT_EQ(sim.neighbors, 4);
+  EXPECT_EQ(sim.surface.seed, 9223372036854775807u);
+  EXPECT_EQ(sim.surface.height, mm(1.55));
+  EXPECT_EQ(sim.surface.slope_x_ppm, 120);
+  EXPECT_EQ(sim.surface.slope_y_ppm, -80);
+  EXPECT_EQ(sim.surface.bow, um(-40));
+  EXPECT_EQ(sim.surface.bow_center, position_mm<frame::Actual>(150, 100));
+  EXPECT_EQ(sim.surface.bow_radius, mm(180));
+  EXPECT_EQ(sim.surface.axis_offsets, (std::vector<Length>{um(0), um(12.5)}));
+  EXPECT_EQ(sim.surface.noise_sigma, um(2));
   EXPECT_EQ(sim.camera->scale_mm_per_px, 0.0101);
   EXPECT_EQ(sim.camera->rotation_rad, 0.01);
   EXPECT_EQ(sim.camera->k1_per_px2, 1e-8);
   EXPECT_EQ(sim.camera->axis_px, Eigen::Vector2d(160, 120));
+}
+
+TEST(SimConfig, SurfaceIsWhereItIsExpectedWhereNothingElseIsSaid) {
+  const auto config =
+      parse_machine_config("[surface]\nheight_mm = 1.6\n[sim]\nseed = 3\n", "machine.toml");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->sim->surface.height, mm(1.6));
+  EXPECT_EQ(config->sim->surface.seed, 3u);
+}
+
+TEST(SimConfig, RefusesSurfacesThatMakeNoSense) {
+  EXPECT_EQ(refusal("[sim.surface]\naxis_offsets_um = []\n"),
+            "machine.toml:5:19: error[config-value]: axis_offsets_um in [sim.surface] is [], "
+            "expected one for each Z axis, 1 to 64 of them");
+  EXPECT_EQ(refusal("[sim.surface]\naxis_offsets_um = 3\n"),
+            "machine.toml:5:19: error[config-value]: axis_offsets_um in [sim.surface] is 3, "
+            "expected a list of numbers, [1, 2]");
+  EXPECT_EQ(refusal("[sim.surface]\naxis_offsets_um = [1, \"2\"]\n"),
+            "machine.toml:5:23: error[config-value]: axis_offsets_um in [sim.surface] is \"2\", "
+            "expected a number from -100000 to 100000");
+  EXPECT_EQ(refusal("[sim.surface]\nbow_radius_mm = 0\n"),
+            "machine.toml:5:17: error[config-value]: bow_radius_mm in [sim.surface] is 0, expected "
+            "a number above 0 and at most 100000");
+  EXPECT_EQ(refusal("[sim.surface]\nslope_x_ppm = 3\n"),
+            "machine.toml:5:1: error[config-key-unknown]: unknown key \"slope_x_ppm\" in "
+            "[sim.surface], expected \"slope_ppm\"");
 }
 
 TEST(SimConfig, RealCameraIsAsCalibratedWhereNothingElseIsSaid) {

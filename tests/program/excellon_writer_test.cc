@@ -15,7 +15,7 @@ const std::string kMetricHeader = "M48\nFMAT,2\nMETRIC,LZ\nT1C1.0\nT2C2.5\nM95\n
 
 std::string program_of(const std::vector<What>& operations,
                        const ProgramInfo& info = metric_info()) {
-  return written<ExcellonWriter>(operations, info, std::vector<std::string>{});
+  return written<ExcellonWriter>(operations, info, ProgramWriterOptions{});
 }
 
 /// What follows the header of a metric program.
@@ -58,7 +58,7 @@ TEST(ExcellonWriter, WritesADrillingProgram) {
                                drill(1, 1.5, -2),
                                Stop{}},
                               metric_info(),
-                              std::vector<std::string>{"made by\nhand"});
+                              ProgramWriterOptions{.comments = {"made by\nhand"}});
   EXPECT_EQ(text,
             "M48\n;made by?hand\nFMAT,2\nMETRIC,LZ\nATC,ON\nVER,1\nT1C1.0\nT2C2.5\n%\nG90\nG05\n"
             "T1\nX1.5Y-2.0\nM30\n");

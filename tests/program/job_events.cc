@@ -117,6 +117,23 @@ class Sameness {
     return near(a.work_zero.in_mm(), b.work_zero.in_mm(), kLastDigit_mm);
   }
 
+  // Copies and targets are gone when an event is looked at; how many there were is not.
+  bool same(const PatternBegin&, const PatternBegin&) const { return true; }
+  bool same(const PatternEnd& a, const PatternEnd& b) const {
+    return a.copies.size() == b.copies.size();
+  }
+  bool same(const VisionSeries& a, const VisionSeries& b) const {
+    return a.level == b.level && a.targets.size() == b.targets.size();
+  }
+  bool same(const TargetHole& a, const TargetHole& b) const {
+    return a.level == b.level && a.tool == b.tool &&
+           near(a.nominal.in_mm(), b.nominal.in_mm(), tolerance_.place_mm);
+  }
+  bool same(const CancelCorrection& a, const CancelCorrection& b) const {
+    return a.level == b.level;
+  }
+  bool same(const VisionTool& a, const VisionTool& b) const { return a.number == b.number; }
+
   Tolerance tolerance_;
   Vector2d at_mm_ = Vector2d::Zero();  ///< where the router stood before
 };

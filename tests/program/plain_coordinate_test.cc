@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/plain_coordinate.h"
+#include "panelcal/program/plain_coordinate.h"
 
 #include <algorithm>
 #include <bit>

@@ -18,6 +18,14 @@ std::string point(const Eigen::Vector2d& p_mm) {
   return fmt::format("({}, {})", rounded(p_mm.x()), rounded(p_mm.y()));
 }
 
+std::string depth(const DepthOfCut& cut) {
+  std::string text;
+  if (cut.z) text += fmt::format(" z {}", rounded(cut.z->in_mm()));
+  if (cut.depth) text += fmt::format(" depth {}", rounded(cut.depth->in_mm()));
+  if (cut.surface) text += fmt::format(" surface {}", rounded(cut.surface->in_mm()));
+  return text;
+}
+
 struct TextOf {
   std::string operator()(const ToolChange& change) const {
     std::string text = fmt::format("tool {}", change.tool.number);
@@ -25,7 +33,7 @@ struct TextOf {
     return text;
   }
   std::string operator()(const Drill& drill) const {
-    return fmt::format("drill {} {}", drill.tool, point(drill.actual.in_mm()));
+    return fmt::format("drill {} {}{}", drill.tool, point(drill.actual.in_mm()), depth(drill.cut));
   }
   std::string operator()(const RapidMove& move) const {
     return "position " + point(move.actual.in_mm());
@@ -34,12 +42,12 @@ struct TextOf {
     std::string text =
         fmt::format("rout {} {} {}", rout.tool, name(rout.kind), point(rout.actual.in_mm()));
     if (rout.kind != RoutKind::Line) text += " about " + point(rout.center.in_mm());
-    return text;
+    return text + depth(rout.cut);
   }
   std::string operator()(const Plunge& plunge) const {
     std::string text = plunge.kind == PlungeKind::Plain ? "plunge" : "plunge contouring";
     if (plunge.depth_offset) text += fmt::format(" {:.4f}", rounded(plunge.depth_offset->in_mm()));
-    return text;
+    return text + depth(plunge.cut);
   }
   std::string operator()(const Retract& retract) const {
     return retract.with_clamping ? "retract clamping" : "retract";
@@ -100,6 +108,26 @@ struct TextOf {
   }
   std::string operator()(const ZeroSet& zero) const {
     return "work zero " + point(zero.work_zero.in_mm());
+  }
+  std::string operator()(const PatternBegin&) const { return "pattern"; }
+  std::string operator()(const PatternEnd& end) const {
+    std::string text = "pattern_end";
+    for (const Placement& copy : end.copies) text += " " + point(copy.translation());
+    return text;
+  }
+  std::string operator()(const VisionSeries& series) const {
+    std::string text = series.level == CorrectionLevel::Base ? "series" : "nested series";
+    for (const auto& target : series.targets) text += " " + point(target.in_mm());
+    return text;
+  }
+  std::string operator()(const TargetHole& hole) const {
+    return fmt::format("target hole {} {}", hole.tool, point(hole.nominal.in_mm()));
+  }
+  std::string operator()(const CancelCorrection& cancel) const {
+    return cancel.level == CorrectionLevel::Base ? "cancel" : "cancel nested";
+  }
+  std::string operator()(const VisionTool& tool) const {
+    return fmt::format("vision tool {}", tool.number);
   }
 };
 

@@ -1,32 +1,45 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Every row of the command table names a test file that exists and shows the command."""
+"""Every row of the command tables names a test file that exists and shows the command."""
 
 import re
 import sys
 from pathlib import Path
 
+TABLES = [
+    ("EXCELLON", "program/excellon/commands.def", "tests/program"),
+    ("SIEB_MEYER", "program/sieb_meyer/commands.def", "tests/program/sieb_meyer"),
+]
+
+
+def problems_of(root, name, table, folder):
+    """Also how many commands and words the table has."""
+    text = (root / table).read_text()
+    commands = re.findall(rf"^{name}_COMMAND\(\w+, '(\w)', (\d+), .*\"(\w+)\"\)$", text,
+                          re.MULTILINE)
+    words = re.findall(rf"^{name}_WORD\(\"(.*?)\", \w+, .*\"(\w+)\"\)$", text, re.MULTILINE)
+    problems = []
+    for letter, number, test in commands:
+        file = root / folder / f"{test}.cc"
+        if not file.exists():
+            problems.append(f"{letter}{number}: there is no {test}")
+        elif not re.search(rf"{letter}0?{number}(?!\d)", file.read_text()):
+            problems.append(f"{letter}{number}: {test} does not show it")
+    for form, test in words:
+        if not (root / folder / f"{test}.cc").exists():
+            problems.append(f"{form}: there is no {test}")
+    if not commands or not words:
+        problems.append(f"{table} has no rows")
+    print(f"{table}: {len(commands)} commands, {len(words)} words")
+    return problems
+
 
 def main():
     root = Path(sys.argv[1])
-    table = (root / "program/excellon/commands.def").read_text()
-    rows = re.findall(r"^EXCELLON_COMMAND\(\w+, '(\w)', (\d+), .*\"(\w+)\"\)$", table, re.MULTILINE)
-    words = re.findall(r"^EXCELLON_WORD\(\"(.*?)\", \w+, .*\"(\w+)\"\)$", table, re.MULTILINE)
-    problems = []
-    for letter, number, test in rows:
-        file = root / f"tests/program/{test}.cc"
-        code = rf"{letter}0?{number}(?!\d)"
-        if not file.exists():
-            problems.append(f"{letter}{number}: there is no {test}")
-        elif not re.search(code, file.read_text()):
-            problems.append(f"{letter}{number}: {test} does not show it")
-    for form, test in words:
-        if not (root / f"tests/program/{test}.cc").exists():
-            problems.append(f"{form}: there is no {test}")
-    print(f"{len(rows)} commands, {len(words)} words")
+    problems = [problem for table in TABLES for problem in problems_of(root, *table)]
     for problem in problems:
         print(problem)
-    sys.exit(1 if problems or not rows else 0)
+    sys.exit(1 if problems else 0)
 
 
 if __name__ == "__main__":

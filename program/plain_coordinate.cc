@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/plain_coordinate.h"
+#include "panelcal/program/plain_coordinate.h"
 
 #include <algorithm>
 #include <bit>
@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace panelcal::excellon {
+namespace panelcal {
 namespace {
 
 constexpr int kMaxDigits = 15;  // as parse_length: every integer of 15 digits is exact in a double
@@ -117,4 +117,4 @@ bool PlainReader::read(std::string_view line, PlainCoordinate& out) const {
   return at == end && !line.empty();
 }
 
-}  // namespace panelcal::excellon
+}  // namespace panelcal

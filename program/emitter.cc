@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/emitter.h"
+#include "panelcal/program/emitter.h"
 
 #include <utility>
 
 #include <fmt/format.h>
 
-namespace panelcal::excellon {
+namespace panelcal {
 namespace {
 
 bool is_mirror(const Eigen::Matrix2d& linear) {
@@ -23,17 +23,28 @@ Transform<frame::Nominal, frame::Nominal> scaling_map(const ReferenceScaling& sc
 
 }  // namespace
 
+DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double fraction) {
+  const auto between = [fraction](const std::optional<Length>& a, const std::optional<Length>& b) {
+    return a && b ? std::optional(*a + fraction * (*b - *a)) : b;
+  };
+  return {between(from.z, to.z), between(from.depth, to.depth), between(from.surface, to.surface)};
+}
+
 Emitter::Emitter(const std::map<int, Tool>& header_tools,
                  const WalkOptions& options,
                  const WalkPlace& place,
-                 const VisionSession& vision,
+                 const CorrectionState& corrections,
                  const Reporter& reporter,
                  OperationSink* sink)
-    : options_(options), place_(place), vision_(vision), reporter_(reporter), sink_(sink) {
+    : options_(options),
+      place_(place),
+      corrections_(corrections),
+      reporter_(reporter),
+      sink_(sink) {
   if (options.scaling) scaling_ = scaling_map(*options.scaling);
   origin_.placement = &place.placement;
-  origin_.base_series = &vision.base_series();
-  origin_.nested_series = &vision.nested_series();
+  origin_.base_series = &corrections.base_series;
+  origin_.nested_series = &corrections.nested_series;
   origin_.work_zero = &place.work_zero;
   for (const auto& [number, tool] : header_tools) {
     if (tool.max_hits) max_hits_[number] = *tool.max_hits;
@@ -166,7 +177,7 @@ PlacedPoint Emitter::placed(const Eigen::Vector2d& at_mm, Scaling scaling) {
   const bool is_scaled =
       scaling == Scaling::Applies && place_.is_scaled && options_.scaling.has_value();
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  const auto& map = vision_.corrections().actual_from_nominal();
+  const auto& map = corrections_.stack.actual_from_nominal();
   if (!is_scaled) {
     note_origin(at_mm, nullptr);
     return place_of(nominal, map(nominal));
@@ -180,7 +191,7 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   hit(line, 1);
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
-  const auto& map = vision_.corrections().actual_from_nominal();
+  const auto& map = corrections_.stack.actual_from_nominal();
   const auto corrected = map(is_scaled ? scaling_(nominal) : nominal);
   note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
   hole_.line = line;
@@ -192,6 +203,7 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   drill.actual = place_.work_zero + displacement_mm<frame::Machine>(corrected.position.in_mm());
   drill.cov_mm2 = corrected.cov;
   drill.tool = tool_;
+  drill.cut = cut_;
   sink_->put(hole_);
 }
 
@@ -202,7 +214,7 @@ void Emitter::drill_at_target(int line,
   hit(line, 1);
   note_origin(at_mm, nullptr);
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  send(line, Drill{place_of(nominal, target), tool_});
+  send(line, Drill{place_of(nominal, target), tool_, cut_});
 }
 
 void Emitter::slot(int line,
@@ -212,7 +224,7 @@ void Emitter::slot(int line,
   if (!passes(line)) return;
   hit(line, n_hits);
   const PlacedPoint end = placed(end_mm, Scaling::Applies);
-  send(line, Slot{tool_, placed(start_mm, Scaling::Applies), end});
+  send(line, Slot{tool_, placed(start_mm, Scaling::Applies), end, cut_});
 }
 
 void Emitter::step_slot(int line,
@@ -255,6 +267,7 @@ Rout Emitter::rout_to(const Eigen::Vector2d& at_mm, std::optional<Feed> feed) {
   move.tool = tool_;
   move.feed = feed.value_or(kDefaultTableFeed);
   move.feed_is_default = !feed;
+  move.cut = cut_;
   return move;
 }
 
@@ -265,12 +278,12 @@ void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> f
 
 /// Stretch turns a circle into an ellipse, which takes several arcs (or lines where it is almost
 /// straight) within the tolerance; mirrors turn the sense round.
-void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed) {
+void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const DepthOfCut& from) {
   if (sink_ == nullptr) {
     count_operations(1, line);
     return;
   }
-  const auto& correction = vision_.corrections().actual_from_nominal().map;
+  const auto& correction = corrections_.stack.actual_from_nominal().map;
   const auto whole = correction * place_.placement;
   const auto back = whole.inverse();
   const std::vector<Arc> pieces =
@@ -281,6 +294,10 @@ void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed) {
     const Eigen::Vector2d end_mm =
         is_last ? arc.end_mm : back(position_mm<frame::Actual>(piece.end_mm)).in_mm();
     Rout move = rout_to(end_mm, feed);
+    if (!is_last) {
+      const double fraction = static_cast<double>(i + 1) / static_cast<double>(pieces.size());
+      move.cut = interpolate(from, cut_, fraction);
+    }
     if (!piece.straight) {
       move.kind = piece.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
       move.corrected_center = position_mm<frame::Actual>(piece.center_mm);
@@ -290,20 +307,33 @@ void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed) {
   }
 }
 
+CompensationSide Emitter::placed_side(CompensationSide side) const {
+  if (side == CompensationSide::Off || !is_mirror(place_.placement.linear())) return side;
+  return side == CompensationSide::Left ? CompensationSide::Right : CompensationSide::Left;
+}
+
+void Emitter::compensate(int line,
+                         CompensationSide side,
+                         std::optional<Length> compensation_value) {
+  side = placed_side(side);
+  if (side == side_) return;
+  side_ = side;
+  if (side == CompensationSide::Off) compensation_value.reset();
+  put(line, Compensation{side, compensation_value});
+}
+
 void Emitter::plunge(int line,
                      PlungeKind kind,
                      CompensationSide side,
                      std::optional<Length> compensation_value,
                      std::optional<Length> depth_offset) {
-  if (side != CompensationSide::Off && is_mirror(place_.placement.linear())) {
-    side = side == CompensationSide::Left ? CompensationSide::Right : CompensationSide::Left;
-  }
+  side = placed_side(side);
   const bool has_to_be_told = side != side_ || (was_switched_off_ && side != CompensationSide::Off);
   if (side == CompensationSide::Off) compensation_value.reset();
   if (has_to_be_told) put(line, Compensation{side, compensation_value});
   side_ = side;
   was_switched_off_ = false;
-  put(line, Plunge{tool_, kind, depth_offset});
+  put(line, Plunge{tool_, kind, depth_offset, cut_});
 }
 
-}  // namespace panelcal::excellon
+}  // namespace panelcal

@@ -10,7 +10,7 @@
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/program/number_format.h"
 
-namespace panelcal::excellon {
+namespace panelcal {
 
 /// Puts problems of one file into the log, each once: the copies of a pattern would only repeat it.
 class Reporter {
@@ -63,4 +63,4 @@ class Reporter {
   mutable std::set<std::string> reported_;
 };
 
-}  // namespace panelcal::excellon
+}  // namespace panelcal

@@ -7,7 +7,7 @@
 
 #include "panelcal/program/number_format.h"
 
-namespace panelcal::excellon {
+namespace panelcal {
 
 /// A block of nothing but X and Y, as nearly every block is.
 struct PlainCoordinate {
@@ -41,4 +41,4 @@ class PlainReader {
   std::array<Scale, kMaxRun + 1> of_count_;  ///< by the number of digits, without a decimal point
 };
 
-}  // namespace panelcal::excellon
+}  // namespace panelcal

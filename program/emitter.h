@@ -8,12 +8,12 @@
 #include <string_view>
 
 #include "panelcal/program/arcs.h"
-#include "panelcal/program/excellon/reporter.h"
-#include "panelcal/program/excellon/tools.h"
-#include "panelcal/program/excellon/vision.h"
+#include "panelcal/program/measuring.h"
+#include "panelcal/program/reporter.h"
+#include "panelcal/program/tool_links.h"
 #include "panelcal/program/walk.h"
 
-namespace panelcal::excellon {
+namespace panelcal {
 
 /// Where a walk stands: what carries a programmed point to its place.
 struct WalkPlace {
@@ -24,6 +24,9 @@ struct WalkPlace {
   bool is_scaled = false;  ///< M60 is in force
 };
 
+/// What lies between two depths; where one of them is unknown, `to`.
+DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double fraction);
+
 /// Turns what blocks ask for into operations: places and corrects points, counts everything, and
 /// passes it to the sink if there is one. Points come in programmed coordinates, mm.
 class Emitter {
@@ -31,7 +34,7 @@ class Emitter {
   Emitter(const std::map<int, Tool>& header_tools,
           const WalkOptions& options,
           const WalkPlace& place,
-          const VisionSession& vision,
+          const CorrectionState& corrections,
           const Reporter& reporter,
           OperationSink* sink);
 
@@ -58,6 +61,10 @@ class Emitter {
   void take(int line, const ToolChange& change);
   ToolLinks& links() { return links_; }
 
+  /// How deep holes, plunges and rout moves go from here on.
+  void set_cut(const DepthOfCut& cut) { cut_ = cut; }
+  const DepthOfCut& cut() const { return cut_; }
+
   void drill(int line, const Eigen::Vector2d& at_mm) {
     if (count_operations(1, line) && sink_ != nullptr) drill_now(line, at_mm);
   }
@@ -78,7 +85,11 @@ class Emitter {
   void autocalibration(int line, const Eigen::Vector2d& at_mm);
   void move(int line, const Eigen::Vector2d& to_mm);
   void rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed);
-  void rout(int line, const Arc& arc, std::optional<Feed> feed);
+  void rout(int line, const Arc& arc, std::optional<Feed> feed) { rout(line, arc, feed, cut_); }
+  /// An arc that goes evenly from another depth to the one that is set.
+  void rout(int line, const Arc& arc, std::optional<Feed> feed, const DepthOfCut& from);
+  /// Changes the control's compensation while the tool is down.
+  void compensate(int line, CompensationSide side, std::optional<Length> compensation_value);
   /// Switches the control's compensation before it lowers the tool, where it differs from what the
   /// control knows; a mirrored placement exchanges left and right.
   void plunge(int line,
@@ -103,6 +114,7 @@ class Emitter {
     hits_left_ -= n;
   }
   void expire(int line);
+  CompensationSide placed_side(CompensationSide side) const;
   Rout rout_to(const Eigen::Vector2d& at_mm, std::optional<Feed> feed);
   PlacedPoint placed(const Eigen::Vector2d& at_mm, Scaling scaling);
   PlacedPoint place_of(const Position<frame::Nominal>& nominal,
@@ -113,7 +125,7 @@ class Emitter {
 
   const WalkOptions& options_;
   const WalkPlace& place_;
-  const VisionSession& vision_;
+  const CorrectionState& corrections_;
   const Reporter& reporter_;
   OperationSink* sink_;
   Transform<frame::Nominal, frame::Nominal> scaling_;
@@ -124,6 +136,7 @@ class Emitter {
   std::map<int, std::int64_t> hits_left_of_;
   std::map<int, int> max_hits_;
   ToolLinks links_;
+  DepthOfCut cut_;
   CompensationSide side_ = CompensationSide::Off;  ///< as the control was told last
   bool was_switched_off_ = false;                  ///< by the control itself, since then
   Origin origin_;
@@ -135,4 +148,4 @@ class Emitter {
   bool is_over_limit_ = false;
 };
 
-}  // namespace panelcal::excellon
+}  // namespace panelcal

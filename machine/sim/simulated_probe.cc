@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/sim/simulated_probe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "panelcal/machine/sim/random_streams.h"
+
+namespace panelcal {
+namespace {
+
+constexpr double kPpm = 1e-6;
+
+bool is_finite(Length length) {
+  return std::isfinite(length.in_mm());
+}
+
+Expected<void> invalid(std::string what, std::string expected) {
+  return failure({Code::ConfigValue, {}, std::move(what), std::move(expected)});
+}
+
+}  // namespace
+
+Expected<void> SimulatedProbeOptions::validate() const {
+  const bool all_finite = is_finite(height) && is_finite(bow) && bow_center.in_mm().allFinite() &&
+                          std::isfinite(slope_x_ppm) && std::isfinite(slope_y_ppm) &&
+                          std::ranges::all_of(axis_offsets, is_finite);
+  if (!all_finite) {
+    return invalid("height, slope, bow, bow_center or an axis_offset is not finite",
+                   "finite numbers");
+  }
+  if (!is_finite(bow_radius) || !(bow_radius > Length())) {
+    return invalid(fmt::format("bow_radius is {} mm", bow_radius.in_mm()), "more than 0");
+  }
+  if (!is_finite(noise_sigma) || !(noise_sigma >= Length())) {
+    return invalid(fmt::format("noise_sigma is {} um", noise_sigma.in_um()), "0 or more");
+  }
+  if (axis_offsets.empty()) return invalid("axis_offsets is empty", "one for each Z axis");
+  return {};
+}
+
+SimulatedProbe::SimulatedProbe(SimulatedProbeOptions options) : options_(std::move(options)) {
+}
+
+Expected<SimulatedProbe> SimulatedProbe::create(SimulatedProbeOptions options) {
+  PANELCAL_CHECK(options.validate());
+  return SimulatedProbe(std::move(options));
+}
+
+Length SimulatedProbe::true_height(const Position<frame::Actual>& place, std::size_t axis) const {
+  const Eigen::Vector2d& p_mm = place.in_mm();
+  const double slope_mm =
+      kPpm * (options_.slope_x_ppm * p_mm.x() + options_.slope_y_ppm * p_mm.y());
+  const double from_center =
+      (place - options_.bow_center).in_mm().norm() / options_.bow_radius.in_mm();
+  return options_.height + mm(slope_mm) + from_center * from_center * options_.bow +
+         options_.axis_offsets[axis];
+}
+
+Expected<ProbeReading> SimulatedProbe::probe(const ProbeRequest& request) {
+  const Random random = internal::random_of(options_.seed, internal::RandomStream::Probes, request.seq);
+  ProbeReading reading{request, ProbeStatus::Found, {}, ""};
+  for (std::size_t axis = 0; axis < options_.axis_offsets.size(); ++axis) {
+    const Length noise = random.fork(axis).normal() * options_.noise_sigma;
+    reading.heights.push_back({true_height(request.expected, axis) + noise, options_.noise_sigma});
+  }
+  return reading;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace panelcal {
+
+/// What a command is about; every one of the manual's belongs to one class.
+enum class CommandClass : std::uint8_t {
+  Motion,
+  Measurement,
+  Correction,
+  Depth,
+  Tool,
+  Setting,
+  Event,
+  Message,
+};
+
+std::string_view name(CommandClass command_class);
+
+}  // namespace panelcal

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/calib/correction_stack.h"
+#include "panelcal/program/reporter.h"
+#include "panelcal/program/survey.h"
+#include "panelcal/program/walk.h"
+
+namespace panelcal {
+
+/// The corrections in force and which series they came from, as indices into Survey::series.
+struct CorrectionState {
+  CorrectionStack stack;
+  std::optional<std::size_t> base_series;
+  std::optional<std::size_t> nested_series;
+
+  void clear_base();
+  void clear_nested();
+};
+
+/// A target as a fit sees it: one measurement, or the mean of several.
+struct FitPoint {
+  Position<frame::Nominal> nominal;
+  PositionEstimate<frame::Actual> measured;
+  ObservedAxes axes = ObservedAxes::Both;
+  std::size_t i_measurement = 0;  ///< the one to name when the point is at fault
+};
+
+/// Measures, fits, gates and activates, whatever the language that asks for it.
+///
+/// With a source it fills the survey (first pass). Without one it takes everything from the survey
+/// in the same order (second pass), so that both passes come through the same states.
+class Measuring {
+ public:
+  Measuring(const WalkOptions& options,
+            Survey& survey,
+            MeasurementSource* source,
+            const Reporter& reporter,
+            DiagnosticLog& log);
+
+  bool is_first_pass() const { return source_ != nullptr; }
+
+  /// Looks for one target; `request` lacks its number. Index into Survey::measurements; nothing if
+  /// the source failed, which stops the walk.
+  std::optional<std::size_t> measure(MeasurementRequest request);
+  const Measurement& measurement(std::size_t i) const { return survey_.measurements[i]; }
+  bool is_found(std::size_t i) const { return measurement(i).status == MeasurementStatus::Found; }
+  FitPoint fit_point(std::size_t i_measurement) const;
+
+  /// Fits `points` to the model of `series`, whose level, line, path, placement and measurements
+  /// are set; without points (a target is missing) there is no fit. Index into Survey::series.
+  std::size_t fit(SeriesResult series, std::span<const FitPoint> points);
+  const SeriesResult& series(std::size_t i) const { return survey_.series[i]; }
+  /// Puts a series' correction in force; stops the walk where there is none to go on with.
+  void activate(std::size_t i_series, int line);
+
+  /// A hole at its own target has no fit to hold against limits, but it may not be farther from its
+  /// expected place than a panel may be.
+  void gate_hole(const Measurement& measurement, CorrectionLevel level);
+
+  CorrectionState& corrections() { return corrections_; }
+  const CorrectionState& corrections() const { return corrections_; }
+  /// Nobody knows where to look next, or the source failed.
+  bool must_stop() const { return must_stop_; }
+  void stop() { must_stop_ = true; }
+
+ private:
+  void report_lost(const Measurement& measurement);
+  void fit_base(std::span<const FitPoint> points, SeriesResult& series);
+  void fit_nested(std::span<const FitPoint> points, SeriesResult& series);
+  void report_fit_failure(const SeriesResult& series, FitFailure failure);
+  void report_mirrored(const SeriesResult& series);
+  void report_gates(const SeriesResult& series, std::span<const FitPoint> points);
+
+  const WalkOptions& options_;
+  Survey& survey_;
+  MeasurementSource* source_;
+  const Reporter& reporter_;
+  DiagnosticLog& log_;
+  CorrectionState corrections_;
+  std::size_t n_measured_ = 0;
+  std::size_t n_fitted_ = 0;
+  bool must_stop_ = false;
+};
+
+}  // namespace panelcal

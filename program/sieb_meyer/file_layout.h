@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/operation.h"
+#include "panelcal/program/sieb_meyer/numbers.h"
+#include "panelcal/program/source_text.h"
+
+namespace panelcal::sieb_meyer {
+
+/// What outputs in the other language take a program of this one for.
+inline constexpr NumberFormat kMetricFormat = {.unit = LengthUnit::Millimeter,
+                                               .zeros = Zeros::LeadingKept,
+                                               .integer_digits = 3,
+                                               .decimal_digits = 3};
+
+/// A file as its marks divide it: comments, %% and the format, program lines, $ and the tool table.
+struct FileLayout {
+  FileFormat format = FileFormat::F5000;
+  int head_line = 0;         ///< of the %%
+  LinePlace body;            ///< behind the %%
+  std::size_t body_end = 0;  ///< where the $ stands, or the end of the text
+  std::map<int, Tool> tools;
+  std::map<int, int> tool_lines;
+  std::map<int, std::vector<int>> magazines;  ///< of a tool, in order
+  std::map<int, Time> dwells;                 ///< A: how long a tool stays down
+};
+
+/// A line of two percent signs, with or without a format, comes before anything that opens an
+/// Excellon program.
+bool is_program(std::string_view bytes);
+
+/// Finds the parts of a file and reads the tool table. In the formats 3000 and 5000 a letter
+/// without a number sets its datum to zero, and the last one of a tool holds; format 1000 has six
+/// values for each of 15 tools in a fixed order, 91 dollar signs in all. A datum of zero is no
+/// datum.
+///
+/// Fails  into the log: command-format, tool-table-invalid, block-syntax, line-too-long
+/// Source SIEB & MEYER CNC 8x.00 Command Set, appendix A
+/// See    tests/program/sieb_meyer/file_layout_test.cc
+FileLayout read_layout(const SourceText& source, DiagnosticLog& log);
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/sieb_meyer/interpreter.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace panelcal::sieb_meyer {
+namespace {
+
+constexpr std::size_t kLongLine = 64;
+
+/// A letter without a number is zero, and a number without a point counts steps from the right.
+NumberFormat plain_format(FileFormat format) {
+  return {.unit = LengthUnit::Millimeter,
+          .zeros = Zeros::TrailingKept,
+          .integer_digits = 12,
+          .decimal_digits = format == FileFormat::F1000 ? 2 : 3};
+}
+
+Placement axis_placement(int version) {
+  return {axis_orientation(version), Eigen::Vector2d::Zero()};
+}
+
+}  // namespace
+
+Interpreter::Interpreter(const Program& program,
+                         const WalkOptions& options,
+                         Survey& survey,
+                         const WalkEnds& ends)
+    : program_(program),
+      options_(options),
+      format_(program.layout.format),
+      plain_(plain_format(format_)),
+      reporter_(program.source.file,
+                ends.log,
+                ends.sink == nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly),
+      measuring_(options, survey, ends.measurements, reporter_, ends.log),
+      emitter_(
+          program.layout.tools, options, place_, measuring_.corrections(), reporter_, ends.sink),
+      optical_(measuring_, options, reporter_),
+      settings_(options.sieb_meyer),
+      surface_(settings_, survey, ends.probes, reporter_, ends.log),
+      frame_(axis_placement(program.axis_version())),
+      deletes_blocks_(program.deletes_blocks()),
+      obeys_areas_(options.sieb_meyer.obeys_areas) {
+  place_.work_zero =
+      options.absolute_zero + displacement_mm<frame::Machine>(options.work_zero.in_mm());
+  place(frame_);
+}
+
+void Interpreter::run() {
+  const SourceText& source = program_.source;
+  const FileLayout& layout = program_.layout;
+  sections_ = scan_sections(source.bytes,
+                            layout.body,
+                            layout.body_end,
+                            {.format = format_, .deletes_blocks = deletes_blocks_},
+                            reporter_);
+  if (!sections_.is_sound) return;
+  text_ = {source.bytes, {}, &sections_};
+  run_text(text_, sections_.roots, layout.body, layout.body_end);
+  if (has_ended()) return;
+  end_program();
+}
+
+void Interpreter::end_program() {
+  const int line = cursor_.line_number();
+  end_contour(line);
+  if (pattern_) {
+    reporter_.report(Code::CycleUnfinished,
+                     pattern_->line,
+                     1,
+                     panelcal::quoted(pattern_->text) + " has no second point",
+                     "X#Y# in the next line");
+  }
+  optical_.end_program(line);
+}
+
+// --- lines -------------------------------------------------------------------------------------
+
+void Interpreter::run_line(const SourceLine& line) {
+  if (run_plain(line)) return;
+  if (line.text.size() > kLongLine && !is_blank(line.text)) {
+    reporter_.report(Code::LineTooLong,
+                     line.number,
+                     static_cast<int>(kLongLine) + 1,
+                     fmt::format("the line has {} characters", line.text.size()),
+                     "at most 64");
+  }
+  if (is_blank(line.text)) return;
+  if (const auto rest = without_slash(line)) {
+    if (deletes_blocks_) return;
+    if (!program_.reading.block_delete && !std::exchange(warned_slash_, true)) {
+      reporter_.report(Code::BlockDeleteAssumed,
+                       line.number,
+                       line.column,
+                       quoted(line.text) + " is executed",
+                       "M49,BLKD or M49,NOBLKD, or [program] block_delete in machine.toml");
+    }
+    if (without_slash(*rest)) {
+      return reporter_.report(
+          Code::BlockSyntax, rest->number, rest->column, quoted(line.text), "one slash");
+    }
+    return run_line(*rest);
+  }
+  Block block;
+  if (const auto fault = lex(line, block)) {
+    return reporter_.report(Code::BlockSyntax,
+                            line.number,
+                            fault->column,
+                            quoted(fault->text),
+                            std::string(fault->expected));
+  }
+  run_block(block);
+}
+
+/// The short way for what nearly every line is: a hole at absolute coordinates. Everything else,
+/// and every doubt, goes the long way.
+bool Interpreter::run_plain(const SourceLine& line) {
+  if (line.text.empty() || (line.text.front() != 'X' && line.text.front() != 'Y') ||
+      modal_.motion || modal_.incremental || pattern_ || contour_ != Contour::None) {
+    return false;
+  }
+  PlainCoordinate coordinate;
+  if (!plain_.read(line.text, coordinate)) return false;
+  if (format_ == FileFormat::F1000 && line.text.find('.') != std::string_view::npos) return false;
+  if (coordinate.xy_mm[0]) modal_.at_mm.x() = *coordinate.xy_mm[0];
+  if (coordinate.xy_mm[1]) modal_.at_mm.y() = *coordinate.xy_mm[1];
+  modal_.at_step_mm = format_step_mm(format_);
+  drill(line.number, modal_.at_mm);
+  return true;
+}
+
+void Interpreter::run_block(const Block& block) {
+  const OrderContext context{.format = format_,
+                             .is_routing = modal_.motion || contour_ != Contour::None,
+                             .expects_count = pattern_.has_value(),
+                             .is_pecking = peck_.is_on,
+                             .is_pulsing = peck_.is_pulsing};
+  auto order = read_order(block, context, reporter_);
+  if (!order) return;
+  // In format 1000 functions hold for the line they stand in.
+  const bool holds_once = format_ == FileFormat::F1000;
+  const bool was_incremental = modal_.incremental;
+  if (holds_once && modal_.motion && order->has_xy() && !order->motion && !order->is_tool_up) {
+    return report(Code::CommandMisplaced,
+                  block,
+                  quoted(block.text) + " routs without saying how",
+                  "G1, G2 or G3 in every line of format 1000");
+  }
+  skips_surface_ = order->skips_surface;
+  run_order(block, *order);
+  if (std::exchange(skips_surface_, false)) update_cut();
+  if (holds_once && order->incremental) modal_.incremental = was_incremental;
+}
+
+/// The order of things in one line: what holds for the coordinate first, then the coordinate, then
+/// what comes behind it; texts last.
+void Interpreter::run_order(const Block& block, const Order& order) {
+  prepare(block, order);
+  events_before(block, order);
+  if (has_ended()) return;
+  move_or_measure(block, order);
+  if (has_ended()) return;
+  events_after(block, order);
+}
+
+void Interpreter::prepare(const Block& block, const Order& order) {
+  if (order.is_tool_up) end_contour(block.line);
+  take_tool(block, order);
+  if (order.is_scaled) {
+    scaling_.is_on = order.is_scaled;
+    refresh_placement();
+  }
+  if (order.incremental) modal_.incremental = *order.incremental;
+  if (order.feed_m_min) modal_.feed = mm_per_s(*order.feed_m_min * 1000 / 60);
+  if (order.parameters == ParameterKind::Rout && !order.nibble) {
+    if (order.r_mm || order.ij_mm[0] || order.ij_mm[1]) {
+      modal_.arc_step_mm = order.parameter_step_mm;
+    }
+    if (order.r_mm) {
+      modal_.radius_mm = order.r_mm;
+      modal_.center_offset_mm = {};
+    }
+    if (order.ij_mm[0] || order.ij_mm[1]) {
+      modal_.center_offset_mm = {order.ij_mm[0].value_or(0), order.ij_mm[1].value_or(0)};
+      if (!order.r_mm) modal_.radius_mm.reset();
+    }
+  }
+  set_depths(block, order);
+  set_peck(block, order);
+}
+
+/// Absolute: an axis left out stays. Incremental: it adds nothing.
+bool Interpreter::move_to(const Block&, const Order& order) {
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    double& at_mm = modal_.at_mm[static_cast<Eigen::Index>(axis)];
+    if (modal_.incremental) {
+      at_mm += order.xy_mm[axis].value_or(0);
+    } else if (order.xy_mm[axis]) {
+      at_mm = *order.xy_mm[axis];
+    }
+  }
+  if (order.has_xy()) modal_.at_step_mm = order.xy_step_mm;
+  return order.has_xy();
+}
+
+void Interpreter::move_or_measure(const Block& block, const Order& order) {
+  const bool calls = order.text == Command::Subprogram;
+  if (calls || order.text == Command::TextX || order.text == Command::TextY) {
+    if (modal_.motion || contour_ == Contour::Routing) {
+      return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+    }
+    if (pattern_)
+      return report(
+          Code::CycleUnfinished, block, panelcal::quoted(pattern_->text), "its second point");
+    if (calls && modal_.incremental && order.has_xy()) {
+      // Where a call's zero counts from is left open.
+      return report(
+          Code::ArgumentInvalid, block, quoted(block.text), "G90 before a call with X and Y");
+    }
+    if (!calls) {
+      move_to(block, order);
+      return drill_text(block, order.text == Command::TextY);
+    }
+    return call(block, order);
+  }
+  if (order.camera) return optical_order(block, order);
+  if (order.surface || (order.memory && block.n_words == 1)) return surface_order(block, order);
+  if (order.memory) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "L# alone, or with G73 or G74");
+  }
+  if (order.area) return area(block, order);
+  if (pattern_) return end_pattern(block, order);
+  if (order.v || order.nibble == Command::NibbleSlot) return begin_pattern(block, order);
+  if (order.nibble) return nibble_circle(block, order);
+  if (order.is_tool_up) return position(block, order);
+  if (order.motion || modal_.motion) return rout(block, order);
+  if (order.rounding_mm || order.clears_area || order.is_ramp) {
+    return report(Code::CommandMisplaced,
+                  block,
+                  quoted(block.text) + " asks for something that only contours have",
+                  "G1 to G50 in force");
+  }
+  if (order.stop && !order.has_xy()) return;
+  if (!move_to(block, order)) return;
+  drill(block.line, modal_.at_mm);
+}
+
+void Interpreter::report(Code code, const Block& block, std::string what, std::string expected) {
+  reporter_.report(code, block.line, block.column, std::move(what), std::move(expected));
+}
+
+}  // namespace panelcal::sieb_meyer

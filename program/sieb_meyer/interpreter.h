@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panelcal/program/emitter.h"
+#include "panelcal/program/hole_sequence.h"
+#include "panelcal/program/plain_coordinate.h"
+#include "panelcal/program/reporter.h"
+#include "panelcal/program/sieb_meyer/cnc_commands.h"
+#include "panelcal/program/sieb_meyer/corner_rounding.h"
+#include "panelcal/program/sieb_meyer/drill_patterns.h"
+#include "panelcal/program/sieb_meyer/lexer.h"
+#include "panelcal/program/sieb_meyer/optical.h"
+#include "panelcal/program/sieb_meyer/order.h"
+#include "panelcal/program/sieb_meyer/rout_figures.h"
+#include "panelcal/program/sieb_meyer/sections.h"
+#include "panelcal/program/sieb_meyer/surface_commands.h"
+#include "panelcal/program/walk.h"
+
+namespace panelcal::sieb_meyer {
+
+/// Where a walk takes its answers from and puts its operations. The first walk has sources and no
+/// sink, the second a sink and no sources.
+struct WalkEnds {
+  MeasurementSource* measurements = nullptr;
+  ProbeSource* probes = nullptr;
+  OperationSink* sink = nullptr;
+  DiagnosticLog& log;
+};
+
+/// One walk over a program. With a sink it executes; without one it measures and checks.
+///
+/// Memory does not grow with the number of holes: every copy of a section reads its text again.
+///
+/// interpreter.cc decides which line comes when and what is done in it in which order,
+/// interpreter_sections.cc has sections and subprograms, interpreter_drill.cc holes and patterns,
+/// interpreter_rout.cc contours, interpreter_depth.cc planes, peck drilling and surfaces,
+/// interpreter_events.cc what the machine does by itself, interpreter_cnc.cc the CNC commands of
+/// M49.
+class Interpreter {
+ public:
+  Interpreter(const Program& program,
+              const WalkOptions& options,
+              Survey& survey,
+              const WalkEnds& ends);
+
+  void run();
+
+ private:
+  enum class Contour : std::uint8_t {
+    None,
+    Positioned,  ///< a T0 line brought the cutter to where routing begins
+    Routing,     ///< the cutter is down
+    Figures,     ///< the last figure is finished, the cutter is up
+  };
+
+  /// What every copy of a section starts with again.
+  struct Modal {
+    Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();  ///< programmed
+    double at_step_mm = 0;                            ///< rounding of the last coordinate
+    bool incremental = false;
+    std::optional<Command> motion;  ///< G1 to G3, G45 to G50; absent: coordinates drill
+    CompensationSide side = CompensationSide::Off;
+    std::optional<double> radius_mm;                        ///< R
+    std::array<std::optional<double>, 2> center_offset_mm;  ///< I, J
+    double arc_step_mm = 0;
+    std::optional<Feed> feed;
+  };
+
+  /// A piece of a contour that waits for the next one, since its end may be rounded.
+  struct PendingPiece {
+    ContourPiece piece;
+    int line = 0;
+    std::string text;
+    std::optional<double> rounding_mm;  ///< D
+    bool finishes = false;              ///< G11
+    CompensationSide side = CompensationSide::Off;
+    DepthOfCut from;  ///< differs from `to` on a ramp
+    DepthOfCut to;
+    std::optional<Feed> feed;
+  };
+
+  /// A pattern or slot that waits for its second point.
+  struct PendingPattern {
+    int v = 0;  ///< V1 to V4; 0: the slot of G85
+    Eigen::Vector2d first_mm = Eigen::Vector2d::Zero();
+    int line = 0;
+    std::string text;
+  };
+
+  /// A square in which no hole is drilled (M58).
+  struct ForbiddenArea {
+    Position<frame::Nominal> center;
+    double half_mm = 0;
+  };
+
+  /// A subprogram that is being executed, or the program itself.
+  struct Text {
+    std::string_view bytes;
+    std::string_view file;  ///< empty: the program itself
+    const SectionTree* sections = nullptr;
+  };
+
+  // interpreter.cc
+  void run_line(const SourceLine& line);
+  bool run_plain(const SourceLine& line);
+  void run_block(const Block& block);
+  void run_order(const Block& block, const Order& order);
+  void prepare(const Block& block, const Order& order);
+  void move_or_measure(const Block& block, const Order& order);
+  bool move_to(const Block& block, const Order& order);
+  void end_program();
+  bool has_ended() const {
+    return ended_ || emitter_.is_over_limit() || measuring_.must_stop() || surface_.must_stop();
+  }
+
+  // interpreter_sections.cc
+  void run_text(const Text& text,
+                const std::vector<int>& sections,
+                LinePlace begin,
+                std::size_t end);
+  void run_section(int i_section);
+  void run_body(int i_section);
+  void run_copies(int i_section);
+  void run_copy(int i_section, const Modal& start);
+  void run_kept(int i_section);
+  bool is_kept(const Section& section) const;
+  bool has_offsets_inside(const Section& section) const;
+  void after_section(const Section& section);
+  void call(const Block& block, const Order& order);
+  void place(const Placement& placement);
+  void refresh_placement();
+  int step_number() const;
+
+  // interpreter_drill.cc
+  void drill(int line, const Eigen::Vector2d& at_mm);
+  bool is_forbidden(int line, const Eigen::Vector2d& at_mm);
+  void drill_all(int line, const HoleSequence& holes);
+  void begin_pattern(const Block& block, const Order& order);
+  void end_pattern(const Block& block, const Order& order);
+  void nibble_circle(const Block& block, const Order& order);
+  void drill_text(const Block& block, bool upwards);
+  std::optional<double> tool_diameter_mm(const Block& block);
+  bool has_tool(int line);
+
+  // interpreter_rout.cc
+  void position(const Block& block, const Order& order);
+  void end_contour(int line);
+  void rout(const Block& block, const Order& order);
+  bool make_arc(const Block& block, bool clockwise, ContourPiece& piece);
+  bool make_radius_arc(const Block& block, bool clockwise, ContourPiece& piece);
+  bool make_center_arc(const Block& block, bool clockwise, ContourPiece& piece);
+  bool make_quadrant(const Block& block, bool clockwise, ContourPiece& piece);
+  void flush_piece(PendingPiece* next);
+  void send_piece(const PendingPiece& pending);
+  void send_part(int line,
+                 const ContourPiece& piece,
+                 std::optional<Feed> feed,
+                 const DepthOfCut& from);
+  std::vector<double> cuts_of(int line, const ContourPiece& piece);
+  void figure(const Block& block, const Order& order);
+  tl::expected<FigurePath, std::string> figure_path(Command motion,
+                                                    const Order& order,
+                                                    double diameter_mm) const;
+  std::optional<Length> tool_diameter() const;
+
+  // interpreter_depth.cc
+  void set_depths(const Block& block, const Order& order);
+  void set_peck(const Block& block, const Order& order);
+  void check_peck(int line);
+  static std::string parameter_text(const Order& order);
+  void update_cut();
+  bool uses_grid() const;
+  DepthOfCut surface_cut(int line, const Eigen::Vector2d& at_mm, const DepthOfCut& cut);
+  DepthOfCut cut_at(int line, const Eigen::Vector2d& at_mm) {
+    return surface_cut(line, at_mm, base_cut_);
+  }
+  void surface_order(const Block& block, const Order& order);
+  ProbeRequest probe_request(const Block& block, const Order& order) const;
+
+  // interpreter_events.cc
+  void take_tool(const Block& block, const Order& order);
+  void events_before(const Block& block, const Order& order);
+  void events_after(const Block& block, const Order& order);
+  void function(int line, FunctionKind kind, std::string_view text);
+  void texts(const Block& block, const Order& order);
+  void message(const Block& block);
+  void area(const Block& block, const Order& order);
+
+  // interpreter_cnc.cc
+  void cnc_command(const Block& block);
+  void obey(const Block& block, const CncCommand& command);
+  bool obey_placement(const Block& block, const CncCommand& command);
+  bool obey_surface(const Block& block, const CncCommand& command);
+  void refuse_cnc(const Block& block, std::string expected);
+  void set_program_zero(const Block& block, std::string_view argument, bool is_set);
+  void set_axis_version(const Block& block, std::string_view argument);
+  bool is_scaling_decided(int line);
+
+  // interpreter_optical.cc
+  void optical_order(const Block& block, const Order& order);
+  void keep_optical_order(const Block& block, Command command);
+  void refuse_kept(const Block& block);
+  void camera_text(const Block& block, Command command);
+  TargetPlace target_place(const Block& block, Command command) const;
+
+  void report(Code code, const Block& block, std::string what, std::string expected);
+  bool is_first_walk() const { return !emitter_.is_executing(); }
+  bool keeps_structure() const { return options_.structure == Structure::Kept; }
+
+  const Program& program_;
+  const WalkOptions& options_;
+  FileFormat format_;
+  PlainReader plain_;
+  Reporter reporter_;
+  Measuring measuring_;
+  WalkPlace place_;
+  Emitter emitter_;
+  OpticalSession optical_;
+  Settings settings_;
+  SurfaceSession surface_;
+
+  Text text_;
+  LineCursor cursor_;
+  SectionTree sections_;
+  std::map<std::string, SectionTree, std::less<>> subprogram_sections_;  ///< of subprograms
+  std::vector<std::string> calls_;  ///< that are being executed
+  int depth_ = 0;                   ///< open levels
+  /// Copies and the one being executed, of every level with offsets, outermost first.
+  std::vector<std::pair<std::int64_t, std::int64_t>> steps_;
+
+  Placement frame_;      ///< of the axis version
+  Placement placement_;  ///< of the copy, without scale and rotation
+  bool deletes_blocks_;
+  bool warned_slash_ = false;
+  bool ended_ = false;
+
+  Modal modal_;
+  std::optional<Tool> tool_;
+  Contour contour_ = Contour::None;
+  std::optional<PendingPiece> piece_;
+  std::optional<PendingPattern> pattern_;
+  bool reported_no_tool_ = false;
+  bool is_plunged_ = false;
+  double step_mm_ = 0;                                  ///< rounding of the arc in hand
+  std::vector<Position<frame::Nominal>> kept_targets_;  ///< that G31 will fit; structure kept
+
+  // Depths
+  std::optional<double> z_mm_;
+  std::optional<double> k_mm_;
+  std::optional<double> slm_k_mm_;
+  DepthOfCut base_cut_;    ///< by planes and reference surface, without the grid
+  DepthOfCut ramp_start_;  ///< what it was before this line
+  bool depth_control_ = false;
+  bool skips_surface_ = false;  ///< G77, for one line
+  struct Peck {
+    bool is_on = false;
+    bool is_pulsing = false;
+    double lowering_mm = 0;
+    double first_stroke_mm = 0;
+    double factor_permille = 1000;
+  } peck_;
+
+  // CNC commands
+  Nibbling nibbling_;
+  bool clears_areas_ = false;  ///< ROUT,A
+  std::optional<bool> obeys_areas_;
+  bool warned_areas_ = false;
+  std::vector<ForbiddenArea> areas_;
+  struct Scaling {
+    Eigen::Vector2d factor = Eigen::Vector2d::Ones();
+    Eigen::Vector2d about_mm = Eigen::Vector2d::Zero();
+    std::optional<bool> is_on;  ///< M93, M92
+    bool is_set() const { return factor != Eigen::Vector2d::Ones(); }
+  } scaling_;
+  double rotation_rad_ = 0;
+  bool reported_scaling_ = false;
+};
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// Planes, depth control, peck drilling and measured surfaces.
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "panelcal/program/sieb_meyer/interpreter.h"
+#include "panelcal/program/sieb_meyer/peck.h"
+
+namespace panelcal::sieb_meyer {
+
+void Interpreter::set_depths(const Block& block, const Order& order) {
+  ramp_start_ = base_cut_;
+  if (order.h_mm) {
+    if (*order.h_mm < 0) {
+      report(Code::ArgumentInvalid, block, quoted(block.text), "H above zero");
+      return;
+    }
+    const std::string plane = fmt::format("H{:.3f}", *order.h_mm);
+    emitter_.put(block.line, Setting{plane});
+  }
+  if (order.z_mm && *order.z_mm < 0) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "Z above zero");
+  }
+  const bool is_slm_k = order.surface == Command::SurfaceOn;
+  if (order.k_mm && !is_slm_k && *order.k_mm < 0) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "K above zero");
+  }
+  if (order.is_ramp && !order.z_mm) {
+    return report(
+        Code::CoordinateMissing, block, quoted(block.text), "G6Z# with the plane at the end");
+  }
+  if (order.z_mm) z_mm_ = order.z_mm;
+  if (order.k_mm) (is_slm_k ? slm_k_mm_ : k_mm_) = order.k_mm;
+  if (order.depth_control) depth_control_ = *order.depth_control;
+  const bool changes = order.z_mm || order.k_mm || order.depth_control || order.skips_surface;
+  if (changes) update_cut();
+}
+
+/// What holds for holes and contours from here on, but for what a grid adds at each place.
+void Interpreter::update_cut() {
+  base_cut_ = {};
+  if (surface_.is_on() && !skips_surface_) {
+    if (slm_k_mm_) base_cut_.depth = mm(*slm_k_mm_);
+    base_cut_.surface = surface_.reference();
+  } else if (depth_control_) {
+    if (k_mm_) base_cut_.depth = mm(*k_mm_);
+  } else if (z_mm_) {
+    base_cut_.z = mm(*z_mm_);
+  }
+  emitter_.set_cut(base_cut_);
+}
+
+bool Interpreter::uses_grid() const {
+  return surface_.has_grid() && !skips_surface_ && !depth_control_ && !surface_.is_on();
+}
+
+/// The measured grid raises and lowers the working plane with the surface.
+DepthOfCut Interpreter::surface_cut(int line, const Eigen::Vector2d& at_mm, const DepthOfCut& cut) {
+  if (!uses_grid()) return cut;
+  const Eigen::Vector2d nominal_mm =
+      place_.placement(position_mm<frame::Programmed>(at_mm)).in_mm();
+  const auto deviation = surface_.deviation_at(line, nominal_mm);
+  if (!deviation) return cut;
+  DepthOfCut moved = cut;
+  if (moved.z) *moved.z = *moved.z + *deviation;
+  moved.surface = surface_.grid_reference_height() + *deviation;
+  return moved;
+}
+
+// --- peck and pulse drilling -------------------------------------------------------------------
+
+void Interpreter::set_peck(const Block& block, const Order& order) {
+  const bool pecks = order.parameters == ParameterKind::Peck;
+  const bool pulses = order.parameters == ParameterKind::Pulse;
+  const bool says_numbers = order.ij_mm[0] || order.ij_mm[1] || order.percent || order.permille;
+  if (pecks && says_numbers) {
+    if (order.ij_mm[0]) peck_.lowering_mm = *order.ij_mm[0];
+    if (order.ij_mm[1]) peck_.first_stroke_mm = *order.ij_mm[1];
+    if (order.permille) peck_.factor_permille = *order.permille;
+    const bool is_percent = !order.percent || (*order.percent >= 0 && *order.percent <= 100);
+    if (!is_percent || peck_.factor_permille > 1000) {
+      return report(Code::ArgumentInvalid,
+                    block,
+                    quoted(block.text),
+                    "P of 0 to 100 %, W of 0 to 1000 permille");
+    }
+  }
+  if (order.percent && !pecks) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "P# with G81");
+  }
+  if (order.dwell_ms && !pulses) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "E# with G89");
+  }
+  if (order.peck) {
+    peck_.is_on = *order.peck;
+    if (peck_.is_on) peck_.is_pulsing = false;
+  }
+  if (order.pulse) {
+    peck_.is_pulsing = *order.pulse;
+    if (peck_.is_pulsing) peck_.is_on = false;
+  }
+  const std::string numbers = (pecks && says_numbers) || pulses ? parameter_text(order) : "";
+  if (order.peck || (pecks && says_numbers)) {
+    const bool is_on = peck_.is_on;
+    function(block.line,
+             is_on ? FunctionKind::PeckOn : FunctionKind::PeckOff,
+             is_on ? "G81" + numbers : "G80");
+    if (is_on) check_peck(block.line);
+  }
+  if (order.pulse || (pulses && says_numbers)) {
+    const bool is_on = peck_.is_pulsing;
+    function(block.line,
+             is_on ? FunctionKind::PulseOn : FunctionKind::PulseOff,
+             is_on ? "G89" + numbers : "G88");
+  }
+}
+
+/// The peck numbers of a line as format 5000 writes them.
+std::string Interpreter::parameter_text(const Order& order) {
+  std::string text;
+  const auto add = [&text](char letter, const std::optional<double>& value, bool is_length) {
+    if (!value) return;
+    std::string number = fmt::format("{:.6g}", *value);
+    if (is_length && number.find('.') == std::string::npos) number += '.';
+    text += letter + number;
+  };
+  add('I', order.ij_mm[0], true);
+  add('P', order.percent, false);
+  add('J', order.ij_mm[1], true);
+  add('W', order.permille, false);
+  add('E', order.dwell_ms, false);
+  if (order.parameters == ParameterKind::Pulse) add('R', order.r_mm, true);
+  return text;
+}
+
+/// Says whether the partial strokes reach the working plane.
+void Interpreter::check_peck(int line) {
+  if (depth_control_ ? !k_mm_ : !z_mm_) return;
+  // I is a height above the same surface that the working plane is measured from.
+  const double distance_mm =
+      depth_control_ ? peck_.lowering_mm + *k_mm_ : peck_.lowering_mm - *z_mm_;
+  if (distance_mm < 0) return;
+  const auto strokes = peck_strokes(distance_mm, peck_.first_stroke_mm, peck_.factor_permille);
+  if (!strokes) {
+    return reporter_.report(Code::CycleInvalid, line, 1, "G81: " + strokes.error(), "");
+  }
+  if (strokes->reaches_target) return;
+  reporter_.report(Code::PeckTargetMissed,
+                   line,
+                   1,
+                   fmt::format("{} partial strokes end {:.3f} mm above the working plane",
+                               strokes->strokes_mm.size(),
+                               strokes->remaining_mm),
+                   "a larger J or W, or PEKM,D at the control");
+}
+
+// --- surface detection -------------------------------------------------------------------------
+
+ProbeRequest Interpreter::probe_request(const Block& block, const Order& order) const {
+  ProbeRequest request;
+  request.line = block.line;
+  request.file = std::string(place_.file);
+  request.command = code_text(*order.surface);
+  request.nominal = place_.placement(position_mm<frame::Programmed>(modal_.at_mm));
+  request.expected = measuring_.corrections().stack.actual_from_nominal()(request.nominal).position;
+  request.work_zero = place_.work_zero;
+  request.path = place_.path;
+  request.tool = tool_ ? tool_->number : 0;
+  request.memory = order.memory;
+  if (depth_control_ && k_mm_) request.depth = mm(*k_mm_);
+  return request;
+}
+
+void Interpreter::surface_order(const Block& block, const Order& order) {
+  if (contour_ == Contour::Routing) {
+    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+  }
+  if (keeps_structure()) {
+    report(
+        Code::NotSupported, block, quoted(block.text) + " has no form in the other language", "");
+    ended_ = true;
+    return;
+  }
+  const bool has_place = move_to(block, order);
+  const auto needs_place = [&] {
+    if (has_place) return emitter_.count_target(block.line);
+    report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the place to probe");
+    return false;
+  };
+  if (!order.surface) {
+    surface_.take_reference(block.line, *order.memory);
+    return update_cut();
+  }
+  switch (*order.surface) {
+    case Command::SurfaceOn:
+      surface_.switch_on();
+      break;
+    case Command::SurfaceOff:
+      surface_.switch_off();
+      break;
+    case Command::SurfaceClear:
+      surface_.clear_memory();
+      break;
+    case Command::SurfaceDetect:
+      if (!has_place) {
+        surface_.store_last(block.line, order.memory);
+      } else if (emitter_.count_target(block.line)) {
+        surface_.detect(probe_request(block, order));
+      }
+      break;
+    case Command::SurfaceAverage:
+      if (!order.memory) {
+        return report(Code::ArgumentInvalid, block, quoted(block.text), "G74L#");
+      }
+      surface_.average(block.line, *order.memory);
+      break;
+    case Command::ProbeRetract:
+      function(block.line, FunctionKind::RetractProbe, "G75");
+      break;
+    case Command::DepthRecord:
+      if (needs_place()) surface_.record(probe_request(block, order));
+      break;
+    case Command::GridReference:
+      if (needs_place()) surface_.grid_reference(probe_request(block, order));
+      break;
+    default:
+      if (needs_place()) surface_.grid_point(probe_request(block, order));
+      break;
+  }
+  update_cut();
+  // G71 and G70 may stand in the line of a hole; a probed place is none.
+  const bool probes = order.surface != Command::SurfaceOn && order.surface != Command::SurfaceOff;
+  if (has_place && !probes) drill(block.line, modal_.at_mm);
+}
+
+}  // namespace panelcal::sieb_meyer

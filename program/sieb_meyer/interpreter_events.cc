@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tools, and what the machine does by itself.
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "panelcal/program/sieb_meyer/interpreter.h"
+
+namespace panelcal::sieb_meyer {
+
+/// A tool that is in the spindle already is not changed.
+void Interpreter::take_tool(const Block& block, const Order& order) {
+  if (!order.tool) return;
+  if (is_plunged_ || piece_) {
+    return report(
+        Code::ContourUnclosed, block, quoted(block.text), "a T0 line before the tool change");
+  }
+  if (tool_ && tool_->number == *order.tool) return;
+  const auto defined = program_.layout.tools.find(*order.tool);
+  tool_ = defined == program_.layout.tools.end() ? Tool{.number = *order.tool} : defined->second;
+  emitter_.take(block.line, {*tool_, std::nullopt});
+}
+
+void Interpreter::function(int line, FunctionKind kind, std::string_view text) {
+  emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
+}
+
+void Interpreter::events_before(const Block& block, const Order& order) {
+  if (order.may_stop) {
+    if ((order.motion || modal_.motion) && !order.is_tool_up) {
+      return report(
+          Code::ContourUnclosed, block, quoted(block.text), "M20 in a T0 line or a drilling line");
+    }
+    emitter_.put(block.line, panelcal::Stop{.kind = StopKind::Optional});
+  }
+  if (order.checks_breakage) {
+    const bool is_on = *order.checks_breakage;
+    function(block.line,
+             is_on ? FunctionKind::BreakageCheckOn : FunctionKind::BreakageCheckOff,
+             is_on ? "M95" : "M94");
+  }
+  for (const Command command : order.functions) {
+    function(block.line, FunctionKind::MachineFunction, code_text(command));
+  }
+  texts(block, order);
+}
+
+/// Texts that do not drill are done before the coordinate of their line, like a stop.
+void Interpreter::texts(const Block& block, const Order& order) {
+  if (!order.text) return;
+  switch (*order.text) {
+    case Command::UserMessage:
+      return message(block);
+    case Command::CncCommand:
+      if (block.n_words != 1) {
+        return report(Code::BlockNotAlone, block, quoted(block.text), "M49 in a line of its own");
+      }
+      return cnc_command(block);
+    case Command::DeviceText:
+      return function(block.line, FunctionKind::TextForDevice, block.argument);
+    case Command::CameraByte:
+    case Command::CameraText:
+    case Command::CorrectionValues:
+      return camera_text(block, *order.text);
+    default:
+      return;  // M97, M98 and M99 come in the coordinate's place
+  }
+}
+
+/// The signs that the control takes from the text's beginning are the control's.
+void Interpreter::message(const Block& block) {
+  if (is_plunged_ || piece_) {
+    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+  }
+  emitter_.put(block.line, Message{block.argument});
+}
+
+void Interpreter::events_after(const Block& block, const Order& order) {
+  if (!order.stop) return;
+  const bool goes_home = *order.stop == Command::MachineZero;
+  function(block.line,
+           goes_home ? FunctionKind::MachineZero : FunctionKind::ParkPosition,
+           goes_home ? "M28" : "M29");
+}
+
+/// M56 to M58: check areas are the control's, forbidden ones leave holes out.
+void Interpreter::area(const Block& block, const Order& order) {
+  if (!move_to(block, order)) {
+    return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the area");
+  }
+  if (!obeys_areas_ && !std::exchange(warned_areas_, true)) {
+    reporter_.report(Code::AreasAssumed,
+                     block.line,
+                     block.column,
+                     quoted(block.text) + " is obeyed",
+                     "M49,PRGM,C or M49,PRGM,-C, or [program] obeys_areas in machine.toml");
+  }
+  if (!obeys_areas_.value_or(true)) return;
+  if (*order.area != Command::ForbiddenArea) {
+    return function(block.line, FunctionKind::CheckArea, block.text);
+  }
+  constexpr std::size_t kMostAreas = 99;
+  if (!order.rounding_mm || *order.rounding_mm <= 0) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "M58D# with the edge's length");
+  }
+  const auto center = place_.placement(position_mm<frame::Programmed>(modal_.at_mm));
+  const double half_mm = *order.rounding_mm / 2;
+  const bool is_known = std::ranges::any_of(areas_, [&](const ForbiddenArea& known) {
+    return known.center == center && known.half_mm == half_mm;
+  });
+  if (is_known) return;
+  if (areas_.size() == kMostAreas) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "at most 99 forbidden areas");
+  }
+  areas_.push_back({center, half_mm});
+  function(block.line, FunctionKind::ForbiddenArea, block.text);
+}
+
+}  // namespace panelcal::sieb_meyer

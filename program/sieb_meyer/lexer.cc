@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/sieb_meyer/lexer.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include <fmt/format.h>
+
+namespace panelcal::sieb_meyer {
+namespace {
+
+constexpr auto kCommands = std::to_array<CommandInfo>({
+#define SIEB_MEYER_COMMAND(name, letter, number, kind, operands, formats, section, effect, test) \
+  {Command::name, letter, number, CommandClass::kind, operands, formats, section, effect, test},
+#include "panelcal/program/sieb_meyer/commands.def"
+});
+
+constexpr auto kWords = std::to_array<WordInfo>({
+#define SIEB_MEYER_WORD(form, kind, formats, section, effect, test) \
+  {form, CommandClass::kind, formats, section, effect, test},
+#include "panelcal/program/sieb_meyer/commands.def"
+});
+
+constexpr std::size_t kCodes = 100;
+
+/// Index into kCommands by the code's number, one more so that zero is none.
+using CodeIndex = std::array<std::uint8_t, kCodes>;
+
+constexpr CodeIndex index_of(char letter) {
+  CodeIndex index{};
+  for (std::size_t i = 0; i < kCommands.size(); ++i) {
+    if (kCommands[i].letter != letter) continue;
+    index[static_cast<std::size_t>(kCommands[i].number)] = static_cast<std::uint8_t>(i + 1);
+  }
+  return index;
+}
+constexpr CodeIndex kGCodes = index_of('G');
+constexpr CodeIndex kMCodes = index_of('M');
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+bool is_number_character(char c) {
+  return is_digit(c) || c == '+' || c == '-' || c == '.';
+}
+bool is_gap(char c) {
+  return c == ' ' || c == '\t';
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_gap(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_gap(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+bool takes_text(Command command) {
+  switch (command) {
+    case Command::UserMessage:
+    case Command::CncCommand:
+    case Command::CameraText:
+    case Command::DeviceText:
+    case Command::TextX:
+    case Command::TextY:
+    case Command::Subprogram:
+    case Command::CameraByte:
+    case Command::CorrectionValues:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+std::span<const CommandInfo> command_table() {
+  return kCommands;
+}
+
+std::span<const WordInfo> word_table() {
+  return kWords;
+}
+
+const CommandInfo& info(Command command) {
+  return kCommands.at(static_cast<std::size_t>(command));
+}
+
+std::string code_text(Command command) {
+  const CommandInfo& row = info(command);
+  return fmt::format("{}{}", row.letter, row.number);
+}
+
+std::optional<Command> command_of(const Word& word) {
+  if (word.number.empty() || word.number.size() > 2) return std::nullopt;
+  std::size_t number = 0;
+  for (const char c : word.number) {
+    if (!is_digit(c)) return std::nullopt;
+    number = number * 10 + static_cast<std::size_t>(c - '0');
+  }
+  const std::uint8_t found = (word.letter == 'G' ? kGCodes : kMCodes).at(number);
+  if (found == 0) return std::nullopt;
+  return kCommands.at(found - 1U).command;
+}
+
+bool is_offset(Command command) {
+  return command == Command::Offset || command == Command::OffsetTurned ||
+         command == Command::OffsetMirrorX || command == Command::OffsetMirrorY ||
+         command == Command::OffsetHalfTurn;
+}
+
+bool is_camera(Command command) {
+  switch (command) {
+    case Command::CorrectionOff:
+    case Command::CorrectionOn:
+    case Command::Measure:
+    case Command::FinishMeasure:
+    case Command::CorrectionClear:
+    case Command::CameraByte:
+    case Command::MeasureOffset:
+    case Command::CorrectionValues:
+    case Command::CameraText:
+      return true;
+    default:
+      return false;
+  }
+}
+
+std::optional<LexFault> lex(const SourceLine& line, Block& block) {
+  block.line = line.number;
+  block.text = trimmed(line.text);
+  const auto column_of = [&line](const char* at) {
+    return line.column + static_cast<int>(at - line.text.data());
+  };
+  block.column = column_of(block.text.data());
+  block.n_words = 0;
+  block.argument = {};
+  block.argument_column = 0;
+  std::string_view rest = block.text;
+  while (true) {
+    while (!rest.empty() && is_gap(rest.front())) rest.remove_prefix(1);
+    if (rest.empty() || rest.front() == '(') return std::nullopt;
+    const char letter = rest.front();
+    if (letter < 'A' || letter > 'Z') {
+      return LexFault{column_of(rest.data()), rest.substr(0, 1), "a capital letter with a number"};
+    }
+    if (block.n_words == Block::kMaxWords) {
+      return LexFault{column_of(rest.data()), rest, "at most 32 words in a line"};
+    }
+    std::size_t n = 1;
+    while (n < rest.size() && is_number_character(rest[n])) ++n;
+    const Word word{letter, column_of(rest.data()), rest.substr(1, n - 1)};
+    block.words[block.n_words++] = word;
+    rest.remove_prefix(n);
+    if (letter != 'G' && letter != 'M') continue;
+    const auto command = command_of(word);
+    if (!command || !takes_text(*command)) continue;
+    std::string_view text = trimmed(rest);
+    if (text.empty()) return std::nullopt;
+    if (text.front() == ',') {
+      text = trimmed(text.substr(1));
+    } else if (*command != Command::UserMessage) {
+      return LexFault{column_of(text.data()), text, "a comma before the text"};
+    }
+    block.argument = text;
+    block.argument_column = column_of(text.data());
+    return std::nullopt;
+  }
+}
+
+bool is_blank(std::string_view line) {
+  line = trimmed(line);
+  return line.empty() || line.front() == '(';
+}
+
+std::optional<SourceLine> without_slash(const SourceLine& line) {
+  const std::string_view text = trimmed(line.text);
+  if (text.empty() || text.front() != '/') return std::nullopt;
+  const int at = static_cast<int>(text.data() - line.text.data());
+  return SourceLine{text.substr(1), line.number, line.column + at + 1};
+}
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/sieb_meyer/optical.h"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace panelcal::sieb_meyer {
+namespace {
+
+/// Both are sums of the same program's numbers, but not always in the same order.
+bool is_same_place(const Placement& a, const Placement& b) {
+  constexpr double kRounding_mm = 1e-6;
+  return a.linear() == b.linear() && (a.translation() - b.translation()).norm() < kRounding_mm;
+}
+
+}  // namespace
+
+OpticalSession::OpticalSession(Measuring& measuring,
+                               const WalkOptions& options,
+                               const Reporter& reporter)
+    : measuring_(measuring),
+      options_(options),
+      reporter_(reporter),
+      mode_(options.sieb_meyer.measurement_mode),
+      pattern_mode_(options.sieb_meyer.pattern_mode),
+      tool_(options.sieb_meyer.vision_tool) {
+}
+
+// --- measuring ---------------------------------------------------------------------------------
+
+/// A correction that is on says better than the drawing where to look.
+Position<frame::Actual> OpticalSession::corrected(const Position<frame::Nominal>& nominal) const {
+  return measuring_.corrections().stack.actual_from_nominal()(nominal).position;
+}
+
+std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
+                                                const Position<frame::Actual>& expected) {
+  was_just_turned_off_ = false;
+  MeasurementRequest request;
+  request.line = target.line;
+  request.file = target.file;
+  request.command = code_text(target.command);
+  request.settings.tools = {tool_};
+  request.nominal = target.nominal;
+  request.expected = expected;
+  request.work_zero = target.work_zero;
+  request.path = target.path;
+  return measuring_.measure(std::move(request));
+}
+
+void OpticalSession::measure(const TargetPlace& target) {
+  const auto index = look(target, corrected(target.nominal));
+  if (!index) return;
+  if (measurements_.empty()) first_line_ = target.line;
+  measurements_.push_back(*index);
+  has_lost_ |= !measuring_.is_found(*index);
+  add_point(target, *index);
+}
+
+void OpticalSession::add_point(const TargetPlace& target, std::size_t i_measurement) {
+  FitPoint point = measuring_.fit_point(i_measurement);
+  const bool finishes = target.command == Command::FinishMeasure;
+  switch (mode_) {
+    case 2:
+    case 3:
+      layers_.push_back(point);
+      if (finishes) close_layers();
+      return;
+    case 5:
+      point.axes = finishes ? ObservedAxes::X : ObservedAxes::Y;
+      break;
+    default:
+      break;
+  }
+  points_.push_back(point);
+}
+
+/// One point of all layers: their mean, and how far they are apart.
+void OpticalSession::close_layers() {
+  Eigen::Vector2d nominal_mm = Eigen::Vector2d::Zero();
+  Eigen::Vector2d measured_mm = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();
+  for (const FitPoint& layer : layers_) {
+    nominal_mm += layer.nominal.in_mm();
+    measured_mm += layer.measured.position.in_mm();
+    cov_mm2 += layer.measured.cov;
+    for (const FitPoint& other : layers_) {
+      const Eigen::Vector2d apart_mm = (layer.measured.position.in_mm() - layer.nominal.in_mm()) -
+                                       (other.measured.position.in_mm() - other.nominal.in_mm());
+      spread_mm_ = std::max(spread_mm_, apart_mm.norm());
+    }
+  }
+  const auto n = static_cast<double>(layers_.size());
+  points_.push_back({.nominal = position_mm<frame::Nominal>(nominal_mm / n),
+                     .measured = {position_mm<frame::Actual>(measured_mm / n), cov_mm2 / (n * n)},
+                     .i_measurement = layers_.back().i_measurement});
+  layers_.clear();
+}
+
+std::optional<PositionEstimate<frame::Actual>> OpticalSession::measure_hole(
+    const TargetPlace& target) {
+  const auto index = look(target, corrected(target.nominal));
+  if (!index || !measuring_.is_found(*index)) return std::nullopt;
+  const Measurement& measurement = measuring_.measurement(*index);
+  if (measuring_.is_first_pass()) {
+    measuring_.gate_hole(measurement, is_on_ ? CorrectionLevel::Nested : CorrectionLevel::Base);
+  }
+  return measurement.measured;
+}
+
+/// The pattern's points are looked for where the board's correction puts them, and give one offset
+/// on top of it.
+void OpticalSession::measure_pattern(const TargetPlace& target) {
+  constexpr std::size_t kMostPoints = 2;
+  if (pattern_points_.size() == kMostPoints) {
+    reporter_.report(Code::CommandMisplaced,
+                     target.line,
+                     1,
+                     "a third G36 in one pattern",
+                     "at most two measuring points in a pattern under CAMA");
+    measuring_.stop();
+    return;
+  }
+  const Eigen::Vector2d expected_mm =
+      measuring_.corrections().stack.base_from_nominal()(target.nominal).in_mm();
+  const auto index = look(target, position_mm<frame::Actual>(expected_mm));
+  if (!index) return;
+  has_lost_in_pattern_ |= !measuring_.is_found(*index);
+  pattern_measurements_.push_back(*index);
+  pattern_points_.push_back(measuring_.fit_point(*index));
+  SeriesResult series = new_series(CorrectionLevel::Nested, target);
+  series.measurements = pattern_measurements_;
+  series.model = PanelModel::Offset;
+  std::vector<FitPoint> points;
+  if (!has_lost_in_pattern_) points = pattern_points_;
+  nested_ = measuring_.fit(std::move(series), points);
+  measuring_.activate(*nested_, target.line);
+}
+
+// --- corrections -------------------------------------------------------------------------------
+
+SeriesResult OpticalSession::new_series(CorrectionLevel level, const TargetPlace& place) const {
+  SeriesResult series;
+  series.level = level;
+  series.line = level == CorrectionLevel::Base ? first_line_ : place.line;
+  series.path = place.path;
+  series.placement = place.placement;
+  return series;
+}
+
+int OpticalSession::n_equations() const {
+  int n = 0;
+  for (const FitPoint& point : points_) n += point.axes == ObservedAxes::Both ? 2 : 1;
+  return n;
+}
+
+void OpticalSession::calculate(const TargetPlace& place) {
+  was_just_turned_off_ = false;
+  if (!layers_.empty()) {
+    reporter_.report(Code::SeriesUnfinished,
+                     place.line,
+                     1,
+                     fmt::format("G31 comes after {} layers of a target", layers_.size()),
+                     "G33 for its last layer");
+    measuring_.stop();
+    return;
+  }
+  if (points_.empty() && !base_) {
+    reporter_.report(Code::CorrectionMissing,
+                     place.line,
+                     1,
+                     "G31 has nothing to calculate from",
+                     "G32 before it");
+    measuring_.stop();
+    return;
+  }
+  if (!points_.empty()) {
+    SeriesResult series = new_series(CorrectionLevel::Base, place);
+    series.measurements = std::exchange(measurements_, {});
+    const int n = n_equations();
+    const PanelModel usual = default_model_of_equations(n, options_.sieb_meyer.fits_scale);
+    series.model = n <= 2 ? PanelModel::Offset : options_.model.value_or(usual);
+    if (spread_mm_ > 0) series.layer_spread = mm(std::exchange(spread_mm_, 0));
+    const std::vector<FitPoint> points = std::exchange(points_, {});
+    base_ = measuring_.fit(std::move(series),
+                           std::exchange(has_lost_, false) ? std::span<const FitPoint>()
+                                                           : std::span<const FitPoint>(points));
+  }
+  nested_.reset();
+  is_on_ = true;
+  measuring_.activate(*base_, place.line);
+}
+
+void OpticalSession::turn_off() {
+  if (std::exchange(was_just_turned_off_, true)) return clear();
+  is_on_ = false;
+  measuring_.corrections().clear_base();
+}
+
+void OpticalSession::clear() {
+  is_on_ = false;
+  was_just_turned_off_ = false;
+  base_.reset();
+  nested_.reset();
+  points_.clear();
+  measurements_.clear();
+  layers_.clear();
+  has_lost_ = false;
+  measuring_.corrections().clear_base();
+}
+
+void OpticalSession::end_copy() {
+  pattern_points_.clear();
+  pattern_measurements_.clear();
+  has_lost_in_pattern_ = false;
+  if (!std::exchange(nested_, std::nullopt)) return;
+  measuring_.corrections().clear_nested();
+}
+
+void OpticalSession::end_program(int line) {
+  if (measurements_.empty() || measuring_.must_stop()) return;
+  reporter_.report(
+      Code::SeriesUnfinished,
+      line,
+      1,
+      fmt::format(
+          "{} targets measured since line {} are never used", measurements_.size(), first_line_),
+      "G31 behind them");
+}
+
+// --- saved sets --------------------------------------------------------------------------------
+
+bool OpticalSession::organize(const Block& block, int step, const TargetPlace& place) {
+  was_just_turned_off_ = false;
+  const std::string_view text = block.argument;
+  const auto is_word = [&](std::string_view word) { return text.starts_with(word); };
+  const auto slot_behind = [&](std::string_view word) -> std::optional<int> {
+    const std::string_view number = text.substr(word.size());
+    return number.empty() ? std::optional(step) : parse_count(number);
+  };
+  const auto refuse = [&](std::string expected) {
+    reporter_.report(Code::ArgumentInvalid,
+                     block.line,
+                     block.argument_column,
+                     quoted(text),
+                     std::move(expected));
+    measuring_.stop();
+    return false;
+  };
+  if (text == "DELALL") {
+    saved_.clear();
+    return false;
+  }
+  for (const std::string_view word : {"SAVE", "LOAD", "CLEAR"}) {
+    if (!is_word(word)) continue;
+    const auto slot = slot_behind(word);
+    if (!slot) return refuse(std::string(word) + " or " + std::string(word) + "# with a number");
+    if (*slot < 1 || *slot > static_cast<int>(kMostSets)) {
+      reporter_.report(Code::CorrectionSetsFull,
+                       block.line,
+                       block.argument_column,
+                       fmt::format("{} asks for storage location {}", quoted(block.text), *slot),
+                       fmt::format("1 to {}", kMostSets));
+      measuring_.stop();
+      return false;
+    }
+    if (word == "SAVE") save(block, *slot, text.size() > word.size(), place);
+    if (word == "LOAD") load(block, *slot, place);
+    if (word == "CLEAR") saved_.erase(*slot);
+    return false;
+  }
+  const bool is_spindle = text == "SPOP" || text == "SPOP1" || text == "SPOP2" ||
+                          text == "SPISPI" || (is_word("SPOF") && parse_count(text.substr(4)));
+  if (is_spindle) {
+    measurements_.clear();  // what was measured is for the spindle's offset
+    points_.clear();
+    reporter_.report(Code::CalibrationNotPerformed,
+                     block.line,
+                     block.column,
+                     quoted(block.text) + " is passed on, not performed");
+    return true;
+  }
+  if (text == "REQCOMP") {
+    reporter_.report(Code::NotSupported,
+                     block.line,
+                     block.argument_column,
+                     quoted(block.text) + " takes a correction that only the camera computer knows",
+                     "G32 and G31");
+    measuring_.stop();
+    return false;
+  }
+  return refuse("SAVE, LOAD, CLEAR, DELALL, SPOP, SPOP1, SPOP2, SPISPI, SPOF# or REQCOMP");
+}
+
+void OpticalSession::save(const Block& block, int slot, bool has_number, const TargetPlace& place) {
+  if (!base_ && !nested_) {
+    reporter_.report(Code::CorrectionMissing,
+                     block.line,
+                     block.column,
+                     quoted(block.text) + " has nothing to save",
+                     "G32 and G31 before it");
+    measuring_.stop();
+    return;
+  }
+  saved_[slot] = {base_, nested_, place.placement, place.copies, has_number, block.line};
+}
+
+/// Without a number of its own a set belongs to the copy it was measured on: another structure of
+/// sections counts its copies in another order.
+void OpticalSession::load(const Block& block, int slot, const TargetPlace& place) {
+  const auto found = saved_.find(slot);
+  if (found == saved_.end()) {
+    reporter_.report(Code::CorrectionMissing,
+                     block.line,
+                     block.column,
+                     fmt::format("{}: nothing was saved in location {}", quoted(block.text), slot),
+                     "G39,SAVE earlier in the program");
+    measuring_.stop();
+    return;
+  }
+  const SavedSet& set = found->second;
+  const bool asks_by_step = block.argument == "LOAD";
+  const bool is_same = set.copies == place.copies && is_same_place(set.placement, place.placement);
+  if (asks_by_step && !set.has_number && !is_same) {
+    reporter_.report(
+        Code::StoredElsewhere,
+        block.line,
+        block.column,
+        fmt::format("{} takes a set that line {} saved in other sections or at another "
+                    "zero",
+                    quoted(block.text),
+                    set.line),
+        "the same sections and offsets as where it was saved");
+    measuring_.stop();
+    return;
+  }
+  base_ = set.base;
+  nested_ = set.nested;
+  is_on_ = true;
+  measuring_.corrections().clear_base();
+  if (base_) measuring_.activate(*base_, block.line);
+  if (nested_) measuring_.activate(*nested_, block.line);
+}
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panelcal/program/measuring.h"
+#include "panelcal/program/sieb_meyer/lexer.h"
+#include "panelcal/program/sieb_meyer/settings.h"
+
+namespace panelcal::sieb_meyer {
+
+/// A target as the program names it.
+struct TargetPlace {
+  Command command = Command::Measure;
+  int line = 0;
+  std::string file;  ///< of a subprogram; empty: the program itself
+  InstancePath path;
+  Position<frame::Nominal> nominal;
+  Placement placement;
+  Position<frame::Machine> work_zero;
+  std::vector<std::int64_t> copies;  ///< how many each level of sections has, outermost first
+};
+
+/// The optical measurement of one walk: points that wait for G31, the correction in force, and the
+/// sets saved by G39.
+///
+/// Points gather until G31 fits them all; it uses them up. By scalar equations (a point gives two,
+/// a slot of mode 5 one) fewer than 3 give an offset, fewer than 6 a rotation as well, from 6 on as
+/// the machine's configuration says. Modes 2 and 3 measure a target layer by layer and take the
+/// mean.
+///
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 9 Optical Measurement; semantics page
+/// See    tests/program/sieb_meyer/optical_manual_test.cc
+class OpticalSession {
+ public:
+  OpticalSession(Measuring& measuring, const WalkOptions& options, const Reporter& reporter);
+
+  void set_mode(int mode) { mode_ = mode; }
+  void set_pattern_mode(bool is_on) { pattern_mode_ = is_on; }
+  bool is_pattern_mode() const { return pattern_mode_; }
+  void select_tool(int number) { tool_ = number; }
+
+  void measure(const TargetPlace& target);  // G32, G33
+  /// G36 under NOCAMA: where the hole is to be drilled; absent if the target was not found.
+  std::optional<PositionEstimate<frame::Actual>> measure_hole(const TargetPlace& target);
+  void measure_pattern(const TargetPlace& target);  // G36 under CAMA
+  void calculate(const TargetPlace& place);         // G31
+  void turn_off();                                  // G30
+  void clear();                                     // G34
+  /// G39; `step` is the number of the pattern's copy, which SAVE, LOAD and CLEAR mean without one
+  /// of their own. True: an order for the machine, to be passed on.
+  bool organize(const Block& block, int step, const TargetPlace& place);
+  /// A pattern's own offset ends with its copy.
+  void end_copy();
+  /// Reports targets that nothing was calculated from.
+  void end_program(int line);
+
+ private:
+  static constexpr std::size_t kMostSets = 1000;
+
+  /// What G39,SAVE keeps.
+  struct SavedSet {
+    std::optional<std::size_t> base;
+    std::optional<std::size_t> nested;
+    Placement placement;
+    std::vector<std::int64_t> copies;
+    bool has_number = false;  ///< the program named it
+    int line = 0;
+  };
+
+  std::optional<std::size_t> look(const TargetPlace& target,
+                                  const Position<frame::Actual>& expected);
+  Position<frame::Actual> corrected(const Position<frame::Nominal>& nominal) const;
+  void add_point(const TargetPlace& target, std::size_t i_measurement);
+  void close_layers();
+  SeriesResult new_series(CorrectionLevel level, const TargetPlace& place) const;
+  int n_equations() const;
+  void save(const Block& block, int slot, bool has_number, const TargetPlace& place);
+  void load(const Block& block, int slot, const TargetPlace& place);
+
+  Measuring& measuring_;
+  const WalkOptions& options_;
+  const Reporter& reporter_;
+  int mode_;
+  bool pattern_mode_;
+  int tool_;
+
+  std::vector<FitPoint> points_;
+  std::vector<std::size_t> measurements_;  ///< that points_ are made of
+  std::vector<FitPoint> layers_;           ///< of the target that G33 will finish
+  bool has_lost_ = false;                  ///< one of them was not found
+  int first_line_ = 0;
+  double spread_mm_ = 0;
+  std::vector<FitPoint> pattern_points_;  ///< of the copy that is executed
+  std::vector<std::size_t> pattern_measurements_;
+  bool has_lost_in_pattern_ = false;
+
+  std::optional<std::size_t> base_;    ///< the last one calculated or loaded
+  std::optional<std::size_t> nested_;  ///< of this pattern
+  bool is_on_ = false;
+  bool was_just_turned_off_ = false;
+  std::map<int, SavedSet> saved_;
+};
+
+}  // namespace panelcal::sieb_meyer

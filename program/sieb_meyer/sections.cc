@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/sieb_meyer/sections.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "panelcal/program/sieb_meyer/lexer.h"
+
+namespace panelcal::sieb_meyer {
+namespace {
+
+/// What a line means for the structure.
+struct LineRole {
+  int n_open = 0;
+  int n_close = 0;
+  bool is_offset = false;
+  bool works = false;  ///< it moves, measures or calls
+  SectionContent has;
+};
+
+LineRole role_of(const Block& block) {
+  LineRole role;
+  for (const Word& word : block.all()) {
+    if (word.letter == 'X' || word.letter == 'Y') role.works = true;
+    if (word.letter == 'T') role.has.tool_changes = true;
+    if (word.letter != 'G' && word.letter != 'M') continue;
+    const auto command = command_of(word);
+    if (!command) continue;
+    if (*command == Command::OpenSection) ++role.n_open;
+    if (*command == Command::CloseSection) ++role.n_close;
+    if (is_offset(*command)) role.is_offset = true;
+    if (info(*command).command_class == CommandClass::Measurement || is_camera(*command) ||
+        *command == Command::Subprogram || *command == Command::SurfaceOn) {
+      role.has.measurements = true;
+    }
+    if (*command == Command::Subprogram) role.works = role.has.calls = true;
+    if (*command == Command::ForbiddenArea) role.has.own_copies = true;
+    if (*command == Command::TextX || *command == Command::TextY) {
+      role.has.own_copies = block.argument.find("&R") != std::string_view::npos;
+    }
+  }
+  return role;
+}
+
+/// The line has a letter or sign that brackets, offsets, tools or measurements begin with.
+bool may_matter(std::string_view line) {
+  constexpr auto kSigns = [] {
+    std::array<bool, 256> signs{};
+    for (const char c : {'M', 'G', 'T', '/'}) signs[static_cast<unsigned char>(c)] = true;
+    return signs;
+  }();
+  return std::ranges::any_of(line, [&](char c) { return kSigns[static_cast<unsigned char>(c)]; });
+}
+
+class Scanner {
+ public:
+  Scanner(const SectionRules& rules, const Reporter& reporter)
+      : rules_(rules), deletes_blocks_(rules.deletes_blocks), reporter_(reporter) {}
+
+  SectionTree scan(LineCursor cursor, std::size_t end) {
+    run_begin_ = cursor.place();
+    while (cursor.offset() < end && out_.is_sound) {
+      here_ = cursor.place();
+      const SourceLine line = cursor.next();
+      next_ = cursor.place();
+      read(line);
+    }
+    if (!out_.is_sound) return std::move(out_);
+    if (!open_.empty()) {
+      const Section& section = out_.sections[static_cast<std::size_t>(open_.back())];
+      refuse(Code::SectionUnbalanced, section.begin.number, "M31 is never closed", "M30 behind it");
+    }
+    end_implicit();
+    refuse_open_row();
+    return std::move(out_);
+  }
+
+ private:
+  void refuse(Code code, int line, std::string what, std::string expected) {
+    reporter_.report(code, line, 1, std::move(what), std::move(expected));
+    out_.is_sound = false;
+  }
+  Section& section(int i) { return out_.sections[static_cast<std::size_t>(i)]; }
+
+  void read(const SourceLine& whole) {
+    // Most lines are coordinates, which the structure has no interest in.
+    if (!may_matter(whole.text)) {
+      const bool moves = !whole.text.empty() && (whole.text[0] == 'X' || whole.text[0] == 'Y');
+      if (moves) works(whole.number);
+      return;
+    }
+    SourceLine line = whole;
+    if (const auto rest = without_slash(whole)) {
+      if (deletes_blocks_) return;
+      line = *rest;
+    }
+    if (is_blank(line.text) || lex(line, block_)) return;  // its fault is reported when it runs
+    if (block_.argument == "BLKD") deletes_blocks_ = true;
+    if (block_.argument == "NOBLKD") deletes_blocks_ = false;
+    const LineRole role = role_of(block_);
+    for (int i = 0; i < role.n_open && out_.is_sound; ++i) open();
+    if (!out_.is_sound) return;
+    if (role.is_offset) {
+      read_offset(role.n_close > 0);
+    } else if (role.works) {
+      works(line.number);
+    }
+    if (!out_.is_sound) return;
+    if (!open_.empty()) {
+      section(open_.back()).has |= role.has;
+    }
+    run_has_ |= role.has;
+    for (int i = 0; i < role.n_close && out_.is_sound; ++i) close();
+  }
+
+  /// A line that does something: no offset may have come before it in its bracket.
+  void works(int line) {
+    if (open_.empty()) {
+      end_implicit();
+      return;
+    }
+    const Section& inner = section(open_.back());
+    if (!inner.is_offset() && !row_begin_) return;
+    refuse(
+        Code::SectionMixed,
+        line,
+        fmt::format("a working line follows the offsets of the M31 in line {}", inner.begin.number),
+        "M30 in the last offset line, or M31 here");
+  }
+
+  void open() {
+    if (open_.empty()) {
+      end_implicit();
+    } else if (section(open_.back()).is_offset()) {
+      return works(here_.number);
+    }
+    if (static_cast<int>(open_.size()) + rules_.depth >= kMostLevels) {
+      return refuse(Code::NestingTooDeep,
+                    here_.number,
+                    "M31 opens another level",
+                    fmt::format("at most {} levels, subprograms counted", kMostLevels));
+    }
+    const int index = static_cast<int>(out_.sections.size());
+    const int parent = open_.empty() ? -1 : open_.back();
+    Section opened;
+    opened.parent = parent;
+    opened.begin = here_;
+    opened.is_bracketed = true;
+    out_.sections.push_back(std::move(opened));
+    (parent < 0 ? out_.roots : section(parent).children).push_back(index);
+    open_.push_back(index);
+    run_has_brackets_ = true;
+  }
+
+  void close() {
+    if (open_.empty()) {
+      // Format 1000 has no M31: there M30 only ends the offsets.
+      if (implicit_ >= 0 && rules_.format == FileFormat::F1000) return end_implicit();
+      return refuse(Code::SectionUnbalanced,
+                    here_.number,
+                    "M30 closes what no M31 opened",
+                    "M31 at the beginning of the section");
+    }
+    refuse_open_row();
+    Section& closed = section(open_.back());
+    if (!closed.is_offset()) closed.body_end = next_.offset;
+    closed.closing = here_;
+    closed.after = next_;
+    const SectionContent has = closed.has;
+    open_.pop_back();
+    if (!open_.empty()) {
+      section(open_.back()).has |= has;
+    } else {
+      run_begin_ = next_;
+    }
+  }
+
+  /// Offsets without brackets move everything since the last ones.
+  bool begin_implicit() {
+    if (implicit_ >= 0) return true;
+    if (rules_.in_subprogram || run_has_brackets_) {
+      refuse(Code::SectionMixed,
+             here_.number,
+             rules_.in_subprogram
+                 ? "an offset line in a subprogram, outside all brackets"
+                 : "an offset line outside all brackets, in a program that uses brackets",
+             "M31 and M30 round what it moves");
+      return false;
+    }
+    implicit_ = static_cast<int>(out_.sections.size());
+    Section run;
+    run.begin = run_begin_;
+    run.body_end = here_.offset;
+    run.has = run_has_;
+    out_.sections.push_back(std::move(run));
+    out_.roots.push_back(implicit_);
+    return true;
+  }
+
+  void end_implicit() {
+    if (implicit_ < 0) return;
+    refuse_open_row();
+    implicit_ = -1;
+    run_has_ = {};
+  }
+
+  void refuse_open_row() {
+    if (!row_begin_) return;
+    refuse(Code::ArgumentInvalid,
+           row_begin_->line,
+           "M50V2 begins a row of patterns that nothing ends",
+           "X#Y#M50W# in the next line");
+    row_begin_.reset();
+  }
+
+  bool read_number(const Word& word, double& out) {
+    const ParsedNumber number = parse_number(word.number, rules_.format, Quantity::Coordinate);
+    if (number.problem == NumberProblem::None) {
+      out = number.value;
+      return true;
+    }
+    reporter_.report(Code::NumberMalformed,
+                     block_.line,
+                     word.column,
+                     quoted(word.text()),
+                     expectation(number.problem, rules_.format));
+    out_.is_sound = false;
+    return false;
+  }
+
+  /// The line that closes the section may switch something for what follows, such as M92.
+  void read_offset(bool closes) {
+    if (open_.empty() && !begin_implicit()) return;
+    Section& moved = section(open_.empty() ? implicit_ : open_.back());
+    if (!moved.is_offset() && !row_begin_) moved.body_end = here_.offset;
+    Eigen::Vector2d offset_mm = Eigen::Vector2d::Zero();
+    bool turned = false;
+    bool mirror_x = false;
+    bool mirror_y = false;
+    std::optional<int> n_patterns;
+    bool begins_row = false;
+    for (const Word& word : block_.all()) {
+      switch (word.letter) {
+        case 'X':
+          if (!read_number(word, offset_mm.x())) return;
+          break;
+        case 'Y':
+          if (!read_number(word, offset_mm.y())) return;
+          break;
+        case 'V':
+          begins_row = true;
+          if (word.number != "2") return refuse_word(word, "V2");
+          break;
+        case 'W':
+          n_patterns = parse_count(word.number);
+          if (!n_patterns || *n_patterns < 2) return refuse_word(word, "W2 or more patterns");
+          break;
+        case 'M':
+        case 'G':
+          if (!read_code(word, closes, turned, mirror_x, mirror_y)) return;
+          break;
+        default:
+          return refuse_word(word, "X, Y, V2, W# and M codes in an offset line");
+      }
+    }
+    add_row(
+        moved, offset_orientation(turned, mirror_x, mirror_y), offset_mm, begins_row, n_patterns);
+    if (open_.empty()) {
+      moved.closing = here_;
+      moved.after = next_;
+      run_begin_ = next_;
+    }
+  }
+
+  void refuse_word(const Word& word, std::string expected) {
+    reporter_.report(Code::ArgumentInvalid,
+                     block_.line,
+                     word.column,
+                     quoted(word.text()) + " in " + quoted(block_.text),
+                     std::move(expected));
+    out_.is_sound = false;
+  }
+
+  bool read_code(const Word& word, bool closes, bool& turned, bool& mirror_x, bool& mirror_y) {
+    const auto command = command_of(word);
+    if (!command) {
+      refuse_word(word, "a code of the manual's table");
+      return false;
+    }
+    switch (*command) {
+      case Command::OffsetTurned:
+        turned = true;
+        return true;
+      case Command::OffsetMirrorX:
+        mirror_x = !mirror_x;
+        return true;
+      case Command::OffsetMirrorY:
+        mirror_y = !mirror_y;
+        return true;
+      case Command::OffsetHalfTurn:
+        mirror_x = !mirror_x;
+        mirror_y = !mirror_y;
+        return true;
+      case Command::OpenSection:
+        refuse_word(word, "no M31 in an offset line");
+        return false;
+      case Command::Offset:
+      case Command::CloseSection:
+      case Command::Absolute:
+        return true;
+      default:
+        if (!closes) refuse_word(word, "it in a line of its own");
+        return closes;
+    }
+  }
+
+  void add_row(Section& moved,
+               const Eigen::Matrix2d& orientation,
+               const Eigen::Vector2d& offset_mm,
+               bool begins_row,
+               std::optional<int> n_patterns) {
+    const bool is_plain = orientation == Eigen::Matrix2d::Identity();
+    if ((begins_row || n_patterns) && !is_plain) {
+      return refuse(Code::ArgumentInvalid,
+                    here_.number,
+                    quoted(block_.text) + ": a row of patterns is turned or mirrored",
+                    "M50 alone in both lines of M50V2");
+    }
+    if (begins_row) {
+      refuse_open_row();
+      row_begin_ = {.line = here_.number, .first_mm = offset_mm};
+      return;
+    }
+    if (row_begin_.has_value() != n_patterns.has_value()) {
+      return refuse(Code::ArgumentInvalid,
+                    here_.number,
+                    quoted(block_.text),
+                    n_patterns ? "X#Y#M50V2 in the line before W#" : "W# in the line behind M50V2");
+    }
+    if (row_begin_) {
+      moved.rows.push_back({.line = here_.number,
+                            .first_mm = row_begin_->first_mm,
+                            .last_mm = offset_mm,
+                            .count = *n_patterns});
+      row_begin_.reset();
+      return;
+    }
+    moved.rows.push_back({.line = here_.number,
+                          .orientation = orientation,
+                          .first_mm = offset_mm,
+                          .last_mm = offset_mm});
+  }
+
+  const SectionRules& rules_;
+  bool deletes_blocks_;
+  const Reporter& reporter_;
+  SectionTree out_;
+  Block block_;
+  std::vector<int> open_;
+  int implicit_ = -1;
+  std::optional<CopyRow> row_begin_;  ///< of M50V2
+  LinePlace here_;
+  LinePlace next_;
+  LinePlace run_begin_;  ///< what an offset line without brackets would move from
+  SectionContent run_has_;
+  bool run_has_brackets_ = false;
+};
+
+}  // namespace
+
+SectionContent& SectionContent::operator|=(const SectionContent& other) {
+  measurements |= other.measurements;
+  tool_changes |= other.tool_changes;
+  calls |= other.calls;
+  own_copies |= other.own_copies;
+  return *this;
+}
+
+std::int64_t Section::n_copies() const {
+  std::int64_t n = 0;
+  for (const CopyRow& row : rows) n += row.count;
+  return n;
+}
+
+Eigen::Matrix2d offset_orientation(bool turned, bool mirror_x, bool mirror_y) {
+  Eigen::Matrix2d mirror;
+  mirror << (mirror_x ? -1 : 1), 0, 0, (mirror_y ? -1 : 1);
+  if (!turned) return mirror;
+  // A mirrored program turns the other way: the worked positions of M60M70 and M60M80 are a
+  // quarter turn clockwise behind one mirror.
+  Eigen::Matrix2d quarter;
+  const double sense = mirror_x != mirror_y ? -1 : 1;
+  quarter << 0, -sense, sense, 0;
+  return quarter * mirror;
+}
+
+SectionTree scan_sections(std::string_view bytes,
+                          LinePlace begin,
+                          std::size_t end,
+                          const SectionRules& rules,
+                          const Reporter& reporter) {
+  // Every bracket and every offset is an M command.
+  const std::string_view text = bytes.substr(begin.offset, end - begin.offset);
+  if (text.find('M') == std::string_view::npos) return {};
+  return Scanner(rules, reporter).scan(LineCursor(bytes, begin), end);
+}
+
+}  // namespace panelcal::sieb_meyer

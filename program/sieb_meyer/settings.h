@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "panelcal/calib/base/units.h"
+#include "panelcal/program/dot_font.h"
+#include "panelcal/program/sieb_meyer/plain_text.h"
+#include "panelcal/surface/surface_memory.h"
+
+namespace panelcal::sieb_meyer {
+
+/// What the control's own settings decide when a program starts; M49 may change some of them.
+struct Settings {
+  CharacterSet characters = CharacterSet::Dots5x7;
+  TextVariables text;         ///< what the variables of M97 and M98 stand for
+  int measurement_mode = 1;   ///< 1, 2, 3 or 5
+  bool pattern_mode = false;  ///< CAMA: G36 aligns a pattern; else NOCAMA: a hole
+  bool fits_scale = false;    ///< two points give one scale as well
+  int vision_tool = 1;        ///< until a G35 names another
+  /// PRGM,C: M56 to M58 are obeyed; absent: nobody said.
+  std::optional<bool> obeys_areas;
+
+  AverageKind average = AverageKind::Mean;  ///< SPAV
+  Length surface_height;                    ///< where the board's surface is expected, above Z0
+  std::optional<Length> surface_tolerance;  ///< BOTT, MAPT: the most that a probe may differ
+  Length grid_hold = mm(10);                ///< how far outside the grid its edge's value holds
+  Length height_tolerance = um(10);         ///< of a contour cut into pieces along the grid
+};
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/sieb_meyer/surface_commands.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "panelcal/surface/height_tolerance.h"
+
+namespace panelcal::sieb_meyer {
+
+SurfaceSession::SurfaceSession(const Settings& settings,
+                               Survey& survey,
+                               ProbeSource* source,
+                               const Reporter& reporter,
+                               DiagnosticLog& log)
+    : settings_(settings),
+      survey_(survey),
+      source_(source),
+      reporter_(reporter),
+      log_(log),
+      average_(settings.average),
+      tolerance_(settings.surface_tolerance) {
+}
+
+void SurfaceSession::stop(Code code, int line, std::string what, std::string expected) {
+  reporter_.report(code, line, 1, std::move(what), std::move(expected));
+  must_stop_ = true;
+}
+
+void SurfaceSession::set_tolerance(std::string name, Length tolerance) {
+  tolerance_name_ = std::move(name);
+  tolerance_ = tolerance;
+}
+
+// --- probing -----------------------------------------------------------------------------------
+
+std::optional<std::vector<HeightEstimate>> SurfaceSession::probe(ProbeRequest request) {
+  const std::size_t index = n_probed_++;
+  if (source_ != nullptr) {
+    request.seq = static_cast<std::int64_t>(index);
+    request.reference = configured_reference_.value_or(settings_.surface_height);
+    Expected<ProbeReading> reading = source_->probe(request);
+    if (!reading) {
+      log_.add(std::move(reading).error());
+      must_stop_ = true;
+      return std::nullopt;
+    }
+    survey_.probes.push_back(*std::move(reading));
+  }
+  const ProbeReading& reading = survey_.probes[index];
+  if (reading.status == ProbeStatus::Found && !reading.heights.empty()) return reading.heights;
+  stop(Code::SurfaceNotFound,
+       request.line,
+       fmt::format("{} at nominal ({:.4f}, {:.4f}) mm finds no surface{}{}",
+                   request.command,
+                   request.nominal.in_mm().x(),
+                   request.nominal.in_mm().y(),
+                   reading.reason.empty() ? "" : ": ",
+                   reading.reason),
+       "");
+  return std::nullopt;
+}
+
+void SurfaceSession::detect(ProbeRequest request) {
+  const int line = request.line;
+  const std::optional<int> memory = request.memory;
+  auto heights = probe(std::move(request));
+  if (!heights) return;
+  last_ = *std::move(heights);
+  store(line, memory, last_);
+}
+
+void SurfaceSession::store_last(int line, std::optional<int> memory) {
+  if (last_.empty()) {
+    return stop(
+        Code::SurfaceMissing, line, "G73 has no measured value to save", "X#Y#G73 before it");
+  }
+  store(line, memory, last_);
+}
+
+void SurfaceSession::store(int line,
+                           std::optional<int> memory,
+                           const std::vector<HeightEstimate>& heights) {
+  current_ = heights;
+  if (!memory && memory_.n_to_average() >= SurfaceMemory::kAveragingCapacity) {
+    return stop(
+        Code::AveragingFull,
+        line,
+        fmt::format("G73 adds a value to {} that wait for their average", memory_.n_to_average()),
+        "G74 before it");
+  }
+  const auto done = memory ? memory_.store(*memory, heights) : memory_.add(heights);
+  if (!done) stop(Code::ArgumentInvalid, line, done.error(), "");
+}
+
+void SurfaceSession::average(int line, int memory) {
+  auto average = memory_.take_average(average_);
+  if (!average) {
+    return stop(Code::SurfaceMissing, line, "G74: " + average.error(), "G73 without L before it");
+  }
+  const auto done = memory_.store(memory, *average);
+  if (!done) stop(Code::ArgumentInvalid, line, done.error(), "");
+}
+
+void SurfaceSession::take_reference(int line, int memory) {
+  auto heights = memory_.load(memory);
+  if (!heights) {
+    return stop(Code::SurfaceMissing,
+                line,
+                fmt::format("L{} takes a value that was never stored", memory),
+                fmt::format("G73L{0} or G74L{0} before it", memory));
+  }
+  current_ = *std::move(heights);
+}
+
+void SurfaceSession::record(ProbeRequest request) {
+  probe(std::move(request));
+}
+
+std::optional<Length> SurfaceSession::reference() const {
+  if (current_.empty()) return std::nullopt;
+  return current_.front().height;
+}
+
+// --- the grid ----------------------------------------------------------------------------------
+
+/// A new reference begins a new grid; its own value is no node.
+void SurfaceSession::grid_reference(ProbeRequest request) {
+  points_.clear();
+  point_lines_.clear();
+  grid_.reset();
+  grid_reference_.clear();
+  if (auto heights = probe(std::move(request))) grid_reference_ = *std::move(heights);
+}
+
+std::vector<Length> SurfaceSession::grid_references() const {
+  if (configured_reference_) return {*configured_reference_};
+  std::vector<Length> references;
+  for (const HeightEstimate& height : grid_reference_) references.push_back(height.height);
+  return references;
+}
+
+void SurfaceSession::grid_point(ProbeRequest request) {
+  const int line = request.line;
+  const Eigen::Vector2d nominal_mm = request.nominal.in_mm();
+  auto heights = probe(std::move(request));
+  if (!heights) return;
+  if (grid_reference_.empty() && !configured_reference_) grid_reference_ = *heights;
+  if (tolerance_) {
+    const std::vector<Length> references = grid_references();
+    const std::vector<Length> tolerances = {*tolerance_};
+    const auto held = check_height(tolerance_name_, *heights, references, tolerances);
+    if (!held) {
+      return stop(
+          Code::SurfaceOutOfTolerance,
+          line,
+          fmt::format(
+              "at nominal ({:.4f}, {:.4f}) mm: {}", nominal_mm.x(), nominal_mm.y(), held.error()),
+          "");
+    }
+  }
+  grid_.reset();
+  points_.push_back({nominal_mm, *std::move(heights)});
+  point_lines_.push_back(line);
+}
+
+const GridMap* SurfaceSession::grid(int line) {
+  if (points_.empty() || must_stop_) return nullptr;
+  if (!grid_) {
+    auto map = GridMap::from_points(points_);
+    if (!map) {
+      const int at = map.error().i_point ? point_lines_[*map.error().i_point] : line;
+      stop(Code::GridInvalid, at, map.error().text, "");
+      return nullptr;
+    }
+    grid_ = *std::move(map);
+  }
+  return &*grid_;
+}
+
+std::optional<Length> SurfaceSession::deviation_at(int line, const Eigen::Vector2d& nominal_mm) {
+  const GridMap* const map = grid(line);
+  const std::vector<Length> references = grid_references();
+  if (map == nullptr || references.empty()) return std::nullopt;
+  const GridHeight found = map->height_at(nominal_mm);
+  const bool is_far = found.outside > settings_.grid_hold;
+  if (!found.is_inside()) {
+    const std::string what = fmt::format("({:.4f}, {:.4f}) mm is {:.3f} mm outside the grid",
+                                         nominal_mm.x(),
+                                         nominal_mm.y(),
+                                         found.outside.in_mm());
+    if (is_far) {
+      stop(Code::GridInvalid,
+           line,
+           what,
+           fmt::format("at most {:.3f} mm ([surface] grid_hold_mm)", settings_.grid_hold.in_mm()));
+      return std::nullopt;
+    }
+    reporter_.report(Code::GridOutside, line, 1, what + "; its edge holds");
+  }
+  return found.heights.front().height - references.front();
+}
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/probing.h"
+#include "panelcal/program/reporter.h"
+#include "panelcal/program/sieb_meyer/settings.h"
+#include "panelcal/program/survey.h"
+#include "panelcal/surface/grid_map.h"
+#include "panelcal/surface/surface_memory.h"
+
+namespace panelcal::sieb_meyer {
+
+/// The surface detection of one walk: SLM with its memory, and the measured grid.
+///
+/// With a source it probes and fills the survey (first walk); without one it takes the readings
+/// from the survey in the same order. Operations carry the first Z axis' heights; the survey has
+/// all.
+///
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 10 Surface detection; semantics page, Surface
+/// See    tests/program/sieb_meyer/surface_manual_test.cc
+class SurfaceSession {
+ public:
+  SurfaceSession(const Settings& settings,
+                 Survey& survey,
+                 ProbeSource* source,
+                 const Reporter& reporter,
+                 DiagnosticLog& log);
+
+  void switch_on() { is_on_ = true; }    // G71
+  void switch_off() { is_on_ = false; }  // G70
+  bool is_on() const { return is_on_; }
+  void clear_memory() { memory_.clear(); }  // G72
+
+  /// G73 with coordinates: probes, and stores under L or for averaging.
+  void detect(ProbeRequest request);
+  /// G73 without coordinates: stores the last probed value once more.
+  void store_last(int line, std::optional<int> memory);
+  void average(int line, int memory);         // G74
+  void take_reference(int line, int memory);  // L alone
+  void record(ProbeRequest request);          // G76
+  void grid_reference(ProbeRequest request);  // G78
+  void grid_point(ProbeRequest request);      // G79
+
+  void set_average(AverageKind kind) { average_ = kind; }
+  /// BOTT, TOPT or MAPT, and how they name it.
+  void set_tolerance(std::string name, Length tolerance);
+  void set_reference_height(Length height) { configured_reference_ = height; }  // BOTR, TOPR
+
+  /// The reference surface of SLM; absent where none was taken, so that each stroke finds its own.
+  std::optional<Length> reference() const;
+  bool has_grid() const { return !points_.empty(); }
+  /// How much higher the surface is at a nominal place than the grid's reference; stops the walk
+  /// where the points make no grid, or far outside of it.
+  std::optional<Length> deviation_at(int line, const Eigen::Vector2d& nominal_mm);
+  /// What deviations count from. Precondition: has_grid().
+  Length grid_reference_height() const { return grid_references().front(); }
+  /// The grid itself, to cut contours; null if there is none.
+  const GridMap* grid(int line);
+
+  bool must_stop() const { return must_stop_; }
+
+ private:
+  std::optional<std::vector<HeightEstimate>> probe(ProbeRequest request);
+  void store(int line, std::optional<int> memory, const std::vector<HeightEstimate>& heights);
+  void stop(Code code, int line, std::string what, std::string expected);
+  std::vector<Length> grid_references() const;
+
+  const Settings& settings_;
+  Survey& survey_;
+  ProbeSource* source_;
+  const Reporter& reporter_;
+  DiagnosticLog& log_;
+
+  bool is_on_ = false;
+  SurfaceMemory memory_;
+  AverageKind average_;
+  std::vector<HeightEstimate> current_;  ///< reference of SLM; empty: none
+  std::vector<HeightEstimate> last_;     ///< what was probed last
+  std::vector<HeightEstimate> grid_reference_;
+  std::optional<Length> configured_reference_;
+  std::optional<Length> tolerance_;
+  std::string tolerance_name_ = "surface tolerance";
+  std::vector<GridPoint> points_;
+  std::vector<int> point_lines_;
+  std::optional<GridMap> grid_;
+  std::size_t n_probed_ = 0;
+  bool must_stop_ = false;
+};
+
+}  // namespace panelcal::sieb_meyer

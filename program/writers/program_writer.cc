@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/writers/program_writer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "panelcal/program/placement.h"
+
+namespace panelcal {
+
+ProgramWriter::ProgramWriter(ByteSink& bytes, Dialect dialect, ProgramWriterOptions options)
+    : TextWriter(bytes), dialect_(dialect), options_(std::move(options)) {
+}
+
+void ProgramWriter::begin(const ProgramInfo& info) {
+  info_ = info;
+  const Eigen::Matrix2d orientation = axis_orientation(info.axis_version);
+  written_from_work_ = orientation.transpose();
+  is_mirrored_ = orientation(0, 0) * orientation(1, 1) - orientation(0, 1) * orientation(1, 0) < 0;
+  reporter_.emplace(info.file, losses_);
+}
+
+void ProgramWriter::note_place(const Operation& operation) {
+  line_ = operation.line;
+  file_ = operation.file.empty() ? std::string_view(info_.file) : operation.file;
+}
+
+Place ProgramWriter::place() const {
+  return {std::string(file_), line_, 0};
+}
+
+/// "... has no form in Excellon CNC-7".
+std::string ProgramWriter::without_form(std::string what) const {
+  return std::move(what) + " has no form in " + std::string(name(dialect_));
+}
+
+void ProgramWriter::lose(std::string what) {
+  reporter_->set_file(std::string(file_));
+  reporter_->report(Code::TranslationLoss, line_, 0, without_form(std::move(what)));
+}
+
+void ProgramWriter::lose_once(const std::string& what) {
+  if (said_.insert(what).second) lose(what);
+}
+
+void ProgramWriter::refuse(std::string what, std::string expected) {
+  what = without_form(std::move(what));
+  if (!options_.allow_losses) fail({Code::TranslationRefused, place(), what, expected});
+  reporter_->set_file(std::string(file_));
+  reporter_->report(
+      Code::TranslationRefused, line_, 0, std::move(what), std::move(expected));
+}
+
+std::string printable(std::string_view text) {
+  std::string out(text);
+  std::ranges::replace_if(out, [](char c) { return c < ' ' || c > '~'; }, '?');
+  return out;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/reporter.h"
+#include "panelcal/program/writers/text_writer.h"
+
+namespace panelcal {
+
+struct ProgramWriterOptions {
+  /// Who wrote the file, and from what: one line each.
+  std::vector<std::string> comments;
+  /// Leaves out what decides where or how deep a tool goes and has no form in the language, instead
+  /// of failing. Whoever sets it has to look at losses().
+  bool allow_losses = false;
+  /// The operations were passed with WalkOptions::structure Kept: the vision system's settings are
+  /// the control's again.
+  bool keeps_vision = false;
+  /// Those of WalkOptions: each language counts a program's zero from another one.
+  Position<frame::Machine> absolute_zero;
+  Position<frame::Machine> work_zero;
+};
+
+/// What the writers of both languages share: the axes they write in, and an account of all that the
+/// language has no form for.
+class ProgramWriter : public TextWriter {
+ public:
+  void begin(const ProgramInfo& info) override;
+
+  /// translation-loss and translation-refused, each once, in the order of the operations.
+  const DiagnosticLog& losses() const { return losses_; }
+
+ protected:
+  ProgramWriter(ByteSink& bytes, Dialect dialect, ProgramWriterOptions options);
+
+  const ProgramWriterOptions& options() const { return options_; }
+  const ProgramInfo& info() const { return info_; }
+  /// Settings and functions are texts of the other language.
+  bool is_foreign() const { return info_.dialect != dialect_; }
+  /// Call first for each operation: losses name its line.
+  void note_place(const Operation& operation);
+  Place place() const;
+
+  /// `what`, a noun, has no form and is left out; it changes neither places nor depths.
+  void lose(std::string what);
+  /// The same for what the program says again and again.
+  void lose_once(const std::string& what);
+  /// `what` has no form, and without it a tool would go elsewhere or to another depth. The output
+  /// fails unless losses are allowed.
+  void refuse(std::string what, std::string expected = "");
+
+  /// Into the axis version that is written.
+  const Eigen::Matrix2d& written_from_work() const { return written_from_work_; }
+  /// That map is a mirror: clockwise and left are the other way round.
+  bool is_mirrored() const { return is_mirrored_; }
+
+ private:
+  std::string without_form(std::string what) const;
+
+  Dialect dialect_;
+  ProgramWriterOptions options_;
+  ProgramInfo info_;
+  Eigen::Matrix2d written_from_work_ = Eigen::Matrix2d::Identity();
+  bool is_mirrored_ = false;
+  DiagnosticLog losses_;
+  std::optional<Reporter> reporter_;
+  std::set<std::string> said_;
+  int line_ = 0;
+  std::string_view file_;  ///< valid during put()
+};
+
+/// Printable ASCII; anything else, such as a line end that would become a command, is a '?'.
+std::string printable(std::string_view text);
+
+}  // namespace panelcal

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every reader's fuzz target holds a walk to.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "panelcal/program/measurement.h"
+#include "panelcal/program/walk.h"
+
+namespace panelcal::fuzz {
+
+/// What an execution passed on, reduced to numbers that two executions can be compared by.
+class CountingSink final : public OperationSink {
+ public:
+  void put(const Operation& operation) override {
+    ++n_operations_;
+    if (const auto* drill = std::get_if<Drill>(&operation.what)) see(*drill, drill->cut);
+    if (const auto* rout = std::get_if<Rout>(&operation.what)) see(*rout, rout->cut);
+    if (const auto* function = std::get_if<Function>(&operation.what)) {
+      if (function->kind == FunctionKind::ToolExpired) ++n_expired_;
+    }
+  }
+
+  bool has_nan() const { return has_nan_; }
+  bool is_finite() const { return is_finite_; }
+  /// Without what the control does by itself, which no limit counts.
+  std::int64_t n_counted() const { return n_operations_ - n_expired_; }
+  /// Every hole and rout vertex in work coordinates, so that it does not matter which zero an
+  /// output is relative to.
+  const std::vector<Eigen::Vector2d>& places_mm() const { return places_mm_; }
+  double most_mm() const { return most_mm_; }
+  friend bool operator==(const CountingSink& a, const CountingSink& b) {
+    return a.n_operations_ == b.n_operations_ &&
+           (a.sum_mm_ == b.sum_mm_ || (std::isnan(a.sum_mm_) && std::isnan(b.sum_mm_)));
+  }
+
+ private:
+  void see(const PlacedPoint& place, const DepthOfCut& cut) {
+    const Eigen::Vector2d& at_mm = place.corrected.in_mm();
+    has_nan_ |= std::isnan(at_mm.x()) || std::isnan(at_mm.y());
+    is_finite_ &= at_mm.allFinite() && place.actual.in_mm().allFinite();
+    for (const auto& depth : {cut.z, cut.depth, cut.surface}) {
+      is_finite_ &= !depth || std::isfinite(depth->in_mm());
+    }
+    places_mm_.push_back(at_mm);
+    sum_mm_ += at_mm.x() - 3 * at_mm.y();
+    most_mm_ = std::max({most_mm_, std::abs(at_mm.x()), std::abs(at_mm.y())});
+  }
+
+  std::int64_t n_operations_ = 0;
+  std::int64_t n_expired_ = 0;
+  std::vector<Eigen::Vector2d> places_mm_;
+  double sum_mm_ = 0;
+  double most_mm_ = 0;
+  bool has_nan_ = false;
+  bool is_finite_ = true;
+};
+
+/// A panel that is turned, moved and stretched a little.
+class BentSource final : public MeasurementSource {
+ public:
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    Measurement measurement{.request = request, .status = MeasurementStatus::Found};
+    const Eigen::Vector2d& at_mm = request.expected.in_mm();
+    measurement.measured = {position_mm<frame::Actual>(1.0001 * at_mm.x() - 1e-3 * at_mm.y() + 0.1,
+                                                       1e-3 * at_mm.x() + 0.9998 * at_mm.y() - 0.2),
+                            1e-6 * Eigen::Matrix2d::Identity()};
+    return measurement;
+  }
+};
+
+/// Executes and gives the first error that checking the program should have found.
+inline std::optional<std::string> execution_complaint(const Program& program,
+                                                      const WalkOptions& options,
+                                                      const Survey& survey,
+                                                      CountingSink& sink) {
+  DiagnosticLog log;
+  execute(program, options, survey, sink, log);
+  for (const Diagnostic& diagnostic : log.kept()) {
+    // Copies without vision are first counted when they are executed.
+    if (diagnostic.code != Code::TooManyOperations) return diagnostic.text();
+  }
+  return std::nullopt;
+}
+
+/// What is wrong with the reports of a survey itself.
+inline std::optional<std::string> report_complaint(const DiagnosticLog& log, const Survey& found) {
+  for (const Diagnostic& diagnostic : log.kept()) {
+    if (diagnostic.code == Code::Internal) return diagnostic.text();
+    if (diagnostic.text().empty()) return "a diagnostic without a text";
+  }
+  for (const Measurement& measurement : found.measurements) {
+    if (to_json(measurement).empty()) return "a measurement without a text";
+  }
+  return std::nullopt;
+}
+
+}  // namespace panelcal::fuzz

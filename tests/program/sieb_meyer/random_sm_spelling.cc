@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/program/sieb_meyer/random_sm_job.h"
+
+namespace panelcal::test {
+namespace {
+
+/// A few choices out of one number.
+class Choices {
+ public:
+  Choices(unsigned style, int line_style) : state_(style * 2654435761U + unsigned(line_style)) {
+    is_plain_ = style == 0;
+  }
+  /// Always 0 in the plainest spelling.
+  unsigned below(unsigned n) {
+    if (is_plain_) return 0;
+    state_ = state_ * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<unsigned>((state_ >> 33) % n);
+  }
+  bool one_in(unsigned n) { return below(n) == 1; }
+
+ private:
+  std::uint64_t state_;
+  bool is_plain_ = false;
+};
+
+/// With a decimal point: all three decimals, or without the zeros behind and in front.
+std::string with_point(long um, Choices& choices) {
+  const long most = std::labs(um);
+  std::string whole = std::to_string(most / 1000);
+  std::string decimals = std::to_string(1000 + most % 1000).substr(1);
+  if (choices.one_in(2)) {
+    while (!decimals.empty() && decimals.back() == '0') decimals.pop_back();
+  }
+  if (whole == "0" && !decimals.empty() && choices.one_in(2)) whole.clear();
+  return (um < 0 ? "-" : "") + whole + "." + decimals;
+}
+
+std::string spelled(const SmWord& word, Choices& choices) {
+  if (!word.um) {
+    // G1 may be G01, but a third digit makes another code.
+    const bool is_code = word.text[0] == 'G' || word.text[0] == 'T';
+    const bool is_short = is_code && word.text.size() == 2;
+    return is_short && choices.one_in(4) ? word.text.substr(0, 1) + "0" + word.text.substr(1)
+                                         : word.text;
+  }
+  const long um = *word.um;
+  if (um == 0 && choices.one_in(2)) return word.text;
+  if (choices.one_in(2)) return word.text + with_point(um, choices);
+  const std::string sign = um > 0 && choices.one_in(8) ? "+" : "";
+  return word.text + sign + std::to_string(um / word.step_um);
+}
+
+void append(std::string& out, const SmLine& line, const SmSpelling& spelling) {
+  Choices choices(spelling.style, line.style);
+  if (choices.one_in(12)) out += "(A COMMENT)" + spelling.line_end;
+  if (choices.one_in(12)) out += spelling.line_end;
+  std::vector<std::string> words;
+  for (const SmWord& word : line.words) words.push_back(spelled(word, choices));
+  for (std::size_t i = words.size(); i > 1; --i) {
+    std::swap(words[i - 1], words[i - 1 - choices.below(static_cast<unsigned>(i))]);
+  }
+  if (line.is_slashed) out += '/';
+  const bool has_blanks = choices.one_in(4);
+  for (const std::string& word : words) {
+    out += word;
+    if (has_blanks) out.append(choices.below(3), ' ');
+  }
+  out += line.tail;
+  const bool has_text = line.tail.starts_with('M');
+  if (!has_text && choices.one_in(6)) out += " (X1Y1 M30)";
+  out += spelling.line_end;
+}
+
+}  // namespace
+
+std::string text_of(const SmJob& job, const SmSpelling& spelling) {
+  Choices choices(spelling.style, 0);
+  std::string out;
+  if (choices.one_in(2)) out += "A JOB" + spelling.line_end;
+  out += (job.is_3000 ? "%%3000" : "%%5000") + spelling.line_end;
+  for (const SmLine& line : job.lines) append(out, line, spelling);
+  out += "$" + spelling.line_end;
+  for (std::size_t i = 0; i < kSmTools_um.size(); ++i) {
+    const long um = kSmTools_um[i];
+    const bool has_point = !job.is_3000 && choices.one_in(2);
+    out += "T" + std::to_string(i + 1) + "D" +
+           (has_point ? with_point(um, choices) : std::to_string(um / 10)) + spelling.line_end;
+  }
+  return out + "$" + spelling.line_end;
+}
+
+SmSpelling any_sm_spelling() {
+  return {*rc::gen::element<std::string>("\n", "\r", "\r\n", "\n\r"),
+          *rc::gen::resize(rc::kNominalSize, rc::gen::inRange(1U, 1'000'000U))};
+}
+
+std::ostream& operator<<(std::ostream& out, const SmJob& job) {
+  return out << (job.deletes_blocks ? "blocks deleted\n" : "") << text_of(job, {});
+}
+
+}  // namespace panelcal::test

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <concepts>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "panelcal/program/tally.h"
+#include "panelcal/program/walk.h"
+#include "panelcal/tools/options.h"
+
+namespace panelcal {
+
+/// Who made an output, and from what.
+using Provenance = std::vector<std::pair<std::string, std::string>>;
+
+/// What made the output, so that it can be made again: no dates, a replay is the same to the bit.
+/// `files` are other inputs; empty names are left out.
+Provenance provenance_of(const Options& options,
+                         const Program& program,
+                         const std::vector<std::string>& files);
+
+/// "key: value" for comments.
+std::vector<std::string> comment_lines(const Provenance& provenance);
+
+/// "1 hole", "2 holes".
+std::string amount(std::integral auto n, std::string_view word) {
+  return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
+}
+
+/// "12 holes, 2 slots, 1 rout move".
+std::string amount(const Tally& tally);
+
+}  // namespace panelcal
