@@ -233,8 +233,8 @@ void Emitter::step_slot(int line,
                         Length initial_depth,
                         Length increment,
                         std::optional<Feed> feed) {
-  if (!passes(line)) return;
   was_switched_off_ = true;
+  if (!passes(line)) return;
   const PlacedPoint end = placed(end_mm, Scaling::Never);
   send(line,
        StepSlot{tool_,
@@ -256,8 +256,8 @@ void Emitter::autocalibration(int line, const Eigen::Vector2d& at_mm) {
 // --- routing -----------------------------------------------------------------------------------
 
 void Emitter::move(int line, const Eigen::Vector2d& to_mm) {
-  if (!passes(line)) return;
   was_switched_off_ = true;  // by the control, during the move (G00)
+  if (!passes(line)) return;
   send(line, RapidMove{placed(to_mm, Scaling::Never)});
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/source_text.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <utility>
@@ -44,6 +45,23 @@ std::ptrdiff_t line_end_length(const char* at, const char* end) {
 }
 
 }  // namespace
+
+std::size_t count_line_feeds(std::string_view text) {
+  constexpr std::uint64_t kOnes = 0x0101010101010101;
+  constexpr std::uint64_t kLow = 0x7F7F7F7F7F7F7F7F;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  std::size_t n = 0;
+  for (; end - at >= 8; at += 8) {
+    std::uint64_t characters;
+    std::memcpy(&characters, at, sizeof characters);
+    characters ^= kOnes * '\n';
+    // The top bit of every byte that is not zero, that is of all but line feeds.
+    const std::uint64_t others = ((characters & kLow) + kLow) | characters;
+    n += ((~others >> 7) & kOnes) * kOnes >> 56;
+  }
+  return n + static_cast<std::size_t>(std::count(at, end, '\n'));
+}
 
 SourceLine LineCursor::next() {
   const char* const begin = bytes_.data() + offset_;

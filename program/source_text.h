@@ -32,6 +32,9 @@ struct LinePlace {
   int number = 1;  ///< of the line that begins here
 };
 
+/// How many line feeds a text has, eight characters at a time.
+std::size_t count_line_feeds(std::string_view text);
+
 /// Walks over the lines of a text; LF, CR, CR LF and LF CR all end a line. Copyable, so that a
 /// place in the text can be kept and returned to.
 class LineCursor {

@@ -44,9 +44,8 @@ class StructureTally final : public OperationSink {
   std::string summary() const {
     std::string text;
     if (n_patterns_ > 0) {
-      text += fmt::format(", {} executed at {}",
-                          amount(n_patterns_, "pattern"),
-                          amount(n_copies_, "place"));
+      text += fmt::format(
+          ", {} executed at {}", amount(n_patterns_, "pattern"), amount(n_copies_, "place"));
     }
     if (n_series_ > 0) text += fmt::format(", {} series of targets", n_series_);
     return text;
@@ -117,7 +116,7 @@ class Translation {
     checked_ = read_and_check(options_.program, config_.reading, walk, log_);
     if (!checked_ || log_.has_errors()) return false;
     const bool is_excellon = checked_->program.dialect == Dialect::Excellon;
-    to_ = options_.to.empty() ? (is_excellon ? Dialect::SiebMeyer : Dialect::Excellon)
+    to_ = options_.to.empty()         ? (is_excellon ? Dialect::SiebMeyer : Dialect::Excellon)
           : options_.to == "excellon" ? Dialect::Excellon
                                       : Dialect::SiebMeyer;
     return true;
@@ -125,8 +124,8 @@ class Translation {
 
   std::unique_ptr<ProgramWriter> make_writer(ByteSink& bytes) const {
     ProgramWriterOptions writing;
-    writing.comments = comment_lines(
-        provenance_of(context_.options, checked_->program, {options_.machine}));
+    writing.comments =
+        comment_lines(provenance_of(context_.options, checked_->program, {options_.machine}));
     writing.allow_losses = true;  // all of them are to be named
     writing.keeps_vision = true;
     writing.absolute_zero = config_.walk.absolute_zero;

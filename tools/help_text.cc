@@ -8,7 +8,7 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFooters = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kFooters = {{
     {"check", R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
   datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)
@@ -18,7 +18,9 @@ Prints what is wrong like a compiler: FILE:LINE:COLUMN: error[CODE]: what, expec
 Says how numbers are read and why. Finds, without a machine: blocks that make no sense where they
 stand, series that never complete, M52 that does not match M50, coincident or collinear fiducials,
 unused tools, missing feeds, coordinates of a suspicious size, and with [machine] travel_low_mm and
-travel_high_mm moves outside the travel.
+travel_high_mm moves outside the travel. In SIEB & MEYER programs also brackets that do not close,
+contours without T0, holes in forbidden areas, surfaces that nothing has measured, and peck strokes
+that end too high; every probe is taken to find the surface where it is expected.
 Without PROGRAM only the machine file and the calibrations it names are checked.
 
 Exit codes
@@ -28,7 +30,8 @@ Exit codes
   {"seq":0,"line":24,"command":"G36","tool":1,"nominal":[6,6],"expected":[6,6],"path":[]}
 
 One JSON object a line, in the order of execution; lengths in mm, relative to work zero. Targets
-that depend on earlier ones are listed where a perfect panel has them.
+that depend on earlier ones are listed where a perfect panel has them. Lines with "probe" in place
+of "seq" ask for the height of the surface (docs/formats/probes.md).
 
 Exit codes
   0 done; 2 errors in the program or the machine file)"},
@@ -39,20 +42,45 @@ Exit codes
 Walks through the program twice. The first walk measures every target and fits every series; each
 fit is held against [gates]. Only if all of them hold does the second walk write the corrected
 program, whole or not at all. The report is written in either case. A program without vision
-commands needs no SOURCE.
+commands needs no SOURCE. One that probes the surface (G73, G78, G79) needs --probes, or
+--machine-driver; --force does not help where a surface was not found or is out of tolerance.
 
-Formats  .jsonl .csv .drl .exc .svg, or --to jsonl|csv|excellon|svg; .svg is a picture of the job
+Formats  .jsonl .csv .drl .exc .s5 .sm .svg, or --to jsonl|csv|excellon|sieb-meyer|svg; .svg is a
+picture of the job. Either language can be written from either; what the other one has no form for
+is named, and nothing is written if a tool would go elsewhere without it.
 
   $ panelcal run job.exc -m machine.toml --measurements m.jsonl --explain L33
 
 says how the holes of line 33 came about: programmed place, copy, scaling, fits with their fiducials
 and residuals, work zero, what the machine is told. --explain 500 takes the 500th hole or move.
 
-Stored patterns (M99,NAME) are looked for beside the program, then in [program] search_path.
+Stored patterns and subprograms (M99,NAME) are looked for beside the program, then in [program]
+search_path. Texts with the date or the time (&D, &T) are drilled with --clock, else with the time
+of the run, which the output then names.
 
 Exit codes
   0 done; 1 a target was not found or a gate failed, and no program was written (but see --force);
   2 bad input or usage; 3 a device, the disk or the environment failed)"},
+    {"translate", R"(Example
+  $ panelcal translate job.exc -o job.s5
+  job.exc:3: warning[translation-loss]: "ATC,ON" has no form in SIEB & MEYER
+  Excellon CNC-7 into SIEB & MEYER: 2 holes, 2 rout moves as written, 1 pattern executed at 4
+  places, 1 series of targets; 1 thing left out
+
+Writes an Excellon program in SIEB & MEYER's format 5000, or the other way round. Nothing is measured
+and nothing corrected: patterns stay patterns (M25 to M08; M31 to M30 with M50 to M90), and targets
+are measured by the other control (G35, G36, G45; G32, G31, G36). Executed, the translation drills
+the same holes in the same order and routs the same contours. Coordinates are written to a nanometre.
+
+What has no form in the other language is named, line by line. Settings, messages to the machine,
+dwells and peck parameters are left out with a warning. What decides where or how deep a tool goes
+(working planes, nested series of two targets, step slots, M14) is an error: change the program
+there, or leave it out with --force and look at the result.
+Corrections stored by M50, or by G39,SAVE, have no form at all: use `panelcal run`.
+
+Exit codes
+  0 done, perhaps with warnings; 1 something that matters would be lost, and nothing was written
+  (but see --force); 2 bad input or usage; 3 the disk or the environment failed)"},
     {"locate", R"(Example
   $ panelcal locate datasets/demo/images/0000.png --tool 1 -m datasets/demo/machine.toml
 

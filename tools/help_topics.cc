@@ -156,7 +156,7 @@ std::string sieb_meyer_page() {
   }
   out +=
       "\n## CNC commands\n\n"
-      "What M49 gives to the control. *obeyed*: panelcal acts on it; *passed*: given to the "
+      "What M49 gives to the control. *obeyed*: panelcal acts on it; *passed on*: given to the "
       "machine "
       "in order, since it changes no coordinate; *refused*: an error, since it would change where "
       "the tool goes in a way that the manual does not describe. Any other command is passed on "

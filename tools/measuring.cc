@@ -127,7 +127,13 @@ Expected<OpenProbes> open_probes(const RunOptions& options,
                       "recorded probe readings in " + options.probes};
   }
   if (n_probes == 0) return OpenProbes{std::make_unique<NominalProbeSource>(), {}, ""};
-  if (options.machine_driver == "sim" && config.sim) {
+  if (options.machine_driver == "sim") {
+    if (!config.sim) {
+      return failure({Code::ConfigValue,
+                      {config.file.string(), 0, 0},
+                      "there is no [sim] to say what the virtual machine is like",
+                      "[sim]"});
+    }
     PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(config.sim->surface));
     return OpenProbes{std::make_unique<SimulatedProbe>(std::move(probe)), {}, words_of_sim(config)};
   }

@@ -108,10 +108,11 @@ std::string advice_on_errors(const ReportInput& input) {
 }
 
 std::string advice_on_drilling(const ReportInput& input) {
-  if (survey_of(input).measurements.empty()) {
+  const Survey& survey = survey_of(input);
+  if (survey.measurements.empty() && survey.probes.empty()) {
     return fmt::format("Drill {} only if the panel needs no correction.", shown_output(input));
   }
-  const PooledChiSquare pooled = pooled_chi_square(survey_of(input));
+  const PooledChiSquare pooled = pooled_chi_square(survey);
   const bool is_noisy = is_larger_than_noise(pooled.chi_square, pooled.degrees_of_freedom);
   if (is_noisy) {
     return fmt::format(
@@ -134,6 +135,9 @@ std::string verdict_sentence(const ReportInput& input) {
       return "A check failed, and the program was written all the same, because --force was given.";
     case Verdict::Drill:
       break;
+  }
+  if (survey.measurements.empty() && !survey.probes.empty()) {
+    return "Every surface was found. The program has no targets: coordinates are as programmed.";
   }
   if (survey.measurements.empty()) {
     return "The program has no targets: nothing was measured, and coordinates are as programmed.";

@@ -12,11 +12,13 @@ constexpr auto kTable = std::to_array<CncInfo>({
 #include "panelcal/program/sieb_meyer/cnc_commands.def"
 });
 
-bool ends_name(std::string_view rest) {
+/// A name ends before what is no letter, or before a coordinate; those that are the machine's own
+/// affair also before a list of tools (CHEKT1T2).
+bool ends_name(std::string_view rest, Treatment treatment) {
   if (rest.empty()) return true;
   const char c = rest.front();
   const bool is_letter = c >= 'A' && c <= 'Z';
-  return !is_letter || c == 'X' || c == 'Y' || c == 'T';
+  return !is_letter || c == 'X' || c == 'Y' || (c == 'T' && treatment == Treatment::Passed);
 }
 
 }  // namespace
@@ -40,7 +42,8 @@ std::span<const CncInfo> cnc_table() {
 std::optional<CncCommand> find_cnc_command(std::string_view text) {
   const CncInfo* best = nullptr;
   for (const CncInfo& row : kTable) {
-    if (!text.starts_with(row.name) || !ends_name(text.substr(row.name.size()))) continue;
+    if (!text.starts_with(row.name)) continue;
+    if (!ends_name(text.substr(row.name.size()), row.treatment)) continue;
     if (best == nullptr || row.name.size() > best->name.size()) best = &row;
   }
   if (best == nullptr) return std::nullopt;
@@ -50,7 +53,7 @@ std::optional<CncCommand> find_cnc_command(std::string_view text) {
 }
 
 std::optional<double> read_plain_number(std::string_view text) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   if (text.empty() || text.find_first_not_of("-.0123456789") != std::string_view::npos) {
     return std::nullopt;
   }

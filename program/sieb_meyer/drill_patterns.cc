@@ -38,8 +38,7 @@ struct Grid {
 
 tl::expected<Grid, std::string> grid_between(const Eigen::Vector2d& first_mm,
                                              const Eigen::Vector2d& second_mm,
-                                             std::optional<std::int64_t> n_in_row,
-                                             RowRule rule) {
+                                             std::optional<std::int64_t> n_in_row) {
   const Eigen::Vector2d diagonal_mm = second_mm - first_mm;
   if (!diagonal_mm.allFinite()) return not_finite();
   if (diagonal_mm.cwiseAbs().minCoeff() <= kCoincident_mm) {
@@ -51,7 +50,7 @@ tl::expected<Grid, std::string> grid_between(const Eigen::Vector2d& first_mm,
     return refusal(fmt::format("W is {}, expected at least 2 holes in a row", *n_in_row));
   }
   const bool is_falling = (diagonal_mm.x() < 0) != (diagonal_mm.y() < 0);
-  const int along = is_falling == (rule == RowRule::FallingAlongX) ? 0 : 1;
+  const int along = is_falling ? 0 : 1;
   const int across = 1 - along;
   const double length_mm = std::abs(diagonal_mm[along]);
   const double distance_mm = std::abs(diagonal_mm[across]);
@@ -93,9 +92,8 @@ tl::unexpected<std::string> no_roughness(double roughness_mm) {
 
 Holes dual_row(const Eigen::Vector2d& first_mm,
                const Eigen::Vector2d& second_mm,
-               std::optional<std::int64_t> n_in_row,
-               RowRule rule) {
-  const auto grid = grid_between(first_mm, second_mm, n_in_row, rule);
+               std::optional<std::int64_t> n_in_row) {
+  const auto grid = grid_between(first_mm, second_mm, n_in_row);
   if (!grid) return refusal(grid.error());
   const Eigen::Vector2d d_mm = grid->a_mm + (grid->c_mm - grid->b_mm);
   return HoleSequence::rows(grid->a_mm, grid->b_mm, grid->c_mm, d_mm, grid->n_along);
@@ -120,9 +118,8 @@ Holes single_row(const Eigen::Vector2d& first_mm,
 
 Holes quadruple_row(const Eigen::Vector2d& first_mm,
                     const Eigen::Vector2d& second_mm,
-                    std::optional<std::int64_t> n_in_row,
-                    RowRule rule) {
-  const auto grid = grid_between(first_mm, second_mm, n_in_row, rule);
+                    std::optional<std::int64_t> n_in_row) {
+  const auto grid = grid_between(first_mm, second_mm, n_in_row);
   if (!grid) return refusal(grid.error());
   return HoleSequence::outline(grid->a_mm, grid->b_mm, grid->c_mm, grid->n_along, grid->n_across);
 }

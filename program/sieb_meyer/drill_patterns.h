@@ -12,13 +12,8 @@
 
 namespace panelcal::sieb_meyer {
 
-/// Which way the rows of V1 run: it depends on the diagonal, and on the machine's axis version.
-enum class RowRule : std::uint8_t {
-  FallingAlongX,  ///< a falling diagonal has rows along x, a rising one along y (axis version 1)
-  FallingAlongY,  ///< the other way round: one axis mirrored, or the axes swapped
-};
-
-/// V1: two parallel rows of holes between opposite corners.
+/// V1: two parallel rows of holes between opposite corners. A falling diagonal has rows along x, a
+/// rising one along y; other axis versions place them afterwards.
 ///
 /// The first row begins at first_mm, the second comes back from the diagonal corner. Without W the
 /// pitch is 2.54 mm, and both the rows' length and their distance become whole numbers of pitches,
@@ -31,8 +26,7 @@ enum class RowRule : std::uint8_t {
 /// See    tests/program/sieb_meyer/drill_patterns_test.cc
 tl::expected<HoleSequence, std::string> dual_row(const Eigen::Vector2d& first_mm,
                                                  const Eigen::Vector2d& second_mm,
-                                                 std::optional<std::int64_t> n_in_row,
-                                                 RowRule rule = RowRule::FallingAlongX);
+                                                 std::optional<std::int64_t> n_in_row);
 
 /// V2: a row of evenly spaced holes, the first and the last one included, at any angle.
 ///
@@ -56,8 +50,7 @@ tl::expected<HoleSequence, std::string> single_row(const Eigen::Vector2d& first_
 /// See    tests/program/sieb_meyer/drill_patterns_test.cc
 tl::expected<HoleSequence, std::string> quadruple_row(const Eigen::Vector2d& first_mm,
                                                       const Eigen::Vector2d& second_mm,
-                                                      std::optional<std::int64_t> n_in_row,
-                                                      RowRule rule = RowRule::FallingAlongX);
+                                                      std::optional<std::int64_t> n_in_row);
 
 /// V4: holes evenly spaced all round a circle, counterclockwise from first_mm on.
 ///

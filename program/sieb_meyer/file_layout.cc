@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/sieb_meyer/file_layout.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -40,7 +41,7 @@ class TableReader {
     const SourceLine first = cursor.next();
     if (layout_.format == FileFormat::F1000) return read_fixed(first, cursor);
     if (trimmed(first.text) != "$") {
-      refuse(first.number, first.column, first.text, "a $ alone in its line");
+      refuse(first.number, first.column, quoted(first.text), "a $ alone in its line");
       return;
     }
     bool is_closed = false;
@@ -77,12 +78,12 @@ class TableReader {
   }
 
   void read_line(const SourceLine& line) {
+    if (trimmed(line.text).starts_with('M')) return read_magazines(line);
     Block block;
     if (const auto fault = lex(line, block)) {
       return refuse(line.number, fault->column, quoted(fault->text), std::string(fault->expected));
     }
     if (block.n_words == 0) return;
-    if (block.words[0].letter == 'M') return read_magazines(block);
     if (block.words[0].letter != 'T') {
       return refuse(line.number, block.words[0], "T# with the tool's data, M# or $");
     }
@@ -99,15 +100,22 @@ class TableReader {
     }
   }
 
-  void read_magazines(const Block& block) {
+  /// `M46M47`: not read as words of a program, where M47 takes a text.
+  void read_magazines(const SourceLine& line) {
     constexpr int kMostMagazines = 999;
-    for (const Word& word : block.all()) {
+    const std::string_view text = line.text;
+    std::size_t at = text.find_first_not_of(kBlanks);
+    while (at < text.size()) {
+      const auto end = std::min(text.find_first_not_of("0123456789", at + 1), text.size());
+      const Word word{
+          text[at], line.column + static_cast<int>(at), text.substr(at + 1, end - at - 1)};
       const auto number = parse_count(word.number);
       if (word.letter != 'M' || !number || *number < 1 || *number > kMostMagazines) {
-        return refuse(block.line, word, "M# with the number of a magazine");
+        return refuse(line.number, word, "M# with the number of a magazine");
       }
-      if (tool_ == 0) return refuse(block.line, word, "a tool before its magazines");
+      if (tool_ == 0) return refuse(line.number, word, "a tool before its magazines");
       layout_.magazines[tool_].push_back(*number);
+      at = std::min(text.find_first_not_of(kBlanks, end), text.size());
     }
   }
 
@@ -129,13 +137,11 @@ class TableReader {
           tool.retract = datum(v, mm_per_s(v * 1000 / 60));
         });
       case 'N':
-        return read_value(line, word, Quantity::ToolLife, [&](double v) {
-          const bool fits = v <= std::numeric_limits<int>::max();
-          tool.max_hits = fits ? datum(v, static_cast<int>(v)) : std::nullopt;
-        });
+        return read_life(line, word, tool);
       case 'A':
         return read_value(line, word, Quantity::ToolDwell, [&](double v) {
-          layout_.dwells[tool.number] = seconds(v / 1000);
+          layout_.dwells.erase(tool.number);
+          if (v > 0) layout_.dwells.emplace(tool.number, seconds(v / 1000));
         });
       case 'Z':
         if (layout_.format == FileFormat::F5000) {
@@ -151,6 +157,16 @@ class TableReader {
             layout_.format == FileFormat::F5000 ? "D, S, F, R, N, A or Z" : "D, S, F, R, N or A");
         return false;
     }
+  }
+
+  bool read_life(int line, const Word& word, Tool& tool) {
+    bool fits = false;
+    const bool is_read = read_value(line, word, Quantity::ToolLife, [&](double v) {
+      fits = v <= std::numeric_limits<int>::max();
+      if (fits) tool.max_hits = datum(v, static_cast<int>(v));
+    });
+    if (is_read && !fits) refuse(line, word, "fewer strokes");
+    return is_read && fits;
   }
 
   /// Zero says that there is none.
@@ -211,18 +227,23 @@ class TableReader {
   int tool_ = 0;
 };
 
+/// The place of a line that begins at `offset`.
+LinePlace place_of(std::string_view bytes, LinePlace from, std::size_t offset) {
+  const std::string_view before = bytes.substr(from.offset, offset - from.offset);
+  if (before.find('\r') == std::string_view::npos) {
+    return {offset, from.number + static_cast<int>(count_line_feeds(before))};
+  }
+  LineCursor cursor(bytes, from);
+  while (cursor.offset() < offset) cursor.next();
+  return {offset, cursor.line_number()};
+}
+
 /// The line that begins with a $, if there is one.
 std::optional<LinePlace> find_table(std::string_view bytes, LinePlace from) {
-  LineCursor cursor(bytes, from);
   for (auto at = bytes.find('$', from.offset); at != std::string_view::npos;
        at = bytes.find('$', at + 1)) {
     const auto before = bytes.find_last_not_of(kBlanks, at - 1);
-    if (bytes[before] != '\n' && bytes[before] != '\r') continue;
-    while (!cursor.at_end()) {
-      const LinePlace place = cursor.place();
-      cursor.next();
-      if (cursor.offset() > at) return place;
-    }
+    if (bytes[before] == '\n' || bytes[before] == '\r') return place_of(bytes, from, before + 1);
   }
   return std::nullopt;
 }

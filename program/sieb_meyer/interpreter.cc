@@ -66,6 +66,13 @@ void Interpreter::run() {
 
 void Interpreter::end_program() {
   const int line = cursor_.line_number();
+  if (is_routing()) {
+    reporter_.report(Code::ContourUnclosed,
+                     line,
+                     1,
+                     "the program ends while a contour is being routed",
+                     "a T0 line at its end");
+  }
   end_contour(line);
   if (pattern_) {
     reporter_.report(Code::CycleUnfinished,
@@ -128,7 +135,12 @@ bool Interpreter::run_plain(const SourceLine& line) {
   if (coordinate.xy_mm[0]) modal_.at_mm.x() = *coordinate.xy_mm[0];
   if (coordinate.xy_mm[1]) modal_.at_mm.y() = *coordinate.xy_mm[1];
   modal_.at_step_mm = format_step_mm(format_);
-  drill(line.number, modal_.at_mm);
+  ++n_blocks_;
+  if (tool_ && !needs_care_) {
+    emitter_.drill(line.number, modal_.at_mm);
+  } else {
+    drill(line.number, modal_.at_mm);
+  }
   return true;
 }
 
@@ -138,6 +150,7 @@ void Interpreter::run_block(const Block& block) {
                              .expects_count = pattern_.has_value(),
                              .is_pecking = peck_.is_on,
                              .is_pulsing = peck_.is_pulsing};
+  ++n_blocks_;
   auto order = read_order(block, context, reporter_);
   if (!order) return;
   // In format 1000 functions hold for the line they stand in.
@@ -153,6 +166,7 @@ void Interpreter::run_block(const Block& block) {
   run_order(block, *order);
   if (std::exchange(skips_surface_, false)) update_cut();
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
+  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid();
 }
 
 /// The order of things in one line: what holds for the coordinate first, then the coordinate, then
@@ -170,6 +184,11 @@ void Interpreter::prepare(const Block& block, const Order& order) {
   if (order.is_tool_up) end_contour(block.line);
   take_tool(block, order);
   if (order.is_scaled) {
+    if (is_routing()) {
+      report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+      ended_ = true;
+      return;
+    }
     scaling_.is_on = order.is_scaled;
     refresh_placement();
   }
@@ -183,9 +202,10 @@ void Interpreter::prepare(const Block& block, const Order& order) {
       modal_.radius_mm = order.r_mm;
       modal_.center_offset_mm = {};
     }
-    if (order.ij_mm[0] || order.ij_mm[1]) {
-      modal_.center_offset_mm = {order.ij_mm[0].value_or(0), order.ij_mm[1].value_or(0)};
-      if (!order.r_mm) modal_.radius_mm.reset();
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      if (!order.ij_mm[axis]) continue;
+      modal_.center_offset_mm[axis] = order.ij_mm[axis];
+      modal_.radius_mm.reset();
     }
   }
   set_depths(block, order);
@@ -206,46 +226,79 @@ bool Interpreter::move_to(const Block&, const Order& order) {
   return order.has_xy();
 }
 
+/// A word that the line's task has no use for would otherwise vanish.
+bool Interpreter::holds_only(const Block& block, const Order& order, std::uint32_t known) {
+  const std::uint32_t rest = parts_of(order) & ~known;
+  if (rest == 0) return true;
+  const std::uint32_t first = rest & (~rest + 1);
+  report(Code::CommandMisplaced,
+         block,
+         fmt::format("{} has no meaning in {}", form_of(first), quoted(block.text)),
+         "it in a line that can use it");
+  return false;
+}
+
 void Interpreter::move_or_measure(const Block& block, const Order& order) {
-  const bool calls = order.text == Command::Subprogram;
-  if (calls || order.text == Command::TextX || order.text == Command::TextY) {
-    if (modal_.motion || contour_ == Contour::Routing) {
-      return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+  const bool writes = order.text == Command::TextX || order.text == Command::TextY;
+  if (order.text == Command::Subprogram || writes) return call_or_write(block, order);
+  if (order.camera) {
+    if (holds_only(block, order, kCamera | kXy)) optical_order(block, order);
+    return;
+  }
+  if (order.surface) {
+    const std::uint32_t known = kSurface | kXy | kMemory | kToolUp | kDummyTool;
+    if (holds_only(block, order, known)) surface_order(block, order);
+    return;
+  }
+  if (order.memory) {
+    if (holds_only(block, order, kMemory)) take_surface(block, order);
+    return;
+  }
+  if (order.area) {
+    if (holds_only(block, order, kArea | kXy | kRounding)) area(block, order);
+    return;
+  }
+  if (pattern_) return end_pattern(block, order);
+  if (order.v || order.nibble == Command::NibbleSlot) return begin_pattern(block, order);
+  if (order.nibble) {
+    if (holds_only(block, order, kNibble | kXy | kParameters)) nibble_circle(block, order);
+    return;
+  }
+  if (order.is_tool_up) {
+    if (holds_only(block, order, kToolUp | kXy | kSide | kParameters | kText)) {
+      position(block, order);
     }
-    if (pattern_)
-      return report(
-          Code::CycleUnfinished, block, panelcal::quoted(pattern_->text), "its second point");
-    if (calls && modal_.incremental && order.has_xy()) {
+    return;
+  }
+  if (order.motion || modal_.motion ||
+      (contour_ != Contour::None && !order.has_xy() && (parts_of(order) & ~kText) != 0)) {
+    return rout(block, order);
+  }
+  if (!holds_only(block, order, kXy | kText)) return;
+  if (move_to(block, order)) drill(block.line, modal_.at_mm);
+}
+
+void Interpreter::call_or_write(const Block& block, const Order& order) {
+  if (!holds_only(block, order, kText | kXy)) return;
+  if (modal_.motion || is_routing()) {
+    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+  }
+  if (pattern_) {
+    return report(
+        Code::CycleUnfinished, block, panelcal::quoted(pattern_->text), "its second point");
+  }
+  if (order.text == Command::Subprogram) {
+    if (modal_.incremental && order.has_xy()) {
       // Where a call's zero counts from is left open.
       return report(
           Code::ArgumentInvalid, block, quoted(block.text), "G90 before a call with X and Y");
     }
-    if (!calls) {
-      move_to(block, order);
-      return drill_text(block, order.text == Command::TextY);
-    }
     return call(block, order);
   }
-  if (order.camera) return optical_order(block, order);
-  if (order.surface || (order.memory && block.n_words == 1)) return surface_order(block, order);
-  if (order.memory) {
-    return report(Code::ArgumentInvalid, block, quoted(block.text), "L# alone, or with G73 or G74");
+  if (!move_to(block, order)) {
+    return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# where the text begins");
   }
-  if (order.area) return area(block, order);
-  if (pattern_) return end_pattern(block, order);
-  if (order.v || order.nibble == Command::NibbleSlot) return begin_pattern(block, order);
-  if (order.nibble) return nibble_circle(block, order);
-  if (order.is_tool_up) return position(block, order);
-  if (order.motion || modal_.motion) return rout(block, order);
-  if (order.rounding_mm || order.clears_area || order.is_ramp) {
-    return report(Code::CommandMisplaced,
-                  block,
-                  quoted(block.text) + " asks for something that only contours have",
-                  "G1 to G50 in force");
-  }
-  if (order.stop && !order.has_xy()) return;
-  if (!move_to(block, order)) return;
-  drill(block.line, modal_.at_mm);
+  drill_text(block, order.text == Command::TextY);
 }
 
 void Interpreter::report(Code code, const Block& block, std::string what, std::string expected) {

@@ -85,6 +85,7 @@ class Interpreter {
     DepthOfCut from;  ///< differs from `to` on a ramp
     DepthOfCut to;
     std::optional<Feed> feed;
+    std::vector<std::pair<FunctionKind, std::string_view>> events;  ///< before it
   };
 
   /// A pattern or slot that waits for its second point.
@@ -114,7 +115,9 @@ class Interpreter {
   void run_block(const Block& block);
   void run_order(const Block& block, const Order& order);
   void prepare(const Block& block, const Order& order);
+  bool holds_only(const Block& block, const Order& order, std::uint32_t known);
   void move_or_measure(const Block& block, const Order& order);
+  void call_or_write(const Block& block, const Order& order);
   bool move_to(const Block& block, const Order& order);
   void end_program();
   bool has_ended() const {
@@ -133,6 +136,7 @@ class Interpreter {
   void run_kept(int i_section);
   bool is_kept(const Section& section) const;
   bool has_offsets_inside(const Section& section) const;
+  bool begins_alike(const Section& section) const;
   void after_section(const Section& section);
   void call(const Block& block, const Order& order);
   void place(const Placement& placement);
@@ -183,6 +187,7 @@ class Interpreter {
     return surface_cut(line, at_mm, base_cut_);
   }
   void surface_order(const Block& block, const Order& order);
+  void take_surface(const Block& block, const Order& order);
   ProbeRequest probe_request(const Block& block, const Order& order) const;
 
   // interpreter_events.cc
@@ -193,6 +198,7 @@ class Interpreter {
   void texts(const Block& block, const Order& order);
   void message(const Block& block);
   void area(const Block& block, const Order& order);
+  void check_area(const Block& block);
 
   // interpreter_cnc.cc
   void cnc_command(const Block& block);
@@ -212,6 +218,8 @@ class Interpreter {
   TargetPlace target_place(const Block& block, Command command) const;
 
   void report(Code code, const Block& block, std::string what, std::string expected);
+  /// The cutter is down, or will be for a piece that waits for the next one.
+  bool is_routing() const { return is_plunged_ || piece_.has_value(); }
   bool is_first_walk() const { return !emitter_.is_executing(); }
   bool keeps_structure() const { return options_.structure == Structure::Kept; }
 
@@ -244,18 +252,24 @@ class Interpreter {
 
   Modal modal_;
   std::optional<Tool> tool_;
+  bool needs_care_ = false;  ///< a scale, an area or a grid: a hole is more than its place
   Contour contour_ = Contour::None;
   std::optional<PendingPiece> piece_;
   std::optional<PendingPattern> pattern_;
   bool reported_no_tool_ = false;
   bool is_plunged_ = false;
+  /// Where the machine stands, in the coordinates of the placement in force; absent while something
+  /// else may have moved it. Counts only between a T0 line and the next hole.
+  std::optional<Eigen::Vector2d> machine_at_mm_;
+  std::vector<std::pair<FunctionKind, std::string_view>> waiting_events_;  ///< for the next piece
+  std::int64_t n_blocks_ = 0;
   double step_mm_ = 0;                                  ///< rounding of the arc in hand
   std::vector<Position<frame::Nominal>> kept_targets_;  ///< that G31 will fit; structure kept
+  bool kept_offset_ = false;  ///< of the pattern (CAMA), which ends with its copy; structure kept
 
   // Depths
   std::optional<double> z_mm_;
   std::optional<double> k_mm_;
-  std::optional<double> slm_k_mm_;
   DepthOfCut base_cut_;    ///< by planes and reference surface, without the grid
   DepthOfCut ramp_start_;  ///< what it was before this line
   bool depth_control_ = false;
@@ -273,6 +287,7 @@ class Interpreter {
   bool clears_areas_ = false;  ///< ROUT,A
   std::optional<bool> obeys_areas_;
   bool warned_areas_ = false;
+  std::optional<bool> areas_in_copies_;  ///< FORB,A or FORB,M and FORB,P; absent: nobody said
   std::vector<ForbiddenArea> areas_;
   struct Scaling {
     Eigen::Vector2d factor = Eigen::Vector2d::Ones();

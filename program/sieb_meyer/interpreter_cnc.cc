@@ -17,6 +17,36 @@ constexpr double kScalePerStep = 1e-6;
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
+bool takes_argument(CncCode code) {
+  switch (code) {
+    case CncCode::NoScale:
+    case CncCode::NoProgramZero:
+    case CncCode::NoRotation:
+    case CncCode::NibbleInOrder:
+    case CncCode::NibbleAlternating:
+    case CncCode::BlockDelete:
+    case CncCode::NoBlockDelete:
+    case CncCode::PatternMode:
+    case CncCode::HoleMode:
+      return false;
+    default:
+      return true;
+  }
+}
+
+/// `C`, `-C` or either among other letters, `-C,I`.
+std::optional<bool> area_switch(std::string_view argument) {
+  std::optional<bool> is_on;
+  while (!argument.empty()) {
+    const auto comma = argument.find(',');
+    const std::string_view letter = argument.substr(0, comma);
+    if (letter == "C" || letter == "-C") is_on = letter == "C";
+    if (comma == std::string_view::npos) break;
+    argument.remove_prefix(comma + 1);
+  }
+  return is_on;
+}
+
 bool is_machine_function(std::string_view text) {
   return text.size() >= 2 && text.front() == 'M' && parse_count(text.substr(1)).has_value();
 }
@@ -32,9 +62,6 @@ void Interpreter::refuse_cnc(const Block& block, std::string expected) {
 }
 
 void Interpreter::cnc_command(const Block& block) {
-  if (is_plunged_ || piece_) {
-    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
-  }
   if (is_machine_function(block.argument)) {
     return function(block.line, FunctionKind::MachineFunction, block.argument);
   }
@@ -59,6 +86,10 @@ void Interpreter::cnc_command(const Block& block) {
                                   ") in a way that the manual does not describe",
                               "a program without it");
     case Treatment::Obeyed:
+      if (!takes_argument(command->info->code) && !command->argument.empty()) {
+        return refuse_cnc(block, std::string(command->info->name) + " without anything behind it");
+      }
+      machine_at_mm_.reset();
       return obey(block, *command);
   }
 }
@@ -82,6 +113,13 @@ void Interpreter::obey(const Block& block, const CncCommand& command) {
     }
     case CncCode::BlockDelete:
     case CncCode::NoBlockDelete:
+      if (!calls_.empty()) {
+        // The program's sections were found before anyone knew of it.
+        return report(Code::CommandMisplaced,
+                      block,
+                      quoted(block.text) + " in a subprogram",
+                      "BLKD and NOBLKD in the program itself");
+      }
       deletes_blocks_ = command.info->code == CncCode::BlockDelete;
       warned_slash_ = true;
       break;
@@ -90,8 +128,11 @@ void Interpreter::obey(const Block& block, const CncCommand& command) {
       optical_.set_pattern_mode(command.info->code == CncCode::PatternMode);
       break;
     case CncCode::ProgramAreas:
-      if (argument == "C") obeys_areas_ = true;
-      if (argument == "-C") obeys_areas_ = false;
+      if (const auto is_on = area_switch(argument)) obeys_areas_ = is_on;
+      break;
+    case CncCode::ForbiddenAreas:
+      if (argument == "A") areas_in_copies_ = true;
+      if (argument == "M" || argument == "P") areas_in_copies_ = false;
       break;
     case CncCode::ClearAreas:
       if (argument == "A" || argument == "-A") clears_areas_ = argument == "A";

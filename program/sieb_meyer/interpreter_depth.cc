@@ -11,37 +11,57 @@ namespace panelcal::sieb_meyer {
 
 void Interpreter::set_depths(const Block& block, const Order& order) {
   ramp_start_ = base_cut_;
+  const bool routs = (order.motion || modal_.motion) && !order.is_tool_up;
   if (order.h_mm) {
+    if (routs) {
+      return report(Code::ContourUnclosed, block, quoted(block.text), "H# before the contour");
+    }
     if (*order.h_mm < 0) {
-      report(Code::ArgumentInvalid, block, quoted(block.text), "H above zero");
+      report(Code::ArgumentInvalid, block, quoted(block.text), "H of zero or more");
       return;
     }
     const std::string plane = fmt::format("H{:.3f}", *order.h_mm);
     emitter_.put(block.line, Setting{plane});
   }
   if (order.z_mm && *order.z_mm < 0) {
-    return report(Code::ArgumentInvalid, block, quoted(block.text), "Z above zero");
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "Z of zero or more");
   }
-  const bool is_slm_k = order.surface == Command::SurfaceOn;
-  if (order.k_mm && !is_slm_k && *order.k_mm < 0) {
-    return report(Code::ArgumentInvalid, block, quoted(block.text), "K above zero");
+  const bool is_residual_web = order.slm.value_or(false);
+  if (order.k_mm && !is_residual_web && *order.k_mm < 0) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "K of zero or more");
   }
   if (order.is_ramp && !order.z_mm) {
     return report(
         Code::CoordinateMissing, block, quoted(block.text), "G6Z# with the plane at the end");
   }
+  if (order.is_ramp && (depth_control_ || surface_.is_on())) {
+    return report(Code::CommandMisplaced,
+                  block,
+                  quoted(block.text) + " ramps between heights above the table under depth control",
+                  "G82, or G70, before the contour");
+  }
+  if (order.slm && is_routing()) {
+    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+  }
   if (order.z_mm) z_mm_ = order.z_mm;
-  if (order.k_mm) (is_slm_k ? slm_k_mm_ : k_mm_) = order.k_mm;
+  if (order.k_mm) k_mm_ = order.k_mm;
   if (order.depth_control) depth_control_ = *order.depth_control;
-  const bool changes = order.z_mm || order.k_mm || order.depth_control || order.skips_surface;
-  if (changes) update_cut();
+  if (order.slm) {
+    if (keeps_structure()) return refuse_kept(block);
+    *order.slm ? surface_.switch_on() : surface_.switch_off();
+  }
+  const bool changes =
+      order.z_mm || order.k_mm || order.depth_control || order.slm || order.skips_surface;
+  if (!changes) return;
+  update_cut();
+  if (peck_.is_on) check_peck(block.line);
 }
 
 /// What holds for holes and contours from here on, but for what a grid adds at each place.
 void Interpreter::update_cut() {
   base_cut_ = {};
   if (surface_.is_on() && !skips_surface_) {
-    if (slm_k_mm_) base_cut_.depth = mm(*slm_k_mm_);
+    if (k_mm_) base_cut_.depth = mm(*k_mm_);
     base_cut_.surface = surface_.reference();
   } else if (depth_control_) {
     if (k_mm_) base_cut_.depth = mm(*k_mm_);
@@ -73,6 +93,11 @@ DepthOfCut Interpreter::surface_cut(int line, const Eigen::Vector2d& at_mm, cons
 void Interpreter::set_peck(const Block& block, const Order& order) {
   const bool pecks = order.parameters == ParameterKind::Peck;
   const bool pulses = order.parameters == ParameterKind::Pulse;
+  const bool routs = (order.motion || modal_.motion) && !order.is_tool_up;
+  if ((order.peck || order.pulse || pecks || pulses) && routs) {
+    return report(
+        Code::ContourUnclosed, block, quoted(block.text), "peck drilling before the contour");
+  }
   const bool says_numbers = order.ij_mm[0] || order.ij_mm[1] || order.percent || order.permille;
   if (pecks && says_numbers) {
     if (order.ij_mm[0]) peck_.lowering_mm = *order.ij_mm[0];
@@ -172,41 +197,52 @@ ProbeRequest Interpreter::probe_request(const Block& block, const Order& order) 
   return request;
 }
 
-void Interpreter::surface_order(const Block& block, const Order& order) {
-  if (contour_ == Contour::Routing) {
+void Interpreter::take_surface(const Block& block, const Order& order) {
+  if (is_routing()) {
     return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
   }
-  if (keeps_structure()) {
-    report(
-        Code::NotSupported, block, quoted(block.text) + " has no form in the other language", "");
-    ended_ = true;
-    return;
+  surface_.take_reference(block.line, *order.memory);
+  update_cut();
+}
+
+void Interpreter::surface_order(const Block& block, const Order& order) {
+  if (modal_.motion || is_routing()) {
+    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
   }
+  if (pattern_) {
+    return report(
+        Code::CycleUnfinished, block, panelcal::quoted(pattern_->text), "its second point");
+  }
+  if (keeps_structure()) return refuse_kept(block);
+  const bool probes =
+      *order.surface == Command::SurfaceDetect || *order.surface == Command::GridReference ||
+      *order.surface == Command::GridPoint || *order.surface == Command::DepthRecord;
+  if (!probes && (order.has_xy() || order.is_tool_up || order.is_dummy_tool)) {
+    return report(Code::BlockNotAlone,
+                  block,
+                  quoted(block.text),
+                  code_text(*order.surface) + " in a line without X, Y and T");
+  }
+  if (order.is_tool_up && tool_) {  // for probing the tool is put away
+    tool_.reset();
+    emitter_.take(block.line, {Tool{}, std::nullopt});
+  }
+  if (order.is_dummy_tool) function(block.line, FunctionKind::MachineFunction, "TD");
+  contour_ = Contour::None;
   const bool has_place = move_to(block, order);
-  const auto needs_place = [&] {
-    if (has_place) return emitter_.count_target(block.line);
-    report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the place to probe");
-    return false;
-  };
-  if (!order.surface) {
-    surface_.take_reference(block.line, *order.memory);
-    return update_cut();
+  if (probes && !has_place && *order.surface != Command::SurfaceDetect) {
+    return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the place to probe");
   }
+  if (has_place && !emitter_.count_target(block.line)) return;
   switch (*order.surface) {
-    case Command::SurfaceOn:
-      surface_.switch_on();
-      break;
-    case Command::SurfaceOff:
-      surface_.switch_off();
-      break;
     case Command::SurfaceClear:
       surface_.clear_memory();
       break;
     case Command::SurfaceDetect:
-      if (!has_place) {
-        surface_.store_last(block.line, order.memory);
-      } else if (emitter_.count_target(block.line)) {
+      if (has_place) {
         surface_.detect(probe_request(block, order));
+      } else {
+        surface_.store_last(block.line, order.memory);
       }
       break;
     case Command::SurfaceAverage:
@@ -219,19 +255,16 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
       function(block.line, FunctionKind::RetractProbe, "G75");
       break;
     case Command::DepthRecord:
-      if (needs_place()) surface_.record(probe_request(block, order));
+      surface_.record(probe_request(block, order));
       break;
     case Command::GridReference:
-      if (needs_place()) surface_.grid_reference(probe_request(block, order));
+      surface_.grid_reference(probe_request(block, order));
       break;
     default:
-      if (needs_place()) surface_.grid_point(probe_request(block, order));
+      surface_.grid_point(probe_request(block, order));
       break;
   }
   update_cut();
-  // G71 and G70 may stand in the line of a hole; a probed place is none.
-  const bool probes = order.surface != Command::SurfaceOn && order.surface != Command::SurfaceOff;
-  if (has_place && !probes) drill(block.line, modal_.at_mm);
 }
 
 }  // namespace panelcal::sieb_meyer

@@ -60,10 +60,16 @@ void Interpreter::drill_all(int line, const HoleSequence& holes) {
 // --- patterns ----------------------------------------------------------------------------------
 
 void Interpreter::begin_pattern(const Block& block, const Order& order) {
-  if (modal_.motion || contour_ == Contour::Routing) {
+  if (!holds_only(block, order, kPattern | kNibble | kXy)) return;
+  if (modal_.motion || is_routing()) {
     return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
   }
-  move_to(block, order);
+  if (order.v && order.nibble) {
+    return report(Code::CommandMisplaced, block, quoted(block.text), "V1 to V4, or G85");
+  }
+  if (!move_to(block, order)) {
+    return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the first point");
+  }
   pattern_ = PendingPattern{order.v.value_or(0), modal_.at_mm, block.line, std::string(block.text)};
 }
 
@@ -72,9 +78,9 @@ void Interpreter::end_pattern(const Block& block, const Order& order) {
   const auto refuse = [&](const std::string& what, std::string expected) {
     report(Code::CycleInvalid, block, quoted(block.text) + ": " + what, std::move(expected));
   };
-  if (!order.has_xy() || order.motion || order.v || order.nibble || order.is_tool_up) {
+  if (!order.has_xy() || order.peck || order.pulse || (parts_of(order) & ~(kXy | kCount)) != 0) {
     return refuse(panelcal::quoted(pattern.text) + " waits for its second point",
-                  "X#Y# in the next line");
+                  "X#Y#, and W#, alone in the next line");
   }
   move_to(block, order);
   const Eigen::Vector2d second_mm = modal_.at_mm;
@@ -112,13 +118,15 @@ void Interpreter::end_pattern(const Block& block, const Order& order) {
 }
 
 void Interpreter::nibble_circle(const Block& block, const Order& order) {
-  if (modal_.motion || contour_ == Contour::Routing) {
+  if (modal_.motion || is_routing()) {
     return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
   }
-  if (!order.r_mm) {
+  if (!order.r_mm || order.ij_mm[0] || order.ij_mm[1]) {
     return report(Code::CycleInvalid, block, quoted(block.text), "G84R# with the circle's radius");
   }
-  move_to(block, order);
+  if (!move_to(block, order)) {
+    return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the centre");
+  }
   const auto diameter_mm = tool_diameter_mm(block);
   if (!diameter_mm) return;
   const auto holes = nibbled_circle(modal_.at_mm, *order.r_mm, *diameter_mm, nibbling_);

@@ -18,6 +18,7 @@ void Interpreter::take_tool(const Block& block, const Order& order) {
   }
   if (tool_ && tool_->number == *order.tool) return;
   const auto defined = program_.layout.tools.find(*order.tool);
+  machine_at_mm_.reset();
   tool_ = defined == program_.layout.tools.end() ? Tool{.number = *order.tool} : defined->second;
   emitter_.take(block.line, {*tool_, std::nullopt});
 }
@@ -26,21 +27,39 @@ void Interpreter::function(int line, FunctionKind kind, std::string_view text) {
   emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
 }
 
+/// What comes inside a contour waits for the piece that is routed in the same line. The manual has
+/// no machine functions there but M21.
 void Interpreter::events_before(const Block& block, const Order& order) {
+  const bool routs = (order.motion || modal_.motion || is_routing()) && !order.is_tool_up;
+  const auto refuse = [&](std::string expected) {
+    report(Code::ContourUnclosed, block, quoted(block.text), std::move(expected));
+    ended_ = true;
+  };
   if (order.may_stop) {
-    if ((order.motion || modal_.motion) && !order.is_tool_up) {
-      return report(
-          Code::ContourUnclosed, block, quoted(block.text), "M20 in a T0 line or a drilling line");
-    }
+    if (routs) return refuse("M20 in a T0 line or a drilling line");
     emitter_.put(block.line, panelcal::Stop{.kind = StopKind::Optional});
   }
+  if (order.stop && routs) return refuse("M28 and M29 behind the T0 line that ends the contour");
+  if (order.text && routs) return refuse("a T0 line before it");
+  const auto event = [&](FunctionKind kind, std::string_view text) {
+    if (routs) {
+      waiting_events_.emplace_back(kind, text);
+    } else {
+      function(block.line, kind, text);
+    }
+  };
   if (order.checks_breakage) {
     const bool is_on = *order.checks_breakage;
-    function(block.line,
-             is_on ? FunctionKind::BreakageCheckOn : FunctionKind::BreakageCheckOff,
-             is_on ? "M95" : "M94");
+    event(is_on ? FunctionKind::BreakageCheckOn : FunctionKind::BreakageCheckOff,
+          is_on ? "M95" : "M94");
   }
   for (const Command command : order.functions) {
+    if (command == Command::OutputOn) {
+      event(FunctionKind::MachineFunction, "M21");
+      continue;
+    }
+    if (routs) return refuse("machine functions outside contours");
+    machine_at_mm_.reset();
     function(block.line, FunctionKind::MachineFunction, code_text(command));
   }
   texts(block, order);
@@ -70,14 +89,14 @@ void Interpreter::texts(const Block& block, const Order& order) {
 
 /// The signs that the control takes from the text's beginning are the control's.
 void Interpreter::message(const Block& block) {
-  if (is_plunged_ || piece_) {
-    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
-  }
+  machine_at_mm_.reset();  // &P goes to the park position
   emitter_.put(block.line, Message{block.argument});
 }
 
 void Interpreter::events_after(const Block& block, const Order& order) {
   if (!order.stop) return;
+  machine_at_mm_.reset();
+  contour_ = Contour::None;
   const bool goes_home = *order.stop == Command::MachineZero;
   function(block.line,
            goes_home ? FunctionKind::MachineZero : FunctionKind::ParkPosition,
@@ -96,10 +115,10 @@ void Interpreter::area(const Block& block, const Order& order) {
                      quoted(block.text) + " is obeyed",
                      "M49,PRGM,C or M49,PRGM,-C, or [program] obeys_areas in machine.toml");
   }
+  contour_ = Contour::None;
   if (!obeys_areas_.value_or(true)) return;
-  if (*order.area != Command::ForbiddenArea) {
-    return function(block.line, FunctionKind::CheckArea, block.text);
-  }
+  if (*order.area != Command::ForbiddenArea) return check_area(block);
+  if (!steps_.empty() && !areas_in_copies_.value_or(true)) return;
   constexpr std::size_t kMostAreas = 99;
   if (!order.rounding_mm || *order.rounding_mm <= 0) {
     return report(Code::ArgumentInvalid, block, quoted(block.text), "M58D# with the edge's length");
@@ -114,7 +133,23 @@ void Interpreter::area(const Block& block, const Order& order) {
     return report(Code::ArgumentInvalid, block, quoted(block.text), "at most 99 forbidden areas");
   }
   areas_.push_back({center, half_mm});
-  function(block.line, FunctionKind::ForbiddenArea, block.text);
+  // Without a text: the holes are left out already, and the control must not omit others.
+  function(block.line, FunctionKind::ForbiddenArea, {});
+}
+
+/// M56 and M57 go to the machine as they stand, so nothing may have moved them.
+void Interpreter::check_area(const Block& block) {
+  const CorrectionStack& stack = measuring_.corrections().stack;
+  const bool is_moved = !steps_.empty() || !calls_.empty() || stack.base() != nullptr ||
+                        stack.nested() != nullptr || rotation_rad_ != 0 ||
+                        (scaling_.is_set() && scaling_.is_on.value_or(true));
+  if (is_moved) {
+    return report(Code::NotSupported,
+                  block,
+                  quoted(block.text) + " is moved by a section, a scale or a correction",
+                  "check areas outside of them");
+  }
+  function(block.line, FunctionKind::CheckArea, block.text);
 }
 
 }  // namespace panelcal::sieb_meyer

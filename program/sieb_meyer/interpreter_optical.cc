@@ -21,7 +21,7 @@ TargetPlace Interpreter::target_place(const Block& block, Command command) const
 
 void Interpreter::optical_order(const Block& block, const Order& order) {
   const Command command = *order.camera;
-  if (contour_ == Contour::Routing || modal_.motion) {
+  if (modal_.motion || is_routing()) {
     return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
   }
   if (pattern_) {
@@ -37,6 +37,7 @@ void Interpreter::optical_order(const Block& block, const Order& order) {
         quoted(block.text),
         measures ? "X#Y# of the target" : code_text(command) + " in a line without X and Y");
   }
+  contour_ = Contour::None;
   move_to(block, order);
   if (measures && !emitter_.count_target(block.line)) return;
   if (measures && !is_scaling_decided(block.line)) return;
@@ -49,15 +50,17 @@ void Interpreter::optical_order(const Block& block, const Order& order) {
     case Command::MeasureOffset: {
       if (optical_.is_pattern_mode()) return optical_.measure_pattern(target);
       const auto seen = optical_.measure_hole(target);  // in both walks, whatever the tool
-      if (seen && has_tool(block.line)) {
+      if (seen && has_tool(block.line) && !is_forbidden(block.line, modal_.at_mm)) {
+        emitter_.set_cut(cut_at(block.line, modal_.at_mm));
         emitter_.drill_at_target(block.line, modal_.at_mm, *seen);
+        emitter_.set_cut(base_cut_);
       }
       return;
     }
     case Command::CorrectionOn:
       return optical_.calculate(target);
     case Command::CorrectionOff:
-      return optical_.turn_off();
+      return optical_.turn_off(n_blocks_);
     default:
       return optical_.clear();
   }
@@ -76,6 +79,7 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
     case Command::MeasureOffset:
       if (optical_.is_pattern_mode()) {
         const std::array targets = {target.nominal};
+        kept_offset_ = true;
         return emitter_.put(block.line, VisionSeries{CorrectionLevel::Nested, targets});
       }
       if (has_tool(block.line)) {
@@ -100,6 +104,11 @@ void Interpreter::refuse_kept(const Block& block) {
 }
 
 void Interpreter::camera_text(const Block& block, Command command) {
+  if (block.n_words != 1) {
+    return report(
+        Code::BlockNotAlone, block, quoted(block.text), code_text(command) + " alone in its line");
+  }
+  contour_ = Contour::None;
   if (command == Command::CorrectionValues) {
     if (keeps_structure()) return refuse_kept(block);
     const bool is_passed =

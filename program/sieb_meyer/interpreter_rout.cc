@@ -46,43 +46,50 @@ std::optional<Length> Interpreter::tool_diameter() const {
   return tool_ ? tool_->diameter : std::nullopt;
 }
 
-/// T0 with coordinates moves with the tool up; if a contour was being routed, it has ended.
+/// T0 with coordinates moves with the tool up; if a contour was being routed, it has ended. Behind
+/// a figure the move waits until something is routed from there.
 void Interpreter::position(const Block& block, const Order& order) {
   const Eigen::Vector2d before_mm = modal_.at_mm;
   const Contour was = contour_;
-  const bool moves = move_to(block, order);
+  const bool has_place = move_to(block, order);
   contour_ = Contour::Positioned;
-  if (order.motion) modal_.motion = order.motion;
   if (order.side) modal_.side = *order.side;
-  if (!moves || !has_tool(block.line) || !is_scaling_decided(block.line)) return;
-  const bool stays = modal_.at_mm == before_mm && was != Contour::None;
-  if (!stays) emitter_.move(block.line, modal_.at_mm);
+  if (!has_place || !has_tool(block.line) || !is_scaling_decided(block.line)) return;
+  if (was == Contour::Figures && modal_.at_mm == before_mm) return;
+  if (was != Contour::None && machine_at_mm_ == modal_.at_mm) return;
+  emitter_.move(block.line, modal_.at_mm);
+  machine_at_mm_ = modal_.at_mm;
 }
 
 /// Raises the tool and forgets what holds for one contour only.
 void Interpreter::end_contour(int line) {
   flush_piece(nullptr);
+  for (const auto& [kind, text] : std::exchange(waiting_events_, {})) {
+    emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
+  }
   if (std::exchange(is_plunged_, false)) emitter_.put(line, Retract{});
-  // The tool stands where the last piece ended, so that T0 there need not move.
-  contour_ = contour_ == Contour::None ? Contour::None : Contour::Positioned;
+  if (contour_ == Contour::Routing) contour_ = Contour::Positioned;
   modal_.motion.reset();
   modal_.side = CompensationSide::Off;
 }
 
 void Interpreter::rout(const Block& block, const Order& order) {
   const Command motion = order.motion.value_or(modal_.motion.value_or(Command::RoutLine));
+  const bool is_one_figure = is_figure(motion);
+  const std::uint32_t known =
+      is_one_figure ? kXy | kMotion | kCutArea | kFinish | kParameters
+                    : kXy | kMotion | kSide | kRamp | kFinish | kRounding | kParameters;
+  if (!holds_only(block, order, known)) return;
   if (contour_ == Contour::None) {
     return report(Code::ContourUnopened, block, quoted(block.text), "X#Y#T0 before it");
   }
   if (order.side) modal_.side = *order.side;
-  if (!order.has_xy() && !order.motion) return;
-  if (is_figure(motion)) {
-    modal_.motion = motion;
-    return figure(block, order);
-  }
-  if (order.clears_area) {
-    return report(
-        Code::CommandMisplaced, block, quoted(block.text), "G43 with G45, G46, G49 or G50");
+  if (order.motion) modal_.motion = order.motion;
+  if (is_one_figure && order.has_xy()) return figure(block, order);
+  if (!order.has_xy()) {
+    const std::uint32_t without_place = kMotion | kSide | kParameters;
+    holds_only(block, order, without_place);
+    return;
   }
   if (contour_ == Contour::Figures) {
     return report(Code::ContourUnopened,
@@ -91,8 +98,6 @@ void Interpreter::rout(const Block& block, const Order& order) {
                   "X#Y#T0 where the next contour begins");
   }
   const bool is_first = contour_ == Contour::Positioned;
-  modal_.motion = motion;
-  if (!order.has_xy()) return;
   const Eigen::Vector2d from_mm = modal_.at_mm;
   const double from_step_mm = modal_.at_step_mm;
   move_to(block, order);
@@ -111,9 +116,10 @@ void Interpreter::rout(const Block& block, const Order& order) {
   next.rounding_mm = order.rounding_mm;
   next.finishes = order.finishes;
   next.side = modal_.side;
-  next.from = next.to = emitter_.cut();
+  next.from = next.to = base_cut_;
   next.feed = modal_.feed;
   if (order.is_ramp) next.from = ramp_start_;
+  next.events = std::exchange(waiting_events_, {});
   step_mm_ = std::max({from_step_mm, modal_.at_step_mm, modal_.arc_step_mm});
   if (motion != Command::RoutLine &&
       !make_arc(block, motion == Command::RoutClockwise, next.piece)) {
@@ -133,7 +139,7 @@ bool Interpreter::make_arc(const Block& block, bool clockwise, ContourPiece& pie
     return false;
   }
   if (modal_.radius_mm) return make_radius_arc(block, clockwise, piece);
-  if (!modal_.center_offset_mm[0]) {
+  if (!modal_.center_offset_mm[0] && !modal_.center_offset_mm[1]) {
     report(Code::ArcInvalid, block, quoted(block.text), "R#, or I#J#, in this line or before it");
     return false;
   }
@@ -169,8 +175,8 @@ bool Interpreter::make_radius_arc(const Block& block, bool clockwise, ContourPie
 bool Interpreter::make_center_arc(const Block& block, bool, ContourPiece& piece) {
   constexpr double kMostMismatch = 0.03;
   const Eigen::Vector2d center_mm =
-      piece.start_mm -
-      Eigen::Vector2d(*modal_.center_offset_mm[0], modal_.center_offset_mm[1].value_or(0));
+      piece.start_mm - Eigen::Vector2d(modal_.center_offset_mm[0].value_or(0),
+                                       modal_.center_offset_mm[1].value_or(0));
   const double start_mm = (piece.start_mm - center_mm).norm();
   const double end_mm = (piece.end_mm - center_mm).norm();
   const double mismatch_mm = std::abs(start_mm - end_mm);
@@ -202,7 +208,7 @@ bool Interpreter::make_center_arc(const Block& block, bool, ContourPiece& piece)
 
 /// Format 1000: I and J have no sign, and a line routs no more than one quadrant, which decides.
 bool Interpreter::make_quadrant(const Block& block, bool clockwise, ContourPiece& piece) {
-  const double i_mm = *modal_.center_offset_mm[0];
+  const double i_mm = modal_.center_offset_mm[0].value_or(0);
   const double j_mm = modal_.center_offset_mm[1].value_or(0);
   const double radius_mm = std::hypot(i_mm, j_mm);
   std::optional<Eigen::Vector2d> best_mm;
@@ -268,6 +274,7 @@ void Interpreter::flush_piece(PendingPiece* next) {
   rounding.piece = {corner->start_mm, corner->end_mm, corner->center_mm, corner->clockwise};
   rounding.from = rounding.to;
   rounding.finishes = false;
+  if (has_rest) rounding.events.clear();
   send_piece(rounding);
 }
 
@@ -275,10 +282,14 @@ void Interpreter::send_piece(const PendingPiece& pending) {
   const int line = pending.line;
   if (!is_plunged_) {
     is_plunged_ = true;
+    if (machine_at_mm_ != pending.piece.start_mm) emitter_.move(line, pending.piece.start_mm);
     emitter_.set_cut(surface_cut(line, pending.piece.start_mm, pending.from));
     emitter_.plunge(line, PlungeKind::Plain, pending.side, tool_diameter());
   } else {
     emitter_.compensate(line, pending.side, tool_diameter());
+  }
+  for (const auto& [kind, text] : pending.events) {
+    emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
   }
   if (pending.finishes) {
     emitter_.put(line, Function{.kind = FunctionKind::FinishRouting, .text = "G11"});
@@ -300,6 +311,7 @@ void Interpreter::send_piece(const PendingPiece& pending) {
     at_mm = part.end_mm;
   }
   emitter_.set_cut(base_cut_);
+  machine_at_mm_ = piece.end_mm;
 }
 
 /// Arcs are at most half circles: longer ones were cut.
@@ -387,6 +399,7 @@ void Interpreter::figure(const Block& block, const Order& order) {
     if (has_ended()) return;
   }
   is_plunged_ = false;
+  machine_at_mm_.reset();
   emitter_.put(block.line, Retract{});
 }
 
@@ -411,15 +424,21 @@ tl::expected<FigurePath, std::string> Interpreter::figure_path(Command motion,
     }
     return rectangle_inside(modal_.at_mm, sides_mm, diameter_mm, turn, cut);
   }
-  if (!modal_.radius_mm) return tl::unexpected<std::string>("the radius is missing, expected R#");
+  // I and J are the shares of a radius as well: format 1000 has no R.
+  std::optional<double> radius_mm = modal_.radius_mm;
+  if (!radius_mm && (modal_.center_offset_mm[0] || modal_.center_offset_mm[1])) {
+    radius_mm =
+        std::hypot(modal_.center_offset_mm[0].value_or(0), modal_.center_offset_mm[1].value_or(0));
+  }
+  if (!radius_mm) return tl::unexpected<std::string>("the radius is missing, expected R#");
   const bool is_disk = motion == Command::DiskClockwise || motion == Command::DiskCounterclockwise;
   if (is_disk) {
     if (order.clears_area) {
       return tl::unexpected<std::string>("G43 clears the inside of a hole, expected G45 or G46");
     }
-    return disk_outside(modal_.at_mm, *modal_.radius_mm, diameter_mm, turn);
+    return disk_outside(modal_.at_mm, *radius_mm, diameter_mm, turn);
   }
-  return circle_inside(modal_.at_mm, *modal_.radius_mm, diameter_mm, turn, cut);
+  return circle_inside(modal_.at_mm, *radius_mm, diameter_mm, turn, cut);
 }
 
 }  // namespace panelcal::sieb_meyer

@@ -29,13 +29,24 @@ void Interpreter::run_text(const Text& text,
     const int number = cursor_.line_number();
     const std::int64_t n_before = emitter_.n_operations();
     run_line(cursor_.next());
-    if (!steps_.empty() && emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
+    // Subprograms that call subprograms repeat lines as sections do.
+    const bool is_repeated = !steps_.empty() || !calls_.empty();
+    if (is_repeated && emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
   }
 }
 
 void Interpreter::run_section(int i_section) {
   const Section& section = text_.sections->sections[static_cast<std::size_t>(i_section)];
   const Text text = text_;
+  if (depth_ >= kMostLevels) {  // a subprogram's brackets count from where it is called
+    reporter_.report(Code::NestingTooDeep,
+                     section.begin.number,
+                     1,
+                     "M31 opens another level",
+                     fmt::format("at most {} levels, subprograms counted", kMostLevels));
+    ended_ = true;
+    return;
+  }
   if (!section.is_offset()) {
     ++depth_;
     run_body(i_section);
@@ -44,7 +55,16 @@ void Interpreter::run_section(int i_section) {
     cursor_ = LineCursor(text.bytes, section.after);
     return;
   }
-  if (contour_ == Contour::Routing || piece_) {
+  if (pattern_) {
+    reporter_.report(Code::CycleUnfinished,
+                     pattern_->line,
+                     1,
+                     panelcal::quoted(pattern_->text) + " has no second point before a section",
+                     "X#Y# in the next line");
+    ended_ = true;
+    return;
+  }
+  if (is_routing()) {
     reporter_.report(Code::ContourUnclosed,
                      section.begin.number,
                      1,
@@ -74,31 +94,34 @@ void Interpreter::run_copies(int i_section) {
   const Section& section = text_.sections->sections[static_cast<std::size_t>(i_section)];
   const Modal start = modal_;
   const Placement outer = placement_;
-  const std::int64_t n_before = emitter_.n_operations();
-  const std::int64_t n_idle_before = emitter_.n_idle_lines();
   steps_.emplace_back(section.n_copies(), 0);
   place_.path.push_back(0);
-  // A copy that is only counted may begin with the tool that the one before it ended with.
-  const std::int64_t n_walked = section.has.tool_changes ? 2 : 1;
-  const bool counts_copies =
-      is_first_walk() && !section.has.measurements && !keeps_structure() && areas_.empty();
+  // The second copy begins with the tool and the planes that the first one ended with, as all
+  // others do; so they are only counted.
+  constexpr std::int64_t kWalked = 2;
+  const bool counts_copies = is_first_walk() && !section.has.measurements &&
+                             !section.has.own_copies && !keeps_structure() && areas_.empty();
   std::int64_t i_copy = 0;
+  std::int64_t n_before = 0;
+  std::int64_t n_idle_before = 0;
   for (const CopyRow& row : section.rows) {
     for (std::int64_t i = 0; i < row.count && !has_ended(); ++i, ++i_copy) {
-      if (counts_copies && i_copy == n_walked) break;
+      if (counts_copies && i_copy == kWalked) break;
+      n_before = emitter_.n_operations();
+      n_idle_before = emitter_.n_idle_lines();
       steps_.back().second = i_copy;
       place_.path.back() = static_cast<int>(i_copy);
       const Eigen::Vector2d offset_mm = row.offset_mm(i);
       place(outer * Transform<frame::Programmed, frame::Programmed>(row.orientation, offset_mm));
       run_copy(i_section, start);
     }
-    if (counts_copies && i_copy == n_walked) break;
+    if (counts_copies && i_copy == kWalked) break;
   }
   const std::int64_t n_left = section.n_copies() - i_copy;
   if (counts_copies && n_left > 0 && !has_ended()) {
     emitter_.count_copies(n_left,
-                          (emitter_.n_operations() - n_before) / i_copy,
-                          (emitter_.n_idle_lines() - n_idle_before) / i_copy,
+                          emitter_.n_operations() - n_before,
+                          emitter_.n_idle_lines() - n_idle_before,
                           section.begin.number);
   }
   steps_.pop_back();
@@ -111,6 +134,7 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
   modal_ = start;
   contour_ = Contour::None;
   const bool was_on = surface_.is_on();
+  optical_.begin_copy();
   run_body(i_section);
   if (has_ended()) return;
   const int line = cursor_.line_number();
@@ -122,7 +146,7 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
                      "X#Y# in the next line");
     pattern_.reset();
   }
-  if (contour_ == Contour::Routing || piece_) {
+  if (is_routing()) {
     reporter_.report(Code::ContourUnclosed,
                      line,
                      1,
@@ -137,7 +161,10 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
                      "the section ends with surface detection on (G71)",
                      "G70 before the offsets");
   }
-  optical_.end_copy();
+  optical_.end_copy(line);
+  if (std::exchange(kept_offset_, false)) {
+    emitter_.put(line, CancelCorrection{CorrectionLevel::Nested});
+  }
 }
 
 /// The manual switches to absolute coordinates at an offset line, and takes program zero for the
@@ -147,6 +174,7 @@ void Interpreter::after_section(const Section& section) {
   modal_.incremental = false;
   modal_.motion.reset();
   modal_.side = CompensationSide::Off;
+  contour_ = Contour::None;
   // An offset line may switch something else for what follows, such as M92.
   Block block;
   if (lex(LineCursor(text_.bytes, section.closing).next(), block)) return;
@@ -171,12 +199,35 @@ bool Interpreter::has_offsets_inside(const Section& section) const {
   });
 }
 
+/// A copy of a section that works before it takes a tool, and takes one later, begins with another
+/// tool than the first copy did; what figures and patterns do depends on the tool.
+bool Interpreter::begins_alike(const Section& section) const {
+  bool works_first = false;
+  LineCursor cursor(text_.bytes, section.begin);
+  while (cursor.offset() < section.body_end) {
+    Block block;
+    if (lex(cursor.next(), block)) continue;
+    bool takes_tool = false;
+    bool works = false;
+    bool measures = false;  // which needs no tool
+    for (const Word& word : block.all()) {
+      const auto command = word.letter == 'G' ? command_of(word) : std::nullopt;
+      measures |= command && is_camera(*command);
+      takes_tool |= word.letter == 'T' && parse_count(word.number).value_or(0) > 0;
+      works |= word.letter == 'X' || word.letter == 'Y';
+    }
+    if (takes_tool) return !works_first;
+    works_first |= works && !measures;
+  }
+  return true;
+}
+
 /// The innermost patterns are passed on as such; what repeats them is executed.
 bool Interpreter::is_kept(const Section& section) const {
   constexpr std::int64_t kMostCopies = 10'000;
   return keeps_structure() && section.n_copies() <= kMostCopies && !has_offsets_inside(section) &&
-         !section.has.calls && !section.has.own_copies && calls_.empty() && areas_.empty() &&
-         !scaling_.is_set() && rotation_rad_ == 0;
+         !section.has.calls && !section.has.own_copies && begins_alike(section) && calls_.empty() &&
+         areas_.empty() && !scaling_.is_set() && rotation_rad_ == 0;
 }
 
 void Interpreter::run_kept(int i_section) {
@@ -211,6 +262,7 @@ void Interpreter::place(const Placement& placement) {
 /// Scale and rotation act on the placed coordinates: program zero and the centre of scaling are
 /// places on the table.
 void Interpreter::refresh_placement() {
+  machine_at_mm_.reset();
   place_.placement = placement_;
   if (scaling_.is_on.value_or(false) && scaling_.is_set()) {
     const Transform<frame::Nominal, frame::Nominal> scale(
@@ -278,16 +330,16 @@ void Interpreter::call(const Block& block, const Order& order) {
   const std::string file = reporter_.file();
   const std::string_view place_file = place_.file;
   reporter_.set_file(source.file);
-  const auto [scanned, is_new] = subprogram_sections_.try_emplace(name);
+  // What BLKD leaves out is no part of the sections.
+  const auto [scanned, is_new] =
+      subprogram_sections_.try_emplace(deletes_blocks_ ? "/" + name : name);
   if (is_new) {
-    scanned->second = scan_sections(source.bytes,
-                                    body.begin,
-                                    body.end,
-                                    {.format = format_,
-                                     .deletes_blocks = deletes_blocks_,
-                                     .in_subprogram = true,
-                                     .depth = depth_ + 1},
-                                    reporter_);
+    scanned->second =
+        scan_sections(source.bytes,
+                      body.begin,
+                      body.end,
+                      {.format = format_, .deletes_blocks = deletes_blocks_, .in_subprogram = true},
+                      reporter_);
   }
   if (!scanned->second.is_sound) {
     ended_ = true;
@@ -320,6 +372,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   cursor_ = back;
   modal_ = modal;
   modal_.feed = feed;
+  contour_ = Contour::None;
   // FA, SA and FV may have been set inside: their effect is on the placement, not in it.
   place(outer);
 }

@@ -160,6 +160,8 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
     } else if (*command != Command::UserMessage) {
       return LexFault{column_of(text.data()), text, "a comma before the text"};
     }
+    // A CNC command has no brackets; all other texts may.
+    if (*command == Command::CncCommand) text = trimmed(text.substr(0, text.find('(')));
     block.argument = text;
     block.argument_column = column_of(text.data());
     return std::nullopt;

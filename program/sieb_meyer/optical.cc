@@ -38,7 +38,6 @@ Position<frame::Actual> OpticalSession::corrected(const Position<frame::Nominal>
 
 std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
                                                 const Position<frame::Actual>& expected) {
-  was_just_turned_off_ = false;
   MeasurementRequest request;
   request.line = target.line;
   request.file = target.file;
@@ -60,6 +59,22 @@ void OpticalSession::measure(const TargetPlace& target) {
   add_point(target, *index);
 }
 
+/// A slot shows the program's x or y; where the program is turned, that is another axis of the
+/// board.
+ObservedAxes OpticalSession::seen_axis(const TargetPlace& target, bool is_x) {
+  constexpr double kRounding = 1e-9;
+  const Eigen::Vector2d axis = target.placement.linear().col(is_x ? 0 : 1).cwiseAbs();
+  if (axis.x() > kRounding && axis.y() > kRounding) {
+    reporter_.report(Code::NotSupported,
+                     target.line,
+                     1,
+                     "a slot is measured in a program that is turned by less than a quarter",
+                     "slots along the board's axes (measurement mode 5)");
+    measuring_.stop();
+  }
+  return axis.x() > axis.y() ? ObservedAxes::X : ObservedAxes::Y;
+}
+
 void OpticalSession::add_point(const TargetPlace& target, std::size_t i_measurement) {
   FitPoint point = measuring_.fit_point(i_measurement);
   const bool finishes = target.command == Command::FinishMeasure;
@@ -70,7 +85,7 @@ void OpticalSession::add_point(const TargetPlace& target, std::size_t i_measurem
       if (finishes) close_layers();
       return;
     case 5:
-      point.axes = finishes ? ObservedAxes::X : ObservedAxes::Y;
+      point.axes = seen_axis(target, finishes);
       break;
     default:
       break;
@@ -115,7 +130,7 @@ std::optional<PositionEstimate<frame::Actual>> OpticalSession::measure_hole(
 /// on top of it.
 void OpticalSession::measure_pattern(const TargetPlace& target) {
   constexpr std::size_t kMostPoints = 2;
-  if (pattern_points_.size() == kMostPoints) {
+  if (pattern_.points.size() == kMostPoints) {
     reporter_.report(Code::CommandMisplaced,
                      target.line,
                      1,
@@ -128,16 +143,16 @@ void OpticalSession::measure_pattern(const TargetPlace& target) {
       measuring_.corrections().stack.base_from_nominal()(target.nominal).in_mm();
   const auto index = look(target, position_mm<frame::Actual>(expected_mm));
   if (!index) return;
-  has_lost_in_pattern_ |= !measuring_.is_found(*index);
-  pattern_measurements_.push_back(*index);
-  pattern_points_.push_back(measuring_.fit_point(*index));
+  pattern_.has_lost |= !measuring_.is_found(*index);
+  pattern_.measurements.push_back(*index);
+  pattern_.points.push_back(measuring_.fit_point(*index));
   SeriesResult series = new_series(CorrectionLevel::Nested, target);
-  series.measurements = pattern_measurements_;
+  series.measurements = pattern_.measurements;
   series.model = PanelModel::Offset;
   std::vector<FitPoint> points;
-  if (!has_lost_in_pattern_) points = pattern_points_;
-  nested_ = measuring_.fit(std::move(series), points);
-  measuring_.activate(*nested_, target.line);
+  if (!pattern_.has_lost) points = pattern_.points;
+  pattern_.nested = measuring_.fit(std::move(series), points);
+  measuring_.activate(*pattern_.nested, target.line);
 }
 
 // --- corrections -------------------------------------------------------------------------------
@@ -158,7 +173,6 @@ int OpticalSession::n_equations() const {
 }
 
 void OpticalSession::calculate(const TargetPlace& place) {
-  was_just_turned_off_ = false;
   if (!layers_.empty()) {
     reporter_.report(Code::SeriesUnfinished,
                      place.line,
@@ -189,52 +203,64 @@ void OpticalSession::calculate(const TargetPlace& place) {
                            std::exchange(has_lost_, false) ? std::span<const FitPoint>()
                                                            : std::span<const FitPoint>(points));
   }
-  nested_.reset();
+  pattern_.nested.reset();
   is_on_ = true;
   measuring_.activate(*base_, place.line);
 }
 
-void OpticalSession::turn_off() {
-  if (std::exchange(was_just_turned_off_, true)) return clear();
+void OpticalSession::turn_off(std::int64_t i_block) {
+  const bool is_second = turned_off_in_ && *turned_off_in_ + 1 == i_block;
+  turned_off_in_ = i_block;
+  if (is_second) return clear();
   is_on_ = false;
   measuring_.corrections().clear_base();
 }
 
 void OpticalSession::clear() {
   is_on_ = false;
-  was_just_turned_off_ = false;
   base_.reset();
-  nested_.reset();
+  pattern_.nested.reset();
   points_.clear();
   measurements_.clear();
   layers_.clear();
   has_lost_ = false;
+  spread_mm_ = 0;
   measuring_.corrections().clear_base();
 }
 
-void OpticalSession::end_copy() {
-  pattern_points_.clear();
-  pattern_measurements_.clear();
-  has_lost_in_pattern_ = false;
-  if (!std::exchange(nested_, std::nullopt)) return;
+void OpticalSession::begin_copy() {
+  outer_patterns_.push_back(pattern_);
+  pattern_.points.clear();
+  pattern_.measurements.clear();
+  pattern_.has_lost = false;
+}
+
+void OpticalSession::end_copy(int line) {
+  const PatternState inner = std::exchange(pattern_, outer_patterns_.back());
+  outer_patterns_.pop_back();
+  if (inner.nested == pattern_.nested) return;
   measuring_.corrections().clear_nested();
+  const bool is_of_this_base = pattern_.nested && measuring_.series(*pattern_.nested).base_series ==
+                                                      measuring_.corrections().base_series;
+  if (!is_of_this_base) {
+    pattern_.nested.reset();
+    return;
+  }
+  measuring_.activate(*pattern_.nested, line);
 }
 
 void OpticalSession::end_program(int line) {
   if (measurements_.empty() || measuring_.must_stop()) return;
-  reporter_.report(
-      Code::SeriesUnfinished,
-      line,
-      1,
-      fmt::format(
-          "{} targets measured since line {} are never used", measurements_.size(), first_line_),
-      "G31 behind them");
+  reporter_.report(Code::SeriesUnfinished,
+                   line,
+                   1,
+                   fmt::format("nothing uses what was measured since line {}", first_line_),
+                   "G31 behind the last target");
 }
 
 // --- saved sets --------------------------------------------------------------------------------
 
 bool OpticalSession::organize(const Block& block, int step, const TargetPlace& place) {
-  was_just_turned_off_ = false;
   const std::string_view text = block.argument;
   const auto is_word = [&](std::string_view word) { return text.starts_with(word); };
   const auto slot_behind = [&](std::string_view word) -> std::optional<int> {
@@ -277,6 +303,9 @@ bool OpticalSession::organize(const Block& block, int step, const TargetPlace& p
   if (is_spindle) {
     measurements_.clear();  // what was measured is for the spindle's offset
     points_.clear();
+    layers_.clear();
+    has_lost_ = false;
+    spread_mm_ = 0;
     reporter_.report(Code::CalibrationNotPerformed,
                      block.line,
                      block.column,
@@ -296,7 +325,7 @@ bool OpticalSession::organize(const Block& block, int step, const TargetPlace& p
 }
 
 void OpticalSession::save(const Block& block, int slot, bool has_number, const TargetPlace& place) {
-  if (!base_ && !nested_) {
+  if (!base_ && !pattern_.nested) {
     reporter_.report(Code::CorrectionMissing,
                      block.line,
                      block.column,
@@ -305,7 +334,7 @@ void OpticalSession::save(const Block& block, int slot, bool has_number, const T
     measuring_.stop();
     return;
   }
-  saved_[slot] = {base_, nested_, place.placement, place.copies, has_number, block.line};
+  saved_[slot] = {base_, pattern_.nested, place.placement, place.copies, has_number, block.line};
 }
 
 /// Without a number of its own a set belongs to the copy it was measured on: another structure of
@@ -338,11 +367,11 @@ void OpticalSession::load(const Block& block, int slot, const TargetPlace& place
     return;
   }
   base_ = set.base;
-  nested_ = set.nested;
+  pattern_.nested = set.nested;
   is_on_ = true;
   measuring_.corrections().clear_base();
   if (base_) measuring_.activate(*base_, block.line);
-  if (nested_) measuring_.activate(*nested_, block.line);
+  if (pattern_.nested) measuring_.activate(*pattern_.nested, block.line);
 }
 
 }  // namespace panelcal::sieb_meyer

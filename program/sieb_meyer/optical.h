@@ -49,13 +49,15 @@ class OpticalSession {
   std::optional<PositionEstimate<frame::Actual>> measure_hole(const TargetPlace& target);
   void measure_pattern(const TargetPlace& target);  // G36 under CAMA
   void calculate(const TargetPlace& place);         // G31
-  void turn_off();                                  // G30
-  void clear();                                     // G34
+  /// G30; `i_block` counts the blocks, since two in a row clear as well.
+  void turn_off(std::int64_t i_block);
+  void clear();  // G34
   /// G39; `step` is the number of the pattern's copy, which SAVE, LOAD and CLEAR mean without one
   /// of their own. True: an order for the machine, to be passed on.
   bool organize(const Block& block, int step, const TargetPlace& place);
-  /// A pattern's own offset ends with its copy.
-  void end_copy();
+  /// A pattern's own offset ends with its copy; until then it holds for the copies inside as well.
+  void begin_copy();
+  void end_copy(int line);
   /// Reports targets that nothing was calculated from.
   void end_program(int line);
 
@@ -72,9 +74,18 @@ class OpticalSession {
     int line = 0;
   };
 
+  /// The points that G36 has measured in a copy, and the offset that was fitted to them.
+  struct PatternState {
+    std::vector<FitPoint> points;
+    std::vector<std::size_t> measurements;
+    bool has_lost = false;
+    std::optional<std::size_t> nested;
+  };
+
   std::optional<std::size_t> look(const TargetPlace& target,
                                   const Position<frame::Actual>& expected);
   Position<frame::Actual> corrected(const Position<frame::Nominal>& nominal) const;
+  ObservedAxes seen_axis(const TargetPlace& target, bool is_x);
   void add_point(const TargetPlace& target, std::size_t i_measurement);
   void close_layers();
   SeriesResult new_series(CorrectionLevel level, const TargetPlace& place) const;
@@ -95,14 +106,12 @@ class OpticalSession {
   bool has_lost_ = false;                  ///< one of them was not found
   int first_line_ = 0;
   double spread_mm_ = 0;
-  std::vector<FitPoint> pattern_points_;  ///< of the copy that is executed
-  std::vector<std::size_t> pattern_measurements_;
-  bool has_lost_in_pattern_ = false;
+  PatternState pattern_;
+  std::vector<PatternState> outer_patterns_;
 
-  std::optional<std::size_t> base_;    ///< the last one calculated or loaded
-  std::optional<std::size_t> nested_;  ///< of this pattern
+  std::optional<std::size_t> base_;  ///< the last one calculated or loaded
   bool is_on_ = false;
-  bool was_just_turned_off_ = false;
+  std::optional<std::int64_t> turned_off_in_;  ///< the block of the last G30
   std::map<int, SavedSet> saved_;
 };
 

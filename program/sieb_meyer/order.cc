@@ -2,6 +2,10 @@
 #include "panelcal/program/sieb_meyer/order.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
 #include <string>
 #include <utility>
 
@@ -42,6 +46,7 @@ class OrderReader {
   void choose_parameters() {
     bool routs = context_.is_routing;
     for (const Word& word : block_.all()) {
+      if (word.letter == 'T' && parse_count(word.number) == 0) routs = true;
       if (word.letter != 'G') continue;
       const auto command = command_of(word);
       if (command == Command::PeckOn) order_.parameters = ParameterKind::Peck;
@@ -97,6 +102,10 @@ class OrderReader {
   void length(const Word& word, Quantity quantity, std::optional<double>& to, double& step_mm) {
     const auto parsed = number(word, quantity);
     if (!parsed) return;
+    constexpr double kFarthest_mm = 1e5;  // no machine is 100 m long
+    if (std::abs(parsed->value) > kFarthest_mm) {
+      return refuse(Code::NumberTooLong, word, "a length below 100 m");
+    }
     set(to, parsed->value, word);
     step_mm = std::max(step_mm, std::min(parsed->step, format_step_mm(context_.format)));
   }
@@ -121,13 +130,21 @@ class OrderReader {
         return read_w(word);
       case 'R':
         if (!exists(word, "35")) return;
+        if (order_.parameters == ParameterKind::Peck) {
+          return refuse(Code::ArgumentInvalid, word, "I, P, J and W with G81");
+        }
+        if (order_.parameters == ParameterKind::Rout) order_.ij_mm = {};
         return length(word, parameter(), order_.r_mm, order_.parameter_step_mm);
       case 'I':
+        if (order_.parameters == ParameterKind::Rout) order_.r_mm.reset();
         return length(word, parameter(), order_.ij_mm[0], order_.parameter_step_mm);
       case 'J':
+        if (order_.parameters == ParameterKind::Rout) order_.r_mm.reset();
         return length(word, parameter(), order_.ij_mm[1], order_.parameter_step_mm);
       case 'F':
-        return value(word, Quantity::RoutFeed, order_.feed_m_min);
+        value(word, Quantity::RoutFeed, order_.feed_m_min);
+        if (order_.feed_m_min == 0.0) refuse(Code::ArgumentInvalid, word, "a feed above zero");
+        return;
       case 'D':
         return read_d(word);
       case 'H':
@@ -248,6 +265,7 @@ class OrderReader {
         return;
       case Command::SurfaceOff:
       case Command::SurfaceOn:
+        return set(order_.slm, command == Command::SurfaceOn, word);
       case Command::SurfaceClear:
       case Command::SurfaceDetect:
       case Command::SurfaceAverage:
@@ -327,6 +345,53 @@ class OrderReader {
 };
 
 }  // namespace
+
+std::uint32_t parts_of(const Order& order) {
+  std::uint32_t parts = 0;
+  const auto add = [&parts](bool has, Part part) { parts |= has ? part : 0U; };
+  add(order.has_xy(), kXy);
+  add(order.motion.has_value(), kMotion);
+  add(order.nibble.has_value(), kNibble);
+  add(order.camera.has_value(), kCamera);
+  add(order.surface.has_value(), kSurface);
+  add(order.area.has_value(), kArea);
+  add(order.v.has_value(), kPattern);
+  add(order.memory.has_value(), kMemory);
+  add(order.count.has_value(), kCount);
+  add(order.is_tool_up, kToolUp);
+  add(order.is_dummy_tool, kDummyTool);
+  add(order.side.has_value(), kSide);
+  add(order.is_ramp, kRamp);
+  add(order.clears_area, kCutArea);
+  add(order.finishes, kFinish);
+  add(order.rounding_mm.has_value(), kRounding);
+  add(order.parameters == ParameterKind::Rout && (order.r_mm || order.ij_mm[0] || order.ij_mm[1]),
+      kParameters);
+  add(order.text.has_value(), kText);
+  return parts;
+}
+
+std::string_view form_of(std::uint32_t part) {
+  constexpr std::array<std::string_view, 18> kForms = {"X# Y#",
+                                                       "G1 to G50",
+                                                       "G84 and G85",
+                                                       "G30 to G36",
+                                                       "G72 to G79",
+                                                       "M56 to M58",
+                                                       "V#",
+                                                       "L#",
+                                                       "W#",
+                                                       "T0",
+                                                       "TD",
+                                                       "G40 to G42",
+                                                       "G6",
+                                                       "G43",
+                                                       "G11",
+                                                       "D#",
+                                                       "R#, I# and J#",
+                                                       "a text"};
+  return kForms.at(static_cast<std::size_t>(std::countr_zero(part)));
+}
 
 std::optional<Order> read_order(const Block& block,
                                 const OrderContext& context,

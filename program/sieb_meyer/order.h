@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "panelcal/program/operation.h"
@@ -32,7 +34,7 @@ struct Order {
   std::optional<Command> motion;   ///< G1 to G3, G45 to G50
   std::optional<Command> nibble;   ///< G84, G85
   std::optional<Command> camera;   ///< G30 to G36
-  std::optional<Command> surface;  ///< G70 to G79 but G77
+  std::optional<Command> surface;  ///< G72 to G79 but G77
   std::optional<Command> area;     ///< M56 to M58
   std::optional<Command> stop;     ///< M28, M29
   std::optional<Command> text;     ///< the last word, which takes a text
@@ -40,6 +42,7 @@ struct Order {
   std::optional<bool> incremental;
   std::optional<bool> is_scaled;
   std::optional<bool> depth_control;
+  std::optional<bool> slm;  ///< G71, G70
   std::optional<bool> peck;
   std::optional<bool> pulse;
   std::optional<bool> checks_breakage;
@@ -68,6 +71,33 @@ struct Order {
 
   bool has_xy() const { return xy_mm[0] || xy_mm[1]; }
 };
+
+/// What a line may hold that only some tasks know what to do with.
+enum Part : std::uint32_t {
+  kXy = 1U << 0U,
+  kMotion = 1U << 1U,
+  kNibble = 1U << 2U,
+  kCamera = 1U << 3U,
+  kSurface = 1U << 4U,
+  kArea = 1U << 5U,
+  kPattern = 1U << 6U,
+  kMemory = 1U << 7U,
+  kCount = 1U << 8U,
+  kToolUp = 1U << 9U,
+  kDummyTool = 1U << 10U,
+  kSide = 1U << 11U,
+  kRamp = 1U << 12U,
+  kCutArea = 1U << 13U,
+  kFinish = 1U << 14U,
+  kRounding = 1U << 15U,
+  kParameters = 1U << 16U,  ///< R, I, J of contours
+  kText = 1U << 17U,
+};
+
+/// The parts that a line has.
+std::uint32_t parts_of(const Order& order);
+/// How a part is written, for messages. Precondition: one bit.
+std::string_view form_of(std::uint32_t part);
 
 /// What decides how a line's letters are read.
 struct OrderContext {

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/program/sieb_meyer/cnc_commands.h"
 #include "panelcal/program/sieb_meyer/lexer.h"
 
 namespace panelcal::sieb_meyer {
@@ -19,18 +20,30 @@ struct LineRole {
   int n_open = 0;
   int n_close = 0;
   bool is_offset = false;
-  bool works = false;  ///< it moves, measures or calls
+  bool moves = false;         ///< it has a coordinate or a call
+  bool closes_first = false;  ///< an M30 stands before an M31
+  bool works = false;         ///< it asks for something, besides what closes a section with it
+  std::optional<bool> deletes_blocks;
   SectionContent has;
 };
+
+/// What M49 with this text says of lines that begin with a slash.
+std::optional<bool> deletes_blocks(std::string_view text) {
+  const auto command = find_cnc_command(text);
+  if (!command) return std::nullopt;
+  if (command->info->code == CncCode::BlockDelete) return true;
+  if (command->info->code == CncCode::NoBlockDelete) return false;
+  return std::nullopt;
+}
 
 LineRole role_of(const Block& block) {
   LineRole role;
   for (const Word& word : block.all()) {
-    if (word.letter == 'X' || word.letter == 'Y') role.works = true;
-    if (word.letter == 'T') role.has.tool_changes = true;
-    if (word.letter != 'G' && word.letter != 'M') continue;
-    const auto command = command_of(word);
+    if (word.letter == 'X' || word.letter == 'Y') role.moves = true;
+    const auto command = word.letter == 'G' || word.letter == 'M' ? command_of(word) : std::nullopt;
+    if (command != Command::OpenSection && command != Command::CloseSection) role.works = true;
     if (!command) continue;
+    if (*command == Command::OpenSection) role.closes_first |= role.n_close > 0;
     if (*command == Command::OpenSection) ++role.n_open;
     if (*command == Command::CloseSection) ++role.n_close;
     if (is_offset(*command)) role.is_offset = true;
@@ -38,20 +51,28 @@ LineRole role_of(const Block& block) {
         *command == Command::Subprogram || *command == Command::SurfaceOn) {
       role.has.measurements = true;
     }
-    if (*command == Command::Subprogram) role.works = role.has.calls = true;
+    if (*command == Command::Subprogram) role.moves = role.has.calls = true;
+    if (*command == Command::CncCommand) role.deletes_blocks = deletes_blocks(block.argument);
     if (*command == Command::ForbiddenArea) role.has.own_copies = true;
     if (*command == Command::TextX || *command == Command::TextY) {
-      role.has.own_copies = block.argument.find("&R") != std::string_view::npos;
+      role.has.own_copies |= block.argument.find("&R") != std::string_view::npos;
     }
   }
+  if (role.n_close > 0) role.works = role.moves;
   return role;
 }
 
-/// The line has a letter or sign that brackets, offsets, tools or measurements begin with.
+/// The line has a coordinate, if it is one that may not matter.
+bool has_coordinate(std::string_view line) {
+  const auto at = line.find_first_of("XY(");
+  return at != std::string_view::npos && line[at] != '(';
+}
+
+/// The line has a letter or sign that brackets, offsets or measurements begin with.
 bool may_matter(std::string_view line) {
   constexpr auto kSigns = [] {
     std::array<bool, 256> signs{};
-    for (const char c : {'M', 'G', 'T', '/'}) signs[static_cast<unsigned char>(c)] = true;
+    for (const char c : {'M', 'G', '/'}) signs[static_cast<unsigned char>(c)] = true;
     return signs;
   }();
   return std::ranges::any_of(line, [&](char c) { return kSigns[static_cast<unsigned char>(c)]; });
@@ -90,8 +111,8 @@ class Scanner {
   void read(const SourceLine& whole) {
     // Most lines are coordinates, which the structure has no interest in.
     if (!may_matter(whole.text)) {
-      const bool moves = !whole.text.empty() && (whole.text[0] == 'X' || whole.text[0] == 'Y');
-      if (moves) works(whole.number);
+      const bool moves = has_coordinate(whole.text);
+      if (moves || !is_blank(whole.text)) works(whole.number, moves);
       return;
     }
     SourceLine line = whole;
@@ -99,16 +120,22 @@ class Scanner {
       if (deletes_blocks_) return;
       line = *rest;
     }
-    if (is_blank(line.text) || lex(line, block_)) return;  // its fault is reported when it runs
-    if (block_.argument == "BLKD") deletes_blocks_ = true;
-    if (block_.argument == "NOBLKD") deletes_blocks_ = false;
+    if (is_blank(line.text)) return;
+    if (const auto fault = lex(line, block_)) return report_fault(line, *fault);
     const LineRole role = role_of(block_);
+    if (role.deletes_blocks) deletes_blocks_ = *role.deletes_blocks;
+    if (role.closes_first) {
+      return refuse(Code::SectionMixed,
+                    line.number,
+                    quoted(block_.text) + " closes a section and opens another",
+                    "M30 and M31 in two lines");
+    }
     for (int i = 0; i < role.n_open && out_.is_sound; ++i) open();
     if (!out_.is_sound) return;
     if (role.is_offset) {
       read_offset(role.n_close > 0);
     } else if (role.works) {
-      works(line.number);
+      works(line.number, role.moves);
     }
     if (!out_.is_sound) return;
     if (!open_.empty()) {
@@ -118,10 +145,24 @@ class Scanner {
     for (int i = 0; i < role.n_close && out_.is_sound; ++i) close();
   }
 
+  /// The fault of a line that runs is reported when it does; behind offsets no line runs.
+  void report_fault(const SourceLine& line, const LexFault& fault) {
+    const bool is_behind_offsets =
+        row_begin_ || (open_.empty() ? implicit_ >= 0 : section(open_.back()).is_offset());
+    if (!is_behind_offsets) return;
+    reporter_.report(Code::BlockSyntax,
+                     line.number,
+                     fault.column,
+                     quoted(fault.text),
+                     std::string(fault.expected));
+    out_.is_sound = false;
+  }
+
   /// A line that does something: no offset may have come before it in its bracket.
-  void works(int line) {
+  void works(int line, bool moves) {
     if (open_.empty()) {
       end_implicit();
+      run_moves_ |= moves;
       return;
     }
     const Section& inner = section(open_.back());
@@ -136,8 +177,8 @@ class Scanner {
   void open() {
     if (open_.empty()) {
       end_implicit();
-    } else if (section(open_.back()).is_offset()) {
-      return works(here_.number);
+    } else if (section(open_.back()).is_offset() || row_begin_) {
+      return works(here_.number, false);
     }
     if (static_cast<int>(open_.size()) + rules_.depth >= kMostLevels) {
       return refuse(Code::NestingTooDeep,
@@ -192,6 +233,13 @@ class Scanner {
              "M31 and M30 round what it moves");
       return false;
     }
+    if (!std::exchange(run_moves_, false)) {
+      refuse(Code::SectionMixed,
+             here_.number,
+             "an offset line with nothing to move behind the offsets before it",
+             "offset lines in a row, behind the coordinates that they move");
+      return false;
+    }
     implicit_ = static_cast<int>(out_.sections.size());
     Section run;
     run.begin = run_begin_;
@@ -239,9 +287,7 @@ class Scanner {
     Section& moved = section(open_.empty() ? implicit_ : open_.back());
     if (!moved.is_offset() && !row_begin_) moved.body_end = here_.offset;
     Eigen::Vector2d offset_mm = Eigen::Vector2d::Zero();
-    bool turned = false;
-    bool mirror_x = false;
-    bool mirror_y = false;
+    OffsetCodes codes;
     std::optional<int> n_patterns;
     bool begins_row = false;
     for (const Word& word : block_.all()) {
@@ -255,6 +301,9 @@ class Scanner {
         case 'V':
           begins_row = true;
           if (word.number != "2") return refuse_word(word, "V2");
+          if (rules_.format == FileFormat::F1000) {
+            return refuse_word(word, "a command of format 1000", Code::CommandFormat);
+          }
           break;
         case 'W':
           n_patterns = parse_count(word.number);
@@ -262,14 +311,19 @@ class Scanner {
           break;
         case 'M':
         case 'G':
-          if (!read_code(word, closes, turned, mirror_x, mirror_y)) return;
+          if (!read_code(word, closes, codes)) return;
           break;
         default:
           return refuse_word(word, "X, Y, V2, W# and M codes in an offset line");
       }
     }
-    add_row(
-        moved, offset_orientation(turned, mirror_x, mirror_y), offset_mm, begins_row, n_patterns);
+    if (!codes.is_known()) {
+      return refuse(Code::ArgumentInvalid,
+                    here_.number,
+                    quoted(block_.text) + ": the manual has no such combination",
+                    "M50, M60, M70, M80 or M90, or M60 with one of the last three");
+    }
+    add_row(moved, codes.orientation(), offset_mm, begins_row, n_patterns);
     if (open_.empty()) {
       moved.closing = here_;
       moved.after = next_;
@@ -277,8 +331,8 @@ class Scanner {
     }
   }
 
-  void refuse_word(const Word& word, std::string expected) {
-    reporter_.report(Code::ArgumentInvalid,
+  void refuse_word(const Word& word, std::string expected, Code code = Code::ArgumentInvalid) {
+    reporter_.report(code,
                      block_.line,
                      word.column,
                      quoted(word.text()) + " in " + quoted(block_.text),
@@ -286,30 +340,48 @@ class Scanner {
     out_.is_sound = false;
   }
 
-  bool read_code(const Word& word, bool closes, bool& turned, bool& mirror_x, bool& mirror_y) {
+  /// The offset commands of a line. The manual has them alone, and M60 with one of M70, M80, M90.
+  struct OffsetCodes {
+    bool plain = false;
+    bool turned = false;
+    bool mirror_x = false;
+    bool mirror_y = false;
+    bool half_turn = false;
+
+    bool is_known() const {
+      const int n_others = int{mirror_x} + int{mirror_y} + int{half_turn};
+      return plain ? !turned && n_others == 0 : n_others <= 1;
+    }
+    Eigen::Matrix2d orientation() const {
+      return offset_orientation(turned, mirror_x || half_turn, mirror_y || half_turn);
+    }
+  };
+
+  bool read_code(const Word& word, bool closes, OffsetCodes& codes) {
     const auto command = command_of(word);
     if (!command) {
       refuse_word(word, "a code of the manual's table");
       return false;
     }
     switch (*command) {
+      case Command::Offset:
+        codes.plain = true;
+        return true;
       case Command::OffsetTurned:
-        turned = true;
+        codes.turned = true;
         return true;
       case Command::OffsetMirrorX:
-        mirror_x = !mirror_x;
+        codes.mirror_x = true;
         return true;
       case Command::OffsetMirrorY:
-        mirror_y = !mirror_y;
+        codes.mirror_y = true;
         return true;
       case Command::OffsetHalfTurn:
-        mirror_x = !mirror_x;
-        mirror_y = !mirror_y;
+        codes.half_turn = true;
         return true;
       case Command::OpenSection:
         refuse_word(word, "no M31 in an offset line");
         return false;
-      case Command::Offset:
       case Command::CloseSection:
       case Command::Absolute:
         return true;
@@ -330,6 +402,12 @@ class Scanner {
                     here_.number,
                     quoted(block_.text) + ": a row of patterns is turned or mirrored",
                     "M50 alone in both lines of M50V2");
+    }
+    if (begins_row && n_patterns) {
+      return refuse(Code::ArgumentInvalid,
+                    here_.number,
+                    quoted(block_.text) + ": M50V2 and W# in one line",
+                    "W# in the line behind M50V2");
     }
     if (begins_row) {
       refuse_open_row();
@@ -368,6 +446,7 @@ class Scanner {
   LinePlace next_;
   LinePlace run_begin_;  ///< what an offset line without brackets would move from
   SectionContent run_has_;
+  bool run_moves_ = false;
   bool run_has_brackets_ = false;
 };
 
@@ -375,7 +454,6 @@ class Scanner {
 
 SectionContent& SectionContent::operator|=(const SectionContent& other) {
   measurements |= other.measurements;
-  tool_changes |= other.tool_changes;
   calls |= other.calls;
   own_copies |= other.own_copies;
   return *this;

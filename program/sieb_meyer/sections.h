@@ -32,9 +32,8 @@ struct CopyRow {
 /// What a walk has to know of the lines of a section before it runs them.
 struct SectionContent {
   bool measurements = false;  ///< by camera or probe, or perhaps by a subprogram
-  bool tool_changes = false;
-  bool calls = false;       ///< of subprograms
-  bool own_copies = false;  ///< that differ: a forbidden area, or their number in a text
+  bool calls = false;         ///< of subprograms
+  bool own_copies = false;    ///< that differ: a forbidden area, or their number in a text
 
   SectionContent& operator|=(const SectionContent& other);
 };
@@ -80,9 +79,9 @@ Eigen::Matrix2d offset_orientation(bool turned, bool mirror_x, bool mirror_y);
 /// Finds all sections between two places of a text.
 ///
 /// Fails  into the reporter: section-unbalanced (at the bracket that is open), section-mixed,
-///        nesting-too-deep, argument-invalid, number-malformed, block-syntax
+///        nesting-too-deep, argument-invalid, command-format, number-malformed
 /// Source SIEB & MEYER CNC 8x.00 Command Set, chapter 5
-/// See    tests/program/sieb_meyer/sections_test.cc
+/// See    tests/program/sieb_meyer/sections_test.cc, section_refusals_test.cc
 SectionTree scan_sections(std::string_view bytes,
                           LinePlace begin,
                           std::size_t end,

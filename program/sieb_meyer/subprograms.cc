@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -26,10 +26,12 @@ bool is_subprogram_file(const std::filesystem::path& path) {
 std::vector<std::filesystem::path> subprogram_files(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   std::error_code error;
-  for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end;
+  for (std::filesystem::directory_iterator it(folder.empty() ? "." : folder, error), end;
+       !error && it != end;
        it.increment(error)) {
     std::error_code ignored;
-    if (is_subprogram_file(it->path()) && it->is_regular_file(ignored)) files.push_back(it->path());
+    if (!is_subprogram_file(it->path()) || !it->is_regular_file(ignored)) continue;
+    files.push_back(folder / it->path().filename());
   }
   std::ranges::sort(files);
   return files;
@@ -77,8 +79,9 @@ std::vector<std::string> called_names(std::string_view bytes) {
 bool is_subprogram_name(std::string_view name) {
   constexpr std::string_view kOthers = "-_.+#$%&";
   return !name.empty() && name.size() <= 128 && name.front() != '.' &&
-         std::ranges::all_of(name, [&](unsigned char c) {
-           return std::isalnum(c) != 0 || kOthers.find(static_cast<char>(c)) != kOthers.npos;
+         std::ranges::all_of(name, [&](char c) {
+           return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                  kOthers.find(c) != kOthers.npos;
          });
 }
 
@@ -105,8 +108,9 @@ std::map<std::string, SourceText, std::less<>> read_subprograms(
   constexpr std::size_t kMostSubprograms = 1000;
   std::map<std::string, SourceText, std::less<>> found;
   std::vector<std::string> wanted = called_names(program);
+  std::set<std::string> tried;
   for (std::size_t i = 0; i < wanted.size() && found.size() < kMostSubprograms; ++i) {
-    if (found.contains(wanted[i])) continue;
+    if (!tried.insert(wanted[i]).second) continue;
     auto text = read_subprogram(wanted[i], folders);
     if (!text) continue;
     const auto body = find_subprogram(text->bytes, wanted[i]);

@@ -98,7 +98,7 @@ void SurfaceSession::store(int line,
 void SurfaceSession::average(int line, int memory) {
   auto average = memory_.take_average(average_);
   if (!average) {
-    return stop(Code::SurfaceMissing, line, "G74: " + average.error(), "G73 without L before it");
+    return stop(Code::SurfaceMissing, line, "G74: " + average.error(), "");
   }
   const auto done = memory_.store(memory, *average);
   if (!done) stop(Code::ArgumentInvalid, line, done.error(), "");

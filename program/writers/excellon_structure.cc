@@ -113,9 +113,8 @@ void ExcellonWriter::close_pattern(const std::vector<WorkMap>& copies) {
   for (const WorkMap& copy : copies) {
     const Eigen::Matrix2d linear = written_from_work() * copy.linear() * back;
     const Eigen::Vector2d offset = written_from_work() * copy.translation() * steps_per_mm;
-    stepped.push_back({copy_run(linear).value_or(CopyRun()),
-                       std::llround(offset.x()),
-                       std::llround(offset.y())});
+    stepped.push_back(
+        {copy_run(linear).value_or(CopyRun()), std::llround(offset.x()), std::llround(offset.y())});
   }
   const Eigen::Matrix2d to_work = written_from_work().transpose();
   for (const EqualCopies& copy : rows_of(stepped, kMostRepeats)) {
@@ -186,6 +185,7 @@ void ExcellonWriter::write(const TargetHole& hole) {
 }
 
 void ExcellonWriter::write(const CancelCorrection& cancel) {
+  has_nested_ = false;
   line(cancel.level == CorrectionLevel::Nested ? "G47" : "G37");
 }
 

@@ -45,15 +45,11 @@ class ExcellonWriter final : public ProgramWriter {
   /// A point or a difference of points in axis version 1.
   void append_point(const Eigen::Vector2d& p_mm, std::string_view letters = "XY");
   void append_place(const PlacedPoint& place) { append_point(place.corrected.in_mm()); }
-  void put_foreign_header();
-  void put_foreign_message(std::string_view message);
-  void put_foreign_setting(const Setting& setting);
   void close_header(std::string_view mark);
   void go_to_drill_mode();
   void put_table_feed(Feed feed, bool is_default);
   void line(std::string_view block);
   void put_now(const Operation& operation);
-  void check_cut(const DepthOfCut& cut);
 
   void write(const ToolChange& change);
   void write(const ToolRate& rate);
@@ -72,6 +68,12 @@ class ExcellonWriter final : public ProgramWriter {
   void write(const Function& function);
   void write(const Setting& setting);
   void write(const ZeroSet& zero);
+
+  // excellon_foreign.cc
+  void put_foreign_header();
+  void put_foreign_message(std::string_view message);
+  void put_foreign_setting(const Setting& setting);
+  void check_cut(const DepthOfCut& cut);
 
   // excellon_structure.cc
   void store(const Operation& operation);

@@ -36,8 +36,8 @@ struct SteppedCopy {
   std::int64_t y = 0;
 };
 
-/// Equal steps from copy to copy. Turned and mirrored copies stand alone: the manual shows no row of
-/// them.
+/// Equal steps from copy to copy. Turned and mirrored copies stand alone: the manual shows no row
+/// of them.
 struct EqualCopies {
   CopyRun orientation;
   std::int64_t count = 1;

@@ -47,13 +47,13 @@ void ProgramWriter::refuse(std::string what, std::string expected) {
   what = without_form(std::move(what));
   if (!options_.allow_losses) fail({Code::TranslationRefused, place(), what, expected});
   reporter_->set_file(std::string(file_));
-  reporter_->report(
-      Code::TranslationRefused, line_, 0, std::move(what), std::move(expected));
+  reporter_->report(Code::TranslationRefused, line_, 0, std::move(what), std::move(expected));
 }
 
 std::string printable(std::string_view text) {
   std::string out(text);
-  std::ranges::replace_if(out, [](char c) { return c < ' ' || c > '~'; }, '?');
+  std::ranges::replace_if(
+      out, [](char c) { return c < ' ' || c > '~'; }, '?');
   return out;
 }
 

@@ -106,7 +106,14 @@ void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
   std::optional<Length> z = cut.z;
   if (cut.depth && cut.surface) z = *cut.surface - *cut.depth;
   const bool is_controlled = cut.depth && !cut.surface;
-  if (!is_controlled && !z) return;
+  if (!is_controlled && !z) {
+    // The control would go on with the depth that it was told last.
+    if (depth_.is_controlled) {
+      refuse("a depth that the program leaves to the control, behind one that it states",
+             "Z# or K# for every hole and contour");
+    }
+    return;
+  }
   if (depth_.is_controlled != is_controlled) {
     const bool has_to_be_said = is_controlled || depth_.is_controlled.has_value();
     if (has_to_be_said) line_ += is_controlled ? "G83" : "G82";

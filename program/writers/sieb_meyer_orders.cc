@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/program/sieb_meyer/lexer.h"
 #include "panelcal/program/tool_links.h"
 #include "panelcal/program/writers/pattern_copies.h"
 #include "panelcal/program/writers/sieb_meyer_writer.h"
@@ -49,6 +50,14 @@ bool decides_places(std::string_view key) {
   return key == "ZC" || key == "DN" || (key.size() > 1 && key.front() == 'Z' && key != "ZC");
 }
 
+/// What has to stand before a function's text, which is not always a command by itself.
+std::string_view command_before(const Function& function) {
+  if (function.kind == FunctionKind::TextForDevice) return "M76,";
+  if (function.kind != FunctionKind::MachineFunction) return "";
+  const bool has_code = sieb_meyer::command_of({'M', 0, function.text.substr(1)}).has_value();
+  return has_code ? "" : "M49,";
+}
+
 /// What the walk has obeyed, or the writer states itself.
 bool is_obeyed(std::string_view command) {
   constexpr std::array<std::string_view, 4> kModes = {"CAMA", "NOCAMA", "FA", "NOFA"};
@@ -65,10 +74,9 @@ void SiebMeyerWriter::write(const Function& function) {
   if (!is_foreign()) {
     if (function.kind == FunctionKind::FinishRouting) {
       rout_words_ = function.text;
-    } else {
-      line(function.text);
+      return;
     }
-    return;
+    return line(std::string(command_before(function)) + std::string(function.text));
   }
   switch (function.kind) {
     case FunctionKind::ScalingOn:
@@ -129,8 +137,7 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
       end.copies.empty() ? std::span<const Placement>(&in_place, 1) : end.copies;
   const Eigen::Matrix2d back = written_from_work().transpose();
   for (const Placement& copy : copies) {
-    const std::string_view command =
-        offset_command(written_from_work() * copy.linear() * back);
+    const std::string_view command = offset_command(written_from_work() * copy.linear() * back);
     if (command.empty()) {
       refuse("a copy turned by other than quarter turns");
       continue;
@@ -214,7 +221,8 @@ void SiebMeyerWriter::write(const CancelCorrection& cancel) {
 
 void SiebMeyerWriter::write(const VisionTool& tool) {
   constexpr int kMostByte = 255;
-  if (tool.number > kMostByte) return refuse(fmt::format("vision tool {}", tool.number), "0 to 255");
+  if (tool.number > kMostByte)
+    return refuse(fmt::format("vision tool {}", tool.number), "0 to 255");
   line(fmt::format("G35,{}", tool.number));
 }
 
@@ -225,7 +233,8 @@ void SiebMeyerWriter::switch_pattern_mode(bool is_on) {
 /// An offset of a pattern holds for the rest of its copy and no longer.
 void SiebMeyerWriter::refuse_under_nested() {
   if (nested_ == Nested::Cancelled) {
-    refuse("a place behind G47 in the pattern of its nested correction", "G47 at the pattern's end");
+    refuse("a place behind G47 in the pattern of its nested correction",
+           "G47 at the pattern's end");
     nested_ = Nested::None;
   } else if (nested_ == Nested::Ended) {
     refuse("a place behind a pattern under the nested correction of its last copy",

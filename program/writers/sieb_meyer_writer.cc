@@ -113,7 +113,8 @@ void SiebMeyerWriter::write(const RapidMove& move) {
   tool_up_line(to_mm);
 }
 
-/// The first rout line behind a T0 line lowers the cutter, but a ramp's begin has to be said before.
+/// The first rout line behind a T0 line lowers the cutter, but a ramp's begin has to be said
+/// before.
 void SiebMeyerWriter::write(const Plunge& plunge) {
   if (plunge.kind == PlungeKind::Contouring) {
     refuse("M14, which lowers the router to a depth that follows the material", "M15");

@@ -111,7 +111,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   int n_open_patterns_ = 0;
   bool has_base_ = false;  ///< a correction may be in force
   Nested nested_ = Nested::None;
-  int n_nested_targets_ = 0;  ///< in this copy of the pattern: they count together
+  int n_nested_targets_ = 0;          ///< in this copy of the pattern: they count together
   std::optional<bool> pattern_mode_;  ///< CAMA, NOCAMA
 };
 

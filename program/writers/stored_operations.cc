@@ -37,8 +37,7 @@ struct Carrier {
     rout.corrected_center = moved(rout.corrected_center);
     rout.center = position_mm<frame::Machine>(work_zero_mm + rout.corrected_center.in_mm());
     if (!is_mirror(map.linear())) return;
-    rout.kind =
-        rout.kind == RoutKind::Clockwise ? RoutKind::Counterclockwise : RoutKind::Clockwise;
+    rout.kind = rout.kind == RoutKind::Clockwise ? RoutKind::Counterclockwise : RoutKind::Clockwise;
   }
   void operator()(Slot& slot) const {
     move(slot.start);

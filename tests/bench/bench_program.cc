@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -18,6 +20,11 @@ constexpr int kMostCopies = 100;  // of one level, where the count of holes lets
 constexpr std::string_view kHead =
     "M48\nMETRIC,TZ\nT1C0.8\nT2C1.0\nT3C1.2\n%\n"
     "G34,1\nG36X010000Y010000\nG36X490000Y010000\nG36X010000Y590000\n";
+
+constexpr std::string_view kSiebMeyerHead =
+    "%%5000\nX10000Y10000G32\nX490000Y10000G32\nX10000Y590000G32\nG31\n";
+constexpr std::string_view kSiebMeyerTools =
+    "$\nT1D.8S60.F2.R20.\nT2D1.S60.F2.R20.\nT3D1.2S60.F2.R20.\n$\n";
 
 void append_hole(std::string& text, Random& random) {
   const auto six_digits = [&random] { return static_cast<int>(random.uniform(0, 1e6)); };
@@ -56,6 +63,39 @@ std::string repeat_program(int n_holes) {
     n_copies /= n;
   }
   return text + "M08\nM30\n";
+}
+
+std::string plain_sieb_meyer_program(int n_holes) {
+  Random random(kSeed);
+  std::string text(kSiebMeyerHead);
+  for (int i = 0; i < n_holes; ++i) {
+    append_hole(text, random);
+    if (i % (n_holes / 3 + 1) != 0) continue;
+    text.insert(text.size() - 1, fmt::format("T{}", 1 + i / (n_holes / 3 + 1)));
+  }
+  return text + std::string(kSiebMeyerTools);
+}
+
+std::string repeat_sieb_meyer_program(int n_holes) {
+  Random random(kSeed);
+  std::vector<int> levels;
+  for (int n_copies = n_holes / kPatternHoles; n_copies > 1;) {
+    levels.push_back(level_of(n_copies));
+    n_copies /= levels.back();
+  }
+  std::string text(kSiebMeyerHead);
+  for (int i = 0; i < kPatternHoles; ++i) {
+    append_hole(text, random);
+    if (i > 0) continue;
+    text.pop_back();
+    text += "T1";
+    for (std::size_t level = 0; level < levels.size(); ++level) text += "M31";
+    text += '\n';
+  }
+  for (const int n : levels) {
+    text += fmt::format("X0Y0M50V2\nX{}Y{}M50W{}M30\n", 1000 * (n - 1), 500 * (n - 1), n);
+  }
+  return text + std::string(kSiebMeyerTools);
 }
 
 Expected<Measurement> TurnedPanel::measure(const MeasurementRequest& request) {

@@ -15,6 +15,11 @@ std::string plain_program(int n_holes);
 /// rule of up to 100 copies each. Precondition: n_holes is a multiple of 100.
 std::string repeat_program(int n_holes);
 
+/// The same holes as `plain_program`, as SIEB & MEYER's format 5000 writes them: 16 bytes each.
+std::string plain_sieb_meyer_program(int n_holes);
+/// The same holes as `repeat_program` in nested sections.
+std::string repeat_sieb_meyer_program(int n_holes);
+
 /// A panel that lies shifted and turned on the table.
 class TurnedPanel final : public MeasurementSource {
  public:

@@ -21,6 +21,7 @@
 #include "panelcal/program/walk.h"
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
+#include "panelcal/program/writers/sieb_meyer_writer.h"
 #include "tests/bench/bench_peers.h"
 #include "tests/bench/bench_program.h"
 
@@ -158,12 +159,10 @@ double floor_s(const std::string& text) {
   return scan_s;
 }
 
-using ExcellonComments = ProgramWriterOptions;
-
 double write_file_s(const Job& job, const std::filesystem::path& path) {
   auto file = AtomicFile::create(path);
   if (!file) stop(file.error().text());
-  return job.write_s<ExcellonWriter>(*file, ExcellonComments{}) + Job::timed([&] {
+  return job.write_s<ExcellonWriter>(*file, ProgramWriterOptions{}) + Job::timed([&] {
            if (!file->commit()) stop("the file cannot be written");
          });
 }
@@ -174,6 +173,26 @@ struct Row {
   std::string goal;
   std::optional<double> best_s;
 };
+
+std::vector<Row> sieb_meyer_rows(const Job& plain, const Job& repeat) {
+  return {
+      {"floor: from_chars over the plain file", [&] { return floor_s(plain.text()); }, ""},
+      {"plain: read and execute, counted", [&] { return plain.count_s(); }, "<= 2 floor"},
+      {"plain: survey", [&] { return plain.check_s(); }, ""},
+      {"plain: to CSV", [&] { return plain.discard_s<CsvWriter>(); }, "<= 4 floor"},
+      {"plain: to SIEB & MEYER",
+       [&] { return plain.discard_s<SiebMeyerWriter>(ProgramWriterOptions{}); },
+       "<= 4 floor"},
+      {"plain: to Excellon",
+       [&] { return plain.discard_s<ExcellonWriter>(ProgramWriterOptions{}); },
+       "<= 4 floor"},
+      {"repeat: read and execute, counted", [&] { return repeat.count_s(); }, "<= 2 floor"},
+      {"repeat: to CSV", [&] { return repeat.discard_s<CsvWriter>(); }, "<= 4 floor"},
+      {"repeat: to SIEB & MEYER",
+       [&] { return repeat.discard_s<SiebMeyerWriter>(ProgramWriterOptions{}); },
+       "<= 4 floor"},
+  };
+}
 
 void measure(std::vector<Row>& rows, int n_repetitions) {
   for (int i = 0; i < n_repetitions; ++i) {
@@ -198,19 +217,22 @@ void print(const std::vector<Row>& rows, int n_holes) {
 }
 
 /// In a child that has held nothing but this job.
-void print_peak_memory(int n_holes) {
-  const auto peak = in_child([n_holes] {
-    Job(repeat_program(n_holes), n_holes).discard_s<ExcellonWriter>(ExcellonComments{});
+void print_peak_memory(const char* name, std::string (*program)(int), int n_holes) {
+  const auto peak = in_child([=] {
+    Job(program(n_holes), n_holes).discard_s<ExcellonWriter>(ProgramWriterOptions{});
     return peak_mib();
   });
-  fmt::print("peak memory, repeat to Excellon, {:>10} holes: {} MiB\n",
+  fmt::print("peak memory, {} repeat to Excellon, {:>10} holes: {} MiB\n",
+             name,
              n_holes,
              peak ? fmt::format("{:.1f}", *peak) : "unknown");
 }
 
 void run(int n_holes, int n_repetitions) {
-  print_peak_memory(n_holes);
-  print_peak_memory(10 * n_holes);
+  for (const int n : {n_holes, 10 * n_holes}) {
+    print_peak_memory("Excellon", repeat_program, n);
+    print_peak_memory("SIEB & MEYER", repeat_sieb_meyer_program, n);
+  }
 
   const Job plain(plain_program(n_holes), n_holes);
   const Job repeat(repeat_program(n_holes), n_holes);
@@ -229,7 +251,7 @@ void run(int n_holes, int n_repetitions) {
       {"plain: survey", [&] { return plain.check_s(); }, ""},
       {"plain: to CSV", [&] { return plain.discard_s<CsvWriter>(); }, "<= 4 floor"},
       {"plain: to Excellon",
-       [&] { return plain.discard_s<ExcellonWriter>(ExcellonComments{}); },
+       [&] { return plain.discard_s<ExcellonWriter>(ProgramWriterOptions{}); },
        "<= 4 floor"},
       {"plain: to an Excellon file",
        [&] { return write_file_s(plain, folder.path() / "out.exc"); },
@@ -238,7 +260,7 @@ void run(int n_holes, int n_repetitions) {
       {"repeat: survey", [&] { return repeat.check_s(); }, ""},
       {"repeat: to CSV", [&] { return repeat.discard_s<CsvWriter>(); }, "<= 4 floor"},
       {"repeat: to Excellon",
-       [&] { return repeat.discard_s<ExcellonWriter>(ExcellonComments{}); },
+       [&] { return repeat.discard_s<ExcellonWriter>(ProgramWriterOptions{}); },
        "<= 4 floor"},
       {"peer: libgerbv loads the plain file", [&] { return libgerbv_load_s(plain_file); }, ""},
       {"peer: gerbv -x rs274x of the plain file",
@@ -254,6 +276,14 @@ void run(int n_holes, int n_repetitions) {
              n_repetitions);
   measure(rows, n_repetitions);
   print(rows, n_holes);
+
+  const Job sm_plain(plain_sieb_meyer_program(n_holes), n_holes);
+  const Job sm_repeat(repeat_sieb_meyer_program(n_holes), n_holes);
+  std::vector<Row> sm_rows = sieb_meyer_rows(sm_plain, sm_repeat);
+  fmt::print("\nSIEB & MEYER, plain file {:.1f} MB\n",
+             static_cast<double>(sm_plain.text().size()) / 1e6);
+  measure(sm_rows, n_repetitions);
+  print(sm_rows, n_holes);
 }
 
 std::optional<int> count_from(const char* text) {

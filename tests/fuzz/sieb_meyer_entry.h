@@ -61,8 +61,8 @@ inline SiebMeyerInput split_input(std::string_view bytes) {
   const auto says = [&](std::string_view word) {
     return has_head && first.find(word) != std::string_view::npos;
   };
-  input.options.max_operations = 2'000;
-  input.options.max_measurements = 200;
+  input.options.max_operations = 300;
+  input.options.max_measurements = 50;
   sieb_meyer::Settings& settings = input.options.sieb_meyer;
   if (says("MODE2")) settings.measurement_mode = 2;
   if (says("MODE3")) settings.measurement_mode = 3;
@@ -83,7 +83,7 @@ inline std::map<std::string, SourceText, std::less<>> subprograms_of(const std::
     std::string_view line = cursor.next().text;
     if (!line.starts_with('@')) continue;
     line = line.substr(1, line.find_last_not_of(" \t"));
-    if (!sieb_meyer::is_subprogram_name(line)) continue;
+    if (!sieb_meyer::is_subprogram_name(line) || found.contains(line)) continue;
     if (!sieb_meyer::find_subprogram(file, line)) continue;
     found.emplace(std::string(line), SourceText{"FUZZ.SS5", file});
   }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every code of the catalogue's sections "Part programs" can be seen: one program for each.
+// Every code of the catalogue's sections "Part programs" and "SIEB & MEYER programs" can be seen:
+// one program for each.
 #include <algorithm>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -16,15 +19,40 @@ using test::metric;
 
 using Texts = std::vector<std::string>;
 
+/// Finds the surface at these heights in turn; where there is none, it finds nothing.
+class HeightSource final : public ProbeSource {
+ public:
+  explicit HeightSource(std::vector<std::optional<Length>> heights)
+      : heights_(std::move(heights)) {}
+
+  Expected<ProbeReading> probe(const ProbeRequest& request) override {
+    ProbeReading reading{.request = request};
+    const auto& height = heights_.at(static_cast<std::size_t>(request.seq));
+    if (!height) return reading;
+    reading.status = ProbeStatus::Found;
+    reading.heights = {{*height, um(1)}};
+    return reading;
+  }
+
+ private:
+  std::vector<std::optional<Length>> heights_;
+};
+
 /// The slugs of all that checking a program says.
 class Collector {
  public:
   void see(const std::string& text, const WalkOptions& options = {}) {
+    NominalProbeSource probes;
+    see(text, options, probes);
+  }
+
+  void see(const std::string& text, const WalkOptions& options, ProbeSource& probes) {
     DiagnosticLog log;
     Program program = load_program({"p.exc", text}, log);
     program.patterns.emplace("SELF", SourceText{"SELF", "M99,SELF\nXY\n"});
+    program.patterns.emplace("LOOP", SourceText{"LOOP.SS5", "@LOOP\nM99,LOOP\n"});
     NominalSource source;
-    const Survey survey = panelcal::survey(program, options, source, log);
+    const Survey survey = panelcal::survey(program, options, source, probes, log);
     if (!log.has_errors()) {
       JobCheck check(Travel{position_mm<frame::Machine>(-5000, -5000),
                             position_mm<frame::Machine>(5000, 5000)});
@@ -44,11 +72,21 @@ class Collector {
     see(metric("G34,1\nT1\n" + body), options);
   }
 
+  /// In SIEB & MEYER's format 5000, with tool 1.
+  void see_5000(const std::string& body) { see(format_5000(body)); }
+  void see_5000(const std::string& body, ProbeSource& probes) {
+    see(format_5000(body), {}, probes);
+  }
+
   bool has_seen(std::string_view slug) const {
     return std::ranges::find(seen_, slug) != seen_.end();
   }
 
  private:
+  static std::string format_5000(const std::string& body) {
+    return "%%5000\n" + body + "$\nT1D1.F3.\n$\n";
+  }
+
   Texts seen_;
 };
 
@@ -136,6 +174,45 @@ void see_vision(Collector& collector) {
   collector.see("G34,1\nG36X0.Y0.\nG36X9.Y9.\n", affine);
 }
 
+void see_sieb_meyer(Collector& collector) {
+  collector.see("%%3000\nX1.Y1.T1M95\n");
+  collector.see("%%5000\nX1.Y1.T1\n$\nT1D1.F3.\n");
+  for (const std::string& body : {"X1.Y1.T1" + std::string(60, ' ') + "M94\n",
+                                  std::string("X1.X2.Y1.T1\n"),
+                                  std::string("M31\nX1.Y1.T1\n"),
+                                  std::string("M31\nX1.Y1.T1\nXYM50\nX2.\nX9.YM50M30\n"),
+                                  std::string("M99,LOOP\n"),
+                                  std::string("X1.Y1.T1\nX2.G1F1.\n"),
+                                  std::string("X1.Y1.T1T0\nX2.G1F1.\nT2\n"),
+                                  std::string("X1.Y1.T1T0\nX2.G1F1.\nX2.\n"),
+                                  std::string("X1.Y1.G32T1\n"),
+                                  std::string("G31\n"),
+                                  std::string("X1.Y1.G32\nG31\nG39,SAVE1001\n"),
+                                  std::string("X1.Y1.T1Z2.G81I4.5P20J1.2W500\n"),
+                                  std::string("X1.Y1.M58D4.\nX1.Y1.T1\n"),
+                                  std::string("M49,QQQ\n"),
+                                  std::string("M49,SAX3.Y100.\nX1.Y1.T1\n")}) {
+    collector.see_5000(body);
+  }
+}
+
+void see_surfaces(Collector& collector) {
+  const std::string grid = "XYG79\nX9.YG79\nXY9.G79\n";
+  std::string scans;
+  for (int i = 0; i < 101; ++i) scans += "X1.Y1.G73\n";
+  for (const std::string& body : {std::string("L5\n"),
+                                  std::string("M31\nG71\nX1.Y1.G73L1\nXYM50\nX9.YM50M30\n"),
+                                  scans,
+                                  grid + "X1.Y1.T1Z1.\n",
+                                  grid + "X9.Y9.G79\nX11.Y1.T1Z1.\n"}) {
+    collector.see_5000(body);
+  }
+  HeightSource nothing({std::nullopt});
+  collector.see_5000("X1.Y1.G73L1\n", nothing);
+  HeightSource uneven({mm(2), mm(3.2)});
+  collector.see_5000("M49,MAPT1.0\nX1.Y1.G78\nX2.Y1.G79\n", uneven);
+}
+
 TEST(EveryCode, OfPartProgramsCanBeSeen) {
   Collector collector;
   see_reading(collector);
@@ -143,8 +220,10 @@ TEST(EveryCode, OfPartProgramsCanBeSeen) {
   see_motion(collector);
   see_step_repeat(collector);
   see_vision(collector);
+  see_sieb_meyer(collector);
+  see_surfaces(collector);
   const auto first = static_cast<std::size_t>(Code::BlockSyntax);
-  const auto last = static_cast<std::size_t>(Code::CalibrationNotPerformed);
+  const auto last = static_cast<std::size_t>(Code::SurfaceOutOfTolerance);
   for (std::size_t i = first; i <= last; ++i) {
     const std::string_view slug = diagnostic_catalogue()[i].slug;
     EXPECT_TRUE(collector.has_seen(slug)) << slug;

@@ -142,5 +142,38 @@ TEST(Explainer, SaysWhenThereIsNothingToExplain) {
   EXPECT_EQ(explained(metric("T1\nX1.Y1.\nM30\n"), "2"), "there is no place 2: the job has 1");
 }
 
+/// The perfect board's surface is where it is expected, 1.6 mm above the table.
+TEST(Explainer, DepthsAndTheSurfacesTheyReferTo) {
+  WalkOptions options;
+  options.sieb_meyer.surface_height = mm(1.6);
+  const std::string text =
+      "%%5000\nX1.Y1.T1\nX2.Y2.Z.5\nX3.Y3.K.25G83\nG82\nG71K.4\nX9.Y9.G73L1\nL1\nX4.Y4.\nG70\n$"
+      "\nT1D1.\n$\n";
+  EXPECT_EQ(explained(text, "L2", options).find("depth"), std::string::npos);
+  EXPECT_NE(explained(text, "L3", options).find("  depth       to 0.5000 mm above the table\n"),
+            std::string::npos);
+  EXPECT_NE(
+      explained(text, "L4", options).find("  depth       0.2500 mm below the board's surface\n"),
+      std::string::npos);
+  EXPECT_NE(explained(text, "L9", options)
+                .find("  depth       0.4000 mm below the board's surface, surface measured 1.6000 "
+                      "mm above the table\n"),
+            std::string::npos);
+}
+
+/// Measurement mode 2: two layers make a point of the fit, which the last one names.
+TEST(Explainer, AFitOfLayersHasAResidualForEachPoint) {
+  WalkOptions options;
+  options.sieb_meyer.measurement_mode = 2;
+  const std::string text = explained(
+      "%%5000\nX10.Y10.G32\nX10.Y10.G33\nX90.Y10.G32\nX90.Y10.G33\nG31\nX5.Y5.T1\n$\nT1D1.\n$\n",
+      "L7",
+      options);
+  EXPECT_EQ(text.find("target 0:"), std::string::npos);
+  EXPECT_NE(text.find("G33 target 1: nominal (10.000000, 10.000000)"), std::string::npos) << text;
+  EXPECT_EQ(text.find("target 2:"), std::string::npos);
+  EXPECT_NE(text.find("G33 target 3: nominal (90.000000, 10.000000)"), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace panelcal

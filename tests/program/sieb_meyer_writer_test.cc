@@ -86,13 +86,13 @@ DepthOfCut below(double depth_mm) {
 TEST(SiebMeyerWriter, WritesADrillingProgram) {
   const Written written = from_excellon({take(1, 1), drill(1, 10, 20), drill(1, -1.5, 0)},
                                         {.comments = {"made by 100%\nhand"}});
-  EXPECT_EQ(written.text,
-            "made by 100??hand\n%%5000\nX10.Y20.T1\nX-1.5Y0.\n" + kTable);
+  EXPECT_EQ(written.text, "made by 100??hand\n%%5000\nX10.Y20.T1\nX-1.5Y0.\n" + kTable);
   EXPECT_THAT(written.losses, IsEmpty());
 }
 
 TEST(SiebMeyerWriter, NoLineHasMoreThan64Characters) {
-  const Rout arc = rout_arc(RoutKind::Clockwise, 1, -123.456789, -234.567891, -345.678912, -456.789123);
+  const Rout arc =
+      rout_arc(RoutKind::Clockwise, 1, -123.456789, -234.567891, -345.678912, -456.789123);
   Rout line = rout_line(1, -123.456789, -111.222333, mm_per_s(33.333333));
   const std::string text =
       from_excellon({Message{std::string_view("0123456789012345678901234567890123456789012345678901"
@@ -138,9 +138,10 @@ TEST(SiebMeyerWriter, OneSetOfToolDataForTheWholeProgram) {
   EXPECT_EQ(from_excellon({take(1, 1), take(1, 1.1)}).failure,
             "p:11: error[translation-refused]: tool 1 with another diameter or depth offset than "
             "before has no form in SIEB & MEYER, expected one set of data for the tool");
-  EXPECT_EQ(from_excellon({take(100, 1)}).failure,
-            "p:10: error[translation-refused]: tool 100 has no form in SIEB & MEYER, expected tools 1 to "
-            "99");
+  EXPECT_EQ(
+      from_excellon({take(100, 1)}).failure,
+      "p:10: error[translation-refused]: tool 100 has no form in SIEB & MEYER, expected tools 1 to "
+      "99");
 }
 
 TEST(SiebMeyerWriter, StatesTheAxisVersion) {
@@ -262,14 +263,15 @@ TEST(SiebMeyerWriter, SaysWorkingPlanesWhereTheyChange) {
 TEST(SiebMeyerWriter, WritesARamp) {
   Rout ramp = rout_line(2, 70, 40, mm_per_s(20));
   ramp.cut = z(3.5);
-  EXPECT_EQ(from_sieb_meyer({take(2, 2.5), rapid_move(20, 40), plunge(2, z(2)), ramp, Retract{}})
-                .body,
-            "X20.Y40.T2T0Z2.\nX70.Y40.G1F1.2G6Z3.5\nX70.Y40.T0\n");
+  EXPECT_EQ(
+      from_sieb_meyer({take(2, 2.5), rapid_move(20, 40), plunge(2, z(2)), ramp, Retract{}}).body,
+      "X20.Y40.T2T0Z2.\nX70.Y40.G1F1.2G6Z3.5\nX70.Y40.T0\n");
 }
 
 TEST(SiebMeyerWriter, ADepthBelowAMeasuredSurfaceIsAPlane) {
-  EXPECT_EQ(from_sieb_meyer({drill_at(1, 2, {.z = {}, .depth = mm(0.4), .surface = mm(3.05)})}).body,
-            "X1.Y2.Z2.65\n");
+  EXPECT_EQ(
+      from_sieb_meyer({drill_at(1, 2, {.z = {}, .depth = mm(0.4), .surface = mm(3.05)})}).body,
+      "X1.Y2.Z2.65\n");
 }
 
 TEST(SiebMeyerWriter, WritesSlotsWhole) {
@@ -287,12 +289,16 @@ TEST(SiebMeyerWriter, WritesStops) {
                      Stop{StopKind::Optional, displacement_mm<frame::Machine>(1, 2), {}},
                      Stop{.kind = StopKind::EndRewind}});
   EXPECT_EQ(written.body, "M20\nM47,INSPECTION STOP\nM20\n");
-  EXPECT_THAT(written.losses, ElementsAre("p:13: warning[translation-loss]: the place to stop at has no form in SIEB "
-                                          "& MEYER"));
+  EXPECT_THAT(
+      written.losses,
+      ElementsAre("p:13: warning[translation-loss]: the place to stop at has no form in SIEB "
+                  "& MEYER"));
 }
 
 TEST(SiebMeyerWriter, MessagesThatWouldBeOrdersAreMarked) {
-  EXPECT_EQ(from_excellon({Message{"TURN BOARD"}, Message{"!NOW"}, Message{"&PARK"},
+  EXPECT_EQ(from_excellon({Message{"TURN BOARD"},
+                           Message{"!NOW"},
+                           Message{"&PARK"},
                            Message{"FIRST\nSECOND", true}})
                 .body,
             "M47,TURN BOARD\nM47,- !NOW\nM47,- &PARK\nM47,FIRST\nM47,SECOND\n");
@@ -315,14 +321,15 @@ TEST(SiebMeyerWriter, NamesWhatExcellonHasAlone) {
                                          Dwell{seconds(2)},
                                          ToolChange{}});
   EXPECT_EQ(written.body, "");
-  EXPECT_THAT(written.losses,
-              ElementsAre("p:11: warning[translation-loss]: \"ATC,ON\" has no form in SIEB & MEYER",
-                          "p:12: warning[translation-loss]: a link of tools has no form in SIEB & MEYER",
-                          "p:14: warning[translation-loss]: \"M62\" (peck_on) has no form in SIEB & "
-                          "MEYER",
-                          "p:15: warning[translation-loss]: waiting for 2 s has no form in SIEB & MEYER",
-                          "p:16: warning[translation-loss]: putting the tool away (T0) has no form in SIEB "
-                          "& MEYER"));
+  EXPECT_THAT(
+      written.losses,
+      ElementsAre("p:11: warning[translation-loss]: \"ATC,ON\" has no form in SIEB & MEYER",
+                  "p:12: warning[translation-loss]: a link of tools has no form in SIEB & MEYER",
+                  "p:14: warning[translation-loss]: \"M62\" (peck_on) has no form in SIEB & "
+                  "MEYER",
+                  "p:15: warning[translation-loss]: waiting for 2 s has no form in SIEB & MEYER",
+                  "p:16: warning[translation-loss]: putting the tool away (T0) has no form in SIEB "
+                  "& MEYER"));
   EXPECT_THAT(from_excellon({Setting{"DN,1.5", SettingKind::Header}}).failure,
               HasSubstr("translation-refused"));
   EXPECT_THAT(from_excellon({function(FunctionKind::ScalingOn, "M60")}).failure,
@@ -365,9 +372,9 @@ TEST(SiebMeyerWriter, WritesTheEightOrientations) {
     linear << one.xx, one.xy, one.yx, one.yy;
     const std::vector<Placement> copies = {Placement(),
                                            Placement(linear, Eigen::Vector2d(30, -40.5))};
-    EXPECT_EQ(from_sieb_meyer({take(1, 1), PatternBegin{}, drill(1, 10, 20), PatternEnd{copies}})
-                  .body,
-              "T1\nM31\nX10.Y20.\nX0.Y0.M50\nX30.Y-40.5" + std::string(one.command) + "M30\n");
+    EXPECT_EQ(
+        from_sieb_meyer({take(1, 1), PatternBegin{}, drill(1, 10, 20), PatternEnd{copies}}).body,
+        "T1\nM31\nX10.Y20.\nX0.Y0.M50\nX30.Y-40.5" + std::string(one.command) + "M30\n");
   }
 }
 
@@ -447,12 +454,11 @@ TEST(SiebMeyerWriter, RefusesNestedCorrectionsThatAreMoreThanAnOffset) {
               HasSubstr("a second nested correction"));
   EXPECT_THAT(from_excellon({PatternBegin{}, nested, PatternEnd{copies}, drill(1, 1, 1)}).failure,
               HasSubstr("p:13: error[translation-refused]: a place behind a pattern"));
-  EXPECT_THAT(from_excellon({PatternBegin{},
-                             nested,
-                             CancelCorrection{CorrectionLevel::Nested},
-                             drill(1, 1, 1)})
-                  .failure,
-              HasSubstr("p:13: error[translation-refused]: a place behind G47"));
+  EXPECT_THAT(
+      from_excellon(
+          {PatternBegin{}, nested, CancelCorrection{CorrectionLevel::Nested}, drill(1, 1, 1)})
+          .failure,
+      HasSubstr("p:13: error[translation-refused]: a place behind G47"));
 }
 
 }  // namespace

@@ -12,13 +12,13 @@ namespace panelcal {
 namespace {
 
 using test::difference_of_work;
-using test::WorkRun;
 using test::random_job;
 using test::run_nominally;
 using test::Spelling;
 using test::text_of;
 using test::translate;
 using test::Translation;
+using test::WorkRun;
 
 void require_same_work(const std::string& source, const Translation& translation) {
   if (!translation.errors.empty()) RC_LOG(translation.errors.front());

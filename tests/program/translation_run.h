@@ -29,7 +29,8 @@ struct Translation {
 Translation translate(const std::string& text, Dialect to, const WalkOptions& options = {});
 
 /// What is left of events in every translation: holes, slots, contours with the side that they are
-/// compensated on. Moves that lead nowhere, and step slots, which SIEB & MEYER has not, are left out.
+/// compensated on. Moves that lead nowhere, and step slots, which SIEB & MEYER has not, are left
+/// out.
 std::vector<Event> work_of(const std::vector<Event>& events);
 
 /// What the translation does otherwise first; empty if it does the same work.

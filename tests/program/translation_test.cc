@@ -63,8 +63,9 @@ std::string sieb_meyer(const std::string& body) {
 // --- from Excellon -----------------------------------------------------------------------------
 
 TEST(Translation, PatternsOfTwoLevelsBecomeOneSection) {
-  const std::string text = same_work(excellon("T1\nX90.\nM25\nX1.Y2.\nX3.Y4.\nM01\nR2M02X10.\n"
-                                              "M02X5.Y7.M70M80\nM01\nM02Y50.M90\nM08\nX80.Y0.\n"));
+  const std::string text =
+      same_work(excellon("T1\nX90.\nM25\nX1.Y2.\nX3.Y4.\nM01\nR2M02X10.\n"
+                         "M02X5.Y7.M70M80\nM01\nM02Y50.M90\nM08\nX80.Y0.\n"));
   // 4 copies of the inner level, executed again by the outer one, which mirrors y.
   EXPECT_THAT(text,
               HasSubstr("M31\nX1.Y2.\nX3.Y4.\nX0.Y0.M50\nX10.Y0.M50\nX20.Y0.M50\nX25.Y7.M60M90\n"
@@ -84,8 +85,9 @@ TEST(Translation, APatternWhoseCopiesBeginWithAnotherToolIsExecuted) {
 }
 
 TEST(Translation, ContoursUnderAMirrorKeepTheirSide) {
-  same_work(excellon("T2\nM25\nG00X10.Y10.\nG41\nM15\nG01X20.\nG02X30.Y20.I-10.J0.\nM17\nG05\n"
-                     "M01\nM02X100.M80\nM02Y100.M70\nM08\n"));
+  same_work(
+      excellon("T2\nM25\nG00X10.Y10.\nG41\nM15\nG01X20.\nG02X30.Y20.I-10.J0.\nM17\nG05\n"
+               "M01\nM02X100.M80\nM02Y100.M70\nM08\n"));
 }
 
 TEST(Translation, BoardCorrectionsOfOneTwoAndThreeTargets) {
@@ -98,12 +100,14 @@ TEST(Translation, BoardCorrectionsOfOneTwoAndThreeTargets) {
 
 TEST(Translation, MeasuresEveryCopy) {
   const std::string pattern = "G36X5.Y5.\nG36X25.Y5.\nX10.Y20.\nX20.Y30.\nG38X7.Y7.\n";
-  same_work(excellon("$uvis,alg,0,2\nG34,1\nT1\nM25\n" + pattern + "M01\nM02X100.\nM08\nG37\nX1.Y1.\n"));
+  same_work(
+      excellon("$uvis,alg,0,2\nG34,1\nT1\nM25\n" + pattern + "M01\nM02X100.\nM08\nG37\nX1.Y1.\n"));
 }
 
 TEST(Translation, ANestedTargetIsThePatternsOffset) {
-  same_work(excellon("$uvis,alg,0,2\nG34,1\nT1\nG36X5.Y5.\nG36X95.Y5.\nM25\nG45X5.Y5.\nX10.Y20.\n"
-                     "G47\nM01\nM02X50.\nM08\nX1.Y1.\n"));
+  same_work(
+      excellon("$uvis,alg,0,2\nG34,1\nT1\nG36X5.Y5.\nG36X95.Y5.\nM25\nG45X5.Y5.\nX10.Y20.\n"
+               "G47\nM01\nM02X50.\nM08\nX1.Y1.\n"));
 }
 
 TEST(Translation, RefusesWhatWouldGoElsewhere) {
@@ -172,28 +176,46 @@ TEST(Translation, ASectionAtOnePlaceNeedsNoRepeat) {
 }
 
 TEST(Translation, ToolsOfTheirOwnInSectionsRemain) {
-  same_work(sieb_meyer("X10.Y30.T1M31M31\nX30.Y40.M50\nX70.Y20.M50M30\nX10.Y30.T2M31\nX5.Y5.\n"
-                       "X30.Y40.M50\nX70.Y20.M50M30\nX123.45Y234.67M50M30\n"));
+  same_work(
+      sieb_meyer("X10.Y30.T1M31M31\nX30.Y40.M50\nX70.Y20.M50M30\nX10.Y30.T2M31\nX5.Y5.\n"
+                 "X30.Y40.M50\nX70.Y20.M50M30\nX123.45Y234.67M50M30\n"));
 }
 
 TEST(Translation, FiguresArcsAndRoundEdges) {
-  same_work(sieb_meyer("X30.Y50.T0T2\nX40.Y50.G2R15.F1.2\nX50.Y50.R-15.\nX60.Y50.G3\nX60.Y50.T0\n"
-                       "X35.Y90.T0\nX35.Y90.G46R20.\nX35.Y90.T0\n"
-                       "X90.Y90.T0\nX90.Y90.G49I30.J20.\nX90.Y90.T0\n"
-                       "X10.Y10.T0\nX50.Y10.G1D5.\nX50.Y40.\nX50.Y40.T0\n"));
+  same_work(
+      sieb_meyer("X30.Y50.T0T2\nX40.Y50.G2R15.F1.2\nX50.Y50.R-15.\nX60.Y50.G3\nX60.Y50.T0\n"
+                 "X35.Y90.T0\nX35.Y90.G46R20.\nX35.Y90.T0\n"
+                 "X90.Y90.T0\nX90.Y90.G49I30.J20.\nX90.Y90.T0\n"
+                 "X10.Y10.T0\nX50.Y10.G1D5.\nX50.Y40.\nX50.Y40.T0\n"));
 }
 
 TEST(Translation, DrilledPatternsTextsAndSlots) {
-  same_work(sieb_meyer("X0.Y0.V2T1\nX40.Y0.W5\nX50.Y50.G84R5.\nX10.Y80.M97,ABC\n"
-                       "X10.Y10.G85\nX20.Y10.\n"));
+  same_work(
+      sieb_meyer("X0.Y0.V2T1\nX40.Y0.W5\nX50.Y50.G84R5.\nX10.Y80.M97,ABC\n"
+                 "X10.Y10.G85\nX20.Y10.\n"));
 }
 
 TEST(Translation, BoardAndPatternMeasurements) {
-  same_work(sieb_meyer("X5.Y5.G32\nX95.Y5.G32\nG31\nX10.Y10.T1M31\nX20.Y20.\nX0Y0M50\n"
-                       "X50.Y0M50M30\nG34\nX1.Y1.\n"));
-  same_work(sieb_meyer("M49,CAMA\nX5.Y5.G32\nX95.Y5.G32\nX5.Y95.G32\nG31\nM31\nX5.Y6.G36\n"
-                       "X10.Y10.T1\nX0Y0M50\nX50.Y0M70M30\nX1.Y1.\n"));
+  same_work(
+      sieb_meyer("X5.Y5.G32\nX95.Y5.G32\nG31\nX10.Y10.T1M31\nX20.Y20.\nX0Y0M50\n"
+                 "X50.Y0M50M30\nG34\nX1.Y1.\n"));
+  same_work(
+      sieb_meyer("M49,CAMA\nX5.Y5.G32\nX95.Y5.G32\nX5.Y95.G32\nG31\nM31\nX5.Y6.G36\n"
+                 "X10.Y10.T1\nX0Y0M50\nX50.Y0M70M30\nX1.Y1.\n"));
   same_work(sieb_meyer("X10.Y10.T1M31\nX12.Y12.G36\nX0Y0M50\nX50.Y0M50M30\nX1.Y1.\n"));
+}
+
+/// What repeats a pattern is executed, so that the pattern comes twice.
+TEST(Translation, ThePatternsOffsetEndsWithEachCopy) {
+  const std::string text = same_work(
+      sieb_meyer("M49,CAMA\nM31M31\nX5.Y6.G36\nX10.Y10.T1\nX0Y0M50\nX50.Y0M50M30\nX7.Y7.\n"
+                 "X0Y0M50\nX0Y60.M50M30\nX1.Y1.\n"));
+  EXPECT_THAT(text, HasSubstr("G45X5.0Y6.0\nT1\nX10.0Y10.0\nG47\nM01\n"));
+}
+
+TEST(Translation, SectionsWhoseCopiesBeginWithAnotherToolAreExecuted) {
+  EXPECT_THAT(same_work(sieb_meyer("X1.Y1.T1\nX2.Y2.M31\nX3.Y3.T2\nX0Y0M50\nX50.Y0M50M30\n")),
+              testing::Not(HasSubstr("M25")));
 }
 
 TEST(Translation, NamesWhatSiebMeyerHasAlone) {

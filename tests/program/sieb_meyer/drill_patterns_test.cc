@@ -72,11 +72,9 @@ TEST(DualRow, TheDiagonalChoosesTheDirection) {
   const Vector2d low(0, 0), high(10.16, 5.08), left(0, 5.08), right(10.16, 0);
   for (const auto& [first, second] : {std::pair(low, high), std::pair(high, low)}) {
     EXPECT_EQ(all(dual_row(first, second, {})).size(), 6U);
-    EXPECT_EQ(all(dual_row(first, second, {}, RowRule::FallingAlongY)).size(), 10U);
   }
   for (const auto& [first, second] : {std::pair(left, right), std::pair(right, left)}) {
     EXPECT_EQ(all(dual_row(first, second, {})).size(), 10U);
-    EXPECT_EQ(all(dual_row(first, second, {}, RowRule::FallingAlongY)).size(), 6U);
   }
   expect_all(all(dual_row(right, left, 2)), {{10.16, 0}, {0, 0}, {0, 10.16}, {10.16, 10.16}});
 }
@@ -182,8 +180,6 @@ TEST(QuadrupleRow, GoesAlongTheRowOfV1FirstAndRound) {
              {{0, 0}, {0, 2}, {0, 4}, {2, 4}, {2, 2}, {2, 0}});
   expect_all(all(quadruple_row({4, 0}, {0, 2}, 3)),
              {{4, 0}, {2, 0}, {0, 0}, {0, 2}, {2, 2}, {4, 2}});
-  expect_all(all(quadruple_row({4, 0}, {0, 2}, 2, RowRule::FallingAlongY)),
-             {{4, 0}, {4, 2}, {2, 2}, {0, 2}, {0, 0}, {2, 0}});
 }
 
 TEST(QuadrupleRow, RefusesWhatV1Refuses) {

@@ -192,7 +192,7 @@ TEST(SiebMeyerEvents, HolesInForbiddenAreasAreLeftOutAndReported) {
   const ProgramRun run = run_5000("X10.Y10.M58D4.\nX11.9Y11.9T1\nX12.1Y10.\nX10.Y7.9\nX8.1Y8.1\n",
                                   obeying_areas(true));
   EXPECT_THAT(steps_of(run),
-              ElementsAre("function forbidden_area X10.Y10.M58D4.",
+              ElementsAre("function forbidden_area",
                           "tool 1",
                           "function hole_omitted",
                           "drill 1 (12.1, 10)",

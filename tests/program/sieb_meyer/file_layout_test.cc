@@ -90,7 +90,8 @@ TEST(IsProgram, ExcellonFilesAreNone) {
 // --- parts ---------------------------------------------------------------------------------------
 
 TEST(FileLayoutParts, AreCommentsProgramLinesAndTools) {
-  const Reading reading = read("PROGRAM EXAMPLE\nCREATED 18.07.89\n%%5000\nX1.Y2.T1\nX3.Y4.\n$\nT1D1.\n$\n");
+  const Reading reading =
+      read("PROGRAM EXAMPLE\nCREATED 18.07.89\n%%5000\nX1.Y2.T1\nX3.Y4.\n$\nT1D1.\n$\n");
   EXPECT_THAT(reading.diagnostics, IsEmpty());
   EXPECT_EQ(reading.layout.head_line, 3);
   EXPECT_EQ(reading.layout.body.number, 4);
@@ -234,8 +235,7 @@ TEST(ToolTable, RefusesBadNumbers) {
   expect_refused(read_table("T1S50D-1.\n"), "3:6", "\"D-1.\"", "a number that is not negative");
   expect_refused(
       read_table("T1D.8\n", "3000"), "3:3", "\"D.8\"", "no decimal point here in format 3000");
-  expect_refused(
-      read_table("T1N3.5\n"), "3:3", "\"N3.5\"", "no decimal point here in format 5000");
+  expect_refused(read_table("T1N3.5\n"), "3:3", "\"N3.5\"", "no decimal point here in format 5000");
 }
 
 TEST(ToolTable, HasAsManyToolsAsTheFormat) {
@@ -261,21 +261,20 @@ TEST(ToolTable, ReportsEveryBadLine) {
 }
 
 TEST(ToolTable, BeginsWithADollarAlone) {
-  expect_refused(read("%%5000\nX1.Y1.T1\n$T1D1.\n$\n"), "3:1", "\"$T1D1.\"", "a $ alone in its line");
+  expect_refused(
+      read("%%5000\nX1.Y1.T1\n$T1D1.\n$\n"), "3:1", "\"$T1D1.\"", "a $ alone in its line");
   expect_refused(read("%%3000\n  $80$55$\n"), "2:1", "\"  $80$55$\"", "a $ alone in its line");
 }
 
 TEST(ToolTable, EndsWithADollar) {
-  expect_refused(
-      read("%%5000\n$\nT1D1.\n"), "3", "the tool table has no end", "a closing $");
+  expect_refused(read("%%5000\n$\nT1D1.\n"), "3", "the tool table has no end", "a closing $");
   expect_refused(read("%%5000\nX1.Y1.\n$\n"), "3", "the tool table has no end", "a closing $");
   EXPECT_THAT(read("%%5000\n$\n$").diagnostics, IsEmpty());
 }
 
 TEST(ToolTable, WhatFollowsItIsReportedOnce) {
-  EXPECT_THAT(
-      read("%%5000\n$\nT1D1.\n$\n\n%%5000\nX1.Y1.\n$\n").diagnostics,
-      ElementsAre(StartsWith("p.ss:6:1: warning[text-after-end]: \"%%5000\"")));
+  EXPECT_THAT(read("%%5000\n$\nT1D1.\n$\n\n%%5000\nX1.Y1.\n$\n").diagnostics,
+              ElementsAre(StartsWith("p.ss:6:1: warning[text-after-end]: \"%%5000\"")));
 }
 
 // --- format 1000: ninety values ------------------------------------------------------------------
@@ -321,7 +320,8 @@ TEST(ToolTable1000, HasSixValuesOfFifteenTools) {
 
 /// "If a parameter value is zero, only the $ sign is given out."
 TEST(ToolTable1000, AToolWithoutAValueIsNotThere) {
-  const Reading reading = read_1000("$80$$$$$$" + repeated("$", 12) + "$40$$$$$" + repeated("$", 66));
+  const Reading reading =
+      read_1000("$80$$$$$$" + repeated("$", 12) + "$40$$$$$" + repeated("$", 66));
   EXPECT_THAT(reading.diagnostics, IsEmpty());
   EXPECT_EQ(reading.layout.tools.size(), 2U);
   EXPECT_EQ(reading.tool(1).diameter, mm(0.8));
@@ -331,7 +331,8 @@ TEST(ToolTable1000, AToolWithoutAValueIsNotThere) {
 }
 
 TEST(ToolTable1000, LineEndsInsideDoNotCount) {
-  const Reading reading = read_1000("$8\n0$50$\r\n" + repeated("$", 44) + "\n  " + repeated("$", 44) + "\n\n");
+  const Reading reading =
+      read_1000("$8\n0$50$\r\n" + repeated("$", 44) + "\n  " + repeated("$", 44) + "\n\n");
   EXPECT_THAT(reading.diagnostics, IsEmpty());
   EXPECT_EQ(reading.tool(1).diameter, mm(0.8));
 }
@@ -347,12 +348,15 @@ TEST(ToolTable1000, NinetyOneDollarSignsAreNeeded) {
 
 TEST(ToolTable1000, EveryValueIsClosed) {
   expect_refused(read_1000("$80$50"), "3", "\"50\"", "a $ behind every value");
-  expect_refused(read_1000(repeated("$", 91) + "\nTHE END"), "3", "\"THE END\"", "a $ behind every value");
+  expect_refused(
+      read_1000(repeated("$", 91) + "\nTHE END"), "3", "\"THE END\"", "a $ behind every value");
 }
 
 TEST(ToolTable1000, RefusesBadNumbers) {
-  expect_refused(
-      read_1000("$.8$" + repeated("$", 89)), "3:1", "\"D.8\"", "no decimal point here in format 1000");
+  expect_refused(read_1000("$.8$" + repeated("$", 89)),
+                 "3:1",
+                 "\"D.8\"",
+                 "no decimal point here in format 1000");
   expect_refused(
       read_1000("$80$-5$" + repeated("$", 88)), "3:1", "\"S-5\"", "a number that is not negative");
   expect_refused(read_1000("$80$5 5$" + repeated("$", 88)), "3:1", "\"S5 5\"", "a sign, digits");

@@ -271,9 +271,9 @@ class Comparison {
       for (std::size_t k = 0; k < is_reached.size(); ++k) {
         if (near(rout.at_mm, event.corners_mm[k])) is_reached[k] = true;
       }
-      const bool is_round = rout.turn != 0 && near(rout.center_mm, event.center_mm) &&
-                            std::abs((rout.at_mm - event.center_mm).norm() - event.radius_mm) <
-                                kRounding_mm;
+      const bool is_round =
+          rout.turn != 0 && near(rout.center_mm, event.center_mm) &&
+          std::abs((rout.at_mm - event.center_mm).norm() - event.radius_mm) < kRounding_mm;
       if (is_round) turned_rad += turn_of(rout, event.turn);
     }
     require(i_ < moves_.size() && moves_[i_].kind == Move::Kind::Retract, "the cutter stays down");

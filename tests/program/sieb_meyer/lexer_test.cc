@@ -192,7 +192,8 @@ TEST(SiebMeyerCommands, ALeadingZeroIsAllowed) {
 }
 
 TEST(SiebMeyerCommands, OtherNumbersAreNoCode) {
-  for (const char* const number : {"", "0", "00", "+1", "-1", "1.", ".1", "99", "37", "38", "101"}) {
+  for (const char* const number :
+       {"", "0", "00", "+1", "-1", "1.", ".1", "99", "37", "38", "101"}) {
     EXPECT_EQ(found('G', number), std::nullopt) << number;
   }
   for (const char* const number : {"", "2", "8", "08", "25.", "32", "46", "51", "91", "101"}) {

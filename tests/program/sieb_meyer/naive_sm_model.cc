@@ -47,7 +47,7 @@ struct Frame {
   Vector2d offset_mm = Vector2d::Zero();
 
   Vector2d operator()(const Vector2d& p) const { return linear * p + offset_mm; }
-  bool is_mirror() const { return linear.determinant() < 0; }
+  bool is_mirror() const { return linear(0, 0) * linear(1, 1) < linear(0, 1) * linear(1, 0); }
 };
 
 class Model {
@@ -91,8 +91,7 @@ class Model {
         if (node.copies.empty()) return run(node.body, frame);
         for (const auto& [codes, zero] : node.copies) {
           // The offset is a place of the section around it.
-          run(node.body,
-              {frame.linear * orientation_of(codes), frame(mm_of(zero))});
+          run(node.body, {frame.linear * orientation_of(codes), frame(mm_of(zero))});
         }
         return;
     }

@@ -79,8 +79,7 @@ TEST(SiebMeyerFormats, HaveNames) {
 
 TEST(SiebMeyerFormats, HaveTheStepOfTheirCoordinates) {
   for (const FileFormat format : kFormats) {
-    EXPECT_DOUBLE_EQ(format_step_mm(format),
-                     parse_number("7", format, Quantity::Coordinate).step);
+    EXPECT_DOUBLE_EQ(format_step_mm(format), parse_number("7", format, Quantity::Coordinate).step);
   }
 }
 
@@ -127,8 +126,21 @@ TEST(SiebMeyerNumber, IsTheNearestDouble) {
 }
 
 TEST(SiebMeyerNumber, RefusesWhatIsNoNumber) {
-  for (const std::string_view text :
-       {"-", "+", ".", "-.", "1.2.3", "1-2", "1+", "--1", "+-1", "1..", " 1", "1 ", "1,5", "1e3", "A"}) {
+  for (const std::string_view text : {"-",
+                                      "+",
+                                      ".",
+                                      "-.",
+                                      "1.2.3",
+                                      "1-2",
+                                      "1+",
+                                      "--1",
+                                      "+-1",
+                                      "1..",
+                                      " 1",
+                                      "1 ",
+                                      "1,5",
+                                      "1e3",
+                                      "A"}) {
     EXPECT_EQ(problem_of(text), NumberProblem::Malformed) << text;
   }
   EXPECT_EQ(problem_of(std::string_view("1\0", 2)), NumberProblem::Malformed);
@@ -220,14 +232,10 @@ TEST(ManualUnits, OfToolTablesWithPoints) {
 }
 
 TEST(ManualUnits, OfToolTablesHavePointsInFormat5000Only) {
-  for (const Quantity quantity : {Quantity::ToolDiameter,
-                                  Quantity::ToolSpeed,
-                                  Quantity::ToolFeed,
-                                  Quantity::ToolDwell}) {
-    expect_problem("1.5",
-                   quantity,
-                   NumberProblem::PointForbidden,
-                   {FileFormat::F1000, FileFormat::F3000});
+  for (const Quantity quantity :
+       {Quantity::ToolDiameter, Quantity::ToolSpeed, Quantity::ToolFeed, Quantity::ToolDwell}) {
+    expect_problem(
+        "1.5", quantity, NumberProblem::PointForbidden, {FileFormat::F1000, FileFormat::F3000});
   }
   expect_problem("1.5",
                  Quantity::ToolLife,

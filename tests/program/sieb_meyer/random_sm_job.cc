@@ -115,8 +115,8 @@ class JobWriter {
       incremental_ = !incremental_;
       prefix_.push_back(code(incremental_ ? "G91" : "G90"));
     }
-    const bool has_tool = std::ranges::any_of(
-        prefix_, [](const SmWord& word) { return word.text.starts_with('T'); });
+    const bool has_tool =
+        std::ranges::any_of(prefix_, [](const SmWord& word) { return word.text.starts_with('T'); });
     if (!has_tool && one_in(5)) take_any_tool();
     if (one_in(5)) plane();
     if (one_in(12)) prefix_.push_back(code("M21"));
@@ -257,7 +257,8 @@ class JobWriter {
     if (is_free) node.n_in_row = static_cast<int>(n_along) + 1;
     const Microns sides = is_falling ? Microns{along, across} : Microns{across, along};
     const long sign = one_in(2) ? 1 : -1;
-    node.second = node.place + Microns{sign * sides.x, is_falling ? -sign * sides.y : sign * sides.y};
+    node.second =
+        node.place + Microns{sign * sides.x, is_falling ? -sign * sides.y : sign * sides.y};
   }
 
   // --- routing ---
@@ -308,7 +309,9 @@ class JobWriter {
         side = 0;
       }
       const int kind = any(0, 3);
-      SmPiece piece = kind == 0 ? arc_about_center(more) : kind == 1 ? arc_of_radius(more) : straight();
+      SmPiece piece = kind == 0   ? arc_about_center(more)
+                      : kind == 1 ? arc_of_radius(more)
+                                  : straight();
       piece.side = side;
       rout_line(piece, more);
       node.pieces.push_back(std::move(piece));
@@ -374,7 +377,8 @@ class JobWriter {
     for (std::size_t i = 1; i < corners.size(); ++i) {
       SmPiece piece{.to = corners[i]};
       std::vector<SmWord> more;
-      if (i + 1 < corners.size()) piece.corner_um = corner(corners[i - 1], corners[i], corners[i + 1]);
+      if (i + 1 < corners.size())
+        piece.corner_um = corner(corners[i - 1], corners[i], corners[i + 1]);
       if (piece.corner_um) more.push_back({"D", piece.corner_um});
       rout_line(piece, more);
       node.pieces.push_back(std::move(piece));
@@ -446,7 +450,8 @@ class JobWriter {
       prefix_.push_back(code("M31"));
     }
     if (depth == kMostDepth || !one_in(4)) hole();
-    for (int n = any(0, 3); n > 0; --n) depth < kMostDepth && one_in(3) ? section(depth + 1) : piece();
+    for (int n = any(0, 3); n > 0; --n)
+      depth < kMostDepth&& one_in(3) ? section(depth + 1) : piece();
     if (!prefix_.empty()) hole();
     if (one_in(4)) {
       close();

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -66,6 +68,16 @@ void append(std::string& out, const SmLine& line, const SmSpelling& spelling) {
   for (const SmWord& word : line.words) words.push_back(spelled(word, choices));
   for (std::size_t i = words.size(); i > 1; --i) {
     std::swap(words[i - 1], words[i - 1 - choices.below(static_cast<unsigned>(i))]);
+  }
+  // Brackets alone are read from left to right.
+  std::vector<std::string> brackets;
+  for (const std::string& word : words) {
+    if (word == "M31" || word == "M30") brackets.push_back(word);
+  }
+  std::ranges::sort(brackets, std::greater());
+  auto next = brackets.begin();
+  for (std::string& word : words) {
+    if (word == "M31" || word == "M30") word = *next++;
   }
   if (line.is_slashed) out += '/';
   const bool has_blanks = choices.one_in(4);
