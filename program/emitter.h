@@ -106,7 +106,7 @@ class Emitter {
   bool passes(int line) { return count_operations(1, line) && sink_ != nullptr; }
   void drill_now(int line, const Eigen::Vector2d& at_mm);
   void hit(int line, std::int64_t n) {
-    while (hits_left_ < n) {
+    while (hits_left_ < n && count(n_expired_, options_.max_operations, "used up tools", line)) {
       n -= hits_left_;
       expire(line);
       if (hits_left_ == 0) return;  // H0 allows nothing; once is enough to say it
@@ -145,6 +145,7 @@ class Emitter {
   std::int64_t n_operations_ = 0;
   std::int64_t n_targets_ = 0;
   std::int64_t n_idle_lines_ = 0;
+  std::int64_t n_expired_ = 0;  ///< tools: a slot that is kept whole uses up any number
   bool is_over_limit_ = false;
 };
 

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs every input that once broke the reader, and the fuzzer's seeds, as ordinary tests.
+// Runs every input that once broke a reader, and the fuzzers' seeds, as ordinary tests.
 #include <algorithm>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "tests/fuzz/excellon_entry.h"
+#include "tests/fuzz/sieb_meyer_entry.h"
 
 namespace panelcal {
 namespace {
@@ -27,7 +29,10 @@ void expect_no_complaint(const fs::path& folder) {
   for (const fs::path& file : files) {
     const auto bytes = read_file(file);
     ASSERT_TRUE(bytes) << file;
-    EXPECT_EQ(fuzz::run_excellon(*bytes), std::nullopt) << file;
+    const bool is_sieb_meyer = file.extension() == ".sm5";
+    EXPECT_EQ(is_sieb_meyer ? fuzz::run_sieb_meyer(*bytes) : fuzz::run_excellon(*bytes),
+              std::nullopt)
+        << file;
   }
 }
 
@@ -39,6 +44,24 @@ TEST(FuzzFixed, InputsThatOnceBrokeTheReaderStayFixed) {
 
 TEST(FuzzFixed, SeedsOfTheExcellonReaderRun) {
   expect_no_complaint(kFuzz / "corpus" / "excellon");
+}
+
+TEST(FuzzFixed, SeedsOfTheSiebMeyerReaderRun) {
+  expect_no_complaint(kFuzz / "corpus" / "sieb_meyer");
+}
+
+TEST(FuzzFixed, BytesThatAreNoSiebMeyerProgramAreRefusedInOrder) {
+  const std::string head = "%%5000\n";
+  for (const std::string& bytes : {std::string(),
+                                   std::string("$"),
+                                   std::string("\0\xff\xfe", 3),
+                                   std::string(100'000, '%'),
+                                   std::string(100'000, '$'),
+                                   std::string(100'000, '/'),
+                                   head + "X" + std::string(100'000, '1'),
+                                   head + "X1Y1(" + std::string(1'000'000, 'A')}) {
+    EXPECT_EQ(fuzz::run_sieb_meyer(bytes), std::nullopt) << bytes.substr(0, 20);
+  }
 }
 
 TEST(FuzzFixed, BytesThatAreNoProgramAreRefusedInOrder) {
