@@ -136,6 +136,7 @@ bool Interpreter::run_plain(const SourceLine& line) {
   if (coordinate.xy_mm[1]) modal_.at_mm.y() = *coordinate.xy_mm[1];
   modal_.at_step_mm = format_step_mm(format_);
   ++n_blocks_;
+  has_coordinate_ = true;
   if (tool_ && !needs_care_) {
     emitter_.drill(line.number, modal_.at_mm);
   } else {
@@ -146,7 +147,7 @@ bool Interpreter::run_plain(const SourceLine& line) {
 
 void Interpreter::run_block(const Block& block) {
   const OrderContext context{.format = format_,
-                             .is_routing = modal_.motion || contour_ != Contour::None,
+                             .is_routing = modal_.motion || is_routing(),
                              .expects_count = pattern_.has_value(),
                              .is_pecking = peck_.is_on,
                              .is_pulsing = peck_.is_pulsing};
@@ -166,7 +167,7 @@ void Interpreter::run_block(const Block& block) {
   run_order(block, *order);
   if (std::exchange(skips_surface_, false)) update_cut();
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
-  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid();
+  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on();
 }
 
 /// The order of things in one line: what holds for the coordinate first, then the coordinate, then
@@ -222,12 +223,17 @@ bool Interpreter::move_to(const Block&, const Order& order) {
       at_mm = *order.xy_mm[axis];
     }
   }
-  if (order.has_xy()) modal_.at_step_mm = order.xy_step_mm;
+  if (order.has_xy()) {
+    modal_.at_step_mm = order.xy_step_mm;
+    has_coordinate_ = true;
+  }
   return order.has_xy();
 }
 
 /// A word that the line's task has no use for would otherwise vanish.
 bool Interpreter::holds_only(const Block& block, const Order& order, std::uint32_t known) {
+  // G40 with nothing to turn off does nothing; many programs begin with it.
+  if (order.side == CompensationSide::Off && modal_.side == CompensationSide::Off) known |= kSide;
   const std::uint32_t rest = parts_of(order) & ~known;
   if (rest == 0) return true;
   const std::uint32_t first = rest & (~rest + 1);

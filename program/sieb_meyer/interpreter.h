@@ -208,7 +208,7 @@ class Interpreter {
   void refuse_cnc(const Block& block, std::string expected);
   void set_program_zero(const Block& block, std::string_view argument, bool is_set);
   void set_axis_version(const Block& block, std::string_view argument);
-  bool is_scaling_decided(int line);
+  bool is_decided(int line);
 
   // interpreter_optical.cc
   void optical_order(const Block& block, const Order& order);
@@ -261,6 +261,9 @@ class Interpreter {
   /// Where the machine stands, in the coordinates of the placement in force; absent while something
   /// else may have moved it. Counts only between a T0 line and the next hole.
   std::optional<Eigen::Vector2d> machine_at_mm_;
+  DepthOfCut routed_cut_;  ///< of the last piece, without the grid
+  bool has_coordinate_ = false;
+  bool reported_surface_ = false;
   std::vector<std::pair<FunctionKind, std::string_view>> waiting_events_;  ///< for the next piece
   std::int64_t n_blocks_ = 0;
   double step_mm_ = 0;                                  ///< rounding of the arc in hand

@@ -63,6 +63,7 @@ void Interpreter::refuse_cnc(const Block& block, std::string expected) {
 
 void Interpreter::cnc_command(const Block& block) {
   if (is_machine_function(block.argument)) {
+    machine_at_mm_.reset();
     return function(block.line, FunctionKind::MachineFunction, block.argument);
   }
   const auto command = find_cnc_command(block.argument);
@@ -230,7 +231,7 @@ void Interpreter::set_axis_version(const Block& block, std::string_view argument
   if (!version || *version < 1 || *version > 8) return refuse_cnc(block, "FV1 to FV8");
   const Placement frame(axis_orientation(*version), Eigen::Vector2d::Zero());
   if (frame.linear() == frame_.linear()) return;
-  if (depth_ > 0 || emitter_.n_operations() > 0) {
+  if (depth_ > 0 || has_coordinate_) {
     return report(Code::CommandMisplaced,
                   block,
                   quoted(block.text) + " changes the axes inside the program",
@@ -284,8 +285,19 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
   return true;
 }
 
-/// A scale that was set, and nothing said about where it holds: either answer may be wrong.
-bool Interpreter::is_scaling_decided(int line) {
+/// A scale that was set, and nothing said about where it holds: either answer may be wrong. So it
+/// is with a depth below a surface that nobody named.
+bool Interpreter::is_decided(int line) {
+  if (surface_.is_on() && !skips_surface_ && !surface_.reference()) {
+    if (!std::exchange(reported_surface_, true)) {
+      reporter_.report(Code::SurfaceMissing,
+                       line,
+                       1,
+                       "a coordinate comes under G71 before any reference surface",
+                       "L#, or G73, before it");
+    }
+    return false;
+  }
   if (!scaling_.is_set() || scaling_.is_on) return true;
   if (!std::exchange(reported_scaling_, true)) {
     reporter_.report(Code::ScalingUndecided,

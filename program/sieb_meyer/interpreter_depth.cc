@@ -26,9 +26,20 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
   if (order.z_mm && *order.z_mm < 0) {
     return report(Code::ArgumentInvalid, block, quoted(block.text), "Z of zero or more");
   }
-  const bool is_residual_web = order.slm.value_or(false);
-  if (order.k_mm && !is_residual_web && *order.k_mm < 0) {
+  const bool is_slm = order.slm.value_or(surface_.is_on());
+  const bool is_controlled = order.depth_control.value_or(depth_control_);
+  const std::optional<double> k_mm = order.k_mm ? order.k_mm : k_mm_;
+  const bool is_residual_web = !is_slm && k_mm && *k_mm < 0;
+  if (is_residual_web && (order.k_mm || (is_controlled && order.depth_control))) {
     return report(Code::ArgumentInvalid, block, quoted(block.text), "K of zero or more");
+  }
+  if (order.slm.value_or(false) && order.z_mm) {
+    return report(
+        Code::ArgumentInvalid, block, quoted(block.text), "G71K#: depths are below the surface");
+  }
+  if (order.is_ramp && !z_mm_) {
+    return report(
+        Code::CoordinateMissing, block, quoted(block.text), "Z# before it, where the ramp begins");
   }
   if (order.is_ramp && !order.z_mm) {
     return report(
@@ -229,6 +240,7 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
   }
   if (order.is_dummy_tool) function(block.line, FunctionKind::MachineFunction, "TD");
   contour_ = Contour::None;
+  machine_at_mm_.reset();
   const bool has_place = move_to(block, order);
   if (probes && !has_place && *order.surface != Command::SurfaceDetect) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the place to probe");

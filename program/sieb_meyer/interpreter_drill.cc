@@ -21,11 +21,12 @@ bool Interpreter::has_tool(int line) {
 }
 
 void Interpreter::drill(int line, const Eigen::Vector2d& at_mm) {
-  if (!has_tool(line) || !is_scaling_decided(line)) {
+  if (!has_tool(line) || !is_decided(line)) {
     emitter_.count_operations(1, line);
     return;
   }
   contour_ = Contour::None;
+  machine_at_mm_.reset();
   if (!areas_.empty() && is_forbidden(line, at_mm)) return;
   if (uses_grid()) emitter_.set_cut(cut_at(line, at_mm));
   emitter_.drill(line, at_mm);

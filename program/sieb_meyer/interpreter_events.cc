@@ -11,12 +11,11 @@ namespace panelcal::sieb_meyer {
 
 /// A tool that is in the spindle already is not changed.
 void Interpreter::take_tool(const Block& block, const Order& order) {
-  if (!order.tool) return;
+  if (!order.tool || (tool_ && tool_->number == *order.tool)) return;
   if (is_plunged_ || piece_) {
     return report(
         Code::ContourUnclosed, block, quoted(block.text), "a T0 line before the tool change");
   }
-  if (tool_ && tool_->number == *order.tool) return;
   const auto defined = program_.layout.tools.find(*order.tool);
   machine_at_mm_.reset();
   tool_ = defined == program_.layout.tools.end() ? Tool{.number = *order.tool} : defined->second;
@@ -37,6 +36,7 @@ void Interpreter::events_before(const Block& block, const Order& order) {
   };
   if (order.may_stop) {
     if (routs) return refuse("M20 in a T0 line or a drilling line");
+    machine_at_mm_.reset();  // the machine goes to its zero, or to the line's place
     emitter_.put(block.line, panelcal::Stop{.kind = StopKind::Optional});
   }
   if (order.stop && routs) return refuse("M28 and M29 behind the T0 line that ends the contour");
@@ -77,6 +77,7 @@ void Interpreter::texts(const Block& block, const Order& order) {
       }
       return cnc_command(block);
     case Command::DeviceText:
+      machine_at_mm_.reset();
       return function(block.line, FunctionKind::TextForDevice, block.argument);
     case Command::CameraByte:
     case Command::CameraText:
@@ -108,7 +109,8 @@ void Interpreter::area(const Block& block, const Order& order) {
   if (!move_to(block, order)) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the area");
   }
-  if (!obeys_areas_ && !std::exchange(warned_areas_, true)) {
+  const bool is_ignored = !steps_.empty() && !areas_in_copies_.value_or(true);
+  if (!obeys_areas_ && !is_ignored && !std::exchange(warned_areas_, true)) {
     reporter_.report(Code::AreasAssumed,
                      block.line,
                      block.column,
@@ -118,7 +120,7 @@ void Interpreter::area(const Block& block, const Order& order) {
   contour_ = Contour::None;
   if (!obeys_areas_.value_or(true)) return;
   if (*order.area != Command::ForbiddenArea) return check_area(block);
-  if (!steps_.empty() && !areas_in_copies_.value_or(true)) return;
+  if (is_ignored) return;
   constexpr std::size_t kMostAreas = 99;
   if (!order.rounding_mm || *order.rounding_mm <= 0) {
     return report(Code::ArgumentInvalid, block, quoted(block.text), "M58D# with the edge's length");

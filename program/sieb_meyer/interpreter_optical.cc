@@ -38,9 +38,10 @@ void Interpreter::optical_order(const Block& block, const Order& order) {
         measures ? "X#Y# of the target" : code_text(command) + " in a line without X and Y");
   }
   contour_ = Contour::None;
+  machine_at_mm_.reset();
   move_to(block, order);
   if (measures && !emitter_.count_target(block.line)) return;
-  if (measures && !is_scaling_decided(block.line)) return;
+  if (measures && !is_decided(block.line)) return;
   if (keeps_structure()) return keep_optical_order(block, command);
   const TargetPlace target = target_place(block, command);
   switch (command) {
@@ -109,6 +110,7 @@ void Interpreter::camera_text(const Block& block, Command command) {
         Code::BlockNotAlone, block, quoted(block.text), code_text(command) + " alone in its line");
   }
   contour_ = Contour::None;
+  machine_at_mm_.reset();
   if (command == Command::CorrectionValues) {
     if (keeps_structure()) return refuse_kept(block);
     const bool is_passed =

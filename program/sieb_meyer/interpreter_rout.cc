@@ -54,7 +54,7 @@ void Interpreter::position(const Block& block, const Order& order) {
   const bool has_place = move_to(block, order);
   contour_ = Contour::Positioned;
   if (order.side) modal_.side = *order.side;
-  if (!has_place || !has_tool(block.line) || !is_scaling_decided(block.line)) return;
+  if (!has_place || !has_tool(block.line) || !is_decided(block.line)) return;
   if (was == Contour::Figures && modal_.at_mm == before_mm) return;
   if (was != Contour::None && machine_at_mm_ == modal_.at_mm) return;
   emitter_.move(block.line, modal_.at_mm);
@@ -101,7 +101,16 @@ void Interpreter::rout(const Block& block, const Order& order) {
   const Eigen::Vector2d from_mm = modal_.at_mm;
   const double from_step_mm = modal_.at_step_mm;
   move_to(block, order);
-  if (!has_tool(block.line) || !is_scaling_decided(block.line)) return;
+  if (!has_tool(block.line) || !is_decided(block.line)) return;
+  if (modal_.at_mm == from_mm && !is_first && (order.z_mm || order.k_mm || order.depth_control)) {
+    // Only deeper or higher, where the cutter stands (the example of G82 and G83).
+    flush_piece(nullptr);
+    emitter_.set_cut(surface_cut(block.line, from_mm, base_cut_));
+    emitter_.plunge(block.line, PlungeKind::Plain, modal_.side, tool_diameter());
+    emitter_.set_cut(base_cut_);
+    routed_cut_ = base_cut_;
+    return;
+  }
   if (modal_.at_mm == from_mm && !is_first) {
     return report(Code::RoutRepeated,
                   block,
@@ -285,9 +294,14 @@ void Interpreter::send_piece(const PendingPiece& pending) {
     if (machine_at_mm_ != pending.piece.start_mm) emitter_.move(line, pending.piece.start_mm);
     emitter_.set_cut(surface_cut(line, pending.piece.start_mm, pending.from));
     emitter_.plunge(line, PlungeKind::Plain, pending.side, tool_diameter());
+  } else if (pending.from != routed_cut_) {
+    // Another depth without G6: the cutter goes there where it stands.
+    emitter_.set_cut(surface_cut(line, pending.piece.start_mm, pending.from));
+    emitter_.plunge(line, PlungeKind::Plain, pending.side, tool_diameter());
   } else {
     emitter_.compensate(line, pending.side, tool_diameter());
   }
+  routed_cut_ = pending.to;
   for (const auto& [kind, text] : pending.events) {
     emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
   }
@@ -297,6 +311,7 @@ void Interpreter::send_piece(const PendingPiece& pending) {
   const ContourPiece& piece = pending.piece;
   std::vector<double> ends = cuts_of(line, piece);
   ends.push_back(1);
+  double begin = 0;
   Eigen::Vector2d at_mm = piece.start_mm;
   for (const double end : ends) {
     ContourPiece part = piece;
@@ -305,9 +320,10 @@ void Interpreter::send_piece(const PendingPiece& pending) {
                   : piece.center_mm
                       ? on_arc(piece, end)
                       : Eigen::Vector2d(piece.start_mm + end * (piece.end_mm - piece.start_mm));
-    const DepthOfCut from = emitter_.cut();
+    const DepthOfCut from = surface_cut(line, at_mm, interpolate(pending.from, pending.to, begin));
     emitter_.set_cut(surface_cut(line, part.end_mm, interpolate(pending.from, pending.to, end)));
     send_part(line, part, pending.feed, from);
+    begin = end;
     at_mm = part.end_mm;
   }
   emitter_.set_cut(base_cut_);
@@ -367,7 +383,7 @@ void Interpreter::figure(const Block& block, const Order& order) {
   if (is_plunged_) emitter_.put(block.line, Retract{});
   is_plunged_ = false;
   contour_ = Contour::Figures;
-  if (!has_tool(block.line) || !is_scaling_decided(block.line)) return;
+  if (!has_tool(block.line) || !is_decided(block.line)) return;
   if (follows_figure && modal_.at_mm == before_mm) {
     return report(Code::RoutRepeated,
                   block,
@@ -392,10 +408,13 @@ void Interpreter::figure(const Block& block, const Order& order) {
   piece.from = piece.to = base_cut_;
   piece.feed = modal_.feed;
   is_plunged_ = true;
+  routed_cut_ = base_cut_;
+  piece.events = std::exchange(waiting_events_, {});
   for (const Arc& arc : path->pieces) {
     piece.piece = {arc.start_mm, arc.end_mm, std::nullopt, arc.clockwise};
     if (!arc.straight) piece.piece.center_mm = arc.center_mm;
     send_piece(piece);
+    piece.events.clear();
     if (has_ended()) return;
   }
   is_plunged_ = false;

@@ -100,7 +100,8 @@ void Interpreter::run_copies(int i_section) {
   // others do; so they are only counted.
   constexpr std::int64_t kWalked = 2;
   const bool counts_copies = is_first_walk() && !section.has.measurements &&
-                             !section.has.own_copies && !keeps_structure() && areas_.empty();
+                             !section.has.own_copies && !keeps_structure() && areas_.empty() &&
+                             !surface_.has_grid();
   std::int64_t i_copy = 0;
   std::int64_t n_before = 0;
   std::int64_t n_idle_before = 0;
@@ -131,7 +132,9 @@ void Interpreter::run_copies(int i_section) {
 
 /// One copy, from the state that the first one began with; tools and planes carry on.
 void Interpreter::run_copy(int i_section, const Modal& start) {
+  const std::optional<Feed> feed = modal_.feed;
   modal_ = start;
+  modal_.feed = feed;  // carries on like tools and planes
   contour_ = Contour::None;
   const bool was_on = surface_.is_on();
   optical_.begin_copy();
@@ -175,6 +178,7 @@ void Interpreter::after_section(const Section& section) {
   modal_.motion.reset();
   modal_.side = CompensationSide::Off;
   contour_ = Contour::None;
+  ++n_blocks_;
   // An offset line may switch something else for what follows, such as M92.
   Block block;
   if (lex(LineCursor(text_.bytes, section.closing).next(), block)) return;

@@ -70,6 +70,27 @@ bool takes_text(Command command) {
   }
 }
 
+/// Commands, names and numbers have no brackets; what is shown, drilled or sent may.
+bool may_have_brackets(Command command) {
+  return command != Command::CncCommand && command != Command::Subprogram &&
+         command != Command::CameraByte && command != Command::CorrectionValues;
+}
+
+/// What follows the comments that a text begins with; one that is not closed goes on to the end.
+std::string_view behind_comments(std::string_view text) {
+  int depth = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '(') {
+      ++depth;
+    } else if (depth == 0 && !is_gap(text[i])) {
+      return text.substr(i);
+    } else if (text[i] == ')' && depth > 0) {
+      --depth;
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::span<const CommandInfo> command_table() {
@@ -137,7 +158,12 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
   std::string_view rest = block.text;
   while (true) {
     while (!rest.empty() && is_gap(rest.front())) rest.remove_prefix(1);
-    if (rest.empty() || rest.front() == '(') return std::nullopt;
+    if (rest.empty()) return std::nullopt;
+    if (rest.front() == '(') {
+      const std::string_view behind = behind_comments(rest);
+      if (behind.empty()) return std::nullopt;
+      return LexFault{column_of(behind.data()), behind, "nothing behind a comment"};
+    }
     const char letter = rest.front();
     if (letter < 'A' || letter > 'Z') {
       return LexFault{column_of(rest.data()), rest.substr(0, 1), "a capital letter with a number"};
@@ -160,8 +186,7 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
     } else if (*command != Command::UserMessage) {
       return LexFault{column_of(text.data()), text, "a comma before the text"};
     }
-    // A CNC command has no brackets; all other texts may.
-    if (*command == Command::CncCommand) text = trimmed(text.substr(0, text.find('(')));
+    if (!may_have_brackets(*command)) text = trimmed(text.substr(0, text.find('(')));
     block.argument = text;
     block.argument_column = column_of(text.data());
     return std::nullopt;
@@ -170,7 +195,7 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
 
 bool is_blank(std::string_view line) {
   line = trimmed(line);
-  return line.empty() || line.front() == '(';
+  return line.empty() || (line.front() == '(' && behind_comments(line).empty());
 }
 
 std::optional<SourceLine> without_slash(const SourceLine& line) {

@@ -211,6 +211,7 @@ void OpticalSession::calculate(const TargetPlace& place) {
 void OpticalSession::turn_off(std::int64_t i_block) {
   const bool is_second = turned_off_in_ && *turned_off_in_ + 1 == i_block;
   turned_off_in_ = i_block;
+  ++n_turned_off_;
   if (is_second) return clear();
   is_on_ = false;
   measuring_.corrections().clear_base();
@@ -225,11 +226,14 @@ void OpticalSession::clear() {
   layers_.clear();
   has_lost_ = false;
   spread_mm_ = 0;
+  pattern_ = {};
+  ++n_turned_off_;
   measuring_.corrections().clear_base();
 }
 
 void OpticalSession::begin_copy() {
   outer_patterns_.push_back(pattern_);
+  outer_patterns_.back().n_turned_off = n_turned_off_;
   pattern_.points.clear();
   pattern_.measurements.clear();
   pattern_.has_lost = false;
@@ -238,11 +242,12 @@ void OpticalSession::begin_copy() {
 void OpticalSession::end_copy(int line) {
   const PatternState inner = std::exchange(pattern_, outer_patterns_.back());
   outer_patterns_.pop_back();
-  if (inner.nested == pattern_.nested) return;
+  const bool was_turned_off = pattern_.n_turned_off != n_turned_off_;
+  if (inner.nested == pattern_.nested && !was_turned_off) return;
   measuring_.corrections().clear_nested();
   const bool is_of_this_base = pattern_.nested && measuring_.series(*pattern_.nested).base_series ==
                                                       measuring_.corrections().base_series;
-  if (!is_of_this_base) {
+  if (!is_of_this_base || was_turned_off) {
     pattern_.nested.reset();
     return;
   }

@@ -80,6 +80,7 @@ class OpticalSession {
     std::vector<std::size_t> measurements;
     bool has_lost = false;
     std::optional<std::size_t> nested;
+    int n_turned_off = 0;  ///< how often a correction was turned off before the copy inside
   };
 
   std::optional<std::size_t> look(const TargetPlace& target,
@@ -111,6 +112,7 @@ class OpticalSession {
 
   std::optional<std::size_t> base_;  ///< the last one calculated or loaded
   bool is_on_ = false;
+  int n_turned_off_ = 0;
   std::optional<std::int64_t> turned_off_in_;  ///< the block of the last G30
   std::map<int, SavedSet> saved_;
 };

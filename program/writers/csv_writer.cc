@@ -128,6 +128,7 @@ class Fields {
     row_.value(kFeed, rout.feed.in_mm_s());
     row_.word(kKind, name(rout.kind));
     if (rout.kind != RoutKind::Line) row_.point(kCenter, rout.center.in_mm());
+    cut_ = &rout.cut;
   }
   void operator()(const Plunge& plunge) {
     row_.number(kTool, plunge.tool);

@@ -309,14 +309,19 @@ void ExcellonWriter::write(const Plunge& plunge) {
           "a pass of a step slot comes by itself, and no plain Excellon block gives its depth",
           "step slots left whole"});
   }
+  is_down_ = true;
   line(plunge.kind == PlungeKind::Contouring ? "M14" : "M15");
 }
 
 void ExcellonWriter::write(const Retract& retract) {
+  is_down_ = false;
   line(retract.with_clamping ? "M16" : "M17");
 }
 
 void ExcellonWriter::write(const Compensation& compensation) {
+  if (is_down_) {
+    return refuse("another cutter compensation inside a contour", "one for each contour");
+  }
   if (compensation.side == CompensationSide::Off) return line("G40");
   line((compensation.side == CompensationSide::Left) != is_mirrored() ? "G41" : "G42");
 }

@@ -97,6 +97,7 @@ class ExcellonWriter final : public ProgramWriter {
   double written_unit_mm_ = 1;
   int n_decimals_ = 0;
   std::optional<ZeroSet> header_zero_;               ///< waits for the end of the header
+  bool is_down_ = false;                             ///< the router
   bool is_routing_ = false;                          ///< the control is in rout mode (G00)
   Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< where the router stands
   std::optional<long> table_feed_;  ///< as last written; absent: to be written again

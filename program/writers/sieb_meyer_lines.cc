@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What lines of format 5000 look like: coordinates, tools, depths, feeds, texts and the $ table.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -20,11 +21,15 @@ double m_per_min(Feed feed) {
 }
 
 /// Every number has a point: without one it would count steps of the last digit.
+char* write_number(char* at, double value, int n_decimals) {
+  char* end = write_fixed(at, value, n_decimals);
+  if (std::find(at, end, '.') == end) *end++ = '.';
+  return end;
+}
+
 std::string number_text(double value, int n_decimals) {
-  std::string text;
-  append_fixed(text, value, n_decimals);
-  if (text.find('.') == std::string::npos) text += '.';
-  return text;
+  std::array<char, kFixedChars + 1> chars;
+  return {chars.data(), write_number(chars.data(), value, n_decimals)};
 }
 
 template <class T>
@@ -53,10 +58,13 @@ void SiebMeyerWriter::append_point(const Eigen::Vector2d& at_mm,
                                    std::string_view letters,
                                    int n_decimals) {
   const Eigen::Vector2d written = written_from_work() * at_mm;
-  line_ += letters[0];
-  append_number(written.x(), n_decimals);
-  line_ += letters[1];
-  append_number(written.y(), n_decimals);
+  std::array<char, 2 * (kFixedChars + 2)> chars;
+  char* end = chars.data();
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    *end++ = letters[axis];
+    end = write_number(end, written[static_cast<Eigen::Index>(axis)], n_decimals);
+  }
+  line_.append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
 
 /// A line that works at a place; the tool that is to do it is changed in the same line.

@@ -39,8 +39,9 @@ class BentProbes final : public ProbeSource {
   }
 };
 
-/// A program, and the file of subprograms that begins at its first line with an @. The line in front
-/// of the %% may name what the machine decides: MODE2, MODE3, MODE5, CAMA, SCALE, BLKD, AXIS2.
+/// A program, and the file of subprograms that begins at its first line with an @. The line in
+/// front of the %% may name what the machine decides: MODE2, MODE3, MODE5, CAMA, SCALE, BLKD,
+/// AXIS2.
 struct SiebMeyerInput {
   std::string program;
   std::string subprograms;

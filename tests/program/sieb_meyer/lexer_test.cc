@@ -54,7 +54,8 @@ TEST(SiebMeyerLexer, TheDummyToolIsTwoWords) {
 TEST(SiebMeyerLexer, ACommentEndsTheLine) {
   EXPECT_EQ(words_of("X1.Y2.T1 (FIRST HOLE T9)"), "X@1=1. Y@4=2. T@7=1");
   EXPECT_EQ(words_of("(small letters, and # signs"), "");
-  EXPECT_EQ(words_of("X1.(A)Y2."), "X@1=1.");
+  EXPECT_EQ(words_of("X1. (A) (B (C))"), "X@1=1.");
+  EXPECT_EQ(words_of("X1.(A)Y2."), "fault@7 Y2.: nothing behind a comment");
 }
 
 TEST(SiebMeyerLexer, NamesTheCharacterThatNoWordBeginsWith) {
@@ -145,7 +146,8 @@ TEST(SiebMeyerLexer, TheMessageNeedsNoComma) {
 TEST(SiebMeyerLine, IsBlankWithoutAWord) {
   EXPECT_TRUE(is_blank(""));
   EXPECT_TRUE(is_blank(" \t"));
-  EXPECT_TRUE(is_blank(" ( SECTION T2 ) X1."));
+  EXPECT_TRUE(is_blank(" ( SECTION T2 ) "));
+  EXPECT_FALSE(is_blank(" ( SECTION T2 ) X1."));
   EXPECT_FALSE(is_blank(" X"));
   EXPECT_FALSE(is_blank("/"));
 }

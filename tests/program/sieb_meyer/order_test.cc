@@ -152,10 +152,10 @@ TEST(OrderLetters, BadNumbersAreRefusedAtTheirWord) {
   expect_refused("X1F1.5", 3, "number-malformed]: \"F1.5\"", "no decimal point here", k3000);
   expect_refused("X1.F-1", 4, "number-malformed]: \"F-1\"", "a number that is not negative");
   expect_refused("X1G2I-5", 5, "number-malformed]: \"I-5\"", "a number that is not", k1000);
-  expect_refused("T", 1, "argument-invalid]: \"T\"", "T# with a tool's number, or T0");
-  expect_refused("T1000", 1, "argument-invalid]: \"T1000\"", "T# with a tool's number, or T0");
-  expect_refused("T-1", 1, "argument-invalid]: \"T-1\"", "T# with a tool's number, or T0");
-  expect_refused("T1.", 1, "argument-invalid]: \"T1.\"", "T# with a tool's number, or T0");
+  expect_refused("T", 1, "argument-invalid]: \"T\"", "T1 to T99, or T0");
+  expect_refused("T1000", 1, "argument-invalid]: \"T1000\"", "T1 to T99, or T0");
+  expect_refused("T-1", 1, "argument-invalid]: \"T-1\"", "T1 to T99, or T0");
+  expect_refused("T1.", 1, "argument-invalid]: \"T1.\"", "T1 to T99, or T0");
   expect_refused("L", 1, "argument-invalid]: \"L\"", "L# with a place of the memory");
   expect_refused("V0", 1, "argument-invalid]: \"V0\"", "V1, V2, V3 or V4");
   expect_refused("V5", 1, "argument-invalid]: \"V5\"", "V1, V2, V3 or V4");

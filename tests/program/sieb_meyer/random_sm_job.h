@@ -48,22 +48,22 @@ struct SmPiece {
   long radius_um = 0;             ///< R; below zero goes the long way round
   std::optional<Microns> spoke;   ///< I and J: start less centre
   std::optional<long> corner_um;  ///< D: the end is rounded towards the next piece
-  int side = 0;                   ///< 1 the cutter goes left (G41), -1 right (G42), 0 on the contour
+  int side = 0;  ///< 1 the cutter goes left (G41), -1 right (G42), 0 on the contour
 };
 
 /// What one line does, or two that belong together, in the order of the program. Places are
 /// absolute ones of the section they stand in.
 struct SmNode {
   enum class Kind : std::uint8_t {
-    Tool,          ///< T
-    Plane,         ///< Z, K, G82, G83: as far as they are set
-    Hole,          ///< at `place`
-    TargetHole,    ///< at `place`, where the camera sees it: G36
-    Pattern,       ///< V1 to V4 from `place` to `second`
-    Contour,       ///< from `place` along `pieces`
-    Figure,        ///< G45 to G50 about `place`
-    Correction,    ///< G31 or G30
-    Section,       ///< `body`, executed at every copy; without copies where it stands
+    Tool,        ///< T
+    Plane,       ///< Z, K, G82, G83: as far as they are set
+    Hole,        ///< at `place`
+    TargetHole,  ///< at `place`, where the camera sees it: G36
+    Pattern,     ///< V1 to V4 from `place` to `second`
+    Contour,     ///< from `place` along `pieces`
+    Figure,      ///< G45 to G50 about `place`
+    Correction,  ///< G31 or G30
+    Section,     ///< `body`, executed at every copy; without copies where it stands
   };
   Kind kind = Kind::Hole;
   Microns place;
@@ -71,9 +71,9 @@ struct SmNode {
   std::optional<long> z_um;
   std::optional<long> k_um;
   std::optional<bool> depth_control;
-  Microns second;                ///< of a pattern; side lengths of G49 and G50
-  std::optional<int> n_in_row;   ///< W
-  long radius_um = 0;            ///< of G45 to G48
+  Microns second;               ///< of a pattern; side lengths of G49 and G50
+  std::optional<int> n_in_row;  ///< W
+  long radius_um = 0;           ///< of G45 to G48
   std::vector<SmPiece> pieces;
   bool is_on = false;  ///< G31
   std::vector<SmNode> body;

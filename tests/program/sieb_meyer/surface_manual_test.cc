@@ -410,6 +410,7 @@ TEST(ManualG83, RoutsAtZThenAtADepthThenAtZAgain) {
                           "position (20, 30)",
                           "plunge z 3",
                           "rout 5 line (40, 30) z 3",
+                          "plunge depth 2",
                           "rout 5 line (50, 30) depth 2",
                           "rout 5 line (60, 50) depth 2",
                           "retract",
