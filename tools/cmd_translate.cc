@@ -112,6 +112,11 @@ class Translation {
     set_text_variables(options_.program, time, walk.sieb_meyer.text);
     walk.max_operations = options_.max_operations;
     walk.slots = walk.step_slots = Cycles::Kept;
+    if (walk.scaling && walk.scaling->starts_enabled) {
+      return refuse(usage("[reference_scaling] is enabled in " + quoted(options_.machine) +
+                              ", and a translation does not scale",
+                          "`panelcal run`, or enabled = false"));
+    }
     walk.scaling.reset();  // the other machine's reference scaling is not this one's
     checked_ = read_and_check(options_.program, config_.reading, walk, log_);
     if (!checked_ || log_.has_errors()) return false;
@@ -128,6 +133,7 @@ class Translation {
         comment_lines(provenance_of(context_.options, checked_->program, {options_.machine}));
     writing.allow_losses = true;  // all of them are to be named
     writing.keeps_vision = true;
+    writing.default_vision_tool = config_.walk.sieb_meyer.vision_tool;
     writing.absolute_zero = config_.walk.absolute_zero;
     writing.work_zero = config_.walk.work_zero;
     if (to_ == Dialect::Excellon) return std::make_unique<ExcellonWriter>(bytes, writing);

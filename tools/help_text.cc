@@ -70,13 +70,16 @@ Exit codes
 Writes an Excellon program in SIEB & MEYER's format 5000, or the other way round. Nothing is measured
 and nothing corrected: patterns stay patterns (M25 to M08; M31 to M30 with M50 to M90), and targets
 are measured by the other control (G35, G36, G45; G32, G31, G36). Executed, the translation drills
-the same holes in the same order and routs the same contours. Coordinates are written to a nanometre.
+the same holes in the same order and routs the same contours; only drilled slots (G85) are left to
+the controls, which space their holes each in its own way: `panelcal run --slots expand` writes the
+holes out. Coordinates are written to a nanometre.
 
 What has no form in the other language is named, line by line. Settings, messages to the machine,
 dwells and peck parameters are left out with a warning. What decides where or how deep a tool goes
 (working planes, nested series of two targets, step slots, M14) is an error: change the program
 there, or leave it out with --force and look at the result.
-Corrections stored by M50, or by G39,SAVE, have no form at all: use `panelcal run`.
+Corrections stored by M50 or G39,SAVE, measurement modes other than 1 and surface detection have no
+form at all and are refused as bad input: use `panelcal run`.
 
 Exit codes
   0 done, perhaps with warnings; 1 something that matters would be lost, and nothing was written

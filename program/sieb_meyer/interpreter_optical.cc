@@ -72,7 +72,16 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
   const TargetPlace target = target_place(block, command);
   switch (command) {
     case Command::Measure:
-      if (settings_.measurement_mode != 1) return refuse_kept(block);
+      if (settings_.measurement_mode != 1) {
+        report(Code::NotSupported,
+               block,
+               quoted(block.text) +
+                   " measures in another mode than 1, which has no form in the "
+                   "other language",
+               "[vision] mode = 1, or `panelcal run`");
+        ended_ = true;
+        return;
+      }
       [[fallthrough]];
     case Command::FinishMeasure:
       kept_targets_.push_back(target.nominal);
@@ -100,7 +109,10 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
 }
 
 void Interpreter::refuse_kept(const Block& block) {
-  report(Code::NotSupported, block, quoted(block.text) + " has no form in the other language", "");
+  report(Code::NotSupported,
+         block,
+         quoted(block.text) + " has no form in the other language",
+         "`panelcal run`, which executes it");
   ended_ = true;
 }
 

@@ -81,6 +81,15 @@ void OpticalSession::add_point(const TargetPlace& target, std::size_t i_measurem
   switch (mode_) {
     case 2:
     case 3:
+      if (layers_.size() == kMostLayers) {
+        reporter_.report(Code::SeriesUnfinished,
+                         target.line,
+                         1,
+                         fmt::format("a target of more than {} layers", kMostLayers),
+                         "G33 for its last layer");
+        measuring_.stop();
+        return;
+      }
       layers_.push_back(point);
       if (finishes) close_layers();
       return;

@@ -63,6 +63,7 @@ class OpticalSession {
 
  private:
   static constexpr std::size_t kMostSets = 1000;
+  static constexpr std::size_t kMostLayers = 100;  ///< no board has more
 
   /// What G39,SAVE keeps.
   struct SavedSet {

@@ -150,9 +150,12 @@ void ExcellonWriter::note_vision(std::string_view order) {
   if (read.ec == std::errc()) series_size_ = size;
 }
 
-/// The other control measures with tool 1 unless told otherwise; this one wants a G34.
+/// The other control measures with a tool of its configuration unless told otherwise; this one
+/// wants a G34.
 void ExcellonWriter::say_vision_tool() {
-  if (!std::exchange(has_vision_tool_, true)) line("G34,1");
+  if (!std::exchange(has_vision_tool_, true)) {
+    line(fmt::format("G34,{}", options().default_vision_tool));
+  }
 }
 
 /// Source CNC-7 manual, Vision Assist Commands
@@ -190,6 +193,7 @@ void ExcellonWriter::write(const CancelCorrection& cancel) {
 }
 
 void ExcellonWriter::write(const VisionTool& tool) {
+  if (tool.number < 1) return refuse("vision tool 0 (G35,0)", "a vision tool from 1");
   has_vision_tool_ = true;
   line(fmt::format("G34,{}", tool.number));
 }

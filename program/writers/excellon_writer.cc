@@ -155,8 +155,17 @@ void ExcellonWriter::append_rate(char letter, Feed rate, int n_digits) {
   long whole = std::lround(value);
   if (is_foreign()) {
     constexpr double kRounding = 0.005;
+    constexpr double kMostChange = 0.1;
     whole = std::max(whole, 1L);
-    if (std::abs(value - static_cast<double>(whole)) > kRounding * value) {
+    const long most = n_digits == 3 ? 999 : 9999;
+    if (whole > most || std::abs(value - static_cast<double>(whole)) > kMostChange * value) {
+      refuse(fmt::format("a rate of {:.4g} {} ({})",
+                         value,
+                         info().format.unit == LengthUnit::Inch ? "in/min" : "mm/s",
+                         letter),
+             fmt::format("whole rates of 1 to {}", most));
+      whole = std::min(whole, most);
+    } else if (std::abs(value - static_cast<double>(whole)) > kRounding * value) {
       lose_once(fmt::format("a fraction of the rate {:.3f}, which becomes {},", value, whole));
     }
   }

@@ -24,6 +24,7 @@ struct ProgramWriterOptions {
   /// The operations were passed with WalkOptions::structure Kept: the vision system's settings are
   /// the control's again.
   bool keeps_vision = false;
+  int default_vision_tool = 1;  ///< of a SIEB & MEYER source without G35
   /// Those of WalkOptions: each language counts a program's zero from another one.
   Position<frame::Machine> absolute_zero;
   Position<frame::Machine> work_zero;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -278,7 +279,7 @@ class Comparison {
     }
     require(i_ < moves_.size() && moves_[i_].kind == Move::Kind::Retract, "the cutter stays down");
     require(std::ranges::find(is_reached, false) == is_reached.end(), "a corner is left out");
-    require(!event.corners_mm.empty() || std::abs(turned_rad - 2 * M_PI) < 1e-6,
+    require(!event.corners_mm.empty() || std::abs(turned_rad - 2 * std::numbers::pi) < 1e-6,
             fmt::format("the cutter goes round {:.6f} rad", turned_rad));
   }
 
@@ -288,7 +289,7 @@ class Comparison {
     const Vector2d b = rout.at_mm - rout.center_mm;
     const double left = std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
     const double turned = turn * left;
-    return turned < -1e-6 ? turned + 2 * M_PI : std::abs(turned);
+    return turned < -1e-6 ? turned + 2 * std::numbers::pi : std::abs(turned);
   }
 
   const std::vector<Move>& moves_;

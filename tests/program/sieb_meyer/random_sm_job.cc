@@ -7,54 +7,15 @@
 #include <cstdlib>
 #include <utility>
 
+#include "tests/program/sieb_meyer/random_draws.h"
+
 namespace panelcal::test {
 namespace {
 
 using Kind = SmNode::Kind;
 
-/// Of the whole range in every case; RapidCheck's own ranges grow with the number of cases.
-int any(int low, int high) {
-  return *rc::gen::resize(rc::kNominalSize, rc::gen::inRange(low, high + 1));
-}
-
-/// Shrinks to false.
-bool one_in(int n) {
-  return any(1, n) == n;
-}
-
-/// Shrinks to zero.
-long any_either_way(int most) {
-  const int n = any(0, 2 * most);
-  return n % 2 == 0 ? n / 2 : -(n + 1) / 2;
-}
-
-template <std::size_t N>
-std::string any_of(const std::array<const char*, N>& words) {
-  return words[static_cast<std::size_t>(any(0, static_cast<int>(N) - 1))];
-}
-
-/// In 0.001 mm; whole millimetres now and then, which lose most digits.
-Microns any_place(int most_um = 200'000) {
-  const int grid = one_in(3) ? 1000 : 1;
-  const long x = any_either_way(most_um / grid) * grid;
-  return {x, any_either_way(most_um / grid) * grid};
-}
-
-double norm(Microns p) {
-  return std::hypot(static_cast<double>(p.x), static_cast<double>(p.y));
-}
-
 SmWord code(std::string text) {
   return {std::move(text)};
-}
-
-/// Between the two lines at a corner, 0 to pi.
-double angle_at(Microns before, Microns corner, Microns after) {
-  const Microns a = before - corner;
-  const Microns b = after - corner;
-  const double dot = static_cast<double>(a.x) * static_cast<double>(b.x) +
-                     static_cast<double>(a.y) * static_cast<double>(b.y);
-  return std::acos(std::clamp(dot / (norm(a) * norm(b)), -1.0, 1.0));
 }
 
 /// Writes lines and what they mean, and keeps to the rules that panelcal holds programs to.
@@ -322,8 +283,9 @@ class JobWriter {
 
   /// A place that is not where the cutter stands.
   Microns elsewhere(int least_um, int most_um) {
-    Microns step;
-    while (norm(step) < least_um) step = any_place(most_um);
+    // Drawing again and again would never let a counterexample shrink.
+    Microns step = any_place(most_um);
+    if (norm(step) < least_um) step.x += 2 * least_um;
     return at_ + step;
   }
 
@@ -344,8 +306,9 @@ class JobWriter {
 
   /// The end is a spoke turned or mirrored exactly, so that both ends are equally far.
   SmPiece arc_about_center(std::vector<SmWord>& more) {
-    Microns spoke;
-    while (norm(spoke) < 200 || std::abs(spoke.x) == std::abs(spoke.y)) spoke = any_place(20'000);
+    Microns spoke = any_place(20'000);
+    if (norm(spoke) < 200) spoke.x += 400;
+    if (std::abs(spoke.x) == std::abs(spoke.y)) spoke.x += spoke.x < 0 ? -1 : 1;
     const std::array<Microns, 7> ends = {{{-spoke.y, spoke.x},
                                           {-spoke.x, -spoke.y},
                                           {spoke.y, -spoke.x},
