@@ -189,8 +189,7 @@ class OrderReader {
       return;
     }
     const auto n = parse_count(word.number);
-    if (!n || *n > 99)
-      return refuse(Code::ArgumentInvalid, word, "T1 to T99, or T0");
+    if (!n || *n > 99) return refuse(Code::ArgumentInvalid, word, "T1 to T99, or T0");
     if (*n == 0) {
       order_.is_tool_up = true;
     } else {
