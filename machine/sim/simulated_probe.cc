@@ -62,7 +62,8 @@ Length SimulatedProbe::true_height(const Position<frame::Actual>& place, std::si
 }
 
 Expected<ProbeReading> SimulatedProbe::probe(const ProbeRequest& request) {
-  const Random random = internal::random_of(options_.seed, internal::RandomStream::Probes, request.seq);
+  const Random random =
+      internal::random_of(options_.seed, internal::RandomStream::Probes, request.seq);
   ProbeReading reading{request, ProbeStatus::Found, {}, ""};
   for (std::size_t axis = 0; axis < options_.axis_offsets.size(); ++axis) {
     const Length noise = random.fork(axis).normal() * options_.noise_sigma;

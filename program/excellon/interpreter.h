@@ -12,10 +12,10 @@
 #include "panelcal/program/emitter.h"
 #include "panelcal/program/excellon/canned_cycles.h"
 #include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/plain_coordinate.h"
 #include "panelcal/program/excellon/step_repeat.h"
 #include "panelcal/program/excellon/tools.h"
 #include "panelcal/program/excellon/vision.h"
+#include "panelcal/program/plain_coordinate.h"
 #include "panelcal/program/reporter.h"
 #include "panelcal/program/walk.h"
 
