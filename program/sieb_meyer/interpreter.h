@@ -256,6 +256,8 @@ class Interpreter {
   Contour contour_ = Contour::None;
   std::optional<PendingPiece> piece_;
   std::optional<PendingPattern> pattern_;
+  /// The next T counts though the tool is in the spindle: other copies may begin with another one.
+  bool repeats_tool_ = false;
   bool reported_no_tool_ = false;
   bool is_plunged_ = false;
   /// Where the machine stands, in the coordinates of the placement in force; absent while something

@@ -11,7 +11,12 @@ namespace panelcal::sieb_meyer {
 
 /// A tool that is in the spindle already is not changed.
 void Interpreter::take_tool(const Block& block, const Order& order) {
-  if (!order.tool || (tool_ && tool_->number == *order.tool)) return;
+  const bool repeats = std::exchange(repeats_tool_, false);
+  if (!order.tool) {
+    repeats_tool_ = repeats;
+    return;
+  }
+  if (tool_ && tool_->number == *order.tool && !repeats) return;
   if (is_plunged_ || piece_) {
     return report(
         Code::ContourUnclosed, block, quoted(block.text), "a T0 line before the tool change");

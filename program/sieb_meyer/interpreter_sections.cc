@@ -230,7 +230,8 @@ bool Interpreter::begins_alike(const Section& section) const {
 bool Interpreter::is_kept(const Section& section) const {
   constexpr std::int64_t kMostCopies = 10'000;
   return keeps_structure() && section.n_copies() <= kMostCopies && !has_offsets_inside(section) &&
-         !section.has.calls && !section.has.own_copies && begins_alike(section) && calls_.empty() &&
+         !section.has.calls && !section.has.own_copies &&
+         !(section.has.feeds && section.has.old_feed) && begins_alike(section) && calls_.empty() &&
          areas_.empty() && !scaling_.is_set() && rotation_rad_ == 0;
 }
 
@@ -251,7 +252,9 @@ void Interpreter::run_kept(int i_section) {
   }
   place(frame_);
   emitter_.put(section.begin.number, PatternBegin{});
+  repeats_tool_ = true;
   run_copy(i_section, start);
+  repeats_tool_ = false;
   emitter_.put(section.closing.number, PatternEnd{copies});
   place(outer);
 }

@@ -128,6 +128,23 @@ bool is_offset(Command command) {
          command == Command::OffsetHalfTurn;
 }
 
+bool is_routing(Command command) {
+  switch (command) {
+    case Command::RoutLine:
+    case Command::RoutClockwise:
+    case Command::RoutCounterclockwise:
+    case Command::CircleCounterclockwise:
+    case Command::CircleClockwise:
+    case Command::DiskCounterclockwise:
+    case Command::DiskClockwise:
+    case Command::RectangleCounterclockwise:
+    case Command::RectangleClockwise:
+      return true;
+    default:
+      return false;
+  }
+}
+
 bool is_camera(Command command) {
   switch (command) {
     case Command::CorrectionOff:

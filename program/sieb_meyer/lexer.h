@@ -59,6 +59,8 @@ std::optional<Command> command_of(const Word& word);
 
 /// M50, M60, M70, M80 and M90: the line is an offset line.
 bool is_offset(Command command);
+/// G1 to G3 and G45 to G50.
+bool is_routing(Command command);
 /// Nothing may follow it in its line.
 bool is_camera(Command command);
 

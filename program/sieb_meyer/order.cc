@@ -51,28 +51,11 @@ class OrderReader {
       const auto command = command_of(word);
       if (command == Command::PeckOn) order_.parameters = ParameterKind::Peck;
       if (command == Command::PulseOn) order_.parameters = ParameterKind::Pulse;
-      if (command && (is_motion(*command) || *command == Command::NibbleCircle)) routs = true;
+      if (command && (is_routing(*command) || *command == Command::NibbleCircle)) routs = true;
     }
     if (order_.parameters != ParameterKind::Rout || routs) return;
     if (context_.is_pecking) order_.parameters = ParameterKind::Peck;
     if (context_.is_pulsing) order_.parameters = ParameterKind::Pulse;
-  }
-
-  static bool is_motion(Command command) {
-    switch (command) {
-      case Command::RoutLine:
-      case Command::RoutClockwise:
-      case Command::RoutCounterclockwise:
-      case Command::CircleCounterclockwise:
-      case Command::CircleClockwise:
-      case Command::DiskCounterclockwise:
-      case Command::DiskClockwise:
-      case Command::RectangleCounterclockwise:
-      case Command::RectangleClockwise:
-        return true;
-      default:
-        return false;
-    }
   }
 
   template <class T, class V>
@@ -284,7 +267,7 @@ class OrderReader {
       case Command::ParkPosition:
         return set(order_.stop, command, word);
       default:
-        return is_motion(command) ? set(order_.motion, command, word) : take_mode(word, command);
+        return is_routing(command) ? set(order_.motion, command, word) : take_mode(word, command);
     }
   }
 

@@ -38,11 +38,14 @@ std::optional<bool> deletes_blocks(std::string_view text) {
 
 LineRole role_of(const Block& block) {
   LineRole role;
+  bool routs = false;
   for (const Word& word : block.all()) {
     if (word.letter == 'X' || word.letter == 'Y') role.moves = true;
+    if (word.letter == 'F') role.has.feeds = true;
     const auto command = word.letter == 'G' || word.letter == 'M' ? command_of(word) : std::nullopt;
     if (command != Command::OpenSection && command != Command::CloseSection) role.works = true;
     if (!command) continue;
+    routs |= is_routing(*command);
     if (*command == Command::OpenSection) role.closes_first |= role.n_close > 0;
     if (*command == Command::OpenSection) ++role.n_open;
     if (*command == Command::CloseSection) ++role.n_close;
@@ -58,6 +61,7 @@ LineRole role_of(const Block& block) {
       role.has.own_copies |= block.argument.find("&R") != std::string_view::npos;
     }
   }
+  role.has.old_feed = routs && !role.has.feeds;
   if (role.n_close > 0) role.works = role.moves;
   return role;
 }
@@ -68,11 +72,11 @@ bool has_coordinate(std::string_view line) {
   return at != std::string_view::npos && line[at] != '(';
 }
 
-/// The line has a letter or sign that brackets, offsets or measurements begin with.
+/// The line has a letter or sign that brackets, offsets, measurements or feeds begin with.
 bool may_matter(std::string_view line) {
   constexpr auto kSigns = [] {
     std::array<bool, 256> signs{};
-    for (const char c : {'M', 'G', '/'}) signs[static_cast<unsigned char>(c)] = true;
+    for (const char c : {'M', 'G', 'F', '/'}) signs[static_cast<unsigned char>(c)] = true;
     return signs;
   }();
   return std::ranges::any_of(line, [&](char c) { return kSigns[static_cast<unsigned char>(c)]; });
@@ -456,6 +460,8 @@ SectionContent& SectionContent::operator|=(const SectionContent& other) {
   measurements |= other.measurements;
   calls |= other.calls;
   own_copies |= other.own_copies;
+  old_feed |= other.old_feed && !feeds;
+  feeds |= other.feeds;
   return *this;
 }
 

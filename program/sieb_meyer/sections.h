@@ -35,6 +35,9 @@ struct SectionContent {
   bool calls = false;         ///< of subprograms
   bool own_copies = false;    ///< that differ: a forbidden area, or their number in a text
 
+  bool feeds = false;     ///< F
+  bool old_feed = false;  ///< something is routed before the first F
+  /// Lines behind these.
   SectionContent& operator|=(const SectionContent& other);
 };
 

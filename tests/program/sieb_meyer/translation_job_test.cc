@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random SIEB & MEYER jobs do the same work in the other language, and back in their own.
+#include <string>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "tests/program/sieb_meyer/random_sm_job.h"
+#include "tests/program/translation_run.h"
+
+namespace panelcal {
+namespace {
+
+using test::random_sm_job;
+using test::run_nominally;
+using test::SmTargets;
+using test::text_of;
+using test::translate;
+using test::Translation;
+using test::work_of;
+using test::WorkRun;
+
+/// A tenth of a micrometre; rates are whole in Excellon.
+constexpr test::Tolerance kRounding = {.place_mm = 1e-4, .center_mm = 1e-4, .rate_mm_s = 1};
+
+void require_same_work(const std::string& source, const Translation& translation) {
+  if (!translation.errors.empty()) RC_LOG(translation.errors.front());
+  RC_ASSERT(translation.errors.empty());
+  const WorkRun before = run_nominally(source);
+  const WorkRun after = run_nominally(translation.text);
+  RC_LOG(source);
+  RC_LOG(translation.text);
+  if (!after.errors.empty()) RC_LOG(after.errors.front());
+  // Excellon has no arc whose ends are nearer than their rounding, and says so.
+  const bool is_too_short =
+      !after.errors.empty() &&
+      after.errors.front().find("an end away from the start") != std::string::npos;
+  RC_PRE(!is_too_short);
+  RC_ASSERT(after.errors.empty());
+  const std::string difference =
+      test::difference(work_of(before.events), work_of(after.events), kRounding);
+  RC_LOG(difference);
+  RC_ASSERT(difference.empty());
+}
+
+/// Some jobs are written for controls that leave slashed lines out; these execute them.
+std::string any_job() {
+  const std::string text = text_of(*random_sm_job(SmTargets::None), {});
+  RC_PRE(run_nominally(text).errors.empty());
+  return text;
+}
+
+RC_GTEST_PROP(SmTranslation, KeepsTheLanguage, ()) {
+  const std::string text = any_job();
+  const Translation same = translate(text, Dialect::SiebMeyer);
+  RC_PRE(!same.is_refused);  // a depth that is left to the control behind one that is stated
+  require_same_work(text, same);
+}
+
+/// Depths have no form in Excellon; whatever is not refused does the same work.
+RC_GTEST_PROP(SmTranslation, LeadsThereAndBack, ()) {
+  const std::string text = any_job();
+  const Translation there = translate(text, Dialect::Excellon);
+  RC_PRE(!there.is_refused);
+  require_same_work(text, there);
+  const Translation back = translate(there.text, Dialect::SiebMeyer);
+  RC_ASSERT(!back.is_refused);
+  require_same_work(text, back);
+}
+
+}  // namespace
+}  // namespace panelcal
