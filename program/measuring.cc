@@ -26,6 +26,11 @@ Code lost_code(MeasurementStatus status) {
 
 }  // namespace
 
+bool is_same_place(const Placement& a, const Placement& b) {
+  constexpr double kRounding_mm = 1e-6;
+  return a.linear() == b.linear() && (a.translation() - b.translation()).norm() < kRounding_mm;
+}
+
 void CorrectionState::clear_base() {
   stack.clear_base();
   base_series.reset();

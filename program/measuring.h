@@ -24,6 +24,10 @@ struct CorrectionState {
   void clear_nested();
 };
 
+/// Two placements carry to the same place, but for rounding: both are sums of the same program's
+/// numbers, not always in the same order.
+bool is_same_place(const Placement& a, const Placement& b);
+
 /// A target as a fit sees it: one measurement, or the mean of several.
 struct FitPoint {
   Position<frame::Nominal> nominal;

@@ -7,15 +7,6 @@
 #include "panelcal/program/excellon/vision.h"
 
 namespace panelcal::excellon {
-namespace {
-
-/// Both are sums of the same program's numbers, but not always in the same order.
-bool is_same_place(const Placement& a, const Placement& b) {
-  constexpr double kRounding_mm = 1e-6;
-  return a.linear() == b.linear() && (a.translation() - b.translation()).norm() < kRounding_mm;
-}
-
-}  // namespace
 
 void VisionSession::store_under(int label) {
   memory_.start_recording(label);

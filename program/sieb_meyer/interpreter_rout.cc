@@ -30,6 +30,14 @@ double sweep_rad(const ContourPiece& arc) {
   return sweep > 1e-12 ? sweep : sweep + 2 * std::numbers::pi;
 }
 
+/// The point nearest to a centre that is equally far from both ends.
+Eigen::Vector2d on_bisector(const ContourPiece& piece, const Eigen::Vector2d& center_mm) {
+  const Eigen::Vector2d chord_mm = piece.end_mm - piece.start_mm;
+  const Eigen::Vector2d middle_mm = (piece.start_mm + piece.end_mm) / 2;
+  const Eigen::Vector2d normal = Eigen::Vector2d(-chord_mm.y(), chord_mm.x()).normalized();
+  return middle_mm + normal * normal.dot(center_mm - middle_mm);
+}
+
 /// Where an arc has come after a part of its sweep.
 Eigen::Vector2d on_arc(const ContourPiece& arc, double fraction) {
   if (fraction >= 1) return arc.end_mm;
@@ -200,10 +208,7 @@ bool Interpreter::make_center_arc(const Block& block, bool, ContourPiece& piece)
            "I and J that are start less centre");
     return false;
   }
-  const Eigen::Vector2d chord_mm = piece.end_mm - piece.start_mm;
-  const Eigen::Vector2d middle_mm = (piece.start_mm + piece.end_mm) / 2;
-  const Eigen::Vector2d normal = Eigen::Vector2d(-chord_mm.y(), chord_mm.x()).normalized();
-  piece.center_mm = middle_mm + normal * normal.dot(center_mm - middle_mm);
+  piece.center_mm = on_bisector(piece, center_mm);
   if (mismatch_mm > 3 * step_mm_) {
     reporter_.report(Code::ArcAdjusted,
                      block.line,
@@ -244,10 +249,7 @@ bool Interpreter::make_quadrant(const Block& block, bool clockwise, ContourPiece
            "a line for each quadrant in format 1000");
     return false;
   }
-  const Eigen::Vector2d chord_mm = piece.end_mm - piece.start_mm;
-  const Eigen::Vector2d middle_mm = (piece.start_mm + piece.end_mm) / 2;
-  const Eigen::Vector2d normal = Eigen::Vector2d(-chord_mm.y(), chord_mm.x()).normalized();
-  piece.center_mm = middle_mm + normal * normal.dot(*best_mm - middle_mm);
+  piece.center_mm = on_bisector(piece, *best_mm);
   return true;
 }
 

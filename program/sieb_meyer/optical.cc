@@ -8,15 +8,6 @@
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
-namespace {
-
-/// Both are sums of the same program's numbers, but not always in the same order.
-bool is_same_place(const Placement& a, const Placement& b) {
-  constexpr double kRounding_mm = 1e-6;
-  return a.linear() == b.linear() && (a.translation() - b.translation()).norm() < kRounding_mm;
-}
-
-}  // namespace
 
 OpticalSession::OpticalSession(Measuring& measuring,
                                const WalkOptions& options,
