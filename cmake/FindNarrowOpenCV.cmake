@@ -2,7 +2,7 @@
 # The few OpenCV modules panelcal uses, from the narrow -dev packages (libopencv-core-dev and
 # so on), which do not bring OpenCVConfig.cmake: that one comes with all of OpenCV, 600 MB.
 #
-# Defines NarrowOpenCV::core, NarrowOpenCV::imgproc, NarrowOpenCV::imgcodecs (those asked for).
+# Defines NarrowOpenCV::core, NarrowOpenCV::imgproc and so on: the COMPONENTS asked for.
 
 find_path(NarrowOpenCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
 mark_as_advanced(NarrowOpenCV_INCLUDE_DIR)

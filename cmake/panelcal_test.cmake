@@ -5,13 +5,13 @@
 include(GoogleTest)
 
 function(panelcal_test folder)
-  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LABELS;PROPERTIES" ${ARGN})
   add_executable(${folder}_test ${arg_SOURCES})
   target_link_libraries(${folder}_test PRIVATE ${arg_DEPENDS} panelcal_test_support
                                                panelcal_warnings GTest::gtest_main)
   gtest_discover_tests(
     ${folder}_test
     TEST_PREFIX ${folder}.
-    PROPERTIES LABELS "${arg_LABELS}"
+    PROPERTIES LABELS "${arg_LABELS}" ${arg_PROPERTIES}
     DISCOVERY_TIMEOUT 60)
 endfunction()

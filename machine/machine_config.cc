@@ -11,7 +11,10 @@
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/machine/program_config.h"
 #include "panelcal/machine/sim_config.h"
+#include "panelcal/machine/stage_config.h"
+#include "panelcal/machine/target_config.h"
 #include "panelcal/machine/toml_table.h"
+#include "panelcal/machine/vision_config.h"
 
 namespace panelcal {
 namespace {
@@ -34,25 +37,35 @@ constexpr std::array<Words, 10> kTopKeys = {"camera",
                                             "surface",
                                             "vision"};
 constexpr std::array<Words, 1> kTopPlanned = {"coupon"};
-constexpr std::array<Words, 3> kMachineKeys = {"name", "travel_high_mm", "travel_low_mm"};
+constexpr std::array<Words, 9> kMachineKeys = {"command_limit_s",
+                                               "focus_command",
+                                               "lamp_command",
+                                               "name",
+                                               "settle_s",
+                                               "stage_command",
+                                               "travel_high_mm",
+                                               "travel_low_mm",
+                                               "zoom_command"};
 constexpr std::array<Words, 1> kMachinePlanned = {"drivers"};
-constexpr std::array<Words, 11> kVisionKeys = {"ambiguity_margin",
+constexpr std::array<Words, 17> kVisionKeys = {"algorithms",
+                                               "ambiguity_margin",
                                                "cama",
                                                "default_tool",
+                                               "four_view_limit_um",
+                                               "four_views",
+                                               "max_blur_px",
                                                "min_contrast",
                                                "min_score",
+                                               "min_visible",
                                                "mode",
                                                "model",
                                                "rotate",
                                                "scale",
+                                               "search_area_mm",
                                                "search_radius_mm",
                                                "tool"};
 constexpr std::array<Words, 1> kVisionPlanned = {"inspections"};
-constexpr std::array<Words, 8> kToolKeys = {
-    "inner_mm", "inner_px", "number", "polarity", "shape", "size_mm", "size_px", "size_tolerance"};
-constexpr std::array<Words, 1> kToolPlanned = {"algorithm"};
-constexpr std::array<Words, 5> kShapesPlanned = {"apriltag", "cross", "hole", "square", "template"};
-constexpr std::array<Words, 1> kCameraKeys = {"calibration"};
+constexpr std::array<Words, 4> kCameraKeys = {"bayer", "calibration", "focus_range_mm", "zoom"};
 constexpr std::array<Words, 2> kSpindleKeys = {"camera_offset_mm", "camera_offset_sigma_um"};
 constexpr std::array<Words, 5> kGateKeys = {
     "nested", "offset_mm", "residual_um", "rotation_mrad", "stretch_ppm"};
@@ -72,6 +85,7 @@ Expected<void> read_machine(const TomlTable& top, MachineConfig& config) {
   if (!table) return {};
   PANELCAL_TRY(const auto name, table->text("name"));
   config.name = name.value_or("");
+  PANELCAL_CHECK(internal::read_stage_config(*table, config));
   return internal::read_travel(*table, config);
 }
 
@@ -82,7 +96,14 @@ Expected<void> read_camera(const TomlTable& top, MachineConfig& config) {
   if (!file) return failure(table->missing("calibration", "calibration = \"NAME.cal.json\""));
   if (file->empty()) return failure(table->problem("calibration", "the name of a file"));
   PANELCAL_TRY(config.camera, read_camera_calibration(config.file.parent_path() / *file));
-  return {};
+  PANELCAL_TRY(const auto bayer, table->text("bayer"));
+  if (bayer) {
+    config.bayer = bayer_pattern_from_name(*bayer);
+    if (!config.bayer) {
+      return failure(table->problem("bayer", "\"RG\", \"GR\", \"GB\" or \"BG\""));
+    }
+  }
+  return internal::read_zoom_and_focus(*table, config);
 }
 
 Expected<void> read_spindle(const TomlTable& top, MachineConfig& config) {
@@ -128,69 +149,6 @@ Expected<void> read_model(const TomlTable& vision, WalkOptions& walk) {
       "model", "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\" or \"affine\""));
 }
 
-Expected<Shape> read_shape(const TomlTable& table) {
-  PANELCAL_TRY(const auto word, table.text("shape"));
-  if (!word) return failure(table.missing("shape", "shape = \"disc\" or \"ring\""));
-  if (const auto shape = shape_from_name(*word)) return *shape;
-  if (std::ranges::find(kShapesPlanned, *word) != kShapesPlanned.end()) {
-    return failure(table.not_supported("shape", "\"disc\" or \"ring\""));
-  }
-  return failure(table.problem("shape", "\"disc\" or \"ring\""));
-}
-
-Expected<void> read_sizes(const TomlTable& table, bool has_camera, Target& target) {
-  PANELCAL_TRY(const auto size_mm, table.number("size_mm", kAboveZero));
-  PANELCAL_TRY(const auto size_px, table.number("size_px", kAboveZero));
-  PANELCAL_TRY(const auto inner_mm, table.number("inner_mm", kAboveZero));
-  PANELCAL_TRY(const auto inner_px, table.number("inner_px", kAboveZero));
-  if (!size_mm && !size_px) {
-    return failure(table.missing("size", "size_mm, the outer diameter (size_px without [camera])"));
-  }
-  if (size_mm && size_px) {
-    return failure(table.problem("size_px", "one of the two", "size_mm is given as well"));
-  }
-  if (size_mm && !has_camera) {
-    return failure(table.problem(
-        "size_mm", "[camera] calibration, or size_px", "pictures are not in mm without a camera"));
-  }
-  const std::string_view inner_key = inner_mm ? "inner_mm" : "inner_px";
-  if (inner_mm || inner_px) {
-    if (target.shape != Shape::Ring) {
-      return failure(table.problem(inner_key, "none", "only rings have an inner diameter"));
-    }
-    if ((inner_mm && !size_mm) || (inner_px && !size_px)) {
-      return failure(table.problem(inner_key, "both sizes in the same unit"));
-    }
-    if ((inner_mm && *inner_mm >= *size_mm) || (inner_px && *inner_px >= *size_px)) {
-      return failure(table.problem(inner_key, "less than the outer diameter"));
-    }
-  }
-  if (size_mm) target.size = mm(*size_mm);
-  if (size_px) target.size_px = px(*size_px);
-  if (inner_mm) target.inner_size = mm(*inner_mm);
-  if (inner_px) target.inner_size_px = px(*inner_px);
-  return {};
-}
-
-Expected<Target> read_tool(const TomlTable& table, bool has_camera) {
-  Target target;
-  PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxToolNumber));
-  if (!number) return failure(table.missing("number", "number = 1, as in G34,1"));
-  target.number = static_cast<int>(*number);
-  PANELCAL_TRY(target.shape, read_shape(table));
-  PANELCAL_CHECK(read_sizes(table, has_camera, target));
-  PANELCAL_TRY(const auto polarity, table.text("polarity"));
-  if (polarity) {
-    const auto known = polarity_from_name(*polarity);
-    if (!known) return failure(table.problem("polarity", "\"bright\" or \"dark\""));
-    target.polarity = *known;
-  }
-  PANELCAL_TRY(target.size_tolerance,
-               table.number_or("size_tolerance", {0, 0.5, true}, target.size_tolerance));
-  PANELCAL_CHECK(target.validate());
-  return target;
-}
-
 /// How G32, G33 and G36 of SIEB & MEYER programs measure.
 Expected<void> read_optical(const TomlTable& vision, sieb_meyer::Settings& settings) {
   PANELCAL_TRY(const auto mode, vision.integer("mode", 1, 5));
@@ -212,18 +170,19 @@ Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
   if (rotate) config.walk.series_size = static_cast<int>(*rotate);
   PANELCAL_CHECK(read_model(*table, config.walk));
   PANELCAL_CHECK(read_optical(*table, config.walk.sieb_meyer));
-  PANELCAL_TRY(const auto radius_mm, table->number("search_radius_mm", {0, kMaxPlace_mm, true}));
-  if (radius_mm) config.search_radius = mm(*radius_mm);
+  PANELCAL_CHECK(internal::read_vision_options(*table, config.vision));
   LocateOptions& locate = config.locate;
   PANELCAL_TRY(locate.min_score, table->number_or("min_score", kShare, locate.min_score));
   PANELCAL_TRY(locate.min_contrast, table->number_or("min_contrast", kShare, locate.min_contrast));
+  PANELCAL_TRY(locate.min_visible, table->number_or("min_visible", kShare, locate.min_visible));
+  PANELCAL_TRY(locate.max_blur_px, table->number_or("max_blur_px", kAboveZero, locate.max_blur_px));
   PANELCAL_TRY(locate.ambiguity_margin,
                table->number_or("ambiguity_margin", kShare, locate.ambiguity_margin));
 
-  PANELCAL_TRY(const auto tools,
-               table->tables("tool", "[[vision.tool]]", {kToolKeys, kToolPlanned}));
+  PANELCAL_TRY(const auto tools, table->tables("tool", "[[vision.tool]]", internal::kTargetKeys));
   for (const TomlTable& tool : tools) {
-    PANELCAL_TRY(const Target target, read_tool(tool, config.camera.has_value()));
+    PANELCAL_TRY(const Target target,
+                 internal::read_target(tool, config.camera.has_value(), config.file.parent_path()));
     if (!config.vision_tools.emplace(target.number, target).second) {
       return failure(tool.problem("number", "each number once", "another tool has it"));
     }

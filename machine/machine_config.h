@@ -14,10 +14,14 @@
 #include "panelcal/calib/camera_mapping.h"
 #include "panelcal/calib/gates.h"
 #include "panelcal/calib/spindle_camera.h"
+#include "panelcal/machine/command_stage.h"
 #include "panelcal/machine/sim/simulated_probe.h"
+#include "panelcal/machine/vision_options.h"
 #include "panelcal/program/job_check.h"
 #include "panelcal/program/walk.h"
+#include "panelcal/vision/bayer.h"
 #include "panelcal/vision/locate.h"
+#include "panelcal/vision/scene_debris.h"
 #include "panelcal/vision/target.h"
 
 namespace panelcal {
@@ -40,14 +44,31 @@ struct SimConfig {
   std::optional<Displacement<frame::Machine>> spindle_camera_offset;
   int width_px = 640;  ///< as [camera] was calibrated for, if there is one
   int height_px = 480;
-  double blur_px = 1.0;        ///< sigma of the lens, 0.3 or more
-  double noise = 0;            ///< sigma in grey levels of 255
-  double background = 0.3;     ///< 0 to 1 of full scale
-  double target_level = 0.7;   ///< of bright targets; dark ones are as much darker, down to black
-  double light_gradient = 0;   ///< relative change from the left to the right edge of the picture
-  double vignetting = 0;       ///< relative loss of light in the corners
-  double weave_amplitude = 0;  ///< of full scale
-  int neighbors = 0;           ///< other pads in each view
+  double blur_px = 1.0;         ///< sigma of the lens, 0.3 or more
+  double noise = 0;             ///< sigma in grey levels of 255
+  double background = 0.3;      ///< 0 to 1 of full scale
+  double target_level = 0.7;    ///< of bright targets; dark ones are as much darker, down to black
+  double light_gradient = 0;    ///< relative change from the left to the right edge of the picture
+  double light_gradient_y = 0;  ///< from top to bottom
+  double vignetting = 0;        ///< relative loss of light in the corners
+  double weave_amplitude = 0;   ///< of full scale
+  Length weave_period = mm(0.5);
+  int neighbors = 0;        ///< other pads in each view
+  double full_scale = 255;  ///< or 65535; noise is in levels of 255 in either case
+  double shot_noise = 0;    ///< grey levels per electron
+  double hot_pixels = 0;    ///< share of the pixels
+  Angle tilt;               ///< of the board against the picture's plane, see Camera
+  Angle tilt_axis;
+  Length burrs;                       ///< rms of the radius of holes
+  Length ring_offset_sigma;           ///< per axis, of holes against their rings
+  std::optional<Length> slot_length;  ///< absent: through the whole picture
+  DebrisOptions debris;               ///< on each mark
+  /// The `$uvis,lamp` at which pictures are as bright as said above; brightness goes with it.
+  /// Absent: lamp orders change nothing.
+  std::optional<double> lamp;
+  /// Where the camera is sharp; it stands at 0 until it is focused. Absent: sharp at any height.
+  std::optional<Length> focus_z;
+  Length focus_depth = mm(0.1);   ///< so far from there edges are sqrt(2) times as wide
   SimulatedProbeOptions surface;  ///< of the board, and how well it is probed
 };
 
@@ -61,11 +82,16 @@ struct MachineConfig {
   /// [reference_scaling]. What texts say of the date and the program's name is not in it.
   WalkOptions walk;
   LocateOptions locate;  ///< [vision] scores; centre and radius are set for each picture
-  std::optional<Length> search_radius;  ///< [vision] search_radius_mm, around the expected place
-  std::map<int, Target> vision_tools;   ///< [[vision.tool]]
-  std::optional<CameraCalibration> camera;  ///< [camera] calibration, read from its own file
-  SpindleCameraOffset spindle_camera;       ///< [spindle]
-  std::optional<SimConfig> sim;             ///< [sim]
+  VisionOptions vision;  ///< [vision] search and four views; [camera] focus
+  std::map<int, Target> vision_tools;         ///< [[vision.tool]]
+  std::optional<CameraCalibration> camera;    ///< [camera] calibration, read from its own file
+  std::map<double, CameraCalibration> zooms;  ///< [[camera.zoom]], by level
+  /// [camera] bayer: picture files are a colour sensor's mosaic as it is, of this pattern.
+  std::optional<BayerPattern> bayer;
+  SpindleCameraOffset spindle_camera;  ///< [spindle]
+  StageCommands stage;                 ///< [machine] stage_command and its kin, for --camera
+  Time settle;                         ///< [machine] settle_s: from an arrival to a picture
+  std::optional<SimConfig> sim;        ///< [sim]
 };
 
 /// Larger files are refused unread.

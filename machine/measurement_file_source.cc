@@ -19,10 +19,10 @@ namespace {
 using internal::JsonLine;
 
 constexpr Code kCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 22> kKeys = {
-    "algorithm",   "command", "cov",      "delta",   "expected", "file",   "image", "inspections",
-    "lamp",        "line",    "measured", "nominal", "path",     "reason", "score", "search",
-    "search_area", "seq",     "status",   "tool",    "tools",    "zoom"};
+constexpr std::array<std::string_view, 24> kKeys = {
+    "algorithm",   "axes",   "command",     "cov",      "delta",   "expected", "file",   "image",
+    "inspections", "lamp",   "line",        "measured", "nominal", "path",     "reason", "scatter",
+    "score",       "search", "search_area", "seq",      "status",  "tool",     "tools",  "zoom"};
 
 constexpr int kMaxInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
@@ -68,7 +68,8 @@ Expected<void> read_settings(const JsonLine& line, VisionSettings& settings) {
     settings.algorithm = static_cast<int>(algorithm);
   }
   if (line.has("search_area")) {
-    PANELCAL_TRY(settings.search_area, line.number("search_area", kCode));
+    PANELCAL_TRY(const double radius_mm, line.number("search_area", kCode));
+    settings.search_area = mm(radius_mm);
   }
   if (line.has("lamp")) {
     PANELCAL_TRY(settings.lamp, line.number("lamp", kCode));
@@ -94,6 +95,12 @@ Expected<MeasurementRequest> read_request(const JsonLine& line) {
   PANELCAL_TRY(const Eigen::Vector2d expected_mm, read_point(line, "expected"));
   request.expected = position_mm<frame::Actual>(expected_mm);
   PANELCAL_TRY(request.path, line.integers("path", 0, kMaxInt, kMaxPath, kCode));
+  if (line.has("axes")) {
+    PANELCAL_TRY(const std::string axes, line.text("axes", kCode));
+    const std::string_view word = axes;
+    if (word != "x" && word != "y") return failure(line.problem("axes", kCode, "\"x\" or \"y\""));
+    request.axes = word == "x" ? ObservedAxes::X : ObservedAxes::Y;
+  }
   return request;
 }
 
@@ -131,6 +138,13 @@ Expected<Measurement> read_measurement(const JsonLine& line) {
       if (!line.has(key)) continue;
       return failure(line.problem(key, kCode, "no measured place unless status is found"));
     }
+  }
+  if (line.has("scatter")) {
+    PANELCAL_TRY(const Eigen::Vector2d scatter_mm, read_point(line, "scatter"));
+    if (!(scatter_mm.minCoeff() >= 0)) {
+      return failure(line.problem("scatter", kCode, "[sx, sy], none below 0"));
+    }
+    measurement.scatter = displacement_mm<frame::Actual>(scatter_mm);
   }
   if (line.has("score")) {
     PANELCAL_TRY(measurement.score, line.number("score", kCode));

@@ -2,15 +2,19 @@
 #include "panelcal/machine/picture_locator.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <utility>
 
-#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "panelcal/calib/spindle_camera.h"
 
 namespace panelcal {
 namespace {
+
+/// More inspections of one place than this are a typing error, not a wish.
+constexpr int kMaxInspections = 100;
 
 MeasurementStatus status_of(DetectionStatus status) {
   switch (status) {
@@ -35,38 +39,42 @@ std::string name_of(const TakenPicture& picture) {
   return picture.name.empty() ? "the picture" : "picture " + quoted(picture.name);
 }
 
-/// The weighted mean of measurements, built up one at a time.
-class Average {
- public:
-  void add(const PositionEstimate<frame::Actual>& estimate) {
-    if (n_ == 0) first_ = estimate;
-    const Eigen::Matrix2d weight = estimate.cov.inverse();
-    // About the first one, so that no digits are lost far from work zero.
-    const Displacement<frame::Actual> offset = estimate.position - first_.position;
-    weight_ += weight;
-    weighted_ += weight * offset.in_mm();
-    ++n_;
-  }
-  PositionEstimate<frame::Actual> result() const {
-    // A single measurement stays what it is, to the bit.
-    if (n_ == 1) return first_;
-    const Eigen::Matrix2d cov = weight_.inverse();
-    const Eigen::Vector2d offset_mm = cov * weighted_;
-    return {first_.position + displacement_mm<frame::Actual>(offset_mm),
-            0.5 * (cov + cov.transpose())};
-  }
+/// A slot tells where its middle line runs and nothing along it, so its place is taken beside the
+/// expected one; going there along a line of uncertain direction adds to the uncertainty.
+void bring_beside(const Eigen::Vector2d& expected_mm, double angle_sigma_rad, Sight& sight) {
+  const Eigen::Vector2d& along = *sight.blind;
+  const Eigen::Vector2d across(-along.y(), along.x());
+  const Eigen::Vector2d& seen_mm = sight.place.position.in_mm();
+  const double way_mm = along.dot(expected_mm - seen_mm);
+  const double variance_mm2 =
+      across.dot(sight.place.cov * across) + std::pow(way_mm * angle_sigma_rad, 2);
+  const double along_mm2 = along.dot(sight.place.cov * along);
+  const Eigen::Vector2d foot_mm = seen_mm + way_mm * along;
+  sight.place.position = position_mm<frame::Actual>(foot_mm);
+  sight.place.cov =
+      variance_mm2 * across * across.transpose() + along_mm2 * along * along.transpose();
+}
 
- private:
-  int n_ = 0;
-  PositionEstimate<frame::Actual> first_;
-  Eigen::Matrix2d weight_ = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d weighted_ = Eigen::Vector2d::Zero();
-};
+ZoomedCamera camera_from(const CameraCalibration& calibration) {
+  return {calibration.mapping(), calibration.picture_width_px, calibration.picture_height_px};
+}
 
 }  // namespace
 
 std::string describe(const MeasurementRequest& request) {
+  if (request.seq < 0) return fmt::format("{} (line {})", request.command, request.line);
   return fmt::format("{} target {} (line {})", request.command, request.seq, request.line);
+}
+
+std::optional<Position<frame::Image>> ZoomedCamera::pixel_of(
+    const Position<frame::Machine>& place, const Position<frame::Machine>& axis) const {
+  const auto pixel = mapping.image_of(position_mm<frame::Optical>((place - axis).in_mm()));
+  if (!pixel) return std::nullopt;
+  const double x_px = pixel->in_px().x();
+  const double y_px = pixel->in_px().y();
+  const bool is_inside =
+      x_px >= -0.5 && x_px <= width_px - 0.5 && y_px >= -0.5 && y_px <= height_px - 0.5;
+  return is_inside ? pixel : std::nullopt;
 }
 
 Expected<PictureLocator> PictureLocator::create(const MachineConfig& config,
@@ -82,112 +90,176 @@ Expected<PictureLocator> PictureLocator::create(const MachineConfig& config,
 
 PictureLocator::PictureLocator(const MachineConfig& config, PictureObserver observer)
     : config_file_(config.file),
-      mapping_(config.camera->mapping()),
-      width_px_(config.camera->picture_width_px),
-      height_px_(config.camera->picture_height_px),
+      camera_(camera_from(*config.camera)),
+      algorithms_(config.vision.algorithms),
       locate_(config.locate),
       vision_tools_(config.vision_tools),
       observer_(std::move(observer)) {
-  if (config.search_radius) {
-    locate_.search_radius =
-        px(config.search_radius->in_mm() / mapping_.parameters().scale_mm_per_px);
+  for (const auto& [level, calibration] : config.zooms) {
+    zooms_.emplace(level, camera_from(calibration));
   }
 }
 
-Expected<Target> PictureLocator::target_of(const MeasurementRequest& request) const {
-  const VisionSettings& settings = request.settings;
-  const Place place{config_file_.string(), 0, 0};
-  if (settings.delta || settings.tools.size() > 1) {
-    return failure(
-        {Code::NotSupported,
-         place,
-         describe(request) + " is a large target seen in four views (G34 with a distance)",
-         "a target that one picture shows"});
-  }
-  const int number = settings.tools.empty() ? 0 : settings.tools.front();
+Expected<Target> PictureLocator::target_of(const MeasurementRequest& request, int i_tool) const {
+  const std::vector<int>& tools = request.settings.tools;
+  const auto i = static_cast<std::size_t>(i_tool);
+  const int number = i < tools.size() ? tools[i] : 0;
   const auto found = vision_tools_.find(number);
   if (found != vision_tools_.end()) return found->second;
   return failure({Code::VisionToolUndefined,
-                  place,
+                  {config_file_.string(), 0, 0},
                   fmt::format("{} asks for vision tool {}", describe(request), number),
                   fmt::format("a [[vision.tool]] with number = {}", number)});
 }
 
-std::optional<Position<frame::Image>> PictureLocator::pixel_of(
-    const Position<frame::Machine>& place, const Position<frame::Machine>& axis) const {
-  const auto pixel = mapping_.image_of(position_mm<frame::Optical>((place - axis).in_mm()));
-  if (!pixel) return std::nullopt;
-  const double x_px = pixel->in_px().x();
-  const double y_px = pixel->in_px().y();
-  const bool is_inside =
-      x_px >= -0.5 && x_px <= width_px_ - 0.5 && y_px >= -0.5 && y_px <= height_px_ - 0.5;
-  return is_inside ? pixel : std::nullopt;
+Expected<ZoomedCamera> PictureLocator::camera_of(const MeasurementRequest& request) const {
+  const std::optional<double>& zoom = request.settings.zoom;
+  if (!zoom) return camera_;
+  const auto found = zooms_.find(*zoom);
+  if (found != zooms_.end()) return found->second;
+  return failure(
+      {Code::ConfigValue,
+       {config_file_.string(), 0, 0},
+       fmt::format(
+           "{} is seen at zoom {}, for which no camera is calibrated", describe(request), *zoom),
+       fmt::format("[[camera.zoom]] with level = {}", *zoom)});
 }
 
-Expected<Position<frame::Image>> PictureLocator::check_picture(const MeasurementRequest& request,
-                                                               const TakenPicture& picture) const {
+Expected<void> PictureLocator::check_tools(const MeasurementRequest& request) const {
+  const std::size_t n_tools = request.settings.tools.size();
+  const bool is_four = request.settings.delta.has_value();
+  if (n_tools > 1 && (n_tools != 4 || !is_four)) {
+    return failure({Code::NotSupported,
+                    {},
+                    fmt::format("{} has {} vision tools{}",
+                                describe(request),
+                                n_tools,
+                                is_four ? "" : " and no distance of views"),
+                    "one vision tool, or four with a distance"});
+  }
+  for (std::size_t i = 0; i < std::max<std::size_t>(1, n_tools); ++i) {
+    PANELCAL_TRY(const Target target, target_of(request, static_cast<int>(i)));
+    if (target.shape != Shape::Slot || is_four || request.axes != ObservedAxes::Both) continue;
+    return failure({Code::TargetInvalid,
+                    {config_file_.string(), 0, 0},
+                    fmt::format("{} asks for both coordinates, and vision tool {} is a slot, which "
+                                "shows one",
+                                describe(request),
+                                target.number),
+                    "measurement mode 5, four views, or a vision tool of another shape"});
+  }
+  return {};
+}
+
+Expected<void> PictureLocator::check(const MeasurementRequest& request) const {
+  const int n = request.settings.inspections;
+  if (n > kMaxInspections) {
+    return failure({Code::NotSupported,
+                    {},
+                    fmt::format("{} asks for {} inspections", describe(request), n),
+                    fmt::format("at most {}", kMaxInspections)});
+  }
+  const std::optional<int>& algorithm = request.settings.algorithm;
+  if (algorithm && std::ranges::find(algorithms_, *algorithm) == algorithms_.end()) {
+    return failure({Code::NotSupported,
+                    {config_file_.string(), 0, 0},
+                    fmt::format("{} asks for vision algorithm {}", describe(request), *algorithm),
+                    fmt::format("{} ([vision] algorithms)", fmt::join(algorithms_, ", "))});
+  }
+  PANELCAL_CHECK(check_tools(request));
+  PANELCAL_CHECK(camera_of(request));
+  return {};
+}
+
+Length outer_radius(const Target& target, const CameraMapping& mapping) {
+  const double scale_mm = mapping.parameters().scale_mm_per_px;
+  const double unit_mm = target.size ? 1 : scale_mm;
+  const double size_mm = target.size ? target.size->in_mm() : target.size_px->in_px() * scale_mm;
+  constexpr double kDiagonal = 0.7071;
+  switch (target.shape) {
+    case Shape::Square:
+    case Shape::Diamond:
+      return mm(kDiagonal * size_mm);
+    case Shape::AprilTag:
+      // The white border that most families have around the corners' square, and some to spare.
+      return mm(1.5 * kDiagonal * size_mm);
+    case Shape::Dots: {
+      double reach = 0;
+      for (const Eigen::Vector2d& dot : target.dots) reach = std::max(reach, dot.norm());
+      return mm(reach * unit_mm + size_mm / 2);
+    }
+    case Shape::Template: {
+      const Image& image = target.picture->image;
+      const double height_mm = size_mm * image.height() / std::max(1, image.width());
+      // Its place may be at its very corner.
+      return mm(std::hypot(size_mm, height_mm));
+    }
+    case Shape::Disc:
+    case Shape::Hole:
+    case Shape::Ring:
+    case Shape::Cross:
+    case Shape::Slot:
+      break;
+  }
+  return mm(size_mm / 2);
+}
+
+Expected<void> PictureLocator::check_picture(const MeasurementRequest& request,
+                                             const Look& look,
+                                             const TakenPicture& picture,
+                                             const ZoomedCamera& camera) const {
   const Image& image = picture.image;
-  if (image.width() != width_px_ || image.height() != height_px_) {
+  if (image.width() != camera.width_px || image.height() != camera.height_px) {
     return failure(
         {Code::PictureMismatch,
          {picture.path, 0, 0},
          fmt::format("{} has {} x {} px", name_of(picture), image.width(), image.height()),
-         fmt::format("{} x {} px, for which [camera] is calibrated", width_px_, height_px_)});
+         fmt::format(
+             "{} x {} px, for which [camera] is calibrated", camera.width_px, camera.height_px)});
   }
-  const Position<frame::Machine> expected = request.expected_in_machine();
-  if (const auto pixel = pixel_of(expected, picture.axis)) return *pixel;
+  if (camera.pixel_of(look.shown, picture.axis)) return {};
   return failure({Code::PictureMissing,
                   {picture.path, 0, 0},
-                  fmt::format("{} was taken at {} and does not show {}",
+                  fmt::format("{} was taken at {} and does not show {}{}",
                               name_of(picture),
                               point_text(picture.axis),
-                              describe(request)),
-                  "a picture of " + point_text(expected)});
+                              describe(request),
+                              look.words),
+                  "a picture of " + point_text(look.shown)});
 }
 
-Expected<Measurement> PictureLocator::measure_one(const MeasurementRequest& request,
-                                                  const Target& target,
-                                                  const TakenPicture& picture) const {
-  PANELCAL_TRY(const Position<frame::Image> expected_px, check_picture(request, picture));
+Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
+                                     const Look& look,
+                                     const TakenPicture& picture,
+                                     bool is_observed) const {
+  PANELCAL_TRY(const ZoomedCamera camera, camera_of(request));
+  PANELCAL_CHECK(check_picture(request, look, picture, camera));
   LocateOptions options = locate_;
-  if (options.search_radius) options.search_center = expected_px;
-  const Detection detection = locate(picture.image, target, &mapping_, options);
-  if (observer_) observer_(request, picture.image, detection);
+  const auto center =
+      camera.mapping.image_of(position_mm<frame::Optical>((look.expected - picture.axis).in_mm()));
+  if (look.radius && center) {
+    options.search_center = *center;
+    options.search_radius = px(look.radius->in_mm() / camera.mapping.parameters().scale_mm_per_px);
+  }
+  const Detection detection = locate(picture.image, look.target, &camera.mapping, options);
+  if (is_observed && observer_) observer_({request, look.view, picture, camera, detection});
 
-  Measurement measurement{.request = request, .status = status_of(detection.status)};
-  measurement.image = picture.name;
-  measurement.reason = detection.reason;
-  if (detection.best) measurement.score = detection.best->score;
-  if (measurement.status != MeasurementStatus::Found) return measurement;
+  Sight sight;
+  sight.status = status_of(detection.status);
+  sight.reason = detection.reason;
+  sight.image = picture.name;
+  if (detection.best) sight.score = detection.best->score;
+  if (!sight.is_found()) return sight;
   const PositionEstimate<frame::Optical>& seen = *detection.best->center_optical;
   const Displacement<frame::Machine> from_work_zero =
       machine_from_optical(picture.axis, seen.position) - request.work_zero;
-  measurement.measured = {position_mm<frame::Actual>(from_work_zero.in_mm()), seen.cov};
-  return measurement;
-}
-
-Expected<Measurement> PictureLocator::measure(const MeasurementRequest& request,
-                                              int n_pictures,
-                                              const NextPicture& next) const {
-  PANELCAL_TRY(const Target target, target_of(request));
-  Average average;
-  std::optional<Measurement> whole;
-  for (int i = 0; i < n_pictures; ++i) {
-    PANELCAL_TRY(const TakenPicture picture, next(i));
-    PANELCAL_TRY(Measurement one, measure_one(request, target, picture));
-    if (one.status != MeasurementStatus::Found) {
-      if (n_pictures > 1) {
-        one.reason = fmt::format("{} of {} pictures: {}", i + 1, n_pictures, one.reason);
-      }
-      return one;
-    }
-    average.add(one.measured);
-    const double least_score = std::min(*one.score, whole ? *whole->score : *one.score);
-    if (!whole) whole = std::move(one);
-    whole->score = least_score;
+  sight.place = {position_mm<frame::Actual>(from_work_zero.in_mm()), seen.cov};
+  if (const auto blind = detection.best->blind_direction) {
+    sight.blind = Eigen::Vector2d(std::cos(blind->in_rad()), std::sin(blind->in_rad()));
+    bring_beside(
+        (look.expected - request.work_zero).in_mm(), detection.best->angle_sigma.in_rad(), sight);
   }
-  whole->measured = average.result();
-  return *whole;
+  return sight;
 }
 
 }  // namespace panelcal

@@ -6,10 +6,12 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/camera_mapping.h"
 #include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/view_taker.h"
 #include "panelcal/program/measurement.h"
 #include "panelcal/vision/image.h"
 #include "panelcal/vision/locate.h"
@@ -17,20 +19,56 @@
 
 namespace panelcal {
 
-/// Sees every picture that is looked at and what was found in it, for reports and overlays.
-using PictureObserver =
-    std::function<void(const MeasurementRequest&, const Image&, const Detection&)>;
+/// A camera at one zoom.
+struct ZoomedCamera {
+  CameraMapping mapping;
+  int width_px = 0;
+  int height_px = 0;
 
-/// A picture and where it was taken.
-struct TakenPicture {
-  Image image;
-  Position<frame::Machine> axis;  ///< where the optical axis stood, as the calibration has it
-  std::string name;               ///< file name; empty if the picture is in no file
-  std::string path;               ///< of that file, for diagnostics
+  /// Where a place is seen in a picture taken at `axis`; empty if outside of the picture.
+  std::optional<Position<frame::Image>> pixel_of(const Position<frame::Machine>& place,
+                                                 const Position<frame::Machine>& axis) const;
 };
 
-/// From pictures to the answer to a measurement request: all that recorded, simulated and live
-/// pictures have in common.
+/// What is looked for in one view.
+struct Look {
+  View view;
+  Target target;
+  Position<frame::Machine> expected;  ///< of the target: middle of where it may be
+  std::optional<Length> radius;       ///< of where it may be; absent: anywhere in the picture
+  /// The picture has to show this place: the expected one, but for the outer views of a search.
+  Position<frame::Machine> shown;
+  std::string words;  ///< ", view 2 of 4" for messages; empty for the only view
+};
+
+/// What one view shows.
+struct Sight {
+  MeasurementStatus status = MeasurementStatus::NotFound;
+  std::string reason;
+  std::string image;  ///< file name of the picture
+  std::optional<double> score;
+  PositionEstimate<frame::Actual> place;  ///< if found; relative to work zero
+  /// Slots: the unit vector, machine directions, along which nothing was measured. `place` is then
+  /// the foot of the expected place on the slot's middle line.
+  std::optional<Eigen::Vector2d> blind;
+  std::optional<Displacement<frame::Actual>> scatter;  ///< of repeated inspections
+
+  bool is_found() const { return status == MeasurementStatus::Found; }
+};
+
+/// One picture that was looked at and what was found in it.
+struct SeenView {
+  const MeasurementRequest& request;
+  const View& view;
+  const TakenPicture& picture;
+  const ZoomedCamera& camera;
+  const Detection& detection;
+};
+
+/// Sees every picture that is looked at, for reports and overlays.
+using PictureObserver = std::function<void(const SeenView&)>;
+
+/// From one picture to a place on the machine.
 ///
 ///   measured = axis + K(u) - work zero
 ///
@@ -43,44 +81,42 @@ class PictureLocator {
   static Expected<PictureLocator> create(const MachineConfig& config,
                                          PictureObserver observer = {});
 
-  /// Gives picture number i of a request, from 0.
-  using NextPicture = std::function<Expected<TakenPicture>(int i)>;
-
-  /// Finds the request's target in `n_pictures` >= 1 pictures and averages them with the weights of
-  /// their covariances; one picture without the target decides for all of them. The score is the
-  /// least one, the image the first one's.
+  /// The request's vision tool, or the i-th of four.
   ///
-  /// Averaging takes the pictures' errors as independent, as noise is. What does not change from
-  /// picture to picture, such as weave, is not averaged away: the covariance of many pictures of
-  /// one place is then too small.
+  /// Fails  vision-tool-undefined
+  Expected<Target> target_of(const MeasurementRequest& request, int i_tool = 0) const;
+  /// The camera at the request's zoom.
   ///
-  /// Fails  vision-tool-undefined; not-supported (targets seen in four views); picture-missing (the
-  ///        expected place is outside of the picture); picture-mismatch (size); what `next` reports
-  Expected<Measurement> measure(const MeasurementRequest& request,
-                                int n_pictures,
-                                const NextPicture& next) const;
-
-  /// The vision tool a request asks for.
+  /// Fails  config-value (a zoom that is not calibrated)
+  Expected<ZoomedCamera> camera_of(const MeasurementRequest& request) const;
+  /// Whether there is everything a request asks for, before the first picture is taken.
   ///
-  /// Fails  vision-tool-undefined; not-supported (targets seen in four views)
-  Expected<Target> target_of(const MeasurementRequest& request) const;
+  /// Fails  vision-tool-undefined; config-value (zoom); not-supported (algorithm, more than 100
+  ///        inspections, another number of vision tools than one or four); target-invalid (a slot
+  ///        for both coordinates)
+  Expected<void> check(const MeasurementRequest& request) const;
 
-  /// Where a place is seen in a picture taken at `axis`; empty if outside of the picture.
-  std::optional<Position<frame::Image>> pixel_of(const Position<frame::Machine>& place,
-                                                 const Position<frame::Machine>& axis) const;
+  /// Looks for a target in a picture.
+  ///
+  /// Fails  picture-mismatch (size); picture-missing (the picture does not show `look.shown`); what
+  ///        camera_of reports
+  Expected<Sight> look(const MeasurementRequest& request,
+                       const Look& look,
+                       const TakenPicture& picture,
+                       bool is_observed = true) const;
 
  private:
   explicit PictureLocator(const MachineConfig& config, PictureObserver observer);
-  Expected<Measurement> measure_one(const MeasurementRequest& request,
-                                    const Target& target,
-                                    const TakenPicture& picture) const;
-  Expected<Position<frame::Image>> check_picture(const MeasurementRequest& request,
-                                                 const TakenPicture& picture) const;
+  Expected<void> check_tools(const MeasurementRequest& request) const;
+  Expected<void> check_picture(const MeasurementRequest& request,
+                               const Look& look,
+                               const TakenPicture& picture,
+                               const ZoomedCamera& camera) const;
 
   std::filesystem::path config_file_;
-  CameraMapping mapping_;
-  int width_px_;
-  int height_px_;
+  ZoomedCamera camera_;
+  std::map<double, ZoomedCamera> zooms_;
+  std::vector<int> algorithms_;
   LocateOptions locate_;
   std::map<int, Target> vision_tools_;
   PictureObserver observer_;
@@ -88,5 +124,8 @@ class PictureLocator {
 
 /// "G46 target 7 (line 12)", as messages name a request.
 std::string describe(const MeasurementRequest& request);
+
+/// The radius of the circle about a target's place that holds all of it.
+Length outer_radius(const Target& target, const CameraMapping& mapping);
 
 }  // namespace panelcal

@@ -4,45 +4,55 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/picture_locator.h"
+#include "panelcal/machine/view_taker.h"
+#include "panelcal/machine/vision_procedure.h"
 #include "panelcal/program/measurement.h"
+#include "panelcal/vision/bayer.h"
 #include "panelcal/vision/picture_folder.h"
 
 namespace panelcal {
 
-/// Answers requests from a folder of recorded pictures.
+/// Shows recorded pictures of a panel, and answers requests from them.
 ///
-/// If any row of images.csv has a seq, pictures are chosen by seq: exactly as many as `$uvis,insp`
-/// asks for. Otherwise the picture whose optical axis stood nearest to the expected
-/// place is taken, among those of the request's vision tool or of none. The lamp, zoom and search
-/// settings of a request are orders to a camera that takes pictures; here the pictures are already
-/// taken.
-class PictureSource final : public MeasurementSource {
+/// If any row of images.csv has a seq, the rows of a request's seq are shown in the order of the
+/// list, one each time: view after view, and within a view inspection after inspection; there have
+/// to be exactly as many as are asked for, except in a search, which ends where it finds the
+/// target. Otherwise the picture whose optical axis stood nearest to the view's is shown, among
+/// those of the request's vision tool or of none. The lamp and focus settings of a request are
+/// orders to a camera that takes pictures; here the pictures are already taken.
+class PictureSource final : public MeasurementSource, public ViewTaker {
  public:
   /// Fails  config-value (no [camera])
   static Expected<PictureSource> create(const MachineConfig& config,
                                         PictureFolder folder,
                                         PictureObserver observer = {});
 
-  /// Fails  picture-missing; picture-mismatch (size, vision tool); vision-tool-undefined;
-  ///        not-supported; what reading a picture reports
+  /// Fails  picture-missing; picture-mismatch (size, vision tool, number); what
+  ///        VisionProcedure::measure and reading a picture report
   Expected<Measurement> measure(const MeasurementRequest& request) override;
 
+  /// Fails  picture-missing; picture-mismatch; what reading a picture reports
+  Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
+
  private:
-  PictureSource(PictureLocator locator, PictureFolder folder);
-  Expected<std::vector<std::size_t>> rows_of_seq(const MeasurementRequest& request) const;
-  Expected<std::vector<std::size_t>> nearest_row(const MeasurementRequest& request) const;
+  PictureSource(VisionProcedure procedure, PictureFolder folder, std::optional<BayerPattern> bayer);
+  Expected<void> check_number_of_rows(const MeasurementRequest& request) const;
+  Expected<std::size_t> next_row_of_seq(const MeasurementRequest& request, const View& view);
+  Expected<std::size_t> nearest_row(const MeasurementRequest& request, const View& view) const;
   /// In images.csv; line 0 is the file as a whole.
   Diagnostic problem(Code code, int line, std::string what, std::string expected) const;
 
-  PictureLocator locator_;
+  VisionProcedure procedure_;
   PictureFolder folder_;
+  std::optional<BayerPattern> bayer_;
   std::map<std::int64_t, std::vector<std::size_t>> rows_by_seq_;  ///< empty: no row has a seq
+  std::map<std::int64_t, std::size_t> n_shown_by_seq_;
 };
 
 }  // namespace panelcal

@@ -10,24 +10,38 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 18> kSimKeys = {"background",
+constexpr std::array<std::string_view, 32> kSimKeys = {"background",
+                                                       "bit_depth",
                                                        "blur_px",
                                                        "board_offset_sigma_um",
                                                        "board_rotation_sigma_mrad",
+                                                       "burrs_um",
                                                        "camera",
+                                                       "debris",
+                                                       "focus_depth_mm",
+                                                       "focus_z_mm",
+                                                       "hot_pixels",
+                                                       "lamp",
                                                        "light_gradient",
+                                                       "light_gradient_y",
                                                        "neighbors",
                                                        "noise",
                                                        "panel_offset_mm",
                                                        "panel_rotation_mrad",
                                                        "picture_px",
+                                                       "ring_offset_sigma_um",
                                                        "seed",
+                                                       "shot_noise",
+                                                       "slot_length_mm",
                                                        "spindle_camera_offset_mm",
                                                        "stretch_ppm",
                                                        "surface",
                                                        "target_level",
+                                                       "tilt_axis_deg",
+                                                       "tilt_deg",
                                                        "vignetting",
-                                                       "weave_amplitude"};
+                                                       "weave_amplitude",
+                                                       "weave_period_mm"};
 constexpr std::array<std::string_view, 4> kCameraKeys = {
     "axis_px", "k1_per_px2", "rotation_rad", "scale_mm_per_px"};
 constexpr std::array<std::string_view, 7> kSurfaceKeys = {"axis_offsets_um",
@@ -37,6 +51,14 @@ constexpr std::array<std::string_view, 7> kSurfaceKeys = {"axis_offsets_um",
                                                           "height_mm",
                                                           "noise_um",
                                                           "slope_ppm"};
+
+constexpr std::array<std::string_view, 7> kDebrisKeys = {"brightest",
+                                                         "darkest",
+                                                         "rim_share",
+                                                         "scratch_length_mm",
+                                                         "scratch_width_um",
+                                                         "scratches",
+                                                         "size_um"};
 
 constexpr int kMaxPictureSide_px = 10'000;
 constexpr std::size_t kMaxSpindles = 64;
@@ -95,6 +117,8 @@ Expected<void> read_light(const TomlTable& table, SimConfig& sim) {
   PANELCAL_TRY(sim.background, table.number_or("background", kShare, sim.background));
   PANELCAL_TRY(sim.target_level, table.number_or("target_level", kShare, sim.target_level));
   PANELCAL_TRY(sim.light_gradient, table.number_or("light_gradient", {-1, 1}, sim.light_gradient));
+  PANELCAL_TRY(sim.light_gradient_y,
+               table.number_or("light_gradient_y", {-1, 1}, sim.light_gradient_y));
   PANELCAL_TRY(sim.vignetting, table.number_or("vignetting", kShare, sim.vignetting));
   PANELCAL_TRY(sim.weave_amplitude,
                table.number_or("weave_amplitude", kShare, sim.weave_amplitude));
@@ -108,6 +132,71 @@ Expected<void> read_light(const TomlTable& table, SimConfig& sim) {
             : table.problem("background",
                             fmt::format("less than target_level = {}", sim.target_level)));
   }
+  return {};
+}
+
+Expected<void> read_sensor(const TomlTable& table, SimConfig& sim) {
+  PANELCAL_TRY(sim.shot_noise, table.number_or("shot_noise", {0, 100}, sim.shot_noise));
+  PANELCAL_TRY(sim.hot_pixels, table.number_or("hot_pixels", {0, 0.1}, sim.hot_pixels));
+  PANELCAL_TRY(const auto bits, table.integer("bit_depth", 8, 16));
+  if (!bits) return {};
+  if (*bits != 8 && *bits != 16) return failure(table.problem("bit_depth", "8 or 16"));
+  sim.full_scale = *bits == 8 ? Image::kFullScale8 : Image::kFullScale16;
+  return {};
+}
+
+/// What is not ideal about the board and its marks.
+Expected<void> read_board(const TomlTable& table, SimConfig& sim) {
+  PANELCAL_TRY(const double period_mm,
+               table.number_or("weave_period_mm", {0.01, 100}, sim.weave_period.in_mm()));
+  sim.weave_period = mm(period_mm);
+  PANELCAL_TRY(const double burrs_um, table.number_or("burrs_um", {0, 1000}, 0));
+  sim.burrs = um(burrs_um);
+  PANELCAL_TRY(const double offset_um, table.number_or("ring_offset_sigma_um", {0, 1e4}, 0));
+  sim.ring_offset_sigma = um(offset_um);
+  PANELCAL_TRY(const auto slot_mm, table.number("slot_length_mm", {0, 1000, true}));
+  if (slot_mm) sim.slot_length = mm(*slot_mm);
+  PANELCAL_TRY(const double tilt_deg, table.number_or("tilt_deg", {0, 60}, 0));
+  sim.tilt = deg(tilt_deg);
+  PANELCAL_TRY(const double axis_deg, table.number_or("tilt_axis_deg", {-360, 360}, 0));
+  sim.tilt_axis = deg(axis_deg);
+  return {};
+}
+
+Expected<void> read_debris(const TomlTable& sim, DebrisOptions& debris) {
+  PANELCAL_TRY(const auto table, sim.table("debris", "[sim.debris]", {kDebrisKeys, {}}));
+  if (!table) return {};
+  PANELCAL_TRY(debris.rim_share, table->number_or("rim_share", {0, 0.95}, debris.rim_share));
+  PANELCAL_TRY(const double size_um, table->number_or("size_um", {10, 1e4}, debris.size.in_um()));
+  debris.size = um(size_um);
+  PANELCAL_TRY(debris.darkest, table->number_or("darkest", kShare, debris.darkest));
+  PANELCAL_TRY(debris.brightest, table->number_or("brightest", kShare, debris.brightest));
+  if (debris.brightest < debris.darkest) {
+    const bool is_dark = table->has("darkest");
+    return failure(table->problem(is_dark ? "darkest" : "brightest",
+                                  is_dark ? fmt::format("at most brightest = {}", debris.brightest)
+                                          : fmt::format("at least darkest = {}", debris.darkest)));
+  }
+  PANELCAL_TRY(const auto scratches, table->integer("scratches", 0, 100));
+  debris.scratches = static_cast<int>(scratches.value_or(0));
+  PANELCAL_TRY(const double width_um,
+               table->number_or("scratch_width_um", {0, 1e4, true}, debris.scratch_width.in_um()));
+  debris.scratch_width = um(width_um);
+  PANELCAL_TRY(
+      const double length_mm,
+      table->number_or("scratch_length_mm", {0, 100, true}, debris.scratch_length.in_mm()));
+  debris.scratch_length = mm(length_mm);
+  return {};
+}
+
+/// What lamp and focus orders do; without a word they do nothing.
+Expected<void> read_lamp_and_focus(const TomlTable& table, SimConfig& sim) {
+  PANELCAL_TRY(sim.lamp, table.number("lamp", {.low = 0, .low_is_open = true}));
+  PANELCAL_TRY(const auto z_mm, table.number("focus_z_mm", {-kMaxPlace_mm, kMaxPlace_mm}));
+  if (z_mm) sim.focus_z = mm(*z_mm);
+  PANELCAL_TRY(const double depth_mm,
+               table.number_or("focus_depth_mm", {0, 100, true}, sim.focus_depth.in_mm()));
+  sim.focus_depth = mm(depth_mm);
   return {};
 }
 
@@ -185,6 +274,10 @@ Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
   PANELCAL_CHECK(read_panel(*table, sim));
   PANELCAL_CHECK(read_picture_size(*table, camera, sim));
   PANELCAL_CHECK(read_light(*table, sim));
+  PANELCAL_CHECK(read_sensor(*table, sim));
+  PANELCAL_CHECK(read_board(*table, sim));
+  PANELCAL_CHECK(read_debris(*table, sim.debris));
+  PANELCAL_CHECK(read_lamp_and_focus(*table, sim));
   PANELCAL_CHECK(read_camera(*table, camera, sim));
   sim.surface.seed = sim.seed;
   sim.surface.height = surface_height;

@@ -27,7 +27,9 @@ void append_settings(std::string& out, const VisionSettings& settings) {
   if (settings.delta) fmt::format_to(to, ",\"delta\":{}", settings.delta->in_mm());
   if (settings.inspections != 1) fmt::format_to(to, ",\"inspections\":{}", settings.inspections);
   if (settings.search) fmt::format_to(to, ",\"search\":{}", *settings.search);
-  if (settings.search_area) fmt::format_to(to, ",\"search_area\":{}", *settings.search_area);
+  if (settings.search_area) {
+    fmt::format_to(to, ",\"search_area\":{}", settings.search_area->in_mm());
+  }
   if (settings.lamp) fmt::format_to(to, ",\"lamp\":{}", *settings.lamp);
   if (settings.zoom) fmt::format_to(to, ",\"zoom\":{}", *settings.zoom);
   if (settings.algorithm) fmt::format_to(to, ",\"algorithm\":{}", *settings.algorithm);
@@ -52,6 +54,9 @@ void append_request(std::string& out, const MeasurementRequest& request) {
     out += ",\"file\":";
     append_json_string(out, request.file);
   }
+  if (request.axes != ObservedAxes::Both) {
+    out += request.axes == ObservedAxes::X ? ",\"axes\":\"x\"" : ",\"axes\":\"y\"";
+  }
   append_settings(out, request.settings);
 }
 
@@ -65,6 +70,10 @@ std::optional<MeasurementStatus> measurement_status_from_name(std::string_view n
   for (const auto& [status, status_name] : kStatusNames) {
     if (status_name == name) return status;
   }
+  return std::nullopt;
+}
+
+Expected<std::optional<FocusResult>> MeasurementSource::focus(const MeasurementRequest&) {
   return std::nullopt;
 }
 
@@ -91,6 +100,10 @@ std::string to_json(const Measurement& measurement) {
     const Eigen::Matrix2d& cov_mm2 = measurement.measured.cov;
     fmt::format_to(to, ",\"measured\":[{},{}]", measured_mm.x(), measured_mm.y());
     fmt::format_to(to, ",\"cov\":[{},{},{}]", cov_mm2(0, 0), cov_mm2(0, 1), cov_mm2(1, 1));
+  }
+  if (measurement.scatter) {
+    const Eigen::Vector2d& scatter_mm = measurement.scatter->in_mm();
+    fmt::format_to(to, ",\"scatter\":[{},{}]", scatter_mm.x(), scatter_mm.y());
   }
   if (measurement.score) fmt::format_to(to, ",\"score\":{}", *measurement.score);
   if (!measurement.image.empty()) {

@@ -10,6 +10,7 @@
 #include "panelcal/calib/base/estimate.h"
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/units.h"
+#include "panelcal/calib/panel_fit.h"
 #include "panelcal/program/placement.h"
 
 namespace panelcal {
@@ -20,7 +21,7 @@ struct VisionSettings {
   std::optional<Length> delta;        ///< G34: distance of the four views from the centre
   int inspections = 1;                ///< $uvis,insp
   std::optional<bool> search;         ///< $uvis,search
-  std::optional<double> search_area;  ///< $uvis,searcharea, as written
+  std::optional<Length> search_area;  ///< $uvis,searcharea: radius, in the program's unit
   std::optional<double> lamp;         ///< $uvis,lamp, as written
   std::optional<double> zoom;         ///< $uvis,zoom, as written
   std::optional<int> algorithm;       ///< $uvis,alg
@@ -37,6 +38,8 @@ struct MeasurementRequest {
   Position<frame::Actual> expected;  ///< where to look, relative to work zero
   Position<frame::Machine> work_zero;
   InstancePath path;
+  /// The coordinates that count: both, but of slots (SIEB & MEYER, measurement mode 5).
+  ObservedAxes axes = ObservedAxes::Both;
 
   /// Where the optical axis has to be to see the expected place in the middle.
   Position<frame::Machine> expected_in_machine() const {
@@ -55,8 +58,25 @@ struct Measurement {
   MeasurementStatus status = MeasurementStatus::NotFound;
   PositionEstimate<frame::Actual> measured;  ///< relative to work zero
   std::optional<double> score;
+  /// One standard deviation of repeated inspections in each axis, if there were any.
+  std::optional<Displacement<frame::Actual>> scatter;
   std::string image;   ///< file name of the picture, empty if there is none
   std::string reason;  ///< why it is not Found
+};
+
+/// The answer to an autofocus request.
+struct FocusResult {
+  struct Sample {
+    Length z;
+    double sharpness = 0;
+  };
+
+  MeasurementRequest request;  ///< seq is -1: focusing measures no target
+  bool is_found = false;
+  Length z;      ///< if found: where the camera is sharpest
+  Length sigma;  ///< one standard deviation of z
+  std::string reason;
+  std::vector<Sample> curve;  ///< in the order in which it was taken
 };
 
 /// Whoever can say where a target really is: camera, picture folder, recorded file, simulation.
@@ -66,6 +86,11 @@ class MeasurementSource {
   /// Fails when the source itself fails (missing picture, broken device); a target that is not to
   /// be seen is an answer.
   virtual Expected<Measurement> measure(const MeasurementRequest& request) = 0;
+  /// Focuses on what is to be seen at the request's expected place, and keeps that focus for later
+  /// measurements. Empty where there is nothing to focus.
+  ///
+  /// Fails  as measure
+  virtual Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request);
 };
 
 /// Answers that every target is where it is expected: the walk over a perfect panel.

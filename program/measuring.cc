@@ -68,6 +68,28 @@ std::optional<std::size_t> Measuring::measure(MeasurementRequest request) {
   return index;
 }
 
+void Measuring::focus(const MeasurementRequest& request) {
+  Expected<std::optional<FocusResult>> result = source_->focus(request);
+  if (!result) {
+    log_.add(std::move(result).error());
+    must_stop_ = true;
+    return;
+  }
+  if (!*result) return;  // recorded measurements have no camera
+  FocusResult& found = **result;
+  if (!found.is_found) {
+    reporter_.report(Code::FocusNotFound,
+                     request.line,
+                     1,
+                     fmt::format("{} at ({:.4f}, {:.4f}) mm: {}",
+                                 request.command,
+                                 request.expected.in_mm().x(),
+                                 request.expected.in_mm().y(),
+                                 found.reason));
+  }
+  survey_.focus.push_back(std::move(found));
+}
+
 FitPoint Measuring::fit_point(std::size_t i_measurement) const {
   const Measurement& m = measurement(i_measurement);
   return {.nominal = m.request.nominal, .measured = m.measured, .i_measurement = i_measurement};

@@ -53,6 +53,8 @@ class Measuring {
   /// Looks for one target; `request` lacks its number. Index into Survey::measurements; nothing if
   /// the source failed, which stops the walk.
   std::optional<std::size_t> measure(MeasurementRequest request);
+  /// Has the source focus, in the first pass.
+  void focus(const MeasurementRequest& request);
   const Measurement& measurement(std::size_t i) const { return survey_.measurements[i]; }
   bool is_found(std::size_t i) const { return measurement(i).status == MeasurementStatus::Found; }
   FitPoint fit_point(std::size_t i_measurement) const;

@@ -43,6 +43,7 @@ struct Survey {
   std::vector<Measurement> measurements;
   std::vector<SeriesResult> series;
   std::vector<ProbeReading> probes;
+  std::vector<FocusResult> focus;  ///< what autofocus orders found, in the order of execution
 
   /// Every series is fitted, so that a corrected program could be written at all.
   bool is_complete() const;

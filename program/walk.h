@@ -72,6 +72,9 @@ struct WalkOptions {
   Length arc_tolerance = um(1);
   Structure structure = Structure::Expanded;
   sieb_meyer::Settings sieb_meyer;  ///< what only that language needs
+  /// [camera] focus_range_mm: whoever measures is asked to focus; otherwise `$uvis,focus` is only
+  /// passed on, with a warning.
+  bool has_focus = false;
 };
 
 /// A program that has been read as far as its header.

@@ -298,6 +298,7 @@ class Run {
     input.tally = is_written_ ? &tally_ : nullptr;
     input.truth = is_written_ && comparison_ ? &*comparison_ : nullptr;
     input.crops_png = std::move(measured_.crops_png);
+    input.views = std::move(measured_.views);
     input.diagnostics = log_.kept();
     input.provenance = provenance_;
     input.provenance.emplace_back("date", iso_8601(system_clock()()));

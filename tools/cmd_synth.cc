@@ -3,6 +3,7 @@
 
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/sim/recording.h"
+#include "panelcal/machine/sim/sample_pictures.h"
 #include "panelcal/machine/sim/sim_machine.h"
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/program_input.h"
@@ -22,6 +23,25 @@ Expected<Recording> synthesize(const SynthOptions& options,
   return recording;
 }
 
+Expected<SampleSet> synthesize_samples(const SynthOptions& options, MachineConfig config) {
+  if (options.seed && config.sim) config.sim->seed = *options.seed;
+  PANELCAL_TRY(const SampleRenderer renderer, SampleRenderer::create(config, *options.tool));
+  return write_samples(renderer, options.count, options.output);
+}
+
+ExitCode run_samples(const SynthOptions& options,
+                     const MachineConfig& config,
+                     CommandContext& context) {
+  const auto samples = synthesize_samples(options, config);
+  if (!samples) {
+    context.console.print(samples.error());
+    return exit_code(samples.error());
+  }
+  context.console.say(fmt::format(
+      "{} pictures and truth.json written to {}", samples->pictures.size(), options.output));
+  return exit_code(DiagnosticLog());
+}
+
 }  // namespace
 
 ExitCode run_command(const SynthOptions& options, CommandContext& context) {
@@ -30,6 +50,7 @@ ExitCode run_command(const SynthOptions& options, CommandContext& context) {
     context.console.print(config.error());
     return exit_code(config.error());
   }
+  if (options.tool) return run_samples(options, *config, context);
   DiagnosticLog log;
   const auto checked = read_and_check(options.program, config->reading, config->walk, log);
   context.console.print(log);

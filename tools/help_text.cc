@@ -45,6 +45,16 @@ program, whole or not at all. The report is written in either case. A program wi
 commands needs no SOURCE. One that probes the surface (G73, G78, G79) needs --probes, or
 --machine-driver; --force does not help where a surface was not found or is out of tolerance.
 
+With a live camera the machine is driven to each target through [machine] stage_command, a program of
+yours that speaks to its controller (docs/howto/cameras.md):
+
+  $ panelcal run job.exc -m machine.toml -o corrected.drl \
+      --camera 'gige://192.168.1.20?exposure_us=2000&format=mono8'
+
+Cameras  folder:DIR and video:FILE give their pictures in order;
+v4l2:/dev/video0?width=1280&height=960, rtsp://HOST/PATH and gige://ADDRESS?packet=1500&exposure_us=..
+&gain=..&format=mono8&timeout_ms=1000&retries=20&resend=on|off are live.
+
 Formats  .jsonl .csv .drl .exc .s5 .sm .svg, or --to jsonl|csv|excellon|sieb-meyer|svg; .svg is a
 picture of the job. Either language can be written from either; what the other one has no form for
 is named, and nothing is written if a tool would go elsewhere without it.
@@ -88,17 +98,32 @@ Exit codes
   $ panelcal locate datasets/demo/images/0000.png --tool 1 -m datasets/demo/machine.toml
 
 One JSON object a picture: status, centre and covariance in pixels (the centre of the top-left pixel
-is 0,0; y down), size, score, number of candidates. With a [camera] calibration the lens is taken
-into account.
+is 0,0; y down), size, score, number of candidates, what part was seen, blur and noise
+(docs/formats/located_targets.md). With a [camera] calibration the lens is taken into account.
+
+  $ panelcal locate a.png --tool 1 -m machine.toml --at 239,241 --radius 60 --overlay seen.png
+
+looks for the centre within 60 px of that place only, and draws what it saw: the outline that was
+fitted (green if found, red if not), the centre with its uncertainty magnified, and every other
+candidate (yellow), by number, with its score and why it does not count. --candidates lists these
+as "others" too, in the same order. For several pictures --overlay names a folder, which gets a
+NAME.png for each. No input is ever overwritten.
 
 Exit codes
-  0 every picture was read, whatever was found in it; 2 a picture or an option is bad)"},
+  0 every picture was read, whatever was found in it; 2 a picture or an option is bad; 3 an overlay
+  cannot be written)"},
     {"synth", R"(Example
   $ panelcal synth datasets/demo/panel.exc -m datasets/demo/machine.toml -o pictures
 
 Puts the panel of [sim] under the virtual camera, executes the program's measurements on it, and
 saves every picture with images.csv. truth.json, which nothing but --truth reads, holds where
 everything really is.
+
+  $ panelcal synth --tool 1 --count 100 -m datasets/demo/machine.toml -o samples
+
+Without a program: pictures of one target each, at random places and angles, with the noise, debris
+and neighbours of [sim]. Their truth.json (docs/formats/sample_truth.md) says what `panelcal locate`
+should find in them.
 
 Exit codes
   0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)"},

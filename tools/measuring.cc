@@ -11,11 +11,14 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/calib/spindle_camera.h"
+#include "panelcal/machine/camera_views.h"
 #include "panelcal/machine/measurement_file_source.h"
 #include "panelcal/machine/picture_source.h"
 #include "panelcal/machine/probe_file_source.h"
 #include "panelcal/machine/sim/sim_machine.h"
 #include "panelcal/machine/sim/simulated_probe.h"
+#include "panelcal/machine/vision_procedure.h"
 #include "panelcal/vision/overlay.h"
 #include "panelcal/vision/picture_folder.h"
 
@@ -68,6 +71,7 @@ struct Open {
   std::unique_ptr<Source> source;
   std::function<Expected<void>()> check_after;  ///< may be empty
   std::string words;                            ///< empty: nobody is asked
+  std::function<std::string()> remark = {};     ///< what to tell people afterwards; may be empty
 };
 using OpenSource = Open<MeasurementSource>;
 using OpenProbes = Open<ProbeSource>;
@@ -80,6 +84,23 @@ template <class Source>
 Expected<OpenSource> opened(Expected<Source> source, std::string words) {
   if (!source) return failure(std::move(source).error());
   return OpenSource{std::make_unique<Source>(*std::move(source)), {}, std::move(words)};
+}
+
+Expected<OpenSource> open_camera_source(const std::string& address,
+                                        const MachineConfig& config,
+                                        PictureObserver observer) {
+  PANELCAL_TRY(std::unique_ptr<CameraViews> views, open_camera_views(config, address));
+  const CameraDevice& camera = views->camera();
+  PANELCAL_TRY(OpenSource open,
+               opened(VisionSource::create(config, std::move(views), std::move(observer)),
+                      "the camera " + camera.name()));
+  // Lives as long as the source.
+  open.remark = [&camera] {
+    return camera.n_retaken() == 0 ? std::string()
+                                   : fmt::format("{} frame(s) were lost on the way and taken again",
+                                                 camera.n_retaken());
+  };
+  return open;
 }
 
 Expected<OpenSource> open_source(const RunOptions& options,
@@ -101,6 +122,9 @@ Expected<OpenSource> open_source(const RunOptions& options,
                       "recorded measurements in " + options.measurements};
   }
   // Without targets no camera is needed.
+  if (!options.camera.empty() && n_targets > 0) {
+    return open_camera_source(options.camera, config, std::move(observer));
+  }
   if (options.machine_driver == "sim" && (n_targets > 0 || !config.sim)) {
     return opened(SimMachine::create(config, program, std::move(observer)), words_of_sim(config));
   }
@@ -108,7 +132,7 @@ Expected<OpenSource> open_source(const RunOptions& options,
   return failure({Code::Usage,
                   {"panelcal run", 0, 0},
                   "the program measures targets, and there is no SOURCE",
-                  "--images, --measurements or --machine-driver"});
+                  "--images, --camera, --measurements or --machine-driver"});
 }
 
 std::string places(std::size_t n) {
@@ -151,6 +175,42 @@ std::string words_of(const OpenSource& source, const OpenProbes& probes) {
   return source.words.empty() ? probes.words : source.words + " and " + probes.words;
 }
 
+ReportView report_view(const SeenView& seen) {
+  ReportView view;
+  view.i_view = seen.view.i_view;
+  // The two have the same words.
+  view.status = *measurement_status_from_name(name(seen.detection.status));
+  const auto in_work = [&](const Position<frame::Optical>& place) -> Eigen::Vector2d {
+    return (machine_from_optical(seen.picture.axis, place) - seen.request.work_zero).in_mm();
+  };
+  const double right_px = seen.camera.width_px - 0.5;
+  const double bottom_px = seen.camera.height_px - 0.5;
+  for (const auto& [x_px, y_px] : {std::pair(-0.5, -0.5),
+                                   std::pair(right_px, -0.5),
+                                   std::pair(right_px, bottom_px),
+                                   std::pair(-0.5, bottom_px)}) {
+    view.frame_mm.push_back(in_work(seen.camera.mapping(position_px(x_px, y_px))));
+  }
+  if (seen.detection.best && seen.detection.best->center_optical) {
+    view.seen_mm.push_back(in_work(seen.detection.best->center_optical->position));
+  }
+  return view;
+}
+
+std::string focus_summary(const Survey& survey) {
+  std::string out;
+  for (const FocusResult& focus : survey.focus) {
+    if (!focus.is_found) continue;
+    out += fmt::format("focused at ({:.4f}, {:.4f}) mm (line {}): z = {:.4f} mm, sigma {:.1f} um\n",
+                       focus.request.expected.in_mm().x(),
+                       focus.request.expected.in_mm().y(),
+                       focus.request.line,
+                       focus.z.in_mm(),
+                       focus.sigma.in_um());
+  }
+  return out;
+}
+
 double worst_residual_um(const SeriesResult& series) {
   double worst_mm = 0;
   const auto take = [&](const auto& residuals) {
@@ -172,12 +232,14 @@ Expected<MeasuringResult> measure_program(const RunOptions& options,
   MeasuringResult result;
   PictureObserver observer;
   if (!options.report.empty()) {
-    observer = [&result](const MeasurementRequest& request,
-                         const Image& image,
-                         const Detection& detection) {
+    observer = [&result](const SeenView& seen) {
+      ReportView view = report_view(seen);
       // A picture that cannot be drawn is only missing from the report.
-      if (auto png = encode_overlay(image, detection))
-        result.crops_png[request.seq] = *std::move(png);
+      if (auto png = encode_overlay(seen.picture.image, seen.detection)) {
+        if (seen.detection.best) view.crop_png = *png;
+        result.crops_png[seen.request.seq] = *std::move(png);
+      }
+      result.views[seen.request.seq].push_back(std::move(view));
     };
   }
   WalkOptions walk = config.walk;
@@ -191,6 +253,9 @@ Expected<MeasuringResult> measure_program(const RunOptions& options,
   ProbeProgress probes(*open_probe.source, n_probes, console);
   result.survey = survey(program, walk, source, probes, log);
   console.end_progress();
+  if (const std::string remark = open.remark ? open.remark() : ""; !remark.empty()) {
+    console.say(remark);
+  }
   if (open.check_after && !log.has_errors()) PANELCAL_CHECK(open.check_after());
   if (open_probe.check_after && !log.has_errors()) PANELCAL_CHECK(open_probe.check_after());
   result.source = words_of(open, open_probe);
@@ -221,7 +286,7 @@ std::string probes_summary(const Survey& survey) {
 }  // namespace
 
 std::string fits_summary(const Survey& survey) {
-  std::string out;
+  std::string out = focus_summary(survey);
   auto to = std::back_inserter(out);
   const auto n_found =
       std::ranges::count(survey.measurements, MeasurementStatus::Found, &Measurement::status);

@@ -5,11 +5,13 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/program/walk.h"
 #include "panelcal/tools/console.h"
 #include "panelcal/tools/options.h"
+#include "panelcal/tools/report_views.h"
 
 namespace panelcal {
 
@@ -18,6 +20,7 @@ struct MeasuringResult {
   Survey survey;
   std::string source;                             ///< where measurements came from, in words
   std::map<std::int64_t, std::string> crops_png;  ///< by seq; empty unless wanted
+  std::map<std::int64_t, std::vector<ReportView>> views;  ///< the same
 };
 
 /// Surveys the program with the SOURCE that the options name, and with their source of probe

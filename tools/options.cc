@@ -102,6 +102,10 @@ class CommandLine {
     source->add_option("--measurements", o.measurements, "Recorded measurements (JSON Lines)");
     source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
         ->check(CLI::IsMember({"sim"}));
+    source->add_option("--camera",
+                       o.camera,
+                       "A live camera: folder:DIR, video:FILE, v4l2:DEVICE, rtsp://HOST/PATH or "
+                       "gige://ADDRESS");
     source->require_option(0, 1);
     run_->add_option("--probes", o.probes, "Recorded probe readings (JSON Lines)");
     run_->add_option("-o,--output",
@@ -150,15 +154,36 @@ class CommandLine {
     locate_->add_option("IMAGE", locate_options_.images, "Pictures")->required();
     locate_->add_option("--tool", locate_options_.tool, "Number of the vision tool")->required();
     locate_->add_option("-m,--machine", locate_options_.machine, "machine.toml")->required();
+    CLI::Option* at =
+        locate_->add_option("--at", locate_options_.at_px, "X,Y: look around this place only, px")
+            ->expected(2)
+            ->delimiter(',');
+    CLI::Option* radius = locate_->add_option(
+        "--radius", locate_options_.radius_px, "How far from --at the centre may be, px");
+    at->needs(radius);
+    radius->needs(at);
+    locate_->add_option("--overlay",
+                        locate_options_.overlay,
+                        "Show what was seen: a .png, or for several pictures a folder");
+    locate_->add_flag("--candidates",
+                      locate_options_.lists_candidates,
+                      "List the other places that were looked at, and why they do not count");
   }
 
   void add_synth() {
     synth_ = add("synth", "Render the pictures a program asks for, with their truth");
-    synth_->add_option("PROGRAM", synth_options_.program, "Part program")->required();
+    CLI::Option_group* subject = synth_->add_option_group("SUBJECT", "What the pictures show");
+    subject->add_option("PROGRAM", synth_options_.program, "Part program: all of its targets");
+    subject->add_option(
+        "--tool", synth_options_.tool, "Number of a vision tool: single targets of it");
+    subject->require_option(1);
     synth_->add_option("-m,--machine", synth_options_.machine, "machine.toml with [sim]")
         ->required();
     synth_->add_option("-o,--output", synth_options_.output, "Folder to write")->required();
     synth_->add_option("--seed", synth_options_.seed, "Instead of [sim] seed");
+    synth_->add_option("--count", synth_options_.count, "With --tool: how many pictures")
+        ->check(CLI::Range(1, 100'000))
+        ->capture_default_str();
   }
 
   Expected<Options> help() {

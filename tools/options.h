@@ -36,6 +36,7 @@ struct RunOptions {
   std::string images;          ///< SOURCE: a picture folder
   std::string measurements;    ///< SOURCE: a recorded file
   std::string machine_driver;  ///< SOURCE: sim
+  std::string camera;          ///< SOURCE: address of a live camera
   std::string probes;          ///< recorded probe readings
   std::string output;
   std::string format;  ///< empty: from the output's extension
@@ -64,6 +65,10 @@ struct LocateCommandOptions {
   std::vector<std::string> images;
   std::string machine;
   int tool = 1;
+  std::vector<double> at_px;  ///< x, y of the middle of the searched circle; empty: everywhere
+  std::optional<double> radius_px;  ///< of it; there if at_px is
+  std::string overlay;              ///< a .png, or a folder of them; empty: none
+  bool lists_candidates = false;
 };
 
 struct SynthOptions {
@@ -71,6 +76,8 @@ struct SynthOptions {
   std::string machine;
   std::string output;
   std::optional<std::uint64_t> seed;
+  std::optional<int> tool;  ///< single targets of this vision tool, instead of a program's
+  int count = 100;          ///< of them
 };
 
 struct DoneOptions {};  ///< help or version was printed

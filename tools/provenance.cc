@@ -2,6 +2,7 @@
 #include "panelcal/tools/provenance.h"
 
 #include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/machine/camera_uri.h"
 #include "panelcal/tools/digest.h"
 #include "panelcal/tools/version.h"
 
@@ -13,7 +14,7 @@ Provenance provenance_of(const Options& options,
   std::string command_line;
   for (const std::string& word : options.command_line) {
     // Where panelcal is installed says nothing about the job.
-    command_line += command_line.empty() ? "panelcal" : " " + word;
+    command_line += command_line.empty() ? "panelcal" : " " + without_password(word);
   }
   Provenance provenance = {{"made by", std::string("panelcal ") + kVersion},
                            {"command line", command_line},

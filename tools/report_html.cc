@@ -11,6 +11,7 @@
 #include "panelcal/tools/report_facts.h"
 #include "panelcal/tools/report_figures.h"
 #include "panelcal/tools/report_fits.h"
+#include "panelcal/tools/report_focus.h"
 #include "panelcal/tools/report_style.h"
 #include "panelcal/tools/report_surface.h"
 #include "panelcal/tools/report_targets.h"
@@ -226,6 +227,7 @@ std::string report_html(const ReportInput& input) {
   out += "<h2>Panel</h2>\n<section>\n" + panel_figures(input, facts) + "</section>\n";
   out += "<h2>Fiducials</h2>\n<section>\n" + target_cards(input, facts) + "</section>\n";
   out += "<h2>Fits</h2>\n<section>\n" + fits_section(input) + "</section>\n";
+  out += focus_section(survey_of(input));
   out += surface_section(survey_of(input));
   out += "<h2>Messages</h2>\n<section>\n" + messages(input.diagnostics) + "</section>\n";
   if (input.truth != nullptr) out += truth_section(*input.truth);

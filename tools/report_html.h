@@ -11,6 +11,7 @@
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/program/survey.h"
 #include "panelcal/program/tally.h"
+#include "panelcal/tools/report_views.h"
 #include "panelcal/tools/truth_comparison.h"
 
 namespace panelcal {
@@ -26,6 +27,7 @@ struct ReportInput {
   const Tally* tally = nullptr;                   ///< of the corrected program; null if refused
   const TruthComparison* truth = nullptr;         ///< null without --truth
   std::map<std::int64_t, std::string> crops_png;  ///< by seq: the target with the found centre
+  std::map<std::int64_t, std::vector<ReportView>> views;  ///< by seq: all pictures looked at
   std::span<const Diagnostic> diagnostics;
   std::vector<std::pair<std::string, std::string>> provenance;  ///< what made this: key, value
 };

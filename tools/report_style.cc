@@ -71,7 +71,10 @@ fill:var(--ink);font-size:11px}
 .card.refused{border:2px solid var(--bad)}.card.suspect{border-color:var(--warn)}
 .card:target{outline:3px solid var(--link)}
 .card h4{margin:0;font-size:14px}.card p{margin:1px 0}
-.card img,.nopicture{width:88px;height:88px;object-fit:contain;border-radius:6px;background:var(--soft);flex:none}
+.card img,.nopicture{width:88px;height:88px;object-fit:cover;object-position:top;border-radius:6px;background:var(--soft);flex:none}
+.card img{cursor:zoom-in}
+.card img:focus,.card.refused img:focus{position:fixed;inset:2vh 2vw;width:96vw;height:96vh;z-index:9;cursor:zoom-out;
+object-fit:contain;object-position:center;outline:2px solid var(--line);background:var(--paper)}
 .nopicture{display:flex;align-items:center;justify-content:center;color:var(--quiet)}
 .card.refused img,.card.refused .nopicture{width:140px;height:140px}
 .card table{border-collapse:collapse;margin-top:6px;width:100%}

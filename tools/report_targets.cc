@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/tools/report_text.h"
+#include "panelcal/tools/report_views.h"
 
 namespace panelcal::report {
 namespace {
@@ -39,7 +40,7 @@ std::string picture(const ReportInput& input, const MeasurementRequest& request)
     return "<div class=\"nopicture\">no picture</div>";
   }
   return fmt::format(
-      "<img alt=\"target #{} as seen, with the centre found\" "
+      "<img tabindex=\"0\" alt=\"target #{} as seen, with the centre found\" "
       "src=\"data:image/png;base64,{}\"/>",
       request.seq,
       base64(crop->second));
@@ -71,7 +72,9 @@ std::string measured_table(const TargetFact& fact) {
   std::string out = "<table><tr><th>&#181;m</th><th>x</th><th>y</th><th>length</th></tr>" +
                     row("measured &#8722; expected", deviation_mm, 1, true);
   if (fact.residual_mm) out += row("<b>residual</b>", *fact.residual_mm, 2, true);
-  return out + row("sigma", sigma_mm, 3, false) + "</table>\n";
+  out += row("sigma", sigma_mm, 3, false);
+  if (m.scatter) out += row("scatter of inspections", m.scatter->in_mm(), 3, false);
+  return out + "</table>\n";
 }
 
 std::string card(const ReportInput& input, const TargetFact& fact) {
@@ -96,7 +99,11 @@ std::string card(const ReportInput& input, const TargetFact& fact) {
   if (!m.image.empty()) out += fmt::format("<p class=\"quiet\">{}</p>", escaped(m.image));
   out += "</div></div>\n";
   if (!m.reason.empty()) out += fmt::format("<p class=\"reason\">{}</p>\n", escaped(m.reason));
-  return out + measured_table(fact) + "</article>\n";
+  out += measured_table(fact);
+  if (const auto views = input.views.find(m.request.seq); views != input.views.end()) {
+    out += views_figure(m, views->second);
+  }
+  return out + "</article>\n";
 }
 
 using Facts = std::vector<const TargetFact*>;

@@ -3,131 +3,48 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include "panelcal/vision/fit_covariance.h"
-#include "panelcal/vision/fit_window.h"
-#include "panelcal/vision/rim_fit.h"
+#include "panelcal/vision/rim_estimate.h"
 
 namespace panelcal::internal {
 namespace {
 
 using Verdict = FittedCandidate::Verdict;
 
-constexpr double kHuber = 2.0;
-/// Steps at which fits stop, px: convergence is quadratic, so what is left is far smaller.
-constexpr double kRough = 0.01;
-constexpr double kFine = 1e-5;
-/// Correlations below these parts of the score asked for are not worth a fit, or a second fit.
-constexpr double kHopelessStart = 0.6;
-constexpr double kHopelessFit = 0.85;
-/// Width of the narrow band around the rim.
-constexpr double kNarrowSigmas = 2.5;
-constexpr double kNarrowPx = 2;
-/// Around the target up to this part of its radius counts for the score, about as many pixels as
-/// on it.
-constexpr double kScoreReach = 0.35;
+/// Correlations below this part of the score asked for are not worth a closer fit.
+constexpr double kHopelessFit = 0.6;
 constexpr double kMinRadiusPx = 3;
+/// With less of the rim there is no telling an arc from chance.
+constexpr double kLeastArc = 0.3;
+constexpr double kMaxClipped = 0.6;
+/// Of the inner area: more is a hole, not debris.
+constexpr double kMaxCovered = 0.12;
+/// Of the radius, rms: regular polygons of six sides have 0.03, of eight 0.016.
+constexpr double kMaxRoughness = 0.022;
+constexpr int kOutlineNodes = 72;
 
-/// Correlation of model and picture over the target and its near surroundings. What was excluded
-/// as debris on the target counts, neighbours do not, nor does camera noise: a faint target may
-/// look just like the model.
-double correlation(const RimProblem& problem, double white_noise, const RimVector& p) {
-  double n = 0;
-  double sum_m = 0;
-  double sum_v = 0;
-  double sum_mm = 0;
-  double sum_mv = 0;
-  double sum_vv = 0;
-  for (const WindowPixel& pixel : problem.window.pixels) {
-    const auto value = problem.model.evaluate(pixel, p, nullptr);
-    if (value.distance_px < -kScoreReach * p[kRadius]) continue;
-    if (pixel.is_excluded && value.distance_px < -2 * p[kSigma]) continue;
-    const double plane = value.plane.dot(p.segment<3>(kPlane));
-    const double m = value.level - plane;
-    const double v = pixel.value - plane;
-    ++n;
-    sum_m += m;
-    sum_v += v;
-    sum_mm += m * m;
-    sum_mv += m * v;
-    sum_vv += v * v;
+/// Places on an oval around `center`, as far as the picture's frame goes.
+std::vector<Eigen::Vector2d> outline_of(const FitFrame& fit_frame,
+                                        const Eigen::Vector2d& center,
+                                        double radius,
+                                        const RimVector& p) {
+  std::vector<Eigen::Vector2d> outline;
+  outline.reserve(kOutlineNodes);
+  for (int i = 0; i < kOutlineNodes; ++i) {
+    const double phi = 2 * std::numbers::pi * i / kOutlineNodes;
+    const double r =
+        radius * (1 + p[kOval] * std::cos(2 * phi) + p[kOvalDiagonal] * std::sin(2 * phi));
+    const auto u = fit_frame.to_image(center + r * Eigen::Vector2d(std::cos(phi), std::sin(phi)));
+    if (u) outline.push_back(*u);
   }
-  const double var_m = n * sum_mm - sum_m * sum_m;
-  const double var_seen = n * sum_vv - sum_v * sum_v;
-  const double var_v = std::max(var_seen - n * n * white_noise * white_noise, 0.25 * var_seen);
-  if (!(var_m > 0) || !(var_v > 0)) return 0;
-  return std::clamp((n * sum_mv - sum_m * sum_v) / std::sqrt(var_m * var_v), 0.0, 1.0);
-}
-
-struct Estimate {
-  RimSolution solution;
-  double correlation = 0;
-  Eigen::Matrix2d cov = Eigen::Matrix2d::Zero();
-  double rim_noise = 0;
-  double excluded = 0;
-};
-
-/// On texture the far background says little about the plane at the rim and much about the weave:
-/// a fit to the rim's near surroundings is tried, and taken if its covariance is smaller.
-void try_narrow_band(RimProblem& problem, const ResidualCorrelation& noise, Estimate& e) {
-  const RimVector& p = e.solution.parameters;
-  for (WindowPixel& pixel : problem.window.pixels) {
-    const auto value = problem.model.evaluate(pixel, p, nullptr);
-    if (value.distance_px < -kNarrowSigmas * p[kSigma] - kNarrowPx) pixel.in_fit = false;
-  }
-  const RimSolution narrow = fit_rim(problem, p, 0, kFine);
-  if (!narrow.converged) return;
-  const Eigen::Matrix2d cov = center_covariance(problem, narrow, noise);
-  if (!cov.allFinite() || cov.trace() >= e.cov.trace()) return;
-  e.solution = narrow;
-  e.cov = cov;
-}
-
-/// True if a fit left the rim it was started at: there is none.
-bool is_astray(const RimVector& p, const RimVector& start) {
-  constexpr double kFar = 0.2;  // of the radius
-  const double limit = std::max(1.0, kFar * start[kRadius]);
-  return !p.allFinite() || (p.head<2>() - start.head<2>()).norm() > limit ||
-         std::abs(p[kRadius] - start[kRadius]) > limit;
-}
-
-Estimate estimate(RimProblem& problem, const RimStart& start, double min_score) {
-  Estimate e;
-  const double white_noise = white_noise_of(problem.window);
-  e.solution.parameters = start.parameters;
-  e.correlation = correlation(problem, white_noise, start.parameters);
-  if (e.correlation < kHopelessStart * min_score) return e;
-  // The start's residuals are mostly misplacement, so noise for Huber's limit comes from the
-  // flat pixels, after a fit with a generous guess.
-  const double contrast = std::abs(start.parameters[kContrast]);
-  const double guess = std::max(1.0, 0.1 * contrast);
-  set_weights(problem, start.parameters, {guess, guess});
-  e.solution = fit_rim(problem, start.parameters, kHuber, kRough);
-  e.correlation = correlation(problem, white_noise, e.solution.parameters);
-  if (is_astray(e.solution.parameters, start.parameters) ||
-      e.correlation < kHopelessFit * min_score) {
-    e.solution.converged = false;
-  }
-  if (!e.solution.converged) return e;
-  for (int pass = 0; pass < 2; ++pass) {
-    const bool was_clean = pass > 0 && e.excluded == 0;
-    e.excluded = exclude_strangers(problem, e.solution.parameters);
-    if (was_clean && e.excluded == 0) break;
-    e.solution = fit_rim(problem, e.solution.parameters, 0, kRough);
-  }
-  set_weights(problem, e.solution.parameters, noise_of(problem, e.solution.parameters));
-  e.solution = fit_rim(problem, e.solution.parameters, 0, kFine);
-  const ResidualCorrelation noise = residual_correlation(problem, e.solution);
-  e.rim_noise = noise.rim_noise;
-  e.cov = center_covariance(problem, e.solution, noise);
-  if (noise.outside.is_textured) try_narrow_band(problem, noise, e);
-  e.correlation = correlation(problem, white_noise, e.solution.parameters);
-  return e;
+  return outline;
 }
 
 /// Center, sizes and covariance in the units of the outside world.
@@ -143,7 +60,15 @@ void fill_geometry(const FitFrame& fit_frame,
   // The mean of a rim's diameters in the picture.
   const double px_per_unit = std::sqrt(std::abs(px_from_frame.determinant()));
   fit.size = px(2 * p[kRadius] * px_per_unit);
-  if (expected.shape == Shape::Ring) fit.inner_size = px(2 * p[kInnerRadius] * px_per_unit);
+  fit.outlines_px.push_back(outline_of(fit_frame, center, p[kRadius], p));
+  const double oval = std::hypot(p[kOval], p[kOvalDiagonal]);
+  fit.axis_ratio = (1 - oval) / (1 + oval);
+  if (expected.shape == Shape::Ring) {
+    fit.inner_size = px(2 * p[kInnerRadius] * px_per_unit);
+    const Eigen::Vector2d hole(p[kHoleX], p[kHoleY]);
+    fit.hole_offset_px = px_from_frame * hole;
+    fit.outlines_px.push_back(outline_of(fit_frame, center + hole, p[kInnerRadius], p));
+  }
   if (fit_frame.mapping()) {
     const double unit_mm = fit_frame.unit();
     fit.center_optical =
@@ -185,16 +110,24 @@ void judge(const Image& image,
            const FitFrame& fit_frame,
            const ExpectedRim& expected,
            const LocateOptions& options,
-           const Estimate& e,
+           const RimEstimate& e,
+           double support,
            FittedCandidate& candidate) {
-  const RimVector& p = e.solution.parameters;
+  const RimVector& p = e.parameters;
   const double contrast = p[kContrast] * expected.sign();
   const double min_contrast = options.min_contrast * image.full_scale();
   const auto set = [&](Verdict verdict, std::string reason) {
     candidate.verdict = verdict;
     candidate.reason = std::move(reason);
   };
-  if (!e.solution.converged || !candidate.fit.center.cov.allFinite()) {
+  if (!e.converged && support >= kLeastArc && support < options.min_visible) {
+    return set(Verdict::Unfit,
+               fmt::format("only an arc is visible: {:.0f} % of its rim, at least {:.0f} % are "
+                           "asked for",
+                           100 * support,
+                           100 * options.min_visible));
+  }
+  if (!e.converged || !candidate.fit.center.cov.allFinite()) {
     return set(Verdict::Unlikely, "it does not look like the target");
   }
   if (contrast < min_contrast) {
@@ -203,14 +136,54 @@ void judge(const Image& image,
                            contrast,
                            min_contrast));
   }
+  if (e.clipped > kMaxClipped) {
+    return set(Verdict::Unfit,
+               fmt::format("saturated: {:.0f} % of its rim's pixels are clipped, at most {:.0f} % "
+                           "leave an edge to measure",
+                           100 * e.clipped,
+                           100 * kMaxClipped));
+  }
+  if (e.visible < options.min_visible && e.visible >= kLeastArc) {
+    return set(Verdict::Unfit,
+               fmt::format("only an arc is visible: {:.0f} % of its rim, at least {:.0f} % are "
+                           "asked for",
+                           100 * e.visible,
+                           100 * options.min_visible));
+  }
   if (candidate.fit.score < options.min_score) {
     return set(Verdict::Unlikely,
                fmt::format("its score is {:.2f}, at least {:.2f} is asked for",
                            candidate.fit.score,
                            options.min_score));
   }
+  if (candidate.fit.blur_px > options.max_blur_px) {
+    return set(Verdict::Unfit,
+               fmt::format("out of focus: its edge is blurred by {:.1f} px, at most {:.1f} are "
+                           "accepted",
+                           candidate.fit.blur_px,
+                           options.max_blur_px));
+  }
   if (auto reason = unfit_reason(fit_frame, expected, p)) {
     return set(Verdict::Unfit, *std::move(reason));
+  }
+  if (1 - candidate.fit.axis_ratio > 2 * expected.size_tolerance) {
+    return set(Verdict::Unfit,
+               fmt::format("its shape: the diameters differ by {:.1f} %, {:.1f} % are allowed",
+                           100 * (1 - candidate.fit.axis_ratio),
+                           200 * expected.size_tolerance));
+  }
+  if (e.roughness > kMaxRoughness) {
+    return set(Verdict::Unfit,
+               fmt::format("its shape: the rim is {:.1f} % of the radius from round, {:.1f} % are "
+                           "allowed",
+                           100 * e.roughness,
+                           100 * kMaxRoughness));
+  }
+  if (e.covered > kMaxCovered) {
+    return set(Verdict::Unfit,
+               fmt::format("its inside: {:.0f} % of it are not like the rest, {:.0f} % are allowed",
+                           100 * e.covered,
+                           100 * kMaxCovered));
   }
   set(Verdict::Good, "");
 }
@@ -221,12 +194,15 @@ FittedCandidate border_candidate(const FitFrame& fit_frame,
                                  const RimStart& start) {
   FittedCandidate candidate;
   candidate.verdict = Verdict::Unfit;
-  candidate.reason = "at the border: a part of its rim is outside of the picture";
+  candidate.reason =
+      fmt::format("at the border: a part of its rim is outside of the picture, {:.0f} % are inside",
+                  100 * start.inside);
   // A pixel either way says that this is no measurement.
   fill_geometry(fit_frame, expected, start.parameters, Eigen::Matrix2d::Identity(), candidate.fit);
   candidate.fit.score = start.support;
+  candidate.fit.visible = start.inside;
   candidate.fit.blur_px = start.parameters[kSigma];
-  candidate.fit.background = start.parameters[kPlane];
+  candidate.fit.background = start.parameters[kLevel];
   candidate.fit.contrast = start.parameters[kContrast];
   return candidate;
 }
@@ -239,28 +215,24 @@ FittedCandidate fit_candidate(const Image& image,
                               const RimStart& start,
                               const LocateOptions& options) {
   if (start.at_border) return border_candidate(fit_frame, expected, start);
-  const Eigen::Vector2d center = start.parameters.head<2>();
-  const double radius = start.parameters[kRadius];
   FittedCandidate candidate;
-  if (radius < kMinRadiusPx) {
+  if (start.parameters[kRadius] < kMinRadiusPx) {
     candidate.reason = "it is too small to be measured";
     return candidate;
   }
-  RimProblem problem{make_window(image, fit_frame, center, radius, window_reach(radius)),
-                     RimModel(expected.shape, center, radius),
-                     image.full_scale()};
-  const Estimate e = estimate(problem, start, options.min_score);
-
-  const RimVector& p = e.solution.parameters;
+  const RimEstimate e = estimate_rim(
+      image, fit_frame, start, expected.shape == Shape::Ring, kHopelessFit * options.min_score);
+  const RimVector& p = e.parameters;
   TargetFit& fit = candidate.fit;
-  fill_geometry(fit_frame, expected, p, e.cov, fit);
-  fit.score = e.correlation * rim_support(image, fit_frame, p);
+  fill_geometry(fit_frame, expected, p, e.center_cov, fit);
+  fit.score = e.correlation * e.visible;
+  fit.visible = e.visible;
   fit.blur_px = p[kSigma];
-  fit.background = p[kPlane];
+  fit.background = p[kLevel];
   fit.contrast = p[kContrast];
   fit.noise = e.rim_noise;
   fit.excluded = e.excluded;
-  judge(image, fit_frame, expected, options, e, candidate);
+  judge(image, fit_frame, expected, options, e, start.support, candidate);
   return candidate;
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
+#include "panelcal/vision/detector.h"
 #include "panelcal/vision/fit_frame.h"
 #include "panelcal/vision/image.h"
 #include "panelcal/vision/locate.h"
@@ -10,23 +9,10 @@
 
 namespace panelcal::internal {
 
-/// A candidate after its fit, and what speaks against it.
-struct FittedCandidate {
-  enum class Verdict {
-    Good,
-    Unfit,     ///< surely there, but not the target asked for: wrong size, at the border
-    Unlikely,  ///< too faint or too little like the target to be called one
-  };
-
-  Verdict verdict = Verdict::Unlikely;
-  std::string reason;
-  TargetFit fit;
-};
-
 /// Fits the model to the pixels around a rim and judges the result.
 ///
-/// A Huber fit to all pixels, then twice a plain fit without those that it cannot explain, then
-/// one weighted by the noise on and around the target.
+/// A rough fit to every other row; one to all pixels; then, if the residuals say so, again without
+/// neighbours and debris, with an oval rim, or with the ground's texture as correlated noise.
 FittedCandidate fit_candidate(const Image& image,
                               const FitFrame& fit_frame,
                               const ExpectedRim& expected,

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
-#include <numbers>
+#include "panelcal/vision/gauss_table.h"
 
 namespace panelcal::internal {
 
@@ -16,9 +15,6 @@ struct EdgeValue {
   double d_sigma = 0;     ///< per px of sigma
   double d_radius = 0;    ///< per px of radius, at fixed distance
 };
-
-/// Beyond this many sigmas from the rim the share is 0 or 1 to within 1e-8.
-inline constexpr double kEdgeReach = 5.6;
 
 /// The profile of a disc's edge behind a Gaussian lens and square pixels.
 ///
@@ -38,13 +34,13 @@ inline EdgeValue edge_profile(
   if (t < -kEdgeReach) return {0, 0, 0, 0};
   const double sigma2 = sigma_px * sigma_px;
   const double q = -(nx * nx * nx * nx + ny * ny * ny * ny) / (120 * 24 * sigma2 * sigma2);
-  const double phi = std::exp(-0.5 * t * t) / std::sqrt(2 * std::numbers::pi);
+  const auto [cdf, phi] = gauss(t);
   const double t2 = t * t;
   const double he3 = t * (t2 - 3);
   const double he4 = t2 * (t2 - 6) + 3;
   const double d_t = phi * (1 + q * he4);
   EdgeValue edge;
-  edge.share = 0.5 * std::erfc(-t / std::numbers::sqrt2) - q * he3 * phi;
+  edge.share = cdf - q * he3 * phi;
   edge.d_distance = d_t / sigma_px;
   edge.d_sigma = d_t * (-distance_px / sigma2 - 0.5 / radius_px) + 4 * q / sigma_px * he3 * phi;
   edge.d_radius = d_t * 0.5 * sigma_px / (radius_px * radius_px);

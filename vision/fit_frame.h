@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "panelcal/calib/base/estimate.h"
+#include "panelcal/calib/base/units.h"
 #include "panelcal/calib/camera_mapping.h"
 
 namespace panelcal::internal {
@@ -55,5 +56,15 @@ class FitFrame {
   double scale_mm_ = 1;
   Eigen::Vector2d origin_mm_ = Eigen::Vector2d::Zero();
 };
+
+/// A target's length in units of its fit frame: given in mm with a mapping, in px without one.
+inline std::optional<double> frame_length(const std::optional<Length>& length,
+                                          const std::optional<PixelLength>& length_px,
+                                          const CameraMapping* mapping) {
+  if (length && mapping) return length->in_mm() / mapping->parameters().scale_mm_per_px;
+  // The frame's unit is the size of a pixel where the mapping has its nominal scale.
+  if (length_px) return length_px->in_px();
+  return std::nullopt;
+}
 
 }  // namespace panelcal::internal

@@ -4,40 +4,19 @@
 #include <cstddef>
 #include <cstdlib>
 
+#include "panelcal/vision/byte_reader.h"
+#include "panelcal/vision/tiff_directory.h"
+
 namespace panelcal::internal {
 namespace {
 
 using namespace std::string_view_literals;
 
-/// Reads integers at any place of a file; empty beyond its end.
-class Bytes {
- public:
-  Bytes(std::string_view bytes, bool big_endian) : bytes_(bytes), big_endian_(big_endian) {}
-
-  std::optional<std::uint32_t> u8(std::size_t at) const { return number(at, 1); }
-  std::optional<std::uint32_t> u16(std::size_t at) const { return number(at, 2); }
-  std::optional<std::uint32_t> u32(std::size_t at) const { return number(at, 4); }
-
- private:
-  std::optional<std::uint32_t> number(std::size_t at, std::size_t n) const {
-    if (at > bytes_.size() || bytes_.size() - at < n) return std::nullopt;
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t place = big_endian_ ? at + i : at + n - 1 - i;
-      value = value << 8 | static_cast<unsigned char>(bytes_[place]);
-    }
-    return value;
-  }
-
-  std::string_view bytes_;
-  bool big_endian_;
-};
-
 using Size = std::optional<std::pair<std::int64_t, std::int64_t>>;
 
 /// PNG specification 11.2.2: IHDR comes first.
 Size png_size(std::string_view bytes) {
-  const Bytes in(bytes, true);
+  const ByteReader in(bytes, true);
   if (bytes.substr(12, 4) != "IHDR"sv) return std::nullopt;
   const auto width = in.u32(16);
   const auto height = in.u32(20);
@@ -48,7 +27,7 @@ Size png_size(std::string_view bytes) {
 /// BITMAPCOREHEADER has 16-bit sizes, all later headers 32-bit ones; a negative height means that
 /// the top row comes first.
 Size bmp_size(std::string_view bytes) {
-  const Bytes in(bytes, false);
+  const ByteReader in(bytes, false);
   const auto header_size = in.u32(14);
   if (!header_size) return std::nullopt;
   if (*header_size == 12) {
@@ -70,7 +49,7 @@ bool is_start_of_frame(std::uint32_t marker) {
 
 /// JPEG (ITU-T T.81, B.1.1): walk the segments to the first frame header.
 Size jpeg_size(std::string_view bytes) {
-  const Bytes in(bytes, true);
+  const ByteReader in(bytes, true);
   std::size_t at = 2;
   while (true) {
     const auto prefix = in.u8(at);
@@ -92,24 +71,10 @@ Size jpeg_size(std::string_view bytes) {
   }
 }
 
-/// TIFF 6.0, section 2: tags 256 and 257 of the first directory, as SHORT (3) or LONG (4).
 Size tiff_size(std::string_view bytes) {
-  const Bytes in(bytes, bytes.starts_with("MM"sv));
-  const auto directory = in.u32(4);
-  const auto n_entries = directory ? in.u16(*directory) : std::nullopt;
-  if (!n_entries) return std::nullopt;
-  std::int64_t width = 0;
-  std::int64_t height = 0;
-  for (std::size_t i = 0; i < *n_entries; ++i) {
-    const std::size_t at = *directory + 2 + 12 * i;
-    const auto tag = in.u16(at);
-    const auto type = in.u16(at + 2);
-    const auto value = type == 3 ? in.u16(at + 8) : in.u32(at + 8);
-    if (!tag || !type || !value) return std::nullopt;
-    if (*tag == 256) width = *value;
-    if (*tag == 257) height = *value;
-  }
-  return std::pair<std::int64_t, std::int64_t>(width, height);
+  const auto directory = tiff_directory(bytes);
+  if (!directory) return std::nullopt;
+  return std::pair(directory->width, directory->height);
 }
 
 Size size_of(std::string_view bytes, PictureKind kind) {

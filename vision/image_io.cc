@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/image_io.h"
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <exception>
 #include <optional>
 #include <utility>
@@ -8,20 +11,25 @@
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/vision/cv_bridge.h"
 #include "panelcal/vision/image_header.h"
-#include "panelcal/vision/stderr_capture.h"
+#include "panelcal/vision/luma.h"
+#include "panelcal/vision/picture_decoder.h"
+#include "panelcal/vision/tiff_directory.h"
 
 namespace panelcal {
 namespace {
 
+using internal::PictureHeader;
 using internal::PictureKind;
+using internal::TiffDirectory;
 
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 constexpr std::string_view kKinds = "PNG, TIFF, BMP or JPEG of 8 or 16 bit";
+/// Deflate makes at most 1032 bytes of one, which hold 8 pixels each.
+constexpr std::int64_t kMaxPixelsPerByte = 1032 * 8;
 
 tl::unexpected<Diagnostic> problem(Code code,
                                    std::string_view name,
@@ -30,45 +38,30 @@ tl::unexpected<Diagnostic> problem(Code code,
   return failure({code, {std::string(name), 0, 0}, std::move(what), std::move(expected)});
 }
 
-/// A decoder's picture, or empty, and what it had to say.
-struct Decoded {
-  cv::Mat mat;
-  std::string messages;
-};
-
-Decoded run_decoder(std::string_view bytes) {
-  Decoded decoded;
-  internal::StderrCapture capture;
-  std::string thrown;
-  try {
-    const cv::Mat input(1,
-                        static_cast<int>(bytes.size()),
-                        CV_8UC1,
-                        const_cast<char*>(bytes.data()));  // imdecode only reads
-    decoded.mat = cv::imdecode(input, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const std::exception& e) {
-    thrown = e.what();
+/// Does what the decoder leaves undone on TIFF pixels of more than 8 bit: it does not turn around
+/// pictures whose 0 is white, and it shifts 10, 12 and 14 bits up, so that white is below 65535.
+void finish_levels(const TiffDirectory& directory, Image& image) {
+  const bool is_negative = directory.photometric == TiffDirectory::kMinIsWhite;
+  if (directory.bits <= 8 || (directory.bits == 16 && !is_negative)) return;
+  const std::uint32_t white = ((1U << directory.bits) - 1) << (16 - directory.bits);
+  // In double, so that white is exactly full scale and saturation is recognised.
+  const double factor = Image::kFullScale16 / white;
+  for (float& level : image.pixels()) {
+    const double positive = factor * level;
+    level = static_cast<float>(is_negative ? Image::kFullScale16 - positive : positive);
   }
-  decoded.messages = capture.finish();
-  if (decoded.messages.empty()) decoded.messages = thrown;
-  return decoded;
 }
 
-/// Luma as float; empty if the number of channels is none that pictures have.
-std::optional<cv::Mat> grey_of(const cv::Mat& mat) {
-  cv::Mat grey;
-  mat.convertTo(grey, CV_32F);
-  // In float, so that luma is not rounded to whole levels.
-  if (mat.channels() == 1) return grey;
-  if (mat.channels() == 3) {
-    cv::cvtColor(grey, grey, cv::COLOR_BGR2GRAY);
-    return grey;
+template <class Number>
+void copy_grey(const cv::Mat& mat, Image& image) {
+  const int step = mat.channels();
+  for (int y = 0; y < mat.rows; ++y) {
+    const Number* from = mat.ptr<Number>(y);
+    for (float& level : image.row(y)) {
+      level = step == 1 ? static_cast<float>(from[0]) : internal::luma(from[0], from[1], from[2]);
+      from += step;
+    }
   }
-  if (mat.channels() == 4) {
-    cv::cvtColor(grey, grey, cv::COLOR_BGRA2GRAY);
-    return grey;
-  }
-  return std::nullopt;
 }
 
 Expected<Image> image_of(const cv::Mat& mat, std::string_view name) {
@@ -77,20 +70,22 @@ Expected<Image> image_of(const cv::Mat& mat, std::string_view name) {
     return problem(
         Code::PictureFormat, name, "pixels are floating-point or signed numbers", "8 or 16 bit");
   }
-  const std::optional<cv::Mat> grey = grey_of(mat);
-  if (!grey) {
+  if (mat.channels() != 1 && mat.channels() != 3 && mat.channels() != 4) {
     return problem(
         Code::PictureFormat, name, fmt::format("{} channels", mat.channels()), "grey, RGB or RGBA");
   }
   Image image(mat.cols, mat.rows, is_16_bit ? Image::kFullScale16 : Image::kFullScale8);
-  for (int y = 0; y < mat.rows; ++y) {
-    const float* from = grey->ptr<float>(y);
-    std::copy(from, from + mat.cols, image.row(y).begin());
+  if (is_16_bit) {
+    copy_grey<std::uint16_t>(mat, image);
+  } else {
+    copy_grey<std::uint8_t>(mat, image);
   }
   return image;
 }
 
-Expected<void> check_header(std::string_view bytes, std::string_view name, PictureKind kind) {
+Expected<PictureHeader> checked_header(std::string_view bytes,
+                                       std::string_view name,
+                                       PictureKind kind) {
   const auto header = internal::picture_header(bytes, kind);
   if (!header) {
     return problem(Code::PictureDamaged,
@@ -105,20 +100,92 @@ Expected<void> check_header(std::string_view bytes, std::string_view name, Pictu
                    fmt::format("{} x {} pixels", header->width, header->height),
                    fmt::format("at most {} pixels", kMaxPicturePixels));
   }
+  const auto n_bytes = static_cast<std::int64_t>(bytes.size());
+  if (header->width * header->height / kMaxPixelsPerByte > n_bytes) {
+    return problem(
+        Code::PictureDamaged,
+        name,
+        fmt::format("{} bytes for {} x {} pixels", n_bytes, header->width, header->height),
+        fmt::format("at most {} pixels a byte", kMaxPixelsPerByte));
+  }
   if (!internal::has_end_mark(bytes, kind)) {
     return problem(Code::PictureDamaged,
                    name,
                    fmt::format("the {} file is cut off", internal::name(kind)),
                    "a whole picture");
   }
+  return *header;
+}
+
+/// Refuses what the decoder would read wrongly or with too much memory.
+Expected<void> check_tiff(const TiffDirectory& directory, std::string_view name) {
+  if (directory.sample_format != 1) {
+    return problem(
+        Code::PictureFormat, name, "pixels are floating-point or signed numbers", "8 or 16 bit");
+  }
+  constexpr std::array<std::uint32_t, 6> kBits = {1, 8, 10, 12, 14, 16};
+  if (std::find(kBits.begin(), kBits.end(), directory.bits) == kBits.end()) {
+    return problem(
+        Code::PictureFormat, name, fmt::format("{} bits a pixel", directory.bits), "8 or 16 bit");
+  }
+  // Up to 8 bit the decoder translates every kind of colour, above that it passes numbers on.
+  const bool is_plain = directory.photometric <= TiffDirectory::kRgb;
+  if (directory.samples < 1 || directory.samples > 4 || (directory.bits > 8 && !is_plain)) {
+    return problem(Code::PictureFormat,
+                   name,
+                   fmt::format("{} samples a pixel, photometric interpretation {}",
+                               directory.samples,
+                               directory.photometric),
+                   "grey, RGB or RGBA");
+  }
+  // Tiles may reach beyond the picture, and small pictures often have one large tile.
+  constexpr std::int64_t kSpare = 4096;
+  if (directory.tile_width > directory.width + kSpare ||
+      directory.tile_height > directory.height + kSpare) {
+    return problem(Code::PictureDamaged,
+                   name,
+                   fmt::format("tiles of {} x {} in a picture of {} x {}",
+                               directory.tile_width,
+                               directory.tile_height,
+                               directory.width,
+                               directory.height),
+                   "tiles about as large as the picture at most");
+  }
   return {};
 }
 
-/// The decoder's words in one printable line.
-std::string reason_of(const Decoded& decoded) {
-  if (decoded.messages.empty()) return "";
-  const std::size_t end = decoded.messages.find('\n');
-  return ": " + panelcal::quoted(decoded.messages.substr(0, end), 160);
+Expected<cv::Mat> decoded_mat(std::string_view bytes,
+                              std::string_view name,
+                              const PictureHeader& header) {
+  const internal::Decoded decoded = internal::run_decoder(bytes, header.kind);
+  if (decoded.mat.empty() || internal::is_patched(decoded, header.kind)) {
+    return problem(
+        Code::PictureDamaged,
+        name,
+        fmt::format(
+            "the {} does not decode{}", internal::name(header.kind), internal::reason_of(decoded)),
+        "a whole picture");
+  }
+  if (decoded.mat.cols != header.width || decoded.mat.rows != header.height) {
+    return problem(Code::PictureDamaged,
+                   name,
+                   fmt::format("{} x {} pixels", decoded.mat.cols, decoded.mat.rows),
+                   fmt::format("{} x {} as in the header", header.width, header.height));
+  }
+  return decoded.mat;
+}
+
+Expected<Image> decode_tiff(std::string_view bytes,
+                            std::string_view name,
+                            const PictureHeader& header) {
+  // There is one, else there were no header.
+  const TiffDirectory directory = internal::tiff_directory(bytes).value_or(TiffDirectory());
+  PANELCAL_CHECK(check_tiff(directory, name));
+  const auto patched = internal::without_orientation_and_alpha(bytes, directory);
+  PANELCAL_TRY(const cv::Mat mat, decoded_mat(patched ? *patched : bytes, name, header));
+  PANELCAL_TRY(Image image, image_of(mat, name));
+  finish_levels(directory, image);
+  return image;
 }
 
 }  // namespace
@@ -158,18 +225,10 @@ Expected<Image> decode_image(std::string_view bytes, std::string_view name) {
                    bytes.empty() ? "the file is empty" : "not a picture of a known kind",
                    std::string(kKinds));
   }
-  PANELCAL_CHECK(check_header(bytes, name, *kind));
-  const Decoded decoded = run_decoder(bytes);
-  // JPEG decoders go on after damage with made-up pixels, and only say so.
-  const bool patched = *kind == PictureKind::Jpeg && !decoded.messages.empty();
-  if (decoded.mat.empty() || patched) {
-    return problem(
-        Code::PictureDamaged,
-        name,
-        fmt::format("the {} does not decode{}", internal::name(*kind), reason_of(decoded)),
-        "a whole picture");
-  }
-  return image_of(decoded.mat, name);
+  PANELCAL_TRY(const PictureHeader header, checked_header(bytes, name, *kind));
+  if (*kind == PictureKind::Tiff) return decode_tiff(bytes, name, header);
+  PANELCAL_TRY(const cv::Mat mat, decoded_mat(bytes, name, header));
+  return image_of(mat, name);
 }
 
 Expected<Image> read_image(const std::filesystem::path& path) {

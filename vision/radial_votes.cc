@@ -144,6 +144,8 @@ std::vector<VotePeak> radial_votes(const Image& image,
                                    Polarity polarity,
                                    double edge_level,
                                    int max_peaks) {
+  // Such a rim could not be seen; its averaging would overflow.
+  if (!(radius_px < std::hypot(box.width, box.height))) return {};
   const int factor = std::max(1, static_cast<int>(radius_px / kCellsPerRadius));
   if (box.width < 4 * factor || box.height < 4 * factor) return {};
   const Grid grid = smoothed(averaged(image, box, factor));

@@ -6,17 +6,10 @@
 #include <Eigen/Core>
 
 #include "panelcal/vision/image.h"
+#include "panelcal/vision/search_area.h"
 #include "panelcal/vision/target.h"
 
 namespace panelcal::internal {
-
-/// A rectangle of pixels.
-struct PixelBox {
-  int x0 = 0;
-  int y0 = 0;
-  int width = 0;
-  int height = 0;
-};
 
 /// A place where edges point to.
 struct VotePeak {

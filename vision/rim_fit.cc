@@ -3,101 +3,170 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <numbers>
 
 #include <Eigen/Cholesky>
 
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMaxIterations = 15;  // a rim takes 3 to 5; more means that there is none
-/// Cost differences below this part are rounding.
-constexpr double kCostRounding = 1e-10;
-constexpr double kMinSigma = 0.32;          // a pixel behind a perfect lens has 0.29
-constexpr double kMaxSigmaOfRadius = 0.15;  // a blurrier rim is no rim
-
-/// Normal equations; flat pixels touch only the six plane parameters and are summed apart.
-struct NormalEquations {
-  RimMatrix h = RimMatrix::Zero();
-  RimVector g = RimVector::Zero();
-  Eigen::Matrix3d h_outside = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d h_inside = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d g_outside = Eigen::Vector3d::Zero();
-  Eigen::Vector3d g_inside = Eigen::Vector3d::Zero();
-  double cost = 0;
-  int n_pixels = 0;
-
-  void finish() {
-    h.block<3, 3>(kPlane, kPlane) += h_outside + h_inside;
-    h.block<3, 3>(kPlane, kContrast) += h_inside;
-    h.block<3, 3>(kContrast, kPlane) += h_inside;
-    h.block<3, 3>(kContrast, kContrast) += h_inside;
-    g.segment<3>(kPlane) += g_outside + g_inside;
-    g.segment<3>(kContrast) += g_inside;
-  }
-};
-
-double huber_cost(double z, double huber) {
-  return huber > 0 && z > huber ? huber * (2 * z - huber) : z * z;
-}
-
-/// Sums the equations at p; `equations` null: only the cost.
-double accumulate(const RimProblem& problem,
-                  const RimVector& p,
-                  double huber,
-                  NormalEquations* equations) {
-  RimVector gradient;
-  double cost = 0;
-  for (const WindowPixel& pixel : problem.window.pixels) {
-    if (!pixel.in_fit || pixel.is_excluded) continue;
-    const auto value = problem.model.evaluate(pixel, p, equations ? &gradient : nullptr);
-    if (is_clipped(pixel.value, value.level, problem.full_scale)) continue;
-    const double residual = value.level - pixel.value;
-    double weight = pixel.weight;
-    const double z = std::abs(residual) * std::sqrt(weight);
-    cost += huber_cost(z, huber);
-    if (!equations) continue;
-    if (huber > 0 && z > huber) weight *= huber / z;
-    ++equations->n_pixels;
-    const double wr = weight * residual;
-    switch (value.zone) {
-      case RimModel::Zone::Outside:
-        equations->h_outside += weight * value.plane * value.plane.transpose();
-        equations->g_outside += wr * value.plane;
-        break;
-      case RimModel::Zone::Inside:
-        equations->h_inside += weight * value.plane * value.plane.transpose();
-        equations->g_inside += wr * value.plane;
-        break;
-      case RimModel::Zone::Rim:
-        equations->h += weight * gradient * gradient.transpose();
-        equations->g += wr * gradient;
-        break;
-    }
-  }
-  if (equations) {
-    equations->finish();
-    equations->cost = cost;
-  }
-  return cost;
-}
+constexpr int kMaxIterations = 15;         // a rim takes 3 or 4; more means that there is none
+constexpr double kCostRounding = 1e-9;     // of the cost's curvature part
+constexpr double kMinSigma = 0.32;         // a pixel behind a perfect lens has 0.29
+constexpr double kMaxSigmaOfRadius = 0.3;  // a blurrier rim is no rim
 
 using Dynamic = Eigen::Matrix<double,
                               Eigen::Dynamic,
                               Eigen::Dynamic,
                               Eigen::ColMajor,
-                              kMaxRimParameters,
-                              kMaxRimParameters>;
+                              kRimParameters + 1,
+                              kRimParameters + 1>;
+
+/// How much one clipped pixel says: -2 log of its probability, and derivatives by the level.
+struct ClippedTerm {
+  double cost = 0;
+  double slope = 0;      ///< of half the cost
+  double curvature = 0;  ///< of half the cost
+};
+
+/// In     excess: how many sigmas the scale's end is beyond the level
+ClippedTerm clipped_term(double excess, double sigma) {
+  constexpr double kFar = 6;
+  if (excess < -kFar) return {};
+  double log_beyond = 0;
+  double hazard = 0;
+  if (excess > kFar) {
+    hazard = excess + 1 / excess;
+    log_beyond = -0.5 * excess * excess - std::log(excess * std::sqrt(2 * std::numbers::pi));
+  } else {
+    const double beyond = 0.5 * std::erfc(excess / std::numbers::sqrt2);
+    hazard = std::exp(-0.5 * excess * excess) / std::sqrt(2 * std::numbers::pi) / beyond;
+    log_beyond = std::log(beyond);
+  }
+  return {-2 * log_beyond, hazard / sigma, hazard * (hazard - excess) / (sigma * sigma)};
+}
+
+/// The equations of one iteration: the free parameters' curvature and slope of half the cost.
+struct Equations {
+  Dynamic h;
+  Eigen::VectorXd g;
+  double cost = 0;
+};
+
+class Accumulator {
+ public:
+  Accumulator(const RimWindow& window, const RimFitOptions& options)
+      : window_(window), options_(options), n_(options.freedom.columns(columns_)) {
+    rows_.resize(kChunk, n_ + 1);
+  }
+
+  int n() const { return n_; }
+  /// Parameters that are not free get 0.
+  RimVector expanded(const Eigen::VectorXd& free) const {
+    RimVector all = RimVector::Zero();
+    for (int i = 0; i < n_; ++i) all[columns_[static_cast<std::size_t>(i)]] = free[i];
+    return all;
+  }
+
+  Equations at(const RimVector& p) {
+    Equations equations;
+    sums_.setZero(n_ + 1, n_ + 1);
+    cost_ = 0;
+    n_rows_ = 0;
+    for (const RimPixel& pixel : window_.band()) add(pixel, p);
+    flush();
+    equations.h = sums_.topLeftCorner(n_, n_);
+    equations.g = sums_.col(n_).head(n_);
+    equations.cost = cost_;
+    add_flat(p, equations);
+    return equations;
+  }
+
+ private:
+  static constexpr Eigen::Index kChunk = 128;
+
+  void add(const RimPixel& pixel, const RimVector& p) {
+    const RimValue value = rim_value(pixel, p, options_.freedom.is_ring, &gradient_);
+    double weight = static_cast<double>(pixel.weight);
+    double residual = value.level - static_cast<double>(pixel.value);
+    if (pixel.clipped != 0) {
+      const double sigma = 1 / std::sqrt(weight);
+      const double sign = pixel.clipped;
+      const ClippedTerm term = clipped_term(-sign * residual / sigma, sigma);
+      if (term.curvature <= 0) return;
+      cost_ += term.cost;
+      weight = term.curvature;
+      residual = -sign * term.slope / weight;
+    } else {
+      const double z2 = residual * residual * weight;
+      if (options_.huber > 0 && z2 > options_.huber * options_.huber) {
+        const double z = std::sqrt(z2);
+        cost_ += options_.huber * (2 * z - options_.huber);
+        weight *= options_.huber / z;
+      } else {
+        cost_ += z2;
+      }
+    }
+    const double root = std::sqrt(weight);
+    for (int i = 0; i < n_; ++i) {
+      rows_(n_rows_, i) = static_cast<float>(
+          root * gradient_[static_cast<std::size_t>(columns_[static_cast<std::size_t>(i)])]);
+    }
+    rows_(n_rows_, n_) = static_cast<float>(root * residual);
+    if (++n_rows_ == kChunk) flush();
+  }
+
+  void flush() {
+    if (n_rows_ == 0) return;
+    const auto rows = rows_.topRows(n_rows_);
+    product_.noalias() = rows.transpose() * rows;
+    sums_ += product_.cast<double>();
+    n_rows_ = 0;
+  }
+
+  /// Flat pixels touch the levels and the light only.
+  void add_flat(const RimVector& p, Equations& equations) const {
+    for (std::size_t i = 0; i < kRimZones; ++i) {
+      const FlatMoments& m = window_.flat()[i];
+      if (m.n == 0) continue;
+      const double w = 1 / (options_.noise.sigma[i] * options_.noise.sigma[i]);
+      Eigen::Vector3d level = zone_level(p, static_cast<RimZone>(i));
+      level[0] -= static_cast<double>(window_.reference());
+      equations.cost += w * level.dot(m.bb * level - 2 * m.bv);
+      const auto all = zone_level_jacobian(p, static_cast<RimZone>(i));
+      Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kRimParameters> d(3, n_);
+      for (int k = 0; k < n_; ++k) d.col(k) = all.col(columns_[static_cast<std::size_t>(k)]);
+      equations.h += w * d.transpose() * m.bb * d;
+      equations.g += w * d.transpose() * (m.bb * level - m.bv);
+    }
+  }
+
+  const RimWindow& window_;
+  const RimFitOptions& options_;
+  std::array<int, kRimParameters> columns_{};
+  int n_;
+  RimGradient gradient_{};
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kChunk, kRimParameters + 1>
+      rows_;
+  Eigen::Matrix<float,
+                Eigen::Dynamic,
+                Eigen::Dynamic,
+                Eigen::ColMajor,
+                kRimParameters + 1,
+                kRimParameters + 1>
+      product_;
+  Dynamic sums_;
+  double cost_ = 0;
+  Eigen::Index n_rows_ = 0;
+};
 
 /// The damped step, or zero if the equations are singular.
-RimVector solve(const NormalEquations& equations, int n, double damping) {
-  Dynamic h = equations.h.topLeftCorner(n, n);
-  for (int i = 0; i < n; ++i) h(i, i) += damping * h(i, i) + 1e-12;
-  RimVector step = RimVector::Zero();
+Eigen::VectorXd solve(const Equations& equations, double damping) {
+  Dynamic h = equations.h;
+  for (Eigen::Index i = 0; i < h.rows(); ++i) h(i, i) += damping * h(i, i) + 1e-12;
   const Eigen::LDLT<Dynamic> factor(h);
-  if (factor.info() == Eigen::Success && factor.isPositive()) {
-    step.head(n) = -factor.solve(equations.g.head(n));
-  }
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(h.rows());
+  if (factor.info() == Eigen::Success && factor.isPositive()) step = -factor.solve(equations.g);
   if (!step.allFinite()) step.setZero();
   return step;
 }
@@ -105,149 +174,79 @@ RimVector solve(const NormalEquations& equations, int n, double damping) {
 /// p + step, with lengths kept where the model means something and moves kept small.
 RimVector moved(const RimVector& p, RimVector step, bool is_ring) {
   const double limit = std::max(0.5, 0.15 * p[kRadius]);
-  for (const int i : {int(kCenterX), int(kCenterY), int(kRadius), int(kInnerRadius)}) {
+  for (const int i : {kCenterX, kCenterY, kRadius, kInnerRadius, kHoleX, kHoleY}) {
     step[i] = std::clamp(step[i], -limit, limit);
   }
-  step[kSigma] = std::clamp(step[kSigma], -0.5 * p[kSigma], 1.0 * p[kSigma]);
+  step[kSigma] = std::clamp(step[kSigma], -0.4 * p[kSigma], 0.8 * p[kSigma]);
   RimVector q = p + step;
   q[kRadius] = std::max(q[kRadius], 1.0);
   q[kSigma] = std::clamp(q[kSigma], kMinSigma, std::max(1.5, kMaxSigmaOfRadius * q[kRadius]));
+  for (const int i : {kOval, kOvalDiagonal}) q[i] = std::clamp(q[i], -0.2, 0.2);
   if (is_ring) q[kInnerRadius] = std::clamp(q[kInnerRadius], 0.5, q[kRadius]);
   return q;
 }
 
 double largest_move(const RimVector& a, const RimVector& b) {
   const RimVector d = (a - b).cwiseAbs();
-  return std::max({d[kCenterX], d[kCenterY], d[kRadius], d[kSigma], d[kInnerRadius]});
-}
-
-double median_of(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return std::max({d[kCenterX],
+                   d[kCenterY],
+                   d[kRadius],
+                   d[kSigma],
+                   d[kInnerRadius],
+                   d[kHoleX],
+                   d[kHoleY],
+                   d[kOval] * a[kRadius],
+                   d[kOvalDiagonal] * a[kRadius]});
 }
 
 }  // namespace
 
-RimSolution fit_rim(const RimProblem& problem,
-                    const RimVector& start,
-                    double huber,
-                    double tolerance_px) {
-  const int n = problem.model.n_parameters();
+RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFitOptions& options) {
+  Accumulator accumulator(window, options);
+  const bool is_ring = options.freedom.is_ring;
   RimSolution solution;
-  solution.parameters = moved(start, RimVector::Zero(), problem.model.is_ring());
-  double damping = 1e-4;
-  NormalEquations equations;
-  solution.cost = accumulate(problem, solution.parameters, huber, &equations);
+  solution.freedom = options.freedom;
+  solution.parameters = moved(start, RimVector::Zero(), is_ring);
+  double damping = 1e-6;
+  Equations equations = accumulator.at(solution.parameters);
+  solution.n_evaluations = 1;
   for (int i = 0; i < kMaxIterations && !solution.converged && damping < 1e8; ++i) {
-    const RimVector step = solve(equations, n, damping);
-    const RimVector next = moved(solution.parameters, step, problem.model.is_ring());
-    NormalEquations next_equations;
-    const double cost = accumulate(problem, next, huber, &next_equations);
-    const bool is_small = largest_move(next, solution.parameters) < tolerance_px;
-    if (cost <= solution.cost * (1 + kCostRounding)) {
-      solution.converged = is_small && damping < 1;
+    const Eigen::VectorXd step = solve(equations, damping);
+    const RimVector next = moved(solution.parameters, accumulator.expanded(step), is_ring);
+    const bool is_small = largest_move(next, solution.parameters) < options.tolerance_px;
+    if (is_small && damping < 0.1) {
+      // The next step would be smaller by as much again: no need to look.
       solution.parameters = next;
-      solution.cost = cost;
-      equations = next_equations;
+      solution.converged = true;
+      break;
+    }
+    Equations next_equations = accumulator.at(next);
+    ++solution.n_evaluations;
+    const double scale = std::abs(equations.cost) + step.dot(equations.h * step);
+    if (next_equations.cost <= equations.cost + kCostRounding * scale) {
+      solution.parameters = next;
+      equations = std::move(next_equations);
       damping = std::max(1e-9, damping * 0.1);
     } else {
-      solution.converged = is_small && damping < 1;
-      damping = std::max(1e-3, damping * 10);
+      damping = std::max(1e-2, damping * 10);
     }
   }
-  solution.information.topLeftCorner(n, n) = equations.h.topLeftCorner(n, n);
-  solution.n_pixels = equations.n_pixels;
+  solution.information = equations.h;
   return solution;
 }
 
-void set_weights(RimProblem& problem, const RimVector& parameters, const PixelNoise& noise) {
-  for (WindowPixel& pixel : problem.window.pixels) {
-    const auto value = problem.model.evaluate(pixel, parameters, nullptr);
-    const double share = std::clamp(value.share, 0.0, 1.0);
-    pixel.weight =
-        1 / (share * noise.inside * noise.inside + (1 - share) * noise.outside * noise.outside);
-  }
-}
-
-double exclude_strangers(RimProblem& problem, const RimVector& parameters) {
-  constexpr double kSigmas = 6;
-  constexpr double kOfContrast = 0.15;
-  constexpr double kRimOfContrast = 0.35;  // a rim that is not quite round must not be cut away
-  constexpr int kGrow = 2;                 // px: the blurred foot of what was excluded
-
-  std::vector<double> magnitudes;
-  std::vector<double> residuals(problem.window.pixels.size(), 0);
-  std::vector<char> is_rim(problem.window.pixels.size(), 0);
-  for (std::size_t i = 0; i < problem.window.pixels.size(); ++i) {
-    const WindowPixel& pixel = problem.window.pixels[i];
-    const auto value = problem.model.evaluate(pixel, parameters, nullptr);
-    if (is_clipped(pixel.value, value.level, problem.full_scale)) continue;
-    residuals[i] = std::abs(pixel.value - value.level);
-    is_rim[i] = std::abs(value.distance_px) < 2.5 * parameters[kSigma];
-    if (pixel.in_fit) magnitudes.push_back(residuals[i]);
-  }
-  const double sigma = std::max(0.3, 1.4826 * median_of(magnitudes));
-  const double contrast = std::abs(parameters[kContrast]);
-
-  const FitWindow& window = problem.window;
-  const auto cell = [&](int x, int y) {
-    return static_cast<std::size_t>(y - window.y0) * static_cast<std::size_t>(window.width) +
-           static_cast<std::size_t>(x - window.x0);
-  };
-  std::vector<char> grown(
-      static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height), 0);
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    const double share = is_rim[i] ? kRimOfContrast : kOfContrast;
-    if (residuals[i] <= std::max(kSigmas * sigma, share * contrast)) continue;
-    const WindowPixel& pixel = window.pixels[i];
-    for (int y = std::max(window.y0, pixel.y - kGrow);
-         y <= std::min(window.y0 + window.height - 1, pixel.y + kGrow);
-         ++y) {
-      for (int x = std::max(window.x0, pixel.x - kGrow);
-           x <= std::min(window.x0 + window.width - 1, pixel.x + kGrow);
-           ++x) {
-        grown[cell(x, y)] = 1;
-      }
+void set_weights(RimWindow& window, const RimVector& parameters, const RimNoise& noise) {
+  const double outside = noise[RimZone::Outside] * noise[RimZone::Outside];
+  const double target = noise[RimZone::Target] * noise[RimZone::Target];
+  const double ratio = target / outside;
+  const bool is_even = ratio > 0.8 && ratio < 1.25;
+  for (RimPixel& pixel : window.band()) {
+    double share = 0.5;
+    if (!is_even) {
+      share = std::clamp(rim_value(pixel, parameters, window.is_ring(), nullptr).share, 0.0, 1.0);
     }
+    pixel.weight = static_cast<float>(1 / (share * target + (1 - share) * outside));
   }
-  int n_fit = 0;
-  int n_excluded = 0;
-  for (WindowPixel& pixel : problem.window.pixels) {
-    pixel.is_excluded = grown[cell(pixel.x, pixel.y)] != 0;
-    n_fit += pixel.in_fit;
-    n_excluded += pixel.in_fit && pixel.is_excluded;
-  }
-  return n_fit > 0 ? static_cast<double>(n_excluded) / n_fit : 1;
-}
-
-PixelNoise noise_of(const RimProblem& problem, const RimVector& parameters) {
-  // Rounding to whole levels is noise as well, and all there is in a perfect picture.
-  constexpr double kRounding = 0.2887;
-  constexpr int kFewPixels = 20;
-  double sum_outside = 0;
-  double sum_inside = 0;
-  int n_outside = 0;
-  int n_inside = 0;
-  for (const WindowPixel& pixel : problem.window.pixels) {
-    if (!pixel.in_fit || pixel.is_excluded) continue;
-    const auto value = problem.model.evaluate(pixel, parameters, nullptr);
-    if (is_clipped(pixel.value, value.level, problem.full_scale)) continue;
-    const double residual = pixel.value - value.level;
-    const bool is_inside = value.share > 0.5;
-    (is_inside ? sum_inside : sum_outside) += residual * residual;
-    ++(is_inside ? n_inside : n_outside);
-  }
-  // Half of the parameters each.
-  const double used = 0.5 * problem.model.n_parameters();
-  const auto sigma = [&](double sum, int n) {
-    return std::max(kRounding, std::sqrt(sum / std::max(1.0, n - used)));
-  };
-  PixelNoise noise{sigma(sum_outside, n_outside), sigma(sum_inside, n_inside)};
-  if (n_inside < kFewPixels) noise.inside = noise.outside;
-  if (n_outside < kFewPixels) noise.outside = noise.inside;
-  return noise;
 }
 
 }  // namespace panelcal::internal

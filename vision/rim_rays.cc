@@ -16,7 +16,7 @@ constexpr int kRays = 64;
 constexpr double kLookInwards = 0.25;  // of the radius
 constexpr double kLookOutwards = 0.3;
 constexpr double kStepPx = 0.5;
-constexpr double kMinSupport = 0.5;
+constexpr double kMinSupport = 0.4;
 
 /// Picture coordinates of rays: the frame's local linear map is enough for a start value.
 class RaySampler {
@@ -198,11 +198,11 @@ double inner_radius_of(const RaySampler& sample, double radius, const ExpectedRi
   return radii.size() < 8 ? guess : median_of(std::move(radii));
 }
 
-bool crosses_border(const RaySampler& sample, double radius) {
-  for (int i = 0; i < kRays; ++i) {
-    if (!sample((radius + 1) * direction(i))) return true;
-  }
-  return false;
+/// The part of a rim that is inside of the picture.
+double inside_share(const RaySampler& sample, double radius) {
+  int n_inside = 0;
+  for (int i = 0; i < kRays; ++i) n_inside += sample((radius + 1) * direction(i)).has_value();
+  return static_cast<double>(n_inside) / kRays;
 }
 
 }  // namespace
@@ -243,31 +243,11 @@ std::optional<RimStart> find_rim(const Image& image,
   const auto around = level_at(sample, radius + std::max(3.0, 0.1 * radius));
   const auto on = level_at(sample, 0.5 * (std::max(p[kInnerRadius], 0.5 * radius) + radius));
   if (!around || !on) return std::nullopt;
-  p[kPlane] = *around;
+  p[kLevel] = *around;
   p[kContrast] = *on - *around;
-  start.at_border = crosses_border(sample, radius);
+  start.inside = inside_share(sample, radius);
+  start.at_border = start.inside < 1;
   return start;
-}
-
-double rim_support(const Image& image, const FitFrame& fit_frame, const RimVector& parameters) {
-  const RaySampler sample(image, fit_frame, parameters.head<2>());
-  if (!sample.usable()) return 0;
-  const double reach = 1.5 * parameters[kSigma] + 0.5;
-  int n_supporting = 0;
-  for (int i = 0; i < kRays; ++i) {
-    const Eigen::Vector2d e = direction(i);
-    double step = 0;
-    int n = 0;
-    for (int k = 0; k < 3; ++k) {
-      const auto in = sample((parameters[kRadius] - reach - 0.7 * k) * e);
-      const auto out = sample((parameters[kRadius] + reach + 0.7 * k) * e);
-      if (!in || !out) continue;
-      step += *in - *out;
-      ++n;
-    }
-    n_supporting += n > 0 && step / n / parameters[kContrast] > 0.4;
-  }
-  return static_cast<double>(n_supporting) / kRays;
 }
 
 }  // namespace panelcal::internal

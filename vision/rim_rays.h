@@ -27,6 +27,7 @@ struct ExpectedRim {
 struct RimStart {
   RimVector parameters = RimVector::Zero();
   double support = 0;      ///< part of the rays inside the picture that show the rim
+  double inside = 1;       ///< part of the rays whose rim is inside of the picture
   bool at_border = false;  ///< a part of the rim is outside of the picture
 };
 
@@ -40,9 +41,5 @@ std::optional<RimStart> find_rim(const Image& image,
                                  const Eigen::Vector2d& center,
                                  const ExpectedRim& expected,
                                  double min_contrast);
-
-/// The part of a fitted rim that the picture shows: rays whose step at the rim is at least 0.4 of
-/// the fitted contrast.
-double rim_support(const Image& image, const FitFrame& fit_frame, const RimVector& parameters);
 
 }  // namespace panelcal::internal

@@ -13,8 +13,6 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::size_t kMaxText = 4096;
-
 std::mutex& one_at_a_time() {
   static std::mutex mutex;
   return mutex;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace panelcal::internal {
@@ -13,12 +14,14 @@ namespace panelcal::internal {
 /// other. If the system has no descriptor left, nothing is captured and nothing else happens.
 class StderrCapture {
  public:
+  static constexpr std::size_t kMaxText = 4096;
+
   StderrCapture();
   ~StderrCapture();
   StderrCapture(const StderrCapture&) = delete;
   StderrCapture& operator=(const StderrCapture&) = delete;
 
-  /// Ends the capture and returns what was written, at most 4 KiB.
+  /// Ends the capture and returns what was written, at most kMaxText bytes.
   std::string finish();
 
  private:

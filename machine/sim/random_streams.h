@@ -8,7 +8,15 @@
 namespace panelcal::internal {
 
 /// What is drawn. The numbers are part of what a seed means; do not renumber.
-enum class RandomStream : std::uint64_t { Boards = 1, Noise = 2, Neighbors = 3, Probes = 4 };
+enum class RandomStream : std::uint64_t {
+  Boards = 1,
+  Noise = 2,
+  Neighbors = 3,
+  Probes = 4,
+  Marks = 5,
+  Debris = 6,
+  Samples = 7,
+};
 
 /// The generator of one kind of thing at one measurement request, whatever was drawn before.
 inline Random random_of(std::uint64_t seed, RandomStream stream, std::int64_t seq) {

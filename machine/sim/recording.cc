@@ -8,46 +8,57 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/machine/view_taker.h"
+#include "panelcal/machine/vision_procedure.h"
 #include "panelcal/vision/image_io.h"
 
 namespace panelcal {
 namespace {
 
-std::string picture_name(const MeasurementRequest& request, int i) {
-  if (i == 0) return fmt::format("{:04}.png", request.seq);
-  return fmt::format("{:04}_{}.png", request.seq, i + 1);
+std::string picture_name(const MeasurementRequest& request, const View& view) {
+  std::string name = fmt::format("{:04}", request.seq);
+  if (view.i_view > 0) name += fmt::format("_view{}", view.i_view + 1);
+  if (view.i_inspection > 0) name += fmt::format("_{}", view.i_inspection + 1);
+  return name + ".png";
 }
 
 /// The virtual machine, with a copy of every picture kept in a folder.
-class RecordingSource final : public MeasurementSource {
+class RecordingSource final : public MeasurementSource, public ViewTaker {
  public:
   RecordingSource(const SimMachine& machine, const std::filesystem::path& folder)
-      : machine_(machine), folder_(folder) {}
+      : machine_(machine), procedure_(machine.procedure()), folder_(folder) {}
 
   Expected<Measurement> measure(const MeasurementRequest& request) override {
-    PANELCAL_TRY(const int n_pictures, SimMachine::inspections_of(request));
-    return machine_.locator().measure(
-        request, n_pictures, [&](int i) { return take_picture(request, i); });
+    return procedure_.measure(request, *this);
   }
 
-  std::vector<PictureRow> take_rows() { return std::move(rows_); }
+  Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
+    return procedure_.focus(request, *this);
+  }
 
- private:
-  Expected<TakenPicture> take_picture(const MeasurementRequest& request, int i) {
-    PANELCAL_TRY(TakenPicture picture, machine_.take_picture(request, i));
-    picture.name = picture_name(request, i);
+  Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override {
+    PANELCAL_TRY(TakenPicture picture, machine_.picture(request, view));
+    if (request.seq < 0) return picture;  // of an autofocus: no answer to a request
+    picture.name = picture_name(request, view);
     PANELCAL_CHECK(write_png(folder_ / picture.name, picture.image));
     PictureRow row;
     row.line = static_cast<int>(rows_.size()) + 2;  // behind the header
     row.file = picture.name;
     row.axis = picture.axis;
-    row.tool = request.settings.tools.front();
+    const std::vector<int>& tools = request.settings.tools;
+    row.tool = tools[static_cast<std::size_t>(view.i_tool)];
+    row.zoom = request.settings.zoom;
+    row.z = view.focus_z;
     row.seq = static_cast<int>(request.seq);
     rows_.push_back(std::move(row));
     return picture;
   }
 
+  std::vector<PictureRow> take_rows() { return std::move(rows_); }
+
+ private:
   const SimMachine& machine_;
+  VisionProcedure procedure_;
   const std::filesystem::path& folder_;
   std::vector<PictureRow> rows_;
 };

@@ -20,7 +20,8 @@ struct Recording {
 };
 
 /// Surveys a program on the virtual machine and keeps every picture: `NNNN.png`, numbered by seq
-/// (`NNNN_2.png` and so on for further inspections), and images.csv with seq and tool.
+/// (`NNNN_2.png` and so on for further inspections, `NNNN_view2.png` for further views), and
+/// images.csv with seq and tool.
 ///
 /// x and y are where the optical axis stood according to the calibration: the commanded spindle
 /// place plus the calibrated spindle-camera offset, since that is all a real machine could record.

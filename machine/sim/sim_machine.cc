@@ -8,7 +8,9 @@
 #include <fmt/format.h>
 
 #include "panelcal/machine/sim/random_streams.h"
+#include "panelcal/machine/sim/sim_scene.h"
 #include "panelcal/program/survey.h"
+#include "panelcal/vision/scene_marks.h"
 
 namespace panelcal {
 namespace {
@@ -16,18 +18,8 @@ namespace {
 using internal::random_of;
 using internal::RandomStream;
 
-/// More inspections of one place than this are a typing error, not a wish.
-constexpr int kMaxInspections = 100;
-/// The hole of a ring whose vision tool accepts any.
-constexpr double kInnerShare = 0.5;
-/// Neighbours are this much smaller or larger than the target: beyond the widest size_tolerance.
-constexpr double kSmallest = 0.3;
-constexpr double kSmall = 0.45;
-constexpr double kLarge = 1.7;
-constexpr double kLargest = 2.0;
-/// Copper is kept free around fiducials; nearer pads would be part of the target's rim.
-constexpr double kClearance_px = 15;
-constexpr int kMaxAttempts = 200;
+/// Beyond it a picture shows nothing any more, and rendering would take ever longer.
+constexpr double kWidestBlur_px = 20;
 
 Expected<std::vector<MeasurementRequest>> requests_of(const Program& program,
                                                       const WalkOptions& options) {
@@ -57,16 +49,28 @@ double view_radius_mm(const Camera& camera) {
       radius_mm = std::max(radius_mm, camera.mapping(position_px(x_px, y_px)).in_mm().norm());
     }
   }
-  return radius_mm;
+  return radius_mm / std::cos(camera.tilt.in_rad());
 }
 
-Camera camera_of(const SimConfig& sim, const CameraMapping& calibrated) {
-  Camera camera{.mapping = sim.camera ? CameraMapping(*sim.camera) : calibrated};
-  camera.width = sim.width_px;
-  camera.height = sim.height_px;
-  camera.blur_px = sim.blur_px;
-  camera.noise = sim.noise;
-  return camera;
+/// How a board is turned on the table.
+Angle rotation_of(const Transform<frame::Actual, frame::Nominal>& map) {
+  const Eigen::Matrix2d& a = map.linear();
+  return rad(std::atan2(a(1, 0) - a(0, 1), a(0, 0) + a(1, 1)));
+}
+
+/// Adds what was made at the optical axis.
+void add_shifted(const std::vector<Feature>& at_axis,
+                 const Displacement<frame::Machine>& shift,
+                 std::vector<Feature>& features) {
+  for (Feature feature : at_axis) {
+    feature.center = feature.center + displacement_mm<frame::Optical>(shift.in_mm());
+    features.push_back(std::move(feature));
+  }
+}
+
+/// The generator of one of several views; of the first one it is that of the request.
+Random of_view(const Random& random, const View& view) {
+  return view.i_view == 0 ? random : random.fork(static_cast<std::uint64_t>(view.i_view));
 }
 
 bool is_left_of(const Position<frame::Machine>& a, const Position<frame::Machine>& b) {
@@ -75,12 +79,12 @@ bool is_left_of(const Position<frame::Machine>& a, const Position<frame::Machine
 
 }  // namespace
 
-SimMachine::SimMachine(const MachineConfig& config, PictureLocator locator)
+SimMachine::SimMachine(const MachineConfig& config, VisionProcedure procedure)
     : sim_(*config.sim),
       calibrated_offset_(config.spindle_camera),
       calibrated_camera_(config.camera->mapping()),
-      camera_(camera_of(*config.sim, calibrated_camera_)),
-      locator_(std::move(locator)) {
+      camera_(internal::sim_camera(*config.sim, calibrated_camera_)),
+      procedure_(std::move(procedure)) {
 }
 
 Expected<SimMachine> SimMachine::create(const MachineConfig& config,
@@ -92,9 +96,9 @@ Expected<SimMachine> SimMachine::create(const MachineConfig& config,
                     "there is no [sim] to say what the virtual machine is like",
                     "[sim]"});
   }
-  PANELCAL_TRY(PictureLocator locator, PictureLocator::create(config, std::move(observer)));
+  PANELCAL_TRY(VisionProcedure procedure, VisionProcedure::create(config, std::move(observer)));
   PANELCAL_TRY(const std::vector<MeasurementRequest> requests, requests_of(program, config.walk));
-  SimMachine machine(config, std::move(locator));
+  SimMachine machine(config, std::move(procedure));
   machine.truth_ = make_truth(*config.sim, requests);
   PANELCAL_CHECK(machine.place_marks(requests, config.file));
   return machine;
@@ -104,123 +108,135 @@ Expected<void> SimMachine::place_marks(std::span<const MeasurementRequest> reque
                                        const std::filesystem::path& config_file) {
   const double picture_mm =
       std::min(sim_.width_px, sim_.height_px) * camera_.mapping.parameters().scale_mm_per_px;
-  double largest_mm = 0;
+  view_radius_mm_ = view_radius_mm(camera_);
   for (const MeasurementRequest& request : requests) {
-    PANELCAL_TRY(Target target, locator_.target_of(request));
-    const double size_mm = size_of(target, calibrated_camera_).in_mm();
-    if (!(size_mm < picture_mm)) {
-      return failure({Code::ConfigValue,
-                      {config_file.string(), 0, 0},
-                      fmt::format("vision tool {} is {:.3f} mm large", target.number, size_mm),
-                      fmt::format("less than the picture's {:.3f} mm", picture_mm)});
+    PANELCAL_CHECK(procedure_.locator().check(request));
+    PANELCAL_TRY(const Camera camera, camera_for(request, {}));
+    view_radius_mm_ = std::max(view_radius_mm_, view_radius_mm(camera));
+  }
+  for (const MeasurementRequest& request : requests) {
+    const auto offsets = procedure_.mark_offsets(request);
+    for (std::size_t i = 0; i < offsets.size(); ++i) {
+      const int i_tool = request.settings.tools.size() > 1 ? static_cast<int>(i) : 0;
+      PANELCAL_TRY(const Target target, procedure_.locator().target_of(request, i_tool));
+      const double size_mm = size_of(target, calibrated_camera_).in_mm();
+      if (!(size_mm < picture_mm)) {
+        return failure({Code::ConfigValue,
+                        {config_file.string(), 0, 0},
+                        fmt::format("vision tool {} is {:.3f} mm large", target.number, size_mm),
+                        fmt::format("less than the picture's {:.3f} mm", picture_mm)});
+      }
+      const Position<frame::Nominal> nominal =
+          request.nominal + displacement_mm<frame::Nominal>(offsets[i].in_mm());
+      const Position<frame::Actual> actual = truth_.actual_from_nominal(request.path)(nominal);
+      marks_.push_back(make_mark(
+          request, target, request.work_zero + displacement_mm<frame::Machine>(actual.in_mm()), i));
+      largest_reach_mm_ = std::max(largest_reach_mm_, marks_.back().reach_mm);
     }
-    largest_mm = std::max(largest_mm, size_mm);
-    const Position<frame::Actual> actual =
-        truth_.actual_from_nominal(request.path)(request.nominal);
-    marks_.push_back(
-        {request.work_zero + displacement_mm<frame::Machine>(actual.in_mm()), std::move(target)});
   }
   // A target that is measured twice is one mark: painted twice, its rim would be too wide.
   std::ranges::stable_sort(marks_, is_left_of, &Mark::place);
   const auto twice = std::ranges::unique(marks_, std::ranges::equal_to(), &Mark::place);
   marks_.erase(twice.begin(), twice.end());
-  view_radius_mm_ = view_radius_mm(camera_) + largest_mm / 2;
   return {};
 }
 
-Feature SimMachine::feature_of(const Target& target, const Position<frame::Optical>& center) const {
-  Feature feature;
-  feature.shape = target.shape == Shape::Ring ? Feature::Shape::Ring : Feature::Shape::Disc;
-  feature.center = center;
-  feature.size = size_of(target, calibrated_camera_);
-  if (target.shape == Shape::Ring) {
-    feature.inner_size = kInnerShare * feature.size;
-    if (target.inner_size) feature.inner_size = *target.inner_size;
-    if (target.inner_size_px) {
-      feature.inner_size =
-          mm(target.inner_size_px->in_px() * calibrated_camera_.parameters().scale_mm_per_px);
-    }
-  }
-  feature.level = target.polarity == Polarity::Bright
-                      ? sim_.target_level
-                      : std::max(0.0, 2 * sim_.background - sim_.target_level);
-  return feature;
+SimMachine::Mark SimMachine::make_mark(const MeasurementRequest& request,
+                                       const Target& target,
+                                       const Position<frame::Machine>& place,
+                                       std::size_t i_mark) const {
+  internal::SimMarkPlace at_axis;
+  at_axis.turn = rotation_of(truth_.actual_from_nominal(request.path));
+  at_axis.slot_length = mm(2 * view_radius_mm_);
+  Random random = random_of(sim_.seed, RandomStream::Marks, request.seq).fork(i_mark);
+  Mark mark;
+  mark.place = place;
+  mark.features = internal::sim_mark(sim_, target, at_axis, calibrated_camera_, random);
+  mark.reach_mm = reach_of(mark.features, at_axis.center).in_mm();
+  random = random_of(sim_.seed, RandomStream::Debris, request.seq).fork(i_mark);
+  mark.debris = strew_debris(mark.features, sim_.debris, random).features;
+  return mark;
 }
 
-std::vector<Feature> SimMachine::marks_in_view(const Position<frame::Machine>& true_axis) const {
-  const auto left = displacement_mm<frame::Machine>(-view_radius_mm_, 0);
-  std::vector<Feature> features;
+std::vector<const SimMachine::Mark*> SimMachine::marks_in_view(
+    const Position<frame::Machine>& true_axis) const {
+  const double reach_mm = view_radius_mm_ + largest_reach_mm_;
+  const auto left = displacement_mm<frame::Machine>(-reach_mm, 0);
+  std::vector<const Mark*> marks;
   for (auto mark = std::ranges::lower_bound(marks_, true_axis + left, is_left_of, &Mark::place);
        mark != marks_.end();
        ++mark) {
     const Eigen::Vector2d from_axis_mm = (mark->place - true_axis).in_mm();
-    if (from_axis_mm.x() > view_radius_mm_) break;
-    if (from_axis_mm.norm() > view_radius_mm_) continue;
-    features.push_back(feature_of(mark->target, position_mm<frame::Optical>(from_axis_mm)));
+    if (from_axis_mm.x() > reach_mm) break;
+    if (from_axis_mm.norm() <= view_radius_mm_ + mark->reach_mm) marks.push_back(&*mark);
   }
-  return features;
+  return marks;
 }
 
-void SimMachine::add_neighbors(const Target& target,
-                               Random random,
-                               std::vector<Feature>& features) const {
-  const double clearance_mm = kClearance_px * camera_.mapping.parameters().scale_mm_per_px;
-  for (int n = 0, attempts = 0; n < sim_.neighbors && attempts < kMaxAttempts; ++attempts) {
-    const double x_px = random.uniform(0, sim_.width_px);
-    const double y_px = random.uniform(0, sim_.height_px);
-    const double ratio = random.uniform() < 0.5 ? random.uniform(kSmallest, kSmall)
-                                                : random.uniform(kLarge, kLargest);
-    Feature pad = feature_of(target, camera_.mapping(position_px(x_px, y_px)));
-    pad.shape = Feature::Shape::Disc;
-    pad.size = ratio * pad.size;
-    const bool is_free = std::ranges::all_of(features, [&](const Feature& other) {
-      const double distance_mm = (pad.center - other.center).in_mm().norm();
-      return distance_mm > 0.5 * (pad.size + other.size).in_mm() + clearance_mm;
-    });
-    if (!is_free) continue;
-    features.push_back(pad);
-    ++n;
+/// The real camera as the request's settings and the view's focus make it.
+Expected<Camera> SimMachine::camera_for(const MeasurementRequest& request, const View& view) const {
+  Camera camera = camera_;
+  if (request.settings.zoom) {
+    PANELCAL_TRY(const ZoomedCamera zoomed, procedure_.locator().camera_of(request));
+    camera.mapping = zoomed.mapping;
+    camera.width = zoomed.width_px;
+    camera.height = zoomed.height_px;
   }
+  if (sim_.focus_z) {
+    const Length defocus = view.focus_z.value_or(Length()) - *sim_.focus_z;
+    const double wider = std::hypot(1, defocus.in_mm() / sim_.focus_depth.in_mm());
+    camera.blur_px = std::min(kWidestBlur_px, wider * camera.blur_px);
+  }
+  return camera;
 }
 
-Expected<TakenPicture> SimMachine::take_picture(const MeasurementRequest& request, int i) const {
-  PANELCAL_TRY(const Target target, locator_.target_of(request));
-  const Position<frame::Machine> spindle =
-      calibrated_offset_.spindle_to_see(request.expected_in_machine());
+/// Light multiplies all that is seen; the sensor clips what is too bright.
+void SimMachine::set_light(const MeasurementRequest& request, Scene& scene) const {
+  if (!sim_.lamp || !request.settings.lamp) return;
+  scene.lamp = *request.settings.lamp / *sim_.lamp;
+}
+
+Expected<TakenPicture> SimMachine::picture(const MeasurementRequest& request,
+                                           const View& view) const {
+  PANELCAL_TRY(const Camera camera, camera_for(request, view));
+  const Position<frame::Machine> spindle = calibrated_offset_.spindle_to_see(view.axis);
   const SpindleCameraOffset true_offset{
       sim_.spindle_camera_offset.value_or(calibrated_offset_.offset), {}};
   const Position<frame::Machine> true_axis = true_offset.optical_axis(spindle);
 
-  Scene scene;
-  scene.features = marks_in_view(true_axis);
-  add_neighbors(target, random_of(sim_.seed, RandomStream::Neighbors, request.seq), scene.features);
-  scene.background = sim_.background;
-  scene.light_gradient.x() = sim_.light_gradient;
-  scene.vignetting = sim_.vignetting;
-  scene.weave.amplitude = sim_.weave_amplitude;
-  scene.weave.seed = sim_.seed;
+  Scene scene = internal::sim_scene(sim_);
+  const std::vector<const Mark*> marks = marks_in_view(true_axis);
+  for (const Mark* mark : marks) {
+    add_shifted(mark->features, mark->place - true_axis, scene.features);
+  }
+  // Focusing comes before the first target, with its line in place of a seq.
+  const std::int64_t seq = request.seq < 0 ? -1 - request.line : request.seq;
+  if (request.seq >= 0) {
+    PANELCAL_TRY(const Target target, procedure_.locator().target_of(request, view.i_tool));
+    internal::add_neighbors(sim_,
+                            target,
+                            camera,
+                            calibrated_camera_,
+                            of_view(random_of(sim_.seed, RandomStream::Neighbors, seq), view),
+                            scene.features);
+  }
+  for (const Mark* mark : marks) {
+    add_shifted(mark->debris, mark->place - true_axis, scene.features);
+  }
   const Transform<frame::Actual, frame::Optical> actual_from_optical(
       Eigen::Matrix2d::Identity(), (true_axis - request.work_zero).in_mm());
   scene.weave.panel_from_optical =
       truth_.actual_from_nominal(request.path).inverse() * actual_from_optical;
-  Random noise =
-      random_of(sim_.seed, RandomStream::Noise, request.seq).fork(static_cast<std::uint64_t>(i));
+  set_light(request, scene);
+  Random noise = of_view(random_of(sim_.seed, RandomStream::Noise, seq)
+                             .fork(static_cast<std::uint64_t>(view.i_inspection)),
+                         view);
   return TakenPicture{
-      render(scene, camera_, noise), calibrated_offset_.optical_axis(spindle), "", ""};
-}
-
-Expected<int> SimMachine::inspections_of(const MeasurementRequest& request) {
-  const int n = std::max(1, request.settings.inspections);
-  if (n <= kMaxInspections) return n;
-  return failure({Code::NotSupported,
-                  {},
-                  fmt::format("{} asks for {} inspections", describe(request), n),
-                  fmt::format("at most {}", kMaxInspections)});
+      render(scene, camera, noise), calibrated_offset_.optical_axis(spindle), "", ""};
 }
 
 Expected<Measurement> SimMachine::measure(const MeasurementRequest& request) {
-  PANELCAL_TRY(const int n_pictures, inspections_of(request));
-  return locator_.measure(request, n_pictures, [&](int i) { return take_picture(request, i); });
+  return procedure_.measure(request, *this);
 }
 
 }  // namespace panelcal

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -10,8 +12,9 @@
 #include "panelcal/calib/camera_mapping.h"
 #include "panelcal/calib/spindle_camera.h"
 #include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/picture_locator.h"
 #include "panelcal/machine/sim/truth.h"
+#include "panelcal/machine/view_taker.h"
+#include "panelcal/machine/vision_procedure.h"
 #include "panelcal/program/measurement.h"
 #include "panelcal/program/walk.h"
 #include "panelcal/vision/image.h"
@@ -25,11 +28,11 @@ namespace panelcal {
 /// calibrated spindle-camera offset, renders what the real camera then sees there, and locates the
 /// target with the calibrated camera. The truth never enters a measurement.
 ///
-/// On the panel lie all targets of the program, each with its vision tool's shape and size, and in
-/// each view `neighbors` other pads of other sizes. All that is random is a function of the seed
-/// and of the request's seq, so the order of requests does not matter and a seed names one panel
-/// for ever.
-class SimMachine final : public MeasurementSource {
+/// On the panel lie all targets of the program, each with its vision tool's shape and size (four
+/// marks around a target of four views) and the debris of [sim], and in each view `neighbors` other
+/// marks of other sizes. All that is random is a function of the seed and of the request's seq, so
+/// the order of requests does not matter and a seed names one panel for ever.
+class SimMachine final : public MeasurementSource, public ViewTaker {
  public:
   /// Walks through the program once to learn where its targets are.
   ///
@@ -40,42 +43,50 @@ class SimMachine final : public MeasurementSource {
                                      PictureObserver observer = {});
 
   Expected<Measurement> measure(const MeasurementRequest& request) override;
+  Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
+    return procedure_.focus(request, *this);
+  }
 
-  /// Picture number i of a request; `axis` is where the machine believes the optical axis to be.
+  /// What the camera sees; the picture's axis is where the machine believes it to be.
   ///
-  /// Fails  vision-tool-undefined; not-supported
-  Expected<TakenPicture> take_picture(const MeasurementRequest& request, int i) const;
+  /// Fails  vision-tool-undefined; what VisionProcedure reports of a request it cannot answer
+  Expected<TakenPicture> picture(const MeasurementRequest& request, const View& view) const;
+  Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override {
+    return picture(request, view);
+  }
 
-  /// How many pictures a request asks for.
-  ///
-  /// Fails  not-supported (more than 100)
-  static Expected<int> inspections_of(const MeasurementRequest& request);
-
-  const PictureLocator& locator() const { return locator_; }
+  const VisionProcedure& procedure() const { return procedure_; }
   const Truth& truth() const { return truth_; }
 
  private:
-  /// A target on the panel.
+  /// A target on the panel: what it and its dirt look like at the optical axis.
   struct Mark {
     Position<frame::Machine> place;
-    Target target;
+    std::vector<Feature> features;
+    std::vector<Feature> debris;
+    double reach_mm = 0;
   };
 
-  SimMachine(const MachineConfig& config, PictureLocator locator);
+  SimMachine(const MachineConfig& config, VisionProcedure procedure);
   Expected<void> place_marks(std::span<const MeasurementRequest> requests,
                              const std::filesystem::path& config_file);
-  Feature feature_of(const Target& target, const Position<frame::Optical>& center) const;
-  std::vector<Feature> marks_in_view(const Position<frame::Machine>& true_axis) const;
-  void add_neighbors(const Target& target, Random random, std::vector<Feature>& features) const;
+  Mark make_mark(const MeasurementRequest& request,
+                 const Target& target,
+                 const Position<frame::Machine>& place,
+                 std::size_t i_mark) const;
+  void set_light(const MeasurementRequest& request, Scene& scene) const;
+  Expected<Camera> camera_for(const MeasurementRequest& request, const View& view) const;
+  std::vector<const Mark*> marks_in_view(const Position<frame::Machine>& true_axis) const;
 
   SimConfig sim_;
   SpindleCameraOffset calibrated_offset_;
   CameraMapping calibrated_camera_;
   Camera camera_;
-  PictureLocator locator_;
+  VisionProcedure procedure_;
   Truth truth_;
-  std::vector<Mark> marks_;  ///< by x, so that a view's are found quickly
-  double view_radius_mm_ = 0;
+  std::vector<Mark> marks_;      ///< by x, so that a view's are found quickly
+  double view_radius_mm_ = 0;    ///< of the widest view, from its axis
+  double largest_reach_mm_ = 0;  ///< of any mark
 };
 
 }  // namespace panelcal

@@ -46,8 +46,10 @@ class VisionSession {
 
   void select_tool(const Block& block, const NumberFormat& format);  // G34
   /// The caller passes the order on as well: lamp, zoom and the like are the machine's too.
-  void keyboard_order(const SourceLine& line, const NumberFormat& format);  // $uvis
-  void measure_target(const TargetPlace& target);                           // G35 G36 G45 G46
+  void keyboard_order(const SourceLine& line,
+                      const NumberFormat& format,
+                      const Position<frame::Machine>& work_zero);  // $uvis
+  void measure_target(const TargetPlace& target);                  // G35 G36 G45 G46
   /// Where structure is kept nothing is measured: gives the targets of the series that this one
   /// completes, none while it is unfinished.
   std::vector<Position<frame::Nominal>> take_target(const TargetPlace& target);
@@ -94,14 +96,17 @@ class VisionSession {
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
   bool is_allowed(int line);
-  void set_uvis(std::string_view key,
+  /// False if `key` is none of the orders that set how the camera is to look.
+  bool set_uvis(std::string_view key,
                 std::string_view value,
                 const SourceLine& line,
                 const NumberFormat& format);
-  void check_order_for_machine(std::string_view key,
-                               std::string_view value,
-                               const SourceLine& line,
-                               const NumberFormat& format);
+  void focus(std::string_view value,
+             const SourceLine& line,
+             const NumberFormat& format,
+             const Position<frame::Machine>& work_zero);
+  void refuse_unknown(std::string_view key, const SourceLine& line);
+  void report_not_performed(const SourceLine& line, std::string_view key);
   template <class Number>
   bool read_number(std::string_view text,
                    Number least,

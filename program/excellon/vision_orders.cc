@@ -85,7 +85,9 @@ bool VisionSession::read_number(std::string_view text,
   return true;
 }
 
-void VisionSession::keyboard_order(const SourceLine& line, const NumberFormat& format) {
+void VisionSession::keyboard_order(const SourceLine& line,
+                                   const NumberFormat& format,
+                                   const Position<frame::Machine>& work_zero) {
   const auto begin = line.text.find('$');
   const std::string_view text =
       line.text.substr(begin, line.text.find_last_not_of(" \t") + 1 - begin);
@@ -100,10 +102,17 @@ void VisionSession::keyboard_order(const SourceLine& line, const NumberFormat& f
   const std::string_view key = rest.substr(0, comma);
   const std::string_view value =
       comma == std::string_view::npos ? rest.substr(rest.size()) : rest.substr(comma + 1);
-  set_uvis(key, value, line, format);
+  if (set_uvis(key, value, line, format)) return;
+  if (key == "focus") return focus(value, line, format, work_zero);
+  if (key != "calib") return refuse_unknown(key, line);
+  if (!value.empty()) {
+    const int value_column = static_cast<int>(value.data() - line.text.data()) + 1;
+    return bad_argument(line.number, value_column, value, "$uvis,calib alone");
+  }
+  if (measuring_.is_first_pass()) report_not_performed(line, key);
 }
 
-void VisionSession::set_uvis(std::string_view key,
+bool VisionSession::set_uvis(std::string_view key,
                              std::string_view value,
                              const SourceLine& line,
                              const NumberFormat& format) {
@@ -118,7 +127,10 @@ void VisionSession::set_uvis(std::string_view key,
   } else if (key == "auto" || key == "box" || key == "entry") {
     is_switch();
   } else if (key == "searcharea") {
-    read_number(value, 0.0, line, settings_.search_area);
+    // A plain number, unlike coordinates: a keyboard order has no leading or trailing zeros to
+    // keep.
+    std::optional<double> radius;
+    if (read_number(value, 0.0, line, radius)) settings_.search_area = *radius * format.one_unit();
   } else if (key == "lamp") {
     read_number(value, 0.0, line, settings_.lamp);
   } else if (key == "zoom") {
@@ -138,37 +150,49 @@ void VisionSession::set_uvis(std::string_view key,
       series_size_ = *n;
     }
   } else {
-    check_order_for_machine(key, value, line, format);
+    return false;
   }
+  return true;
 }
 
-/// The orders that set nothing here: focus and calib; anything else is none.
-void VisionSession::check_order_for_machine(std::string_view key,
-                                            std::string_view value,
-                                            const SourceLine& line,
-                                            const NumberFormat& format) {
-  const auto column_of = [&](std::string_view part) {
-    return static_cast<int>(part.data() - line.text.data()) + 1;
-  };
-  if (key == "calib" || key == "focus") {
-    // `xy`, `x1.5y2`: lower case, otherwise a coordinate like any other.
-    const auto y = value.find('y');
-    const bool is_place = value.starts_with('x') && y != std::string_view::npos &&
-                          parse_length(value.substr(1, y - 1), format).fault == NumberFault::None &&
-                          parse_length(value.substr(y + 1), format).fault == NumberFault::None;
-    if (key == "calib" ? !value.empty() : !is_place) {
-      bad_argument(line.number,
-                   column_of(value),
-                   value,
-                   key == "calib" ? "$uvis,calib alone" : "$uvis,focus,x#y#");
-    } else if (measuring_.is_first_pass()) {
-      reporter_.report(Code::CalibrationNotPerformed,
-                       line.number,
-                       column_of(key) - 6,
-                       quoted(line.text) + " is passed on, not performed");
-    }
-    return;
+void VisionSession::report_not_performed(const SourceLine& line, std::string_view key) {
+  reporter_.report(Code::CalibrationNotPerformed,
+                   line.number,
+                   static_cast<int>(key.data() - line.text.data()) + 1 - 6,  // $uvis,
+                   quoted(line.text) + " is passed on, not performed");
+}
+
+/// The place is one of the panel, relative to work zero; corrections and copies do not move it.
+void VisionSession::focus(std::string_view value,
+                          const SourceLine& line,
+                          const NumberFormat& format,
+                          const Position<frame::Machine>& work_zero) {
+  // `xy`, `x1.5y2`: lower case, otherwise a coordinate like any other.
+  const auto y_at = value.find('y');
+  const bool has_letters = value.starts_with('x') && y_at != std::string_view::npos;
+  const ParsedLength x = has_letters ? parse_length(value.substr(1, y_at - 1), format)
+                                     : ParsedLength{{}, NumberFault::Malformed};
+  const ParsedLength y = has_letters ? parse_length(value.substr(y_at + 1), format) : x;
+  if (x.fault != NumberFault::None || y.fault != NumberFault::None) {
+    const int value_column = static_cast<int>(value.data() - line.text.data()) + 1;
+    return bad_argument(line.number, value_column, value, "$uvis,focus,x#y#");
   }
+  if (!measuring_.is_first_pass()) return;
+  if (!options_.has_focus) {
+    return report_not_performed(line, line.text.substr(line.text.find("focus")));
+  }
+  MeasurementRequest request;
+  request.seq = -1;
+  request.line = line.number;
+  request.command = "$uvis,focus";
+  request.settings = settings_;
+  request.nominal = position_mm<frame::Nominal>(x.value.in_mm(), y.value.in_mm());
+  request.expected = position_mm<frame::Actual>(x.value.in_mm(), y.value.in_mm());
+  request.work_zero = work_zero;
+  measuring_.focus(request);
+}
+
+void VisionSession::refuse_unknown(std::string_view key, const SourceLine& line) {
   constexpr std::array<std::string_view, 11> kKeys = {"auto",
                                                       "box",
                                                       "search",
@@ -183,7 +207,7 @@ void VisionSession::check_order_for_machine(std::string_view key,
   const std::string_view near = nearest_word(key, kKeys);
   reporter_.report(Code::CommandUnknown,
                    line.number,
-                   column_of(key),
+                   static_cast<int>(key.data() - line.text.data()) + 1,
                    quoted(key) + " is no $uvis command",
                    near.empty() ? "auto, box, search, searcharea, entry, insp, focus, lamp, zoom, "
                                   "calib or alg"

@@ -28,7 +28,8 @@ Position<frame::Actual> OpticalSession::corrected(const Position<frame::Nominal>
 }
 
 std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
-                                                const Position<frame::Actual>& expected) {
+                                                const Position<frame::Actual>& expected,
+                                                ObservedAxes axes) {
   MeasurementRequest request;
   request.line = target.line;
   request.file = target.file;
@@ -38,16 +39,22 @@ std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
   request.expected = expected;
   request.work_zero = target.work_zero;
   request.path = target.path;
+  request.axes = axes;
   return measuring_.measure(std::move(request));
 }
 
 void OpticalSession::measure(const TargetPlace& target) {
-  const auto index = look(target, corrected(target.nominal));
+  ObservedAxes axes = ObservedAxes::Both;
+  if (mode_ == 5) {
+    axes = seen_axis(target, target.command == Command::FinishMeasure);
+    if (measuring_.must_stop()) return;
+  }
+  const auto index = look(target, corrected(target.nominal), axes);
   if (!index) return;
   if (measurements_.empty()) first_line_ = target.line;
   measurements_.push_back(*index);
   has_lost_ |= !measuring_.is_found(*index);
-  add_point(target, *index);
+  add_point(target, axes, *index);
 }
 
 /// A slot shows the program's x or y; where the program is turned, that is another axis of the
@@ -66,8 +73,11 @@ ObservedAxes OpticalSession::seen_axis(const TargetPlace& target, bool is_x) {
   return axis.x() > axis.y() ? ObservedAxes::X : ObservedAxes::Y;
 }
 
-void OpticalSession::add_point(const TargetPlace& target, std::size_t i_measurement) {
+void OpticalSession::add_point(const TargetPlace& target,
+                               ObservedAxes axes,
+                               std::size_t i_measurement) {
   FitPoint point = measuring_.fit_point(i_measurement);
+  point.axes = axes;
   const bool finishes = target.command == Command::FinishMeasure;
   switch (mode_) {
     case 2:
@@ -84,9 +94,6 @@ void OpticalSession::add_point(const TargetPlace& target, std::size_t i_measurem
       layers_.push_back(point);
       if (finishes) close_layers();
       return;
-    case 5:
-      point.axes = seen_axis(target, finishes);
-      break;
     default:
       break;
   }

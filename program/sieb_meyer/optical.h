@@ -85,10 +85,11 @@ class OpticalSession {
   };
 
   std::optional<std::size_t> look(const TargetPlace& target,
-                                  const Position<frame::Actual>& expected);
+                                  const Position<frame::Actual>& expected,
+                                  ObservedAxes axes = ObservedAxes::Both);
   Position<frame::Actual> corrected(const Position<frame::Nominal>& nominal) const;
   ObservedAxes seen_axis(const TargetPlace& target, bool is_x);
-  void add_point(const TargetPlace& target, std::size_t i_measurement);
+  void add_point(const TargetPlace& target, ObservedAxes axes, std::size_t i_measurement);
   void close_layers();
   SeriesResult new_series(CorrectionLevel level, const TargetPlace& place) const;
   int n_equations() const;

@@ -36,7 +36,7 @@ TEST(MachineConfig, EmptyFileHasTheDefaults) {
   EXPECT_EQ(config->walk.series_size, 3);
   EXPECT_FALSE(config->walk.model);
   EXPECT_FALSE(config->walk.base_limits.residual);
-  EXPECT_FALSE(config->search_radius);
+  EXPECT_FALSE(config->vision.search_radius);
   EXPECT_TRUE(config->vision_tools.empty());
   EXPECT_FALSE(config->camera);
   EXPECT_FALSE(config->sim);
@@ -84,7 +84,7 @@ absolute_zero_mm = [-1, 2]
   EXPECT_EQ(config->name, "drill 3");
   EXPECT_EQ(config->walk.series_size, 4);
   EXPECT_EQ(config->walk.model, PanelModel::Rigid);
-  EXPECT_EQ(config->search_radius, mm(1.5));
+  EXPECT_EQ(config->vision.search_radius, mm(1.5));
   EXPECT_EQ(config->locate.min_score, 0.7);
   EXPECT_EQ(config->locate.min_contrast, 0.1);
   EXPECT_EQ(config->locate.ambiguity_margin, 0.2);
@@ -175,9 +175,9 @@ TEST(MachineConfig, SaysWhatIsPlannedButNotSupported) {
   EXPECT_EQ(refusal("[coupon]\n"),
             "machine.toml:1:2: error[not-supported]: \"coupon\" in machine.toml is not supported "
             "yet, expected a file without it");
-  EXPECT_EQ(refusal("[[vision.tool]]\nnumber = 1\nshape = \"apriltag\"\n"),
-            "machine.toml:3:9: error[not-supported]: shape in [[vision.tool]] is \"apriltag\": not "
-            "supported yet, expected \"disc\" or \"ring\"");
+  EXPECT_EQ(refusal("[[vision.tool]]\nnumber = 1\nalgorithm = 1\n"),
+            "machine.toml:3:1: error[not-supported]: \"algorithm\" in [[vision.tool]] is not "
+            "supported yet, expected a file without it");
 }
 
 TEST(MachineConfig, RefusesWrongTypes) {
@@ -238,16 +238,21 @@ TEST(MachineConfig, RefusesNumbersOutsideTheirRange) {
 }
 
 TEST(MachineConfig, RefusesVisionToolsThatMakeNoSense) {
+  const std::string shapes =
+      "\"disc\", \"hole\", \"ring\", \"square\", \"diamond\", \"cross\", \"slot\", \"dots\", "
+      "\"template\" or \"apriltag\"";
   const std::string tool = "[[vision.tool]]\nnumber = 1\nshape = \"disc\"\n";
   EXPECT_EQ(refusal("[[vision.tool]]\nshape = \"disc\"\n"),
             "machine.toml:1:1: error[config-value]: [[vision.tool]] has no number, expected number "
             "= 1, as in G34,1");
-  EXPECT_EQ(refusal("[[vision.tool]]\nnumber = 1\n"),
-            "machine.toml:1:1: error[config-value]: [[vision.tool]] has no shape, expected shape = "
-            "\"disc\" or \"ring\"");
-  EXPECT_EQ(refusal("[[vision.tool]]\nnumber = 1\nshape = \"blob\"\n"),
-            "machine.toml:3:9: error[config-value]: shape in [[vision.tool]] is \"blob\", expected "
-            "\"disc\" or \"ring\"");
+  EXPECT_EQ(
+      refusal("[[vision.tool]]\nnumber = 1\n"),
+      "machine.toml:1:1: error[config-value]: [[vision.tool]] has no shape, expected shape = " +
+          shapes);
+  EXPECT_EQ(
+      refusal("[[vision.tool]]\nnumber = 1\nshape = \"blob\"\n"),
+      "machine.toml:3:9: error[config-value]: shape in [[vision.tool]] is \"blob\", expected " +
+          shapes);
   EXPECT_EQ(refusal(tool),
             "machine.toml:1:1: error[config-value]: [[vision.tool]] has no size, expected size_mm, "
             "the outer diameter (size_px without [camera])");

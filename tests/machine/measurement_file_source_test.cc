@@ -89,12 +89,14 @@ TEST(MeasurementFile, RoundTripsEveryOptionalKey) {
   written.request.settings.delta = mm(2.5);
   written.request.settings.inspections = 3;
   written.request.settings.search = false;
-  written.request.settings.search_area = 0.25;
+  written.request.settings.search_area = mm(0.25);
   written.request.settings.lamp = 30;
   written.request.settings.zoom = 7;
   written.request.settings.algorithm = 1;
   written.status = MeasurementStatus::Ambiguous;
   written.reason = "two discs\tof 1.0 mm";
+  written.request.axes = ObservedAxes::Y;
+  written.scatter = displacement_mm<frame::Actual>(0.001, 0.00025);
   const auto read = parse_measurements(to_json(written), "m.jsonl");
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_EQ(to_json(read->measurements[0].measurement), to_json(written));
@@ -113,8 +115,9 @@ TEST(MeasurementFile, RefusesWhatIsNotAMeasurement) {
   EXPECT_EQ(
       refusal(with("\"score\"", "\"scoer\"")),
       "m.jsonl:1:141: error[measurement-file]: unknown key \"scoer\", expected one of "
-      "algorithm, command, cov, delta, expected, file, image, inspections, lamp, line, measured, "
-      "nominal, path, reason, score, search, search_area, seq, status, tool, tools, zoom");
+      "algorithm, axes, command, cov, delta, expected, file, image, inspections, lamp, line, "
+      "measured, "
+      "nominal, path, reason, scatter, score, search, search_area, seq, status, tool, tools, zoom");
   EXPECT_EQ(refusal(with("\"seq\":0,", "")),
             "m.jsonl:1:1: error[measurement-file]: there is no \"seq\", expected the key");
   EXPECT_EQ(refusal(with("\"expected\":[1.6,2.1],", "")),

@@ -29,6 +29,7 @@ class PictureSourceTest : public ::testing::Test {
  protected:
   void record(std::string_view program_text, std::string_view sim = "neighbors = 2\n") {
     config_ = test::small_config(folder_.path(), sim);
+    config_.sim->panel_offset = panel_offset_;
     program_ = test::program_of(std::string(program_text));
     auto machine = SimMachine::create(config_, program_);
     ASSERT_TRUE(machine) << machine.error().text();
@@ -70,6 +71,7 @@ class PictureSourceTest : public ::testing::Test {
   }
 
   test::TemporaryFolder folder_;
+  Displacement<frame::Actual> panel_offset_ = displacement_mm<frame::Actual>(0.3, -0.2);
   MachineConfig config_;
   Program program_;
   Recording recording_;
@@ -112,6 +114,47 @@ TEST_F(PictureSourceTest, RecordedInspectionsAreAveraged) {
   EXPECT_EQ(folder.rows[1].file, "0000_2.png");
   EXPECT_EQ(folder.rows[1].seq, 0);
   expect_same_survey(folder);
+}
+
+TEST_F(PictureSourceTest, FourViewsWithInspectionsAreReplayed) {
+  record(test::small_program_with("$uvis,insp,2\nG34,1,2.0"));
+  const PictureFolder folder = recorded_folder();
+  ASSERT_EQ(folder.rows.size(), 3u * 8u + 4u * 2u);
+  EXPECT_EQ(folder.rows[2].file, "0000_view2.png");
+  EXPECT_EQ(folder.rows[3].file, "0000_view2_2.png");
+  expect_same_survey(folder);
+}
+
+TEST_F(PictureSourceTest, FourViewsWithoutSeqAreTheNearestPictures) {
+  record(test::small_program_with("G34,1,2.0"));
+  PictureFolder folder = recorded_folder();
+  for (PictureRow& row : folder.rows) row.seq.reset();
+  std::ranges::reverse(folder.rows);
+  expect_same_survey(folder);
+}
+
+TEST_F(PictureSourceTest, FourViewsNeedFourPictures) {
+  record(test::small_program_with("G34,1,2.0"));
+  PictureFolder folder = recorded_folder();
+  folder.rows.erase(folder.rows.begin() + 2);
+  EXPECT_THAT(measure(folder, recording_.survey.measurements[0].request),
+              FailsWith(Code::PictureMismatch,
+                        "3 picture(s) have seq 0, expected 4, as many as views and inspections"));
+}
+
+TEST_F(PictureSourceTest, SearchIsReplayedAndEndsWhereItsPicturesEnd) {
+  panel_offset_ = displacement_mm<frame::Actual>(2.4, -1.7);
+  record(test::small_program_with("$uvis,search,on\n$uvis,searcharea,3.5"));
+  const PictureFolder folder = recorded_folder();
+  EXPECT_GT(folder.rows.size(), 14u);
+  EXPECT_EQ(folder.rows[1].file, "0000_view2.png");
+  expect_same_survey(folder);
+  PictureFolder first_view = folder;
+  std::erase_if(first_view.rows, [](const PictureRow& row) { return row.file != "0000.png"; });
+  const auto measurement = measure(first_view, recording_.survey.measurements[0].request);
+  ASSERT_TRUE(measurement) << measurement.error().text();
+  EXPECT_EQ(measurement->status, MeasurementStatus::NotFound);
+  EXPECT_EQ(measurement->reason.rfind("not in 1 of ", 0), 0u) << measurement->reason;
 }
 
 TEST_F(PictureSourceTest, RefusesFewerPicturesThanInspections) {
@@ -194,9 +237,8 @@ TEST_F(PictureSourceTest, RefusesWhatCannotBeMeasured) {
   MeasurementRequest request = recording_.survey.measurements[0].request;
   request.settings.tools = {5};
   EXPECT_THAT(measure({}, request), FailsWith(Code::VisionToolUndefined, "asks for vision tool 5"));
-  request.settings.tools = {1};
-  request.settings.delta = mm(2);
-  EXPECT_THAT(measure({}, request), FailsWith(Code::NotSupported, "four views"));
+  request.settings.tools = {1, 2};
+  EXPECT_THAT(measure({}, request), FailsWith(Code::NotSupported, "has 2 vision tools"));
   MachineConfig blind = config_;
   blind.camera.reset();
   EXPECT_THAT(PictureSource::create(blind, {}), FailsWith(Code::ConfigValue, "no [camera]"));
@@ -204,14 +246,11 @@ TEST_F(PictureSourceTest, RefusesWhatCannotBeMeasured) {
 
 TEST_F(PictureSourceTest, ObserverSeesEveryPicture) {
   std::vector<std::int64_t> seen;
-  auto source = PictureSource::create(
-      config_,
-      read_folder(),
-      [&](const MeasurementRequest& request, const Image& image, const Detection& detection) {
-        seen.push_back(request.seq);
-        EXPECT_EQ(image.height(), 240);
-        EXPECT_TRUE(detection.best);
-      });
+  auto source = PictureSource::create(config_, read_folder(), [&](const SeenView& view) {
+    seen.push_back(view.request.seq);
+    EXPECT_EQ(view.picture.image.height(), 240);
+    EXPECT_TRUE(view.detection.best);
+  });
   ASSERT_TRUE(source) << source.error().text();
   DiagnosticLog log;
   survey(program_, config_.walk, *source, log);

@@ -63,6 +63,24 @@ light_gradient = -0.1
 vignetting = 0.2
 weave_amplitude = 0.05
 neighbors = 4
+light_gradient_y = 0.05
+weave_period_mm = 0.4
+bit_depth = 16
+shot_noise = 0.02
+hot_pixels = 1e-4
+tilt_deg = 3
+tilt_axis_deg = 40
+burrs_um = 6
+ring_offset_sigma_um = 12
+slot_length_mm = 2.5
+[sim.debris]
+rim_share = 0.1
+size_um = 60
+darkest = 0.2
+brightest = 0.6
+scratches = 2
+scratch_width_um = 9
+scratch_length_mm = 0.7
 [sim.surface]
 height_mm = 1.55
 slope_ppm = [120, -80]
@@ -95,6 +113,23 @@ axis_px = [160, 120]
   EXPECT_EQ(sim.vignetting, 0.2);
   EXPECT_EQ(sim.weave_amplitude, 0.05);
   EXPECT_EQ(sim.neighbors, 4);
+  EXPECT_EQ(sim.light_gradient_y, 0.05);
+  EXPECT_EQ(sim.weave_period, mm(0.4));
+  EXPECT_EQ(sim.full_scale, 65535);
+  EXPECT_EQ(sim.shot_noise, 0.02);
+  EXPECT_EQ(sim.hot_pixels, 1e-4);
+  EXPECT_EQ(sim.tilt, deg(3));
+  EXPECT_EQ(sim.tilt_axis, deg(40));
+  EXPECT_EQ(sim.burrs, um(6));
+  EXPECT_EQ(sim.ring_offset_sigma, um(12));
+  EXPECT_EQ(sim.slot_length, mm(2.5));
+  EXPECT_EQ(sim.debris.rim_share, 0.1);
+  EXPECT_EQ(sim.debris.size, um(60));
+  EXPECT_EQ(sim.debris.darkest, 0.2);
+  EXPECT_EQ(sim.debris.brightest, 0.6);
+  EXPECT_EQ(sim.debris.scratches, 2);
+  EXPECT_EQ(sim.debris.scratch_width, um(9));
+  EXPECT_EQ(sim.debris.scratch_length, mm(0.7));
   EXPECT_EQ(sim.surface.seed, 9223372036854775807u);
   EXPECT_EQ(sim.surface.height, mm(1.55));
   EXPECT_EQ(sim.surface.slope_x_ppm, 120);
@@ -134,6 +169,23 @@ TEST(SimConfig, RefusesSurfacesThatMakeNoSense) {
   EXPECT_EQ(refusal("[sim.surface]\nslope_x_ppm = 3\n"),
             "machine.toml:5:1: error[config-key-unknown]: unknown key \"slope_x_ppm\" in "
             "[sim.surface], expected \"slope_ppm\"");
+}
+
+TEST(SimConfig, RefusesPicturesThatMakeNoSense) {
+  EXPECT_EQ(refusal("bit_depth = 12\n"),
+            "machine.toml:4:13: error[config-value]: bit_depth in [sim] is 12, expected 8 or 16");
+  EXPECT_EQ(refusal("tilt_deg = 90\n"),
+            "machine.toml:4:12: error[config-value]: tilt_deg in [sim] is 90, expected a number "
+            "from 0 to 60");
+  EXPECT_EQ(refusal("[sim.debris]\nrim_share = 1\n"),
+            "machine.toml:5:13: error[config-value]: rim_share in [sim.debris] is 1, expected a "
+            "number from 0 to 0.95");
+  EXPECT_EQ(refusal("[sim.debris]\nbrightest = 0.1\ndarkest = 0.5\n"),
+            "machine.toml:6:11: error[config-value]: darkest in [sim.debris] is 0.5, expected at "
+            "most brightest = 0.1");
+  EXPECT_EQ(refusal("[sim.debris]\nsize_mm = 1\n"),
+            "machine.toml:5:1: error[config-key-unknown]: unknown key \"size_mm\" in "
+            "[sim.debris], expected \"size_um\"");
 }
 
 TEST(SimConfig, RealCameraIsAsCalibratedWhereNothingElseIsSaid) {

@@ -123,12 +123,11 @@ TEST_F(SimMachineTest, WorkZeroIsTakenOut) {
 TEST_F(SimMachineTest, InspectionsAreAveraged) {
   const MachineConfig config = this->config();
   int n_pictures = 0;
-  SimMachine machine = this->machine(
-      config, [&](const MeasurementRequest&, const Image& image, const Detection& detection) {
-        ++n_pictures;
-        EXPECT_EQ(image.width(), 280);
-        EXPECT_EQ(detection.status, DetectionStatus::Found);
-      });
+  SimMachine machine = this->machine(config, [&](const SeenView& seen) {
+    ++n_pictures;
+    EXPECT_EQ(seen.picture.image.width(), 280);
+    EXPECT_EQ(seen.detection.status, DetectionStatus::Found);
+  });
   MeasurementRequest request = requests(config).front();
   const Measurement one = *machine.measure(request);
   EXPECT_EQ(n_pictures, 1);
@@ -156,8 +155,9 @@ TEST_F(SimMachineTest, RefusesWhatCannotBeSimulated) {
   EXPECT_THAT(
       SimMachine::create(config, test::program_of(test::small_program_with("G34,9"))),
       FailsWith(Code::VisionToolUndefined, "G36 target 0 (line 10) asks for vision tool 9"));
-  EXPECT_THAT(SimMachine::create(config, test::program_of(test::small_program_with("G34,1,2.5"))),
-              FailsWith(Code::NotSupported, "G36 target 0 (line 10)"));
+  EXPECT_THAT(
+      SimMachine::create(config, test::program_of(test::small_program_with("$uvis,zoom,2"))),
+      FailsWith(Code::ConfigValue, "G36 target 0 (line 10) is seen at zoom 2"));
   EXPECT_THAT(SimMachine::create(config, test::program_of(test::small_program_with("G99"))),
               FailsWith(Code::CommandUnknown, "test.exc:9:1"));
   config.vision_tools.at(1).size = mm(2.4);

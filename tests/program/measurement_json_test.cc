@@ -38,7 +38,7 @@ TEST(MeasurementJson, SettingsAppearWhereTheyDifferFromNothing) {
                             .delta = mm(1.27),
                             .inspections = 2,
                             .search = false,
-                            .search_area = 2.5,
+                            .search_area = mm(2.5),
                             .lamp = 55,
                             .zoom = 7,
                             .algorithm = 0};

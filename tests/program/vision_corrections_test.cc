@@ -243,5 +243,70 @@ TEST(WorkZero, MayBeSetAgainOnceTheCorrectionIsCancelled) {
   expect_shifts(shifts("G35X1.Y1.\nG37\nG93X0.Y0.\nX2.Y2.\n", {{8, {1, 0}}}), {{0, 0}});
 }
 
+// --- orders to the camera ------------------------------------------------------------------------
+
+/// Focuses on anything.
+class FocusingSource final : public MeasurementSource {
+ public:
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    return NominalSource().measure(request);
+  }
+  Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
+    FocusResult result;
+    result.request = request;
+    result.is_found = request.expected.in_mm().x() < 100;
+    result.z = mm(0.25);
+    result.reason = "too far away";
+    return std::optional(result);
+  }
+};
+
+TEST(AutoFocus, IsAskedForAtItsPlaceWithTheSettingsInForce) {
+  FocusingSource source;
+  WalkOptions options;
+  options.has_focus = true;
+  const ProgramRun run = run_program(metric("$uvis,lamp,30\n$uvis,focus,x20.0y15.0\n$uvis,lamp,5\n$"
+                                            "uvis,focus,xy\nT1\nX1.0Y1.0\nM30\n"),
+                                     options,
+                                     source);
+  EXPECT_TRUE(run.diagnostics.empty()) << run.diagnostics.front();
+  ASSERT_EQ(run.survey.focus.size(), 2u);
+  const MeasurementRequest& request = run.survey.focus[0].request;
+  EXPECT_EQ(request.line, 7);
+  EXPECT_EQ(request.seq, -1);
+  EXPECT_EQ(request.settings.lamp, 30);
+  EXPECT_EQ(request.expected, position_mm<frame::Actual>(20, 15));
+  EXPECT_EQ(run.survey.focus[1].request.expected, position_mm<frame::Actual>(0, 0));
+  // The order is passed on all the same.
+  EXPECT_EQ(run.executed.lines()[2], "7 setting $uvis,focus,x20.0y15.0");
+}
+
+TEST(AutoFocus, FailureIsAnError) {
+  FocusingSource source;
+  WalkOptions options;
+  options.has_focus = true;
+  const ProgramRun run =
+      run_program(metric("$uvis,focus,x200.0y15.0\nT1\nX1.0Y1.0\nM30\n"), options, source);
+  ASSERT_EQ(run.diagnostics.size(), 1u);
+  EXPECT_EQ(
+      run.diagnostics[0],
+      "p.exc:6:1: error[focus-not-found]: $uvis,focus at (200.0000, 15.0000) mm: too far away");
+}
+
+TEST(SearchArea, IsAPlainNumberInTheProgramsUnit) {
+  FunctionSource source = test::shifted_by(0, 0);
+  run_program(
+      metric("G34,1\n$uvis,searcharea,2.5\nG38X1.0Y1.0\n$uvis,searcharea,3\nG38X2.0Y1.0\nM30\n"),
+      {},
+      source);
+  ASSERT_EQ(source.requests().size(), 2u);
+  EXPECT_EQ(source.requests()[0].settings.search_area, mm(2.5));
+  EXPECT_EQ(source.requests()[1].settings.search_area, mm(3));
+  FunctionSource inches = test::shifted_by(0, 0);
+  run_program(test::inch_leading_zeros("G34,1\n$uvis,searcharea,.1\nG38X01Y01\nM30\n"), {}, inches);
+  ASSERT_EQ(inches.requests().size(), 1u);
+  EXPECT_EQ(inches.requests()[0].settings.search_area, inch(0.1));
+}
+
 }  // namespace
 }  // namespace panelcal

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/vision/locate.h"
 
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -190,6 +194,111 @@ TEST(Locate, SaturatedDiscIsFoundWhereItIs) {
   ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
   EXPECT_NEAR(detection.best->center.position.in_px().x(), 240.3, 0.03);
   EXPECT_NEAR(detection.best->center.position.in_px().y(), 200.6, 0.03);
+}
+
+/// A bar over a part of a disc's rim: nothing but background is seen there.
+Feature cover(const Camera& camera, double x, double width) {
+  Feature bar = disc_at(camera, x, 200, 100, 0.3);
+  bar.shape = Feature::Shape::Rectangle;
+  bar.inner_size = mm(0.01 * width);
+  bar.angle = deg(90);
+  return bar;
+}
+
+TEST(Locate, OnlyAnArcIsRejected) {
+  const Camera camera = noisy_camera();
+  // From x = 250 on the disc of radius 40 is covered: acos(0.25) / pi = 0.42 of its rim.
+  const Image image =
+      picture(camera, {disc_at(camera, 240, 200, kRadius, kLevel), cover(camera, 280, 60)});
+  const Detection detection = locate(image, disc_target());
+  EXPECT_EQ(detection.status, DetectionStatus::Rejected) << text(detection);
+  EXPECT_TRUE(detection.reason.starts_with("only an arc is visible")) << text(detection);
+}
+
+TEST(Locate, OutOfFocusIsRejected) {
+  Camera camera = noisy_camera();
+  camera.blur_px = 8;
+  const Detection detection =
+      locate(picture(camera, {disc_at(camera, 240, 200, kRadius, kLevel)}), disc_target());
+  EXPECT_EQ(detection.status, DetectionStatus::Rejected) << text(detection);
+  EXPECT_TRUE(detection.reason.starts_with("out of focus")) << text(detection);
+}
+
+TEST(Locate, ATiltedBoardsDiscIsOval) {
+  Camera camera = noisy_camera();
+  camera.tilt = deg(14);
+  const double ratio = std::cos(camera.tilt.in_rad());
+  const Image image = picture(camera, {disc_at(camera, 239.5, 199.5, kRadius, kLevel)});
+  const Detection detection = locate(image, disc_target());
+  ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
+  EXPECT_NEAR(detection.best->axis_ratio, ratio, 0.003);
+  EXPECT_LT((detection.best->center.position - position_px(239.5, 199.5)).in_px().norm(), 0.03);
+}
+
+TEST(Locate, ARingsHoleMayBeOffCentre) {
+  const Camera camera = noisy_camera();
+  Feature ring = disc_at(camera, 240.2, 200.7, kRadius, kLevel);
+  ring.shape = Feature::Shape::Ring;
+  ring.inner_size = 0.5 * ring.size;
+  ring.hole_offset = displacement_mm<frame::Optical>(Eigen::Vector2d(0.04, 0.03));
+  Target target = disc_target();
+  target.shape = Shape::Ring;
+  const Detection detection = locate(picture(camera, {ring}), target);
+  ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
+  EXPECT_LT((detection.best->center.position - position_px(240.2, 200.7)).in_px().norm(), 0.05);
+  // The picture's y is down.
+  EXPECT_LT((detection.best->hole_offset_px - Eigen::Vector2d(4, -3)).norm(), 0.1);
+}
+
+TEST(Locate, AHoleIsADarkDisc) {
+  const Camera camera = noisy_camera();
+  Target target = disc_target();
+  target.shape = Shape::Hole;
+  target.polarity = Polarity::Dark;
+  const Image image = picture(camera, {disc_at(camera, 240.4, 200.1, kRadius, 0.02)});
+  const Detection detection = locate(image, target);
+  ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
+  EXPECT_LT((detection.best->center.position - position_px(240.4, 200.1)).in_px().norm(), 0.05);
+}
+
+TEST(Locate, AReflectionOnTheTargetDoesNotMoveIt) {
+  const Camera camera = noisy_camera();
+  Image image = picture(camera, {disc_at(camera, 240, 200, kRadius, kLevel)});
+  // Over the flat part and the rim alike, by the disc's own share of each pixel.
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      const double t = (kRadius - std::hypot(x - 240, y - 200)) / 1.04;
+      const double share = 0.5 * std::erfc(-t / std::numbers::sqrt2);
+      image.at(x, y) += static_cast<float>(share * 15 * (x - 240) / kRadius);
+    }
+  }
+  const Detection detection = locate(image, disc_target());
+  ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
+  EXPECT_LT((detection.best->center.position - position_px(240, 200)).in_px().norm(), 0.04);
+}
+
+TEST(Locate, HostilePicturesAndSizesAreNeverFound) {
+  for (const double full : {255.0, 65535.0}) {
+    for (const int side : {1, 3, 9, 40, 150}) {
+      for (int pattern = 0; pattern < 4; ++pattern) {
+        Image image(side, side, full);
+        for (int y = 0; y < side; ++y) {
+          for (int x = 0; x < side; ++x) {
+            const bool is_on = pattern == 1 || (pattern == 2 && (x + y) % 2 == 0) ||
+                               (pattern == 3 && (x / 8 + y / 8) % 2 == 0);
+            image.at(x, y) = is_on ? static_cast<float>(full) : 0;
+          }
+        }
+        for (const double diameter : {0.1, 6.0, 16.0, 300.0, 2e10, 1e300}) {
+          Target target;
+          target.size_px = px(diameter);
+          const Detection detection = locate(image, target);
+          EXPECT_NE(detection.status, DetectionStatus::Found)
+              << side << " " << pattern << " " << diameter;
+        }
+      }
+    }
+  }
 }
 
 TEST(Locate, OddPicturesAreNoTrouble) {

@@ -193,7 +193,9 @@ TEST(ManualG33, FourSlotsCorrectOffsetAndRotation) {
   expect_places(corrected_places(run), kCrooked(nominal), kRounding_mm);
   ASSERT_EQ(source.requests().size(), 4U);
   EXPECT_EQ(source.requests()[0].command, "G33");
+  EXPECT_EQ(source.requests()[0].axes, ObservedAxes::X);
   EXPECT_EQ(source.requests()[1].command, "G32");
+  EXPECT_EQ(source.requests()[1].axes, ObservedAxes::Y);
 }
 
 /// A shift alone shows exactly which coordinate of a slot counts.

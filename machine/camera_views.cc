@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/camera_views.h"
+
+#include <chrono>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "panelcal/machine/camera_uri.h"
+#include "panelcal/machine/command_stage.h"
+
+namespace panelcal {
+
+CameraViews::CameraViews(SpindleCameraOffset offset,
+                         std::unique_ptr<CameraDevice> camera,
+                         std::unique_ptr<Stage> stage,
+                         Time settle,
+                         Wait wait)
+    : offset_(offset),
+      camera_(std::move(camera)),
+      stage_(std::move(stage)),
+      settle_(settle),
+      wait_(std::move(wait)) {
+  if (wait_) return;
+  wait_ = [](Time time) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(time.in_s()));
+  };
+}
+
+Expected<void> CameraViews::set(const MeasurementRequest& request,
+                                CameraSetting setting,
+                                double value) {
+  const auto known = set_.find(setting);
+  if (known != set_.end() && known->second == value) return {};
+  if (!camera_->can_set(setting) && !stage_->can_set(setting)) {
+    return failure({Code::ConfigValue,
+                    {camera_->name(), 0, 0},
+                    fmt::format("{} target {} (line {}) asks for {} {}, which this camera does not "
+                                "have",
+                                request.command,
+                                request.seq,
+                                request.line,
+                                name(setting),
+                                value),
+                    fmt::format("[machine] {}_command", name(setting))});
+  }
+  set_.erase(setting);
+  is_settled_ = false;
+  PANELCAL_CHECK(camera_->can_set(setting) ? camera_->set(setting, value)
+                                           : stage_->set(setting, value));
+  set_[setting] = value;
+  return {};
+}
+
+Expected<void> CameraViews::prepare(const MeasurementRequest& request, const View& view) {
+  const VisionSettings& settings = request.settings;
+  if (settings.lamp) PANELCAL_CHECK(set(request, CameraSetting::Lamp, *settings.lamp));
+  if (settings.zoom) PANELCAL_CHECK(set(request, CameraSetting::Zoom, *settings.zoom));
+  if (view.focus_z) PANELCAL_CHECK(set(request, CameraSetting::Focus, view.focus_z->in_mm()));
+  return {};
+}
+
+Expected<void> CameraViews::drive(const Position<frame::Machine>& spindle) {
+  if (commanded_ == spindle) return {};
+  commanded_.reset();
+  is_settled_ = false;
+  PANELCAL_TRY(standing_, stage_->move_to(spindle));
+  commanded_ = spindle;
+  return {};
+}
+
+Expected<TakenPicture> CameraViews::take(const MeasurementRequest& request, const View& view) {
+  PANELCAL_CHECK(prepare(request, view));
+  PANELCAL_CHECK(drive(offset_.spindle_to_see(view.axis)));
+  if (!is_settled_) wait_(settle_);
+  is_settled_ = true;
+  PANELCAL_TRY(Image image, camera_->take());
+  return TakenPicture{std::move(image), offset_.optical_axis(standing_), "", camera_->name()};
+}
+
+Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& config,
+                                                         std::string_view camera_uri) {
+  // Before a device is touched.
+  PANELCAL_CHECK(parse_camera_uri(camera_uri));
+  const Place place{config.file.string(), 0, 0};
+  if (!config.camera) {
+    return failure({Code::ConfigValue,
+                    place,
+                    "there is no [camera], so that pictures cannot be brought to mm",
+                    "[camera] calibration"});
+  }
+  if (config.stage.move.empty()) {
+    return failure(
+        {Code::ConfigValue,
+         place,
+         "there is no [machine] stage_command that drives the camera to a target",
+         "stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"], or --images for pictures that "
+         "are already taken"});
+  }
+  PANELCAL_TRY(std::unique_ptr<CameraDevice> camera, open_camera(camera_uri));
+  return std::make_unique<CameraViews>(config.spindle_camera,
+                                       std::move(camera),
+                                       std::make_unique<CommandStage>(config.stage),
+                                       config.settle);
+}
+
+}  // namespace panelcal

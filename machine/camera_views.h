@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/calib/spindle_camera.h"
+#include "panelcal/machine/camera.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/stage.h"
+#include "panelcal/machine/view_taker.h"
+
+namespace panelcal {
+
+/// Shows the panel with a live camera on a stage: sets lamp, zoom and focus, drives, lets the
+/// machine come to rest, takes a picture.
+///
+///   spindle = place to look at - spindle-camera offset
+///   axis    = where the stage says the spindle stands + spindle-camera offset
+///
+/// What is already so is not ordered again: the pictures of several inspections are taken without
+/// moving. After a failure everything is ordered anew.
+class CameraViews final : public ViewTaker {
+ public:
+  /// Waits for a time; tests wait in their own way.
+  using Wait = std::function<void(Time)>;
+
+  /// Precondition: camera and stage are there.
+  CameraViews(SpindleCameraOffset offset,
+              std::unique_ptr<CameraDevice> camera,
+              std::unique_ptr<Stage> stage,
+              Time settle,
+              Wait wait = {});
+
+  /// Fails  config-value (a lamp, zoom or focus is asked for that neither the camera nor the stage
+  ///        can set); device-stage; device-frame
+  Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
+
+  const CameraDevice& camera() const { return *camera_; }
+
+ private:
+  Expected<void> set(const MeasurementRequest& request, CameraSetting setting, double value);
+  Expected<void> prepare(const MeasurementRequest& request, const View& view);
+  Expected<void> drive(const Position<frame::Machine>& spindle);
+
+  SpindleCameraOffset offset_;
+  std::unique_ptr<CameraDevice> camera_;
+  std::unique_ptr<Stage> stage_;
+  Time settle_;
+  Wait wait_;
+  std::map<CameraSetting, double> set_;                ///< what was set last
+  std::optional<Position<frame::Machine>> commanded_;  ///< where the spindle was sent last
+  Position<frame::Machine> standing_;                  ///< and where it stands
+  bool is_settled_ = false;
+};
+
+/// The camera and the stage of a machine file.
+///
+/// Fails  config-value (no [camera], no [machine] stage_command); what open_camera reports
+Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& config,
+                                                         std::string_view camera_uri);
+
+}  // namespace panelcal

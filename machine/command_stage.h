@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/machine/stage.h"
+
+namespace panelcal {
+
+/// A program and its words. {x}, {y}, {z} in a word become places in mm with six decimals, {lamp}
+/// and {zoom} numbers as the part program writes them.
+using CommandWords = std::vector<std::string>;
+
+/// [machine] stage_command and its kin: programs through which any controller can be joined.
+struct StageCommands {
+  CommandWords move;         ///< needs {x} and {y}; empty: the stage cannot be moved
+  CommandWords lamp;         ///< needs {lamp}; empty: there is none to set
+  CommandWords zoom;         ///< needs {zoom}
+  CommandWords focus;        ///< needs {z}
+  Time limit = seconds(30);  ///< for one order
+};
+
+/// What is wrong with a command's placeholders: one that does not exist, or `wanted` ones that are
+/// missing. Empty if nothing.
+std::string placeholder_problem(const CommandWords& words, const std::vector<std::string>& wanted);
+
+/// Drives a machine through programs that speak to its controller.
+///
+/// A move has arrived when the program ends with code 0. It may write where the spindle then
+/// stands, "x y" in mm, which is believed; if it writes nothing, the spindle stands where it was
+/// sent.
+class CommandStage final : public Stage {
+ public:
+  /// Precondition: commands.move is not empty and no command has a placeholder_problem.
+  explicit CommandStage(StageCommands commands) : commands_(std::move(commands)) {}
+
+  /// Fails  device-stage (see run_program; output that is not two numbers)
+  Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& spindle) override;
+  bool can_set(CameraSetting setting) const override { return !command_of(setting).empty(); }
+  /// Fails  not-supported; device-stage
+  Expected<void> set(CameraSetting setting, double value) override;
+
+ private:
+  const CommandWords& command_of(CameraSetting setting) const;
+
+  StageCommands commands_;
+};
+
+}  // namespace panelcal

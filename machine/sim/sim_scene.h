@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "panelcal/calib/base/random.h"
+#include "panelcal/calib/camera_mapping.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/vision/render.h"
+#include "panelcal/vision/scene_debris.h"
+#include "panelcal/vision/target.h"
+
+namespace panelcal::internal {
+
+/// The virtual machine's real camera.
+Camera sim_camera(const SimConfig& sim, const CameraMapping& calibrated);
+
+/// Board and light as [sim] describes them, without anything on the board.
+Scene sim_scene(const SimConfig& sim);
+
+/// Where one mark lies before a camera.
+struct SimMarkPlace {
+  Position<frame::Optical> center;
+  Angle turn;          ///< on top of the target's own angle, the same way round
+  Length slot_length;  ///< where [sim] does not say
+};
+
+/// The features of a mark as [sim] has it printed and drilled.
+///
+/// In     random: of this mark, for its burrs and for how far a ring's hole is off its centre
+std::vector<Feature> sim_mark(const SimConfig& sim,
+                              const Target& target,
+                              const SimMarkPlace& place,
+                              const CameraMapping& calibrated,
+                              Random random);
+
+/// Adds [sim] neighbors other marks of other sizes at random places where nothing else is: of the
+/// same shape if that is a square, diamond or cross, otherwise round.
+void add_neighbors(const SimConfig& sim,
+                   const Target& target,
+                   const Camera& camera,
+                   const CameraMapping& calibrated,
+                   Random random,
+                   std::vector<Feature>& features);
+
+}  // namespace panelcal::internal
