@@ -17,6 +17,7 @@
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/program/json_text.h"
 #include "panelcal/tools/commands.h"
+#include "panelcal/vision/bayer.h"
 #include "panelcal/vision/image_io.h"
 #include "panelcal/vision/locate.h"
 #include "panelcal/vision/overlay.h"
@@ -249,7 +250,8 @@ Expected<void> locate_one(std::size_t i_image,
                           const Search& search,
                           CommandContext& context) {
   const std::string& file = options.images[i_image];
-  PANELCAL_TRY(const Image image, read_image(file));
+  PANELCAL_TRY(Image image, read_image(file));
+  if (search.config.bayer) image = from_bayer(image, *search.config.bayer);
   PANELCAL_CHECK(check_size(file, image, search));
   const Detection detection = locate(
       image, search.target, search.mapping ? &*search.mapping : nullptr, search.config.locate);

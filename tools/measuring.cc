@@ -39,6 +39,10 @@ class ProgressSource final : public MeasurementSource {
                                   request.line));
     return source_.measure(request);
   }
+  Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
+    console_.progress(fmt::format("focusing ({}, line {})", request.command, request.line));
+    return source_.focus(request);
+  }
 
  private:
   MeasurementSource& source_;

@@ -240,16 +240,16 @@ class RimEstimator {
     return exclude_strangers(probe, residuals_, noise_, solution_.parameters);
   }
 
-  /// Other marks beside the target pull its levels and light along, so that they are left out by the
-  /// levels that medians gave.
+  /// Other marks beside the target pull its levels and light along, so that they are left out by
+  /// the levels that medians gave.
   void leave_out_marks() {
     if (!has_strangers() || !exclude_marks()) return;
     is_peeled_ = true;
     if (fit_all(0)) look();
   }
 
-  /// The plain fit leans towards debris on the rim; the residuals of one that gives little weight to
-  /// what lies off tell better.
+  /// The plain fit leans towards debris on the rim; the residuals of one that gives little weight
+  /// to what lies off tell better.
   bool fit_through_strangers() {
     std::vector<float> magnitudes;
     for (std::size_t i = 0; i < residuals_.kinds.size(); ++i) {
