@@ -47,7 +47,8 @@ std::optional<ViewMean> mean_of_views(std::span<const ViewDeviation> views) {
   // Half of one view's worth: slots that are almost parallel do not cross anywhere for sure.
   constexpr double kLeastSeen = 0.5;
   const double trace = seen.trace();
-  const double least_seen = 0.5 * (trace - std::sqrt(trace * trace - 4 * seen.determinant()));
+  // Not by the determinant: equal eigenvalues would round to the root of a negative number.
+  const double least_seen = 0.5 * (trace - std::hypot(seen(0, 0) - seen(1, 1), 2 * seen(0, 1)));
   if (views.empty() || !(least_seen >= kLeastSeen)) return std::nullopt;
 
   Eigen::MatrixXd design(n_rows, 3);  // t, and theta in mm at the farthest view

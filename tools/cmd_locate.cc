@@ -107,7 +107,9 @@ std::string to_json(const std::string& file,
     append_json_string(out, detection.reason);
   }
   if (is_found) append_details(out, *detection.best);
-  if (options.lists_candidates) append_others(out, detection);
+  if (options.lists_candidates || detection.status == DetectionStatus::Ambiguous) {
+    append_others(out, detection);
+  }
   return out + "}\n";
 }
 

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/vision/rim_estimate.h"
+#include "panelcal/vision/rim_fit.h"
 
 namespace panelcal::internal {
 namespace {
@@ -26,6 +27,9 @@ constexpr double kLeastArc = 0.3;
 constexpr double kMaxClipped = 0.6;
 /// Of the inner area: more is a hole, not debris.
 constexpr double kMaxCovered = 0.12;
+/// Residuals at the rim beside those of flat parts, and beside the contrast, in a rim that fits.
+constexpr double kMaxRimExcess = 2.5;
+constexpr double kMaxRimNoise = 0.1;
 /// Of the radius, rms: regular polygons of six sides have 0.03, of eight 0.016.
 constexpr double kMaxRoughness = 0.022;
 constexpr int kOutlineNodes = 72;
@@ -156,12 +160,19 @@ void judge(const Image& image,
                            candidate.fit.score,
                            options.min_score));
   }
-  if (candidate.fit.blur_px > options.max_blur_px) {
+  if (candidate.fit.blur_px > std::min(options.max_blur_px, 0.99 * max_edge_sigma(p[kRadius]))) {
     return set(Verdict::Unfit,
                fmt::format("out of focus: its edge is blurred by {:.1f} px, at most {:.1f} are "
                            "accepted",
                            candidate.fit.blur_px,
-                           options.max_blur_px));
+                           std::min(options.max_blur_px, max_edge_sigma(p[kRadius]))));
+  }
+  if (expected.shape == Shape::Ring) {
+    const double hole_contrast = (p[kContrast] - p[kHole]) * expected.sign();
+    const double reach = std::hypot(p[kHoleX], p[kHoleY]) + p[kInnerRadius];
+    if (hole_contrast < min_contrast || reach > p[kRadius]) {
+      return set(Verdict::Unlikely, "it has no hole that is darker or brighter as a ring's is");
+    }
   }
   if (auto reason = unfit_reason(fit_frame, expected, p)) {
     return set(Verdict::Unfit, *std::move(reason));
@@ -178,6 +189,14 @@ void judge(const Image& image,
                            "allowed",
                            100 * e.roughness,
                            100 * kMaxRoughness));
+  }
+  if (e.rim_excess > kMaxRimExcess && e.rim_noise > kMaxRimNoise * contrast) {
+    return set(
+        Verdict::Unfit,
+        fmt::format("its rim does not fit: {:.1f} grey levels are left unexplained there, {:.1f} "
+                    "times the noise",
+                    e.rim_noise,
+                    e.rim_excess));
   }
   if (e.covered > kMaxCovered) {
     return set(Verdict::Unfit,
@@ -218,6 +237,8 @@ FittedCandidate fit_candidate(const Image& image,
   FittedCandidate candidate;
   if (start.parameters[kRadius] < kMinRadiusPx) {
     candidate.reason = "it is too small to be measured";
+    fill_geometry(
+        fit_frame, expected, start.parameters, Eigen::Matrix2d::Identity(), candidate.fit);
     return candidate;
   }
   const RimEstimate e = estimate_rim(

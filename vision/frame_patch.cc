@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/LU>
 
@@ -67,7 +68,7 @@ double FramePatch::bend(double distance_px) const {
   constexpr int kDirections = 8;
   double bend = 0;
   for (int k = 0; k < kDirections; ++k) {
-    const double angle = 2 * M_PI * k / kDirections;
+    const double angle = 2 * std::numbers::pi * k / kDirections;
     const Eigen::Vector2d offset = distance_px * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     const Eigen::Vector2d d = offset / unit_px_;
     Eigen::Vector2d exact = Eigen::Vector2d::Zero();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 namespace panelcal::internal {
 namespace {
@@ -158,7 +159,7 @@ std::vector<VotePeak> radial_votes(const Image& image,
       smoothed(smoothed(collect_votes(gradients, radius, sign, std::max(threshold, 1e-6))));
 
   // A rim two cells wide votes into a spot whose middle holds about a tenth of it.
-  const double whole_rim = 2 * 3.14159 * radius * 0.15;
+  const double whole_rim = 2 * std::numbers::pi * radius * 0.15;
   std::vector<VotePeak> peaks;
   for (int y = 0; y < votes.height; ++y) {
     for (int x = 0; x < votes.width; ++x) {

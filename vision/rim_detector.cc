@@ -93,8 +93,17 @@ std::vector<FittedCandidate> detect_rims(const DetectorInput& input, std::size_t
   for (const Sighting& s :
        see_rims(input.image, input.mapping, expected, input.area, min_contrast, max_fitted)) {
     auto candidate = fit_candidate(input.image, s.fit_frame, expected, s.start, input.options);
-    if (input.area.contains(candidate.fit.center.position.in_px(), 0)) {
+    const Eigen::Vector2d& at = candidate.fit.center.position.in_px();
+    if (!input.area.contains(at, 0)) continue;
+    // Two starts may end at one rim.
+    const auto same = std::ranges::find_if(candidates, [&](const FittedCandidate& other) {
+      return (other.fit.center.position.in_px() - at).norm() < kSamePlace * expected.radius;
+    });
+    if (same == candidates.end()) {
       candidates.push_back(std::move(candidate));
+    } else if (std::pair(candidate.verdict, -candidate.fit.score) <
+               std::pair(same->verdict, -same->fit.score)) {
+      *same = std::move(candidate);
     }
   }
   return candidates;

@@ -180,7 +180,7 @@ RimVector moved(const RimVector& p, RimVector step, bool is_ring) {
   step[kSigma] = std::clamp(step[kSigma], -0.4 * p[kSigma], 0.8 * p[kSigma]);
   RimVector q = p + step;
   q[kRadius] = std::max(q[kRadius], 1.0);
-  q[kSigma] = std::clamp(q[kSigma], kMinSigma, std::max(1.5, kMaxSigmaOfRadius * q[kRadius]));
+  q[kSigma] = std::clamp(q[kSigma], kMinSigma, max_edge_sigma(q[kRadius]));
   for (const int i : {kOval, kOvalDiagonal}) q[i] = std::clamp(q[i], -0.2, 0.2);
   if (is_ring) q[kInnerRadius] = std::clamp(q[kInnerRadius], 0.5, q[kRadius]);
   return q;
@@ -233,6 +233,10 @@ RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFi
   }
   solution.information = equations.h;
   return solution;
+}
+
+double max_edge_sigma(double radius) {
+  return std::max(1.5, kMaxSigmaOfRadius * radius);
 }
 
 void set_weights(RimWindow& window, const RimVector& parameters, const RimNoise& noise) {

@@ -43,7 +43,10 @@ struct RimSolution {
 /// Source Nocedal and Wright 2006, 10.3; Tobin 1958 (clipped observations); Huber 1964
 RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFitOptions& options);
 
-/// Sets the band pixels' weights for noise that differs from zone to zone.
+/// The largest blur a fit allows for: a blurrier rim is no rim, and the fit stays at this limit.
+double max_edge_sigma(double radius);
+
+/// Sets the band pixels' weights for noise that differs on the target and around it.
 void set_weights(RimWindow& window, const RimVector& parameters, const RimNoise& noise);
 
 }  // namespace panelcal::internal

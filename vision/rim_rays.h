@@ -35,7 +35,7 @@ struct RimStart {
 /// grey levels, or only a part of one.
 ///
 /// On each ray the best step from target to surroundings near the expected radius; a circle
-/// through these, trimmed; twice, so that it is centred.
+/// through these, trimmed; three times, so that it is centred.
 std::optional<RimStart> find_rim(const Image& image,
                                  const FitFrame& fit_frame,
                                  const Eigen::Vector2d& center,

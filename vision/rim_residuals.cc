@@ -31,8 +31,8 @@ RimResiduals residuals_of(const RimWindow& window, const RimVector& p) {
   const auto n = static_cast<std::size_t>(result.width) * static_cast<std::size_t>(result.height);
   result.values.assign(n, 0.0F);
   result.kinds.assign(n, RimResiduals::kNowhere);
-  const Eigen::ArrayXf ramp = Eigen::ArrayXf::LinSpaced(
-      result.width, 0.0F, static_cast<float>(std::max(1, result.width - 1)));
+  const Eigen::ArrayXf ramp =
+      Eigen::ArrayXf::LinSpaced(result.width, 0.0F, static_cast<float>(result.width - 1));
   const float step = static_cast<float>(1 / window.unit_px());
   for (const RimSpan& span : window.spans()) {
     if (span.is_band) continue;
@@ -229,27 +229,32 @@ bool exclude_strangers(RimWindow& window,
   }
   cv::Mat strange(height, width, CV_8U, cv::Scalar(0));
   double largest = 0;
-  const auto limit_of = [&](std::size_t i) {
-    const std::uint8_t kind = residuals.kinds[i];
-    const bool is_band = kind >= RimResiduals::kBand;
-    const double per_level = static_cast<double>(scale[kind]) * kBox;
-    const double least = (is_band ? rim_limit : flat_limit) * per_level;
-    const bool is_outside = kind == RimResiduals::kZone || kind == RimResiduals::kBand;
-    if (!is_outside) return std::max(kSeedSigmas, least);
-    // Whatever the texture: what stands out as far as half the target does is another mark.
-    const double mark = kMarkOfContrast * std::abs(contrast) * per_level;
-    return std::max({kSeedSigmas, least, std::min(kSeedSigmas * outside_spread, mark)});
-  };
+  // By kind of pixel: of a box mean, and of one pixel.
+  std::array<float, 16> box_limit{};
+  std::array<float, 16> pixel_limit{};
+  for (const std::size_t base : {RimResiduals::kZone, RimResiduals::kBand}) {
+    for (std::size_t zone = 0; zone < kRimZones; ++zone) {
+      const std::size_t kind = base + zone;
+      const double per_level = static_cast<double>(scale[kind]) * kBox;
+      double limit =
+          std::max(kSeedSigmas, (base == RimResiduals::kBand ? rim_limit : flat_limit) * per_level);
+      if (zone == 0) {
+        // Whatever the texture: what stands out as far as half the target does is another mark.
+        const double mark = kMarkOfContrast * std::abs(contrast) * per_level;
+        limit = std::max(limit, std::min(kSeedSigmas * outside_spread, mark));
+      }
+      box_limit[kind] = static_cast<float>(1 / limit);
+      pixel_limit[kind] =
+          static_cast<float>(1 / std::max(kPixelSigmas, limit * (kPixelSigmas / kSeedSigmas)));
+    }
+  }
   const float* const b = box.ptr<float>();
   for (std::size_t i = 0; i < residuals.kinds.size(); ++i) {
-    if (residuals.kinds[i] == RimResiduals::kNowhere) continue;
-    const double limit = limit_of(i);
-    const double excess =
-        std::max(static_cast<double>(std::abs(b[i])) / limit,
-                 static_cast<double>(std::abs(zs[i])) /
-                     std::max(kPixelSigmas, limit * (kPixelSigmas / kSeedSigmas)));
-    if (excess > largest) largest = excess;
-    strange.data[i] = static_cast<std::uint8_t>(std::min(250.0, 50 * excess));
+    const std::uint8_t kind = residuals.kinds[i];
+    const float excess =
+        std::max(std::abs(b[i]) * box_limit[kind], std::abs(zs[i]) * pixel_limit[kind]);
+    largest = std::max(largest, static_cast<double>(excess));
+    strange.data[i] = static_cast<std::uint8_t>(std::min(250.0F, 50 * excess));
   }
   // What hangs together with what is already out is its foot.
   if (!window.excluded().empty()) {
@@ -409,7 +414,8 @@ double covered_share(const RimWindow& window, const RimVector& p) {
   double n = 0;
   double n_excluded = 0;
   for (const RimSpan& span : window.spans()) {
-    if (span.is_band || span.zone != RimZone::Target) continue;
+    // A clipped zone is taken pixel by pixel, as a band is.
+    if (window.is_ring() && (span.is_band || span.zone != RimZone::Target)) continue;
     for (int x = span.x0; x < span.x1; ++x) {
       if (window.plane_at(x, span.y).norm() > limit) continue;
       ++n;

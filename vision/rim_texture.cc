@@ -65,6 +65,7 @@ class Observations {
   void add_band() {
     RimGradient gradient{};
     for (const RimPixel& pixel : window_.band()) {
+      // A linear step cannot use what clipped pixels say.
       if (pixel.clipped != 0) continue;
       const RimValue value = rim_value(pixel, p_, freedom_.is_ring, &gradient);
       add(pixel.x, pixel.y, 1 - value.share, pixel.value - value.level, gradient);
@@ -210,6 +211,7 @@ std::optional<TexturedRim> fit_on_texture(const RimWindow& window,
     observations.add_ground(reach_px);
     observations.add_target(noise.total[RimZone::Target]);
     const auto step = observations.step();
+    if (!step && pass > 0) break;
     if (!step) return std::nullopt;
     for (int i = 0; i < observations.n_rim(); ++i) {
       result.parameters[observations.column(i)] += step->step[i];

@@ -20,7 +20,7 @@ struct TexturedRim {
 /// Goes from a plain fit to the best one that takes the ground's texture for what it is.
 ///
 /// In     window: collected about the solution with stride 1; residuals and noise of it
-/// Out    empty if what is around the target has no texture after all
+/// Out    empty if what is around the target has no texture after all, or if no step leads to a fit
 /// See    texture_fit.h
 std::optional<TexturedRim> fit_on_texture(const RimWindow& window,
                                           const RimSolution& plain,

@@ -179,7 +179,7 @@ Expected<void> Target::validate() const {
   if ((shape == Shape::Template) != (picture != nullptr)) {
     return invalid(*this,
                    picture ? "a picture" : "a template without its picture",
-                   picture ? "none: not a template" : "template = \"FILE\"");
+                   picture ? "none: not a template" : "picture = \"FILE\"");
   }
   return {};
 }

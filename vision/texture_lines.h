@@ -21,7 +21,7 @@ struct TextureLine {
 /// spectrum joins the waves, all amplitudes are fitted again, and so on while a wave explains a
 /// noticeable part of what is left.
 ///
-/// In     residuals: as flat_residuals; Out also `left`: the residuals without the waves
+/// Out    the waves; `left`: the residuals without them
 /// Source Pati, Rezaiifar and Krishnaprasad 1993
 std::vector<TextureLine> texture_lines(const FlatResiduals& residuals, std::vector<float>& left);
 

@@ -81,12 +81,12 @@ TEST(LocateAccuracy, DiscOf16BitReachesTheBound) {
   expect_honest(s.nees_mm, kNeesTolerance, s);
 }
 
-TEST(LocateAccuracy, RingBeatsTheBoundOfItsOuterRim) {
+/// A hole may be off-centre, so that it says nothing of the place.
+TEST(LocateAccuracy, RingReachesTheBoundOfItsOuterRim) {
   TrialOptions options;
   options.shape = Shape::Ring;
   const TrialStatistics s = run_and_show(options);
-  EXPECT_LT(s.rmse.x(), 0.95) << s.text();
-  EXPECT_LT(s.rmse.y(), 0.95) << s.text();
+  expect_efficient(s);
   expect_honest(s.nees_mm, kNeesTolerance, s);
 }
 
