@@ -36,14 +36,14 @@ constexpr double kOwnSlopeOnTexture = 300;
 /// Debris on the rim is never left out to its last trace. Measured with a tenth to a fifth of the
 /// rim covered, errors are as if the variance were larger by this (tests/bench/README.md).
 constexpr double kDebrisDoubt = 2.4;
-constexpr double kCleanRim = 0.005;
+constexpr double kCleanRim = 0.03;
 constexpr double kLeastNoise = 0.3;  // grey levels: rounding to whole ones
 /// How many pixels err together on a texture whose model could not be fitted.
 constexpr double kCorrelated = 4;
 
 /// The window's reach beyond the rim: more pixels settle the brightness gradient, which costs
-/// accuracy while it is uncertain, and show texture for what it is; fewer meet less of what is not the
-/// target.
+/// accuracy while it is uncertain, and show texture for what it is; fewer meet less of what is not
+/// the target.
 double outside_px(double radius) {
   return std::clamp(10 + 0.6 * radius, 28.0, 40.0);
 }
