@@ -11,6 +11,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "panelcal/vision/fit_place.h"
 #include "panelcal/vision/rim_estimate.h"
 #include "panelcal/vision/rim_fit.h"
 
@@ -58,56 +59,31 @@ void fill_geometry(const FitFrame& fit_frame,
                    const Eigen::Matrix2d& cov,
                    TargetFit& fit) {
   const Eigen::Vector2d center = p.head<2>();
-  const Eigen::Vector2d u = fit_frame.to_image(center).value_or(Eigen::Vector2d::Zero());
-  const Eigen::Matrix2d px_from_frame = fit_frame.jacobian(u).inverse();
-  fit.center = {position_px<frame::Image>(u), propagate(px_from_frame, cov)};
-  // The mean of a rim's diameters in the picture.
-  const double px_per_unit = std::sqrt(std::abs(px_from_frame.determinant()));
-  fit.size = px(2 * p[kRadius] * px_per_unit);
+  set_place(fit_frame, center, cov, 2 * p[kRadius], fit);
   fit.outlines_px.push_back(outline_of(fit_frame, center, p[kRadius], p));
   const double oval = std::hypot(p[kOval], p[kOvalDiagonal]);
   fit.axis_ratio = (1 - oval) / (1 + oval);
   if (expected.shape == Shape::Ring) {
-    fit.inner_size = px(2 * p[kInnerRadius] * px_per_unit);
+    const Eigen::Matrix2d px_from_frame = fit_frame.jacobian(fit.center.position.in_px()).inverse();
+    fit.inner_size = px(2 * p[kInnerRadius] * std::sqrt(std::abs(px_from_frame.determinant())));
     const Eigen::Vector2d hole(p[kHoleX], p[kHoleY]);
     fit.hole_offset_px = px_from_frame * hole;
     fit.outlines_px.push_back(outline_of(fit_frame, center + hole, p[kInnerRadius], p));
   }
-  if (fit_frame.mapping()) {
-    const double unit_mm = fit_frame.unit();
-    fit.center_optical =
-        PositionEstimate<frame::Optical>{fit_frame.to_optical(center), unit_mm * unit_mm * cov};
-    fit.size_mm = mm(2 * p[kRadius] * unit_mm);
-  }
-}
-
-std::optional<std::string> size_problem(
-    const FitFrame& fit_frame, std::string_view what, double seen, double asked, double tolerance) {
-  const double deviation = seen / asked - 1;
-  if (std::abs(deviation) <= tolerance) return std::nullopt;
-  const bool in_mm = fit_frame.mapping() != nullptr;
-  const double unit = fit_frame.unit();
-  return fmt::format("{} is {:.4g} {}, {:+.1f} % from {:.4g}; {:.1f} % are allowed",
-                     what,
-                     2 * seen * unit,
-                     in_mm ? "mm" : "px",
-                     100 * deviation,
-                     2 * asked * unit,
-                     100 * tolerance);
 }
 
 std::optional<std::string> unfit_reason(const FitFrame& fit_frame,
                                         const ExpectedRim& expected,
                                         const RimVector& p) {
   if (auto reason = size_problem(
-          fit_frame, "its size", p[kRadius], expected.radius, expected.size_tolerance)) {
+          fit_frame, "its size", 2 * p[kRadius], 2 * expected.radius, expected.size_tolerance)) {
     return reason;
   }
   if (!expected.inner_radius) return std::nullopt;
   // Relative to the outer size: a thin pin hole's own diameter would be an unfair measure.
   const double tolerance = expected.size_tolerance * expected.radius / *expected.inner_radius;
   return size_problem(
-      fit_frame, "its inner size", p[kInnerRadius], *expected.inner_radius, tolerance);
+      fit_frame, "its inner size", 2 * p[kInnerRadius], 2 * *expected.inner_radius, tolerance);
 }
 
 void judge(const Image& image,

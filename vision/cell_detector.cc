@@ -14,6 +14,7 @@
 #include "panelcal/vision/cell_target.h"
 #include "panelcal/vision/detector.h"
 #include "panelcal/vision/fit_frame.h"
+#include "panelcal/vision/fit_place.h"
 #include "panelcal/vision/pattern_search.h"
 
 namespace panelcal::internal {
@@ -34,11 +35,6 @@ constexpr double kAngleStep = 0.2;
 constexpr double kSizeStep = 0.12;
 /// Correlations in the search below this are not the target.
 constexpr double kMinCorrelation = 0.5;
-/// More of the outline than this has to be visible for a target to count as partly hidden.
-constexpr double kLeastVisible = 0.35;
-/// A pad with a hole, or half a pad, has less of its face.
-constexpr double kLeastIntact = 0.8;
-constexpr double kMostClipped = 0.75;
 
 /// What a target looks like; pattern units are those of the fit frame.
 struct ExpectedCells {
@@ -233,7 +229,7 @@ void fill(const FitFrame& fit_frame,
           const Measured& m,
           TargetFit& fit) {
   const CellPlace place = place_of(model, f, {0, 0});
-  set_place(fit_frame, place, m.size, fit);
+  set_place(fit_frame, place.at, place.cov, m.size, fit);
   fit.angle = rad(m.angle_rad);
   fit.angle_sigma = rad(m.angle_sigma_rad);
   set_quality(model, f, place, fit);
@@ -243,8 +239,7 @@ void fill(const FitFrame& fit_frame,
 std::optional<std::string> unfit_reason(const FitFrame& fit_frame,
                                         const ExpectedCells& expected,
                                         const CellFit& f,
-                                        const Measured& m,
-                                        double max_sigma_px) {
+                                        const Measured& m) {
   if (f.outside_picture > 0) {
     return "at the border: a part of its outline is outside of the picture";
   }
@@ -258,63 +253,7 @@ std::optional<std::string> unfit_reason(const FitFrame& fit_frame,
       return reason;
     }
   }
-  const double turn = m.angle_rad - expected.angle_rad;
-  if (std::abs(turn) > expected.angle_tolerance_rad + 3 * m.angle_sigma_rad) {
-    return fmt::format("it is turned by {:+.1f} deg; {:.1f} deg are allowed",
-                       rad(turn).in_deg(),
-                       rad(expected.angle_tolerance_rad).in_deg());
-  }
-  if (f.state.sigma_px > 0.98 * max_sigma_px) {
-    return fmt::format("out of focus: its edges are blurred by {:.1f} px", f.state.sigma_px);
-  }
-  if (f.clipped > kMostClipped) {
-    return fmt::format("saturated: {:.0f} % of the pixels at its outline are black or white",
-                       100 * f.clipped);
-  }
   return std::nullopt;
-}
-
-void judge(const DetectorInput& input,
-           const FitFrame& fit_frame,
-           const ExpectedCells& expected,
-           const CellFit& f,
-           const Measured& m,
-           double max_sigma_px,
-           FittedCandidate& candidate) {
-  const LocateOptions& options = input.options;
-  const double contrast = candidate.fit.contrast * (expected.is_dark ? -1 : 1);
-  const double min_contrast = options.min_contrast * input.image.full_scale();
-  const auto set = [&](Verdict verdict, std::string reason) {
-    candidate.verdict = verdict;
-    candidate.reason = std::move(reason);
-  };
-  if (!f.converged || !candidate.fit.center.cov.allFinite()) {
-    return set(Verdict::Unlikely, "it does not look like the target");
-  }
-  if (contrast < min_contrast) {
-    return set(Verdict::Unlikely,
-               fmt::format("its contrast is {:.1f} grey levels, at least {:.1f} are asked for",
-                           contrast,
-                           min_contrast));
-  }
-  if (f.intact < kLeastIntact) {
-    return set(Verdict::Unlikely,
-               fmt::format("only {:.0f} % of its face look like it", 100 * f.intact));
-  }
-  if (candidate.fit.score < options.min_score) {
-    if (f.correlation >= options.min_score && f.visible >= kLeastVisible) {
-      return set(Verdict::Unfit,
-                 fmt::format("only {:.0f} % of its outline are visible", 100 * f.visible));
-    }
-    return set(Verdict::Unlikely,
-               fmt::format("its score is {:.2f}, at least {:.2f} is asked for",
-                           candidate.fit.score,
-                           options.min_score));
-  }
-  if (auto reason = unfit_reason(fit_frame, expected, f, m, max_sigma_px)) {
-    return set(Verdict::Unfit, *std::move(reason));
-  }
-  set(Verdict::Good, "");
 }
 
 FittedCandidate fitted(const DetectorInput& input,
@@ -331,7 +270,15 @@ FittedCandidate fitted(const DetectorInput& input,
   FittedCandidate candidate;
   const Measured m = measured(expected, fit);
   fill(sighting.fit_frame, expected, model, fit, m, candidate.fit);
-  judge(input, sighting.fit_frame, expected, fit, m, options.max_sigma_px, candidate);
+  judge_cells(input,
+              fit,
+              {.border = "outline",
+               .unfit = unfit_reason(sighting.fit_frame, expected, fit, m),
+               .turn_rad = m.angle_rad - expected.angle_rad,
+               .turn_sigma_rad = m.angle_sigma_rad,
+               .turn_tolerance_rad = expected.angle_tolerance_rad,
+               .max_sigma_px = options.max_sigma_px},
+              candidate);
   return candidate;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -61,18 +62,6 @@ std::optional<CellState> rough_fit(const ReducedPicture& reduced,
   return state;
 }
 
-void set_place(const FitFrame& fit_frame, const CellPlace& place, double size, TargetFit& fit) {
-  const Eigen::Vector2d u = fit_frame.to_image(place.at).value_or(Eigen::Vector2d::Zero());
-  const Eigen::Matrix2d px_from_frame = fit_frame.jacobian(u).inverse();
-  fit.center = {position_px<frame::Image>(u), propagate(px_from_frame, place.cov)};
-  fit.size = px(size * std::sqrt(std::abs(px_from_frame.determinant())));
-  if (!fit_frame.mapping()) return;
-  const double unit_mm = fit_frame.unit();
-  fit.center_optical = PositionEstimate<frame::Optical>{fit_frame.to_optical(place.at),
-                                                        unit_mm * unit_mm * place.cov};
-  fit.size_mm = mm(size * unit_mm);
-}
-
 void set_quality(const CellModel& model,
                  const CellFit& cell_fit,
                  const CellPlace& place,
@@ -87,18 +76,73 @@ void set_quality(const CellModel& model,
   fit.visible = cell_fit.visible;
 }
 
-std::optional<std::string> size_problem(
-    const FitFrame& fit_frame, std::string_view what, double seen, double asked, double tolerance) {
-  const double deviation = seen / asked - 1;
-  if (std::abs(deviation) <= tolerance) return std::nullopt;
-  const double unit = fit_frame.unit();
-  return fmt::format("{} is {:.4g} {}, {:+.1f} % from {:.4g}; {:.1f} % are allowed",
-                     what,
-                     seen * unit,
-                     fit_frame.mapping() ? "mm" : "px",
-                     100 * deviation,
-                     asked * unit,
-                     100 * tolerance);
+namespace {
+
+/// A target with less of its face is a pad with a hole, or half a pad.
+constexpr double kLeastIntact = 0.8;
+/// More of the outline than this has to be visible for a target to count as partly hidden.
+constexpr double kLeastVisible = 0.35;
+constexpr double kMostClipped = 0.75;
+
+std::optional<std::string> unfit_reason(const CellFit& f, const CellJudgement& j) {
+  if (j.unfit) return j.unfit;
+  if (std::abs(j.turn_rad) > j.turn_tolerance_rad + 3 * j.turn_sigma_rad) {
+    return fmt::format("it is turned by {:+.1f} deg; {:.1f} deg are allowed",
+                       rad(j.turn_rad).in_deg(),
+                       rad(j.turn_tolerance_rad).in_deg());
+  }
+  if (f.state.sigma_px > 0.98 * j.max_sigma_px) {
+    return fmt::format("out of focus: its edges are blurred by {:.1f} px", f.state.sigma_px);
+  }
+  if (f.clipped > kMostClipped) {
+    return fmt::format("saturated: {:.0f} % of the pixels at its {} are black or white",
+                       100 * f.clipped,
+                       j.border);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void judge_cells(const DetectorInput& input,
+                 const CellFit& f,
+                 const CellJudgement& judgement,
+                 FittedCandidate& candidate) {
+  using Verdict = FittedCandidate::Verdict;
+  const LocateOptions& options = input.options;
+  const bool is_dark = input.target.polarity == Polarity::Dark;
+  const double contrast = candidate.fit.contrast * (is_dark ? -1 : 1);
+  const double min_contrast = options.min_contrast * input.image.full_scale();
+  const auto set = [&](Verdict verdict, std::string reason) {
+    candidate.verdict = verdict;
+    candidate.reason = std::move(reason);
+  };
+  if (!f.converged || !candidate.fit.center.cov.allFinite()) {
+    return set(Verdict::Unlikely, "it does not look like the target");
+  }
+  if (contrast < min_contrast) {
+    return set(Verdict::Unlikely,
+               fmt::format("its contrast is {:.1f} grey levels, at least {:.1f} are asked for",
+                           contrast,
+                           min_contrast));
+  }
+  if (f.intact < kLeastIntact) {
+    return set(Verdict::Unlikely,
+               fmt::format("only {:.0f} % of its face look like it", 100 * f.intact));
+  }
+  if (candidate.fit.score < options.min_score) {
+    if (f.correlation >= options.min_score && f.visible >= kLeastVisible) {
+      return set(
+          Verdict::Unfit,
+          fmt::format("only {:.0f} % of its {} are visible", 100 * f.visible, judgement.border));
+    }
+    return set(Verdict::Unlikely,
+               fmt::format("its score is {:.2f}, at least {:.2f} is asked for",
+                           candidate.fit.score,
+                           options.min_score));
+  }
+  if (auto reason = unfit_reason(f, judgement)) return set(Verdict::Unfit, *std::move(reason));
+  set(Verdict::Good, "");
 }
 
 }  // namespace panelcal::internal

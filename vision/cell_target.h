@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "panelcal/vision/cell_fit.h"
+#include "panelcal/vision/detector.h"
 #include "panelcal/vision/fit_frame.h"
 #include "panelcal/vision/locate.h"
 #include "panelcal/vision/pattern_search.h"
@@ -34,17 +35,26 @@ std::optional<CellState> rough_fit(const ReducedPicture& reduced,
                                    const CellState& start,
                                    double reach);
 
-/// Centre and size in the units of the outside world. In     size: frame units
-void set_place(const FitFrame& fit_frame, const CellPlace& place, double size, TargetFit& fit);
-
 /// Score, levels, noise, blur and what is visible.
 void set_quality(const CellModel& model,
                  const CellFit& cell_fit,
                  const CellPlace& place,
                  TargetFit& fit);
 
-/// Says by how much a length is off; empty if it is within the tolerance. Lengths in frame units.
-std::optional<std::string> size_problem(
-    const FitFrame& fit_frame, std::string_view what, double seen, double asked, double tolerance);
+/// What a fitted cell target is held against beside its looks.
+struct CellJudgement {
+  std::string_view border;           ///< what its rim is called: "outline", "edges"
+  std::optional<std::string> unfit;  ///< what its size or place has against it
+  double turn_rad = 0;               ///< against the angle asked for
+  double turn_sigma_rad = 0;
+  double turn_tolerance_rad = 0;
+  double max_sigma_px = 0;  ///< the blur that the fit was limited to
+};
+
+/// Sets the candidate's verdict and reason. Precondition: candidate.fit is filled.
+void judge_cells(const DetectorInput& input,
+                 const CellFit& cell_fit,
+                 const CellJudgement& judgement,
+                 FittedCandidate& candidate);
 
 }  // namespace panelcal::internal

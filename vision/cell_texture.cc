@@ -4,37 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <optional>
 #include <vector>
 
 #include "panelcal/vision/cell_solver.h"
-#include "panelcal/vision/texture_fit.h"
-#include "panelcal/vision/texture_lines.h"
+#include "panelcal/vision/ground_texture.h"
 
 namespace panelcal::internal {
 namespace {
-
-/// How far from the lines ground is looked at pixel by pixel, in ranges of its texture and in px.
-constexpr double kReachInRanges = 2.5;
-constexpr double kMinReachPx = 8;
-constexpr double kMaxReachPx = 20;
-/// Farther off every so many'th row and column is enough.
-constexpr int kFarStride = 2;
-/// A second step is worth its time if the first was longer than this.
-constexpr double kLongStepPx = 0.05;
-
-/// What is known of the ground's texture: waves, and an irregular rest.
-struct GroundTexture {
-  std::vector<TextureLine> lines;
-  Texture rest;
-
-  /// Far from the lines the rest counts as white noise of the strength that its slow part has.
-  double far_variance() const {
-    const double area = 4 * std::numbers::pi * rest.range_px * rest.range_px;
-    return rest.white_sigma * rest.white_sigma + area * rest.sigma * rest.sigma;
-  }
-};
 
 bool is_ground(const CellPixel& pixel) {
   return pixel.is_flat && pixel.share < 0.5F && !pixel.is_excluded;
@@ -71,21 +48,7 @@ std::optional<GroundTexture> ground_texture(const CellModel& model, const CellFi
   }
   constexpr double kEnough = 200;
   if (n < kEnough) return std::nullopt;
-  GroundTexture texture;
-  std::vector<float> left;
-  texture.lines = texture_lines({ground, width, n}, left);
-  if (const auto rest = texture_of({left, width, n})) {
-    texture.rest = *rest;
-    return texture;
-  }
-  if (texture.lines.empty()) return std::nullopt;
-  // Nothing but waves: what is left is white.
-  double square = 0;
-  for (const float v : left) square += static_cast<double>(v) * static_cast<double>(v);
-  texture.rest.white_sigma = std::sqrt(square / n);
-  texture.rest.sigma = 0.02 * texture.rest.white_sigma;
-  texture.rest.range_px = 4;
-  return texture;
+  return ground_texture_of({ground, width, n});
 }
 
 /// Ground and lines as the generalised step wants them: the model's parameters, then the waves'
@@ -112,7 +75,8 @@ class Observations {
     CellState sharp = fit.state;
     sharp.sigma_px = 1e-3;
     CellView lines(model_, sharp);
-    const double far_weight = kFarStride * kFarStride / texture_.far_variance();
+    const double far_weight =
+        GroundTexture::kFarStride * GroundTexture::kFarStride / texture_.far_variance();
     const double target_weight = 1 / (fit.noise_inside * fit.noise_inside);
     for (const CellPixel& pixel : fit.pixels) {
       if (pixel.is_excluded) continue;
@@ -122,7 +86,8 @@ class Observations {
       if (pixel.is_flat && pixel.share > 0.5F) {
         add_sum(pixel, 0, residual, target_weight);
       } else if (pixel.is_flat && lines.flat_share(pixel, reach_px)) {
-        const bool is_kept = pixel.x % kFarStride == 0 && pixel.y % kFarStride == 0;
+        const bool is_kept =
+            pixel.x % GroundTexture::kFarStride == 0 && pixel.y % GroundTexture::kFarStride == 0;
         if (is_kept) add_sum(pixel, 1, residual, far_weight);
       } else {
         add_pixel(pixel, std::clamp(1 - value.share, 0.0, 1.0), residual);
@@ -197,8 +162,7 @@ void refit_on_texture(const CellModel& model,
                       CellFit& fit) {
   const auto texture = ground_texture(model, fit);
   if (!texture) return;
-  const double reach_px =
-      std::clamp(kReachInRanges * texture->rest.range_px, kMinReachPx, kMaxReachPx);
+  const double reach_px = texture->reach_px();
   const int n = model.n_parameters();
   const double half = half_extent(model.pattern());
   CellFit better = fit;
@@ -216,7 +180,7 @@ void refit_on_texture(const CellModel& model,
     better.state = model.moved(state, move);
     better.cov.topLeftCorner(n, n) =
         step->covariance.topLeftCorner(n, n) * std::max(1.0, step->chi_square);
-    if (length < kLongStepPx) break;
+    if (length < GroundTexture::kLongStep_px) break;
   }
   fit.state = better.state;
   fit.cov = better.cov;

@@ -4,40 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
-#include "panelcal/vision/texture_fit.h"
-#include "panelcal/vision/texture_lines.h"
+#include "panelcal/vision/ground_texture.h"
 
 namespace panelcal::internal {
 namespace {
 
-/// How far from the rim ground is looked at, in ranges of its texture and in px: what is farther
-/// says nothing of the texture at the rim.
-constexpr double kReachInRanges = 2.5;
-constexpr double kMinReach_px = 8;
-constexpr double kMaxReach_px = 20;
 /// A texture is only nearly what its model says: measured on woven boards, its part of the variance
 /// is larger by this (tests/bench/README.md).
 constexpr double kTextureDoubt = 1.1;
-/// A second step is worth its time if the first was longer than this.
-constexpr double kLongStep_px = 0.05;
-
-/// What is known of the ground's texture: waves, and an irregular rest.
-struct GroundTexture {
-  std::vector<TextureLine> lines;
-  Texture rest;
-
-  /// Far from the rim the rest counts as white noise of the strength that its slow part has.
-  double far_variance() const {
-    const double area = 4 * std::numbers::pi * rest.range_px * rest.range_px;
-    return rest.white_sigma * rest.white_sigma + area * rest.sigma * rest.sigma;
-  }
-};
-
 /// Ground and rim as the generalised step wants them: the rim's parameters, then the waves'
 /// amplitudes.
 class Observations {
@@ -74,7 +52,8 @@ class Observations {
 
   /// Flat ground: within `reach_px` of a rim pixel by pixel, farther off every other one as sums.
   void add_ground(double reach_px) {
-    const double far_weight = kFarStride * kFarStride / texture_.far_variance();
+    const double far_weight =
+        GroundTexture::kFarStride * GroundTexture::kFarStride / texture_.far_variance();
     for (const RimSpan& span : window_.spans()) {
       if (span.is_band || span.zone == RimZone::Target) continue;
       for (int x = span.x0; x < span.x1; ++x) {
@@ -82,7 +61,9 @@ class Observations {
         const Eigen::Vector2d at = window_.plane_at(x, span.y);
         const bool is_far =
             span.zone == RimZone::Outside && at.norm() * window_.unit_px() > p_[kRadius] + reach_px;
-        if (is_far && (x % kFarStride != 0 || span.y % kFarStride != 0)) continue;
+        if (is_far &&
+            (x % GroundTexture::kFarStride != 0 || span.y % GroundTexture::kFarStride != 0))
+          continue;
         const Eigen::Vector3d b(1, at.x(), at.y());
         const RimVector slope = zone_level_jacobian(p_, span.zone).transpose() * b;
         RimGradient gradient{};
@@ -124,8 +105,6 @@ class Observations {
   int column(int i) const { return columns_[static_cast<std::size_t>(i)]; }
 
  private:
-  static constexpr int kFarStride = 2;
-
   void fill_row(int x, int y, double background, const RimGradient& gradient) {
     for (int i = 0; i < n_rim_; ++i) {
       row_[i] = static_cast<float>(gradient[static_cast<std::size_t>(column(i))]);
@@ -173,20 +152,7 @@ std::optional<GroundTexture> ground_texture(const RimWindow& window,
     ground[i] = residuals.values[i];
     ++n;
   }
-  GroundTexture texture;
-  std::vector<float> left;
-  texture.lines = texture_lines({ground, residuals.width, n}, left);
-  if (const auto rest = texture_of({left, residuals.width, n})) {
-    texture.rest = *rest;
-    return texture;
-  }
-  if (texture.lines.empty()) return std::nullopt;
-  // Nothing but waves: what is left is white.
-  const Eigen::Map<const Eigen::ArrayXf> white(left.data(), static_cast<Eigen::Index>(left.size()));
-  texture.rest.white_sigma = std::sqrt(static_cast<double>(white.square().sum()) / n);
-  texture.rest.sigma = 0.02 * texture.rest.white_sigma;
-  texture.rest.range_px = 4;
-  return texture;
+  return ground_texture_of({ground, residuals.width, n});
 }
 
 }  // namespace
@@ -197,8 +163,7 @@ std::optional<TexturedRim> fit_on_texture(const RimWindow& window,
                                           const RimNoiseEstimate& noise) {
   const auto texture = ground_texture(window, residuals);
   if (!texture) return std::nullopt;
-  const double reach_px =
-      std::clamp(kReachInRanges * texture->rest.range_px, kMinReach_px, kMaxReach_px);
+  const double reach_px = texture->reach_px();
   // The plain fit's information is in units of the noise it was given.
   const Eigen::Index n = plain.information.rows();
   const Eigen::MatrixXd inverse = plain.information.ldlt().solve(Eigen::MatrixXd::Identity(n, 2));
@@ -221,7 +186,7 @@ std::optional<TexturedRim> fit_on_texture(const RimWindow& window,
     result.center_cov = (white_cov + kTextureDoubt * of_texture) * std::max(1.0, step->chi_square);
     const double length_px = step->step.head<3>().norm();
     if (!(length_px < 0.1 * p[kRadius]) || !(result.parameters[kSigma] > 0.2)) return std::nullopt;
-    if (length_px < kLongStep_px) break;
+    if (length_px < GroundTexture::kLongStep_px) break;
   }
   return result;
 }

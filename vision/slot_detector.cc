@@ -14,6 +14,7 @@
 #include "panelcal/vision/cell_target.h"
 #include "panelcal/vision/detector.h"
 #include "panelcal/vision/fit_frame.h"
+#include "panelcal/vision/fit_place.h"
 #include "panelcal/vision/pattern_search.h"
 #include "panelcal/vision/slot_follower.h"
 
@@ -36,10 +37,6 @@ constexpr double kPiece = 2;
 /// Shorter ones, in widths, are no slots unless they leave the picture at both ends.
 constexpr double kLeastLength = 1.5;
 constexpr double kLeastCutLength = 0.5;
-constexpr double kLeastVisible = 0.35;
-/// A pad with a hole, or half a pad, has less of its face.
-constexpr double kLeastIntact = 0.8;
-constexpr double kMostClipped = 0.75;
 
 ExpectedSlot expected_slot(const Target& target, const CameraMapping* mapping) {
   ExpectedSlot expected;
@@ -192,70 +189,8 @@ std::vector<std::vector<Eigen::Vector2d>> outlines_of(const FitFrame& fit_frame,
 
 std::optional<std::string> unfit_reason(const FitFrame& fit_frame,
                                         const ExpectedSlot& expected,
-                                        const CellFit& f,
-                                        const Measured& m,
-                                        double max_sigma_px) {
-  if (auto reason =
-          size_problem(fit_frame, "its width", m.width, expected.width, expected.size_tolerance)) {
-    return reason;
-  }
-  const double turn = m.angle_rad - expected.angle_rad;
-  if (std::abs(turn) > expected.angle_tolerance_rad + 3 * m.angle_sigma_rad) {
-    return fmt::format("it is turned by {:+.1f} deg; {:.1f} deg are allowed",
-                       rad(turn).in_deg(),
-                       rad(expected.angle_tolerance_rad).in_deg());
-  }
-  if (f.state.sigma_px > 0.98 * max_sigma_px) {
-    return fmt::format("out of focus: its edges are blurred by {:.1f} px", f.state.sigma_px);
-  }
-  if (f.clipped > kMostClipped) {
-    return fmt::format("saturated: {:.0f} % of the pixels at its edges are black or white",
-                       100 * f.clipped);
-  }
-  return std::nullopt;
-}
-
-void judge(const DetectorInput& input,
-           const FitFrame& fit_frame,
-           const ExpectedSlot& expected,
-           const CellFit& f,
-           const Measured& m,
-           double max_sigma_px,
-           FittedCandidate& candidate) {
-  const LocateOptions& options = input.options;
-  const double contrast = candidate.fit.contrast * (expected.is_dark ? -1 : 1);
-  const double min_contrast = options.min_contrast * input.image.full_scale();
-  const auto set = [&](Verdict verdict, std::string reason) {
-    candidate.verdict = verdict;
-    candidate.reason = std::move(reason);
-  };
-  if (!f.converged || !candidate.fit.center.cov.allFinite()) {
-    return set(Verdict::Unlikely, "it does not look like the target");
-  }
-  if (contrast < min_contrast) {
-    return set(Verdict::Unlikely,
-               fmt::format("its contrast is {:.1f} grey levels, at least {:.1f} are asked for",
-                           contrast,
-                           min_contrast));
-  }
-  if (f.intact < kLeastIntact) {
-    return set(Verdict::Unlikely,
-               fmt::format("only {:.0f} % of its face look like it", 100 * f.intact));
-  }
-  if (candidate.fit.score < options.min_score) {
-    if (f.correlation >= options.min_score && f.visible >= kLeastVisible) {
-      return set(Verdict::Unfit,
-                 fmt::format("only {:.0f} % of its edges are visible", 100 * f.visible));
-    }
-    return set(Verdict::Unlikely,
-               fmt::format("its score is {:.2f}, at least {:.2f} is asked for",
-                           candidate.fit.score,
-                           options.min_score));
-  }
-  if (auto reason = unfit_reason(fit_frame, expected, f, m, max_sigma_px)) {
-    return set(Verdict::Unfit, *std::move(reason));
-  }
-  set(Verdict::Good, "");
+                                        const Measured& m) {
+  return size_problem(fit_frame, "its width", m.width, expected.width, expected.size_tolerance);
 }
 
 /// Too short to be a slot; empty if it is long enough.
@@ -284,7 +219,8 @@ FittedCandidate fitted(const DetectorInput& input,
     candidate.reason = *std::move(reason);
     // A pixel either way says that this is no measurement.
     set_place(sighting.fit_frame,
-              {sighting.state.to_frame({0, 0}), Eigen::Matrix2d::Identity()},
+              sighting.state.to_frame({0, 0}),
+              Eigen::Matrix2d::Identity(),
               expected.width,
               candidate.fit);
     return candidate;
@@ -299,13 +235,21 @@ FittedCandidate fitted(const DetectorInput& input,
   const CellFit fit = fit_cells(input.image, sighting.fit_frame, model, sighting.state, options);
   const Measured m = measured(input, expected, sighting.fit_frame, model, stretch, fit);
   TargetFit& out = candidate.fit;
-  set_place(sighting.fit_frame, m.place, m.width, out);
+  set_place(sighting.fit_frame, m.place.at, m.place.cov, m.width, out);
   set_quality(model, fit, m.place, out);
   out.angle = rad(m.angle_rad);
   out.angle_sigma = rad(m.angle_sigma_rad);
   out.blind_direction = out.angle;
   out.outlines_px = outlines_of(sighting.fit_frame, expected, fit.state, stretch);
-  judge(input, sighting.fit_frame, expected, fit, m, options.max_sigma_px, candidate);
+  judge_cells(input,
+              fit,
+              {.border = "edges",
+               .unfit = unfit_reason(sighting.fit_frame, expected, m),
+               .turn_rad = m.angle_rad - expected.angle_rad,
+               .turn_sigma_rad = m.angle_sigma_rad,
+               .turn_tolerance_rad = expected.angle_tolerance_rad,
+               .max_sigma_px = options.max_sigma_px},
+              candidate);
   return candidate;
 }
 

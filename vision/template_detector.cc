@@ -12,6 +12,7 @@
 
 #include "panelcal/vision/detector.h"
 #include "panelcal/vision/fit_frame.h"
+#include "panelcal/vision/fit_place.h"
 #include "panelcal/vision/template_fit.h"
 #include "panelcal/vision/template_model.h"
 #include "panelcal/vision/template_search.h"
@@ -68,17 +69,7 @@ void fill(const FitFrame& fit_frame,
   const TemplateVector& p = from.parameters;
   const Eigen::Vector2d place = p.head<2>();
   const Eigen::Matrix2d cov = from.cov.topLeftCorner<2, 2>();
-  const Eigen::Vector2d u = fit_frame.to_image(place).value_or(Eigen::Vector2d::Zero());
-  const Eigen::Matrix2d px_from_frame = fit_frame.jacobian(u).inverse();
-  fit.center = {position_px<frame::Image>(u), propagate(px_from_frame, cov)};
-  const double width = model.width() * model.pitch * std::exp(p[kLogScale]);
-  fit.size = px(width * std::sqrt(std::abs(px_from_frame.determinant())));
-  if (fit_frame.mapping()) {
-    const double unit_mm = fit_frame.unit();
-    fit.center_optical =
-        PositionEstimate<frame::Optical>{fit_frame.to_optical(place), unit_mm * unit_mm * cov};
-    fit.size_mm = mm(width * unit_mm);
-  }
+  set_place(fit_frame, place, cov, model.width() * model.pitch * std::exp(p[kLogScale]), fit);
   fit.angle = rad(p[kTurn]);
   fit.angle_sigma = rad(std::sqrt(std::max(0.0, from.cov(kTurn, kTurn))));
   fit.score = from.correlation * from.visible;

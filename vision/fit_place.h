@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "panelcal/vision/fit_frame.h"
+#include "panelcal/vision/locate.h"
+
+namespace panelcal::internal {
+
+/// Centre and size in the units of the outside world.
+///
+/// In     at, cov, size: in the fit frame's units
+void set_place(const FitFrame& fit_frame,
+               const Eigen::Vector2d& at,
+               const Eigen::Matrix2d& cov,
+               double size,
+               TargetFit& fit);
+
+/// Says by how much a length is off; empty if it is within the tolerance. Lengths in frame units.
+std::optional<std::string> size_problem(
+    const FitFrame& fit_frame, std::string_view what, double seen, double asked, double tolerance);
+
+}  // namespace panelcal::internal
