@@ -9,9 +9,13 @@ function(panelcal_test folder)
   add_executable(${folder}_test ${arg_SOURCES})
   target_link_libraries(${folder}_test PRIVATE ${arg_DEPENDS} panelcal_test_support
                                                panelcal_warnings GTest::gtest_main)
+  # An empty value would be lost on the way, and the next key be taken for it.
+  if(arg_LABELS)
+    list(APPEND arg_PROPERTIES LABELS "${arg_LABELS}")
+  endif()
   gtest_discover_tests(
     ${folder}_test
     TEST_PREFIX ${folder}.
-    PROPERTIES LABELS "${arg_LABELS}" ${arg_PROPERTIES}
+    PROPERTIES ${arg_PROPERTIES}
     DISCOVERY_TIMEOUT 60)
 endfunction()
