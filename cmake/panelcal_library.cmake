@@ -4,6 +4,8 @@
 # The build tree holds a link panelcal/<folder> to each source folder, so that the
 # include path is the same inside the tree and after installation.
 
+include(panelcal_precompile)
+
 set(PANELCAL_INCLUDE_ROOT "${PROJECT_BINARY_DIR}/include")
 
 function(panelcal_library name)
@@ -27,6 +29,7 @@ function(panelcal_library name)
   set_target_properties(panelcal_${name} PROPERTIES EXPORT_NAME ${name}
                                                     VERIFY_INTERFACE_HEADER_SETS ON)
   target_compile_features(panelcal_${name} PUBLIC cxx_std_20)
+  panelcal_precompile(panelcal_${name})
   target_sources(panelcal_${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PANELCAL_INCLUDE_ROOT}"
                                          FILES ${headers})
   target_link_libraries(

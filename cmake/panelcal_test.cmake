@@ -3,12 +3,14 @@
 # TEST registered with CTest on its own so that they run in parallel.
 
 include(GoogleTest)
+include(panelcal_precompile)
 
 function(panelcal_test folder)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LABELS;PROPERTIES" ${ARGN})
   add_executable(${folder}_test ${arg_SOURCES})
   target_link_libraries(${folder}_test PRIVATE ${arg_DEPENDS} panelcal_test_support
                                                panelcal_warnings GTest::gtest_main)
+  panelcal_precompile(${folder}_test <gmock/gmock.h> <gtest/gtest.h>)
   # An empty value would be lost on the way, and the next key be taken for it.
   if(arg_LABELS)
     list(APPEND arg_PROPERTIES LABELS "${arg_LABELS}")

@@ -47,12 +47,13 @@ constexpr std::array<Words, 9> kMachineKeys = {"command_limit_s",
                                                "travel_low_mm",
                                                "zoom_command"};
 constexpr std::array<Words, 1> kMachinePlanned = {"drivers"};
-constexpr std::array<Words, 17> kVisionKeys = {"algorithms",
+constexpr std::array<Words, 18> kVisionKeys = {"algorithms",
                                                "ambiguity_margin",
                                                "cama",
                                                "default_tool",
                                                "four_view_limit_um",
                                                "four_views",
+                                               "inspections",
                                                "max_blur_px",
                                                "min_contrast",
                                                "min_score",
@@ -64,7 +65,6 @@ constexpr std::array<Words, 17> kVisionKeys = {"algorithms",
                                                "search_area_mm",
                                                "search_radius_mm",
                                                "tool"};
-constexpr std::array<Words, 1> kVisionPlanned = {"inspections"};
 constexpr std::array<Words, 4> kCameraKeys = {"bayer", "calibration", "focus_range_mm", "zoom"};
 constexpr std::array<Words, 2> kSpindleKeys = {"camera_offset_mm", "camera_offset_sigma_um"};
 constexpr std::array<Words, 5> kGateKeys = {
@@ -164,10 +164,12 @@ Expected<void> read_optical(const TomlTable& vision, sieb_meyer::Settings& setti
 }
 
 Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
-  PANELCAL_TRY(const auto table, top.table("vision", "[vision]", {kVisionKeys, kVisionPlanned}));
+  PANELCAL_TRY(const auto table, top.table("vision", "[vision]", {kVisionKeys, {}}));
   if (!table) return {};
   PANELCAL_TRY(const auto rotate, table->integer("rotate", 1, kMaxSeries));
   if (rotate) config.walk.series_size = static_cast<int>(*rotate);
+  PANELCAL_TRY(const auto inspections, table->integer("inspections", 1, kMaxInspections));
+  if (inspections) config.walk.inspections = static_cast<int>(*inspections);
   PANELCAL_CHECK(read_model(*table, config.walk));
   PANELCAL_CHECK(read_optical(*table, config.walk.sieb_meyer));
   PANELCAL_CHECK(internal::read_vision_options(*table, config.vision));
@@ -182,7 +184,7 @@ Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto tools, table->tables("tool", "[[vision.tool]]", internal::kTargetKeys));
   for (const TomlTable& tool : tools) {
     PANELCAL_TRY(const Target target,
-                 internal::read_target(tool, config.camera.has_value(), config.file.parent_path()));
+                 internal::read_target(tool, config.camera, config.file.parent_path()));
     if (!config.vision_tools.emplace(target.number, target).second) {
       return failure(tool.problem("number", "each number once", "another tool has it"));
     }

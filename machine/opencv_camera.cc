@@ -73,6 +73,17 @@ std::string name_of(const VideoAddress& address) {
   return without_password(address.what);
 }
 
+/// FFmpeg says "[tcp @ 0x55d1c0] Connection failed": the address is another one every time, and of
+/// use to nobody.
+std::string without_pointers(std::string words) {
+  constexpr std::string_view kPointer = " @ 0x";
+  for (auto at = words.find(kPointer); at != std::string::npos; at = words.find(kPointer, at)) {
+    const auto end = words.find_first_not_of("0123456789abcdefABCDEF", at + kPointer.size());
+    words.erase(at, (end == std::string::npos ? words.size() : end) - at);
+  }
+  return words;
+}
+
 /// Blue, green and red become luma as in read_image.
 template <class Sample>
 void copy_row(const Sample* samples, int channels, std::span<float> row) {
@@ -183,7 +194,7 @@ Expected<std::unique_ptr<CameraDevice>> open_opencv_camera(const VideoAddress& a
   internal::StderrCapture capture;
   PanelcalVideo* const video = module.open(
       static_cast<int>(address.kind), address.what.c_str(), address.width, address.height);
-  const std::string words = capture.finish();
+  const std::string words = without_pointers(capture.finish());
   if (video != nullptr) return std::make_unique<OpenCvCamera>(address, module, video);
   return failure({is_file ? Code::PictureFormat : Code::DeviceCamera,
                   {name, 0, 0},

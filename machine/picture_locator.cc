@@ -13,9 +13,6 @@
 namespace panelcal {
 namespace {
 
-/// More inspections of one place than this are a typing error, not a wish.
-constexpr int kMaxInspections = 100;
-
 MeasurementStatus status_of(DetectionStatus status) {
   switch (status) {
     case DetectionStatus::Found:

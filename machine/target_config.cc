@@ -12,6 +12,7 @@
 #include "panelcal/machine/sim_config.h"
 #include "panelcal/vision/image_io.h"
 #include "panelcal/vision/tag_family.h"
+#include "panelcal/vision/target_check.h"
 
 namespace panelcal::internal {
 namespace {
@@ -201,10 +202,11 @@ Expected<void> read_tag(const TomlTable& table, Target& target) {
 }
 
 Expected<void> read_angles(const TomlTable& table, Target& target) {
-  const bool is_round =
-      target.shape == Shape::Disc || target.shape == Shape::Hole || target.shape == Shape::Ring;
-  PANELCAL_CHECK(check_owner(table, "angle_deg", !is_round, "shapes that can be turned"));
-  PANELCAL_CHECK(check_owner(table, "angle_tolerance_deg", !is_round, "shapes that can be turned"));
+  const bool has_angle = target.shape != Shape::Disc && target.shape != Shape::Hole &&
+                         target.shape != Shape::Ring && target.shape != Shape::AprilTag;
+  constexpr Words kOwners = "shapes that have to lie in a certain way";
+  PANELCAL_CHECK(check_owner(table, "angle_deg", has_angle, kOwners));
+  PANELCAL_CHECK(check_owner(table, "angle_tolerance_deg", has_angle, kOwners));
   PANELCAL_TRY(const auto angle, table.number("angle_deg", {-360, 360}));
   if (angle) target.angle = deg(*angle);
   PANELCAL_TRY(const auto tolerance, table.number("angle_tolerance_deg", {0, 180}));
@@ -212,12 +214,41 @@ Expected<void> read_angles(const TomlTable& table, Target& target) {
   return {};
 }
 
+/// Key that a target as a whole is blamed on.
+Words blamed_key(Shape shape, const TomlTable& table) {
+  if (shape == Shape::Template) return "picture";
+  if (shape == Shape::Dots) return table.has("dots_mm") ? "dots_mm" : "dots_px";
+  return "shape";
+}
+
+/// What the values of several keys make together.
+Expected<void> check_whole(const TomlTable& table,
+                           const std::optional<CameraCalibration>& camera,
+                           const Target& target) {
+  const Words key = blamed_key(target.shape, table);
+  if (auto valid = target.validate(); !valid) {
+    Diagnostic diagnostic = std::move(valid).error();
+    diagnostic.code = Code::ConfigValue;
+    diagnostic.place = table.problem(key, "").place;
+    return failure(std::move(diagnostic));
+  }
+  const bool is_mapped = camera && target.size;
+  const auto mapping = is_mapped ? std::optional(camera->mapping()) : std::nullopt;
+  const auto problem = target_problem(target, mapping ? &*mapping : nullptr);
+  if (!problem) return {};
+  if (!problem->is_of_angle) return failure(table.problem(key, "another picture", problem->why));
+  const bool has_tolerance = table.has("angle_tolerance_deg");
+  return failure(table.problem(has_tolerance ? Words("angle_tolerance_deg") : key,
+                               "less than half of that angle, or a mark that lies in one way only",
+                               problem->why));
+}
+
 }  // namespace
 
 const TomlKeys kTargetKeys{kKeys, kPlanned};
 
 Expected<Target> read_target(const TomlTable& table,
-                             bool has_camera,
+                             const std::optional<CameraCalibration>& camera,
                              const std::filesystem::path& folder) {
   Target target;
   PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxToolNumber));
@@ -225,7 +256,7 @@ Expected<Target> read_target(const TomlTable& table,
   target.number = static_cast<int>(*number);
   PANELCAL_TRY(target.shape, read_shape(table));
   if (target.shape == Shape::Hole) target.polarity = Polarity::Dark;
-  PANELCAL_CHECK(read_sizes(table, has_camera, target));
+  PANELCAL_CHECK(read_sizes(table, camera.has_value(), target));
   PANELCAL_CHECK(read_angles(table, target));
   PANELCAL_CHECK(read_dots(table, target));
   PANELCAL_CHECK(read_picture(table, folder, target));
@@ -238,7 +269,7 @@ Expected<Target> read_target(const TomlTable& table,
   }
   PANELCAL_TRY(target.size_tolerance,
                table.number_or("size_tolerance", {0, 0.5, true}, target.size_tolerance));
-  PANELCAL_CHECK(target.validate());
+  PANELCAL_CHECK(check_whole(table, camera, target));
   return target;
 }
 

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/calibration_file.h"
 #include "panelcal/machine/toml_table.h"
 #include "panelcal/vision/target.h"
 
@@ -15,10 +17,12 @@ extern const TomlKeys kTargetKeys;
 
 /// Reads one [[vision.tool]].
 ///
-/// In     folder: where machine.toml is, from which a template's file name counts
-/// Fails  config-value; target-invalid; what reading the template's picture reports
+/// In     camera: what [camera] calibrates; folder: where machine.toml is, from which a template's
+///        file name counts
+/// Fails  config-value, with line and column, also of a target that no picture could tell; what
+///        reading the template's picture reports
 Expected<Target> read_target(const TomlTable& table,
-                             bool has_camera,
+                             const std::optional<CameraCalibration>& camera,
                              const std::filesystem::path& folder);
 
 }  // namespace panelcal::internal

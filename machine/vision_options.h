@@ -16,6 +16,9 @@ enum class FourViews : std::uint8_t {
   Corners,  ///< (+delta, +delta), (-delta, +delta), (-delta, -delta), (+delta, -delta)
 };
 
+/// More inspections of one place than this are a typing error, not a wish.
+inline constexpr int kMaxInspections = 100;
+
 /// The heights between which the camera's focus axis may go.
 struct FocusRange {
   Length low;

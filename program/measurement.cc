@@ -35,16 +35,24 @@ void append_settings(std::string& out, const VisionSettings& settings) {
   if (settings.algorithm) fmt::format_to(to, ",\"algorithm\":{}", *settings.algorithm);
 }
 
+/// Focusing has no seq, and needs no vision tool.
 void append_request(std::string& out, const MeasurementRequest& request) {
   const Eigen::Vector2d& nominal_mm = request.nominal.in_mm();
   const Eigen::Vector2d& expected_mm = request.expected.in_mm();
-  fmt::format_to(std::back_inserter(out),
-                 "{{\"seq\":{},\"line\":{},\"command\":\"{}\",\"tool\":{},\"nominal\":[{},{}],"
-                 "\"expected\":[{},{}],\"path\":[{}]",
-                 request.seq,
-                 request.line,
-                 request.command,
-                 request.settings.tools.empty() ? 0 : request.settings.tools.front(),
+  const bool is_focus = request.seq < 0;
+  auto to = std::back_inserter(out);
+  if (is_focus) {
+    out += "{\"focus\":true";
+  } else {
+    fmt::format_to(to, "{{\"seq\":{}", request.seq);
+  }
+  fmt::format_to(to, ",\"line\":{},\"command\":\"{}\"", request.line, request.command);
+  if (!is_focus) {
+    const std::vector<int>& tools = request.settings.tools;
+    fmt::format_to(to, ",\"tool\":{}", tools.empty() ? 0 : tools.front());
+  }
+  fmt::format_to(to,
+                 ",\"nominal\":[{},{}],\"expected\":[{},{}],\"path\":[{}]",
                  nominal_mm.x(),
                  nominal_mm.y(),
                  expected_mm.x(),

@@ -53,7 +53,8 @@ enum class Cycles : std::uint8_t {
 
 /// What the machine and the vision system decide about how a program is executed.
 struct WalkOptions {
-  int series_size = 3;              ///< [vision] rotate: G36 or G46 blocks that form one series
+  int series_size = 3;  ///< [vision] rotate: G36 or G46 blocks that form one series
+  int inspections = 1;  ///< [vision] inspections: until a $uvis,insp says another number
   std::optional<PanelModel> model;  ///< [vision] model; absent: what the manual says for the count
   GateLimits base_limits;
   GateLimits nested_limits;

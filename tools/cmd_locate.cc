@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,8 +15,8 @@
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/machine/machine_config.h"
-#include "panelcal/program/json_text.h"
 #include "panelcal/tools/commands.h"
+#include "panelcal/tools/located_json.h"
 #include "panelcal/vision/bayer.h"
 #include "panelcal/vision/image_io.h"
 #include "panelcal/vision/locate.h"
@@ -31,103 +31,42 @@ Diagnostic usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal locate", 0, 0}, std::move(what), std::move(expected)};
 }
 
-void append_point(std::string& out, const Eigen::Vector2d& v_px) {
-  fmt::format_to(std::back_inserter(out), "[{},{}]", v_px.x(), v_px.y());
-}
-
-void append_center(std::string& out, const TargetFit& fit) {
-  const Eigen::Matrix2d& cov_px2 = fit.center.cov;
-  out += ",\"center_px\":";
-  append_point(out, fit.center.position.in_px());
-  fmt::format_to(std::back_inserter(out),
-                 ",\"cov_px\":[{},{},{}],\"size_px\":{:.4f},\"angle_rad\":{:.6f},\"score\":{:.4f}",
-                 cov_px2(0, 0),
-                 cov_px2(0, 1),
-                 cov_px2(1, 1),
-                 fit.size.in_px(),
-                 fit.angle.in_rad(),
-                 fit.score);
-}
-
-void append_details(std::string& out, const TargetFit& fit) {
-  auto to = std::back_inserter(out);
-  fmt::format_to(to,
-                 ",\"visible\":{:.4f},\"blur_px\":{:.4f},\"noise\":{:.4f}",
-                 fit.visible,
-                 fit.blur_px,
-                 fit.noise);
-  if (fit.axis_ratio != 1) fmt::format_to(to, ",\"axis_ratio\":{:.6f}", fit.axis_ratio);
-  if (fit.blind_direction) {
-    fmt::format_to(to, ",\"blind_rad\":{:.6f}", fit.blind_direction->in_rad());
-  }
-  if (fit.tag_id) fmt::format_to(to, ",\"id\":{}", *fit.tag_id);
-  if (fit.corners.empty()) return;
-  out += ",\"corners_px\":[";
-  for (std::size_t i = 0; i < fit.corners.size(); ++i) {
-    if (i > 0) out += ',';
-    append_point(out, fit.corners[i].position.in_px());
-  }
-  out += ']';
-}
-
-void append_others(std::string& out, const Detection& detection) {
-  out += ",\"others\":[";
-  std::string_view separator = "";
-  for (const Candidate& other : other_candidates(detection)) {
-    out += separator;
-    separator = ",";
-    out += "{\"center_px\":";
-    append_point(out, other.center.in_px());
-    fmt::format_to(std::back_inserter(out),
-                   ",\"size_px\":{:.4f},\"score\":{:.4f}",
-                   other.size.in_px(),
-                   other.score);
-    if (!other.reason.empty()) {
-      out += ",\"reason\":";
-      append_json_string(out, other.reason);
-    }
-    out += '}';
-  }
-  out += ']';
-}
-
-/// docs/formats/located_targets.md
-std::string to_json(const std::string& file,
-                    const LocateCommandOptions& options,
-                    const Detection& detection) {
-  std::string out = "{\"image\":";
-  append_json_string(out, file);
-  auto to = std::back_inserter(out);
-  fmt::format_to(to, ",\"tool\":{},\"status\":\"{}\"", options.tool, name(detection.status));
-  const bool is_found = detection.status == DetectionStatus::Found;
-  if (is_found) append_center(out, *detection.best);
-  fmt::format_to(to, ",\"candidates\":{}", detection.n_candidates);
-  if (!detection.reason.empty()) {
-    out += ",\"reason\":";
-    append_json_string(out, detection.reason);
-  }
-  if (is_found) append_details(out, *detection.best);
-  if (options.lists_candidates || detection.status == DetectionStatus::Ambiguous) {
-    append_others(out, detection);
-  }
-  return out + "}\n";
-}
-
 bool is_same_file(const Path& a, const Path& b) {
   std::error_code ignored;
   return a.lexically_normal() == b.lexically_normal() || std::filesystem::equivalent(a, b, ignored);
 }
 
+/// In small letters.
+std::string extension_of(const Path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return extension;
+}
+
 bool is_png(const Path& path) {
-  const std::string extension = path.extension().string();
-  return extension == ".png" || extension == ".PNG";
+  return extension_of(path) == ".png";
+}
+
+/// Whether a name is surely not meant for a folder.
+bool is_other_picture(const Path& path) {
+  constexpr std::array<std::string_view, 10> kExtensions = {
+      ".bmp", ".gif", ".jpeg", ".jpg", ".pdf", ".pgm", ".svg", ".tif", ".tiff", ".webp"};
+  return std::ranges::find(kExtensions, extension_of(path)) != kExtensions.end() &&
+         !std::filesystem::is_directory(path);
 }
 
 /// Where the overlay of each picture goes: OUT.png for the only one, else OUT/NAME.png.
 ///
-/// Fails  usage (several pictures and one file; two pictures of one name; over an input)
+/// Fails  usage (no PNG; several pictures and one file; two pictures of one name; over an input)
 Expected<std::vector<Path>> overlay_paths(const LocateCommandOptions& options) {
   const Path out(options.overlay);
+  if (is_other_picture(out)) {
+    return failure(usage(
+        fmt::format("--overlay {} is not written: overlays are PNG files", quoted(options.overlay)),
+        "a name that ends in .png, or a folder"));
+  }
   std::vector<Path> paths;
   if (is_png(out)) {
     if (options.images.size() > 1) {
@@ -230,6 +169,21 @@ Expected<void> check_size(const std::string& file, const Image& image, const Sea
                               camera.picture_height_px)});
 }
 
+/// A target's middle is in its picture, so whoever looks elsewhere made a slip.
+Expected<void> check_place(const std::string& file, const Image& image, const Search& search) {
+  if (!search.config.locate.search_center) return {};
+  const Eigen::Vector2d& at_px = search.config.locate.search_center->in_px();
+  const double right_px = image.width() - 0.5;
+  const double bottom_px = image.height() - 0.5;
+  if (at_px.x() >= -0.5 && at_px.x() <= right_px && at_px.y() >= -0.5 && at_px.y() <= bottom_px) {
+    return {};
+  }
+  return failure({Code::PictureMismatch,
+                  {file, 0, 0},
+                  fmt::format("--at {},{} is outside of the picture", at_px.x(), at_px.y()),
+                  fmt::format("a place in its {} x {} px", image.width(), image.height())});
+}
+
 Expected<void> write_overlay(const Path& path,
                              const std::string& file,
                              const Image& image,
@@ -255,9 +209,11 @@ Expected<void> locate_one(std::size_t i_image,
   PANELCAL_TRY(Image image, read_image(file));
   if (search.config.bayer) image = from_bayer(image, *search.config.bayer);
   PANELCAL_CHECK(check_size(file, image, search));
+  PANELCAL_CHECK(check_place(file, image, search));
   const Detection detection = locate(
       image, search.target, search.mapping ? &*search.mapping : nullptr, search.config.locate);
-  PANELCAL_CHECK(context.output.write(to_json(file, options, detection)));
+  PANELCAL_CHECK(context.output.write(
+      located_json({file, options.tool, options.lists_candidates}, detection)));
   if (search.overlays.empty()) return {};
   return write_overlay(search.overlays[i_image], file, image, detection, search);
 }

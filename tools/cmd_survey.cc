@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <optional>
 #include <string>
 
 #include "panelcal/calib/base/clock.h"
@@ -16,6 +17,10 @@ class RequestList final : public MeasurementSource, public ProbeSource {
   Expected<Measurement> measure(const MeasurementRequest& request) override {
     lines_ += to_json(request) + "\n";
     return panel_.measure(request);
+  }
+  Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
+    lines_ += to_json(request) + "\n";
+    return panel_.focus(request);
   }
   Expected<ProbeReading> probe(const ProbeRequest& request) override {
     lines_ += to_json(request) + "\n";

@@ -31,7 +31,8 @@ Exit codes
 
 One JSON object a line, in the order of execution; lengths in mm, relative to work zero. Targets
 that depend on earlier ones are listed where a perfect panel has them. Lines with "probe" in place
-of "seq" ask for the height of the surface (docs/formats/probes.md).
+of "seq" ask for the height of the surface (docs/formats/probes.md), lines with "focus" for an
+autofocus.
 
 Exit codes
   0 done; 2 errors in the program or the machine file)"},
@@ -107,7 +108,7 @@ looks for the centre within 60 px of that place only, and draws what it saw: the
 fitted (green if found, red if not), the centre with its uncertainty magnified, and every other
 candidate (yellow), by number, with its score and why it does not count. --candidates lists these
 as "others" too, in the same order. For several pictures --overlay names a folder, which gets a
-NAME.png for each. No input is ever overwritten.
+NAME.png for each; overlays are PNG and nothing else. No input is ever overwritten.
 
 Exit codes
   0 every picture was read, whatever was found in it; 2 a picture or an option is bad; 3 an overlay
@@ -124,6 +125,9 @@ everything really is.
 Without a program: pictures of one target each, at random places and angles, with the noise, debris
 and neighbours of [sim]. Their truth.json (docs/formats/sample_truth.md) says what `panelcal locate`
 should find in them.
+
+What an earlier synth left in the folder is removed: its lists and the pictures that they name. A
+folder with other numbered pictures or lists is refused.
 
 Exit codes
   0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)"},

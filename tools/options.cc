@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <iostream>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +15,19 @@
 
 namespace panelcal {
 namespace {
+
+/// Makes sure that a text is a number from 0 in digits: CLI11 would wrap -1 around, and read 010 as
+/// eight. What is wrong, or nothing.
+std::string check_seed(std::string& text) {
+  std::uint64_t seed = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, seed);
+  if (read.ec != std::errc() || read.ptr != end) {
+    return text + " is no whole number from 0 to 18446744073709551615";
+  }
+  text = std::to_string(seed);
+  return {};
+}
 
 class CommandLine {
  public:
@@ -174,15 +188,17 @@ class CommandLine {
     synth_ = add("synth", "Render the pictures a program asks for, with their truth");
     CLI::Option_group* subject = synth_->add_option_group("SUBJECT", "What the pictures show");
     subject->add_option("PROGRAM", synth_options_.program, "Part program: all of its targets");
-    subject->add_option(
+    CLI::Option* tool = subject->add_option(
         "--tool", synth_options_.tool, "Number of a vision tool: single targets of it");
     subject->require_option(1);
     synth_->add_option("-m,--machine", synth_options_.machine, "machine.toml with [sim]")
         ->required();
     synth_->add_option("-o,--output", synth_options_.output, "Folder to write")->required();
-    synth_->add_option("--seed", synth_options_.seed, "Instead of [sim] seed");
+    synth_->add_option("--seed", synth_options_.seed, "Instead of [sim] seed")
+        ->transform(CLI::Validator(check_seed, "UINT"));
     synth_->add_option("--count", synth_options_.count, "With --tool: how many pictures")
         ->check(CLI::Range(1, 100'000))
+        ->needs(tool)
         ->capture_default_str();
   }
 

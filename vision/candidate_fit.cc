@@ -33,6 +33,8 @@ constexpr double kMaxRimExcess = 2.5;
 constexpr double kMaxRimNoise = 0.1;
 /// Of the radius, rms: regular polygons of six sides have 0.03, of eight 0.016.
 constexpr double kMaxRoughness = 0.022;
+/// Of the radius, amplitude of a wave around the rim: regular hexagons have 0.036 and more.
+constexpr double kMaxLobes = 0.03;
 constexpr int kOutlineNodes = 72;
 
 /// Places on an oval around `center`, as far as the picture's frame goes.
@@ -165,6 +167,15 @@ void judge(const Image& image,
                            "allowed",
                            100 * e.roughness,
                            100 * kMaxRoughness));
+  }
+  if (e.lobes > kMaxLobes) {
+    return set(
+        Verdict::Unfit,
+        fmt::format("its shape: the rim has {} lobes of {:.1f} % of the radius, {:.1f} % are "
+                    "allowed",
+                    e.n_lobes,
+                    100 * e.lobes,
+                    100 * kMaxLobes));
   }
   if (e.rim_excess > kMaxRimExcess && e.rim_noise > kMaxRimNoise * contrast) {
     return set(

@@ -11,7 +11,7 @@ namespace panelcal::internal {
 
 /// Fits the model to the pixels around a rim and judges the result.
 ///
-/// A rough fit to every other row; one to all pixels; then, if the residuals say so, again without
+/// A rough fit to some of the rows; one to all pixels; then, if the residuals say so, again without
 /// neighbours and debris, with an oval rim, or with the ground's texture as correlated noise.
 FittedCandidate fit_candidate(const Image& image,
                               const FitFrame& fit_frame,

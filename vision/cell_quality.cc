@@ -2,6 +2,7 @@
 #include "panelcal/vision/cell_quality.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -27,7 +28,25 @@ struct Seen {
   double share = 0;
   bool is_near = false;  ///< sees a line
   bool is_known = true;
+
+  std::size_t on_target() const { return share > 0.5 ? 1 : 0; }
 };
+
+/// Sigmas of the magnitudes on the ground and on the targets, at least as given; a small lot's is
+/// the other's. A face that varies far more than the ground, which may be textured, is not the
+/// target's face: that is no reason to bear with it.
+std::array<double, 2> spreads_of(std::array<std::vector<double>, 2>& magnitudes,
+                                 const std::array<double, 2>& least) {
+  constexpr std::size_t kFew = 20;
+  std::array<double, 2> spreads{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    auto& lot = magnitudes[i].size() < kFew ? magnitudes[1 - i] : magnitudes[i];
+    spreads[i] = std::max(least[i], 1.4826 * median_of(lot));
+  }
+  constexpr double kMostOfGround = 1.5;  // a bright face has more shot noise
+  spreads[1] = std::min(spreads[1], kMostOfGround * spreads[0]);
+  return spreads;
+}
 
 class Eye {
  public:
@@ -208,6 +227,7 @@ double exclude_strangers(const CellModel& model,
   constexpr double kRimOfContrast = 0.35;  // an edge that is not quite straight is not cut away
   constexpr double kBlobOfContrast = 0.06;
   constexpr double kRimBlobOfContrast = 0.12;
+  constexpr double kMarkOfContrast = 0.45;
   constexpr int kBlobHalf = 2;        // px
   constexpr std::size_t kSample = 5;  // medians are taken of every so many pixels
   constexpr int kGrow = 2;            // px: the blurred foot of what was excluded
@@ -215,8 +235,8 @@ double exclude_strangers(const CellModel& model,
   ResidualMap map(pixels);
   std::vector<Seen> seen(pixels.size());
   Eye eye(model, state);
-  std::vector<double> magnitudes;
-  magnitudes.reserve(pixels.size());
+  // Ground may be textured, targets are not: each has its own spread. Index 1: on a target.
+  std::array<std::vector<double>, 2> magnitudes;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const CellPixel& pixel = pixels[i];
     seen[i] = eye(pixel);
@@ -224,17 +244,17 @@ double exclude_strangers(const CellModel& model,
     const double residual = pixel.value - seen[i].level;
     const double z = residual * std::sqrt(pixel.weight);
     map.set(pixel, z, residual);
-    if (i % kSample == 0) magnitudes.push_back(std::abs(z));
+    if (i % kSample == 0) magnitudes[seen[i].on_target()].push_back(std::abs(z));
   }
   map.integrate();
-  const double z_sigma = std::max(0.3, 1.4826 * median_of(magnitudes));
+  const std::array z_sigma = spreads_of(magnitudes, {0.3, 0.3});
   // Texture is correlated: its local means vary more than those of white noise.
-  magnitudes.clear();
+  magnitudes = {};
   for (std::size_t i = 0; i < pixels.size(); i += kSample) {
     const auto sum = map.around(pixels[i], kBlobHalf);
-    if (sum.n > 0) magnitudes.push_back(std::abs(sum.z) / std::sqrt(sum.n));
+    if (sum.n > 0) magnitudes[seen[i].on_target()].push_back(std::abs(sum.z) / std::sqrt(sum.n));
   }
-  const double blob_sigma = std::max(z_sigma, 1.4826 * median_of(magnitudes));
+  const std::array blob_sigma = spreads_of(magnitudes, z_sigma);
 
   const double contrast = std::abs(state.levels[3]);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -245,7 +265,8 @@ double exclude_strangers(const CellModel& model,
     if (!is_beyond_scale(pixel.value, at.level, full_scale)) {
       const double residual = std::abs(pixel.value - at.level);
       const double limit = (is_rim ? kRimOfContrast : kOfContrast) * contrast;
-      if (residual > limit && residual * std::sqrt(pixel.weight) > kSigmas * z_sigma) {
+      if (residual > limit &&
+          residual * std::sqrt(pixel.weight) > kSigmas * z_sigma[at.on_target()]) {
         map.mark(pixel, kGrow);
         continue;
       }
@@ -253,8 +274,12 @@ double exclude_strangers(const CellModel& model,
     const auto sum = map.around(pixel, kBlobHalf);
     if (sum.n < 1) continue;
     const double limit = (is_rim ? kRimBlobOfContrast : kBlobOfContrast) * contrast;
+    // Whatever the texture: what stands out as far as half the target does is another mark.
+    const bool is_mark =
+        at.share < 0.01 && std::abs(sum.residual) > kMarkOfContrast * contrast * sum.n;
+    const double sigma = is_mark ? z_sigma[at.on_target()] : blob_sigma[at.on_target()];
     if (std::abs(sum.residual) > limit * sum.n &&
-        std::abs(sum.z) > kBlobSigmas * blob_sigma * std::sqrt(sum.n)) {
+        std::abs(sum.z) > kBlobSigmas * sigma * std::sqrt(sum.n)) {
       map.mark(pixel, kGrow);
     }
   }

@@ -142,6 +142,27 @@ CellVector damped_step(const NormalEquations& equations, int n, double damping) 
   return step;
 }
 
+/// The damped step; where it would take a sigma at its limit beyond, the one that leaves it there.
+/// To cut only the sigma's part would leave the others with a step that belongs to it.
+CellVector step_within(const CellModel& model,
+                       const CellState& state,
+                       const NormalEquations& equations,
+                       double damping,
+                       double max_sigma_px) {
+  const int n = model.n_parameters();
+  const int i = model.i_sigma();
+  const CellVector step = damped_step(equations, n, damping);
+  const bool is_beyond = (state.sigma_px <= kMinSigma && step[i] < 0) ||
+                         (state.sigma_px >= max_sigma_px && step[i] > 0);
+  if (!is_beyond) return step;
+  NormalEquations held = equations;
+  held.h.row(i).setZero();
+  held.h.col(i).setZero();
+  held.h(i, i) = 1;
+  held.g[i] = 0;
+  return damped_step(held, n, damping);
+}
+
 /// How far a step moves the pattern's rim at most, pattern units.
 double move_of(const CellModel& model, const CellVector& step, double half) {
   double move = std::max(std::abs(step[0]), std::abs(step[1]));
@@ -189,8 +210,9 @@ CellSolution solve_cells(const CellModel& model,
   NormalEquations equations = problem.equations_at(solution.state);
   double damping = 1e-4;
   for (int i = 0; i < kMaxIterations && !solution.converged && damping < 1e8; ++i) {
-    const CellVector step = limited(
-        model, solution.state, damped_step(equations, n, damping), half, options.max_sigma_px);
+    const CellVector free =
+        step_within(model, solution.state, equations, damping, options.max_sigma_px);
+    const CellVector step = limited(model, solution.state, free, half, options.max_sigma_px);
     const CellState next = model.moved(solution.state, step);
     if (!next.pattern_from_frame.allFinite() || !next.levels.allFinite()) break;
     const double units_per_px =

@@ -80,6 +80,8 @@ namespace {
 
 /// A target with less of its face is a pad with a hole, or half a pad.
 constexpr double kLeastIntact = 0.8;
+/// With more of the pixels near its lines left out the rest fits anything.
+constexpr double kMostExcluded = 0.5;
 /// More of the outline than this has to be visible for a target to count as partly hidden.
 constexpr double kLeastVisible = 0.35;
 constexpr double kMostClipped = 0.75;
@@ -129,6 +131,12 @@ void judge_cells(const DetectorInput& input,
   if (f.intact < kLeastIntact) {
     return set(Verdict::Unlikely,
                fmt::format("only {:.0f} % of its face look like it", 100 * f.intact));
+  }
+  if (f.excluded > kMostExcluded) {
+    return set(Verdict::Unlikely,
+               fmt::format("{:.0f} % of what is near its {} do not look like it",
+                           100 * f.excluded,
+                           judgement.border));
   }
   if (candidate.fit.score < options.min_score) {
     if (f.correlation >= options.min_score && f.visible >= kLeastVisible) {

@@ -67,7 +67,7 @@ class Observations {
     for (std::size_t k = 0; k < texture.lines.size(); ++k) {
       const Eigen::Index i = n_model_ + 2 * static_cast<Eigen::Index>(k);
       const double amplitude = texture.lines[k].amplitude;
-      information_(i, i) = information_(i + 1, i + 1) = 1 / (amplitude * amplitude);
+      information_(i, i) = information_(i + 1, i + 1) = 2 / (amplitude * amplitude);
     }
   }
 

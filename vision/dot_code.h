@@ -16,6 +16,9 @@ struct SeenDot {
   Eigen::Matrix2d cov;
 };
 
+/// Of a dot's diameter: dots do not overlap, so within half of one nothing else can be.
+inline constexpr double kDotPlaceTolerance = 0.45;
+
 /// A dot-code to look for, in the same units.
 struct DotCode {
   std::span<const Eigen::Vector2d> dots;  ///< from the code's place

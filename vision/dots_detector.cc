@@ -44,8 +44,7 @@ DotCode code_of(const DetectorInput& input) {
   code.turn = target.angle.in_rad();
   code.turn_tolerance = target.angle_tolerance.in_rad();
   code.scale_tolerance = target.size_tolerance;
-  // Dots do not overlap: within half of one nothing else can be.
-  code.place_tolerance = 0.45 * dot_size(input);
+  code.place_tolerance = kDotPlaceTolerance * dot_size(input);
   // Target says mm with a mapping; sizes in px with a mapping are pixels all the same.
   code.fits_scale = !target.size;
   return code;

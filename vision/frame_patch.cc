@@ -23,7 +23,7 @@ Eigen::Matrix4d vandermonde() {
 }  // namespace
 
 FramePatch::FramePatch(const FitFrame& frame, const Eigen::Vector2d& center_px, double half_px)
-    : center_px_(center_px), unit_px_(half_px) {
+    : center_px_(center_px), is_plain_(!frame.mapping()), unit_px_(half_px) {
   for (auto& column : c_) {
     for (Eigen::Vector2d& c : column) c.setZero();
   }

@@ -17,6 +17,8 @@ class FramePatch {
   /// In     center_px: the middle of the patch; half_px: half its side, above 0
   FramePatch(const FitFrame& frame, const Eigen::Vector2d& center_px, double half_px);
 
+  /// True if a pixel is a unit and the frame is not turned: without a camera mapping.
+  bool is_plain() const { return is_plain_; }
   const Eigen::Vector2d& center_px() const { return center_px_; }
   /// X and dX/du at the middle.
   const Eigen::Vector2d& center_place() const { return c_[0][0]; }
@@ -52,6 +54,7 @@ class FramePatch {
 
  private:
   Eigen::Vector2d center_px_;
+  bool is_plain_;
   double unit_px_ = 1;
   Eigen::Vector2d c_[4][4];  ///< [power of dx][power of dy]
   Eigen::Matrix2d center_jacobian_;

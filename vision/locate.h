@@ -114,7 +114,7 @@ struct Detection {
 /// In     image; target; mapping may be null, then sizes are in px
 /// Out    Found, Ambiguous, Rejected or NotFound with the reason; centre with covariance
 /// Fails  never; invalid targets, or a size in mm without a mapping, are Rejected with the reason
-/// Cost   discs: about 3 ms for 640 x 480 px, 14 ms on texture, more with debris
+/// Cost   discs: about 1 ms for 640 x 480 px, 13 ms on texture, more with debris
 /// Source Reisfeld, Wolfson and Yeshurun 1995 (radial voting); docs/formulation.md, Locating
 /// See    tests/vision/locate_test.cc, tests/bench/locate_bench.cc
 Detection locate(const Image& image,

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <numeric>
+#include <utility>
 
 namespace panelcal::internal {
 namespace {
@@ -29,19 +31,31 @@ struct Grid {
   }
   float at(int x, int y) const { return cells[index(x, y)]; }
   float& at(int x, int y) { return cells[index(x, y)]; }
+  /// n cells of a row.
+  Eigen::Map<const Eigen::ArrayXf> part(int x, int y, int n) const {
+    return {cells.data() + index(x, y), n};
+  }
+  Eigen::Map<Eigen::ArrayXf> part(int x, int y, int n) { return {cells.data() + index(x, y), n}; }
 };
 
 /// Averages factor x factor pixels; what is left over at the right and bottom is dropped.
 Grid averaged(const Image& image, const PixelBox& box, int factor) {
   Grid grid(box.width / factor, box.height / factor);
   const float weight = 1.0F / static_cast<float>(factor * factor);
-  for (int y = 0; y < grid.height * factor; ++y) {
-    const auto row = image.row(box.y0 + y);
-    for (int x = 0; x < grid.width; ++x) {
-      float sum = 0;
-      for (int i = 0; i < factor; ++i)
-        sum += row[static_cast<std::size_t>(box.x0 + x * factor + i)];
-      grid.at(x, y / factor) += weight * sum;
+  const Eigen::Index width = static_cast<Eigen::Index>(grid.width) * factor;
+  Eigen::ArrayXf sums(width);
+  for (int y = 0; y < grid.height; ++y) {
+    sums.setZero();
+    const auto row = [&](int i) {
+      return Eigen::Map<const Eigen::ArrayXf>(image.row(box.y0 + y * factor + i).data() + box.x0,
+                                              width);
+    };
+    int i = 0;
+    for (; i + 4 <= factor; i += 4) sums += (row(i) + row(i + 1)) + (row(i + 2) + row(i + 3));
+    for (; i < factor; ++i) sums += row(i);
+    const float* from = sums.data();
+    for (int x = 0; x < grid.width; ++x, from += factor) {
+      grid.at(x, y) = weight * std::accumulate(from, from + factor, 0.0F);
     }
   }
   return grid;
@@ -49,17 +63,16 @@ Grid averaged(const Image& image, const PixelBox& box, int factor) {
 
 /// (1 2 1) / 4 both ways; the border keeps its values.
 Grid smoothed(const Grid& in) {
+  if (in.width < 3 || in.height < 3) return in;
   Grid rows = in;
   for (int y = 0; y < in.height; ++y) {
-    for (int x = 1; x + 1 < in.width; ++x) {
-      rows.at(x, y) = 0.25F * (in.at(x - 1, y) + 2 * in.at(x, y) + in.at(x + 1, y));
-    }
+    const auto from = [&](int x) { return in.part(x, y, in.width - 2); };
+    rows.part(1, y, in.width - 2) = 0.25F * (from(0) + 2 * from(1) + from(2));
   }
   Grid out = rows;
   for (int y = 1; y + 1 < in.height; ++y) {
-    for (int x = 0; x < in.width; ++x) {
-      out.at(x, y) = 0.25F * (rows.at(x, y - 1) + 2 * rows.at(x, y) + rows.at(x, y + 1));
-    }
+    const auto from = [&](int dy) { return std::as_const(rows).part(0, y + dy, in.width); };
+    out.part(0, y, in.width) = 0.25F * (from(-1) + 2 * from(0) + from(1));
   }
   return out;
 }
@@ -71,20 +84,27 @@ struct Gradients {
 
 Gradients gradients_of(const Grid& grid) {
   Gradients g{Grid(grid.width, grid.height), Grid(grid.width, grid.height)};
+  if (grid.width < 3) return g;
+  const int n = grid.width - 2;
   for (int y = 1; y + 1 < grid.height; ++y) {
-    for (int x = 1; x + 1 < grid.width; ++x) {
-      g.x.at(x, y) = 0.5F * (grid.at(x + 1, y) - grid.at(x - 1, y));
-      g.y.at(x, y) = 0.5F * (grid.at(x, y + 1) - grid.at(x, y - 1));
-    }
+    g.x.part(1, y, n) = 0.5F * (grid.part(2, y, n) - grid.part(0, y, n));
+    g.y.part(1, y, n) = 0.5F * (grid.part(1, y + 1, n) - grid.part(1, y - 1, n));
   }
   return g;
 }
 
 /// What noise and texture do to a gradient component: the median is blind to a few edges.
 double gradient_sigma(const Gradients& g) {
+  // So many give the median to 2 %.
+  constexpr std::size_t kEnough = 4000;
+  std::size_t stride = std::max<std::size_t>(1, g.x.cells.size() / kEnough);
+  // Not the same columns in every row: a weave may repeat with them.
+  while (stride > 1 && static_cast<std::size_t>(g.x.width) % stride == 0) ++stride;
   std::vector<float> magnitudes;
-  magnitudes.reserve(g.x.cells.size());
-  for (const float v : g.x.cells) magnitudes.push_back(std::abs(v));
+  magnitudes.reserve(g.x.cells.size() / stride + 1);
+  for (std::size_t i = 0; i < g.x.cells.size(); i += stride) {
+    magnitudes.push_back(std::abs(g.x.cells[i]));
+  }
   if (magnitudes.empty()) return 0;
   const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
   std::nth_element(magnitudes.begin(), middle, magnitudes.end());
@@ -109,12 +129,15 @@ Grid collect_votes(const Gradients& g, double radius, double sign, double thresh
   Grid votes(g.x.width, g.x.height);
   const int n_steps = std::max(1, static_cast<int>(std::ceil(kRadiusSpread * radius)));
   const float weight = 1.0F / static_cast<float>(2 * n_steps + 1);
+  const auto limit = static_cast<float>(threshold * threshold);
+  Eigen::ArrayXf squares(votes.width);
   for (int y = 0; y < votes.height; ++y) {
+    squares = g.x.part(0, y, votes.width).square() + g.y.part(0, y, votes.width).square();
     for (int x = 0; x < votes.width; ++x) {
+      if (!(squares[x] > limit)) continue;
       const double gx = g.x.at(x, y);
       const double gy = g.y.at(x, y);
-      const double magnitude = std::hypot(gx, gy);
-      if (!(magnitude > threshold)) continue;
+      const double magnitude = std::sqrt(gx * gx + gy * gy);
       for (int k = -n_steps; k <= n_steps; ++k) {
         const double r = sign * radius * (1 + kRadiusSpread * k / n_steps);
         vote(votes, x + r * gx / magnitude, y + r * gy / magnitude, weight);
@@ -160,11 +183,12 @@ std::vector<VotePeak> radial_votes(const Image& image,
 
   // A rim two cells wide votes into a spot whose middle holds about a tenth of it.
   const double whole_rim = 2 * std::numbers::pi * radius * 0.15;
+  const auto least = static_cast<float>(kMinVotes * whole_rim);
   std::vector<VotePeak> peaks;
   for (int y = 0; y < votes.height; ++y) {
     for (int x = 0; x < votes.width; ++x) {
+      if (votes.at(x, y) < least || !is_peak(votes, x, y)) continue;
       const double share = votes.at(x, y) / whole_rim;
-      if (share < kMinVotes || !is_peak(votes, x, y)) continue;
       const Eigen::Vector2d at(box.x0 + (x + 0.5) * factor - 0.5,
                                box.y0 + (y + 0.5) * factor - 0.5);
       peaks.push_back({at, share});

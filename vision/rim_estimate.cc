@@ -3,13 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
 #include "panelcal/vision/rim_fit.h"
 #include "panelcal/vision/rim_residuals.h"
+#include "panelcal/vision/rim_shape.h"
+#include "panelcal/vision/rim_strangers.h"
 #include "panelcal/vision/rim_texture.h"
 #include "panelcal/vision/rim_window.h"
 
@@ -30,6 +34,9 @@ constexpr double kOvalPx = 0.02;
 /// Rims with residuals near what noise makes are round; others are looked at closely.
 constexpr double kSuspiciousRatio = 1.3;
 constexpr double kRoughSignificance = 4;
+/// Noise may hide lobes of this amplitude, of the radius, from that ratio.
+constexpr double kLobes = 0.03;
+constexpr double kLobesSignificance = 40;
 /// A light that does not multiply, such as a reflection: chance would hardly make one.
 constexpr double kOwnSlopeChiSquare = 12;
 constexpr double kOwnSlopeOnTexture = 300;
@@ -72,6 +79,20 @@ struct Correlation {
     mv += model * seen;
     vv += seen * seen;
   }
+  /// Pixels of one model level, by their residuals.
+  void add_flat(double model, std::span<const float> residuals) {
+    const Eigen::Map<const Eigen::ArrayXf> r(residuals.data(),
+                                             static_cast<Eigen::Index>(residuals.size()));
+    const auto count = static_cast<double>(residuals.size());
+    const auto sum = static_cast<double>(r.sum());
+    const auto squares = static_cast<double>(r.square().sum());
+    n += count;
+    m += count * model;
+    v += count * model + sum;
+    mm += count * model * model;
+    mv += model * (count * model + sum);
+    vv += model * (count * model + 2 * sum) + squares;
+  }
   double value(double white_noise) const {
     const double var_m = n * mm - m * m;
     const double var_seen = n * vv - v * v;
@@ -90,25 +111,36 @@ double correlation_of(const RimWindow& window,
                       double white_noise) {
   Correlation sums;
   const double limit = (1 + kScoreReach) * p[kRadius] / window.unit_px();
+  const bool has_excluded = !window.excluded().empty();
   for (const RimSpan& span : window.spans()) {
     if (span.is_band) continue;
-    for (int x = span.x0; x < span.x1; ++x) {
-      const Eigen::Vector2d at = window.plane_at(x, span.y);
-      double model = 0;
-      if (span.zone == RimZone::Outside) {
-        if (at.squaredNorm() > limit * limit || window.is_excluded(x, span.y)) continue;
-      } else if (span.zone == RimZone::Target) {
-        model = p[kContrast];
-      } else {
-        model = p[kHole];
-      }
-      const std::size_t i = window.index(x, span.y);
-      sums.add(model, model + static_cast<double>(residuals.values[i]));
+    int x0 = span.x0;
+    int x1 = span.x1;
+    double model = 0;
+    if (span.zone == RimZone::Outside) {
+      const Eigen::Vector2d at = window.plane_at(0, span.y);
+      const double half2 = limit * limit - at.y() * at.y();
+      if (half2 < 0) continue;
+      const double half = std::sqrt(half2);
+      x0 = std::max(x0, static_cast<int>(std::ceil((-half - at.x()) * window.unit_px())));
+      x1 = std::min(x1, 1 + static_cast<int>(std::floor((half - at.x()) * window.unit_px())));
+      if (x0 >= x1) continue;
+    } else {
+      model = span.zone == RimZone::Target ? p[kContrast] : p[kHole];
+    }
+    const float* const left = residuals.values.data() + window.index(0, span.y);
+    if (!has_excluded) {
+      sums.add_flat(model, {left + x0, static_cast<std::size_t>(x1 - x0)});
+      continue;
+    }
+    for (int x = x0; x < x1; ++x) {
+      if (span.zone == RimZone::Outside && window.is_excluded(x, span.y)) continue;
+      sums.add(model, model + static_cast<double>(left[x]));
     }
   }
   // What was left out of a band by the target's inner part counts as well.
   for (const RimSpan& span : window.spans()) {
-    if (!span.is_band || span.zone == RimZone::Outside) continue;
+    if (!has_excluded || !span.is_band || span.zone == RimZone::Outside) continue;
     for (int x = span.x0; x < span.x1; ++x) {
       if (!window.is_excluded(x, span.y)) continue;
       const Eigen::Vector2d at = window.plane_at(x, span.y);
@@ -117,11 +149,12 @@ double correlation_of(const RimWindow& window,
       sums.add(model, static_cast<double>(window.value(x, span.y)) - background);
     }
   }
-  for (const RimPixel& pixel : window.band()) {
-    const RimValue value = rim_value(pixel, p, window.is_ring(), nullptr);
-    const double background = p[kLevel] * (1 + p[kLightX] * static_cast<double>(pixel.plane.x()) +
-                                           p[kLightY] * static_cast<double>(pixel.plane.y()));
-    sums.add(value.level - background, static_cast<double>(pixel.value) - background);
+  const RimBand& band = window.band();
+  for (std::size_t i = 0; i < band.size(); ++i) {
+    const double background = p[kLevel] * (1 + p[kLightX] * static_cast<double>(band.plane_x[i]) +
+                                           p[kLightY] * static_cast<double>(band.plane_y[i]));
+    sums.add(static_cast<double>(residuals.band.level[i]) - background,
+             static_cast<double>(band.value[i]) - background);
   }
   return sums.value(white_noise);
 }
@@ -146,17 +179,23 @@ struct Ovalness {
 
 Ovalness ovalness_of(const RimWindow& window, const RimVector& p, double sigma) {
   Ovalness result;
-  RimGradient g{};
   double slope[2] = {0, 0};
   double curvature[2] = {0, 0};
-  for (const RimPixel& pixel : window.band()) {
-    if (pixel.clipped != 0) continue;
-    const RimValue value = rim_value(pixel, p, window.is_ring(), &g);
-    const double r = static_cast<double>(pixel.value) - value.level;
-    for (int i = 0; i < 2; ++i) {
-      const double gi = g[static_cast<std::size_t>(kOval + i)];
-      slope[i] += r * gi;
-      curvature[i] += gi * gi;
+  RimFreedom freedom;
+  freedom.is_ring = window.is_ring();
+  freedom.is_oval = true;
+  const RimBand& band = window.band();
+  RimChunk chunk;
+  for (std::size_t first = 0; first < band.size(); first += RimChunk::kSize) {
+    chunk.evaluate(band, first, p, freedom, RimChunk::Want::Gradient);
+    for (std::size_t k = 0; k < chunk.n; ++k) {
+      if (band.clipped[first + k] != 0) continue;
+      const double r = static_cast<double>(band.value[first + k] - chunk.level[k]);
+      for (std::size_t i = 0; i < 2; ++i) {
+        const auto g = static_cast<double>(chunk.gradient[kOval + i][k]);
+        slope[i] += r * g;
+        curvature[i] += g * g;
+      }
     }
   }
   for (int i = 0; i < 2; ++i) {
@@ -168,9 +207,10 @@ Ovalness ovalness_of(const RimWindow& window, const RimVector& p, double sigma) 
 }
 
 double clipped_share(const RimWindow& window, const RimVector& p) {
+  if (!window.band().has_clipped) return 0;
   double n = 0;
   double n_clipped = 0;
-  for (const RimPixel& pixel : window.band()) {
+  for (const RimPixel pixel : window.band()) {
     const double distance = std::abs((pixel.at.cast<double>() - p.head<2>()).norm() - p[kRadius]);
     if (distance > 3 * p[kSigma]) continue;
     ++n;
@@ -220,7 +260,8 @@ class RimEstimator {
 
  private:
   bool fit_roughly() {
-    window_.collect(solution_.parameters, kBandSigmas * 2 + 2, 2);
+    const int stride = static_cast<int>(std::clamp(0.1 * start_[kRadius], 2.0, 6.0));
+    window_.collect(solution_.parameters, kBandSigmas * 2 + 2, stride);
     options_.tolerance_px = kRough_px;
     options_.huber = 0;
     solution_ = fit_rim(window_, solution_.parameters, options_);
@@ -242,7 +283,7 @@ class RimEstimator {
 
   void look() {
     residuals_ = residuals_of(window_, solution_.parameters);
-    noise_ = estimate_noise(window_, solution_.parameters, residuals_);
+    noise_ = estimate_noise(window_, residuals_);
     has_strangers_.reset();
   }
 
@@ -261,8 +302,7 @@ class RimEstimator {
   /// Whether the residuals last looked at hold what does not belong.
   bool has_strangers() {
     if (!has_strangers_) {
-      RimWindow probe = window_;
-      has_strangers_ = exclude_strangers(probe, residuals_, noise_, solution_.parameters);
+      has_strangers_ = internal::has_strangers(window_, residuals_, noise_, solution_.parameters);
     }
     return *has_strangers_;
   }
@@ -404,15 +444,31 @@ class RimEstimator {
     return n > 0 ? n_excluded / n : 0;
   }
 
+  /// Whether lobes would raise the rim's residuals by too little to be noticed.
+  bool may_hide_lobes() const {
+    const RimVector& p = solution_.parameters;
+    const double shift_px = kLobes * p[kRadius] / std::numbers::sqrt2;
+    const double slopes =
+        p[kContrast] * p[kContrast] / (2 * std::sqrt(std::numbers::pi) * p[kSigma]);
+    const double excess = shift_px * shift_px * slopes / (2 * band_px(p));
+    return excess < 2 * (kSuspiciousRatio - 1) * pooled_sigma() * pooled_sigma();
+  }
+
   void look_at_shape(RimEstimate& estimate) {
-    if (!is_peeled_ && noise_.rim_ratio < kSuspiciousRatio) return;
+    if (!is_peeled_ && noise_.rim_ratio < kSuspiciousRatio && !may_hide_lobes()) return;
     const RimVector& p = solution_.parameters;
     estimate.covered = covered_share(window_, p);
     std::vector<std::uint8_t> excluded;
     std::swap(excluded, window_.excluded());
     window_.collect(p, band_px(p), 1);
-    const RimRoughness rough = rim_roughness(window_, p, noise_.total);
+    const auto deviations = rim_deviations(window_, p, noise_.total);
+    const RimRoughness rough = rim_roughness(deviations);
     if (rough.significance > kRoughSignificance) estimate.roughness = rough.rms_px / p[kRadius];
+    const RimLobes lobes = rim_lobes(deviations);
+    if (lobes.significance > kLobesSignificance) {
+      estimate.n_lobes = lobes.n;
+      estimate.lobes = lobes.amplitude_px / p[kRadius];
+    }
     std::swap(excluded, window_.excluded());
     window_.collect(p, band_px(p), 1);
   }

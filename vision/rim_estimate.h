@@ -21,6 +21,8 @@ struct RimEstimate {
   double clipped = 0;      ///< part of the band's pixels at an end of the scale
   double covered = 0;      ///< part of the target's inner area that is not like the rest
   double roughness = 0;    ///< how far the rim is from round, beyond chance; of the radius
+  int n_lobes = 0;         ///< of a rim that is a wave around the circle, beyond chance
+  double lobes = 0;        ///< their amplitude, of the radius
   double rim_excess = 1;   ///< sigma of the residuals at the rim over that of the flat parts
   double rim_noise = 0;    ///< sigma of the residuals at the rim, grey levels
 };

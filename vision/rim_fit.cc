@@ -11,16 +11,12 @@ namespace panelcal::internal {
 namespace {
 
 constexpr int kMaxIterations = 15;         // a rim takes 3 or 4; more means that there is none
-constexpr double kCostRounding = 1e-9;     // of the cost's curvature part
+constexpr double kCostRounding = 1e-6;     // of the cost: residuals are floats
 constexpr double kMinSigma = 0.32;         // a pixel behind a perfect lens has 0.29
 constexpr double kMaxSigmaOfRadius = 0.3;  // a blurrier rim is no rim
 
-using Dynamic = Eigen::Matrix<double,
-                              Eigen::Dynamic,
-                              Eigen::Dynamic,
-                              Eigen::ColMajor,
-                              kRimParameters + 1,
-                              kRimParameters + 1>;
+using Dynamic = Eigen::
+    Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRimParameters, kRimParameters>;
 
 /// How much one clipped pixel says: -2 log of its probability, and derivatives by the level.
 struct ClippedTerm {
@@ -56,8 +52,11 @@ struct Equations {
 class Accumulator {
  public:
   Accumulator(const RimWindow& window, const RimFitOptions& options)
-      : window_(window), options_(options), n_(options.freedom.columns(columns_)) {
-    rows_.resize(kChunk, n_ + 1);
+      : window_(window),
+        options_(options),
+        n_(options.freedom.columns(columns_)),
+        n_padded_((n_ + 3) / 4 * 4) {
+    rows_.setZero(kRows, n_padded_);
   }
 
   int n() const { return n_; }
@@ -70,50 +69,56 @@ class Accumulator {
 
   Equations at(const RimVector& p) {
     Equations equations;
-    sums_.setZero(n_ + 1, n_ + 1);
+    sums_.setZero(n_padded_, n_padded_);
+    gradient_.setZero(n_padded_);
     cost_ = 0;
     n_rows_ = 0;
-    for (const RimPixel& pixel : window_.band()) add(pixel, p);
+    const RimBand& band = window_.band();
+    for (std::size_t i = 0; i < band.size(); i += RimChunk::kSize) {
+      chunk_.evaluate(band, i, p, options_.freedom, RimChunk::Want::Gradient);
+      chunk_.weigh(band, options_.huber);
+      if (band.has_clipped) weigh_clipped(band);
+      add_chunk();
+    }
     flush();
     equations.h = sums_.topLeftCorner(n_, n_);
-    equations.g = sums_.col(n_).head(n_);
+    equations.g = gradient_.head(n_);
     equations.cost = cost_;
     add_flat(p, equations);
     return equations;
   }
 
  private:
-  static constexpr Eigen::Index kChunk = 128;
+  static constexpr Eigen::Index kLanes = RimChunk::kSize;
+  static constexpr Eigen::Index kRows = 2 * kLanes;  // summed up as floats
 
-  void add(const RimPixel& pixel, const RimVector& p) {
-    const RimValue value = rim_value(pixel, p, options_.freedom.is_ring, &gradient_);
-    double weight = static_cast<double>(pixel.weight);
-    double residual = value.level - static_cast<double>(pixel.value);
-    if (pixel.clipped != 0) {
-      const double sigma = 1 / std::sqrt(weight);
-      const double sign = pixel.clipped;
-      const ClippedTerm term = clipped_term(-sign * residual / sigma, sigma);
-      if (term.curvature <= 0) return;
-      cost_ += term.cost;
-      weight = term.curvature;
-      residual = -sign * term.slope / weight;
-    } else {
-      const double z2 = residual * residual * weight;
-      if (options_.huber > 0 && z2 > options_.huber * options_.huber) {
-        const double z = std::sqrt(z2);
-        cost_ += options_.huber * (2 * z - options_.huber);
-        weight *= options_.huber / z;
-      } else {
-        cost_ += z2;
-      }
+  void weigh_clipped(const RimBand& band) {
+    for (std::size_t i = 0; i < chunk_.n; ++i) {
+      const double sign = band.clipped[chunk_.first + i];
+      if (sign == 0) continue;
+      const double sigma = 1 / std::sqrt(static_cast<double>(band.weight[chunk_.first + i]));
+      const double beyond = -sign * static_cast<double>(chunk_.residual[i]) / sigma;
+      const ClippedTerm term = clipped_term(beyond, sigma);
+      const bool tells = term.curvature > 0;
+      chunk_.cost[i] = tells ? static_cast<float>(term.cost) : 0;
+      chunk_.root_weight[i] = tells ? static_cast<float>(std::sqrt(term.curvature)) : 0;
+      chunk_.residual[i] = tells ? static_cast<float>(-sign * term.slope / term.curvature) : 0;
     }
-    const double root = std::sqrt(weight);
+  }
+
+  void add_chunk() {
+    const auto lanes = [](const RimChunk::Lanes& l) {
+      return Eigen::Map<const Eigen::Array<float, kLanes, 1>>(l.data());
+    };
+    const auto root = lanes(chunk_.root_weight);
     for (int i = 0; i < n_; ++i) {
-      rows_(n_rows_, i) = static_cast<float>(
-          root * gradient_[static_cast<std::size_t>(columns_[static_cast<std::size_t>(i)])]);
+      const auto k = static_cast<std::size_t>(columns_[static_cast<std::size_t>(i)]);
+      rows_.col(i).segment<kLanes>(n_rows_).array() = root * lanes(chunk_.gradient[k]);
     }
-    rows_(n_rows_, n_) = static_cast<float>(root * residual);
-    if (++n_rows_ == kChunk) flush();
+    residuals_.segment<kLanes>(n_rows_).array() = root * lanes(chunk_.residual);
+    cost_ += static_cast<double>(lanes(chunk_.cost).sum());
+    n_rows_ += kLanes;
+    if (n_rows_ == kRows) flush();
   }
 
   void flush() {
@@ -121,6 +126,8 @@ class Accumulator {
     const auto rows = rows_.topRows(n_rows_);
     product_.noalias() = rows.transpose() * rows;
     sums_ += product_.cast<double>();
+    slope_.noalias() = rows.transpose() * residuals_.head(n_rows_);
+    gradient_ += slope_.cast<double>();
     n_rows_ = 0;
   }
 
@@ -145,16 +152,16 @@ class Accumulator {
   const RimFitOptions& options_;
   std::array<int, kRimParameters> columns_{};
   int n_;
-  RimGradient gradient_{};
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kChunk, kRimParameters + 1>
+  int n_padded_;  ///< products of four columns at a time are the quickest
+  RimChunk chunk_;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRows, kRimParameters>
       rows_;
-  Eigen::Matrix<float,
-                Eigen::Dynamic,
-                Eigen::Dynamic,
-                Eigen::ColMajor,
-                kRimParameters + 1,
-                kRimParameters + 1>
-      product_;
+  Eigen::Matrix<float, kRows, 1> residuals_;
+  Eigen::
+      Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRimParameters, kRimParameters>
+          product_;
+  Eigen::Matrix<float, Eigen::Dynamic, 1, Eigen::ColMajor, kRimParameters, 1> slope_;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kRimParameters, 1> gradient_;
   Dynamic sums_;
   double cost_ = 0;
   Eigen::Index n_rows_ = 0;
@@ -199,6 +206,16 @@ double largest_move(const RimVector& a, const RimVector& b) {
                    d[kOvalDiagonal] * a[kRadius]});
 }
 
+/// Strong residuals of what is not the rim make steps overshoot, every one nearly as far as the one
+/// before: the minimum lies between two that reverse.
+void shorten_reversal(const Eigen::VectorXd& last, const Dynamic& h, Eigen::VectorXd& step) {
+  constexpr double kReverse = 0.3;
+  if (last.size() == 0) return;
+  const Eigen::VectorXd h_last = h * last;
+  const double reversal = -step.dot(h_last) / last.dot(h_last);
+  if (reversal > kReverse) step /= 1 + reversal;
+}
+
 }  // namespace
 
 RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFitOptions& options) {
@@ -210,8 +227,10 @@ RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFi
   double damping = 1e-6;
   Equations equations = accumulator.at(solution.parameters);
   solution.n_evaluations = 1;
+  Eigen::VectorXd last;
   for (int i = 0; i < kMaxIterations && !solution.converged && damping < 1e8; ++i) {
-    const Eigen::VectorXd step = solve(equations, damping);
+    Eigen::VectorXd step = solve(equations, damping);
+    shorten_reversal(last, equations.h, step);
     const RimVector next = moved(solution.parameters, accumulator.expanded(step), is_ring);
     const bool is_small = largest_move(next, solution.parameters) < options.tolerance_px;
     if (is_small && damping < 0.1) {
@@ -226,6 +245,7 @@ RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFi
     if (next_equations.cost <= equations.cost + kCostRounding * scale) {
       solution.parameters = next;
       equations = std::move(next_equations);
+      last = step;
       damping = std::max(1e-9, damping * 0.1);
     } else {
       damping = std::max(1e-2, damping * 10);
@@ -244,12 +264,15 @@ void set_weights(RimWindow& window, const RimVector& parameters, const RimNoise&
   const double target = noise[RimZone::Target] * noise[RimZone::Target];
   const double ratio = target / outside;
   const bool is_even = ratio > 0.8 && ratio < 1.25;
-  for (RimPixel& pixel : window.band()) {
-    double share = 0.5;
-    if (!is_even) {
-      share = std::clamp(rim_value(pixel, parameters, window.is_ring(), nullptr).share, 0.0, 1.0);
-    }
-    pixel.weight = static_cast<float>(1 / (share * target + (1 - share) * outside));
+  RimBand& band = window.band();
+  if (is_even) {
+    std::fill(band.weight.begin(), band.weight.end(), static_cast<float>(2 / (target + outside)));
+    return;
+  }
+  const RimBandValues values = band_values(band, parameters, window.is_ring());
+  for (std::size_t i = 0; i < band.size(); ++i) {
+    const double share = std::clamp(static_cast<double>(values.share[i]), 0.0, 1.0);
+    band.weight[i] = static_cast<float>(1 / (share * target + (1 - share) * outside));
   }
 }
 

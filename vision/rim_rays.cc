@@ -36,38 +36,74 @@ class RaySampler {
   bool usable() const { return usable_; }
 
   /// The bilinear level at an offset from the centre; empty outside of the picture.
-  std::optional<double> operator()(const Eigen::Vector2d& offset) const {
+  std::optional<float> operator()(const Eigen::Vector2d& offset) const {
     const Eigen::Vector2d u = center_px_ + px_from_frame_ * offset;
-    const double fx = std::floor(u.x());
-    const double fy = std::floor(u.y());
-    if (!(fx >= 0) || !(fy >= 0) || !(fx < image_.width() - 1) || !(fy < image_.height() - 1)) {
-      return std::nullopt;
+    if (!is_inside(u)) return std::nullopt;
+    return level(static_cast<float>(u.x()), static_cast<float>(u.y()));
+  }
+
+  /// Levels at from, from + step .. to along a direction; false if an end is outside of the
+  /// picture.
+  bool along(const Eigen::Vector2d& e,
+             double from,
+             double to,
+             double step,
+             std::vector<float>& levels) const {
+    levels.clear();
+    if (to < from) return true;
+    const Eigen::Vector2d first = center_px_ + px_from_frame_ * (from * e);
+    const auto n = 1 + static_cast<int>((to - from) / step);
+    const Eigen::Vector2d stride = px_from_frame_ * (step * e);
+    // What is between two inside places is inside.
+    if (!is_inside(first) || !is_inside(first + (n - 1) * stride)) return false;
+    levels.resize(static_cast<std::size_t>(n));
+    for (int k = 0; k < n; ++k) {
+      levels[static_cast<std::size_t>(k)] = level(static_cast<float>(first.x() + k * stride.x()),
+                                                  static_cast<float>(first.y() + k * stride.y()));
     }
-    const int x = static_cast<int>(fx);
-    const int y = static_cast<int>(fy);
-    const double tx = u.x() - fx;
-    const double ty = u.y() - fy;
-    return (1 - ty) * ((1 - tx) * image_.at(x, y) + tx * image_.at(x + 1, y)) +
-           ty * ((1 - tx) * image_.at(x, y + 1) + tx * image_.at(x + 1, y + 1));
+    return true;
   }
 
  private:
+  bool is_inside(const Eigen::Vector2d& u) const {
+    return u.x() >= 0 && u.y() >= 0 && u.x() < image_.width() - 1 && u.y() < image_.height() - 1;
+  }
+  /// Precondition: inside, but for rounding.
+  float level(float ux, float uy) const {
+    const int x = std::min(static_cast<int>(ux), image_.width() - 2);
+    const int y = std::min(static_cast<int>(uy), image_.height() - 2);
+    const float tx = ux - static_cast<float>(x);
+    const float ty = uy - static_cast<float>(y);
+    const float* const above = image_.row(y).data() + x;
+    const float* const below = above + image_.width();
+    return (1 - ty) * ((1 - tx) * above[0] + tx * above[1]) +
+           ty * ((1 - tx) * below[0] + tx * below[1]);
+  }
+
   const Image& image_;
   bool usable_ = false;
   Eigen::Vector2d center_px_ = Eigen::Vector2d::Zero();
   Eigen::Matrix2d px_from_frame_ = Eigen::Matrix2d::Identity();
 };
 
-Eigen::Vector2d direction(int i_ray) {
-  const double angle = 2 * std::numbers::pi * i_ray / kRays;
-  return {std::cos(angle), std::sin(angle)};
+const Eigen::Vector2d& direction(int i_ray) {
+  static const std::array<Eigen::Vector2d, kRays> all = [] {
+    std::array<Eigen::Vector2d, kRays> rays;
+    for (int i = 0; i < kRays; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kRays;
+      rays[static_cast<std::size_t>(i)] = {std::cos(angle), std::sin(angle)};
+    }
+    return rays;
+  }();
+  return all[static_cast<std::size_t>(i_ray)];
 }
 
-double median_of(std::vector<double> values) {
+template <class T>
+double median_of(std::vector<T> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return static_cast<double>(*middle);
 }
 
 /// The best step on one ray.
@@ -76,38 +112,54 @@ struct RayStep {
   double height = 0;  ///< inner side minus outer side, times the sign looked for
 };
 
-/// The largest step of the right sign between two radii, steps near `expected` preferred.
-std::optional<RayStep> best_step(const RaySampler& sample,
-                                 const Eigen::Vector2d& e,
-                                 double from,
-                                 double to,
-                                 double expected,
-                                 double sign) {
-  std::vector<double> levels;
-  for (double r = from; r <= to; r += kStepPx) {
-    const auto level = sample(r * e);
-    if (!level) return std::nullopt;
-    levels.push_back(*level);
-  }
-  const int half = std::clamp(static_cast<int>(0.12 * expected / kStepPx), 2, 6);
-  std::optional<RayStep> best;
-  double best_merit = 0;
-  for (int i = half; i + half < static_cast<int>(levels.size()); ++i) {
-    double step = 0;
-    for (int k = 1; k <= half; ++k) {
-      step += levels[static_cast<std::size_t>(i - k)] - levels[static_cast<std::size_t>(i + k)];
-    }
-    step *= sign / half;
-    const double r = from + i * kStepPx;
-    const double z = (r - expected) / (0.15 * expected);
-    const double merit = step * std::exp(-0.5 * z * z);
-    if (merit > best_merit) {
-      best_merit = merit;
-      best = RayStep{r, step};
+/// Looks for the largest step of the right sign between two radii, steps near `expected` preferred.
+class StepFinder {
+ public:
+  StepFinder(const RaySampler& sample, double from, double to, double expected, double sign)
+      : sample_(sample),
+        from_(from),
+        half_(std::clamp(static_cast<int>(0.12 * expected / kStepPx), 2, 6)),
+        sign_(sign) {
+    for (double r = from; r <= to; r += kStepPx) {
+      const double z = (r - expected) / (0.15 * expected);
+      preference_.push_back(static_cast<float>(std::exp(-0.5 * z * z)));
     }
   }
-  return best;
-}
+
+  /// In     to: at most that of the constructor
+  std::optional<RayStep> best(const Eigen::Vector2d& e, double to) {
+    if (!sample_.along(e, from_, to, kStepPx, levels_)) return std::nullopt;
+    const int n = std::min(static_cast<int>(levels_.size()), static_cast<int>(preference_.size()));
+    float best_merit = 0;
+    float best_step = 0;
+    int best_i = -1;
+    // Means of the `half_` samples before and behind, kept up to date.
+    float difference = 0;
+    for (int k = 1; k <= half_ && n > 2 * half_; ++k) difference += at(half_ - k) - at(half_ + k);
+    for (int i = half_; i + half_ < n; ++i) {
+      const float step = difference * static_cast<float>(sign_);
+      const float merit = step * preference_[static_cast<std::size_t>(i)];
+      if (merit > best_merit) {
+        best_merit = merit;
+        best_step = step;
+        best_i = i;
+      }
+      if (i + half_ + 1 < n) difference += at(i) + at(i + 1) - at(i - half_) - at(i + half_ + 1);
+    }
+    if (best_i < 0) return std::nullopt;
+    return RayStep{from_ + best_i * kStepPx, static_cast<double>(best_step) / half_};
+  }
+
+ private:
+  float at(int i) const { return levels_[static_cast<std::size_t>(i)]; }
+
+  const RaySampler& sample_;
+  double from_;
+  int half_;
+  double sign_;
+  std::vector<float> preference_;
+  std::vector<float> levels_;
+};
 
 struct Rays {
   std::array<std::optional<RayStep>, kRays> steps;
@@ -116,14 +168,15 @@ struct Rays {
 
 Rays cast_rays(const RaySampler& sample, double from, double to, double expected, double sign) {
   Rays rays;
+  StepFinder finder(sample, from, to, expected, sign);
   for (int i = 0; i < kRays; ++i) {
-    const Eigen::Vector2d e = direction(i);
+    const Eigen::Vector2d& e = direction(i);
     if (!sample(expected * e)) continue;
     ++rays.n_inside_picture;
     // Near the border the range is cut to what can be seen.
     double end = to;
     while (end > expected && !sample(end * e)) end -= 1;
-    rays.steps[static_cast<std::size_t>(i)] = best_step(sample, e, from, end, expected, sign);
+    rays.steps[static_cast<std::size_t>(i)] = finder.best(e, end);
   }
   return rays;
 }
@@ -177,7 +230,7 @@ std::optional<RayCircle> fit_circle(const Rays& rays) {
 
 /// Level around a circle of radius r; the median, so that neighbours do not matter.
 std::optional<double> level_at(const RaySampler& sample, double r) {
-  std::vector<double> levels;
+  std::vector<float> levels;
   for (int i = 0; i < kRays; ++i) {
     if (const auto level = sample(r * direction(i))) levels.push_back(*level);
   }
@@ -191,8 +244,9 @@ double inner_radius_of(const RaySampler& sample, double radius, const ExpectedRi
   const double from = expected.inner_radius ? 0.6 * guess : 0.15 * radius;
   const double to = std::min(radius - 2, expected.inner_radius ? 1.4 * guess : radius - 3);
   std::vector<double> radii;
+  StepFinder finder(sample, from, to, guess, -expected.sign());
   for (int i = 0; i < kRays; ++i) {
-    const auto step = best_step(sample, direction(i), from, to, guess, -expected.sign());
+    const auto step = finder.best(direction(i), to);
     if (step) radii.push_back(step->radius);
   }
   return radii.size() < 8 ? guess : median_of(std::move(radii));
@@ -213,6 +267,7 @@ std::optional<RimStart> find_rim(const Image& image,
                                  const ExpectedRim& expected,
                                  double min_contrast) {
   constexpr int kPasses = 3;
+  constexpr double kCentered_px = 0.02;
   Eigen::Vector2d at = center;
   double radius = expected.radius;
   RimStart start;
@@ -229,6 +284,8 @@ std::optional<RimStart> find_rim(const Image& image,
     at += circle->shift;
     radius = circle->radius;
     start.support = static_cast<double>(circle->n_supporting) / std::max(1, rays.n_inside_picture);
+    // What a ray circle leaves out of a shift is its square over the diameter.
+    if (circle->shift.squaredNorm() < 2 * radius * kCentered_px) break;
   }
   if (start.support < kMinSupport || radius < 2 || radius > 2 * expected.radius) {
     return std::nullopt;

@@ -23,6 +23,7 @@ struct RimResiduals {
   int height = 0;
   std::vector<float> values;  ///< seen minus model, grey levels
   std::vector<std::uint8_t> kinds;
+  RimBandValues band;  ///< the model in the window's band
 };
 
 /// In     window: collected about the parameters with stride 1
@@ -42,20 +43,7 @@ struct RimNoiseEstimate {
 ///
 /// Whether there is texture is told by a portmanteau test on eight short lags.
 /// Source Box and Pierce 1970
-RimNoiseEstimate estimate_noise(const RimWindow& window,
-                                const RimVector& parameters,
-                                const RimResiduals& residuals);
-
-/// Pixels that do not belong to the picture of the target alone: smoothed residuals beyond chance,
-/// those above half of the largest first, and what is connected with them.
-///
-/// Deviations of the rim that are small beside the contrast are its own shape and stay.
-///
-/// Out    new pixels were excluded in the window
-bool exclude_strangers(RimWindow& window,
-                       const RimResiduals& residuals,
-                       const RimNoiseEstimate& noise,
-                       const RimVector& parameters);
+RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& residuals);
 
 /// The part of the window that is excluded.
 double excluded_share(const RimWindow& window);
@@ -64,18 +52,6 @@ double excluded_share(const RimWindow& window);
 ///
 /// Sectors outside of the picture or excluded are not seen.
 double visible_share(const RimWindow& window, const RimVector& parameters);
-
-/// How far a rim is from round: sectors' own radii against the fitted one, the outer fifth of them
-/// left out as debris.
-struct RimRoughness {
-  double rms_px = 0;        ///< beyond what noise makes
-  double significance = 0;  ///< in standard deviations of chance
-};
-
-/// In     window: collected about the parameters without exclusions
-RimRoughness rim_roughness(const RimWindow& window,
-                           const RimVector& parameters,
-                           const RimNoise& noise);
 
 /// The part of the target's inner area (within 0.7 of its radius) that is excluded.
 double covered_share(const RimWindow& window, const RimVector& parameters);

@@ -42,7 +42,7 @@ class Observations {
 
   void add_band() {
     RimGradient gradient{};
-    for (const RimPixel& pixel : window_.band()) {
+    for (const RimPixel pixel : window_.band()) {
       // A linear step cannot use what clipped pixels say.
       if (pixel.clipped != 0) continue;
       const RimValue value = rim_value(pixel, p_, freedom_.is_ring, &gradient);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace panelcal::internal {
 namespace {
@@ -134,6 +135,7 @@ void RimWindow::make_spans(const RimVector& p, double reach_px) {
 }
 
 std::array<bool, kRimZones> RimWindow::clipped_zones() const {
+  if (!may_be_clipped_) return {};
   std::array<double, kRimZones> n{};
   std::array<double, kRimZones> n_clipped{};
   const float full = static_cast<float>(full_scale());
@@ -142,7 +144,7 @@ std::array<bool, kRimZones> RimWindow::clipped_zones() const {
     const auto zone = static_cast<std::size_t>(span.zone);
     const Eigen::Map<const Eigen::ArrayXf> values(row(span.y) + span.x0, span.x1 - span.x0);
     n[zone] += static_cast<double>(values.size());
-    if (values.maxCoeff() < full && values.minCoeff() > 0) continue;
+    if (is_unclipped(values.data(), values.size())) continue;
     n_clipped[zone] += static_cast<double>((values >= full || values <= 0).count());
   }
   std::array<bool, kRimZones> clipped{};
@@ -190,22 +192,56 @@ void RimWindow::add_flat(const RimSpan& span) {
 }
 
 void RimWindow::add_band(const RimSpan& span) {
-  const FramePatch::Row frame = patch_.row(y0_ + span.y);
-  const float full = static_cast<float>(full_scale());
-  for (int x = span.x0; x < span.x1; ++x) {
-    if (is_excluded(x, span.y)) continue;
-    const auto at = frame.at(x0_ + x);
-    RimPixel& pixel = band_.emplace_back();
-    pixel.at = at.place.cast<float>();
-    pixel.jacobian = at.jacobian.cast<float>();
-    pixel.plane = plane_at(x, span.y).cast<float>();
-    const float level = row(span.y)[x];
-    pixel.value = level;
-    pixel.x = static_cast<std::int16_t>(x);
-    pixel.y = static_cast<std::int16_t>(span.y);
-    if (level >= full) pixel.clipped = 1;
-    if (level <= 0) pixel.clipped = -1;
+  if (excluded_.empty()) return add_row(span.y, span.x0, span.x1);
+  for (int x = span.x0; x < span.x1;) {
+    while (x < span.x1 && is_excluded(x, span.y)) ++x;
+    const int from = x;
+    while (x < span.x1 && !is_excluded(x, span.y)) ++x;
+    if (x > from) add_row(span.y, from, x);
   }
+}
+
+void RimWindow::add_row(int y, int x0, int x1) {
+  const auto n = static_cast<std::size_t>(x1 - x0);
+  const std::size_t first = band_.grow(n);
+  const auto at = static_cast<std::ptrdiff_t>(first);
+  const Eigen::Vector2d plane = plane_at(x0, y);
+  RimBand::set_ramp(band_.plane_x, first, n, plane.x(), 1 / unit_px_);
+  RimBand::set_ramp(band_.plane_y, first, n, plane.y(), 0);
+  const float* const values = row(y) + x0;
+  std::copy_n(values, n, band_.value.begin() + at);
+  std::iota(band_.x.begin() + at, band_.x.end(), static_cast<std::int16_t>(x0));
+  std::fill_n(band_.y.begin() + at, n, static_cast<std::int16_t>(y));
+  const FramePatch::Row frame = patch_.row(y0_ + y);
+  if (patch_.is_plain()) {
+    const Eigen::Vector2d place = frame.at(x0_ + x0).place;
+    RimBand::set_ramp(band_.at_x, first, n, place.x(), 1);
+    RimBand::set_ramp(band_.at_y, first, n, place.y(), 0);
+  } else {
+    for (std::size_t k = 0; k < n; ++k) {
+      const auto here = frame.at(x0_ + x0 + static_cast<int>(k));
+      const std::size_t i = first + k;
+      band_.at_x[i] = static_cast<float>(here.place.x());
+      band_.at_y[i] = static_cast<float>(here.place.y());
+      band_.j00[i] = static_cast<float>(here.jacobian(0, 0));
+      band_.j01[i] = static_cast<float>(here.jacobian(0, 1));
+      band_.j10[i] = static_cast<float>(here.jacobian(1, 0));
+      band_.j11[i] = static_cast<float>(here.jacobian(1, 1));
+    }
+  }
+  if (!may_be_clipped_ || is_unclipped(values, static_cast<Eigen::Index>(n))) return;
+  band_.has_clipped = true;
+  const auto full = static_cast<float>(full_scale());
+  for (std::size_t k = 0; k < n; ++k) {
+    if (values[k] >= full) band_.clipped[first + k] = 1;
+    if (values[k] <= 0) band_.clipped[first + k] = -1;
+  }
+}
+
+bool RimWindow::is_unclipped(const float* values, Eigen::Index n) const {
+  const Eigen::Map<const Eigen::ArrayXf> all(values, n);
+  const auto half = static_cast<float>(0.5 * full_scale());
+  return (all - half).abs().maxCoeff() < half;
 }
 
 void RimWindow::collect(const RimVector& p, double reach_px, int stride) {
@@ -214,7 +250,12 @@ void RimWindow::collect(const RimVector& p, double reach_px, int stride) {
   for (RimSpan& span : spans_) {
     if (clipped[static_cast<std::size_t>(span.zone)]) span.is_band = true;
   }
-  band_.clear();
+  std::size_t n_band = 0;
+  for (const RimSpan& span : spans_) {
+    if (span.is_band && span.y % stride == 0) n_band += static_cast<std::size_t>(span.x1 - span.x0);
+  }
+  band_.clear(!patch_.is_plain());
+  band_.reserve(n_band);
   flat_.fill({});
   for (const RimSpan& span : spans_) {
     if (!span.is_band) {

@@ -11,6 +11,7 @@
 #include "panelcal/vision/fit_frame.h"
 #include "panelcal/vision/frame_patch.h"
 #include "panelcal/vision/image.h"
+#include "panelcal/vision/rim_band.h"
 #include "panelcal/vision/rim_model.h"
 
 namespace panelcal::internal {
@@ -77,8 +78,8 @@ class RimWindow {
   /// pixel by pixel, since its mean says nothing.
   void collect(const RimVector& p, double reach_px, int stride);
 
-  const std::vector<RimPixel>& band() const { return band_; }
-  std::vector<RimPixel>& band() { return band_; }
+  const RimBand& band() const { return band_; }
+  RimBand& band() { return band_; }
   const std::array<FlatMoments, kRimZones>& flat() const { return flat_; }
   /// Of the last collect() with stride 1: every pixel of the window once, excluded ones too.
   const std::vector<RimSpan>& spans() const { return spans_; }
@@ -87,6 +88,8 @@ class RimWindow {
   void make_spans(const RimVector& p, double reach_px);
   void add_flat(const RimSpan& span);
   void add_band(const RimSpan& span);
+  void add_row(int y, int x0, int x1);
+  bool is_unclipped(const float* values, Eigen::Index n) const;
   std::array<bool, kRimZones> clipped_zones() const;
 
   const Image* image_;
@@ -100,9 +103,10 @@ class RimWindow {
   Eigen::Vector2d middle_ = Eigen::Vector2d::Zero();  ///< in the window, px
   double unit_px_ = 1;
   float reference_ = 0;
+  bool may_be_clipped_ = true;  ///< some pixel of the window is at an end of the scale
   std::vector<std::uint8_t> excluded_;
   std::vector<RimSpan> spans_;
-  std::vector<RimPixel> band_;
+  RimBand band_;
   std::array<FlatMoments, kRimZones> flat_;
   Eigen::ArrayXf ramp_;  ///< 0, 1, 2 ...
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <utility>
 
 #include "panelcal/vision/outline.h"
 #include "panelcal/vision/tag_family.h"
@@ -87,6 +88,15 @@ std::vector<Feature> dots_of(const Target& target,
   return features;
 }
 
+/// What a template's picture shows, or its negative.
+std::shared_ptr<const TemplatePicture> shown_picture(const Target& target) {
+  if (target.polarity == Polarity::Bright || !target.picture) return target.picture;
+  TemplatePicture negative = *target.picture;
+  const auto white = static_cast<float>(negative.image.full_scale());
+  for (float& level : negative.image.pixels()) level = white - level;
+  return std::make_shared<const TemplatePicture>(std::move(negative));
+}
+
 void add_ring_hole(const Target& target,
                    const MarkLook& look,
                    const TargetFrame& frame,
@@ -139,16 +149,13 @@ std::vector<Feature> mark_features(const Target& target,
       return dots_of(target, look, frame, feature);
     case Shape::Template:
       feature.shape = Feature::Shape::Picture;
-      feature.picture = target.picture;
+      feature.picture = shown_picture(target);
       break;
     case Shape::AprilTag: {
       const auto pattern = tag_pattern(target.tag_family, target.tag_id.value_or(0));
       if (!pattern) return {};
       feature.shape = Feature::Shape::Cells;
-      feature.cells = tag_cells(*pattern,
-                                feature.size,
-                                std::max(look.level, look.ground),
-                                std::min(look.level, look.ground));
+      feature.cells = tag_cells(*pattern, feature.size, look.level, look.ground);
       break;
     }
   }

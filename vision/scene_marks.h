@@ -14,9 +14,11 @@ namespace panelcal {
 /// How one mark lies on the board and looks.
 struct MarkLook {
   Position<frame::Optical> center;
-  Angle turn;                   ///< on top of the target's own angle, the same way round
-  double level = 0.7;           ///< brightness, 0 to 1 of full scale; templates have their own
-  double ground = 0.3;          ///< what surrounds it: of a tag's two colours the other one
+  Angle turn;  ///< on top of the target's own angle, the same way round
+  /// Brightness, 0 to 1 of full scale: of a tag what is white in its family. Templates have their
+  /// own, in the target's polarity.
+  double level = 0.7;
+  double ground = 0.3;          ///< what surrounds it: of a tag what is black in its family
   Length slot_length = mm(20);  ///< from end to end, for slots
   Displacement<frame::Optical> hole_offset;  ///< of a ring's hole
   Roughness burrs;                           ///< of holes

@@ -61,7 +61,7 @@ struct Target {
   /// A cross's bars from edge to edge.
   std::optional<Length> width;
   std::optional<PixelLength> width_px;
-  /// Templates: Bright looks for them as their picture shows them, Dark for the negative.
+  /// Templates, tags: Bright looks for what picture or family show, Dark for their negative.
   Polarity polarity = Polarity::Bright;
   /// Largest accepted deviation of the seen size, relative. Wide enough for etching and drilling
   /// tolerances, narrow enough to tell neighbouring pad sizes apart.

@@ -2,12 +2,12 @@
 #include "panelcal/machine/sim/recording.h"
 
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/machine/sim/synth_folder.h"
 #include "panelcal/machine/view_taker.h"
 #include "panelcal/machine/vision_procedure.h"
 #include "panelcal/vision/image_io.h"
@@ -63,17 +63,6 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
   std::vector<PictureRow> rows_;
 };
 
-Expected<void> prepare_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (!error) std::filesystem::remove(folder / "images.csv", error);
-  if (!error) return {};
-  return failure({Code::DeviceWrite,
-                  {folder.string(), 0, 0},
-                  "cannot be made a picture folder: " + error.message(),
-                  ""});
-}
-
 }  // namespace
 
 Expected<Recording> record_pictures(const Program& program,
@@ -81,7 +70,7 @@ Expected<Recording> record_pictures(const Program& program,
                                     const SimMachine& machine,
                                     const std::filesystem::path& folder,
                                     DiagnosticLog& log) {
-  PANELCAL_CHECK(prepare_folder(folder));
+  PANELCAL_CHECK(internal::prepare_synth_folder(folder));
   RecordingSource source(machine, folder);
   Recording recording;
   recording.survey = survey(program, config.walk, source, log);

@@ -27,11 +27,12 @@ struct Recording {
 /// place plus the calibrated spindle-camera offset, since that is all a real machine could record.
 /// With an exact calibration it is where the axis really stood.
 ///
-/// images.csv is written last, and an old one removed first: a folder that has it is complete.
-/// Whatever the survey finds fault with goes into the log; the pictures are kept all the same.
+/// images.csv is written last, and what an earlier recording left is removed first: a folder that
+/// has it is complete. Whatever the survey finds fault with goes into the log; the pictures are
+/// kept all the same.
 ///
 /// In     folder: made if it does not exist
-/// Fails  device-write
+/// Fails  device-write; usage (the folder holds pictures of someone else)
 Expected<Recording> record_pictures(const Program& program,
                                     const MachineConfig& config,
                                     const SimMachine& machine,

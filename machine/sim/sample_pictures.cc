@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,6 +12,7 @@
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/machine/sim/random_streams.h"
 #include "panelcal/machine/sim/sim_scene.h"
+#include "panelcal/machine/sim/synth_folder.h"
 #include "panelcal/program/json_text.h"
 #include "panelcal/vision/image_io.h"
 #include "panelcal/vision/scene_marks.h"
@@ -57,10 +57,15 @@ void append_picture(std::string& out, const SampleTruth& truth, const SampleSet&
     fmt::format_to(to, ",\"center_mm\":[{},{}]", truth.center_mm.x(), truth.center_mm.y());
   }
   fmt::format_to(to,
-                 ",\"angle_rad\":{},\"visible\":{},\"neighbors\":{}}}",
+                 ",\"angle_rad\":{},\"visible\":{},\"neighbors\":{}",
                  truth.angle.in_rad(),
                  truth.visible,
                  truth.n_neighbors);
+  if (truth.hole_offset_px) {
+    fmt::format_to(
+        to, ",\"hole_offset_px\":[{},{}]", truth.hole_offset_px->x(), truth.hole_offset_px->y());
+  }
+  out += '}';
 }
 
 }  // namespace
@@ -170,6 +175,11 @@ Sample SampleRenderer::draw(int i) const {
       mm(2 * std::hypot(camera_.width, camera_.height) * projection.scale_mm_per_px())};
   scene.features = internal::sim_mark(sim_, target_, place, calibrated_, base.fork(1));
   const std::vector<Feature> mark = scene.features;
+  if (target_.shape == Shape::Ring) {
+    const Eigen::Vector2d hole_mm = truth.center_mm + mark.front().hole_offset.in_mm();
+    const auto hole_px = projection.image_of(hole_mm);
+    if (hole_px) truth.hole_offset_px = *hole_px - truth.center_px;
+  }
   internal::add_neighbors(sim_, target_, camera_, calibrated_, base.fork(2), scene.features);
   truth.n_neighbors = static_cast<int>(scene.features.size() - mark.size());
   Random dirt = base.fork(3);
@@ -184,15 +194,7 @@ Sample SampleRenderer::draw(int i) const {
 Expected<SampleSet> write_samples(const SampleRenderer& renderer,
                                   int count,
                                   const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (!error) std::filesystem::remove(folder / "truth.json", error);
-  if (error) {
-    return failure({Code::DeviceWrite,
-                    {folder.string(), 0, 0},
-                    "cannot be made a picture folder: " + error.message(),
-                    ""});
-  }
+  PANELCAL_CHECK(internal::prepare_synth_folder(folder));
   SampleSet set = renderer.common();
   for (int i = 0; i < count; ++i) {
     Sample sample = renderer.draw(i);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct SampleTruth {
   Angle angle;         ///< in the frame of Target; 0 for discs, holes and rings
   double visible = 1;  ///< part of the outline without debris; of slots near the target
   int n_neighbors = 0;
+  /// Of a ring: from its middle to that of its hole.
+  std::optional<Eigen::Vector2d> hole_offset_px;
 };
 
 /// Pictures of one vision tool's target, each at another place and angle.
@@ -78,7 +81,7 @@ class SampleRenderer {
 
 /// Writes `count` pictures, 0000.png and so on, and then truth.json: docs/formats/sample_truth.md.
 ///
-/// Fails  device-write
+/// Fails  device-write; usage (the folder holds pictures of someone else)
 Expected<SampleSet> write_samples(const SampleRenderer& renderer,
                                   int count,
                                   const std::filesystem::path& folder);

@@ -138,7 +138,22 @@ Expected<void> SimMachine::place_marks(std::span<const MeasurementRequest> reque
   std::ranges::stable_sort(marks_, is_left_of, &Mark::place);
   const auto twice = std::ranges::unique(marks_, std::ranges::equal_to(), &Mark::place);
   marks_.erase(twice.begin(), twice.end());
+  tell_holes(requests);
   return {};
+}
+
+/// Only now: of a target that is measured twice one mark is left.
+void SimMachine::tell_holes(std::span<const MeasurementRequest> requests) {
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    Truth::Target& target = truth_.targets[i];
+    const Position<frame::Machine> place =
+        requests[i].work_zero + displacement_mm<frame::Machine>(target.actual.in_mm());
+    const auto mark = std::ranges::lower_bound(marks_, place, is_left_of, &Mark::place);
+    if (mark == marks_.end() || mark->place != place) continue;
+    const Feature& feature = mark->features.front();
+    if (feature.shape != Feature::Shape::Ring) continue;
+    target.hole_offset = displacement_mm<frame::Actual>(feature.hole_offset.in_mm());
+  }
 }
 
 SimMachine::Mark SimMachine::make_mark(const MeasurementRequest& request,

@@ -70,6 +70,7 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   SimMachine(const MachineConfig& config, VisionProcedure procedure);
   Expected<void> place_marks(std::span<const MeasurementRequest> requests,
                              const std::filesystem::path& config_file);
+  void tell_holes(std::span<const MeasurementRequest> requests);
   Mark make_mark(const MeasurementRequest& request,
                  const Target& target,
                  const Position<frame::Machine>& place,

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <limits>
 #include <set>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -27,7 +28,8 @@ constexpr std::array<std::string_view, 6> kTopKeys = {
     "kind", "version", "seed", "panel", "instances", "targets"};
 constexpr std::array<std::string_view, 2> kMapKeys = {"linear", "translation_mm"};
 constexpr std::array<std::string_view, 3> kInstanceKeys = {"path", "linear", "translation_mm"};
-constexpr std::array<std::string_view, 3> kTargetKeys = {"seq", "nominal", "actual"};
+constexpr std::array<std::string_view, 4> kRingKeys = {"seq", "nominal", "actual", "hole_offset"};
+constexpr std::size_t kTargetKeys = 3;  // of those above
 
 Eigen::Matrix2d rotation(double angle_rad) {
   Eigen::Matrix2d r;
@@ -139,8 +141,9 @@ Expected<void> read_targets(const nlohmann::json& array, const std::string& file
   std::set<std::uint64_t> seen;
   for (std::size_t i = 0; i < array.size(); ++i) {
     const std::string name = fmt::format("target {}", i);
-    PANELCAL_TRY(const StrictObject object,
-                 StrictObject::make(array[i], name, kTargetKeys, kCode, file));
+    const bool is_ring = array[i].is_object() && array[i].contains("hole_offset");
+    const auto keys = std::span(kRingKeys.data(), is_ring ? kRingKeys.size() : kTargetKeys);
+    PANELCAL_TRY(const StrictObject object, StrictObject::make(array[i], name, keys, kCode, file));
     PANELCAL_TRY(const std::uint64_t seq,
                  read_whole(object, "seq", std::numeric_limits<std::int64_t>::max(), name, file));
     if (!seen.insert(seq).second) {
@@ -151,6 +154,9 @@ Expected<void> read_targets(const nlohmann::json& array, const std::string& file
     truth.targets.push_back({static_cast<std::int64_t>(seq),
                              position_mm<frame::Nominal>(nominal_mm[0], nominal_mm[1]),
                              position_mm<frame::Actual>(actual_mm[0], actual_mm[1])});
+    if (!is_ring) continue;
+    PANELCAL_TRY(const std::vector<double> hole_mm, object.numbers("hole_offset", 2));
+    truth.targets.back().hole_offset = displacement_mm<frame::Actual>(hole_mm[0], hole_mm[1]);
   }
   return {};
 }
@@ -196,13 +202,18 @@ std::string truth_text(const Truth& truth) {
     const Eigen::Vector2d& nominal_mm = target.nominal.in_mm();
     const Eigen::Vector2d& actual_mm = target.actual.in_mm();
     fmt::format_to(to(),
-                   "{}{{\"seq\":{},\"nominal\":[{},{}],\"actual\":[{},{}]}}",
+                   "{}{{\"seq\":{},\"nominal\":[{},{}],\"actual\":[{},{}]",
                    separator,
                    target.seq,
                    nominal_mm.x(),
                    nominal_mm.y(),
                    actual_mm.x(),
                    actual_mm.y());
+    if (target.hole_offset) {
+      const Eigen::Vector2d& hole_mm = target.hole_offset->in_mm();
+      fmt::format_to(to(), ",\"hole_offset\":[{},{}]", hole_mm.x(), hole_mm.y());
+    }
+    out += '}';
     separator = ",\n";
   }
   return out + "]}\n";

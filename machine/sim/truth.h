@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -28,6 +29,8 @@ struct Truth {
     std::int64_t seq = 0;
     Position<frame::Nominal> nominal;
     Position<frame::Actual> actual;
+    /// Of a single ring: from its middle, which is `actual`, to that of its hole.
+    std::optional<Displacement<frame::Actual>> hole_offset = std::nullopt;
   };
 
   std::uint64_t seed = 0;

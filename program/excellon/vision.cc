@@ -30,6 +30,7 @@ VisionSession::VisionSession(const WalkOptions& options,
       reporter_(reporter),
       measuring_(options, survey, source, reporter, log),
       series_size_(options.series_size) {
+  settings_.inspections = options.inspections;
 }
 
 bool VisionSession::refuse_unfinished(int line, std::string_view command) {

@@ -35,6 +35,7 @@ std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
   request.file = target.file;
   request.command = code_text(target.command);
   request.settings.tools = {tool_};
+  request.settings.inspections = options_.inspections;
   request.nominal = target.nominal;
   request.expected = expected;
   request.work_zero = target.work_zero;

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/LU>
@@ -25,6 +27,28 @@ constexpr double kGrossPx = 0.5;
 constexpr double kElsewherePx = 3;
 constexpr int kTexturePictures = 150;
 
+/// A reason with its numbers as #, so that equal ones can be counted.
+std::string kind_of(const std::string& reason) {
+  std::string kind;
+  for (const char c : reason) {
+    const bool is_number = (c >= '0' && c <= '9') || (c == '.' && kind.ends_with('#'));
+    if (!is_number) kind += c;
+    if (is_number && !kind.ends_with('#')) kind += '#';
+  }
+  return kind;
+}
+
+/// Pictures that failed in one way.
+struct Failures {
+  int n = 0;
+  std::string pictures;  ///< the first ones
+
+  void add(int i_sample) {
+    constexpr int kMostNamed = 8;
+    if (n++ < kMostNamed) pictures += fmt::format(" {}", i_sample);
+  }
+};
+
 /// One method's errors.
 struct Tally {
   std::string name;
@@ -37,7 +61,7 @@ struct Tally {
   double nees = 0;
   bool has_cov = false;
   std::vector<double> ms;
-  std::string first_failure;
+  std::map<std::string, Failures> failures;  ///< by kind
 
   int n_near() const { return n_found - n_elsewhere; }
 
@@ -45,18 +69,14 @@ struct Tally {
     ++n;
     ms.push_back(answer.ms);
     if (!answer.is_found) {
-      if (first_failure.empty()) {
-        first_failure = fmt::format("picture {}: {}", i_sample, answer.reason);
-      }
+      failures[kind_of(answer.reason)].add(i_sample);
       return;
     }
     ++n_found;
     const Eigen::Vector2d e = answer.center_px - truth_px;
     if (!(e.norm() <= kGrossPx)) {
       ++n_gross;
-      if (first_failure.empty() && !answer.reason.empty()) {
-        first_failure = fmt::format("picture {}: off by {:.2f} {:.2f}", i_sample, e.x(), e.y());
-      }
+      failures[fmt::format("off by more than {} px", kGrossPx)].add(i_sample);
     }
     if (!(e.norm() <= kElsewherePx)) {
       ++n_elsewhere;
@@ -230,8 +250,9 @@ void print_accuracy(const Condition& condition, const Mark& mark, const Accuracy
              "ms");
   for (Tally& tally : tallies) print_tally(tally, bound_px);
   if (told.n > 0) print_tally(told, bound_px);
-  if (!tallies[0].first_failure.empty()) {
-    fmt::print("  panelcal's first failure: {}\n", tallies[0].first_failure);
+  for (const auto& [kind, failures] : tallies[0].failures) {
+    fmt::print(
+        "  panelcal's failures: {:>3}  {}; pictures{}\n", failures.n, kind, failures.pictures);
   }
 }
 

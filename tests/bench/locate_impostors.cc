@@ -121,7 +121,7 @@ Features clutter(const Stage& s, Random& random) {
 }
 
 Features debris_circle(const Stage& s, Random& random) {
-  return draw_debris(s.camera, s.center_px, s.mark.radius_px, 0.3, random);
+  return draw_debris(s.camera, s.center_px, make_mark(Shape::Disc, s.mark.radius_px), 0.3, random);
 }
 
 Features wrong_pads(const Stage& s, Random& random) {
@@ -162,6 +162,7 @@ std::vector<Impostor> common_impostors() {
       {"clutter", clutter},
       {"debris in a circle", debris_circle},
       {"many pads of a wrong size", wrong_pads},
+      {"tilted", [](const Stage& s, Random&) { return scaled_mark(s, 1); }, true},
   };
 }
 

@@ -24,9 +24,10 @@ struct Stage {
 struct Impostor {
   std::string name;
   std::function<std::vector<Feature>(const Stage&, Random&)> draw;
+  bool is_tilted = false;  ///< the board leans further than the mark's tolerance allows
 };
 
-/// Wrong sizes (8 % and more), half marks, other shapes, clutter, bare board.
+/// Wrong sizes (8 % and more), half marks, other shapes, clutter, bare board, boards that lean.
 std::vector<Impostor> impostors_of(Shape shape);
 
 }  // namespace panelcal::bench

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "panelcal/vision/scene_marks.h"
 
 namespace panelcal::bench {
@@ -49,10 +51,11 @@ Feature rectangle_at(const Camera& camera,
 
 namespace {
 
-/// Degrees of the rim, out of 360, that a blob of this reach on the rim hides; `taken` remembers.
-class CoveredRim {
+/// Parts of an outline that are covered, by the angle that stands for a place on it.
+class CoveredOutline {
  public:
-  explicit CoveredRim(double radius_px) : radius_px_(radius_px), taken_(kSteps, false) {}
+  explicit CoveredOutline(double length_px)
+      : radius_px_(length_px / (2 * kPi)), taken_(kSteps, false) {}
 
   void add(double angle_rad, double half_width_px) {
     const double half_rad = half_width_px / radius_px_;
@@ -71,7 +74,63 @@ class CoveredRim {
   std::vector<bool> taken_;
 };
 
+/// Corners of a mark, in order; empty for round ones.
+std::vector<Eigen::Vector2d> corners_of(const Mark& mark) {
+  const double l = mark.radius_px;
+  const double w = 0.5 * mark.bar_width_px;
+  std::vector<Eigen::Vector2d> corners;
+  if (mark.shape == Shape::Square || mark.shape == Shape::Diamond) {
+    corners = {{l, l}, {-l, l}, {-l, -l}, {l, -l}};
+  } else if (mark.shape == Shape::Cross) {
+    corners = {{l, w},
+               {w, w},
+               {w, l},
+               {-w, l},
+               {-w, w},
+               {-l, w},
+               {-l, -w},
+               {-w, -w},
+               {-w, -l},
+               {w, -l},
+               {w, -w},
+               {l, -w}};
+  }
+  const double turn_deg = mark.angle_deg + (mark.shape == Shape::Diamond ? 45 : 0);
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(turn_deg * kPi / 180).toRotationMatrix();
+  for (Eigen::Vector2d& corner : corners) corner = turn * corner;
+  return corners;
+}
+
+/// A closed line from its first corner on.
+double length_of(const std::vector<Eigen::Vector2d>& corners) {
+  double length = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    length += (corners[(i + 1) % corners.size()] - corners[i]).norm();
+  }
+  return length;
+}
+
 }  // namespace
+
+OutlinePlace outline_place(const Mark& mark, double angle_rad) {
+  const std::vector<Eigen::Vector2d> corners = corners_of(mark);
+  if (corners.empty()) return {mark.radius_px * direction(angle_rad), angle_rad};
+  double left = angle_rad / (2 * kPi) * length_of(corners);
+  for (std::size_t i = 0;; ++i) {
+    const Eigen::Vector2d& from = corners[i % corners.size()];
+    const Eigen::Vector2d side = corners[(i + 1) % corners.size()] - from;
+    const double length = side.norm();
+    if (left <= length || i + 1 == corners.size()) {
+      return {from + left / length * side, std::atan2(-side.x(), side.y())};
+    }
+    left -= length;
+  }
+}
+
+double outline_length(const Mark& mark) {
+  const std::vector<Eigen::Vector2d> corners = corners_of(mark);
+  return corners.empty() ? 2 * kPi * mark.radius_px : length_of(corners);
+}
 
 const std::vector<Condition>& conditions() {
   // In "typical" the weave's amplitude makes the coloured bound 1.65 times the white one; in "hard"
@@ -160,24 +219,26 @@ Scene draw_background(const Condition& condition, Polarity polarity, Random& ran
 
 std::vector<Feature> draw_debris(const Camera& camera,
                                  const Eigen::Vector2d& center_px,
-                                 double radius_px,
+                                 const Mark& mark,
                                  double covered_part,
                                  Random& random) {
   std::vector<Feature> debris;
-  CoveredRim covered(radius_px);
+  const double length_px = outline_length(mark);
+  CoveredOutline covered(length_px);
   while (covered.part() < covered_part) {
-    const double left_px = (covered_part - covered.part()) * 2 * kPi * radius_px;
+    const double left_px = (covered_part - covered.part()) * length_px;
     const double half_px = std::min(random.uniform(1.5, 5), std::max(0.5 * left_px, 0.5));
     const double angle = random.uniform(0, 2 * kPi);
     const double off_px = random.uniform(-0.5, 0.5) * half_px;
-    const Eigen::Vector2d at = center_px + (radius_px + off_px) * direction(angle);
+    const OutlinePlace on = outline_place(mark, angle);
+    const Eigen::Vector2d at = center_px + on.offset_px + off_px * direction(on.outwards_rad);
     const double level = random.uniform();
     if (random.uniform() < 0.5) {
       debris.push_back(disc_at(camera, at, half_px, level));
       covered.add(angle, std::sqrt(half_px * half_px - off_px * off_px));
     } else {
-      const double length_px = half_px * random.uniform(2, 4);
-      debris.push_back(rectangle_at(camera, at, length_px, 2 * half_px, angle, level));
+      const double across_px = half_px * random.uniform(2, 4);
+      debris.push_back(rectangle_at(camera, at, across_px, 2 * half_px, on.outwards_rad, level));
       covered.add(angle, half_px);
     }
   }
@@ -234,7 +295,7 @@ Sample draw_sample(
   }
   sample.first_debris = features.size();
   for (const Feature& f :
-       draw_debris(sample.camera, sample.center_px, mark.radius_px, condition.debris, random)) {
+       draw_debris(sample.camera, sample.center_px, sample.mark, condition.debris, random)) {
     features.push_back(f);
   }
   sample.image = render(sample.scene, sample.camera, random);

@@ -91,10 +91,20 @@ Scene draw_background(const Condition& condition, Polarity polarity, Random& ran
 Sample draw_sample(
     const Condition& condition, const Mark& mark, int width, int height, Random& random);
 
-/// Opaque blobs painted on a rim, as draw_sample does until the part is covered.
+/// A place on a mark's outer outline.
+struct OutlinePlace {
+  Eigen::Vector2d offset_px;  ///< from the mark's centre
+  double outwards_rad;        ///< from the picture's x towards its y
+};
+
+/// In     angle_rad: 0 to 2 pi runs once around the outline, evenly along it
+OutlinePlace outline_place(const Mark& mark, double angle_rad);
+double outline_length(const Mark& mark);
+
+/// Opaque blobs painted on an outline, as draw_sample does until the part is covered.
 std::vector<Feature> draw_debris(const Camera& camera,
                                  const Eigen::Vector2d& center_px,
-                                 double radius_px,
+                                 const Mark& mark,
                                  double covered_part,
                                  Random& random);
 /// Pads and tracks beside a mark, none of its size, 6 to 20 px from its rim.

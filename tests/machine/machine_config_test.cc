@@ -237,6 +237,18 @@ TEST(MachineConfig, RefusesNumbersOutsideTheirRange) {
             "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\" or \"affine\"");
 }
 
+TEST(MachineConfig, InspectionsHoldUntilAProgramSaysOtherwise) {
+  const auto config = parse("[vision]\ninspections = 4\n");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->walk.inspections, 4);
+  EXPECT_EQ(parse("")->walk.inspections, 1);
+  for (const char* wrong : {"0", "101", "2.0"}) {
+    EXPECT_EQ(refusal(std::string("[vision]\ninspections = ") + wrong + "\n"),
+              std::string("machine.toml:2:15: error[config-value]: inspections in [vision] is ") +
+                  wrong + ", expected a whole number from 1 to 100");
+  }
+}
+
 TEST(MachineConfig, RefusesVisionToolsThatMakeNoSense) {
   const std::string shapes =
       "\"disc\", \"hole\", \"ring\", \"square\", \"diamond\", \"cross\", \"slot\", \"dots\", "

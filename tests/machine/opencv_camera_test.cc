@@ -103,6 +103,7 @@ TEST(VideoStream, AServerThatIsNotThereIsSaidWithoutItsPassword) {
       {.kind = VideoAddress::Kind::Rtsp, .what = "rtsp://me:secret@127.0.0.1:9/live"});
   EXPECT_THAT(camera, FailsWith(Code::DeviceCamera, "rtsp://127.0.0.1:9/live"));
   EXPECT_EQ(camera.error().text().find("secret"), std::string::npos);
+  EXPECT_EQ(camera.error().text().find("0x"), std::string::npos) << camera.error().text();
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "panelcal/machine/sim/recording.h"
 #include "panelcal/machine/sim/sim_machine.h"
+#include "panelcal/machine/sim/truth.h"
 #include "panelcal/vision/image_io.h"
 #include "tests/machine/small_panel.h"
 #include "tests/support/matchers.h"
@@ -38,6 +39,8 @@ class PictureSourceTest : public ::testing::Test {
     ASSERT_TRUE(recording) << recording.error().text();
     ASSERT_FALSE(log.has_errors()) << test::all_text(log);
     recording_ = *std::move(recording);
+    // As `synth` does, so that the folder may be recorded into again.
+    ASSERT_TRUE(write_truth_json(pictures() / "truth.json", machine->truth()));
   }
   void SetUp() override { record(test::kSmallProgram); }
 
@@ -258,9 +261,11 @@ TEST_F(PictureSourceTest, ObserverSeesEveryPicture) {
 }
 
 TEST_F(PictureSourceTest, RecordingReplacesAnOldFolder) {
-  ASSERT_TRUE(write_file(pictures() / "images.csv", "file,x,y\nold.png,0,0\n"));
-  record(test::kSmallProgram);
-  EXPECT_EQ(read_folder().rows.size(), 7u);
+  ASSERT_TRUE(write_file(pictures() / "notes.txt", "mine"));
+  record("M48\nMETRIC,TZ\nFMAT,2\nVER,1\nT1C0.8\n%\nG90\nG34,1\nG35X5.0Y5.0\nT1\nX5.0Y5.0\nM30\n");
+  EXPECT_EQ(read_folder().rows.size(), 1u);
+  EXPECT_FALSE(std::filesystem::exists(pictures() / "0001.png"));
+  EXPECT_TRUE(std::filesystem::exists(pictures() / "notes.txt"));
 }
 
 }  // namespace

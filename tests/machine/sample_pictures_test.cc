@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -10,12 +11,14 @@
 #include <nlohmann/json.hpp>
 
 #include "panelcal/vision/image_io.h"
+#include "panelcal/vision/locate.h"
 #include "tests/machine/virtual_machine.h"
 
 namespace panelcal {
 namespace {
 
 constexpr double kCenter_px = 1e-4;
+constexpr double kSeen_px = 0.1;  // of a located target, ten sigmas and more
 
 Expected<MachineConfig> config_of(const std::string& text) {
   const test::TemporaryFolder folder;
@@ -49,6 +52,11 @@ std::string refusal(const std::string& sim, const Target& target, int tool = 1) 
   if (renderer) return "accepted";
   const std::string message = renderer.error().text();
   return message.substr(message.find("machine.toml"));
+}
+
+Detection locate_in(const Image& image, const Target& target) {
+  const CameraMapping mapping = test::test_camera(320, 240).mapping();
+  return locate(image, target, &mapping);
 }
 
 /// Whatever is brighter than the ground.
@@ -144,6 +152,52 @@ TEST(SamplePictures, EveryShapeIsDrawn) {
     const Image image = renderer_of("[sim]\n", target).draw(0).image;
     const auto [least, most] = std::ranges::minmax_element(image.pixels());
     EXPECT_NEAR(*most - *least, 0.4 * 255, 6) << name(shape);
+  }
+}
+
+TEST(SamplePictures, TruthSaysWhereARingHasItsHole) {
+  Target ring = target_of(Shape::Ring, mm(0.8));
+  ring.inner_size = mm(0.3);
+  const SampleRenderer renderer =
+      renderer_of("[sim]\nring_offset_sigma_um = 40\nbit_depth = 16\n", ring);
+  double squares = 0;
+  for (int i = 0; i < 5; ++i) {
+    const Sample sample = renderer.draw(i);
+    ASSERT_TRUE(sample.truth.hole_offset_px);
+    squares += sample.truth.hole_offset_px->squaredNorm();
+    const Detection detection = locate_in(sample.image, ring);
+    ASSERT_EQ(detection.status, DetectionStatus::Found) << detection.reason;
+    EXPECT_LT((detection.best->hole_offset_px - *sample.truth.hole_offset_px).norm(), kSeen_px);
+  }
+  EXPECT_GT(squares, 5);  // 4 px a coordinate: they are not all in the middle
+  EXPECT_FALSE(
+      renderer_of("[sim]\n", target_of(Shape::Disc, mm(0.4))).draw(0).truth.hole_offset_px);
+}
+
+/// What is drawn dark is found as dark, and not as bright.
+TEST(SamplePictures, PolarityIsTheOneThatLocateLooksFor) {
+  const auto mark = std::make_shared<TemplatePicture>();
+  mark->image = Image(60, 60, 255);
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 60; ++x)
+      mark->image.at(x, y) = x > 12 && x < 40 && y > 20 && y < 48 ? 190 : 80;
+  }
+  mark->reference_px = {26, 34};
+  for (const Shape shape : {Shape::Disc, Shape::Square, Shape::Template, Shape::AprilTag}) {
+    Target target = target_of(shape, mm(0.8));
+    if (shape == Shape::Template) target.picture = mark;
+    for (const Polarity polarity : {Polarity::Bright, Polarity::Dark}) {
+      target.polarity = polarity;
+      const Sample sample = renderer_of("[sim]\nbackground = 0.4\nnoise = 2\n", target).draw(1);
+      const Detection detection = locate_in(sample.image, target);
+      ASSERT_EQ(detection.status, DetectionStatus::Found)
+          << name(shape) << " " << name(polarity) << ": " << detection.reason;
+      const Eigen::Vector2d seen_px = detection.best->center.position.in_px();
+      EXPECT_LT((seen_px - sample.truth.center_px).norm(), kSeen_px) << name(shape);
+      target.polarity = polarity == Polarity::Bright ? Polarity::Dark : Polarity::Bright;
+      EXPECT_NE(locate_in(sample.image, target).status, DetectionStatus::Found)
+          << name(shape) << " " << name(polarity);
+    }
   }
 }
 

@@ -112,6 +112,31 @@ TEST_F(SimMachineTest, WrongCameraScaleShowsAwayFromTheAxis) {
               IsNearPosition(request.expected + (1 / 1.01) * from_axis, kLocated));
 }
 
+TEST_F(SimMachineTest, TruthSaysWhereRingsHaveTheirHoles) {
+  const MachineConfig config = this->config("ring_offset_sigma_um = 30\n");
+  const CameraMapping mapping = config.camera->mapping();
+  Displacement<frame::Actual> seen;
+  SimMachine machine = this->machine(config, [&](const SeenView& view) {
+    ASSERT_EQ(view.detection.status, DetectionStatus::Found) << view.detection.reason;
+    const TargetFit& fit = *view.detection.best;
+    const Eigen::Vector2d seen_mm = mapping.jacobian(fit.center.position) * fit.hole_offset_px;
+    seen = displacement_mm<frame::Actual>(seen_mm);
+  });
+  int n_rings = 0;
+  for (const MeasurementRequest& request : requests(config)) {
+    const Truth::Target& truth = machine.truth().targets[static_cast<std::size_t>(request.seq)];
+    const int tool = request.settings.tools.front();
+    const bool is_ring = config.vision_tools.at(tool).shape == Shape::Ring;
+    EXPECT_EQ(truth.hole_offset.has_value(), is_ring);
+    if (!is_ring) continue;
+    ++n_rings;
+    ASSERT_TRUE(machine.measure(request));
+    EXPECT_LT((seen - *truth.hole_offset).in_mm().norm(), kLocated.in_mm());
+    EXPECT_GT(truth.hole_offset->in_mm().norm(), 2 * kLocated.in_mm());
+  }
+  EXPECT_EQ(n_rings, 4);
+}
+
 TEST_F(SimMachineTest, WorkZeroIsTakenOut) {
   MachineConfig config = this->config();
   const Measurement here = *machine(config).measure(requests(config).back());

@@ -132,6 +132,19 @@ std::string refusal(std::string_view piece, std::string_view other) {
   return truth ? "accepted" : truth.error().text();
 }
 
+TEST(Truth, HolesOfRingsRoundTrip) {
+  Truth written = make_truth(shaken_panel(), two_boards());
+  written.targets[1].hole_offset = displacement_mm<frame::Actual>(0.1 + 0.2, -1.0 / 3);
+  const auto read = parse_truth(truth_text(written), "truth.json");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_FALSE(read->targets[0].hole_offset);
+  EXPECT_EQ(read->targets[1].hole_offset, written.targets[1].hole_offset);
+  EXPECT_EQ(
+      refusal("\"actual\":[1.5,2]", "\"actual\":[1.5,2],\"hole_offset\":[1]"),
+      "truth.json: error[truth-invalid]: \"hole_offset\" of target 0 has another form, expected "
+      "an array of 2 numbers");
+}
+
 TEST(Truth, RefusesWhatIsNoTruth) {
   EXPECT_EQ(
       refusal("\"truth\"", "\"camera\""),

@@ -48,6 +48,20 @@ TEST(MeasurementJson, SettingsAppearWhereTheyDifferFromNothing) {
                              R"("algorithm":0})"));
 }
 
+TEST(MeasurementJson, ARequestToFocusSaysSoInPlaceOfASeq) {
+  MeasurementRequest focus;
+  focus.seq = -1;
+  focus.line = 12;
+  focus.command = "$uvis,focus";
+  focus.nominal = position_mm<frame::Nominal>(10, 20.5);
+  focus.expected = position_mm<frame::Actual>(10, 20.5);
+  focus.settings.tools = {1};
+  focus.settings.lamp = 55;
+  EXPECT_EQ(to_json(focus),
+            R"({"focus":true,"line":12,"command":"$uvis,focus","nominal":[10,20.5],)"
+            R"("expected":[10,20.5],"path":[],"lamp":55})");
+}
+
 TEST(MeasurementJson, AFoundTargetHasPlaceAndCovariance) {
   Measurement found{.request = request(), .status = MeasurementStatus::Found};
   found.measured.position = position_mm<frame::Actual>(1.26, -2.1);

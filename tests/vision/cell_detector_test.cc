@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <cstdint>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -91,6 +92,42 @@ TEST(CellDetector, AnyTurnIsFoundIfItIsAllowed) {
     return all;
   }();
   EXPECT_EQ(s.n_found, options.n);
+}
+
+/// The search sees a large target much reduced, its edges sharper than a pixel: wherever they fall
+/// between the reduced pixels, it must see it.
+TEST(CellDetector, LargeTargetsAreFoundAtAnyPlace) {
+  for (const double size_px : {120.0, 160.0}) {
+    for (const int shift_px : {0, 1, 2, 3}) {
+      CellTrialOptions options;
+      options.size_px = size_px;
+      options.picture_px = 281;
+      options.max_angle_deg = 0;
+      Random random(5);
+      CellTrial trial = draw_cell_trial(options, random);
+      const Eigen::Vector2d at_px(140 + shift_px, 140);
+      trial.scene.features[0].center = trial.camera.mapping(position_px<frame::Image>(at_px));
+      const Detection detection = locate(render(trial.scene, trial.camera, random), trial.target);
+      ASSERT_EQ(detection.status, DetectionStatus::Found) << size_px << detection.reason;
+      EXPECT_LT((detection.best->center.position.in_px() - at_px).norm(), 0.02);
+    }
+  }
+}
+
+/// A square's plain face says nothing of how much the ground around it varies.
+TEST(CellDetector, StrongWeaveIsNotTakenForDebris) {
+  CellTrialOptions options;
+  options.contrast = 100;
+  options.noise = 5;
+  options.blur_px = 1.5;
+  options.weave = 21;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    Random random(seed);
+    const CellTrial trial = draw_cell_trial(options, random);
+    const Detection detection = locate(render(trial.scene, trial.camera, random), trial.target);
+    ASSERT_EQ(detection.status, DetectionStatus::Found) << seed << detection.reason;
+    EXPECT_LT(detection.best->excluded, 0.02) << seed;
+  }
 }
 
 TEST(CellDetector, ASquareAtTheBorderIsRejected) {

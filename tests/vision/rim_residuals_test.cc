@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "panelcal/vision/rim_strangers.h"
 #include "tests/vision/trial.h"
 
 namespace panelcal::internal {
@@ -44,7 +45,7 @@ struct Looked {
       : window(image, FitFrame(nullptr, kCenter), truth(), 25, false) {
     window.collect(truth(), 6, 1);
     residuals = residuals_of(window, truth());
-    noise = estimate_noise(window, truth(), residuals);
+    noise = estimate_noise(window, residuals);
   }
   RimWindow window;
   RimResiduals residuals;

@@ -133,6 +133,24 @@ TEST(SceneMarks, ATagStandsUpright) {
   }
 }
 
+/// A mark darker than its ground: white cells are the mark, whatever its brightness.
+TEST(SceneMarks, ADarkTagIsTheNegative) {
+  Target tag = target_of(Shape::AprilTag, mm(0.96));
+  tag.tag_id = 3;
+  const Camera camera = upright_camera();
+  const auto bright = picture_of(tag, camera);
+  MarkLook look;
+  look.level = 0;
+  look.ground = 1;
+  look.center = camera.mapping(position_px(100, 90));
+  const auto dark = render_levels(scene_of(mark_features(tag, look, camera.mapping)), camera);
+  for (int y = 50; y < 130; ++y) {  // all of it within the tag's corners
+    for (int x = 60; x < 140; ++x) {
+      EXPECT_NEAR(level_at(dark, camera, x, y), 1 - level_at(bright, camera, x, y), kShare);
+    }
+  }
+}
+
 TEST(SceneMarks, AnUnknownTagIsNothing) {
   Target tag = target_of(Shape::AprilTag, mm(1));
   tag.tag_id = 1'000'000;
