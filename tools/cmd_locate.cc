@@ -53,8 +53,9 @@ bool is_png(const Path& path) {
 bool is_other_picture(const Path& path) {
   constexpr std::array<std::string_view, 10> kExtensions = {
       ".bmp", ".gif", ".jpeg", ".jpg", ".pdf", ".pgm", ".svg", ".tif", ".tiff", ".webp"};
+  std::error_code ignored;
   return std::ranges::find(kExtensions, extension_of(path)) != kExtensions.end() &&
-         !std::filesystem::is_directory(path);
+         !std::filesystem::is_directory(path, ignored);
 }
 
 /// Where the overlay of each picture goes: OUT.png for the only one, else OUT/NAME.png.
@@ -106,7 +107,8 @@ Expected<void> make_folder(const LocateCommandOptions& options) {
   std::error_code error;
   std::filesystem::create_directories(options.overlay, error);
   // A path with a trailing slash exists, and yet nothing was created.
-  if (std::filesystem::is_directory(options.overlay)) return {};
+  std::error_code ignored;
+  if (std::filesystem::is_directory(options.overlay, ignored)) return {};
   return failure({Code::DeviceWrite,
                   {options.overlay, 0, 0},
                   "cannot create the folder: " +

@@ -82,6 +82,9 @@ namespace {
 constexpr double kLeastIntact = 0.8;
 /// With more of the pixels near its lines left out the rest fits anything.
 constexpr double kMostExcluded = 0.5;
+/// Residuals near the lines beyond the ground's, of the contrast: a ring in a square's place leaves
+/// 0.4, and a square under debris, which is left out, next to nothing.
+constexpr double kMostUnexplained = 0.3;
 /// More of the outline than this has to be visible for a target to count as partly hidden.
 constexpr double kLeastVisible = 0.35;
 constexpr double kMostClipped = 0.75;
@@ -95,6 +98,14 @@ std::optional<std::string> unfit_reason(const CellFit& f, const CellJudgement& j
   }
   if (f.state.sigma_px > 0.98 * j.max_sigma_px) {
     return fmt::format("out of focus: its edges are blurred by {:.1f} px", f.state.sigma_px);
+  }
+  if (f.rim_noise > std::hypot(f.noise_outside, kMostUnexplained * f.state.levels[3])) {
+    return fmt::format(
+        "its {} does not fit: {:.1f} grey levels are left unexplained there, the "
+        "ground has {:.1f}",
+        j.border,
+        f.rim_noise,
+        f.noise_outside);
   }
   if (f.clipped > kMostClipped) {
     return fmt::format("saturated: {:.0f} % of the pixels at its {} are black or white",

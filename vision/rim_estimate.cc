@@ -277,6 +277,14 @@ class RimEstimator {
     return solution_.converged && !is_astray(solution_.parameters, start_);
   }
 
+  /// Fits and looks at what came of it, converged or not: what the next step is told of must be of
+  /// the band that the window holds.
+  bool refit(double huber) {
+    const bool is_fitted = fit_all(huber);
+    look();
+    return is_fitted;
+  }
+
   void weigh() {
     if (is_weighted_) set_weights(window_, solution_.parameters, options_.noise);
   }
@@ -293,8 +301,7 @@ class RimEstimator {
       if (i == 0 && (!has_strangers() || !fit_through_strangers())) return;
       if (!exclude_strangers(window_, residuals_, noise_, solution_.parameters)) return;
       use_noise();
-      if (!fit_all(kHuber)) return;
-      look();
+      if (!refit(kHuber)) return;
       is_peeled_ = true;
     }
   }
@@ -312,7 +319,7 @@ class RimEstimator {
   void leave_out_marks() {
     if (!has_strangers() || !exclude_marks()) return;
     is_peeled_ = true;
-    if (fit_all(0)) look();
+    refit(0);
   }
 
   /// The plain fit leans towards debris on the rim; the residuals of one that gives little weight
@@ -331,9 +338,7 @@ class RimEstimator {
     options_.noise.sigma.fill(sigma);
     is_weighted_ = true;
     is_peeled_ = true;
-    if (!fit_all(kHuber)) return false;
-    look();
-    return true;
+    return refit(kHuber);
   }
 
   bool exclude_marks() {
@@ -366,7 +371,7 @@ class RimEstimator {
       solution_.information /= sigma * sigma;
       return;
     }
-    if (fit_all(is_peeled_ ? 3 * kHuber : 0)) look();
+    refit(is_peeled_ ? 3 * kHuber : 0);
   }
 
   double pooled_sigma() const {
@@ -380,7 +385,7 @@ class RimEstimator {
     const double limit = noise_.is_textured ? kOwnSlopeOnTexture : kOwnSlopeChiSquare;
     if (options_.freedom.has_own_slope || chi_square < limit) return;
     options_.freedom.has_own_slope = true;
-    if (fit_all(options_.huber)) look();
+    refit(options_.huber);
   }
 
   void fit_oval() {
@@ -392,10 +397,7 @@ class RimEstimator {
     RimFitOptions round = options_;
     const RimSolution before = solution_;
     options_.freedom.is_oval = true;
-    if (fit_all(options_.huber)) {
-      look();
-      return;
-    }
+    if (refit(options_.huber)) return;
     options_ = round;
     solution_ = before;
     look();
@@ -475,6 +477,7 @@ class RimEstimator {
 
   RimEstimate finished(RimEstimate estimate) {
     estimate.parameters = solution_.parameters;
+    if (!solution_.parameters.allFinite()) return estimate;
     estimate.visible = visible_share(window_, solution_.parameters);
     estimate.excluded = excluded_share(window_);
     estimate.clipped = clipped_share(window_, solution_.parameters);

@@ -149,7 +149,7 @@ void SimMachine::tell_holes(std::span<const MeasurementRequest> requests) {
     const Position<frame::Machine> place =
         requests[i].work_zero + displacement_mm<frame::Machine>(target.actual.in_mm());
     const auto mark = std::ranges::lower_bound(marks_, place, is_left_of, &Mark::place);
-    if (mark == marks_.end() || mark->place != place) continue;
+    if (mark == marks_.end() || mark->place != place || mark->features.empty()) continue;
     const Feature& feature = mark->features.front();
     if (feature.shape != Feature::Shape::Ring) continue;
     target.hole_offset = displacement_mm<frame::Actual>(feature.hole_offset.in_mm());
