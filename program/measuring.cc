@@ -265,8 +265,11 @@ void Measuring::report_fault(const SeriesResult& series, std::span<const FitPoin
   const int line =
       fault.i_liar ? measurement(points[*fault.i_liar].i_measurement).request.line : series.line;
   std::string what = fault.text();
-  if (fault.degrees_of_freedom > 0) {
-    what += fmt::format("; healthy targets fit so badly with p = {:.2g}", fault.p_value);
+  if (fault.degrees_of_freedom > 0 && fault.p_value < fault.false_alarm) {
+    constexpr double kLeastShown = 1e-6;
+    what += fault.p_value < kLeastShown
+                ? "; healthy targets fit so badly less than once in a million times"
+                : fmt::format("; healthy targets fit so badly with p = {:.2g}", fault.p_value);
   }
   reporter_.report(
       fault.i_liar ? Code::TargetSuspected : Code::SeriesInconsistent, line, 1, std::move(what));
