@@ -55,6 +55,17 @@ PositionEstimate<frame::Optical> CameraMapping::operator()(
   return {(*this)(u.position), propagate(jacobian(u.position), u.cov)};
 }
 
+CameraJacobian CameraMapping::by_parameters(const Position<frame::Image>& u) const {
+  const Eigen::Vector2d d_px = u.in_px() - parameters_.axis_px;
+  const Eigen::Vector2d seen_mm = (*this)(u).in_mm();
+  CameraJacobian j;
+  j.col(0) = seen_mm / parameters_.scale_mm_per_px;
+  j.col(1) << -seen_mm.y(), seen_mm.x();
+  j.middleCols<2>(2) = -jacobian(u);
+  j.col(4) = mm_from_px_ * d_px * d_px.squaredNorm();
+  return j;
+}
+
 std::optional<Position<frame::Image>> CameraMapping::image_of(
     const Position<frame::Optical>& p) const {
   if (!p.in_mm().allFinite()) return std::nullopt;

@@ -8,6 +8,7 @@
 #include "panelcal/calib/base/estimate.h"
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/calib/base/units.h"
+#include "panelcal/calib/machine_uncertainty.h"
 
 namespace panelcal {
 
@@ -37,6 +38,11 @@ class CameraMapping {
   /// dK/du, mm per px.
   Eigen::Matrix2d jacobian(const Position<frame::Image>& u) const;
   PositionEstimate<frame::Optical> operator()(const PositionEstimate<frame::Image>& u) const;
+  /// dK/d parameters at a pixel: what an error of the calibration moves, the same for all pictures.
+  ///
+  ///   dK/d scale = K / scale    dK/d rotation = K turned by 90 degrees    dK/d axis = -dK/du
+  ///   dK/d k1 = scale R(rotation) diag(1, -1) d |d|^2
+  CameraJacobian by_parameters(const Position<frame::Image>& u) const;
 
   /// The pixel that K carries to p, by Newton's method; empty where the lens model folds over
   /// (1 + 3 k1 r^2 <= 0), which is far outside any calibrated picture.

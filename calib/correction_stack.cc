@@ -53,9 +53,63 @@ Matrix6d answer_to_base(const NestedFit& nested, const BaseFit& base) {
   return answer;
 }
 
+/// P1 + P2 D of the header.
+Matrix6d whole_by_base(const BaseFit& base, const NestedFit* nested) {
+  if (nested == nullptr) return Matrix6d::Identity();
+  return by_inner(nested->map.map.linear()) +
+         by_outer(base.map.map) * answer_to_base(*nested, base);
+}
+
+template <class To, class From>
+void append_influences(const PanelFit<To, From>& fit,
+                       const Matrix6d& whole_by_fit,
+                       std::vector<CorrectionStack::TargetInfluence>& out) {
+  for (std::size_t i = 0; i < fit.pairs.size(); ++i) {
+    const TargetPair<To, From>& pair = fit.pairs[i];
+    CorrectionStack::TargetInfluence target;
+    target.by_measured =
+        whole_by_fit * fit.gain.template middleCols<2>(2 * static_cast<Eigen::Index>(i));
+    target.cov_mm2 = pair.measured.cov;
+    target.by_camera = pair.by_camera;
+    target.i_camera = pair.i_camera;
+    target.n_arrivals = pair.n_arrivals;
+    // What a slot does not show may hold anything, and must not come through a gain of zero.
+    for (const int axis : {0, 1}) {
+      if (axis == 0 ? observes_x(pair.axes) : observes_y(pair.axes)) continue;
+      target.cov_mm2.row(axis).setZero();
+      target.cov_mm2.col(axis).setZero();
+      target.by_camera.row(axis).setZero();
+    }
+    out.push_back(target);
+  }
+}
+
+/// T cov(camera) T^T of the header, of all cameras.
+Matrix6d camera_covariance(const std::vector<CorrectionStack::TargetInfluence>& influences,
+                           const MachineUncertainty& machine) {
+  Matrix6d cov = Matrix6d::Zero();
+  for (int i_camera = 0; i_camera < machine.n_cameras(); ++i_camera) {
+    const Eigen::Matrix<double, 6, 5> by_camera = coefficients_by_camera(influences, i_camera);
+    cov += by_camera * machine.camera_of(i_camera) * by_camera.transpose();
+  }
+  return cov;
+}
+
 }  // namespace
 
 CorrectionStack::CorrectionStack() = default;
+
+CorrectionStack::CorrectionStack(MachineUncertainty machine) : machine_(std::move(machine)) {
+}
+
+Eigen::Matrix<double, 6, 5> coefficients_by_camera(
+    std::span<const CorrectionStack::TargetInfluence> influences, int i_camera) {
+  Eigen::Matrix<double, 6, 5> sum = Eigen::Matrix<double, 6, 5>::Zero();
+  for (const CorrectionStack::TargetInfluence& target : influences) {
+    if (target.i_camera == i_camera) sum += target.by_measured * target.by_camera;
+  }
+  return sum;
+}
 
 void CorrectionStack::set_base(std::shared_ptr<const BaseFit> fit) {
   base_ = std::move(fit);
@@ -76,21 +130,45 @@ void CorrectionStack::clear_nested() {
   set_nested(nullptr);
 }
 
+std::vector<CorrectionStack::TargetInfluence> CorrectionStack::influences() const {
+  std::vector<TargetInfluence> out;
+  if (base_) append_influences(*base_, whole_by_base(*base_, nested_.get()), out);
+  if (nested_) append_influences(*nested_, by_outer(base_map_), out);
+  return out;
+}
+
+Eigen::Matrix<double, 6, 6> CorrectionStack::choice_cov() const {
+  Matrix6d cov = Matrix6d::Zero();
+  if (base_) {
+    const Matrix6d by_base = whole_by_base(*base_, nested_.get());
+    cov += by_base * base_->choice_cov * by_base.transpose();
+  }
+  if (nested_) {
+    const Matrix6d by_nested = by_outer(base_map_);
+    cov += by_nested * nested_->choice_cov * by_nested.transpose();
+  }
+  return cov;
+}
+
 void CorrectionStack::compose() {
   base_map_ = base_ ? base_->map.map : Transform<frame::Base, frame::Nominal>();
   const Transform<frame::Actual, frame::Base> nested_map =
       nested_ ? nested_->map.map : Transform<frame::Actual, frame::Base>();
   whole_.map = nested_map * base_map_;
   whole_.cov.setZero();
+  drilled_ = whole_;
+  if (!base_ && !nested_) return;
   if (base_) {
-    Matrix6d whole_by_base = by_inner(nested_map.linear());
-    if (nested_) whole_by_base += by_outer(base_map_) * answer_to_base(*nested_, *base_);
-    whole_.cov += whole_by_base * base_->map.cov * whole_by_base.transpose();
+    const Matrix6d by_base = whole_by_base(*base_, nested_.get());
+    whole_.cov += by_base * base_->map.cov * by_base.transpose();
   }
   if (nested_) {
-    const Matrix6d whole_by_nested = by_outer(base_map_);
-    whole_.cov += whole_by_nested * nested_->map.cov * whole_by_nested.transpose();
+    const Matrix6d by_nested = by_outer(base_map_);
+    whole_.cov += by_nested * nested_->map.cov * by_nested.transpose();
   }
+  whole_.cov += camera_covariance(influences(), machine_);
+  drilled_.cov = whole_.cov;
+  drilled_.cov.bottomRightCorner<2, 2>() += machine_.shared_mm2() + machine_.of_hole_mm2();
 }
 
 }  // namespace panelcal

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
-#include <optional>
+#include <span>
+#include <vector>
 
 #include "panelcal/calib/base/estimate.h"
+#include "panelcal/calib/machine_uncertainty.h"
 #include "panelcal/calib/panel_fit.h"
 
 namespace panelcal {
@@ -22,11 +24,19 @@ using NestedFit = PanelFit<frame::Actual, frame::Base>;
 /// moves what the nested fit is relative to, and the fit undoes it. To first order
 ///
 ///   a2 = a2(measured) + D a1,   D = -gain2 blockdiag(L2) [J(nominal_i)]
+///   whole = P1 a1 + P2 a2  =>  d whole = (P1 + P2 D) d a1(measured) + P2 d a2(measured)
 ///
-/// with a1, a2 the coefficients of both maps and J as in TransformEstimate.
+/// with a1, a2 the coefficients of both maps and J as in TransformEstimate. Errors of the camera's
+/// calibration are the same in all targets of both fits, so they are added up before squaring:
+///
+///   T = sum over targets of (d whole / d measured_i) by_camera_i,   cov += T cov(camera) T^T
+///
+/// for each calibrated camera. What the machine adds at a hole, and the spindle-camera offset, are
+/// the same at every place and stand in the translation's part of the covariance.
 class CorrectionStack {
  public:
   CorrectionStack();
+  explicit CorrectionStack(MachineUncertainty machine);
 
   void set_base(std::shared_ptr<const BaseFit> fit);
   /// Precondition: the fit's base targets are base() of the targets' nominal places.
@@ -36,21 +46,47 @@ class CorrectionStack {
 
   const BaseFit* base() const { return base_.get(); }
   const NestedFit* nested() const { return nested_.get(); }
+  const MachineUncertainty& machine() const { return machine_; }
 
   /// Where a nested target is looked for, as base coordinates.
   const Transform<frame::Base, frame::Nominal>& base_from_nominal() const { return base_map_; }
-  /// The whole correction with its covariance; recomputed only when a correction changes.
+  /// The whole correction with the covariance of the fits, cameras' calibrations included;
+  /// recomputed only when a correction changes.
   const TransformEstimate<frame::Actual, frame::Nominal>& actual_from_nominal() const {
     return whole_;
   }
+  /// The same map with the covariance of what is drilled through it: the spindle-camera offset and
+  /// what the machine adds at a hole are in it. Zero without a correction: nothing is known then.
+  const TransformEstimate<frame::Actual, frame::Nominal>& drilled_from_nominal() const {
+    return drilled_;
+  }
+
+  /// How the whole map answers to what was measured; first order, as above.
+  struct TargetInfluence {
+    Eigen::Matrix<double, 6, 2> by_measured;
+    Eigen::Matrix2d cov_mm2;  ///< as the fit took it
+    CameraJacobian by_camera;
+    int i_camera = 0;
+    int n_arrivals = 1;
+  };
+  /// Those of the base fit, then those of the nested one.
+  std::vector<TargetInfluence> influences() const;
+  /// The part of the covariance that comes from not knowing the panel's model; zero if it is given.
+  Eigen::Matrix<double, 6, 6> choice_cov() const;
 
  private:
   void compose();
 
+  MachineUncertainty machine_;
   std::shared_ptr<const BaseFit> base_;
   std::shared_ptr<const NestedFit> nested_;
   Transform<frame::Base, frame::Nominal> base_map_;
   TransformEstimate<frame::Actual, frame::Nominal> whole_;
+  TransformEstimate<frame::Actual, frame::Nominal> drilled_;
 };
+
+/// T of above: d coefficients of the whole map / d parameters of one camera.
+Eigen::Matrix<double, 6, 5> coefficients_by_camera(
+    std::span<const CorrectionStack::TargetInfluence> influences, int i_camera);
 
 }  // namespace panelcal

@@ -11,6 +11,7 @@
 
 #include "panelcal/calib/base/estimate.h"
 #include "panelcal/calib/base/frames.h"
+#include "panelcal/calib/machine_uncertainty.h"
 
 namespace panelcal {
 
@@ -65,6 +66,10 @@ struct TargetPair {
   Position<From> nominal;
   PositionEstimate<To> measured;  ///< of which only `axes` count
   ObservedAxes axes = ObservedAxes::Both;
+  /// Not seen by the fit: what `measured` shares with other targets, see CorrectionStack.
+  CameraJacobian by_camera = CameraJacobian::Zero();
+  int i_camera = 0;    ///< whose calibration that is, as MachineUncertainty counts
+  int n_arrivals = 1;  ///< of the stage, of which `measured` is the mean
 };
 
 /// Why a fit is not possible.
@@ -101,6 +106,17 @@ struct RawFitResult {
 
 RawFitResult fit_raw(std::span<const RawPair> pairs, PanelModel model);
 
+template <class To, class From>
+std::vector<RawPair> raw_pairs(std::span<const TargetPair<To, From>> pairs) {
+  std::vector<RawPair> raw;
+  raw.reserve(pairs.size());
+  for (const auto& pair : pairs) {
+    raw.push_back(
+        {pair.nominal.in_mm(), pair.measured.position.in_mm(), pair.measured.cov, pair.axes});
+  }
+  return raw;
+}
+
 }  // namespace internal
 
 /// The fitted map with all that a report needs.
@@ -113,6 +129,8 @@ struct PanelFit {
   std::vector<Displacement<To>> residuals;
   double chi_square = 0;
   int degrees_of_freedom = 0;
+  /// The part of map.cov that comes from not knowing the model (calib/model_choice.h).
+  Eigen::Matrix<double, 6, 6> choice_cov = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 /// The fit or the reason why there is none.
@@ -160,13 +178,7 @@ struct PanelFitResult {
 /// See    tests/calib/panel_fit_test.cc, tests/calib/panel_fit_slots_test.cc
 template <class To, class From>
 PanelFitResult<To, From> fit_panel(std::span<const TargetPair<To, From>> pairs, PanelModel model) {
-  std::vector<internal::RawPair> raw;
-  raw.reserve(pairs.size());
-  for (const auto& pair : pairs) {
-    raw.push_back(
-        {pair.nominal.in_mm(), pair.measured.position.in_mm(), pair.measured.cov, pair.axes});
-  }
-  internal::RawFitResult result = internal::fit_raw(raw, model);
+  internal::RawFitResult result = internal::fit_raw(internal::raw_pairs(pairs), model);
   if (!result.fit) return {std::nullopt, result.failure};
 
   PanelFit<To, From> fit;

@@ -74,6 +74,7 @@ Expected<Sight> Inspections::result(const PictureLocator& locator,
       return whole;
     }
     whole.place = in_mean.place;
+    whole.by_camera = in_mean.by_camera;
     whole.blind = in_mean.blind;
   }
   whole.place.cov += excess_scatter(places_, whole.blind ? 1 : 2);

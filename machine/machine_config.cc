@@ -13,20 +13,21 @@
 #include "panelcal/machine/sim_config.h"
 #include "panelcal/machine/stage_config.h"
 #include "panelcal/machine/target_config.h"
+#include "panelcal/machine/tolerance_config.h"
 #include "panelcal/machine/toml_table.h"
+#include "panelcal/machine/uncertainty_config.h"
 #include "panelcal/machine/vision_config.h"
 
 namespace panelcal {
 namespace {
 
-using internal::kMaxPlace_mm;
 using internal::Range;
 using internal::TomlKeys;
 using internal::TomlSource;
 using internal::TomlTable;
 using Words = std::string_view;
 
-constexpr std::array<Words, 10> kTopKeys = {"camera",
+constexpr std::array<Words, 12> kTopKeys = {"camera",
                                             "diameter_page",
                                             "gates",
                                             "machine",
@@ -35,6 +36,8 @@ constexpr std::array<Words, 10> kTopKeys = {"camera",
                                             "sim",
                                             "spindle",
                                             "surface",
+                                            "tolerance",
+                                            "uncertainty",
                                             "vision"};
 constexpr std::array<Words, 1> kTopPlanned = {"coupon"};
 constexpr std::array<Words, 9> kMachineKeys = {"command_limit_s",
@@ -66,16 +69,20 @@ constexpr std::array<Words, 18> kVisionKeys = {"algorithms",
                                                "search_radius_mm",
                                                "tool"};
 constexpr std::array<Words, 4> kCameraKeys = {"bayer", "calibration", "focus_range_mm", "zoom"};
-constexpr std::array<Words, 2> kSpindleKeys = {"camera_offset_mm", "camera_offset_sigma_um"};
-constexpr std::array<Words, 5> kGateKeys = {
-    "nested", "offset_mm", "residual_um", "rotation_mrad", "stretch_ppm"};
-constexpr std::array<Words, 4> kNestedGateKeys = {
-    "offset_mm", "residual_um", "rotation_mrad", "stretch_ppm"};
+constexpr std::array<Words, 7> kGateKeys = {"false_alarm",
+                                            "max_dropped",
+                                            "nested",
+                                            "offset_mm",
+                                            "residual_um",
+                                            "rotation_mrad",
+                                            "stretch_ppm"};
+constexpr std::array<Words, 6> kNestedGateKeys = {
+    "false_alarm", "max_dropped", "offset_mm", "residual_um", "rotation_mrad", "stretch_ppm"};
 
 constexpr Range kShare{0, 1};
-constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
 constexpr Range kAboveZero{.low = 0, .low_is_open = true};
 constexpr Range kFromZero{.low = 0};
+constexpr Range kFalseAlarm{.low = 0, .high = 0.5, .low_is_open = true};
 constexpr int kMaxSeries = 1000;
 constexpr int kMaxToolNumber = 1'000'000;
 
@@ -106,17 +113,6 @@ Expected<void> read_camera(const TomlTable& top, MachineConfig& config) {
   return internal::read_zoom_and_focus(*table, config);
 }
 
-Expected<void> read_spindle(const TomlTable& top, MachineConfig& config) {
-  PANELCAL_TRY(const auto table, top.table("spindle", "[spindle]", {kSpindleKeys, {}}));
-  if (!table) return {};
-  PANELCAL_TRY(const auto offset_mm, table->pair("camera_offset_mm", kPlace));
-  if (offset_mm) config.spindle_camera.offset = displacement_mm<frame::Machine>(*offset_mm);
-  PANELCAL_TRY(const double sigma_um, table->number_or("camera_offset_sigma_um", {0, 1e6}, 0));
-  const double sigma_mm = um(sigma_um).in_mm();
-  config.spindle_camera.cov_mm2 = sigma_mm * sigma_mm * Eigen::Matrix2d::Identity();
-  return {};
-}
-
 /// A limit that is left out keeps what `limits` already has.
 Expected<void> read_limits(const TomlTable& table, GateLimits& limits) {
   PANELCAL_TRY(const auto residual_um, table.number("residual_um", kFromZero));
@@ -127,6 +123,10 @@ Expected<void> read_limits(const TomlTable& table, GateLimits& limits) {
   if (stretch_ppm) limits.stretch_ppm = *stretch_ppm;
   PANELCAL_TRY(const auto offset_mm, table.number("offset_mm", kFromZero));
   if (offset_mm) limits.offset = mm(*offset_mm);
+  PANELCAL_TRY(const auto false_alarm, table.number("false_alarm", kFalseAlarm));
+  if (false_alarm) limits.false_alarm = *false_alarm;
+  PANELCAL_TRY(const auto max_dropped, table.integer("max_dropped", 0, kMaxSeries));
+  if (max_dropped) limits.max_dropped = static_cast<int>(*max_dropped);
   return {};
 }
 
@@ -142,9 +142,17 @@ Expected<void> read_gates(const TomlTable& top, MachineConfig& config) {
 
 Expected<void> read_model(const TomlTable& vision, WalkOptions& walk) {
   PANELCAL_TRY(const auto model, vision.text("model"));
-  if (!model || *model == "auto") return {};
-  walk.model = panel_model_from_name(*model);
+  if (!model) return {};
+  const std::string_view word(*model);
+  walk.chooses_model = word == "auto";
+  if (walk.chooses_model) return {};
+  walk.model = panel_model_from_name(word);
   if (walk.model) return {};
+  if (word == "smooth") {
+    return failure(vision.problem("model",
+                                  "\"auto\" or an affine model: smooth ones are compared and "
+                                  "recommended in the report, and do not correct holes yet"));
+  }
   return failure(vision.problem(
       "model", "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\" or \"affine\""));
 }
@@ -205,9 +213,10 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
   config.file = file;
   PANELCAL_CHECK(read_machine(top, config));
   PANELCAL_CHECK(read_camera(top, config));
-  PANELCAL_CHECK(read_spindle(top, config));
+  PANELCAL_CHECK(internal::read_uncertainty_config(top, config));
   PANELCAL_CHECK(read_vision(top, config));
   PANELCAL_CHECK(read_gates(top, config));
+  PANELCAL_TRY(config.walk.tolerances, internal::read_tolerances(top));
   PANELCAL_CHECK(internal::read_program_config(top, config));
   PANELCAL_TRY(
       config.sim,

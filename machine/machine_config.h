@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/calibration_file.h"
 #include "panelcal/calib/camera_mapping.h"
@@ -72,14 +74,21 @@ struct SimConfig {
   SimulatedProbeOptions surface;  ///< of the board, and how well it is probed
 };
 
+/// When something was measured, and where the machine's file says so.
+struct OffsetDate {
+  std::chrono::sys_seconds date;
+  Place place;
+};
+
 /// machine.toml as panelcal uses it. Unknown keys are errors that name the nearest known key.
 struct MachineConfig {
   std::filesystem::path file;
   std::string name;
   std::optional<Travel> travel;
   ReadOptions reading;  ///< [program], [[diameter_page]]; without the program's own folder
-  /// [vision] rotate, model, mode, cama, scale, default_tool; [gates]; [program]; [surface];
-  /// [reference_scaling]. What texts say of the date and the program's name is not in it.
+  /// [vision] rotate, model, mode, cama, scale, default_tool; [gates]; [tolerance]; [program];
+  /// [surface]; [reference_scaling]; [uncertainty], with [spindle] and [camera], before any drift.
+  /// What texts say of the date and the program's name is not in it.
   WalkOptions walk;
   LocateOptions locate;  ///< [vision] scores; centre and radius are set for each picture
   VisionOptions vision;  ///< [vision] search and four views; [camera] focus
@@ -89,9 +98,12 @@ struct MachineConfig {
   /// [camera] bayer: picture files are a colour sensor's mosaic as it is, of this pattern.
   std::optional<BayerPattern> bayer;
   SpindleCameraOffset spindle_camera;  ///< [spindle]
-  StageCommands stage;                 ///< [machine] stage_command and its kin, for --camera
-  Time settle;                         ///< [machine] settle_s: from an arrival to a picture
-  std::optional<SimConfig> sim;        ///< [sim]
+  /// [spindle] camera_offset_date: when the offset was calibrated, by the clock on the wall.
+  std::optional<OffsetDate> offset_date;
+  double drift_um_per_sqrt_day = 0;  ///< [uncertainty]: random walk of the offset, per axis
+  StageCommands stage;               ///< [machine] stage_command and its kin, for --camera
+  Time settle;                       ///< [machine] settle_s: from an arrival to a picture
+  std::optional<SimConfig> sim;      ///< [sim]
 };
 
 /// Larger files are refused unread.
@@ -109,5 +121,13 @@ Expected<MachineConfig> read_machine_config(const std::filesystem::path& file);
 /// beside it.
 Expected<MachineConfig> parse_machine_config(std::string_view text,
                                              const std::filesystem::path& file);
+
+/// Lets the spindle-camera offset drift from its date to `now`, by the clock on the wall:
+///
+///   walk.uncertainty.drift_mm2 = drift^2 (now - date) I,   drift in mm per square root of a day
+///
+/// Until then, and without a date, the offset has not drifted.
+/// Fails  config-value (the date is after now)
+Expected<void> age_spindle_camera(MachineConfig& config, std::chrono::sys_seconds now);
 
 }  // namespace panelcal

@@ -19,10 +19,11 @@ namespace {
 using internal::JsonLine;
 
 constexpr Code kCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 24> kKeys = {
-    "algorithm",   "axes",   "command",     "cov",      "delta",   "expected", "file",   "image",
-    "inspections", "lamp",   "line",        "measured", "nominal", "path",     "reason", "scatter",
-    "score",       "search", "search_area", "seq",      "status",  "tool",     "tools",  "zoom"};
+constexpr std::array<std::string_view, 25> kKeys = {
+    "algorithm", "axes",   "by_camera",   "command", "cov",    "delta",       "expected",
+    "file",      "image",  "inspections", "lamp",    "line",   "measured",    "nominal",
+    "path",      "reason", "scatter",     "score",   "search", "search_area", "seq",
+    "status",    "tool",   "tools",       "zoom"};
 
 constexpr int kMaxInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
@@ -121,6 +122,19 @@ Expected<PositionEstimate<frame::Actual>> read_measured(const JsonLine& line) {
   return measured;
 }
 
+Expected<std::optional<CameraJacobian>> read_by_camera(const JsonLine& line) {
+  if (!line.has("by_camera")) return std::nullopt;
+  // Far beyond any camera; squares of larger ones would leave no covariance.
+  constexpr double kMost = 1e15;
+  PANELCAL_TRY(const std::vector<double> rows, line.numbers("by_camera", 10, kCode));
+  for (const double number : rows) {
+    if (std::abs(number) <= kMost) continue;
+    return failure(
+        line.problem("by_camera", kCode, fmt::format("numbers of at most {:.0e}", kMost)));
+  }
+  return Eigen::Map<const Eigen::Matrix<double, 2, 5, Eigen::RowMajor>>(rows.data());
+}
+
 Expected<Measurement> read_measurement(const JsonLine& line) {
   PANELCAL_CHECK(line.check_keys(kKeys, kCode));
   Measurement measurement;
@@ -133,8 +147,9 @@ Expected<Measurement> read_measurement(const JsonLine& line) {
   measurement.status = *known;
   if (*known == MeasurementStatus::Found) {
     PANELCAL_TRY(measurement.measured, read_measured(line));
+    PANELCAL_TRY(measurement.by_camera, read_by_camera(line));
   } else {
-    for (const std::string_view key : {"measured", "cov"}) {
+    for (const std::string_view key : {"measured", "cov", "by_camera"}) {
       if (!line.has(key)) continue;
       return failure(line.problem(key, kCode, "no measured place unless status is found"));
     }

@@ -33,7 +33,7 @@ inline constexpr std::size_t kMaxMeasurementBytes = std::size_t{1} << 30;
 ///
 /// All of a request's keys are required, but delta, inspections, search, search_area, lamp, zoom,
 /// algorithm and, of one vision tool, tools. `measured` and `cov` stand there if and only if status
-/// is found. Numbers read back to the bit. Blank lines are allowed.
+/// is found, `by_camera` may then. Numbers read back to the bit. Blank lines are allowed.
 ///
 /// Fails  file-unreadable; json-syntax; measurement-file (unknown, missing, misplaced or repeated
 ///        keys, wrong types, unknown status, a seq that appears twice); measurement-invalid (cov is

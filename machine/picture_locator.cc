@@ -251,10 +251,17 @@ Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
   const Displacement<frame::Machine> from_work_zero =
       machine_from_optical(picture.axis, seen.position) - request.work_zero;
   sight.place = {position_mm<frame::Actual>(from_work_zero.in_mm()), seen.cov};
+  sight.by_camera = camera.mapping.by_parameters(detection.best->center.position);
   if (const auto blind = detection.best->blind_direction) {
     sight.blind = Eigen::Vector2d(std::cos(blind->in_rad()), std::sin(blind->in_rad()));
     bring_beside(
         (look.expected - request.work_zero).in_mm(), detection.best->angle_sigma.in_rad(), sight);
+    const Eigen::Vector2d foot_mm = request.work_zero.in_mm() + sight.place.position.in_mm();
+    const auto pixel = camera.mapping.image_of(
+        position_mm<frame::Optical>((foot_mm - picture.axis.in_mm()).eval()));
+    if (pixel) sight.by_camera = camera.mapping.by_parameters(*pixel);
+    const Eigen::Vector2d across(-sight.blind->y(), sight.blind->x());
+    sight.by_camera = (across * across.transpose() * sight.by_camera).eval();
   }
   return sight;
 }

@@ -47,7 +47,8 @@ struct Sight {
   std::string reason;
   std::string image;  ///< file name of the picture
   std::optional<double> score;
-  PositionEstimate<frame::Actual> place;  ///< if found; relative to work zero
+  PositionEstimate<frame::Actual> place;              ///< if found; relative to work zero
+  CameraJacobian by_camera = CameraJacobian::Zero();  ///< d place / d camera parameters, if found
   /// Slots: the unit vector, machine directions, along which nothing was measured. `place` is then
   /// the foot of the expected place on the slot's middle line.
   std::optional<Eigen::Vector2d> blind;
@@ -75,6 +76,8 @@ using PictureObserver = std::function<void(const SeenView&)>;
 /// The covariance is the detection's, brought to mm. What all pictures of a machine share is left
 /// out: errors of the camera calibration and of the spindle-camera offset move every target of a
 /// panel alike, so that as independent errors of single targets they would be averaged away.
+/// Instead there is how the place moves with the calibration's parameters, so that corrections can
+/// add up such errors before squaring them.
 class PictureLocator {
  public:
   /// Fails  config-value (no [camera])

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/calib/base/clock.h"
+
 namespace panelcal::internal {
 namespace {
 
@@ -208,6 +210,25 @@ Expected<std::optional<bool>> TomlTable::truth(std::string_view key) const {
   if (!node) return std::nullopt;
   if (const auto* truth = node->as_boolean()) return truth->get();
   return failure(wrong_value(key, *node, "true or false"));
+}
+
+Expected<std::optional<std::chrono::sys_seconds>> TomlTable::wall_time(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  if (const auto* value = node->as_date_time(); value && !value->get().offset) {
+    const toml::date& date = value->get().date;
+    const toml::time& time = value->get().time;
+    const auto read = from_iso_8601(fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z",
+                                                date.year,
+                                                date.month,
+                                                date.day,
+                                                time.hour,
+                                                time.minute,
+                                                time.second));
+    if (read) return read;
+  }
+  return failure(wrong_value(
+      key, *node, "a date and a time without a zone, such as 2026-11-21T08:00:00, no quotes"));
 }
 
 Expected<std::vector<std::string>> TomlTable::texts(std::string_view key) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -76,6 +77,8 @@ class TomlTable {
                                                 std::int64_t high) const;
   Expected<std::optional<std::string>> text(std::string_view key) const;
   Expected<std::optional<bool>> truth(std::string_view key) const;
+  /// A date and a time on the wall, which has no zone: 2026-11-21T08:00:00.
+  Expected<std::optional<std::chrono::sys_seconds>> wall_time(std::string_view key) const;
   /// A list of texts; empty for an absent key.
   Expected<std::vector<std::string>> texts(std::string_view key) const;
   Expected<std::optional<std::vector<double>>> numbers(std::string_view key,

@@ -54,6 +54,7 @@ std::optional<ViewMean> mean_of_views(std::span<const ViewDeviation> views) {
   Eigen::MatrixXd design(n_rows, 3);  // t, and theta in mm at the farthest view
   Eigen::VectorXd deviation_mm(n_rows);
   Eigen::MatrixXd cov_mm2 = Eigen::MatrixXd::Zero(n_rows, n_rows);
+  Eigen::MatrixXd by_camera(n_rows, 5);
   Eigen::Index i = 0;
   for (const ViewDeviation& view : views) {
     const Eigen::MatrixXd rows = seen_rows(view);
@@ -63,6 +64,7 @@ std::optional<ViewMean> mean_of_views(std::span<const ViewDeviation> views) {
     design.block(i, 2, n, 1) = rows * turned / std::max(reach_mm, 1e-9);
     deviation_mm.segment(i, n) = rows * view.deviation_mm;
     cov_mm2.block(i, i, n, n) = rows * view.cov_mm2 * rows.transpose();
+    by_camera.middleRows(i, n) = rows * view.by_camera;
     i += n;
   }
   // Slots across a turn do not see it: then theta is left at zero.
@@ -77,6 +79,7 @@ std::optional<ViewMean> mean_of_views(std::span<const ViewDeviation> views) {
   ViewMean mean;
   mean.deviation_mm = solution.head<2>();
   mean.cov_mm2 = cov_of_solution.topLeftCorner<2, 2>();
+  mean.by_camera = inverse.topRows<2>() * by_camera;
   mean.rotation_rad = solution(2) / std::max(reach_mm, 1e-9);
   double chi_square = 0;
   i = 0;

@@ -9,6 +9,7 @@
 
 #include "panelcal/calib/base/estimate.h"
 #include "panelcal/calib/base/frames.h"
+#include "panelcal/calib/machine_uncertainty.h"
 
 // Not installed: how several looks at one target become one place.
 namespace panelcal::internal {
@@ -23,12 +24,14 @@ struct ViewDeviation {
   Eigen::Vector2d deviation_mm;  ///< of the mark that it sees, from where it is expected
   Eigen::Matrix2d cov_mm2;
   std::optional<Eigen::Vector2d> blind;  ///< slots: the unit vector along which it sees nothing
+  CameraJacobian by_camera = CameraJacobian::Zero();  ///< d deviation / d camera parameters
 };
 
 /// What four views of a target say together.
 struct ViewMean {
   Eigen::Vector2d deviation_mm;  ///< of the target's middle
   Eigen::Matrix2d cov_mm2;
+  CameraJacobian by_camera = CameraJacobian::Zero();  ///< d deviation / d camera parameters
   double rotation_rad = 0;  ///< by which the marks are turned about the middle
   /// How far each mark is from where the others have it, and its sigma in that direction.
   std::vector<double> residual_mm;

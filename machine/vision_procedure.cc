@@ -30,6 +30,7 @@ Measurement answer(const MeasurementRequest& request, const Sight& sight) {
   measurement.measured = sight.place;
   measurement.score = sight.score;
   measurement.scatter = sight.scatter;
+  if (sight.is_found()) measurement.by_camera = sight.by_camera;
   measurement.image = sight.image;
   measurement.reason = sight.reason;
   return measurement;
@@ -56,6 +57,9 @@ void take_one_coordinate(const MeasurementRequest& request, Sight& sight) {
   const double variance_mm2 = across.dot(sight.place.cov * across) / (across(i) * across(i));
   const double along_mm2 = sight.blind->dot(sight.place.cov * *sight.blind);
   sight.place.position = position_mm<frame::Actual>(place_mm);
+  const Eigen::Matrix<double, 1, 5> across_by_camera = across.transpose() * sight.by_camera;
+  sight.by_camera.setZero();
+  sight.by_camera.row(i) = across_by_camera / across(i);
   sight.place.cov = Eigen::Matrix2d::Zero();
   sight.place.cov(i, i) = variance_mm2;
   sight.place.cov(1 - i, 1 - i) = along_mm2;
@@ -219,7 +223,8 @@ Expected<Measurement> VisionProcedure::measure_four(const MeasurementRequest& re
     const Displacement<frame::Machine> from_work_zero = expected - request.work_zero;
     const Eigen::Vector2d deviation_mm = sight.place.position.in_mm() - from_work_zero.in_mm();
     if (k == 0 && search_area(request)) shift = displacement_mm<frame::Machine>(deviation_mm);
-    views.push_back({offsets[k].in_mm(), deviation_mm, sight.place.cov, sight.blind});
+    views.push_back(
+        {offsets[k].in_mm(), deviation_mm, sight.place.cov, sight.blind, sight.by_camera});
     whole.image = k == 0 ? sight.image : whole.image;
     whole.score = std::min(*sight.score, whole.score.value_or(*sight.score));
   }
@@ -242,6 +247,7 @@ Expected<Measurement> VisionProcedure::measure_four(const MeasurementRequest& re
   whole.status = MeasurementStatus::Found;
   whole.place = {request.expected + displacement_mm<frame::Actual>(mean->deviation_mm),
                  mean->cov_mm2};
+  whole.by_camera = mean->by_camera;
   return answer(request, whole);
 }
 

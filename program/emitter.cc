@@ -42,6 +42,7 @@ Emitter::Emitter(const std::map<int, Tool>& header_tools,
       reporter_(reporter),
       sink_(sink) {
   if (options.scaling) scaling_ = scaling_map(*options.scaling);
+  tolerance_ = options.tolerances.position;
   origin_.placement = &place.placement;
   origin_.base_series = &corrections.base_series;
   origin_.nested_series = &corrections.nested_series;
@@ -115,6 +116,7 @@ void Emitter::take(int line, const ToolChange& change) {
   hits_left_of_[fitted_tool_] = hits_left_;
   tool_ = fitted_tool_ = change.tool.number;
   origin_.tool_line = line;
+  take_tolerance(line, change.tool);
   if (change.tool.max_hits) {
     max_hits_[tool_] = *change.tool.max_hits;
   } else {
@@ -127,6 +129,18 @@ void Emitter::take(int line, const ToolChange& change) {
         left == hits_left_of_.end() || left->second > max->second ? max->second : left->second;
   }
   put(line, change);
+}
+
+void Emitter::take_tolerance(int line, const Tool& tool) {
+  tolerance_ = options_.tolerances.radius(tool.number, tool.diameter);
+  if (options_.tolerances.is_empty() || tolerance_) return;
+  std::string problem = options_.tolerances.problem(tool.number, tool.diameter);
+  if (problem.empty()) return;
+  reporter_.report(Code::ToleranceInvalid,
+                   line,
+                   0,
+                   std::move(problem),
+                   "position_um, or a pad and a drill that leave room for the ring");
 }
 
 /// The next linked tool takes over; without one the machine stops for a fresh tool.
@@ -177,13 +191,11 @@ PlacedPoint Emitter::placed(const Eigen::Vector2d& at_mm, Scaling scaling) {
   const bool is_scaled =
       scaling == Scaling::Applies && place_.is_scaled && options_.scaling.has_value();
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  const auto& map = corrections_.stack.actual_from_nominal();
-  if (!is_scaled) {
-    note_origin(at_mm, nullptr);
-    return place_of(nominal, map(nominal));
-  }
-  note_origin(at_mm, &scaling_);
-  return place_of(nominal, map(scaling_(nominal)));
+  const auto& map = corrections_.stack.drilled_from_nominal();
+  note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
+  PlacedPoint point = place_of(nominal, map(is_scaled ? scaling_(nominal) : nominal));
+  if (is_correcting()) point.risk = risk_of(point.cov_mm2);
+  return point;
 }
 
 /// The operation is built in place and kept: copying it would take longer than correcting a hole.
@@ -191,7 +203,7 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   hit(line, 1);
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
-  const auto& map = corrections_.stack.actual_from_nominal();
+  const auto& map = corrections_.stack.drilled_from_nominal();
   const auto corrected = map(is_scaled ? scaling_(nominal) : nominal);
   note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
   hole_.line = line;
@@ -202,6 +214,7 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   drill.corrected = corrected.position;
   drill.actual = place_.work_zero + displacement_mm<frame::Machine>(corrected.position.in_mm());
   drill.cov_mm2 = corrected.cov;
+  drill.risk = is_correcting() ? risk_of(corrected.cov) : std::nullopt;
   drill.tool = tool_;
   drill.cut = cut_;
   sink_->put(hole_);
@@ -209,12 +222,16 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
 
 void Emitter::drill_at_target(int line,
                               const Eigen::Vector2d& at_mm,
-                              const PositionEstimate<frame::Actual>& target) {
+                              const TargetHolePlace& target) {
   if (!passes(line)) return;
   hit(line, 1);
   note_origin(at_mm, nullptr);
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  send(line, Drill{place_of(nominal, target), tool_, cut_});
+  origin_.i_measurement = target.i_measurement;
+  Drill drill{place_of(nominal, target.place), tool_, cut_};
+  drill.risk = risk_of(drill.cov_mm2);
+  send(line, drill);
+  origin_.i_measurement.reset();
 }
 
 void Emitter::slot(int line,

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "panelcal/calib/breaking_probability.h"
 #include "panelcal/program/arcs.h"
 #include "panelcal/program/measuring.h"
 #include "panelcal/program/reporter.h"
@@ -68,9 +69,7 @@ class Emitter {
   void drill(int line, const Eigen::Vector2d& at_mm) {
     if (count_operations(1, line) && sink_ != nullptr) drill_now(line, at_mm);
   }
-  void drill_at_target(int line,
-                       const Eigen::Vector2d& at_mm,
-                       const PositionEstimate<frame::Actual>& target);
+  void drill_at_target(int line, const Eigen::Vector2d& at_mm, const TargetHolePlace& target);
   /// `n_hits` holes stand for a slot that is passed on whole.
   void slot(int line,
             const Eigen::Vector2d& start_mm,
@@ -119,6 +118,14 @@ class Emitter {
   PlacedPoint placed(const Eigen::Vector2d& at_mm, Scaling scaling);
   PlacedPoint place_of(const Position<frame::Nominal>& nominal,
                        const PositionEstimate<frame::Actual>& corrected) const;
+  void take_tolerance(int line, const Tool& tool);
+  bool is_correcting() const {
+    return corrections_.stack.base() != nullptr || corrections_.stack.nested() != nullptr;
+  }
+  /// Of a place that a correction determines.
+  std::optional<double> risk_of(const Eigen::Matrix2d& cov_mm2) {
+    return tolerance_ ? std::optional(breaking_risk_(cov_mm2, *tolerance_)) : std::nullopt;
+  }
   void note_origin(const Eigen::Vector2d& at_mm,
                    const Transform<frame::Nominal, frame::Nominal>* scaling);
   void send(int line, decltype(Operation::what) what);
@@ -136,6 +143,8 @@ class Emitter {
   std::map<int, std::int64_t> hits_left_of_;
   std::map<int, int> max_hits_;
   ToolLinks links_;
+  std::optional<Length> tolerance_;  ///< of the tool in use
+  BreakingRisk breaking_risk_;
   DepthOfCut cut_;
   CompensationSide side_ = CompensationSide::Off;  ///< as the control was told last
   bool was_switched_off_ = false;                  ///< by the control itself, since then

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/explain.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
+
+#include "panelcal/program/place_budget.h"
 
 namespace panelcal {
 namespace {
@@ -63,6 +66,40 @@ std::string depth_text(const DepthOfCut& cut) {
                             cut.surface->in_mm());
 }
 
+std::string budget_row(std::string_view source,
+                       const Eigen::Matrix2d& cov_mm2,
+                       double share,
+                       std::string_view shared) {
+  return fmt::format("    {:<24}{:>9.3f}{:>9.3f}{:>8.1f}  {}\n",
+                     source,
+                     std::sqrt(std::max(0.0, cov_mm2(0, 0))) * 1e3,
+                     std::sqrt(std::max(0.0, cov_mm2(1, 1))) * 1e3,
+                     100 * share,
+                     shared);
+}
+
+/// The share is of the variances in x and y together. Sources that nothing is known of are named:
+/// they are zero in the sum, not on the machine.
+std::string budget_text(const ErrorBudget& budget) {
+  const double whole_mm2 = total_mm2(budget).trace();
+  if (!(whole_mm2 > 0)) return {};
+  std::string text = fmt::format(
+      "  budget      {:>23}{:>9}{:>8}  {}\n", "sigma x", "y um", "share %", "common to");
+  std::string unknown;
+  for (const BudgetTerm& term : budget) {
+    if (term.cov_mm2.trace() > 0) {
+      text += budget_row(
+          term.source, term.cov_mm2, term.cov_mm2.trace() / whole_mm2, name(term.shared));
+    } else {
+      unknown += fmt::format("{}{}", unknown.empty() ? "" : ", ", term.source);
+    }
+  }
+  text += budget_row("total", total_mm2(budget), 1, "");
+  text.erase(text.find_last_not_of(" \n") + 1);
+  text += '\n';
+  return unknown.empty() ? text : text + "    not stated: " + unknown + "\n";
+}
+
 }  // namespace
 
 std::optional<ExplainChoice> parse_explain_choice(std::string_view text) {
@@ -114,20 +151,34 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
   if (origin.scaling != nullptr) {
     fmt::format_to(to, "  scaling     {}\n", map_text(*origin.scaling));
   }
-  if (*origin.base_series) explain_series("base", **origin.base_series);
-  if (*origin.nested_series) explain_series("nested", **origin.nested_series);
-  if (!*origin.base_series && !*origin.nested_series) text_ += "  correction  none in force\n";
+  explain_correction(origin);
   fmt::format_to(to,
                  "  corrected   {}, sigma ({:.3f}, {:.3f}) um\n",
                  point(place.corrected.in_mm()),
                  std::sqrt(place.cov_mm2(0, 0)) * 1e3,
                  std::sqrt(place.cov_mm2(1, 1)) * 1e3);
+  text_ += budget_text(error_budget(budget_place(place, origin), survey_, machine_));
   if (const DepthOfCut* const cut = cut_of(operation)) {
     const std::string depth = depth_text(*cut);
     if (!depth.empty()) fmt::format_to(to, "  depth       {}\n", depth);
   }
   fmt::format_to(to, "  work zero   {}\n", point(origin.work_zero->in_mm()));
   fmt::format_to(to, "  machine     {}\n", point(place.actual.in_mm()));
+}
+
+void Explainer::explain_correction(const Origin& origin) {
+  if (origin.i_measurement) {
+    const Measurement& target = survey_.measurements[*origin.i_measurement];
+    fmt::format_to(std::back_inserter(text_),
+                   "  correction  none: {} target {} was measured at {}\n",
+                   target.request.command,
+                   target.request.seq,
+                   point(target.measured.position.in_mm()));
+    return;
+  }
+  if (*origin.base_series) explain_series("base", **origin.base_series);
+  if (*origin.nested_series) explain_series("nested", **origin.nested_series);
+  if (!*origin.base_series && !*origin.nested_series) text_ += "  correction  none in force\n";
 }
 
 void Explainer::explain_series(std::string_view name, std::size_t i_series) {

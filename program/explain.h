@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "panelcal/program/walk.h"
 
@@ -19,14 +20,18 @@ struct ExplainChoice {
 /// Fails  with nothing if `text` is neither
 std::optional<ExplainChoice> parse_explain_choice(std::string_view text);
 
-/// Says how places came about: source line, pattern path, every transform, the fiducials behind it.
+/// Says how places came about: source line, pattern path, every transform, the fiducials behind it,
+/// and where the uncertainty comes from.
 class Explainer final : public OperationSink {
  public:
   static constexpr int kMost = 20;  ///< places of one line; the rest are counted
 
-  /// Precondition: program and survey outlive this.
-  Explainer(ExplainChoice choice, const Program& program, const Survey& survey)
-      : choice_(choice), program_(program), survey_(survey) {}
+  /// Precondition: program and survey outlive this; `machine` is what they were walked with.
+  Explainer(ExplainChoice choice,
+            const Program& program,
+            const Survey& survey,
+            MachineUncertainty machine = {})
+      : choice_(choice), program_(program), survey_(survey), machine_(std::move(machine)) {}
 
   void put(const Operation& operation) override;
   /// The explanation, or that there is no such place.
@@ -35,11 +40,13 @@ class Explainer final : public OperationSink {
 
  private:
   void explain(const Operation& operation, const PlacedPoint& point);
+  void explain_correction(const Origin& origin);
   void explain_series(std::string_view name, std::size_t i_series);
 
   ExplainChoice choice_;
   const Program& program_;
   const Survey& survey_;
+  MachineUncertainty machine_;
   Tool tool_;
   std::int64_t n_places_ = 0;
   std::int64_t n_matching_ = 0;

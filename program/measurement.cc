@@ -108,6 +108,11 @@ std::string to_json(const Measurement& measurement) {
     const Eigen::Matrix2d& cov_mm2 = measurement.measured.cov;
     fmt::format_to(to, ",\"measured\":[{},{}]", measured_mm.x(), measured_mm.y());
     fmt::format_to(to, ",\"cov\":[{},{},{}]", cov_mm2(0, 0), cov_mm2(0, 1), cov_mm2(1, 1));
+    if (measurement.by_camera) {
+      const Eigen::Matrix<double, 2, 5, Eigen::RowMajor> rows = *measurement.by_camera;
+      fmt::format_to(
+          to, ",\"by_camera\":[{}]", fmt::join(rows.data(), rows.data() + rows.size(), ","));
+    }
   }
   if (measurement.scatter) {
     const Eigen::Vector2d& scatter_mm = measurement.scatter->in_mm();

@@ -10,6 +10,7 @@
 #include "panelcal/calib/base/estimate.h"
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/units.h"
+#include "panelcal/calib/machine_uncertainty.h"
 #include "panelcal/calib/panel_fit.h"
 #include "panelcal/program/placement.h"
 
@@ -58,6 +59,8 @@ struct Measurement {
   MeasurementStatus status = MeasurementStatus::NotFound;
   PositionEstimate<frame::Actual> measured;  ///< relative to work zero
   std::optional<double> score;
+  /// How the place moves with the camera's calibration, whose error all targets share.
+  std::optional<CameraJacobian> by_camera;
   /// One standard deviation of repeated inspections in each axis, if there were any.
   std::optional<Displacement<frame::Actual>> scatter;
   std::string image;   ///< file name of the picture, empty if there is none

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/measuring.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "panelcal/calib/error_budget.h"
+#include "panelcal/calib/model_choice.h"
+#include "panelcal/program/series_examination.h"
 
 namespace panelcal {
 namespace {
@@ -22,6 +27,20 @@ Code lost_code(MeasurementStatus status) {
     default:
       return Code::TargetNotFound;
   }
+}
+
+/// Fits the series' model, or with [vision] model = "auto" the one that the targets speak for.
+template <class To, class From>
+PanelFitResult<To, From> fit_model(const std::vector<TargetPair<To, From>>& pairs,
+                                   const WalkOptions& options,
+                                   SeriesResult& series) {
+  const std::span<const TargetPair<To, From>> targets(pairs);
+  series.compared = compare_models(targets, series.prescribed);
+  const ModelScore* best = options.chooses_model ? chosen(series.compared) : nullptr;
+  series.chose_model = best != nullptr;
+  series.model = best != nullptr ? best->model : series.prescribed;
+  return series.chose_model ? fit_chosen(targets, series.compared)
+                            : fit_panel(targets, series.model);
 }
 
 }  // namespace
@@ -47,7 +66,12 @@ Measuring::Measuring(const WalkOptions& options,
                      MeasurementSource* source,
                      const Reporter& reporter,
                      DiagnosticLog& log)
-    : options_(options), survey_(survey), source_(source), reporter_(reporter), log_(log) {
+    : options_(options),
+      survey_(survey),
+      source_(source),
+      reporter_(reporter),
+      log_(log),
+      corrections_(options.uncertainty) {
 }
 
 std::optional<std::size_t> Measuring::measure(MeasurementRequest request) {
@@ -92,7 +116,45 @@ void Measuring::focus(const MeasurementRequest& request) {
 
 FitPoint Measuring::fit_point(std::size_t i_measurement) const {
   const Measurement& m = measurement(i_measurement);
-  return {.nominal = m.request.nominal, .measured = m.measured, .i_measurement = i_measurement};
+  const MachineUncertainty& machine = options_.uncertainty;
+  FitPoint point{
+      .nominal = m.request.nominal, .measured = m.measured, .i_measurement = i_measurement};
+  point.measured.cov += machine.of_target_mm2();
+  if (m.by_camera) point.by_camera = *m.by_camera;
+  point.i_camera = machine.camera_index(m.request.settings.zoom);
+  return point;
+}
+
+TargetHolePlace Measuring::hole_at_target(std::size_t i_measurement) const {
+  const Measurement& m = measurement(i_measurement);
+  const MachineUncertainty& machine = options_.uncertainty;
+  const ErrorBudget budget = error_budget_at_target(machine,
+                                                    m.measured.cov,
+                                                    m.by_camera.value_or(CameraJacobian::Zero()),
+                                                    machine.camera_index(m.request.settings.zoom));
+  return {{m.measured.position, total_mm2(budget)}, i_measurement};
+}
+
+/// The mean of several arrivals averages the stage's errors and the detector's, and neither the
+/// table's, which is as wrong at one layer as at the next, nor the camera's.
+FitPoint mean_of_layers(std::span<const FitPoint> layers, const MachineUncertainty& machine) {
+  const auto n = static_cast<double>(layers.size());
+  Eigen::Vector2d nominal_mm = Eigen::Vector2d::Zero();
+  Eigen::Vector2d measured_mm = Eigen::Vector2d::Zero();
+  FitPoint mean{.nominal = {}, .measured = {}, .i_measurement = layers.back().i_measurement};
+  mean.i_camera = layers.back().i_camera;
+  mean.n_arrivals = 0;
+  for (const FitPoint& layer : layers) {
+    nominal_mm += layer.nominal.in_mm();
+    measured_mm += layer.measured.position.in_mm();
+    mean.measured.cov += layer.measured.cov - machine.table_mm2();
+    mean.by_camera += layer.by_camera / n;
+    mean.n_arrivals += layer.n_arrivals;
+  }
+  mean.nominal = position_mm<frame::Nominal>(nominal_mm / n);
+  mean.measured.position = position_mm<frame::Actual>(measured_mm / n);
+  mean.measured.cov = mean.measured.cov / (n * n) + machine.table_mm2();
+  return mean;
 }
 
 void Measuring::report_lost(const Measurement& measurement) {
@@ -133,18 +195,84 @@ void Measuring::gate_hole(const Measurement& measurement, CorrectionLevel level)
 std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points) {
   const std::size_t i_series = n_fitted_++;
   if (!is_first_pass()) return i_series;
+  series.prescribed = series.model;
   if (series.level == CorrectionLevel::Nested) series.base_series = corrections_.base_series;
   for (const FitPoint& point : points) series.points.push_back(point.i_measurement);
   if (!points.empty()) {
-    if (series.level == CorrectionLevel::Base) {
-      fit_base(points, series);
-    } else {
-      fit_nested(points, series);
-    }
-    report_gates(series, points);
+    fit_points(points, series);
+    examine({points.begin(), points.end()}, series);
   }
   survey_.series.push_back(std::move(series));
   return i_series;
+}
+
+void Measuring::fit_points(std::span<const FitPoint> points, SeriesResult& series) {
+  series.points.clear();
+  for (const FitPoint& point : points) series.points.push_back(point.i_measurement);
+  if (series.level == CorrectionLevel::Base) return fit_base(points, series);
+  fit_nested(points, series);
+}
+
+void Measuring::examine(std::vector<FitPoint> points, SeriesResult& series) {
+  const GateLimits& limits =
+      series.level == CorrectionLevel::Base ? options_.base_limits : options_.nested_limits;
+  series.fault = examine_series(series, points, survey_, corrections_.stack, options_);
+  const auto may_go_on = [&](const SeriesResult& s) {
+    return s.is_fitted() && s.fault && s.fault->i_liar &&
+           s.dropped.size() < static_cast<std::size_t>(std::max(0, limits.max_dropped));
+  };
+  std::vector<FitPoint> left = points;
+  SeriesResult trial = series;
+  while (may_go_on(trial)) {
+    const std::size_t i_liar = *trial.fault->i_liar;
+    auto fewer = without_point(left, i_liar, trial.model);
+    if (!fewer) break;
+    trial.dropped.push_back(left[i_liar].i_measurement);
+    left = *std::move(fewer);
+    fit_points(left, trial);
+    trial.fault = examine_series(trial, left, survey_, corrections_.stack, options_);
+  }
+  if (!trial.dropped.empty() && !trial.fault && all_accepted(trial.gates)) {
+    trial.fault = std::move(series.fault);
+    trial.fault->is_resolved = true;
+    series = std::move(trial);
+    return report_dropped(series);
+  }
+  report_gates(series, points);
+  report_fault(series, points);
+}
+
+void Measuring::report_dropped(const SeriesResult& series) {
+  for (const std::size_t i : series.dropped) {
+    const MeasurementRequest& request = measurement(i).request;
+    reporter_.report(Code::TargetDropped,
+                     request.line,
+                     1,
+                     fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm is left out, {} others "
+                                 "make the fit: {}",
+                                 request.command,
+                                 request.nominal.in_mm().x(),
+                                 request.nominal.in_mm().y(),
+                                 series.points.size(),
+                                 series.fault->text()));
+  }
+}
+
+void Measuring::report_fault(const SeriesResult& series, std::span<const FitPoint> points) {
+  // Without a rate the test refuses nothing; a gate has, and the summary and the report say why.
+  if (!series.fault || !(series.fault->false_alarm > 0)) return;
+  const SeriesFault& fault = *series.fault;
+  const int line =
+      fault.i_liar ? measurement(points[*fault.i_liar].i_measurement).request.line : series.line;
+  std::string what = fault.text();
+  if (fault.degrees_of_freedom > 0 && fault.p_value < fault.false_alarm) {
+    constexpr double kLeastShown = 1e-6;
+    what += fault.p_value < kLeastShown
+                ? "; healthy targets fit so badly less than once in a million times"
+                : fmt::format("; healthy targets fit so badly with p = {:.2g}", fault.p_value);
+  }
+  reporter_.report(
+      fault.i_liar ? Code::TargetSuspected : Code::SeriesInconsistent, line, 1, std::move(what));
 }
 
 void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series) {
@@ -154,9 +282,12 @@ void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series)
     pairs.push_back(
         {point.nominal,
          {position_mm<frame::Base>(point.measured.position.in_mm()), point.measured.cov},
-         point.axes});
+         point.axes,
+         point.by_camera,
+         point.i_camera,
+         point.n_arrivals});
   }
-  auto result = fit_panel<frame::Base, frame::Nominal>(pairs, series.model);
+  auto result = fit_model(pairs, options_, series);
   if (!result.fit) return report_fit_failure(series, result.failure);
   if (is_mirrored(result.fit->map.map.linear())) return report_mirrored(series);
   series.gates = check_gates(*result.fit, options_.base_limits);
@@ -166,10 +297,14 @@ void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series)
 void Measuring::fit_nested(std::span<const FitPoint> points, SeriesResult& series) {
   std::vector<TargetPair<frame::Actual, frame::Base>> pairs;
   for (const FitPoint& point : points) {
-    pairs.push_back(
-        {corrections_.stack.base_from_nominal()(point.nominal), point.measured, point.axes});
+    pairs.push_back({corrections_.stack.base_from_nominal()(point.nominal),
+                     point.measured,
+                     point.axes,
+                     point.by_camera,
+                     point.i_camera,
+                     point.n_arrivals});
   }
-  auto result = fit_panel<frame::Actual, frame::Base>(pairs, series.model);
+  auto result = fit_model(pairs, options_, series);
   if (!result.fit) return report_fit_failure(series, result.failure);
   if (is_mirrored(result.fit->map.map.linear())) return report_mirrored(series);
   series.gates = check_gates(*result.fit, options_.nested_limits);

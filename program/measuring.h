@@ -20,6 +20,8 @@ struct CorrectionState {
   std::optional<std::size_t> base_series;
   std::optional<std::size_t> nested_series;
 
+  CorrectionState() = default;
+  explicit CorrectionState(const MachineUncertainty& machine) : stack(machine) {}
   void clear_base();
   void clear_nested();
 };
@@ -28,13 +30,29 @@ struct CorrectionState {
 /// numbers, not always in the same order.
 bool is_same_place(const Placement& a, const Placement& b);
 
-/// A target as a fit sees it: one measurement, or the mean of several.
+/// A target as a fit sees it: one measurement, or the mean of several. The covariance is the
+/// picture's and what the machine adds to every target; measurements keep the picture's alone, so
+/// that a recorded run replays with any machine's figures.
 struct FitPoint {
   Position<frame::Nominal> nominal;
   PositionEstimate<frame::Actual> measured;
   ObservedAxes axes = ObservedAxes::Both;
+  CameraJacobian by_camera = CameraJacobian::Zero();
+  int i_camera = 0;               ///< as MachineUncertainty counts
+  int n_arrivals = 1;             ///< of the stage, of which `measured` is the mean
   std::size_t i_measurement = 0;  ///< the one to name when the point is at fault
 };
+
+/// A hole that is drilled where its own target was seen.
+struct TargetHolePlace {
+  PositionEstimate<frame::Actual> place;  ///< with the covariance of what is drilled there
+  std::size_t i_measurement = 0;
+};
+
+/// Several looks at one target, each a point of its own: their mean.
+///
+/// Precondition: at least one; all by the same camera
+FitPoint mean_of_layers(std::span<const FitPoint> layers, const MachineUncertainty& machine);
 
 /// Measures, fits, gates and activates, whatever the language that asks for it.
 ///
@@ -58,6 +76,8 @@ class Measuring {
   const Measurement& measurement(std::size_t i) const { return survey_.measurements[i]; }
   bool is_found(std::size_t i) const { return measurement(i).status == MeasurementStatus::Found; }
   FitPoint fit_point(std::size_t i_measurement) const;
+  /// Precondition: is_found(i_measurement)
+  TargetHolePlace hole_at_target(std::size_t i_measurement) const;
 
   /// Fits `points` to the model of `series`, whose level, line, path, placement and measurements
   /// are set; without points (a target is missing) there is no fit. Index into Survey::series.
@@ -82,6 +102,11 @@ class Measuring {
   void fit_nested(std::span<const FitPoint> points, SeriesResult& series);
   void report_fit_failure(const SeriesResult& series, FitFailure failure);
   void report_mirrored(const SeriesResult& series);
+  /// Fits and gates; leaves out what the gates allow to, and finds the cause of what does not fit.
+  void fit_points(std::span<const FitPoint> points, SeriesResult& series);
+  void examine(std::vector<FitPoint> points, SeriesResult& series);
+  void report_fault(const SeriesResult& series, std::span<const FitPoint> points);
+  void report_dropped(const SeriesResult& series);
   void report_gates(const SeriesResult& series, std::span<const FitPoint> points);
 
   const WalkOptions& options_;

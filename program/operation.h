@@ -34,10 +34,13 @@ struct Tool {
 
 /// A point of the tool's way in the frames that outputs need.
 struct PlacedPoint {
-  Position<frame::Nominal> nominal;                   ///< after placement, before any correction
-  Position<frame::Actual> corrected;                  ///< relative to work zero
-  Position<frame::Machine> actual;                    ///< what the machine is told
-  Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();  ///< of corrected; zero without a correction
+  Position<frame::Nominal> nominal;   ///< after placement, before any correction
+  Position<frame::Actual> corrected;  ///< relative to work zero
+  Position<frame::Machine> actual;    ///< what the machine is told
+  Eigen::Matrix2d cov_mm2 =
+      Eigen::Matrix2d::Zero();  ///< of what is drilled; zero without a correction
+  /// That the hole breaks its tolerance; absent without a tolerance or without a correction.
+  std::optional<double> risk;
 };
 
 /// How deep a tool works, as far as the program says.
@@ -251,6 +254,9 @@ struct Origin {
   const std::optional<std::size_t>* nested_series = nullptr;
   const Position<frame::Machine>* work_zero = nullptr;
   int tool_line = 0;  ///< of the block that took the tool
+  /// Of a hole that is drilled where its own target was seen, which no correction moves: index into
+  /// Survey::measurements.
+  std::optional<std::size_t> i_measurement;
 };
 
 /// One thing the machine is told. Views are valid only during the call that passes it.

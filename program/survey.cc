@@ -6,7 +6,8 @@
 namespace panelcal {
 
 bool SeriesResult::is_accepted() const {
-  return is_fitted() && std::ranges::all_of(gates, &GateVerdict::accepted);
+  return is_fitted() && (!fault || fault->is_resolved) &&
+         std::ranges::all_of(gates, &GateVerdict::accepted);
 }
 
 bool Survey::is_complete() const {

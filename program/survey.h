@@ -9,7 +9,9 @@
 
 #include "panelcal/calib/correction_stack.h"
 #include "panelcal/calib/gates.h"
+#include "panelcal/calib/model_score.h"
 #include "panelcal/calib/panel_fit.h"
+#include "panelcal/calib/series_fault.h"
 #include "panelcal/program/measurement.h"
 #include "panelcal/program/operation.h"
 #include "panelcal/program/probing.h"
@@ -27,10 +29,16 @@ struct SeriesResult {
   /// `measurements` each, but of several layers of a target only the last.
   std::vector<std::size_t> points;
   PanelModel model = PanelModel::Offset;
+  PanelModel prescribed = PanelModel::Offset;  ///< by the manual or the machine's file
+  bool chose_model = false;                    ///< `model` is what the targets speak for
   std::shared_ptr<const BaseFit> base;      ///< set for a fitted base series
   std::shared_ptr<const NestedFit> nested;  ///< set for a fitted nested series
   std::optional<std::size_t> base_series;   ///< the base correction a nested one is relative to
   std::vector<GateVerdict> gates;
+  std::vector<ModelScore> compared;  ///< all models that the targets could determine
+  std::optional<SeriesFault> fault;  ///< if the targets do not fit each other
+  /// Measurements that [gates] max_dropped allowed to leave out; they are not among `points`.
+  std::vector<std::size_t> dropped;
   /// How far the layers of one target are apart at most (SIEB & MEYER, measurement modes 2 and 3).
   std::optional<Length> layer_spread;
 

@@ -5,20 +5,10 @@
 #include <cmath>
 #include <set>
 
+#include "panelcal/calib/error_budget.h"
 #include "panelcal/program/arc_shape.h"
 
 namespace panelcal {
-namespace {
-
-/// Square root of the larger eigenvalue of a symmetric 2 x 2 matrix.
-double largest_sigma_mm(const Eigen::Matrix2d& cov_mm2) {
-  const double mean = (cov_mm2(0, 0) + cov_mm2(1, 1)) / 2;
-  const double half = (cov_mm2(0, 0) - cov_mm2(1, 1)) / 2;
-  return std::sqrt(std::max(0.0, mean + std::hypot(half, cov_mm2(0, 1))));
-}
-
-}  // namespace
-
 void Tally::begin(const ProgramInfo& info) {
   tools_ = info.tools;
 }
@@ -51,7 +41,7 @@ std::vector<int> Tally::tools_used() const {
 
 void Tally::put_place(const PlacedPoint& place) {
   max_shift_ = std::max(max_shift_, mm((place.corrected.in_mm() - place.nominal.in_mm()).norm()));
-  max_sigma_ = std::max(max_sigma_, mm(largest_sigma_mm(place.cov_mm2)));
+  max_sigma_ = std::max(max_sigma_, largest_sigma(place.cov_mm2));
   nominal_box_.add(place.nominal);
   corrected_box_.add(place.corrected);
 }

@@ -11,7 +11,10 @@
 
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/calib/gates.h"
+#include "panelcal/calib/known_pads.h"
+#include "panelcal/calib/machine_uncertainty.h"
 #include "panelcal/calib/panel_fit.h"
+#include "panelcal/calib/tolerance.h"
 #include "panelcal/program/excellon/header.h"
 #include "panelcal/program/measurement.h"
 #include "panelcal/program/operation.h"
@@ -56,8 +59,14 @@ struct WalkOptions {
   int series_size = 3;  ///< [vision] rotate: G36 or G46 blocks that form one series
   int inspections = 1;  ///< [vision] inspections: until a $uvis,insp says another number
   std::optional<PanelModel> model;  ///< [vision] model; absent: what the manual says for the count
+  bool chooses_model = false;       ///< [vision] model = "auto": what the targets themselves say
+  MachineUncertainty uncertainty;   ///< [uncertainty], [spindle], [camera]
+  Tolerances tolerances;            ///< [tolerance]
   GateLimits base_limits;
   GateLimits nested_limits;
+  /// Where the program has holes and targets, asked for only when a series does not fit. Without it
+  /// no pad can be named that was taken for another.
+  std::function<const KnownPads*()> known_pads;
   /// Work zero without any zero set (the machine's zero correction), and absolute zero.
   Position<frame::Machine> work_zero;
   Position<frame::Machine> absolute_zero;

@@ -64,22 +64,26 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   WalkOptions walk;
   ReadOptions reading;
   std::optional<Travel> travel;
+  const auto time = wall_time(options.clock, system_clock()());
+  if (!time) {
+    context.console.print(time.error());
+    return exit_code(time.error());
+  }
   if (!options.machine.empty()) {
     auto config = read_machine_config(options.machine);
     if (!config) {
       context.console.print(config.error());
       return exit_code(config.error());
     }
+    if (const auto aged = age_spindle_camera(*config, *from_iso_8601(*time + "Z")); !aged) {
+      context.console.print(aged.error());
+      return exit_code(aged.error());
+    }
     walk = config->walk;
     reading = config->reading;
     travel = config->travel;
   }
   walk.max_operations = options.max_operations;
-  const auto time = wall_time(options.clock, system_clock()());
-  if (!time) {
-    context.console.print(time.error());
-    return exit_code(time.error());
-  }
   set_text_variables(options.program, *time, walk.sieb_meyer.text);
   std::string result;
   if (!options.program.empty()) {

@@ -15,6 +15,7 @@
 #include "panelcal/machine/sim/truth.h"
 #include "panelcal/program/explain.h"
 #include "panelcal/program/job_check.h"
+#include "panelcal/program/job_verdict.h"
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
 #include "panelcal/program/writers/jsonl_writer.h"
@@ -25,9 +26,11 @@
 #include "panelcal/tools/measuring.h"
 #include "panelcal/tools/program_input.h"
 #include "panelcal/tools/provenance.h"
+#include "panelcal/tools/report_budget.h"
 #include "panelcal/tools/report_html.h"
 #include "panelcal/tools/text_variables.h"
 #include "panelcal/tools/truth_comparison.h"
+#include "panelcal/tools/verdict_summary.h"
 
 namespace panelcal {
 namespace {
@@ -112,6 +115,7 @@ class Run {
     config_.walk.max_operations = options_.max_operations;
     std::string time;
     if (!take(wall_time(options_.clock, system_clock()()), time)) return false;
+    if (!take(age_spindle_camera(config_, *from_iso_8601(time + "Z")))) return false;
     set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
     if (!take(read_choice())) return false;
     if (!options_.output.empty() && !take(output_format(options_), format_)) return false;
@@ -126,14 +130,15 @@ class Run {
       Truth truth;
       if (!take(read_truth_json(options_.truth), truth)) return false;
       truth_ = std::move(truth);
-      comparison_.emplace(*truth_);
+      comparison_.emplace(*truth_, config_.walk.uncertainty.of_hole_mm2());
     }
     checked_ = read_and_check(options_.program, config_.reading, config_.walk, log_);
     if (log_.has_errors() || !checked_) return false;
     provenance_ = provenance_of(context_.options,
                                 checked_->program,
                                 {options_.machine, options_.measurements, options_.probes});
-    if (drills_the_time(checked_->program)) provenance_.emplace_back("clock", time);
+    const bool drifts = config_.drift_um_per_sqrt_day > 0;
+    if (drills_the_time(checked_->program) || drifts) provenance_.emplace_back("clock", time);
     return true;
   }
 
@@ -149,7 +154,9 @@ class Run {
                                  measured_);
     // The warnings are those of the check, said already.
     for (const Diagnostic& diagnostic : found.kept()) {
-      if (diagnostic.severity() == Severity::Error) log_.add(diagnostic);
+      const bool is_new =
+          diagnostic.severity() == Severity::Error || diagnostic.code == Code::TargetDropped;
+      if (is_new) log_.add(diagnostic);
     }
     if (!has_source || (exit_code(found) > ExitCode::GateFailed)) return false;
     context_.console.say(fits_summary(measured_.survey));
@@ -196,7 +203,7 @@ class Run {
 
   void explain() {
     if (!choice_) return;
-    Explainer explainer(*choice_, checked_->program, measured_.survey);
+    Explainer explainer(*choice_, checked_->program, measured_.survey, config_.walk.uncertainty);
     // Numbers must not depend on the output's format.
     WalkOptions walk = config_.walk;
     walk.slots = walk.step_slots = Cycles::Expanded;
@@ -265,8 +272,10 @@ class Run {
     }
     const auto writer = make_writer(*bytes);
     JobCheck job_check(config_.travel);
-    std::vector<OperationSink*> sinks = {writer.get(), &tally_, &job_check};
+    std::vector<OperationSink*> sinks = {writer.get(), &tally_, &job_check, &worst_hole_};
     if (comparison_) sinks.push_back(&*comparison_);
+    if (!config_.walk.tolerances.is_empty())
+      sinks.push_back(&verdict_.emplace(config_.walk.tolerances));
     Tee tee(std::move(sinks));
     DiagnosticLog walk_log;
     execute(checked_->program, config_.walk, measured_.survey, tee, walk_log);
@@ -275,7 +284,8 @@ class Run {
       for (const Diagnostic& loss : program->losses().kept()) walk_log.add(loss);
     }
     for (const Diagnostic& diagnostic : walk_log.kept()) log_.add(diagnostic);
-    if (walk_log.has_errors() || !take(writer->finish()) || (file && !take(file->commit()))) return;
+    if (walk_log.has_errors() || !is_sure_enough()) return;
+    if (!take(writer->finish()) || (file && !take(file->commit()))) return;
     is_written_ = true;
     context_.console.say(
         fmt::format("{} written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um",
@@ -284,6 +294,14 @@ class Run {
                     tally_.max_shift().in_um(),
                     tally_.max_sigma().in_um()));
     if (comparison_) context_.console.say("\nerror against truth\n" + comparison_->summary());
+  }
+
+  /// What [tolerance] makes of the job that has just passed: false if it is not to be drilled.
+  bool is_sure_enough() {
+    if (!verdict_) return true;
+    context_.console.say(verdict_summary(*verdict_, comparison_ ? &*comparison_ : nullptr));
+    verdict_->report(checked_->program.source.file, log_);
+    return verdict_->decision() != JobDecision::Hold || options_.force;
   }
 
   void write_report() {
@@ -297,6 +315,10 @@ class Run {
     input.survey = &measured_.survey;
     input.tally = is_written_ ? &tally_ : nullptr;
     input.truth = is_written_ && comparison_ ? &*comparison_ : nullptr;
+    input.verdict = verdict_ ? &*verdict_ : nullptr;
+    if (is_written_) {
+      input.worst_hole = worst_hole_.budget(measured_.survey, config_.walk.uncertainty);
+    }
     input.crops_png = std::move(measured_.crops_png);
     input.views = std::move(measured_.views);
     input.diagnostics = log_.kept();
@@ -328,6 +350,8 @@ class Run {
   Provenance provenance_;
   MeasuringResult measured_;
   Tally tally_;
+  WorstHole worst_hole_;
+  std::optional<JobVerdict> verdict_;
   bool is_written_ = false;
 };
 

@@ -16,6 +16,7 @@ struct CommandContext {
 
 ExitCode run_command(const CheckOptions& options, CommandContext& context);
 ExitCode run_command(const SurveyOptions& options, CommandContext& context);
+ExitCode run_command(const PlanOptions& options, CommandContext& context);
 ExitCode run_command(const RunOptions& options, CommandContext& context);
 ExitCode run_command(const TranslateOptions& options, CommandContext& context);
 ExitCode run_command(const LocateCommandOptions& options, CommandContext& context);

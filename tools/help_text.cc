@@ -8,7 +8,7 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kFooters = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kFooters = {{
     {"check", R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
   datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)
@@ -36,6 +36,26 @@ autofocus.
 
 Exit codes
   0 done; 2 errors in the program or the machine file)"},
+    {"plan", R"(Example
+  $ panelcal plan datasets/demo/panel.exc -m datasets/demo/machine.toml -o plan.html
+
+Says, before anything is measured, how much of the noise of its targets reaches the worst hole and
+where that hole is, for every model that the targets determine; how many holes lie outside of the
+targets' hull; whether a lying target would be noticed and named; which further pad of the program
+would help most (--add K: which K together), and how; and a short order of visits. It only advises:
+nothing is measured and no program is changed (docs/howto/plan.md).
+
+"x" counts times the noise of a target, in the direction where it is worst: 1.73 is a panel of
+targets in three corners under an affine model, seen from the fourth. "um" is the same for a noise
+of --fiducial-sigma-um (2) in the picture, or as --measurements had it, with the machine's own
+[uncertainty] at targets; "total" also counts what the machine adds to every hole.
+
+-o plan.svg draws it: bands of equal certainty, the worst hole, pads to add, the order of visits;
+-o plan.html has tables and advice as well. --json: one object (docs/formats/plan.md).
+
+Exit codes
+  0 advice was given, also where targets do not determine their model; 2 bad input or usage; 3 the
+  disk or the environment failed)"},
     {"run", R"(Example
   $ panelcal run datasets/demo/panel.exc -m datasets/demo/machine.toml \
       --images datasets/demo/images -o corrected.drl --report report.html
@@ -63,7 +83,8 @@ is named, and nothing is written if a tool would go elsewhere without it.
   $ panelcal run job.exc -m machine.toml --measurements m.jsonl --explain L33
 
 says how the holes of line 33 came about: programmed place, copy, scaling, fits with their fiducials
-and residuals, work zero, what the machine is told. --explain 500 takes the 500th hole or move.
+and residuals, work zero, what the machine is told, and where the uncertainty comes from: an error
+budget with sigma, share and what other holes err alike. --explain 500 takes the 500th hole or move.
 
 Stored patterns and subprograms (M99,NAME) are looked for beside the program, then in [program]
 search_path. Texts with the date or the time (&D, &T) are drilled with --clock, else with the time

@@ -19,6 +19,8 @@
 #include "panelcal/machine/sim/sim_machine.h"
 #include "panelcal/machine/sim/simulated_probe.h"
 #include "panelcal/machine/vision_procedure.h"
+#include "panelcal/program/pad_collector.h"
+#include "panelcal/tools/report_models.h"
 #include "panelcal/vision/overlay.h"
 #include "panelcal/vision/picture_folder.h"
 
@@ -215,6 +217,22 @@ std::string focus_summary(const Survey& survey) {
   return out;
 }
 
+KnownPads pads_of(const Program& program, const WalkOptions& walk, const Survey& nominal) {
+  PadCollector collector(nominal);
+  DiagnosticLog said_already;
+  execute(program, walk, nominal, collector, said_already);
+  return collector.take();
+}
+
+/// The stated rate is that of a healthy job, however many series it has (Bonferroni).
+void share_false_alarm(WalkOptions& walk, std::size_t n_series) {
+  for (GateLimits* limits : {&walk.base_limits, &walk.nested_limits}) {
+    if (limits->false_alarm && n_series > 1) {
+      limits->false_alarm = *limits->false_alarm / static_cast<double>(n_series);
+    }
+  }
+}
+
 double worst_residual_um(const SeriesResult& series) {
   double worst_mm = 0;
   const auto take = [&](const auto& residuals) {
@@ -253,6 +271,11 @@ Expected<MeasuringResult> measure_program(const RunOptions& options,
   PANELCAL_TRY(const OpenProbes open_probe, open_probes(options, config, n_probes));
   PANELCAL_TRY(const OpenSource open,
                open_source(options, config, program, n_targets, std::move(observer)));
+  walk.known_pads = [&program, &config, &nominal, known = std::optional<KnownPads>()]() mutable {
+    if (!known) known = pads_of(program, config.walk, nominal);
+    return &*known;
+  };
+  share_false_alarm(walk, nominal.series.size());
   ProgressSource source(*open.source, n_targets, console);
   ProbeProgress probes(*open_probe.source, n_probes, console);
   result.survey = survey(program, walk, source, probes, log);
@@ -289,6 +312,21 @@ std::string probes_summary(const Survey& survey) {
 
 }  // namespace
 
+namespace {
+
+/// Of series that a gate refuses and no diagnostic explains.
+std::string causes_summary(const Survey& survey) {
+  std::string out;
+  for (const SeriesResult& series : survey.series) {
+    if (!series.fault || series.fault->is_resolved || series.fault->false_alarm > 0) continue;
+    out += fmt::format(
+        "likely cause (series of line {}): {}\n", series.line, series.fault->text());
+  }
+  return out;
+}
+
+}  // namespace
+
 std::string fits_summary(const Survey& survey) {
   std::string out = focus_summary(survey);
   auto to = std::back_inserter(out);
@@ -298,6 +336,7 @@ std::string fits_summary(const Survey& survey) {
     fmt::format_to(to, "measured {} targets, {} found\n", survey.measurements.size(), n_found);
   }
   out += probes_summary(survey);
+  out += causes_summary(survey);
   std::size_t n_nested = 0;
   double worst_nested_um = 0;
   for (const SeriesResult& series : survey.series) {
@@ -317,6 +356,7 @@ std::string fits_summary(const Survey& survey) {
         (panel.scale_x - 1) * 1e6,
         (panel.scale_y - 1) * 1e6,
         worst_residual_um(series));
+    out += report::model_line(series);
     if (series.layer_spread) {
       fmt::format_to(to,
                      "panel (line {}): layers of a target at most {:.3f} um apart\n",
@@ -326,6 +366,7 @@ std::string fits_summary(const Survey& survey) {
   }
   if (n_nested > 0) {
     fmt::format_to(to, "{} nested fits, worst residual {:.3f} um\n", n_nested, worst_nested_um);
+    out += report::nested_models_line(survey);
   }
   return out;
 }

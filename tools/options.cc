@@ -42,6 +42,7 @@ class CommandLine {
         ->capture_default_str();
     add_check();
     add_survey();
+    add_plan();
     add_run();
     add_translate();
     add_locate();
@@ -61,6 +62,7 @@ class CommandLine {
     if (*help_) return help();
     if (*check_) options_.command = check_options_;
     if (*survey_) options_.command = survey_options_;
+    if (*plan_) options_.command = plan_options_;
     if (*run_) options_.command = run_options_;
     if (*translate_) options_.command = translate_options_;
     if (*locate_) options_.command = locate_options_;
@@ -85,8 +87,8 @@ class CommandLine {
   static void add_clock(CLI::App* command, std::string& clock) {
     command->add_option("--clock",
                         clock,
-                        "Date and time for texts (&D, &T), such as 2026-11-21T13:45:00 (default: "
-                        "now)");
+                        "Date and time for texts (&D, &T) and for the age of [spindle] "
+                        "camera_offset_date, such as 2026-11-21T13:45:00 (default: now)");
   }
 
   void add_check() {
@@ -104,6 +106,27 @@ class CommandLine {
     survey_->add_option("-m,--machine", survey_options_.machine, "machine.toml")->required();
     add_clock(survey_, survey_options_.clock);
     add_limit(survey_, survey_options_.max_operations);
+  }
+
+  void add_plan() {
+    plan_ = add("plan", "Say before the job how sure its targets make every hole, and what helps");
+    PlanOptions& o = plan_options_;
+    plan_->add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
+    plan_->add_option("-m,--machine", o.machine, "machine.toml")->required();
+    plan_->add_option("-o,--output", o.output, "Picture of the plan (.svg), or a page (.html)");
+    plan_->add_flag("--json", o.json, "One JSON object instead of text");
+    plan_->add_option("--add", o.n_added, "Further targets to propose together")
+        ->check(CLI::Range(1, 20))
+        ->capture_default_str();
+    CLI::Option* sigma = plan_->add_option("--fiducial-sigma-um",
+                                           o.fiducial_sigma_um,
+                                           "Noise of a target in its picture, along each axis "
+                                           "(default: 2)");
+    sigma->check(CLI::Range(1e-6, 1e6));
+    plan_->add_option("--measurements", o.measurements, "Take that noise from a recorded job")
+        ->excludes(sigma);
+    add_clock(plan_, o.clock);
+    add_limit(plan_, o.max_operations);
   }
 
   void add_run() {
@@ -239,13 +262,13 @@ class CommandLine {
   }
 
   static Diagnostic unknown_command(const std::string& word) {
-    constexpr std::array<std::string_view, 7> kCommands = {
-        "check", "survey", "run", "translate", "locate", "synth", "help"};
+    constexpr std::array<std::string_view, 8> kCommands = {
+        "check", "survey", "plan", "run", "translate", "locate", "synth", "help"};
     const std::string_view near = nearest_word(word, kCommands);
     return {Code::Usage,
             {"panelcal", 0, 0},
             quoted(word) + " is no command",
-            near.empty() ? "check, survey, run, translate, locate, synth or help"
+            near.empty() ? "check, survey, plan, run, translate, locate, synth or help"
                          : "perhaps " + std::string(near)};
   }
 
@@ -253,6 +276,7 @@ class CommandLine {
   Options options_;
   CheckOptions check_options_;
   SurveyOptions survey_options_;
+  PlanOptions plan_options_;
   RunOptions run_options_;
   TranslateOptions translate_options_;
   LocateCommandOptions locate_options_;
@@ -260,6 +284,7 @@ class CommandLine {
   std::string help_topic_;
   CLI::App* check_ = nullptr;
   CLI::App* survey_ = nullptr;
+  CLI::App* plan_ = nullptr;
   CLI::App* run_ = nullptr;
   CLI::App* translate_ = nullptr;
   CLI::App* locate_ = nullptr;

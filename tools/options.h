@@ -19,7 +19,7 @@ struct CommonOptions {
 struct CheckOptions {
   std::string program;  ///< may be empty: then only the machine file is checked
   std::string machine;  ///< may be empty
-  std::string clock;    ///< what texts say of the time: 2026-11-21T13:45:00; empty: now
+  std::string clock;    ///< of texts and of calibrations' age: 2026-11-21T13:45:00; empty: now
   std::int64_t max_operations = 1'000'000'000;
 };
 
@@ -71,6 +71,18 @@ struct LocateCommandOptions {
   bool lists_candidates = false;
 };
 
+struct PlanOptions {
+  std::string program;
+  std::string machine;
+  std::string output;        ///< .svg or .html; empty: no picture
+  std::string measurements;  ///< of an earlier job, for the noise of its targets; may be empty
+  std::string clock;         ///< as CheckOptions
+  std::optional<double> fiducial_sigma_um;  ///< noise of a target's picture along each axis
+  int n_added = 1;                          ///< further targets to propose together
+  bool json = false;
+  std::int64_t max_operations = 1'000'000'000;
+};
+
 struct SynthOptions {
   std::string program;
   std::string machine;
@@ -88,6 +100,7 @@ using CommandOptions = std::variant<DoneOptions,
                                     RunOptions,
                                     TranslateOptions,
                                     LocateCommandOptions,
+                                    PlanOptions,
                                     SynthOptions>;
 
 struct Options {

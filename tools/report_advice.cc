@@ -101,6 +101,25 @@ std::string advice_on_gate(const Survey& survey) {
   return advice_on_deformation(survey, *worst);
 }
 
+/// What a series that does not fit suffers from, where that is beyond doubt.
+std::string advice_on_fault(const Survey& survey) {
+  for (const SeriesResult& series : survey.series) {
+    if (!series.fault || series.fault->is_resolved) continue;
+    if (!series.fault->is_named() && !series.fault->i_liar) continue;
+    return fmt::format("{}: {}.", series_name(series), series.fault->text());
+  }
+  return {};
+}
+
+/// Says so where the fit rests on fewer targets than the program asks for.
+std::string left_out_remark(const Survey& survey) {
+  std::size_t n = 0;
+  for (const SeriesResult& series : survey.series) n += series.dropped.size();
+  if (n == 0) return {};
+  return n == 1 ? " One target was left out of its fit."
+                : fmt::format(" {} targets were left out of their fits.", n);
+}
+
 std::string advice_on_errors(const ReportInput& input) {
   const auto first = std::ranges::find(input.diagnostics, Severity::Error, &Diagnostic::severity);
   if (first == input.diagnostics.end()) return {};
@@ -123,6 +142,16 @@ std::string advice_on_drilling(const ReportInput& input) {
   return fmt::format("Load {} and drill.", shown_output(input));
 }
 
+std::string advice_on_warning(const ReportInput& input) {
+  const JobVerdict& verdict = *input.verdict;
+  return fmt::format(
+      "Drill {} if that risk is acceptable; otherwise see what the worst place's error is made of, "
+      "run --explain L{} ({}).",
+      shown_output(input),
+      verdict.worst_tool()->worst.line,
+      verdict.sentence());
+}
+
 }  // namespace
 
 std::string verdict_sentence(const ReportInput& input) {
@@ -133,6 +162,10 @@ std::string verdict_sentence(const ReportInput& input) {
                                        : "Something failed after the program was written.";
     case Verdict::Forced:
       return "A check failed, and the program was written all the same, because --force was given.";
+    case Verdict::Warned:
+      return "The fits are inside their limits, but the tolerance is not as sure to be kept as the "
+             "machine's file asks." +
+             left_out_remark(survey);
     case Verdict::Drill:
       break;
   }
@@ -142,17 +175,25 @@ std::string verdict_sentence(const ReportInput& input) {
   if (survey.measurements.empty()) {
     return "The program has no targets: nothing was measured, and coordinates are as programmed.";
   }
+  if (input.verdict != nullptr && input.verdict->decision() == JobDecision::Drill) {
+    return "Every target was found, every fit is inside its limits, and every hole is as sure to "
+           "keep its tolerance as the machine's file asks." +
+           left_out_remark(survey);
+  }
   if (!worst_gate(survey)) {
     return "Every target was found. The machine's file sets no limits, so no fit was held against "
-           "any.";
+           "any." +
+           left_out_remark(survey);
   }
-  return "Every target was found, and every fit is inside its limits.";
+  return "Every target was found, and every fit is inside its limits." + left_out_remark(survey);
 }
 
 std::string next_step(const ReportInput& input) {
   const Verdict verdict = verdict_of(input);
   if (verdict == Verdict::Drill) return advice_on_drilling(input);
+  if (verdict == Verdict::Warned) return advice_on_warning(input);
   std::string advice = advice_on_lost(survey_of(input));
+  if (advice.empty()) advice = advice_on_fault(survey_of(input));
   if (advice.empty()) advice = advice_on_gate(survey_of(input));
   if (advice.empty()) advice = advice_on_errors(input);
   if (verdict == Verdict::Forced) {

@@ -40,7 +40,10 @@ const Survey& survey_of(const ReportInput& input) {
 Verdict verdict_of(const ReportInput& input) {
   if (input.output_file.empty()) return Verdict::Hold;
   if (input.forced) return Verdict::Forced;
-  return survey_of(input).is_accepted() && !has_errors(input) ? Verdict::Drill : Verdict::Hold;
+  if (!survey_of(input).is_accepted() || has_errors(input)) return Verdict::Hold;
+  const bool is_warned =
+      input.verdict != nullptr && input.verdict->decision() == JobDecision::DrillWithWarning;
+  return is_warned ? Verdict::Warned : Verdict::Drill;
 }
 
 double gate_ratio(const GateVerdict& gate) {

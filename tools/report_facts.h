@@ -13,7 +13,7 @@
 
 namespace panelcal::report {
 
-enum class Verdict : std::uint8_t { Drill, Hold, Forced };
+enum class Verdict : std::uint8_t { Drill, Warned, Hold, Forced };
 
 enum class TargetState : std::uint8_t {
   Good,

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "panelcal/calib/chi_square.h"
 #include "panelcal/calib/panel_fit.h"
 #include "panelcal/program/survey.h"
 
@@ -38,9 +39,7 @@ struct FitNumbers {
 /// See    tests/tools/report_html_test.cc
 std::optional<FitNumbers> fit_numbers(const SeriesResult& series);
 
-/// Chance that a chi square of `degrees_of_freedom` >= 1 is at least this large; exact for whole
-/// degrees of freedom (Abramowitz and Stegun 26.4.4, 26.4.5).
-double chi_square_exceedance(double chi_square, int degrees_of_freedom);
+using panelcal::chi_square_exceedance;
 
 /// What a chi square says about the noise, in words, with no more certainty than it has.
 std::string chi_square_meaning(double chi_square, int degrees_of_freedom);

@@ -8,8 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/tools/report_causes.h"
 #include "panelcal/tools/report_facts.h"
 #include "panelcal/tools/report_fit_numbers.h"
+#include "panelcal/tools/report_models.h"
 #include "panelcal/tools/report_text.h"
 
 namespace panelcal::report {
@@ -92,6 +94,8 @@ std::string series_block(const ReportInput& input, const SeriesResult& series, b
       series_name(series),
       words);
   if (numbers) out += fit_paragraph(series, *numbers) + gates_table(series);
+  out += models_block(series);
+  out += causes_block(survey_of(input), series);
   return out + "</details>\n";
 }
 

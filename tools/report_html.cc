@@ -16,6 +16,7 @@
 #include "panelcal/tools/report_surface.h"
 #include "panelcal/tools/report_targets.h"
 #include "panelcal/tools/report_text.h"
+#include "panelcal/tools/report_verdict.h"
 
 namespace panelcal {
 namespace report {
@@ -31,6 +32,8 @@ VerdictWords words_of(Verdict verdict) {
   switch (verdict) {
     case Verdict::Drill:
       return {"DRILL", "&#10003;", "drill"};
+    case Verdict::Warned:
+      return {"DRILL, WITH A WARNING", "&#9888;", "forced"};
     case Verdict::Hold:
       return {"HOLD", "&#10007;", "hold"};
     case Verdict::Forced:
@@ -116,6 +119,15 @@ std::string hole_tiles(const ReportInput& input) {
   return out;
 }
 
+std::string tolerance_tile(const JobVerdict* verdict) {
+  if (verdict == nullptr || verdict->n_judged() == 0) return {};
+  return tile("places expected to break their tolerance",
+              risk_text(verdict->expected_broken()),
+              fmt::format("of {}; <a href=\"#tolerance\">worst risk</a> {}",
+                          grouped(verdict->n_judged()),
+                          risk_text(verdict->worst_tool()->worst.risk)));
+}
+
 std::string first_screen(const ReportInput& input, std::span<const TargetFact> facts) {
   const VerdictWords words = words_of(verdict_of(input));
   const Survey& survey = survey_of(input);
@@ -141,7 +153,7 @@ std::string first_screen(const ReportInput& input, std::span<const TargetFact> f
                 fmt::format("{} of {}", n_found(survey), survey.measurements.size()),
                 counted(static_cast<std::int64_t>(survey.series.size()), "fit"));
   }
-  return out + hole_tiles(input) + "</dl>\n</div>\n";
+  return out + hole_tiles(input) + tolerance_tile(input.verdict) + "</dl>\n</div>\n";
 }
 
 std::string messages(std::span<const Diagnostic> diagnostics) {
@@ -224,9 +236,11 @@ std::string report_html(const ReportInput& input) {
       escaped(input.program_file),
       kStyle);
   out += first_screen(input, facts);
+  out += verdict_section(input);
   out += "<h2>Panel</h2>\n<section>\n" + panel_figures(input, facts) + "</section>\n";
   out += "<h2>Fiducials</h2>\n<section>\n" + target_cards(input, facts) + "</section>\n";
   out += "<h2>Fits</h2>\n<section>\n" + fits_section(input) + "</section>\n";
+  out += budget_section(input.worst_hole);
   out += focus_section(survey_of(input));
   out += surface_section(survey_of(input));
   out += "<h2>Messages</h2>\n<section>\n" + messages(input.diagnostics) + "</section>\n";

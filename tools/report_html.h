@@ -3,14 +3,17 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/job_verdict.h"
 #include "panelcal/program/survey.h"
 #include "panelcal/program/tally.h"
+#include "panelcal/tools/report_budget.h"
 #include "panelcal/tools/report_views.h"
 #include "panelcal/tools/truth_comparison.h"
 
@@ -26,6 +29,8 @@ struct ReportInput {
   const Survey* survey = nullptr;
   const Tally* tally = nullptr;                   ///< of the corrected program; null if refused
   const TruthComparison* truth = nullptr;         ///< null without --truth
+  const JobVerdict* verdict = nullptr;            ///< null without [tolerance]
+  std::optional<HoleBudget> worst_hole;           ///< of the corrected program
   std::map<std::int64_t, std::string> crops_png;  ///< by seq: the target with the found centre
   std::map<std::int64_t, std::vector<ReportView>> views;  ///< by seq: all pictures looked at
   std::span<const Diagnostic> diagnostics;

@@ -34,6 +34,7 @@ class View {
   double px_per_mm() const { return px_per_mm_; }
   double width() const { return width_; }
   double height() const { return height_; }
+  const Extent& shown() const { return shown_; }  ///< all that the frame holds
   double plot_side() const;  ///< the shorter side of the plotted area, px
 
   /// The opening tag; `label` is for those who cannot see it, already escaped.

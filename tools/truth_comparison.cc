@@ -25,6 +25,7 @@ std::optional<double> normalized_square(const Eigen::Vector2d& d_mm,
 void ErrorStatistics::add(double error_mm) {
   ++n;
   max_mm = std::max(max_mm, error_mm);
+  sum_mm += error_mm;
   sum_squares_mm2 += error_mm * error_mm;
 }
 
@@ -43,7 +44,7 @@ void TruthComparison::put(const Operation& operation) {
     errors->corrected.add(error_mm.norm());
     errors->uncorrected.add(before_mm);
   }
-  if (const auto square = normalized_square(error_mm, drill->cov_mm2)) {
+  if (const auto square = normalized_square(error_mm, drill->cov_mm2 - of_hole_mm2_)) {
     sum_normalized_squares_ += *square;
     n_normalized_ += 2;
   }

@@ -7,6 +7,7 @@
 
 #include "panelcal/calib/base/units.h"
 #include "panelcal/machine/sim/truth.h"
+#include "panelcal/program/job_verdict.h"
 #include "panelcal/program/operation.h"
 
 namespace panelcal {
@@ -15,18 +16,28 @@ namespace panelcal {
 struct ErrorStatistics {
   std::int64_t n = 0;
   double max_mm = 0;
+  double sum_mm = 0;
   double sum_squares_mm2 = 0;
 
   void add(double error_mm);
   Length max() const { return mm(max_mm); }
   Length rms() const;
+  /// As the trade sums them up: mean, mean + 3 sigma, Cpk.
+  RadialFigures radial() const {
+    return {.n = n, .sum_mm = sum_mm, .sum_squares_mm2 = sum_squares_mm2};
+  }
 };
 
 /// Compares every hole with where the hidden panel really has it: as corrected, and as it would
 /// have been drilled without any correction.
 class TruthComparison final : public OperationSink {
  public:
-  explicit TruthComparison(const Truth& truth) : truth_(truth) {}
+  /// In     of_hole_mm2: what the machine adds at every hole, which a simulated panel does not
+  /// show:
+  ///        left out of the predicted variance
+  explicit TruthComparison(const Truth& truth,
+                           const Eigen::Matrix2d& of_hole_mm2 = Eigen::Matrix2d::Zero())
+      : truth_(truth), of_hole_mm2_(of_hole_mm2) {}
   void put(const Operation& operation) override;
 
   struct Errors {
@@ -44,6 +55,7 @@ class TruthComparison final : public OperationSink {
 
  private:
   const Truth& truth_;
+  Eigen::Matrix2d of_hole_mm2_;
   Errors all_;
   std::map<int, Errors> by_tool_;
   double sum_normalized_squares_ = 0;

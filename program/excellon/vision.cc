@@ -104,8 +104,7 @@ std::vector<Position<frame::Nominal>> VisionSession::take_target(const TargetPla
   return std::exchange(open_, std::nullopt)->targets;
 }
 
-std::optional<PositionEstimate<frame::Actual>> VisionSession::measure_hole(
-    const TargetPlace& target) {
+std::optional<TargetHolePlace> VisionSession::measure_hole(const TargetPlace& target) {
   refuse_unfinished(target.line, code_text(target.command));
   const CorrectionLevel level = level_of(target.command);
   const auto index = measure(target, level);
@@ -113,7 +112,7 @@ std::optional<PositionEstimate<frame::Actual>> VisionSession::measure_hole(
   if (!measuring_.is_found(*index)) return std::nullopt;
   const Measurement& measurement = measuring_.measurement(*index);
   if (measuring_.is_first_pass()) measuring_.gate_hole(measurement, level);
-  return measurement.measured;
+  return measuring_.hole_at_target(*index);
 }
 
 void VisionSession::complete(const TargetPlace& target) {

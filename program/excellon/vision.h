@@ -53,7 +53,7 @@ class VisionSession {
   /// Where structure is kept nothing is measured: gives the targets of the series that this one
   /// completes, none while it is unfinished.
   std::vector<Position<frame::Nominal>> take_target(const TargetPlace& target);
-  std::optional<PositionEstimate<frame::Actual>> measure_hole(const TargetPlace& target);
+  std::optional<TargetHolePlace> measure_hole(const TargetPlace& target);
   void cancel_base(int line);                                                  // G37
   void cancel_nested(int line);                                                // G47
   void store_under(int label);                                                 // M50

@@ -103,35 +103,25 @@ void OpticalSession::add_point(const TargetPlace& target,
 
 /// One point of all layers: their mean, and how far they are apart.
 void OpticalSession::close_layers() {
-  Eigen::Vector2d nominal_mm = Eigen::Vector2d::Zero();
-  Eigen::Vector2d measured_mm = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();
   for (const FitPoint& layer : layers_) {
-    nominal_mm += layer.nominal.in_mm();
-    measured_mm += layer.measured.position.in_mm();
-    cov_mm2 += layer.measured.cov;
     for (const FitPoint& other : layers_) {
       const Eigen::Vector2d apart_mm = (layer.measured.position.in_mm() - layer.nominal.in_mm()) -
                                        (other.measured.position.in_mm() - other.nominal.in_mm());
       spread_mm_ = std::max(spread_mm_, apart_mm.norm());
     }
   }
-  const auto n = static_cast<double>(layers_.size());
-  points_.push_back({.nominal = position_mm<frame::Nominal>(nominal_mm / n),
-                     .measured = {position_mm<frame::Actual>(measured_mm / n), cov_mm2 / (n * n)},
-                     .i_measurement = layers_.back().i_measurement});
+  points_.push_back(mean_of_layers(layers_, options_.uncertainty));
   layers_.clear();
 }
 
-std::optional<PositionEstimate<frame::Actual>> OpticalSession::measure_hole(
-    const TargetPlace& target) {
+std::optional<TargetHolePlace> OpticalSession::measure_hole(const TargetPlace& target) {
   const auto index = look(target, corrected(target.nominal));
   if (!index || !measuring_.is_found(*index)) return std::nullopt;
   const Measurement& measurement = measuring_.measurement(*index);
   if (measuring_.is_first_pass()) {
     measuring_.gate_hole(measurement, is_on_ ? CorrectionLevel::Nested : CorrectionLevel::Base);
   }
-  return measurement.measured;
+  return measuring_.hole_at_target(*index);
 }
 
 /// The pattern's points are looked for where the board's correction puts them, and give one offset

@@ -46,7 +46,7 @@ class OpticalSession {
 
   void measure(const TargetPlace& target);  // G32, G33
   /// G36 under NOCAMA: where the hole is to be drilled; absent if the target was not found.
-  std::optional<PositionEstimate<frame::Actual>> measure_hole(const TargetPlace& target);
+  std::optional<TargetHolePlace> measure_hole(const TargetPlace& target);
   void measure_pattern(const TargetPlace& target);  // G36 under CAMA
   void calculate(const TargetPlace& place);         // G31
   /// G30; `i_block` counts the blocks, since two in a row clear as well.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -48,6 +49,8 @@ enum Column : std::size_t {
   kZ,
   kDepth,
   kSurface,
+  kRisk,
+  kRiskEnd,
 };
 
 constexpr std::string_view kHeader =
@@ -55,8 +58,8 @@ constexpr std::string_view kHeader =
     "text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,value,"
     "nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,initial_depth,"
     "increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,file,z,"
-    "depth,surface\n";
-static_assert(std::ranges::count(kHeader, ',') == kSurface);
+    "depth,surface,risk,risk_end\n";
+static_assert(std::ranges::count(kHeader, ',') == kRiskEnd);
 
 /// Writes one row from left to right; columns that are passed over stay empty.
 class Row {
@@ -80,6 +83,9 @@ class Row {
     value(static_cast<Column>(column + 1), p.y());
   }
   void word(Column column, std::string_view v) { at(column) += v; }
+  void risk(Column column, std::optional<double> v) {
+    if (v) append_risk(at(column), *v);
+  }
   /// Quotes a field where it needs quotes.
   void text(Column column, std::string_view v) {
     std::string& out = at(column);
@@ -108,6 +114,7 @@ class Fields {
   void operator()(const Drill& drill) {
     row_.number(kTool, drill.tool);
     place(drill);
+    risk_ = drill.risk;
     cut_ = &drill.cut;
   }
   void operator()(const ToolChange& change) {
@@ -125,6 +132,7 @@ class Fields {
   void operator()(const Rout& rout) {
     row_.number(kTool, rout.tool);
     place(rout);
+    risk_ = rout.risk;
     row_.value(kFeed, rout.feed.in_mm_s());
     row_.word(kKind, name(rout.kind));
     if (rout.kind != RoutKind::Line) row_.point(kCenter, rout.center.in_mm());
@@ -201,11 +209,14 @@ class Fields {
   void operator()(const VisionTool& tool) { row_.number(kTool, tool.number); }
 
   /// Behind the file's column, which is the caller's.
-  void depth() {
-    if (cut_ == nullptr) return;
-    if (cut_->z) row_.length(kZ, *cut_->z);
-    if (cut_->depth) row_.length(kDepth, *cut_->depth);
-    if (cut_->surface) row_.length(kSurface, *cut_->surface);
+  void depth_and_risk() {
+    if (cut_ != nullptr) {
+      if (cut_->z) row_.length(kZ, *cut_->z);
+      if (cut_->depth) row_.length(kDepth, *cut_->depth);
+      if (cut_->surface) row_.length(kSurface, *cut_->surface);
+    }
+    row_.risk(kRisk, risk_);
+    row_.risk(kRiskEnd, risk_end_);
   }
 
  private:
@@ -217,24 +228,29 @@ class Fields {
   void start(int tool, const PlacedPoint& start) {
     row_.number(kTool, tool);
     place(start);
+    risk_ = start.risk;
   }
   void end(const PlacedPoint& end) {
     row_.point(kNominalEnd, end.nominal.in_mm());
     row_.point(kActualEnd, end.actual.in_mm());
     row_.point(kSigmaEnd, sigma_mm(end));
+    risk_end_ = end.risk;
   }
 
   Row& row_;
   const DepthOfCut* cut_ = nullptr;
+  std::optional<double> risk_;
+  std::optional<double> risk_end_;
 };
 
-/// What follows sigma in the row of a hole.
-constexpr auto kHoleEnd = [] {
-  std::array<char, kSurface - kSigma> end{};
-  end.fill(',');
-  end.back() = '\n';
-  return end;
+/// What lies between sigma and the risk in the row of a hole, and what follows it.
+constexpr auto kBeforeRisk = [] {
+  std::array<char, kRisk - kSigma - 1> commas{};
+  commas.fill(',');
+  return commas;
 }();
+constexpr std::string_view kHoleEnd = ",\n";
+static_assert(kRiskEnd == kRisk + 1);
 
 char* write_number(char* at, int n) {
   const fmt::format_int digits(n);
@@ -253,7 +269,8 @@ bool append_hole(std::string& out, const Operation& operation) {
     return false;
   }
   std::array<char,
-             kName.size() + (kMostLevels + 2) * kIntChars + 6 * (kFixedChars + 1) + kHoleEnd.size()>
+             kName.size() + (kMostLevels + 2) * kIntChars + 6 * (kFixedChars + 1) +
+                 kBeforeRisk.size() + kRiskChars + kHoleEnd.size()>
       row;
   char* end = std::ranges::copy(kName, row.begin()).out;
   end = write_number(end, operation.line);
@@ -273,6 +290,8 @@ bool append_hole(std::string& out, const Operation& operation) {
       end = write_fixed(end, value_mm, kMmDecimals);
     }
   }
+  end = std::ranges::copy(kBeforeRisk, end).out;
+  if (drill->risk) end = write_risk(end, *drill->risk);
   end = std::ranges::copy(kHoleEnd, end).out;
   out.append(row.data(), static_cast<std::size_t>(end - row.data()));
   return true;
@@ -299,8 +318,8 @@ void CsvWriter::put(const Operation& operation) {
   Fields fields(row);
   std::visit(fields, operation.what);
   row.text(kFile, operation.file);
-  fields.depth();
-  row.at(kSurface);
+  fields.depth_and_risk();
+  row.at(kRiskEnd);
   out += '\n';
   flush_if_large();
 }

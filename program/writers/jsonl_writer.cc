@@ -30,6 +30,7 @@ class Keys {
   void operator()(const Drill& drill) {
     number("tool", drill.tool);
     place(drill);
+    risk("risk", drill);
     depth(drill.cut);
   }
   void operator()(const RapidMove& move) { place(move); }
@@ -41,6 +42,7 @@ class Keys {
     if (rout.kind != RoutKind::Line) point("center", rout.center.in_mm());
     value("feed", rout.feed.in_mm_s());
     point("sigma", sigma_mm(rout));
+    risk("risk", rout);
     depth(rout.cut);
   }
   void operator()(const Plunge& plunge) {
@@ -163,11 +165,18 @@ class Keys {
     point("actual", at.actual.in_mm());
     point("sigma", sigma_mm(at));
   }
+  void risk(std::string_view name, const PlacedPoint& at) {
+    if (!at.risk) return;
+    key(name);
+    append_risk(out_, *at.risk);
+  }
   void ends(const PlacedPoint& start, const PlacedPoint& end) {
     place(start);
+    risk("risk", start);
     point("nominal_end", end.nominal.in_mm());
     point("actual_end", end.actual.in_mm());
     point("sigma_end", sigma_mm(end));
+    risk("risk_end", end);
   }
 
   std::string& out_;

@@ -67,6 +67,43 @@ char* write_decimals(std::uint32_t billionths, char* at) {
   return at + 7 + copy(kDecimals[behind_6], at + 7);
 }
 
+/// 10^n, 0 <= n <= 304.
+double power_of_ten(int n) {
+  static constexpr std::array<double, 305> kPowers = [] {
+    std::array<double, 305> powers{};
+    double power = 1;
+    for (double& entry : powers) {
+      entry = power;
+      power *= 10;
+    }
+    return powers;
+  }();
+  return kPowers[static_cast<std::size_t>(n)];
+}
+
+char* write_digits(char* at, int n) {
+  const fmt::format_int digits(n);
+  return std::copy_n(digits.data(), digits.size(), at);
+}
+
+/// d.ddd x 10^exponent of the digits, exponent <= 0, as 0.00123 or 1.23e-05.
+char* write_general(char* at, int digits, int n_digits, int exponent) {
+  constexpr int kLeastFixed = -4;
+  if (exponent == 0) return write_digits(at, digits);  // only 1
+  if (exponent >= kLeastFixed) {
+    *at++ = '0';
+    *at++ = '.';
+    at = std::fill_n(at, -exponent - 1, '0');
+    return write_digits(at, digits);
+  }
+  char* const end = write_digits(at + 1, digits);
+  at[0] = at[1];
+  at[1] = '.';
+  at = n_digits == 1 ? at + 1 : end;
+  at = std::copy_n(exponent > -10 ? "e-0" : "e-", exponent > -10 ? 3 : 2, at);
+  return write_digits(at, -exponent);
+}
+
 }  // namespace
 
 void TextWriter::flush() {
@@ -114,6 +151,32 @@ void append_fixed(std::string& out, double value, int n_decimals) {
   std::array<char, kFixedChars> text;
   const char* const end = write_fixed(text.data(), value, n_decimals);
   out.append(text.data(), static_cast<std::size_t>(end - text.data()));
+}
+
+void append_risk(std::string& out, double risk) {
+  std::array<char, kRiskChars> digits;
+  out.append(digits.data(), write_risk(digits.data(), risk));
+}
+
+char* write_risk(char* at, double risk) {
+  // Written so that a NaN is certain, and what is too small to be a number of its own is 0.
+  if (!(risk < 1)) risk = 1;
+  if (risk < 1e-300) {
+    *at = '0';
+    return at + 1;
+  }
+  int exponent = static_cast<int>(std::floor(std::log10(risk)));
+  auto digits = static_cast<int>(std::lround(risk * power_of_ten(3 - exponent)));
+  if (digits >= 10'000) {
+    digits /= 10;
+    ++exponent;
+  } else if (digits < 1000) {  // the logarithm was rounded up
+    digits = static_cast<int>(std::lround(risk * power_of_ten(4 - exponent)));
+    --exponent;
+  }
+  int n_digits = 4;
+  for (; digits % 10 == 0; digits /= 10) --n_digits;
+  return write_general(at, digits, n_digits, exponent);
 }
 
 }  // namespace panelcal

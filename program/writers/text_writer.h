@@ -46,6 +46,11 @@ void append_fixed(std::string& out, double value, int n_decimals);
 char* write_fixed(char* at, double value, int n_decimals);
 inline constexpr std::size_t kFixedChars = 32;
 
+/// Appends a probability with four digits, 0.0123 or 1.234e-09, and the same into memory.
+void append_risk(std::string& out, double risk);
+char* write_risk(char* at, double risk);  ///< Precondition: kRiskChars are free
+inline constexpr std::size_t kRiskChars = 16;
+
 /// One nanometre: far below anything a machine can do, and short to write.
 inline constexpr int kMmDecimals = 6;
 

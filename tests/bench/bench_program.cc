@@ -107,11 +107,23 @@ Expected<Measurement> TurnedPanel::measure(const MeasurementRequest& request) {
   Measurement measurement{.request = request, .status = MeasurementStatus::Found};
   measurement.measured = {position_mm<frame::Actual>(seen_mm),
                           kVariance_mm2 * Eigen::Matrix2d::Identity()};
+  measurement.by_camera = CameraJacobian::Constant(0.01);
   return measurement;
 }
 
 WalkOptions rigid() {
   return {.series_size = 3, .model = PanelModel::Rigid};
+}
+
+WalkOptions with_uncertainty() {
+  WalkOptions options = rigid();
+  options.uncertainty.stage_repeatability = um(1.5);
+  options.uncertainty.table_residual = um(2);
+  options.uncertainty.drill_wander = um(2.5);
+  options.uncertainty.spindle_camera_mm2 = 1e-6 * Eigen::Matrix2d::Identity();
+  options.uncertainty.drift_mm2 = 2e-6 * Eigen::Matrix2d::Identity();
+  options.uncertainty.camera.diagonal() << 4e-14, 4e-10, 1e-2, 1e-2, 1e-18;
+  return options;
 }
 
 }  // namespace panelcal::bench

@@ -28,5 +28,7 @@ class TurnedPanel final : public MeasurementSource {
 
 /// The program's targets give one rigid correction.
 WalkOptions rigid();
+/// The same on a machine that states every one of its errors.
+WalkOptions with_uncertainty();
 
 }  // namespace panelcal::bench

@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/calib/correction_stack.h"
 #include "panelcal/program/walk.h"
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
@@ -63,7 +64,8 @@ class DiscardingSink final : public ByteSink {
 /// A program with its survey, made before anything is timed.
 class Job {
  public:
-  Job(std::string text, int n_holes) : text_(std::move(text)), n_holes_(n_holes) {
+  Job(std::string text, int n_holes, WalkOptions options = rigid())
+      : text_(std::move(text)), n_holes_(n_holes), options_(std::move(options)) {
     survey_ = check(load());
     if (!survey_.is_complete() || survey_.series.size() != 1) stop("the targets give no fit");
   }
@@ -90,6 +92,11 @@ class Job {
       run(load(std::move(copy)), sink);
       if (sink.n_holes() != n_holes_) stop(fmt::format("{} holes came", sink.n_holes()));
     });
+  }
+  TransformEstimate<frame::Actual, frame::Nominal> correction() const {
+    CorrectionStack stack(options_.uncertainty);
+    stack.set_base(survey_.series.front().base);
+    return stack.drilled_from_nominal();
   }
   double check_s() const {
     const Program program = load();
@@ -131,9 +138,28 @@ class Job {
 
   std::string text_;
   int n_holes_;
-  WalkOptions options_ = rigid();
+  WalkOptions options_;
   Survey survey_;
 };
+
+/// Corrects so many places, with or without their covariances: what propagating costs by itself.
+double correct_s(const Job& job, int n_holes, bool with_covariance) {
+  const auto map = job.correction();
+  double sum = 0;
+  const double correct_s = Job::timed([&] {
+    for (int i = 0; i < n_holes; ++i) {
+      const auto nominal = position_mm<frame::Nominal>(1e-3 * (i % 1000), 1e-6 * i);
+      if (with_covariance) {
+        const auto corrected = map(nominal);
+        sum += corrected.position.in_mm().x() + corrected.cov.trace() + corrected.cov(0, 1);
+      } else {
+        sum += map.map(nominal).in_mm().x();
+      }
+    }
+  });
+  if (!(sum > 0)) stop("nothing was corrected");
+  return correct_s;
+}
 
 /// Reads every number of the text and nothing else, stepping over letters and line ends.
 double floor_s(const std::string& text) {
@@ -236,6 +262,7 @@ void run(int n_holes, int n_repetitions) {
 
   const Job plain(plain_program(n_holes), n_holes);
   const Job repeat(repeat_program(n_holes), n_holes);
+  const Job uncertain(plain_program(n_holes), n_holes, with_uncertainty());
   const TemporaryFolder folder;
   const auto plain_file = folder.path() / "plain.exc";
   const auto repeat_file = folder.path() / "repeat.exc";
@@ -248,6 +275,13 @@ void run(int n_holes, int n_repetitions) {
       {"plain: read and execute, counted",
        [&] { return plain.count_s(); },
        "<= 2 floor, <= libgerbv / 5"},
+      {"plain: the same with [uncertainty]",
+       [&] { return uncertain.count_s(); },
+       "< 2 times without"},
+      {"places corrected", [&] { return correct_s(uncertain, n_holes, false); }, ""},
+      {"places corrected, with covariance",
+       [&] { return correct_s(uncertain, n_holes, true); },
+       ""},
       {"plain: survey", [&] { return plain.check_s(); }, ""},
       {"plain: to CSV", [&] { return plain.discard_s<CsvWriter>(); }, "<= 4 floor"},
       {"plain: to Excellon",

@@ -120,5 +120,25 @@ TEST(CameraMapping, HasNoPixelForWhatIsNotANumber) {
   EXPECT_FALSE(mapping.image_of(position_mm<frame::Optical>(nan, 0)).has_value());
 }
 
+TEST(CameraMapping, KnowsHowItMovesWithItsParameters) {
+  const CameraMapping::Parameters p{0.011, 0.7, {300, 250}, -6e-8};
+  const Eigen::Vector<double, 5> step(1e-7, 1e-5, 1e-3, 1e-3, 1e-12);
+  const auto moved = [&](int k, double sign) {
+    Eigen::Vector<double, 5> v(
+        p.scale_mm_per_px, p.rotation_rad, p.axis_px.x(), p.axis_px.y(), p.k1_per_px2);
+    v[k] += sign * step[k];
+    return CameraMapping({v[0], v[1], {v[2], v[3]}, v[4]});
+  };
+  for (const auto& u : {position_px(300., 250.), position_px(-0.5, 470.), position_px(512., 17.)}) {
+    const CameraJacobian j = CameraMapping(p).by_parameters(u);
+    for (int k = 0; k < 5; ++k) {
+      const Eigen::Vector2d difference =
+          (moved(k, 1)(u).in_mm() - moved(k, -1)(u).in_mm()) / (2 * step[k]);
+      // Rounding of millimetres over the step, and of the rotation its curvature.
+      EXPECT_LE((j.col(k) - difference).norm(), 1e-9 * j.col(k).norm() + 1e-14 / step[k]) << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace panelcal

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>
 
+#include "panelcal/calib/camera_mapping.h"
 #include "tests/calib/synthetic_panel.h"
 #include "tests/support/matchers.h"
 #include "tests/support/statistics.h"
@@ -265,6 +266,85 @@ TEST_P(NestedSeries, TakesUpWhatTheBaseGotWrong) {
   const double before_mm = sigma_at_centroid();
   for (std::size_t i = 0; i < 3; ++i) covs[i] *= 1e4;
   EXPECT_NEAR(sigma_at_centroid(), before_mm, 1e-3 * before_mm);
+}
+
+TEST_P(NestedSeries, CountsTheCameraOnceForBothFits) {
+  // Brute force: both fits again with one parameter of the calibration moved for all pictures.
+  const Panel panel = make_panel(GetParam());
+  Random random(80 + static_cast<std::uint64_t>(GetParam()));
+  const std::vector<Eigen::Matrix2d> covs = random_covariances(random, panel);
+  const CameraMapping camera({0.01, 0.004, {323, 236}, 4e-8});
+  std::vector<CameraJacobian> by_camera;
+  for (std::size_t i = 0; i < covs.size(); ++i) {
+    by_camera.push_back(
+        camera.by_parameters(position_px(random.uniform(200, 440), random.uniform(140, 340))));
+  }
+  MachineUncertainty machine;
+  const Eigen::Vector<double, 5> sigma(2e-6, 5e-4, 0.3, 0.2, 1e-8);
+  machine.camera =
+      (sigma * sigma.transpose())
+          .cwiseProduct(0.6 * CameraCovariance::Identity() + 0.4 * CameraCovariance::Ones());
+
+  const Seen seen = exactly_seen(panel);
+  CorrectionStack stack(machine);
+  const CorrectionStack plain = estimate(panel, seen, covs);
+  BaseFit base = *plain.base();
+  NestedFit nested = *plain.nested();
+  for (std::size_t i = 0; i < base.pairs.size(); ++i) base.pairs[i].by_camera = by_camera[i];
+  for (std::size_t i = 0; i < nested.pairs.size(); ++i) {
+    nested.pairs[i].by_camera = by_camera[base.pairs.size() + i];
+  }
+  stack.set_base(std::make_shared<const BaseFit>(base));
+  stack.set_nested(std::make_shared<const NestedFit>(nested));
+
+  Eigen::Matrix<double, 6, 5> whole_by_camera;
+  for (int k = 0; k < 5; ++k) {
+    const auto moved = [&](double step) {
+      Seen out = seen;
+      for (std::size_t i = 0; i < covs.size(); ++i) {
+        out.segment<2>(2 * static_cast<Eigen::Index>(i)) += step * sigma[k] * by_camera[i].col(k);
+      }
+      return coefficients_of(estimate(panel, out, covs).actual_from_nominal().map);
+    };
+    whole_by_camera.col(k) = (moved(1) - moved(-1)) / (2 * sigma[k]);
+  }
+  const auto at_hole = [&](const Eigen::Matrix<double, 6, 6>& cov) {
+    TransformEstimate<frame::Actual, frame::Nominal> map;
+    map.cov = cov;
+    return map(position_mm<frame::Nominal>(panel.hole_mm)).cov;
+  };
+  const Eigen::Matrix2d brute =
+      at_hole(whole_by_camera * machine.camera * whole_by_camera.transpose());
+  const Eigen::Matrix2d added =
+      at_hole(stack.actual_from_nominal().cov - plain.actual_from_nominal().cov);
+  EXPECT_THAT(added, IsNearMatrix(brute, 1e-5 * brute.trace()));
+  EXPECT_GT(brute.trace(), 1e-6);  // over a micrometre: not a comparison of zeros
+}
+
+TEST_P(NestedSeries, AnErrorOfTheOpticalAxisMovesEveryHoleAlike) {
+  // 0.2 px of 10 um in x, the same in all pictures: no number of targets makes it smaller.
+  const Panel panel = make_panel(GetParam());
+  Random random(90);
+  const CorrectionStack plain =
+      estimate(panel, exactly_seen(panel), random_covariances(random, panel));
+  const CameraMapping camera({0.01, 0, {320, 240}, 0});
+  BaseFit base = *plain.base();
+  NestedFit nested = *plain.nested();
+  for (auto& pair : base.pairs) pair.by_camera = camera.by_parameters(position_px(320., 240.));
+  for (auto& pair : nested.pairs) pair.by_camera = camera.by_parameters(position_px(320., 240.));
+  MachineUncertainty machine;
+  machine.camera(2, 2) = 0.04;
+  CorrectionStack stack(machine);
+  stack.set_base(std::make_shared<const BaseFit>(base));
+  stack.set_nested(std::make_shared<const NestedFit>(nested));
+  for (const auto& [x, y] : {std::pair(341., 127.), {-300., 700.}}) {
+    const auto hole = position_mm<frame::Nominal>(x, y);
+    const Eigen::Matrix2d added =
+        stack.actual_from_nominal()(hole).cov - plain.actual_from_nominal()(hole).cov;
+    Eigen::Matrix2d expected = Eigen::Matrix2d::Zero();
+    expected(0, 0) = 4e-6;
+    EXPECT_THAT(added, IsNearMatrix(expected, 1e-12));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(OfOneTwoAndThree, NestedSeries, testing::Values(1, 2, 3));

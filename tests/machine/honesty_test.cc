@@ -11,6 +11,7 @@
 
 #include "panelcal/machine/sim/sim_machine.h"
 #include "tests/machine/virtual_machine.h"
+#include "tests/support/statistics.h"
 
 namespace panelcal {
 namespace {
@@ -153,6 +154,55 @@ TEST(Honesty, PredictedCovarianceOfFiducialsAndHolesIsTheRealOne) {
   RecordProperty("worst_hole_um", std::to_string(sums.worst_hole_um));
   EXPECT_NEAR(fiducials, 1, kTolerance);
   EXPECT_NEAR(holes, 1, kTolerance);
+}
+
+/// Sigmas of a calibration that is far worse than a picture's noise, so that it is what is tested:
+/// 50 ppm, 50 urad, 0.2 px and 0.15 px, 5 % of the distortion.
+CameraCovariance poor_calibration() {
+  const Eigen::Vector<double, 5> sigma(5e-7, 5e-5, 0.2, 0.15, 2e-9);
+  CameraCovariance cov = sigma.cwiseAbs2().asDiagonal();
+  cov(2, 3) = cov(3, 2) = 0.4 * sigma[2] * sigma[3];
+  return cov;
+}
+
+/// A camera that differs from its calibration by one draw.
+CameraMapping::Parameters real_camera(const CameraMapping::Parameters& calibrated, Random& random) {
+  Eigen::Vector<double, 5> z;
+  for (double& one : z) one = random.normal();
+  const CameraCovariance root = poor_calibration().llt().matrixL();
+  const Eigen::Vector<double, 5> error = root * z;
+  CameraMapping::Parameters real = calibrated;
+  real.scale_mm_per_px -= error[0];
+  real.rotation_rad -= error[1];
+  real.axis_px -= error.segment<2>(2);
+  real.k1_per_px2 -= error[4];
+  return real;
+}
+
+TEST(Honesty, ErrorsOfTheCalibrationComeThroughFitsAsPredicted) {
+  // Two boards' holes of one seed share one draw, nearly the axis's two coordinates.
+  constexpr int kDraws = 150;
+  const double tolerance = test::kStatisticalLimit / std::sqrt(static_cast<double>(kDraws));
+  const test::TemporaryFolder folder;
+  const auto program = test::program_of(std::string(kProgram));
+  Honesty stated;
+  Honesty silent;
+  for (int seed = 1; seed <= kDraws; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    auto config =
+        test::config_with_camera(folder.path(), test::test_camera(320, 320), config_text(seed));
+    ASSERT_TRUE(config) << config.error().text();
+    Random random = Random(20261121).fork(static_cast<std::uint64_t>(seed));
+    config->sim->camera = real_camera(config->camera->parameters, random);
+    ASSERT_NO_FATAL_FAILURE(add_seed(program, *config, silent));
+    config->walk.uncertainty.camera = poor_calibration();
+    ASSERT_NO_FATAL_FAILURE(add_seed(program, *config, stated));
+  }
+  const double holes = stated.holes / (2.0 * stated.n_holes);
+  RecordProperty("holes", std::to_string(holes));
+  EXPECT_NEAR(holes, 1, tolerance);
+  // Without the covariance the same holes would be promised far too much.
+  EXPECT_GT(silent.holes / (2.0 * silent.n_holes), 10);
 }
 
 }  // namespace

@@ -120,10 +120,18 @@ TEST(MachineConfig, NestedGatesAreTheBaseOnesIfAbsent) {
   EXPECT_EQ(config->walk.nested_limits.rotation, rad(5e-3));
 }
 
-TEST(MachineConfig, ModelAutoLeavesItToTheManual) {
+TEST(MachineConfig, ModelAutoLeavesItToTheTargets) {
   const auto config = parse("[vision]\nmodel = \"auto\"\n");
   ASSERT_TRUE(config) << config.error().text();
   EXPECT_FALSE(config->walk.model);
+  EXPECT_TRUE(config->walk.chooses_model);
+}
+
+TEST(MachineConfig, WithoutAModelTheManualRules) {
+  const auto config = parse("[vision]\nrotate = 3\n");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_FALSE(config->walk.model);
+  EXPECT_FALSE(config->walk.chooses_model);
 }
 
 TEST(MachineConfig, ReadsHowSiebMeyerProgramsMeasure) {

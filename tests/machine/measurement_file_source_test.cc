@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "panelcal/calib/base/random.h"
@@ -115,7 +116,8 @@ TEST(MeasurementFile, RefusesWhatIsNotAMeasurement) {
   EXPECT_EQ(
       refusal(with("\"score\"", "\"scoer\"")),
       "m.jsonl:1:141: error[measurement-file]: unknown key \"scoer\", expected one of "
-      "algorithm, axes, command, cov, delta, expected, file, image, inspections, lamp, line, "
+      "algorithm, axes, by_camera, command, cov, delta, expected, file, image, inspections, lamp, "
+      "line, "
       "measured, "
       "nominal, path, reason, scatter, score, search, search_area, seq, status, tool, tools, zoom");
   EXPECT_EQ(refusal(with("\"seq\":0,", "")),
@@ -241,6 +243,38 @@ TEST(MeasurementFileSource, NoticesMeasurementsThatNobodyAskedFor) {
             "(line 7), expected only what the program asks for");
   ASSERT_TRUE(source.measure(request_of(kFound)));
   EXPECT_TRUE(source.check_all_used());
+}
+
+constexpr std::string_view kByCamera = R"("by_camera":[1,2,3,4,5,6,7,8,9,-0.1],"score")";
+
+TEST(MeasurementFile, HowAPlaceMovesWithTheCameraReadsBackToTheBit) {
+  Random random(8);
+  for (int i = 0; i < 200; ++i) {
+    Measurement m = any_measurement(random, i);
+    m.by_camera = CameraJacobian::Zero();
+    for (double& number : m.by_camera->reshaped()) number = random.normal() * 1e3;
+    const auto recorded = parse_measurements(to_json(m), "m.jsonl");
+    ASSERT_TRUE(recorded) << recorded.error().text();
+    EXPECT_EQ(recorded->measurements[0].measurement.by_camera, m.by_camera);
+  }
+  const auto recorded = parse_measurements(with(R"("score")", kByCamera), "m.jsonl");
+  ASSERT_TRUE(recorded) << recorded.error().text();
+  const auto& by_camera = recorded->measurements[0].measurement.by_camera;
+  ASSERT_TRUE(by_camera);
+  EXPECT_EQ((*by_camera)(0, 4), 5);
+  EXPECT_EQ((*by_camera)(1, 0), 6);
+  EXPECT_FALSE(parse_measurements(kFound, "m.jsonl")->measurements[0].measurement.by_camera);
+}
+
+TEST(MeasurementFile, RefusesACameraThatIsNone) {
+  EXPECT_THAT(refusal(with(R"("score")", R"("by_camera":[1,2,3],"score")")),
+              testing::HasSubstr("by_camera"));
+  EXPECT_THAT(refusal(with(R"("score")", R"("by_camera":[1,2,3,4,5,6,7,8,9,1e16],"score")")),
+              testing::HasSubstr("numbers of at most 1e+15"));
+  std::string lost = with(R"("score")", kByCamera);
+  lost.replace(lost.find(R"("measured":[1.61,2.12],"cov":[1e-06,0,1e-06],)"), 45, "");
+  lost.replace(lost.find("\"found\""), 7, "\"not_found\"");
+  EXPECT_THAT(refusal(lost), testing::HasSubstr("no measured place unless status is found"));
 }
 
 }  // namespace

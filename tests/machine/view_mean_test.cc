@@ -156,5 +156,19 @@ TEST(ExcessScatter, AddsWhatTheScatterShows) {
   EXPECT_NEAR(scatter_of(places).in_mm().x(), 1e-3, 0.15e-3);
 }
 
+TEST(MeanOfViews, AveragesWhatTheCameraMovesAndTakesOutItsTurn) {
+  // All four views shifted alike by one parameter, turned about the middle by another.
+  auto four = views({0, 0}, 0);
+  for (ViewDeviation& view : four) {
+    view.by_camera.col(2) << 0.01, -0.02;
+    view.by_camera.col(1) << -view.offset_mm.y(), view.offset_mm.x();
+  }
+  const auto mean = mean_of_views(four);
+  ASSERT_TRUE(mean);
+  CameraJacobian expected = CameraJacobian::Zero();
+  expected.col(2) << 0.01, -0.02;
+  EXPECT_NEAR((mean->by_camera - expected).norm(), 0, 1e-12);
+}
+
 }  // namespace
 }  // namespace panelcal::internal

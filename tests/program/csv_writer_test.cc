@@ -56,7 +56,7 @@ TEST(CsvWriter, KeepsTheOrderOfItsColumns) {
       "speed,text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,"
       "value,nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,"
       "initial_depth,increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,"
-      "file,z,depth,surface\n");
+      "file,z,depth,surface,risk,risk_end\n");
 }
 
 TEST(CsvWriter, WritesAHoleAsOneRow) {
@@ -66,7 +66,7 @@ TEST(CsvWriter, WritesAHoleAsOneRow) {
   writer.put({14, path, drill(1, 5, 7), {}, nullptr});
   ASSERT_TRUE(writer.finish());
   EXPECT_EQ(bytes.text(),
-            "drill,14,0.2,1,4.75,6.5,105,207,0.002,0.003,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n");
+            "drill,14,0.2,1,4.75,6.5,105,207,0.002,0.003,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n");
 }
 
 TEST(CsvWriter, WritesHowDeepAHoleIs) {
@@ -77,7 +77,19 @@ TEST(CsvWriter, WritesHowDeepAHoleIs) {
   writer.put({14, {}, hole, {}, nullptr});
   ASSERT_TRUE(writer.finish());
   EXPECT_TRUE(bytes.text().starts_with("drill,14,,1,4.75,6.5,105,207,0.002,0.003,,"));
-  EXPECT_TRUE(bytes.text().ends_with(",1.5,0.4,3.25\n")) << bytes.text();
+  EXPECT_TRUE(bytes.text().ends_with(",1.5,0.4,3.25,,\n")) << bytes.text();
+}
+
+TEST(CsvWriter, WritesTheRiskOfAHole) {
+  Drill hole = drill(1, 5, 7);
+  hole.risk = 1.23456e-7;
+  const Row quick = row_of(hole);
+  EXPECT_EQ(quick.at("risk"), "1.235e-07");
+  hole.cut = {.z = mm(1.5), .depth = std::nullopt, .surface = std::nullopt};
+  Row with_depth = row_of(hole);
+  EXPECT_EQ(with_depth.at("z"), "1.5");
+  with_depth.erase("z");
+  EXPECT_EQ(with_depth, quick);
 }
 
 TEST(CsvWriter, HasEverythingOfATool) {

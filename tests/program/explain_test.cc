@@ -31,7 +31,7 @@ std::string explained(const std::string& text,
   program.patterns.emplace("PINS", SourceText{"lib/PINS", "; two pins\nX0.Y0.\nX5.Y0.\n"});
   const Survey survey = panelcal::survey(program, options, source, log);
   EXPECT_FALSE(log.has_errors()) << log.kept().front().text();
-  Explainer explainer(*parse_explain_choice(choice), program, survey);
+  Explainer explainer(*parse_explain_choice(choice), program, survey, options.uncertainty);
   execute(program, options, survey, explainer, log);
   return explainer.text();
 }
@@ -79,6 +79,11 @@ TEST(Explainer, AHoleInANestedCopyUnderABaseCorrection) {
       "    G36 target 1: nominal (100.000000, 0.000000) mm, measured (81.000000, 62.000000) mm, "
       "residual (+0.000, +0.000) um\n"
       "  corrected   (-37.000000, 61.000000) mm, sigma (0.817, 1.310) um\n"
+      "  budget                      sigma x     y um share %  common to\n"
+      "    detector                    0.817    1.310   100.0  holes of one fit\n"
+      "    total                       0.817    1.310   100.0\n"
+      "    not stated: camera calibration, stage at the targets, table at the targets, "
+      "spindle-camera offset, its drift, stage at the hole, table at the hole, drill wander\n"
       "  work zero   (200.000000, 100.000000) mm\n"
       "  machine     (163.000000, 161.000000) mm\n");
 }

@@ -78,6 +78,21 @@ TEST(JsonlWriter, WritesSlots) {
             "\n");
 }
 
+TEST(JsonlWriter, WritesTheRiskWhereThereIsOne) {
+  Drill hole = drill(1, 5, 7);
+  hole.risk = 0.25;
+  EXPECT_THAT(line_of(hole), ::testing::HasSubstr(R"("sigma":[0.002,0.003],"risk":0.25})"));
+  Slot slot{1, place(0, 0), place(1, 0), {}};
+  slot.start.risk = 1e-12;
+  slot.end.risk = 0;
+  EXPECT_THAT(line_of(slot), ::testing::HasSubstr(R"(,"risk":1e-12,)"));
+  EXPECT_THAT(line_of(slot), ::testing::HasSubstr(R"(,"risk_end":0)"));
+  // A move with the tool up breaks nothing.
+  RapidMove move = rapid_move(5, 7);
+  move.risk = 0.25;
+  EXPECT_THAT(line_of(move), ::testing::Not(::testing::HasSubstr("risk")));
+}
+
 TEST(JsonlWriter, WritesRatesAndAutocalibrations) {
   EXPECT_EQ(line_of(ToolRate{2, mm_per_s(60), {}}),
             "{\"op\":\"rate\",\"line\":10,\"tool\":2,\"feed\":60}\n");

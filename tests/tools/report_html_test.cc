@@ -72,6 +72,7 @@ struct Job {
   std::optional<TruthComparison> comparison;
   Survey survey;
   Tally tally;
+  std::optional<JobVerdict> verdict;
   ReportInput input;
 };
 
@@ -86,13 +87,15 @@ Truth known_truth() {
 /// Surveys and, where allowed, executes `text`, as `panelcal run` does.
 std::unique_ptr<Job> run(const std::string& text,
                          FakeCamera::Change change = {},
-                         bool force = false) {
+                         bool force = false,
+                         const Tolerances& tolerances = {}) {
   auto job = std::make_unique<Job>();
   job->truth = known_truth();
   job->comparison.emplace(job->truth);
   WalkOptions options;
   options.base_limits = {um(25), rad(5e-3), 500.0, mm(2)};
   options.nested_limits = {um(25), rad(2e-3), 5000.0, mm(2)};
+  options.tolerances = tolerances;
   const Program program = load_program({"panel.exc", text}, job->log);
   FakeCamera camera(job->truth.panel, std::move(change));
   job->survey = survey(program, options, camera, job->log);
@@ -103,11 +106,13 @@ std::unique_ptr<Job> run(const std::string& text,
   input.survey = &job->survey;
   input.forced = force && job->log.has_errors();
   if (job->survey.is_complete() && (force || !job->log.has_errors())) {
-    Tee tee({&job->tally, &*job->comparison});
+    job->verdict.emplace(tolerances);
+    Tee tee({&job->tally, &*job->comparison, &*job->verdict});
     execute(program, options, job->survey, tee, job->log);
     input.tally = &job->tally;
     input.truth = &*job->comparison;
     input.output_file = "corrected.drl";
+    if (!tolerances.is_empty()) input.verdict = &*job->verdict;
   }
   for (const Measurement& m : job->survey.measurements) {
     input.crops_png[m.request.seq] = std::string("\x89PNG\r\n\x1a\n", 8) +
@@ -334,6 +339,31 @@ TEST(ReportHtml, IsWellFormedWhateverHappened) {
   EXPECT_EQ(markup_problem(report_html(run(kProgram, lose)->input)), "");
   EXPECT_EQ(markup_problem(report_html(run(kProgram, shear)->input)), "");
   EXPECT_EQ(markup_problem(report_html(run(kProgram, shear, true)->input)), "");
+}
+
+/// The predicted sigmas are a few micrometres.
+TEST(ReportHtml, ShowsHowSureTheToleranceIs) {
+  Tolerances tolerances;
+  tolerances.position = um(1000);
+  const auto sure = run(kProgram, {}, false, tolerances);
+  const std::string html = report_html(sure->input);
+  EXPECT_THAT(html, HasSubstr("<h2 id=\"tolerance\">Tolerance</h2>"));
+  EXPECT_LT(html.find("id=\"tolerance\""), html.find("<h2>Panel</h2>"));
+  EXPECT_THAT(html, HasSubstr("Drill: no place is more likely than 0.0001"));
+  EXPECT_THAT(html, HasSubstr("of 5; <a href=\"#tolerance\">"));
+  EXPECT_THAT(html, Not(HasSubstr("WARNING")));
+  EXPECT_EQ(markup_problem(html), "");
+
+  tolerances.position = um(0.1);
+  tolerances.hold_above = 1;
+  const auto unsure = run(kProgram, {}, false, tolerances);
+  EXPECT_EQ(unsure->verdict->decision(), JobDecision::DrillWithWarning);
+  const std::string warned = report_html(unsure->input);
+  EXPECT_THAT(warned, HasSubstr("DRILL, WITH A WARNING"));
+  EXPECT_THAT(warned, HasSubstr("run --explain L"));
+  EXPECT_EQ(markup_problem(warned), "");
+
+  EXPECT_THAT(report_html(run(kProgram)->input), Not(HasSubstr("id=\"tolerance\"")));
 }
 
 TEST(ReportHtml, EscapesHostileTexts) {

@@ -49,6 +49,16 @@ TEST(TruthComparison, NormalizesByThePredictedCovariance) {
   EXPECT_NEAR(comparison.mean_normalized_square(), 2, 1e-9);
 }
 
+TEST(TruthComparison, SumsUpAsTheTradeDoes) {
+  const Truth truth = shifted_panel();
+  TruthComparison comparison(truth);
+  const std::vector<int> path = {1};
+  for (const double off_mm : {0.010, 0.014}) comparison.put({1, path, hole(10, 10 + off_mm)});
+  const RadialFigures radial = comparison.by_tool().at(1).corrected.radial();
+  EXPECT_NEAR(radial.mean().in_um(), 12, 1e-6);
+  EXPECT_NEAR(radial.mean_plus_3_sigma().in_um(), 18, 1e-5);
+}
+
 TEST(TruthComparison, CountsByTool) {
   const Truth truth = shifted_panel();
   TruthComparison comparison(truth);

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/calib/error_budget.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace panelcal {
+namespace {
+
+/// What the fits make of the errors at the targets.
+struct TargetTerms {
+  Eigen::Matrix2d detector = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d camera = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d stage = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d table = Eigen::Matrix2d::Zero();
+};
+
+ErrorBudget with_machine(const TargetTerms& targets,
+                         SharedBy targets_shared,
+                         const MachineUncertainty& machine) {
+  return {
+      {"detector", targets_shared, targets.detector},
+      {"camera calibration", targets_shared, targets.camera},
+      {"stage at the targets", targets_shared, targets.stage},
+      {"table at the targets", targets_shared, targets.table},
+      {"spindle-camera offset", SharedBy::AllHoles, machine.spindle_camera_mm2},
+      {"its drift", SharedBy::AllHoles, machine.drift_mm2},
+      {"stage at the hole", SharedBy::NoHole, machine.stage_mm2()},
+      {"table at the hole", SharedBy::NoHole, machine.table_mm2()},
+      {"drill wander", SharedBy::NoHole, machine.wander_mm2()},
+  };
+}
+
+Eigen::Matrix<double, 2, 6> place_by_coefficients(const Eigen::Vector2d& p_mm) {
+  Eigen::Matrix<double, 2, 6> j;
+  j << p_mm.x(), p_mm.y(), 0, 0, 1, 0, 0, 0, p_mm.x(), p_mm.y(), 0, 1;
+  return j;
+}
+
+}  // namespace
+
+std::string_view name(SharedBy shared) {
+  switch (shared) {
+    case SharedBy::AllHoles:
+      return "all holes";
+    case SharedBy::Correction:
+      return "holes of one fit";
+    case SharedBy::NoHole:
+      break;
+  }
+  return "this hole alone";
+}
+
+Eigen::Matrix2d total_mm2(const ErrorBudget& budget) {
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (const BudgetTerm& term : budget) sum += term.cov_mm2;
+  return sum;
+}
+
+Length largest_sigma(const Eigen::Matrix2d& cov_mm2) {
+  const double mean = (cov_mm2(0, 0) + cov_mm2(1, 1)) / 2;
+  const double half = (cov_mm2(0, 0) - cov_mm2(1, 1)) / 2;
+  return mm(std::sqrt(std::max(0.0, mean + std::hypot(half, cov_mm2(0, 1)))));
+}
+
+ErrorBudget error_budget(const CorrectionStack& stack, const Position<frame::Nominal>& nominal) {
+  if (stack.base() == nullptr && stack.nested() == nullptr) return {};
+  const MachineUncertainty& machine = stack.machine();
+  const Eigen::Matrix<double, 2, 6> j = place_by_coefficients(nominal.in_mm());
+  const auto influences = stack.influences();
+  TargetTerms terms;
+  for (const CorrectionStack::TargetInfluence& target : influences) {
+    const Eigen::Matrix2d by_measured = j * target.by_measured;
+    const Eigen::Matrix2d stage_mm2 = machine.stage_mm2() / target.n_arrivals;
+    const Eigen::Matrix2d seen_mm2 = target.cov_mm2 - stage_mm2 - machine.table_mm2();
+    terms.detector += propagate(by_measured, seen_mm2);
+    terms.stage += propagate(by_measured, stage_mm2);
+    terms.table += propagate(by_measured, machine.table_mm2());
+  }
+  for (int i_camera = 0; i_camera < machine.n_cameras(); ++i_camera) {
+    const CameraJacobian by_camera = j * coefficients_by_camera(influences, i_camera);
+    terms.camera += by_camera * machine.camera_of(i_camera) * by_camera.transpose();
+  }
+  ErrorBudget budget = with_machine(terms, SharedBy::Correction, machine);
+  // Only where the model was left to the targets; otherwise it is a decision, not a source of
+  // error.
+  const Eigen::Matrix<double, 6, 6> choice_cov = stack.choice_cov();
+  if (!choice_cov.isZero(0)) {
+    budget.push_back({"choice of the model", SharedBy::Correction, j * choice_cov * j.transpose()});
+  }
+  return budget;
+}
+
+ErrorBudget error_budget_at_target(const MachineUncertainty& machine,
+                                   const Eigen::Matrix2d& seen_mm2,
+                                   const CameraJacobian& by_camera,
+                                   int i_camera) {
+  TargetTerms terms{.detector = seen_mm2,
+                    .camera = by_camera * machine.camera_of(i_camera) * by_camera.transpose(),
+                    .stage = machine.stage_mm2(),
+                    .table = machine.table_mm2()};
+  return with_machine(terms, SharedBy::NoHole, machine);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/tolerance_config.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+namespace panelcal::internal {
+namespace {
+
+using Words = std::string_view;
+
+constexpr std::array<Words, 4> kKeys = {
+    "hold_probability", "position_um", "tool", "warn_probability"};
+constexpr std::array<Words, 5> kToolKeys = {
+    "drill_mm", "min_ring_um", "number", "pad_mm", "position_um"};
+
+constexpr double kMost_um = 1e5;
+constexpr double kMost_mm = 100;
+constexpr int kMaxToolNumber = 1'000'000;
+constexpr Range kRadius_um{.low = 0, .high = kMost_um, .low_is_open = true};
+constexpr Range kDiameter_mm{.low = 0, .high = kMost_mm, .low_is_open = true};
+constexpr Range kProbability{0, 1};
+
+Expected<AnnularRing> read_ring(const TomlTable& table, double pad_mm) {
+  PANELCAL_TRY(const double least_um, table.number_or("min_ring_um", {0, kMost_um}, 0));
+  return AnnularRing{mm(pad_mm), um(least_um)};
+}
+
+Expected<ToolTolerance> read_tool(const TomlTable& table) {
+  ToolTolerance row;
+  PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxToolNumber));
+  if (number) row.number = static_cast<int>(*number);
+  PANELCAL_TRY(const auto drill_mm, table.number("drill_mm", kDiameter_mm));
+  if (drill_mm) row.drill = mm(*drill_mm);
+  if (!number && !drill_mm) return failure(table.missing("number", "number, or drill_mm"));
+  PANELCAL_TRY(const auto position_um, table.number("position_um", kRadius_um));
+  if (position_um) row.position = um(*position_um);
+  PANELCAL_TRY(const auto pad_mm, table.number("pad_mm", kDiameter_mm));
+  if (pad_mm && position_um) {
+    return failure(table.problem("pad_mm", "position_um or pad_mm", "there are both"));
+  }
+  if (!pad_mm && !position_um) {
+    return failure(table.missing("position_um", "position_um, or pad_mm"));
+  }
+  if (pad_mm) {
+    PANELCAL_TRY(row.ring, read_ring(table, *pad_mm));
+  } else if (table.has("min_ring_um")) {
+    return failure(table.problem("min_ring_um", "pad_mm beside it"));
+  }
+  return row;
+}
+
+bool is_same_tool(const ToolTolerance& a, const ToolTolerance& b) {
+  if (a.number || b.number) return a.number == b.number;
+  return std::abs((*a.drill - *b.drill).in_um()) <= 1;
+}
+
+}  // namespace
+
+Expected<Tolerances> read_tolerances(const TomlTable& top) {
+  Tolerances tolerances;
+  PANELCAL_TRY(const auto table, top.table("tolerance", "[tolerance]", {kKeys, {}}));
+  if (!table) return tolerances;
+  PANELCAL_TRY(const auto position_um, table->number("position_um", kRadius_um));
+  if (position_um) tolerances.position = um(*position_um);
+  PANELCAL_TRY(tolerances.warn_above,
+               table->number_or("warn_probability", kProbability, tolerances.warn_above));
+  PANELCAL_TRY(tolerances.hold_above,
+               table->number_or("hold_probability", kProbability, tolerances.hold_above));
+  if (tolerances.hold_above < tolerances.warn_above) {
+    const Words key = table->has("hold_probability") ? "hold_probability" : "warn_probability";
+    return failure(table->problem(key, "warn_probability at most hold_probability"));
+  }
+  PANELCAL_TRY(const auto rows, table->tables("tool", "[[tolerance.tool]]", {kToolKeys, {}}));
+  for (const TomlTable& row : rows) {
+    PANELCAL_TRY(const ToolTolerance tool, read_tool(row));
+    const auto same = [&](const ToolTolerance& other) { return is_same_tool(tool, other); };
+    if (std::ranges::any_of(tolerances.tools, same)) {
+      return failure(row.problem(
+          tool.number ? "number" : "drill_mm", "each tool once", "another row names it"));
+    }
+    tolerances.tools.push_back(tool);
+  }
+  if (tolerances.is_empty()) {
+    return failure(table->missing("position_um", "position_um, or [[tolerance.tool]]"));
+  }
+  return tolerances;
+}
+
+}  // namespace panelcal::internal

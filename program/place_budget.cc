@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/place_budget.h"
+
+namespace panelcal {
+
+BudgetPlace budget_place(const PlacedPoint& point, const Origin& origin) {
+  BudgetPlace place;
+  place.nominal = origin.scaling == nullptr ? point.nominal : (*origin.scaling)(point.nominal);
+  if (origin.base_series != nullptr) place.base_series = *origin.base_series;
+  if (origin.nested_series != nullptr) place.nested_series = *origin.nested_series;
+  place.i_measurement = origin.i_measurement;
+  return place;
+}
+
+ErrorBudget error_budget(const BudgetPlace& place,
+                         const Survey& survey,
+                         const MachineUncertainty& machine) {
+  if (place.i_measurement) {
+    const Measurement& target = survey.measurements[*place.i_measurement];
+    return error_budget_at_target(machine,
+                                  target.measured.cov,
+                                  target.by_camera.value_or(CameraJacobian::Zero()),
+                                  machine.camera_index(target.request.settings.zoom));
+  }
+  CorrectionStack stack(machine);
+  if (place.base_series) stack.set_base(survey.series[*place.base_series].base);
+  if (place.nested_series) stack.set_nested(survey.series[*place.nested_series].nested);
+  return error_budget(stack, place.nominal);
+}
+
+}  // namespace panelcal

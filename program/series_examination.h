@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "panelcal/calib/fault_finder.h"
+#include "panelcal/program/measuring.h"
+
+namespace panelcal {
+
+/// Why a series does not fit, if it does not: find_fault over its points, in the frame that its
+/// correction maps from. Pads are asked for only then.
+///
+/// In     series: fitted and gated; points: those of its fit
+/// See    tests/program/series_examination_test.cc
+std::optional<SeriesFault> examine_series(const SeriesResult& series,
+                                          std::span<const FitPoint> points,
+                                          const Survey& survey,
+                                          const CorrectionStack& stack,
+                                          const WalkOptions& options);
+
+/// The points without one, if the others still determine the model with an equation to spare.
+std::optional<std::vector<FitPoint>> without_point(std::span<const FitPoint> points,
+                                                   std::size_t i_point,
+                                                   PanelModel model);
+
+}  // namespace panelcal

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/calib/base/clock.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/measurement_file_source.h"
+#include "panelcal/tools/commands.h"
+#include "panelcal/tools/plan_json.h"
+#include "panelcal/tools/plan_page.h"
+#include "panelcal/tools/plan_text.h"
+#include "panelcal/tools/program_input.h"
+#include "panelcal/tools/provenance.h"
+#include "panelcal/tools/text_variables.h"
+
+namespace panelcal {
+namespace {
+
+/// Targets that do not determine their model are what a plan is there to mend.
+bool is_about_the_design(const Diagnostic& diagnostic) {
+  return diagnostic.code == Code::SeriesDegenerate || diagnostic.code == Code::TargetsTooFew;
+}
+
+class PlanRun {
+ public:
+  PlanRun(const PlanOptions& options, CommandContext& context)
+      : options_(options), context_(context) {}
+
+  ExitCode execute_all() {
+    if (!prepare() || !check() || !read_noise()) return finish();
+    const plan::Plan made = plan::make_plan(
+        checked_->program, config_.walk, checked_->nominal_survey, programmed_, request_);
+    write_picture(made);
+    const std::string result = options_.json ? plan::plan_json(made, checked_->program)
+                                             : plan::plan_text(made, checked_->nominal_survey);
+    take(context_.output.write(result));
+    return finish();
+  }
+
+ private:
+  template <class T>
+  bool take(Expected<T> value, T& out) {
+    if (!value) {
+      log_.add(std::move(value).error());
+      return false;
+    }
+    out = *std::move(value);
+    return true;
+  }
+  bool take(Expected<void> done) {
+    if (!done) log_.add(std::move(done).error());
+    return done.has_value();
+  }
+  bool refuse(std::string what, std::string expected) {
+    log_.add({Code::Usage, {"panelcal plan", 0, 0}, std::move(what), std::move(expected)});
+    return false;
+  }
+
+  bool prepare() {
+    const bool is_picture = options_.output.ends_with(".svg") || options_.output.ends_with(".html");
+    if (!options_.output.empty() && !is_picture) {
+      return refuse("no format belongs to the output's name " + quoted(options_.output),
+                    ".svg or .html");
+    }
+    for (const std::string* input :
+         {&options_.program, &options_.machine, &options_.measurements}) {
+      if (options_.output.empty() || *input != options_.output) continue;
+      return refuse(quoted(options_.output) + " is named twice on the command line",
+                    "a file of its own for each output");
+    }
+    if (!take(read_machine_config(options_.machine), config_)) return false;
+    config_.walk.max_operations = options_.max_operations;
+    // Targets that are where they are drawn speak for no model.
+    request_.chooses_model = std::exchange(config_.walk.chooses_model, false);
+    // A slot's ends say all about it.
+    config_.walk.slots = config_.walk.step_slots = Cycles::Kept;
+    std::string time;
+    if (!take(wall_time(options_.clock, system_clock()()), time)) return false;
+    if (!take(age_spindle_camera(config_, *from_iso_8601(time + "Z")))) return false;
+    set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
+    time_ = time;
+    return true;
+  }
+
+  /// Walks over the perfect panel. Where only the design of a series is at fault, once more with
+  /// a model that any target determines, so that there are holes to speak of.
+  bool check() {
+    DiagnosticLog found;
+    checked_ = read_and_check(options_.program, config_.reading, config_.walk, found);
+    const auto errors = [](const DiagnosticLog& log) {
+      std::vector<Diagnostic> out;
+      for (const Diagnostic& diagnostic : log.kept()) {
+        if (diagnostic.severity() == Severity::Error) out.push_back(diagnostic);
+      }
+      return out;
+    };
+    const auto wrong = errors(found);
+    const bool is_design = checked_ && !wrong.empty() && options_.program != "-" &&
+                           std::ranges::all_of(wrong, is_about_the_design);
+    if (!is_design) {
+      for (const Diagnostic& diagnostic : found.kept()) log_.add(diagnostic);
+      if (!checked_ || log_.has_errors()) return false;
+      for (const SeriesResult& series : checked_->nominal_survey.series) {
+        programmed_.push_back(series.model);
+      }
+      return true;
+    }
+    const std::optional<PanelModel> wanted = config_.walk.model;
+    config_.walk.model = PanelModel::Offset;
+    checked_ = read_and_check(options_.program, config_.reading, config_.walk, log_);
+    if (!checked_ || log_.has_errors()) return false;
+    for (const SeriesResult& series : checked_->nominal_survey.series) {
+      programmed_.push_back(model_of(series, wanted));
+    }
+    return true;
+  }
+
+  /// What the walk would have fitted, had it been able to.
+  PanelModel model_of(const SeriesResult& series, std::optional<PanelModel> wanted) const {
+    if (checked_->program.dialect == Dialect::Excellon) {
+      const auto n = static_cast<int>(series.points.size());
+      return n == 1 ? PanelModel::Offset : wanted.value_or(default_model(n));
+    }
+    int n_equations = 0;
+    for (const std::size_t i : series.points) {
+      const ObservedAxes axes = checked_->nominal_survey.measurements[i].request.axes;
+      n_equations += axes == ObservedAxes::Both ? 2 : 1;
+    }
+    const PanelModel usual =
+        default_model_of_equations(n_equations, config_.walk.sieb_meyer.fits_scale);
+    return n_equations <= 2 ? PanelModel::Offset : wanted.value_or(usual);
+  }
+
+  /// The noise of targets: as the option says, or as a recorded job had it.
+  bool read_noise() {
+    request_.n_added = static_cast<std::size_t>(options_.n_added);
+    request_.fiducial_sigma = um(options_.fiducial_sigma_um.value_or(2));
+    request_.sigma_source =
+        fmt::format("{} {:.2f} um",
+                    options_.fiducial_sigma_um ? "--fiducial-sigma-um" : "assumed",
+                    request_.fiducial_sigma.in_um());
+    if (options_.measurements.empty()) return true;
+    RecordedMeasurements recorded;
+    if (!take(read_measurements(options_.measurements), recorded)) return false;
+    MeasurementFileSource source(std::move(recorded));
+    std::vector<double> sigmas_mm;
+    double sum2 = 0;
+    std::size_t n_found = 0;
+    for (const Measurement& nominal : checked_->nominal_survey.measurements) {
+      Measurement seen;
+      if (!take(source.measure(nominal.request), seen)) return false;
+      const bool is_found = seen.status == MeasurementStatus::Found;
+      sigmas_mm.push_back(is_found ? std::sqrt(seen.measured.cov.trace() / 2) : 0);
+      sum2 += is_found ? seen.measured.cov.trace() / 2 : 0;
+      n_found += is_found ? 1 : 0;
+    }
+    if (n_found == 0) return refuse("no target was found in " + quoted(options_.measurements), "");
+    // What was not found then is taken to be as good as the others.
+    const double typical_mm = std::sqrt(sum2 / static_cast<double>(n_found));
+    for (double& sigma_mm : sigmas_mm) sigma_mm = sigma_mm > 0 ? sigma_mm : typical_mm;
+    request_.recorded_mm = std::move(sigmas_mm);
+    request_.sigma_source = "at most, as recorded in " + options_.measurements;
+    return true;
+  }
+
+  void write_picture(const plan::Plan& made) {
+    if (options_.output.empty()) return;
+    plan::PlanPage page{
+        checked_->program.source.file,
+        config_.name,
+        provenance_of(
+            context_.options, checked_->program, {options_.machine, options_.measurements})};
+    if (drills_the_time(checked_->program) || config_.drift_um_per_sqrt_day > 0) {
+      page.provenance.emplace_back("clock", time_);
+    }
+    const std::string bytes = options_.output.ends_with(".svg")
+                                  ? plan::plan_svg(made, page)
+                                  : plan::plan_html(made, checked_->nominal_survey, page);
+    if (take(write_file(options_.output, bytes))) context_.console.say("plan: " + options_.output);
+  }
+
+  ExitCode finish() {
+    context_.console.print(log_);
+    return exit_code(log_);
+  }
+
+  const PlanOptions& options_;
+  CommandContext& context_;
+  DiagnosticLog log_;
+  MachineConfig config_;
+  std::optional<CheckedProgram> checked_;
+  std::vector<PanelModel> programmed_;
+  plan::PlanRequest request_;
+  std::string time_;
+};
+
+}  // namespace
+
+ExitCode run_command(const PlanOptions& options, CommandContext& context) {
+  return PlanRun(options, context).execute_all();
+}
+
+}  // namespace panelcal
