@@ -50,6 +50,8 @@ double by_angle(double ratio, double sigma_ratio) {
   const double mean = (1 + small_2) / 2;
   const double half = (1 - small_2) / 2;
   const double b = ratio * ratio / 2;
+  constexpr double kUnderflow = 745;  // e^-745 is below the smallest number
+  if (b > kUnderflow) return 0;
   const auto [n, step_cos] = steps_of(ratio, sigma_ratio);
   double previous = step_cos;  // of one step back
   double current = 1;

@@ -20,7 +20,7 @@ ErrorBudget with_machine(const TargetTerms& targets,
                          const MachineUncertainty& machine) {
   return {
       {"detector", targets_shared, targets.detector},
-      {"camera calibration", targets_shared, targets.camera},
+      {"camera calibration", SharedBy::Camera, targets.camera},
       {"stage at the targets", targets_shared, targets.stage},
       {"table at the targets", targets_shared, targets.table},
       {"spindle-camera offset", SharedBy::AllHoles, machine.spindle_camera_mm2},
@@ -43,6 +43,8 @@ std::string_view name(SharedBy shared) {
   switch (shared) {
     case SharedBy::AllHoles:
       return "all holes";
+    case SharedBy::Camera:
+      return "holes of one camera";
     case SharedBy::Correction:
       return "holes of one fit";
     case SharedBy::NoHole:

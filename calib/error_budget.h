@@ -16,11 +16,12 @@ namespace panelcal {
 /// Which holes an error moves together.
 enum class SharedBy : std::uint8_t {
   AllHoles,    ///< the same shift of every hole; no further target makes it smaller
+  Camera,      ///< one error of all holes whose targets this camera saw; nor does it here
   Correction,  ///< holes under one correction move together, smoothly from place to place
   NoHole,      ///< drawn anew at every hole
 };
 
-/// "all holes", "holes of one fit", "this hole alone".
+/// "all holes", "holes of one camera", "holes of one fit", "this hole alone".
 std::string_view name(SharedBy shared);
 
 /// One source of error, with the covariance that it alone gives a hole.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "panelcal/calib/chi_square.h"
 #include "panelcal/calib/fault_stories.h"
@@ -85,7 +86,9 @@ std::optional<SeriesFault> find_fault_raw(std::span<const ExaminedTarget> target
   for (const ExaminedTarget& target : targets) {
     pairs.push_back({target.from_mm, target.to_mm, target.cov_mm2, target.axes});
     told.push_back({target.from_mm, target.to_mm, target.cov_mm2, target.axes});
-    facts.push_back({target.score, sigma_mm_of(told.back())});
+    ToldTarget picture = told.back();
+    picture.cov_mm2 = target.picture_cov_mm2.value_or(target.cov_mm2);
+    facts.push_back({target.score, sigma_mm_of(picture)});
   }
   const RawFitResult result = fit_raw(pairs, model);
   if (!result.fit) return std::nullopt;

@@ -23,6 +23,7 @@ struct ExaminedTarget {
   ObservedAxes axes = ObservedAxes::Both;
   std::optional<double> score;
   std::string name;
+  std::optional<Eigen::Matrix2d> picture_cov_mm2 = std::nullopt;
 };
 
 }  // namespace internal
@@ -33,6 +34,8 @@ struct ExaminedTarget {
   TargetPair<To, From> pair;
   std::optional<double> score;  ///< of its picture, 0 to 1
   std::string name;             ///< how people know it: "G36 target 3 in line 12"
+  /// The pair's without what the machine adds; absent: it adds nothing.
+  std::optional<Eigen::Matrix2d> picture_cov_mm2 = std::nullopt;
 };
 
 struct FaultContext {
@@ -65,7 +68,7 @@ std::optional<SeriesFault> find_fault_raw(std::span<const ExaminedTarget> target
 ///
 /// In     targets: mm, mm^2; slots count in their coordinate
 /// Out    nothing if the test does not reject; else a fault with at least one suspicion
-/// Cost   n + 1 fits for the test; with a fault some 10 n, with many pads up to some 10^5
+/// Cost   one fit for the test; with a fault some 10 n, with many pads up to some 10^5
 /// Source Baarda 1968 (data snooping); MacKay 2003; docs/formulation.md
 /// See    tests/calib/fault_finder_test.cc, tests/bench/liar_bench.cc
 template <class To, class From>
@@ -80,7 +83,8 @@ std::optional<SeriesFault> find_fault(std::span<const ExaminedTarget<To, From>> 
                    target.pair.measured.cov,
                    target.pair.axes,
                    target.score,
-                   target.name});
+                   target.name,
+                   target.picture_cov_mm2});
   }
   return internal::find_fault_raw(raw, model, context);
 }

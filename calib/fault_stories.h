@@ -44,7 +44,7 @@ struct FaultStory {
 /// What is known of a target beyond its place.
 struct PictureFacts {
   std::optional<double> score;
-  double sigma_mm = 0;
+  double sigma_mm = 0;  ///< of the picture alone
 };
 
 struct Series {

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/calib/fault_words.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace internal {
 namespace {
+
+/// Of a map that can be turned round.
+constexpr double kLeastDeterminant = 0.1;
 
 /// In um below a millimetre.
 std::string length(double mm) {
@@ -27,6 +32,24 @@ std::string pad_name(const KnownPad& pad) {
   return out;
 }
 
+/// What is known of the place where a target was seen that should be elsewhere.
+std::string damaged_words(const FaultStory& story, const Series& series) {
+  const ToldTarget& target = series.targets[*story.i_point];
+  const bool sees_place = target.axes == ObservedAxes::Both &&
+                          std::abs(story.told.linear.determinant()) > kLeastDeterminant;
+  if (series.pads == nullptr || !sees_place) return ": a damaged mark, or another pad";
+  const Eigen::Vector2d seen_mm =
+      story.told.linear.inverse() * (target.to_mm - story.told.translation_mm);
+  constexpr double kNear_mm = 1;
+  const auto is_another = [&](std::size_t i) {
+    return (series.pads->all()[i].place_mm - target.from_mm).norm() > 1e-3;
+  };
+  if (std::ranges::any_of(series.pads->within(seen_mm, kNear_mm), is_another)) {
+    return ": a damaged mark, or a pad near by";
+  }
+  return ", where the program drills nothing: a damaged or covered mark";
+}
+
 std::string liar_words(const FaultStory& story, const Series& series, std::string_view target) {
   const std::size_t n_others = series.targets.size() - 1;
   std::string off = fmt::format(
@@ -40,9 +63,7 @@ std::string liar_words(const FaultStory& story, const Series& series, std::strin
     case FaultCause::OutOfFocus:
       return off + ", and its picture is worse than theirs: out of focus, or dirty";
     default:
-      return off + (series.pads != nullptr
-                        ? ", where the program has nothing: a damaged or covered mark"
-                        : ": a damaged mark, or another pad");
+      return off + damaged_words(story, series);
   }
 }
 
@@ -74,14 +95,34 @@ std::string scale_words(double factor) {
   return fmt::format("the panel is {:.4g} times as large as programmed: {}", factor, why);
 }
 
-std::string far_words(const Evidence& told) {
+std::string far_words(const Evidence& told, const Series& series) {
   const PanelDeformation d = deformation_of(told.linear);
+  const Eigen::Vector2d middle = middle_mm(series);
+  const Eigen::Vector2d shift_mm = told.linear * middle + told.translation_mm - middle;
   return fmt::format(
-      "the targets fit each other, but turned by {:.3f} mrad and stretched by {:.0f} ppm in x and "
-      "{:.0f} ppm in y: another revision, or laid outside the limits",
+      "the targets fit each other, but shifted by ({:.3f}, {:.3f}) mm, turned by {:.3f} mrad and "
+      "stretched by {:.0f} ppm in x and {:.0f} ppm in y: another revision, or laid outside the "
+      "limits",
+      shift_mm.x(),
+      shift_mm.y(),
       d.rotation_rad * 1e3,
       (d.scale_x - 1) * 1e6,
       (d.scale_y - 1) * 1e6);
+}
+
+/// What the model leaves out, as far as the affine map has it.
+std::string softer_words(const Evidence& told, PanelModel model) {
+  const PanelDeformation d = deformation_of(told.linear);
+  std::string what;
+  if (model == PanelModel::Offset)
+    what = fmt::format("turned by {:.3f} mrad, ", d.rotation_rad * 1e3);
+  if (model != PanelModel::Stretch) {
+    what += fmt::format("stretched by {:.0f} ppm in x and {:.0f} ppm in y, ",
+                        (d.scale_x - 1) * 1e6,
+                        (d.scale_y - 1) * 1e6);
+  }
+  what += fmt::format("skewed by {:.0f} ppm", d.shear * 1e6);
+  return fmt::format("the panel is {}, which the model \"{}\" does not know", what, name(model));
 }
 
 }  // namespace
@@ -98,12 +139,10 @@ std::string words_of(const FaultStory& story,
     case FaultCause::WrongScale:
       return scale_words(story.factor);
     case FaultCause::WrongRevision:
-      if (story.kind == StoryKind::Far) return far_words(story.told);
+      if (story.kind == StoryKind::Far) return far_words(story.told, series);
       return "several targets are elsewhere than programmed: another revision or another panel";
     case FaultCause::SofterPanel:
-      return fmt::format("the panel is skewed by {:.0f} ppm, which the model \"{}\" does not know",
-                         deformation_of(story.told.linear).shear * 1e6,
-                         name(series.model));
+      return softer_words(story.told, series.model);
     default:
       return story.kind == StoryKind::Noise ? "the measurements are noisier than they say"
                                             : "nothing is wrong with any one target";

@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <cstdint>
+#include <unordered_map>
 #include <utility>
 
 namespace panelcal {
@@ -14,24 +15,34 @@ constexpr double kSamePlace_mm = 1e-3;
 /// No panel is so large.
 constexpr double kFarthest_mm = 1e9;
 
-bool is_before(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
-}
+using Cell = std::pair<std::int64_t, std::int64_t>;
+
+struct CellHash {
+  std::size_t operator()(const Cell& cell) const {
+    return static_cast<std::size_t>(cell.first) * 0x9E3779B97F4A7C15ULL +
+           static_cast<std::size_t>(cell.second);
+  }
+};
 
 /// Without pads that repeat another, however far apart they stand in the program.
 void remove_repeated(std::vector<KnownPad>& pads) {
-  std::ranges::stable_sort(
-      pads, is_before, [](const KnownPad& pad) -> const Eigen::Vector2d& { return pad.place_mm; });
-  std::vector<KnownPad> kept;
-  for (const KnownPad& pad : pads) {
-    bool is_new = true;
-    for (auto other = kept.rbegin(); other != kept.rend() && is_new; ++other) {
-      if (pad.place_mm.x() - other->place_mm.x() > kSamePlace_mm) break;
-      is_new = (pad.place_mm - other->place_mm).norm() > kSamePlace_mm;
+  std::unordered_multimap<Cell, Eigen::Vector2d, CellHash> kept;
+  kept.reserve(pads.size());
+  std::erase_if(pads, [&kept](const KnownPad& pad) {
+    const auto x = static_cast<std::int64_t>(std::floor(pad.place_mm.x() / kSamePlace_mm));
+    const auto y = static_cast<std::int64_t>(std::floor(pad.place_mm.y() / kSamePlace_mm));
+    for (std::int64_t i = x - 1; i <= x + 1; ++i) {
+      for (std::int64_t k = y - 1; k <= y + 1; ++k) {
+        const auto [first, last] = kept.equal_range({i, k});
+        const auto is_same = [&pad](const auto& other) {
+          return (pad.place_mm - other.second).norm() <= kSamePlace_mm;
+        };
+        if (std::any_of(first, last, is_same)) return true;
+      }
     }
-    if (is_new) kept.push_back(pad);
-  }
-  pads = std::move(kept);
+    kept.insert({{x, y}, pad.place_mm});
+    return false;
+  });
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ struct KnownPad {
 
 /// The pads of a program, to be asked for what lies near a place.
 ///
-/// Cost   O(n log n) once; a question costs what lies in the cells it touches
+/// Cost   O(n log n) once, wherever they lie; a question costs what lies in the cells it touches
 /// See    tests/calib/known_pads_test.cc
 class KnownPads {
  public:

@@ -95,9 +95,11 @@ std::optional<Split> split(const Equations& equations, const Eigen::Matrix2Xd& k
   const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(complement.transpose() * out.plates *
                                                       complement);
   if (modes.info() != Eigen::Success) return std::nullopt;
-  out.d = modes.eigenvalues().cwiseMax(0);
   const double possible = (equations.b * equations.b.transpose()).trace();
-  if (!(out.d.maxCoeff() > kNoBending * possible)) return std::nullopt;
+  const VectorXd& d = modes.eigenvalues();
+  if (!(d.maxCoeff() > kNoBending * possible)) return std::nullopt;
+  // Rounding is no mode that bends.
+  out.d = (d.array() > kNoBending * possible).select(d, 0);
   out.rest = complement * modes.eigenvectors();
   out.z = out.rest.transpose() * equations.y;
   return out;

@@ -16,8 +16,10 @@ constexpr int kSteps = 32;
 /// 87, 92 and 94 %.
 constexpr double kNotBent = 0.2;
 
+/// Mean over what can bend; coincident targets leave modes that cannot.
 double share(double strength, const Eigen::VectorXd& d) {
-  return (strength * d.array() / (1 + strength * d.array())).mean();
+  return (strength * d.array() / (1 + strength * d.array())).sum() /
+         static_cast<double>((d.array() > 0).count());
 }
 
 /// The strength at which a bending takes up `wanted` of the data, by bisection of its logarithm.

@@ -19,8 +19,8 @@ struct Smoothing {
   Eigen::VectorXd shrinkage_variance() const;
 };
 
-/// Weighs strengths by the restricted likelihood of z, times a prior: one half that the panel is
-/// not bent at all, and one half uniform in the mean of the shrinkages, the share of the data that
+/// Weighs strengths by the restricted likelihood of z, times a prior: one fifth that the panel is
+/// not bent at all, the rest uniform in the mean of the shrinkages, the share of the data that
 /// a bending takes up.
 ///
 /// In     z: whitened; d: not negative, in the same order, not all zero

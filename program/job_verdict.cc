@@ -10,8 +10,10 @@
 namespace panelcal {
 namespace {
 
-/// Risks that cannot hurt one by one add up over a million holes.
-constexpr double kExpectedToWarn = 1;
+/// Risks that cannot hurt one by one add up over a million holes: the chance that any place breaks
+/// is at most their sum.
+constexpr double kExpectedToWarn = 0.1;
+constexpr double kExpectedToHold = 1;
 
 std::string count_of(std::int64_t n, std::string_view one, std::string_view many) {
   return fmt::format("{} {}", n, n == 1 ? one : many);
@@ -114,7 +116,7 @@ void JobVerdict::put(const Operation& operation) {
   } else if (const auto* move = std::get_if<RapidMove>(&operation.what)) {
     router_ = *move;
   } else if (const auto* plunge = std::get_if<Plunge>(&operation.what)) {
-    put_place(operation, plunge->tool, router_);
+    put_plunge(operation, plunge->tool);
   } else if (const auto* slot = std::get_if<Slot>(&operation.what)) {
     put_place(operation, slot->tool, slot->start);
     put_place(operation, slot->tool, slot->end);
@@ -142,6 +144,19 @@ void JobVerdict::put_place(const Operation& operation, int tool_number, const Pl
   tool.largest_sigma = std::max(tool.largest_sigma, sigmas.large);
   tool.largest_radius_95 = std::max(tool.largest_radius_95, radius_95(sigmas));
   if (place.risk) judge(operation, tool, place);
+}
+
+/// The router went there before it was said which tool goes down.
+void JobVerdict::put_plunge(const Operation& operation, int tool_number) {
+  PlacedPoint place = router_;
+  const auto known = tools_.find(tool_number);
+  const std::optional<Length> radius = tolerances_.radius(
+      tool_number, known == tools_.end() ? std::nullopt : known->second.diameter);
+  place.risk.reset();
+  if (radius && place.cov_mm2.trace() > 0) {
+    place.risk = breaking_probability(place.cov_mm2, *radius);
+  }
+  put_place(operation, tool_number, place);
 }
 
 void JobVerdict::judge(const Operation& operation, ToolFigures& tool, const PlacedPoint& place) {
@@ -187,6 +202,13 @@ std::int64_t JobVerdict::n_warned() const {
 std::int64_t JobVerdict::n_held() const {
   return sum_of(by_tool_, &ToolFigures::n_held);
 }
+std::int64_t JobVerdict::n_unjudged() const {
+  std::int64_t sum = 0;
+  for (const auto& [number, tool] : by_tool_) {
+    if (tool.tolerance) sum += tool.n_uncorrected;
+  }
+  return sum;
+}
 double JobVerdict::expected_broken() const {
   return sum_of(by_tool_, &ToolFigures::expected_broken);
 }
@@ -202,8 +224,8 @@ const JobVerdict::ToolFigures* JobVerdict::worst_tool() const {
 
 JobDecision JobVerdict::decision() const {
   if (n_judged() == 0) return JobDecision::NotJudged;
-  if (n_held() > 0) return JobDecision::Hold;
-  if (n_warned() > 0 || !(expected_broken() < kExpectedToWarn)) {
+  if (n_held() > 0 || !(expected_broken() < kExpectedToHold)) return JobDecision::Hold;
+  if (n_warned() > 0 || n_unjudged() > 0 || !(expected_broken() < kExpectedToWarn)) {
     return JobDecision::DrillWithWarning;
   }
   return JobDecision::Drill;
@@ -261,13 +283,24 @@ void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
                          risk_text(worst.risk)),
              "at most " + risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above)});
   }
-  if (has_said || decision() != JobDecision::DrillWithWarning) return;
-  log.add({Code::ToleranceWarning,
+  if (n_unjudged() > 0) {
+    log.add(
+        {Code::ToleranceWarning,
+         {file, 0, 0},
+         fmt::format("{} with a tolerance {} drilled without a correction, and nothing says how "
+                     "far off",
+                     count_of(n_unjudged(), "place", "places"),
+                     n_unjudged() == 1 ? "is" : "are"),
+         "a fit in force where holes have a tolerance"});
+  }
+  const bool is_held = !(expected_broken() < kExpectedToHold);
+  if (expected_broken() < kExpectedToWarn || (is_held ? n_held() > 0 : has_said)) return;
+  log.add({is_held ? Code::ToleranceHold : Code::ToleranceWarning,
            {file, 0, 0},
            fmt::format("{} of {} places are expected to break their tolerance",
                        risk_text(expected_broken()),
                        n_judged()),
-           fmt::format("fewer than {:g}", kExpectedToWarn)});
+           fmt::format("fewer than {:g}", is_held ? kExpectedToHold : kExpectedToWarn)});
 }
 
 }  // namespace panelcal

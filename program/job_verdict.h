@@ -19,8 +19,8 @@ namespace panelcal {
 enum class JobDecision : std::uint8_t {
   NotJudged,         ///< no place has both a tolerance and a predicted error
   Drill,             ///< every place is as sure as asked
-  DrillWithWarning,  ///< a place is above warn_above, or one or more are expected to break
-  Hold,              ///< a place is above hold_above
+  DrillWithWarning,  ///< a place is above warn_above or not judged, or some may break in sum
+  Hold,              ///< a place is above hold_above, or one or more are expected to break
 };
 
 /// "drill", "drill, with a warning", "hold", "not judged".
@@ -100,6 +100,8 @@ class JobVerdict final : public OperationSink {
   const std::array<Decade, kDecades>& decades() const { return decades_; }
   std::int64_t n_judged() const;
   std::int64_t n_uncorrected() const;
+  /// Places whose tool has a tolerance, without a predicted error to hold against it.
+  std::int64_t n_unjudged() const;
   std::int64_t n_warned() const;
   std::int64_t n_held() const;
   double expected_broken() const;
@@ -114,6 +116,7 @@ class JobVerdict final : public OperationSink {
  private:
   ToolFigures& figures(int tool);
   void put_place(const Operation& operation, int tool, const PlacedPoint& place);
+  void put_plunge(const Operation& operation, int tool);
   void judge(const Operation& operation, ToolFigures& tool, const PlacedPoint& place);
   /// To 1e-4 of itself.
   Length radius_95(const PrincipalSigmas& sigmas) const;

@@ -35,7 +35,9 @@ PanelFitResult<To, From> fit_model(const std::vector<TargetPair<To, From>>& pair
                                    const WalkOptions& options,
                                    SeriesResult& series) {
   const std::span<const TargetPair<To, From>> targets(pairs);
-  series.compared = compare_models(targets, series.prescribed);
+  if (options.chooses_model || options.compares_models) {
+    series.compared = compare_models(targets, series.prescribed);
+  }
   const ModelScore* best = options.chooses_model ? chosen(series.compared) : nullptr;
   series.chose_model = best != nullptr;
   series.model = best != nullptr ? best->model : series.prescribed;
@@ -207,6 +209,9 @@ std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points
 }
 
 void Measuring::fit_points(std::span<const FitPoint> points, SeriesResult& series) {
+  series.base.reset();
+  series.nested.reset();
+  series.gates.clear();
   series.points.clear();
   for (const FitPoint& point : points) series.points.push_back(point.i_measurement);
   if (series.level == CorrectionLevel::Base) return fit_base(points, series);
@@ -222,29 +227,31 @@ void Measuring::examine(std::vector<FitPoint> points, SeriesResult& series) {
            s.dropped.size() < static_cast<std::size_t>(std::max(0, limits.max_dropped));
   };
   std::vector<FitPoint> left = points;
+  std::vector<std::string> reasons;  // one for each target left out
   SeriesResult trial = series;
   while (may_go_on(trial)) {
     const std::size_t i_liar = *trial.fault->i_liar;
     auto fewer = without_point(left, i_liar, trial.model);
     if (!fewer) break;
     trial.dropped.push_back(left[i_liar].i_measurement);
+    reasons.push_back(trial.fault->text());
     left = *std::move(fewer);
     fit_points(left, trial);
     trial.fault = examine_series(trial, left, survey_, corrections_.stack, options_);
   }
-  if (!trial.dropped.empty() && !trial.fault && all_accepted(trial.gates)) {
+  if (!trial.dropped.empty() && trial.is_fitted() && !trial.fault && all_accepted(trial.gates)) {
     trial.fault = std::move(series.fault);
     trial.fault->is_resolved = true;
     series = std::move(trial);
-    return report_dropped(series);
+    return report_dropped(series, reasons);
   }
   report_gates(series, points);
   report_fault(series, points);
 }
 
-void Measuring::report_dropped(const SeriesResult& series) {
-  for (const std::size_t i : series.dropped) {
-    const MeasurementRequest& request = measurement(i).request;
+void Measuring::report_dropped(const SeriesResult& series, std::span<const std::string> reasons) {
+  for (std::size_t i = 0; i < series.dropped.size(); ++i) {
+    const MeasurementRequest& request = measurement(series.dropped[i]).request;
     reporter_.report(Code::TargetDropped,
                      request.line,
                      1,
@@ -254,7 +261,7 @@ void Measuring::report_dropped(const SeriesResult& series) {
                                  request.nominal.in_mm().x(),
                                  request.nominal.in_mm().y(),
                                  series.points.size(),
-                                 series.fault->text()));
+                                 reasons[i]));
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "panelcal/calib/base/diagnostic.h"
@@ -106,7 +107,7 @@ class Measuring {
   void fit_points(std::span<const FitPoint> points, SeriesResult& series);
   void examine(std::vector<FitPoint> points, SeriesResult& series);
   void report_fault(const SeriesResult& series, std::span<const FitPoint> points);
-  void report_dropped(const SeriesResult& series);
+  void report_dropped(const SeriesResult& series, std::span<const std::string> reasons);
   void report_gates(const SeriesResult& series, std::span<const FitPoint> points);
 
   const WalkOptions& options_;

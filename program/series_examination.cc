@@ -35,9 +35,15 @@ KnownPads carried_pads(const KnownPads& pads,
   return KnownPads(std::move(out));
 }
 
-std::string name_of(const MeasurementRequest& request, std::size_t i_point) {
+/// Counted over all targets of the series, those left out as well.
+std::size_t number_of(const SeriesResult& series, std::span<const FitPoint> points, std::size_t i) {
+  const auto is_before = [&](std::size_t dropped) { return dropped < points[i].i_measurement; };
+  return i + 1 + static_cast<std::size_t>(std::ranges::count_if(series.dropped, is_before));
+}
+
+std::string name_of(const MeasurementRequest& request, std::size_t number) {
   return fmt::format("target {} ({} in line {}, nominal ({:.4f}, {:.4f}) mm)",
-                     i_point + 1,
+                     number,
                      request.command,
                      request.line,
                      request.nominal.in_mm().x(),
@@ -63,7 +69,8 @@ std::optional<SeriesFault> examine_series(const SeriesResult& series,
                        point.measured.cov,
                        point.axes,
                        measurement.score,
-                       name_of(measurement.request, i)});
+                       name_of(measurement.request, number_of(series, points, i)),
+                       measurement.measured.cov});
   }
   FaultContext context{.limits = is_base ? options.base_limits : options.nested_limits};
   context.is_refused = !series.is_fitted() || !all_accepted(series.gates);

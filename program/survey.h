@@ -31,9 +31,9 @@ struct SeriesResult {
   PanelModel model = PanelModel::Offset;
   PanelModel prescribed = PanelModel::Offset;  ///< by the manual or the machine's file
   bool chose_model = false;                    ///< `model` is what the targets speak for
-  std::shared_ptr<const BaseFit> base;      ///< set for a fitted base series
-  std::shared_ptr<const NestedFit> nested;  ///< set for a fitted nested series
-  std::optional<std::size_t> base_series;   ///< the base correction a nested one is relative to
+  std::shared_ptr<const BaseFit> base;         ///< set for a fitted base series
+  std::shared_ptr<const NestedFit> nested;     ///< set for a fitted nested series
+  std::optional<std::size_t> base_series;      ///< the base correction a nested one is relative to
   std::vector<GateVerdict> gates;
   std::vector<ModelScore> compared;  ///< all models that the targets could determine
   std::optional<SeriesFault> fault;  ///< if the targets do not fit each other

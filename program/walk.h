@@ -60,6 +60,7 @@ struct WalkOptions {
   int inspections = 1;  ///< [vision] inspections: until a $uvis,insp says another number
   std::optional<PanelModel> model;  ///< [vision] model; absent: what the manual says for the count
   bool chooses_model = false;       ///< [vision] model = "auto": what the targets themselves say
+  bool compares_models = false;     ///< somebody wants to read of the models that were not taken
   MachineUncertainty uncertainty;   ///< [uncertainty], [spindle], [camera]
   Tolerances tolerances;            ///< [tolerance]
   GateLimits base_limits;

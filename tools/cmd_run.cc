@@ -113,6 +113,7 @@ class Run {
   bool prepare() {
     if (!take(read_machine_config(options_.machine), config_)) return false;
     config_.walk.max_operations = options_.max_operations;
+    config_.walk.compares_models = !options_.report.empty();
     std::string time;
     if (!take(wall_time(options_.clock, system_clock()()), time)) return false;
     if (!take(age_spindle_camera(config_, *from_iso_8601(time + "Z")))) return false;

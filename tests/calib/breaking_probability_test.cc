@@ -187,5 +187,13 @@ TEST(RadiusExceeded, InvertsTheProbability) {
   EXPECT_NEAR(radius_exceeded({mm(1), mm(1)}, 0.05).in_mm(), 2.447747, 1e-6);
 }
 
+/// Sigmas far below the tolerance, as files may state them, take no time and no wrong turn.
+TEST(BreakingProbability, VanishesWhereNothingCanBeOff) {
+  for (const double sigma_mm : {1e-3, 1e-6, 1e-9, 1e-12, 1e-150}) {
+    EXPECT_EQ(breaking_probability(ellipse(sigma_mm, sigma_mm / 3), mm(0.05)), 0) << sigma_mm;
+  }
+  EXPECT_GT(breaking_probability(ellipse(0.05 / 38, 0), mm(0.05)), 0);
+}
+
 }  // namespace
 }  // namespace panelcal

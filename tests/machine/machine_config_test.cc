@@ -170,7 +170,8 @@ TEST(MachineConfig, NamesTheNearestKnownKey) {
             "expected \"vision\"");
   EXPECT_EQ(refusal("[gates]\nbanana = 2\n"),
             "machine.toml:2:1: error[config-key-unknown]: unknown key \"banana\" in [gates], "
-            "expected one of nested, offset_mm, residual_um, rotation_mrad, stretch_ppm");
+            "expected one of false_alarm, max_dropped, nested, offset_mm, residual_um, "
+            "rotation_mrad, stretch_ppm");
   EXPECT_EQ(refusal("vision.tool = [{numbr = 1}]"),
             "machine.toml:1:17: error[config-key-unknown]: unknown key \"numbr\" in "
             "[[vision.tool]], expected \"number\"");

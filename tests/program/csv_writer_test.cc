@@ -229,7 +229,7 @@ TEST(CsvWriter, NamesTheStoredPattern) {
   CsvWriter writer(bytes);
   writer.put({3, {}, Dwell{seconds(1)}, "a,b.pat", nullptr});
   ASSERT_TRUE(writer.finish());
-  EXPECT_TRUE(bytes.text().ends_with(",\"a,b.pat\",,,\n")) << bytes.text();
+  EXPECT_TRUE(bytes.text().ends_with(",\"a,b.pat\",,,,,\n")) << bytes.text();
 }
 
 }  // namespace

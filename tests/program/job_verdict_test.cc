@@ -48,19 +48,55 @@ TEST(JobVerdict, DecidesByTheWorstPlace) {
   EXPECT_EQ(decision_of({risky(1.01e-2), risky(1e-7)}), JobDecision::Hold);
 }
 
-TEST(JobVerdict, WarnsWhereSmallRisksAddUp) {
-  const std::vector<What> holes(9999, risky(1e-4));
-  EXPECT_EQ(decision_of(holes), JobDecision::Drill);
+TEST(JobVerdict, WarnsAndHoldsWhereSmallRisksAddUp) {
+  const auto decide = [](std::size_t n, double risk) {
+    return decision_of(std::vector<What>(n, risky(risk)));
+  };
+  EXPECT_EQ(decide(999, 1e-4), JobDecision::Drill);
+  EXPECT_EQ(decide(1001, 1e-4), JobDecision::DrillWithWarning);
+  EXPECT_EQ(decide(9999, 1e-4), JobDecision::DrillWithWarning);
+  EXPECT_EQ(decide(10'001, 1e-4), JobDecision::Hold);
+  EXPECT_EQ(decide(111, 9e-3), JobDecision::DrillWithWarning);
+  EXPECT_EQ(decide(112, 9e-3), JobDecision::Hold);
+}
+
+TEST(JobVerdict, SaysThatSmallRisksAddUp) {
   JobVerdict verdict(within(um(10)));
-  for (int i = 0; i < 10'001; ++i) verdict.put({7, {}, risky(1e-4), {}, nullptr});
-  EXPECT_EQ(verdict.decision(), JobDecision::DrillWithWarning);
-  EXPECT_NEAR(verdict.expected_broken(), 1.0001, 1e-9);
+  for (int i = 0; i < 2000; ++i) verdict.put({7, {}, risky(1e-4), {}, nullptr});
+  EXPECT_NEAR(verdict.expected_broken(), 0.2, 1e-9);
   DiagnosticLog log;
   verdict.report("p.exc", log);
   ASSERT_EQ(log.kept().size(), 1U);
   EXPECT_EQ(log.kept()[0].text(),
-            "p.exc: warning[tolerance-warning]: 1 of 10001 places are expected to break their "
-            "tolerance, expected fewer than 1");
+            "p.exc: warning[tolerance-warning]: 0.2 of 2000 places are expected to break their "
+            "tolerance, expected fewer than 0.1");
+  for (int i = 0; i < 8001; ++i) verdict.put({7, {}, risky(1e-4), {}, nullptr});
+  DiagnosticLog held;
+  verdict.report("p.exc", held);
+  ASSERT_EQ(held.kept().size(), 1U);
+  EXPECT_EQ(held.kept()[0].code, Code::ToleranceHold);
+}
+
+TEST(JobVerdict, WarnsOfPlacesThatNothingIsKnownOf) {
+  Drill exact = risky(0, 2);
+  exact.cov_mm2.setZero();
+  exact.risk.reset();
+  JobVerdict verdict(within(um(10)));
+  verdict.begin(metric_info());
+  put_all(verdict, {risky(1e-9), exact});
+  EXPECT_EQ(verdict.n_unjudged(), 1);
+  EXPECT_EQ(verdict.decision(), JobDecision::DrillWithWarning);
+  DiagnosticLog log;
+  verdict.report("p.exc", log);
+  ASSERT_EQ(log.kept().size(), 1U);
+  EXPECT_THAT(log.kept()[0].text(), HasSubstr("1 place with a tolerance is drilled without"));
+
+  Tolerances only_first;
+  only_first.tools.push_back({.number = 1, .position = um(10)});
+  JobVerdict others(only_first);
+  others.begin(metric_info());
+  put_all(others, {risky(1e-9), exact});
+  EXPECT_EQ(others.decision(), JobDecision::Drill);
 }
 
 TEST(JobVerdict, DoesNotJudgeWhatHasNoCorrection) {
@@ -89,9 +125,20 @@ TEST(JobVerdict, CountsSlotsAndRoutsByTheirEnds) {
   EXPECT_EQ(verdict.by_tool().at(1).n_judged, 2);
   EXPECT_EQ(verdict.by_tool().at(1).expected_broken, 0.75);
   EXPECT_EQ(verdict.by_tool().at(2).n_judged, 3);
-  EXPECT_DOUBLE_EQ(verdict.by_tool().at(2).expected_broken, 0.127);
-  EXPECT_EQ(verdict.n_held(), 3);
-  EXPECT_EQ(verdict.n_warned(), 5);
+  // A circle's: exp(-r^2 / (2 sigma^2)); what the move said was of another tool.
+  EXPECT_NEAR(verdict.by_tool().at(2).expected_broken, 0.002 + std::exp(-12.5), 1e-12);
+  EXPECT_EQ(verdict.n_held(), 2);
+  EXPECT_EQ(verdict.n_warned(), 4);
+}
+
+TEST(JobVerdict, JudgesAPlungeByTheToolThatGoesDown) {
+  Tolerances tolerances;
+  tolerances.tools.push_back({.number = 1, .position = um(100)});
+  tolerances.tools.push_back({.number = 2, .position = um(4)});
+  JobVerdict verdict(tolerances);
+  verdict.begin(metric_info());
+  put_all(verdict, {RapidMove{uncertain(2, 2, 0)}, Plunge{2}});
+  EXPECT_NEAR(verdict.by_tool().at(2).expected_broken, std::exp(-2.0), 1e-9);
 }
 
 TEST(JobVerdict, NamesTheWorstPlaceOfEachTool) {

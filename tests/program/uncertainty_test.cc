@@ -193,7 +193,7 @@ TEST(Uncertainty, IsExplainedTermByTerm) {
               HasSubstr("  corrected   (50.000000, 70.000000) mm, sigma (10.222, 10.198) um\n"
                         "  budget                      sigma x     y um share %  common to\n"
                         "    detector                    1.000    1.000     1.0  holes of one fit\n"
-                        "    camera calibration          0.700    0.000     0.2  holes of one fit\n"
+                        "    camera calibration          0.700    0.000     0.2  holes of one camera\n"
                         "    stage at the targets        2.000    2.000     3.8  holes of one fit\n"
                         "    table at the targets        3.000    3.000     8.6  holes of one fit\n"
                         "    spindle-camera offset       5.000    5.000    24.0  all holes\n"

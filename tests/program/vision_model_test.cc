@@ -66,9 +66,11 @@ TEST(VisionModel, IsNoneThatTwoOrThreeTargetsCannotCheck) {
   EXPECT_EQ(one.survey.series.at(0).model, PanelModel::Offset);
 }
 
-TEST(VisionModel, IsComparedAlsoWhereItIsPrescribed) {
+TEST(VisionModel, IsComparedWhereSomebodyWantsToReadOfIt) {
   WalkOptions options = automatic(4);
   options.chooses_model = false;
+  EXPECT_TRUE(run(kFour, turned(0.003), options).survey.series.at(0).compared.empty());
+  options.compares_models = true;
   const ProgramRun found = run(kFour, turned(0.003), options);
   const SeriesResult& series = found.survey.series.at(0);
   EXPECT_EQ(series.model, PanelModel::Stretch);
