@@ -37,6 +37,12 @@ Eigen::Matrix<double, 2, 6> place_by_coefficients(const Eigen::Vector2d& p_mm) {
   return j;
 }
 
+/// Of the picture alone: what the machine adds at a target is taken out again.
+Eigen::Matrix2d seen_mm2(const CorrectionStack::TargetInfluence& target,
+                         const MachineUncertainty& machine) {
+  return target.cov_mm2 - machine.stage_mm2() / target.n_arrivals - machine.table_mm2();
+}
+
 }  // namespace
 
 std::string_view name(SharedBy shared) {
@@ -74,8 +80,7 @@ ErrorBudget error_budget(const CorrectionStack& stack, const Position<frame::Nom
   for (const CorrectionStack::TargetInfluence& target : influences) {
     const Eigen::Matrix2d by_measured = j * target.by_measured;
     const Eigen::Matrix2d stage_mm2 = machine.stage_mm2() / target.n_arrivals;
-    const Eigen::Matrix2d seen_mm2 = target.cov_mm2 - stage_mm2 - machine.table_mm2();
-    terms.detector += propagate(by_measured, seen_mm2);
+    terms.detector += propagate(by_measured, seen_mm2(target, machine));
     terms.stage += propagate(by_measured, stage_mm2);
     terms.table += propagate(by_measured, machine.table_mm2());
   }
@@ -91,6 +96,23 @@ ErrorBudget error_budget(const CorrectionStack& stack, const Position<frame::Nom
     budget.push_back({"choice of the model", SharedBy::Correction, j * choice_cov * j.transpose()});
   }
   return budget;
+}
+
+Eigen::Matrix<double, 6, 6> coefficients_cov_of_pictures(const CorrectionStack& stack) {
+  if (stack.base() == nullptr && stack.nested() == nullptr) {
+    return Eigen::Matrix<double, 6, 6>::Zero();
+  }
+  Eigen::Matrix<double, 6, 6> cov = stack.choice_cov();
+  for (const CorrectionStack::TargetInfluence& target : stack.influences()) {
+    cov += target.by_measured * seen_mm2(target, stack.machine()) * target.by_measured.transpose();
+  }
+  return cov;
+}
+
+Eigen::Matrix2d place_cov_mm2(const Eigen::Matrix<double, 6, 6>& coefficients_cov,
+                              const Position<frame::Nominal>& nominal) {
+  const Eigen::Matrix<double, 2, 6> j = place_by_coefficients(nominal.in_mm());
+  return j * coefficients_cov * j.transpose();
 }
 
 ErrorBudget error_budget_at_target(const MachineUncertainty& machine,

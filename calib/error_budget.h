@@ -48,6 +48,17 @@ Length largest_sigma(const Eigen::Matrix2d& cov_mm2);
 /// See    tests/calib/error_budget_test.cc
 ErrorBudget error_budget(const CorrectionStack& stack, const Position<frame::Nominal>& nominal);
 
+/// Of the whole map's coefficients: what the pictures alone make of them, and not knowing the
+/// panel's model. Those are the terms that a simulated job draws; it has neither a stage nor a
+/// table.
+///
+/// Out    order and use as TransformEstimate's; zero without a correction
+/// Cost   O(targets)
+Eigen::Matrix<double, 6, 6> coefficients_cov_of_pictures(const CorrectionStack& stack);
+/// Of a place on the panel, from the covariance of the coefficients.
+Eigen::Matrix2d place_cov_mm2(const Eigen::Matrix<double, 6, 6>& coefficients_cov,
+                              const Position<frame::Nominal>& nominal);
+
 /// Of a hole that is drilled where its own target was seen (CNC-7 G38 and G48, SIEB & MEYER G36).
 ///
 /// In     seen_mm2: the picture's covariance alone

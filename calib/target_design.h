@@ -70,9 +70,11 @@ struct PredictedFitResult {
 ///
 /// In     targets: where the program has them; base_cov: of the map under which they are looked up,
 ///        in units of this series' noise squared; zero for a base series
-/// Out    cov: of the whole map; with a base it holds what the nested fit leaves of the base's
-/// error Fails  as fit_panel, on exactly the same designs Cost   O(n) See
-/// tests/calib/target_design_test.cc
+/// Out    cov: of the whole map; with a base it holds the part of its error that the nested fit
+///        leaves
+/// Fails  as fit_panel, on exactly the same designs
+/// Cost   O(n)
+/// See    tests/calib/target_design_test.cc
 PredictedFitResult predict_fit(std::span<const DesignTarget> targets,
                                PanelModel model,
                                const MapCovariance& base_cov = MapCovariance::Zero());

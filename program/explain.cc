@@ -158,6 +158,7 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
                  std::sqrt(place.cov_mm2(0, 0)) * 1e3,
                  std::sqrt(place.cov_mm2(1, 1)) * 1e3);
   text_ += budget_text(error_budget(budget_place(place, origin), survey_, machine_));
+  explain_risk(place);
   if (const DepthOfCut* const cut = cut_of(operation)) {
     const std::string depth = depth_text(*cut);
     if (!depth.empty()) fmt::format_to(to, "  depth       {}\n", depth);
@@ -204,6 +205,37 @@ void Explainer::explain_series(std::string_view name, std::size_t i_series) {
                    residual_mm.x() * 1e3,
                    residual_mm.y() * 1e3);
   }
+  for (const std::size_t i : series.dropped) {
+    const Measurement& target = survey_.measurements[i];
+    fmt::format_to(to,
+                   "    {} target {}: nominal {}, measured {}, left out of the fit\n",
+                   target.request.command,
+                   target.request.seq,
+                   point(target.request.nominal.in_mm()),
+                   point(target.measured.position.in_mm()));
+  }
+}
+
+void Explainer::explain_risk(const PlacedPoint& place) {
+  const std::optional<Length> radius = tolerances_.radius(tool_.number, tool_.diameter);
+  if (!radius) return;
+  const std::string risk = place.risk ? risk_text(*place.risk) : "not known without a correction";
+  fmt::format_to(std::back_inserter(text_),
+                 "  tolerance   {:.4g} um, risk of breaking it {}\n",
+                 radius->in_um(),
+                 risk);
+}
+
+void PlaceNumber::put(const Operation& operation) {
+  const PlacedPoint* place = place_of(operation);
+  if (place == nullptr || operation.origin == nullptr) return;
+  ++n_places_;
+  if (is_of_its_line_ || place->nominal != place_.nominal || operation.file != place_.file ||
+      !std::ranges::equal(operation.path, place_.path)) {
+    return;
+  }
+  is_of_its_line_ = operation.line == place_.line;
+  if (is_of_its_line_ || operation.line < place_.line) number_ = n_places_;
 }
 
 std::string Explainer::text() const {

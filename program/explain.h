@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "panelcal/program/job_verdict.h"
 #include "panelcal/program/walk.h"
 
 namespace panelcal {
@@ -21,17 +22,23 @@ struct ExplainChoice {
 std::optional<ExplainChoice> parse_explain_choice(std::string_view text);
 
 /// Says how places came about: source line, pattern path, every transform, the fiducials behind it,
-/// and where the uncertainty comes from.
+/// where the uncertainty comes from, and how likely the tolerance is broken.
 class Explainer final : public OperationSink {
  public:
   static constexpr int kMost = 20;  ///< places of one line; the rest are counted
 
-  /// Precondition: program and survey outlive this; `machine` is what they were walked with.
+  /// Precondition: program and survey outlive this; `machine` and `tolerances` are what they were
+  /// walked with.
   Explainer(ExplainChoice choice,
             const Program& program,
             const Survey& survey,
-            MachineUncertainty machine = {})
-      : choice_(choice), program_(program), survey_(survey), machine_(std::move(machine)) {}
+            MachineUncertainty machine = {},
+            Tolerances tolerances = {})
+      : choice_(choice),
+        program_(program),
+        survey_(survey),
+        machine_(std::move(machine)),
+        tolerances_(std::move(tolerances)) {}
 
   void put(const Operation& operation) override;
   /// The explanation, or that there is no such place.
@@ -41,16 +48,37 @@ class Explainer final : public OperationSink {
  private:
   void explain(const Operation& operation, const PlacedPoint& point);
   void explain_correction(const Origin& origin);
+  void explain_risk(const PlacedPoint& place);
   void explain_series(std::string_view name, std::size_t i_series);
 
   ExplainChoice choice_;
   const Program& program_;
   const Survey& survey_;
   MachineUncertainty machine_;
+  Tolerances tolerances_;
   Tool tool_;
   std::int64_t n_places_ = 0;
   std::int64_t n_matching_ = 0;
   std::string text_;
+};
+
+/// Finds the number by which an Explainer knows a place.
+///
+/// Precondition: walked with the same cycles as the Explainer is
+class PlaceNumber final : public OperationSink {
+ public:
+  explicit PlaceNumber(JobVerdict::WorstPlace place) : place_(std::move(place)) {}
+  void put(const Operation& operation) override;
+  /// From 1; absent if the job has no such place. A tool that goes down is no place of its own:
+  /// then it is the move that took it there, in a line before.
+  std::optional<std::int64_t> number() const { return number_; }
+  bool is_of_its_line() const { return is_of_its_line_; }
+
+ private:
+  JobVerdict::WorstPlace place_;
+  std::int64_t n_places_ = 0;
+  std::optional<std::int64_t> number_;
+  bool is_of_its_line_ = false;
 };
 
 }  // namespace panelcal

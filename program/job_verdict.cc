@@ -175,6 +175,10 @@ void JobVerdict::judge(const Operation& operation, ToolFigures& tool, const Plac
   tool.worst.path.assign(operation.path.begin(), operation.path.end());
   tool.worst.nominal = place.nominal;
   tool.worst.risk = risk;
+  tool.worst.budget_place.reset();
+  if (operation.origin != nullptr) {
+    tool.worst.budget_place = budget_place(place, *operation.origin);
+  }
 }
 
 // --- the outcome -------------------------------------------------------------------------------
@@ -195,6 +199,11 @@ std::int64_t JobVerdict::n_judged() const {
 }
 std::int64_t JobVerdict::n_uncorrected() const {
   return sum_of(by_tool_, &ToolFigures::n_uncorrected);
+}
+std::int64_t JobVerdict::n_not_asked() const {
+  std::int64_t n = 0;
+  for (const auto& [number, tool] : by_tool_) n += tool.predicted.n - tool.n_judged;
+  return n;
 }
 std::int64_t JobVerdict::n_warned() const {
   return sum_of(by_tool_, &ToolFigures::n_warned);
@@ -258,8 +267,10 @@ std::string JobVerdict::sentence() const {
                        risk_text(worst->worst.risk));
   }
   if (worst != nullptr && n_uncorrected() > 0) {
-    out += fmt::format("; {} without a correction not judged",
-                       count_of(n_uncorrected(), "place is", "places are"));
+    out += fmt::format(
+        "; {} not judged",
+        count_of(
+            n_uncorrected(), "place without a correction is", "places without a correction are"));
   }
   return out;
 }

@@ -13,6 +13,7 @@
 #include "panelcal/calib/breaking_probability.h"
 #include "panelcal/calib/tolerance.h"
 #include "panelcal/program/operation.h"
+#include "panelcal/program/place_budget.h"
 
 namespace panelcal {
 
@@ -63,6 +64,8 @@ class JobVerdict final : public OperationSink {
     InstancePath path;
     Position<frame::Nominal> nominal;
     double risk = 0;
+    /// For its error budget; absent where nobody says how the place came about.
+    std::optional<BudgetPlace> budget_place;
   };
 
   struct ToolFigures {
@@ -100,6 +103,8 @@ class JobVerdict final : public OperationSink {
   const std::array<Decade, kDecades>& decades() const { return decades_; }
   std::int64_t n_judged() const;
   std::int64_t n_uncorrected() const;
+  /// Places with a predicted error, but without a tolerance to hold it against.
+  std::int64_t n_not_asked() const;
   /// Places whose tool has a tolerance, without a predicted error to hold against it.
   std::int64_t n_unjudged() const;
   std::int64_t n_warned() const;

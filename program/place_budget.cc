@@ -12,6 +12,19 @@ BudgetPlace budget_place(const PlacedPoint& point, const Origin& origin) {
   return place;
 }
 
+namespace {
+
+CorrectionStack corrections_at(const BudgetPlace& place,
+                               const Survey& survey,
+                               const MachineUncertainty& machine) {
+  CorrectionStack stack(machine);
+  if (place.base_series) stack.set_base(survey.series[*place.base_series].base);
+  if (place.nested_series) stack.set_nested(survey.series[*place.nested_series].nested);
+  return stack;
+}
+
+}  // namespace
+
 ErrorBudget error_budget(const BudgetPlace& place,
                          const Survey& survey,
                          const MachineUncertainty& machine) {
@@ -22,10 +35,17 @@ ErrorBudget error_budget(const BudgetPlace& place,
                                   target.by_camera.value_or(CameraJacobian::Zero()),
                                   machine.camera_index(target.request.settings.zoom));
   }
-  CorrectionStack stack(machine);
-  if (place.base_series) stack.set_base(survey.series[*place.base_series].base);
-  if (place.nested_series) stack.set_nested(survey.series[*place.nested_series].nested);
-  return error_budget(stack, place.nominal);
+  return error_budget(corrections_at(place, survey, machine), place.nominal);
+}
+
+Eigen::Matrix2d PictureCovariance::at_mm2(const BudgetPlace& place) {
+  if (place.i_measurement) return survey_.measurements[*place.i_measurement].measured.cov;
+  if (place.base_series != base_series_ || place.nested_series != nested_series_) {
+    base_series_ = place.base_series;
+    nested_series_ = place.nested_series;
+    coefficients_cov_ = coefficients_cov_of_pictures(corrections_at(place, survey_, machine_));
+  }
+  return place_cov_mm2(coefficients_cov_, place.nominal);
 }
 
 }  // namespace panelcal

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <utility>
 
 #include "panelcal/calib/error_budget.h"
 #include "panelcal/program/operation.h"
@@ -24,5 +25,24 @@ BudgetPlace budget_place(const PlacedPoint& point, const Origin& origin);
 ErrorBudget error_budget(const BudgetPlace& place,
                          const Survey& survey,
                          const MachineUncertainty& machine);
+
+/// The part of places' covariances that comes from pictures (and from not knowing the panel's
+/// model): what a simulated job draws. Keeps what all places under one correction share.
+///
+/// Precondition: the survey outlives this
+class PictureCovariance {
+ public:
+  PictureCovariance(const Survey& survey, MachineUncertainty machine)
+      : survey_(survey), machine_(std::move(machine)) {}
+  /// Zero where no correction was in force.
+  Eigen::Matrix2d at_mm2(const BudgetPlace& place);
+
+ private:
+  const Survey& survey_;
+  MachineUncertainty machine_;
+  std::optional<std::size_t> base_series_;  ///< that coefficients_cov_ belongs to
+  std::optional<std::size_t> nested_series_;
+  Eigen::Matrix<double, 6, 6> coefficients_cov_ = Eigen::Matrix<double, 6, 6>::Zero();
+};
 
 }  // namespace panelcal

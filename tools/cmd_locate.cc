@@ -17,6 +17,7 @@
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/located_json.h"
+#include "panelcal/tools/output_paths.h"
 #include "panelcal/vision/bayer.h"
 #include "panelcal/vision/image_io.h"
 #include "panelcal/vision/locate.h"
@@ -29,20 +30,6 @@ using Path = std::filesystem::path;
 
 Diagnostic usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal locate", 0, 0}, std::move(what), std::move(expected)};
-}
-
-bool is_same_file(const Path& a, const Path& b) {
-  std::error_code ignored;
-  return a.lexically_normal() == b.lexically_normal() || std::filesystem::equivalent(a, b, ignored);
-}
-
-/// In small letters.
-std::string extension_of(const Path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return extension;
 }
 
 bool is_png(const Path& path) {
@@ -92,7 +79,7 @@ Expected<std::vector<Path>> overlay_paths(const LocateCommandOptions& options) {
                            "pictures of different names"));
     }
     for (const std::string& image : options.images) {
-      if (!is_same_file(paths[i], image) && !is_same_file(paths[i], options.machine)) continue;
+      if (!is_same_file(image, paths[i]) && !is_same_file(options.machine, paths[i])) continue;
       return failure(
           usage(fmt::format("the overlay {} would overwrite an input", quoted(paths[i].string())),
                 "another file or folder"));

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,6 +14,8 @@
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/measurement_file_source.h"
 #include "panelcal/tools/commands.h"
+#include "panelcal/tools/output_paths.h"
+#include "panelcal/tools/plan_design.h"
 #include "panelcal/tools/plan_json.h"
 #include "panelcal/tools/plan_page.h"
 #include "panelcal/tools/plan_text.h"
@@ -24,7 +28,22 @@ namespace {
 
 /// Targets that do not determine their model are what a plan is there to mend.
 bool is_about_the_design(const Diagnostic& diagnostic) {
-  return diagnostic.code == Code::SeriesDegenerate || diagnostic.code == Code::TargetsTooFew;
+  return diagnostic.severity() != Severity::Error || diagnostic.code == Code::SeriesDegenerate ||
+         diagnostic.code == Code::TargetsTooFew;
+}
+
+/// Noise of a target along the axes that count; a slot says nothing about the other one.
+double variance_mm2(const Measurement& measurement) {
+  const Eigen::Matrix2d& cov_mm2 = measurement.measured.cov;
+  switch (measurement.request.axes) {
+    case ObservedAxes::X:
+      return cov_mm2(0, 0);
+    case ObservedAxes::Y:
+      return cov_mm2(1, 1);
+    case ObservedAxes::Both:
+      break;
+  }
+  return cov_mm2.trace() / 2;
 }
 
 class PlanRun {
@@ -63,21 +82,22 @@ class PlanRun {
   }
 
   bool prepare() {
-    const bool is_picture = options_.output.ends_with(".svg") || options_.output.ends_with(".html");
-    if (!options_.output.empty() && !is_picture) {
+    const std::string extension = extension_of(options_.output);
+    is_page_ = extension == ".html";
+    if (!options_.output.empty() && extension != ".svg" && !is_page_) {
       return refuse("no format belongs to the output's name " + quoted(options_.output),
                     ".svg or .html");
     }
-    for (const std::string* input :
-         {&options_.program, &options_.machine, &options_.measurements}) {
-      if (options_.output.empty() || *input != options_.output) continue;
-      return refuse(quoted(options_.output) + " is named twice on the command line",
-                    "a file of its own for each output");
+    if (!take(check_output_paths("panelcal plan",
+                                 {options_.program, options_.machine, options_.measurements},
+                                 {options_.output}))) {
+      return false;
     }
     if (!take(read_machine_config(options_.machine), config_)) return false;
     config_.walk.max_operations = options_.max_operations;
     // Targets that are where they are drawn speak for no model.
     request_.chooses_model = std::exchange(config_.walk.chooses_model, false);
+    request_.fixed_model = config_.walk.model;
     // A slot's ends say all about it.
     config_.walk.slots = config_.walk.step_slots = Cycles::Kept;
     std::string time;
@@ -91,50 +111,28 @@ class PlanRun {
   /// Walks over the perfect panel. Where only the design of a series is at fault, once more with
   /// a model that any target determines, so that there are holes to speak of.
   bool check() {
+    std::optional<Program> program = read_program(options_.program, config_.reading, log_);
+    if (!program) return false;
+    checked_ = CheckedProgram{*std::move(program), {}};
     DiagnosticLog found;
-    checked_ = read_and_check(options_.program, config_.reading, config_.walk, found);
-    const auto errors = [](const DiagnosticLog& log) {
-      std::vector<Diagnostic> out;
-      for (const Diagnostic& diagnostic : log.kept()) {
-        if (diagnostic.severity() == Severity::Error) out.push_back(diagnostic);
-      }
-      return out;
-    };
-    const auto wrong = errors(found);
-    const bool is_design = checked_ && !wrong.empty() && options_.program != "-" &&
-                           std::ranges::all_of(wrong, is_about_the_design);
-    if (!is_design) {
-      for (const Diagnostic& diagnostic : found.kept()) log_.add(diagnostic);
-      if (!checked_ || log_.has_errors()) return false;
-      for (const SeriesResult& series : checked_->nominal_survey.series) {
-        programmed_.push_back(series.model);
-      }
-      return true;
+    checked_->nominal_survey = survey_nominal(checked_->program, config_.walk, found);
+    const bool is_design = !log_.has_errors() && found.has_errors() &&
+                           std::ranges::all_of(found.kept(), is_about_the_design);
+    if (is_design) {
+      found = {};
+      config_.walk.model = PanelModel::Offset;
+      checked_->nominal_survey = survey_nominal(checked_->program, config_.walk, found);
     }
-    const std::optional<PanelModel> wanted = config_.walk.model;
-    config_.walk.model = PanelModel::Offset;
-    checked_ = read_and_check(options_.program, config_.reading, config_.walk, log_);
-    if (!checked_ || log_.has_errors()) return false;
+    for (const Diagnostic& diagnostic : found.kept()) log_.add(diagnostic);
+    if (log_.has_errors()) return false;
+    const plan::ModelRule rule{
+        checked_->program.dialect, request_.fixed_model, config_.walk.sieb_meyer.fits_scale};
     for (const SeriesResult& series : checked_->nominal_survey.series) {
-      programmed_.push_back(model_of(series, wanted));
+      programmed_.push_back(
+          is_design ? rule(series.level, plan::design_of(checked_->nominal_survey, series))
+                    : series.model);
     }
     return true;
-  }
-
-  /// What the walk would have fitted, had it been able to.
-  PanelModel model_of(const SeriesResult& series, std::optional<PanelModel> wanted) const {
-    if (checked_->program.dialect == Dialect::Excellon) {
-      const auto n = static_cast<int>(series.points.size());
-      return n == 1 ? PanelModel::Offset : wanted.value_or(default_model(n));
-    }
-    int n_equations = 0;
-    for (const std::size_t i : series.points) {
-      const ObservedAxes axes = checked_->nominal_survey.measurements[i].request.axes;
-      n_equations += axes == ObservedAxes::Both ? 2 : 1;
-    }
-    const PanelModel usual =
-        default_model_of_equations(n_equations, config_.walk.sieb_meyer.fits_scale);
-    return n_equations <= 2 ? PanelModel::Offset : wanted.value_or(usual);
   }
 
   /// The noise of targets: as the option says, or as a recorded job had it.
@@ -145,7 +143,10 @@ class PlanRun {
         fmt::format("{} {:.2f} um",
                     options_.fiducial_sigma_um ? "--fiducial-sigma-um" : "assumed",
                     request_.fiducial_sigma.in_um());
-    if (options_.measurements.empty()) return true;
+    return options_.measurements.empty() || read_recorded_noise();
+  }
+
+  bool read_recorded_noise() {
     RecordedMeasurements recorded;
     if (!take(read_measurements(options_.measurements), recorded)) return false;
     MeasurementFileSource source(std::move(recorded));
@@ -156,16 +157,22 @@ class PlanRun {
       Measurement seen;
       if (!take(source.measure(nominal.request), seen)) return false;
       const bool is_found = seen.status == MeasurementStatus::Found;
-      sigmas_mm.push_back(is_found ? std::sqrt(seen.measured.cov.trace() / 2) : 0);
-      sum2 += is_found ? seen.measured.cov.trace() / 2 : 0;
+      const double variance = is_found ? variance_mm2(seen) : 0;
+      sigmas_mm.push_back(std::sqrt(variance));
+      sum2 += variance;
       n_found += is_found ? 1 : 0;
     }
+    if (!take(source.check_all_used())) return false;
     if (n_found == 0) return refuse("no target was found in " + quoted(options_.measurements), "");
     // What was not found then is taken to be as good as the others.
     const double typical_mm = std::sqrt(sum2 / static_cast<double>(n_found));
     for (double& sigma_mm : sigmas_mm) sigma_mm = sigma_mm > 0 ? sigma_mm : typical_mm;
+    request_.sigma_source = "recorded in " + options_.measurements;
+    if (const std::size_t n_lost = sigmas_mm.size() - n_found; n_lost > 0) {
+      request_.sigma_source += fmt::format(
+          ", {} of {} targets not found and taken like the others", n_lost, sigmas_mm.size());
+    }
     request_.recorded_mm = std::move(sigmas_mm);
-    request_.sigma_source = "at most, as recorded in " + options_.measurements;
     return true;
   }
 
@@ -179,9 +186,8 @@ class PlanRun {
     if (drills_the_time(checked_->program) || config_.drift_um_per_sqrt_day > 0) {
       page.provenance.emplace_back("clock", time_);
     }
-    const std::string bytes = options_.output.ends_with(".svg")
-                                  ? plan::plan_svg(made, page)
-                                  : plan::plan_html(made, checked_->nominal_survey, page);
+    const std::string bytes = is_page_ ? plan::plan_html(made, checked_->nominal_survey, page)
+                                       : plan::plan_svg(made, page);
     if (take(write_file(options_.output, bytes))) context_.console.say("plan: " + options_.output);
   }
 
@@ -198,6 +204,7 @@ class PlanRun {
   std::vector<PanelModel> programmed_;
   plan::PlanRequest request_;
   std::string time_;
+  bool is_page_ = false;  ///< the output, and no picture
 };
 
 }  // namespace

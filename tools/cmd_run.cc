@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <filesystem>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -24,6 +24,7 @@
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/job_picture.h"
 #include "panelcal/tools/measuring.h"
+#include "panelcal/tools/output_paths.h"
 #include "panelcal/tools/program_input.h"
 #include "panelcal/tools/provenance.h"
 #include "panelcal/tools/report_budget.h"
@@ -45,9 +46,7 @@ Expected<std::string> output_format(const RunOptions& options) {
        {".s5", "sieb-meyer"},
        {".sm", "sieb-meyer"},
        {".svg", "svg"}}};
-  std::string extension = std::filesystem::path(options.output).extension().string();
-  std::ranges::transform(
-      extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string extension = extension_of(options.output);
   for (const auto& [known, format] : kByExtension) {
     if (extension == known) return std::string(format);
   }
@@ -55,29 +54,6 @@ Expected<std::string> output_format(const RunOptions& options) {
                   {"panelcal run", 0, 0},
                   "no format belongs to the output's name " + quoted(options.output),
                   ".jsonl, .csv, .drl, .exc, .s5, .sm or .svg, or --to"});
-}
-
-/// No output may overwrite an input or another output.
-Expected<void> check_paths(const RunOptions& options) {
-  std::vector<std::string> taken = {
-      options.program, options.machine, options.measurements, options.probes, options.truth};
-  for (const std::string& output :
-       {options.output, options.save_measurements, options.save_probes, options.report}) {
-    if (output.empty()) continue;
-    const bool clashes = std::ranges::any_of(taken, [&](const std::string& other) {
-      std::error_code ignored;
-      return !other.empty() &&
-             (other == output || std::filesystem::equivalent(other, output, ignored));
-    });
-    if (clashes && !(output == "-" && options.program == "-" && output == options.output)) {
-      return failure({Code::Usage,
-                      {"panelcal run", 0, 0},
-                      quoted(output) + " is named twice on the command line",
-                      "a file of its own for each output"});
-    }
-    taken.push_back(output);
-  }
-  return {};
 }
 
 /// One run, stage by stage. Every stage leaves its problems in log_.
@@ -120,7 +96,18 @@ class Run {
     set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
     if (!take(read_choice())) return false;
     if (!options_.output.empty() && !take(output_format(options_), format_)) return false;
-    if (!take(check_paths(options_))) return false;
+    if (!take(check_output_paths("panelcal run",
+                                 {options_.program,
+                                  options_.machine,
+                                  options_.measurements,
+                                  options_.probes,
+                                  options_.truth},
+                                 {options_.output,
+                                  options_.save_measurements,
+                                  options_.save_probes,
+                                  options_.report}))) {
+      return false;
+    }
     const bool is_program = format_ == "excellon" || format_ == "sieb-meyer";
     const bool keeps =
         options_.slots.empty() ? is_program || format_ == "svg" : options_.slots == "keep";
@@ -131,7 +118,6 @@ class Run {
       Truth truth;
       if (!take(read_truth_json(options_.truth), truth)) return false;
       truth_ = std::move(truth);
-      comparison_.emplace(*truth_, config_.walk.uncertainty.of_hole_mm2());
     }
     checked_ = read_and_check(options_.program, config_.reading, config_.walk, log_);
     if (log_.has_errors() || !checked_) return false;
@@ -202,14 +188,27 @@ class Run {
                     "-o OUTPUT, or --explain"});
   }
 
-  void explain() {
-    if (!choice_) return;
-    Explainer explainer(*choice_, checked_->program, measured_.survey, config_.walk.uncertainty);
-    // Numbers must not depend on the output's format.
+  /// As places are counted for --explain: numbers must not depend on the output's format.
+  WalkOptions counting_walk() const {
     WalkOptions walk = config_.walk;
     walk.slots = walk.step_slots = Cycles::Expanded;
+    return walk;
+  }
+
+  bool has_tolerances() const { return !config_.walk.tolerances.is_empty(); }
+
+  /// Without an output this is the walk that the job is judged by.
+  void explain() {
+    if (!choice_) return;
+    const WalkOptions walk = counting_walk();
+    Explainer explainer(
+        *choice_, checked_->program, measured_.survey, walk.uncertainty, walk.tolerances);
+    std::vector<OperationSink*> sinks = {&explainer};
+    const bool judges = options_.output.empty() && has_tolerances();
+    if (judges) sinks.push_back(&verdict_.emplace(walk.tolerances));
+    Tee tee(std::move(sinks));
     DiagnosticLog walk_log;
-    execute(checked_->program, walk, measured_.survey, explainer, walk_log);
+    execute(checked_->program, walk, measured_.survey, tee, walk_log);
     for (const Diagnostic& diagnostic : walk_log.kept()) log_.add(diagnostic);
     if (!explainer.has_found() && choice_->number) {
       log_.add({Code::Usage, {"panelcal run", 0, 0}, "--explain: " + explainer.text(), ""});
@@ -221,6 +220,7 @@ class Run {
     } else {
       take(context_.output.write(explainer.text()));
     }
+    if (judges && !walk_log.has_errors()) is_sure_enough();
   }
 
   /// A walk stops at a surface that was not found or that is out of tolerance, and --force knows no
@@ -262,7 +262,31 @@ class Run {
     return scene;
   }
 
+  /// What judges the job as it passes.
+  std::vector<OperationSink*> judges() {
+    std::vector<OperationSink*> sinks = {&worst_hole_};
+    if (has_tolerances()) sinks.push_back(&verdict_.emplace(config_.walk.tolerances));
+    if (truth_) {
+      sinks.push_back(&comparison_.emplace(*truth_, measured_.survey, config_.walk.uncertainty));
+    }
+    return sinks;
+  }
+
+  /// What has gone to standard output cannot be taken back, so the job passes once more before it:
+  /// false if it is not to be drilled.
+  bool judge_first() {
+    Tee tee(judges());
+    DiagnosticLog walk_log;
+    execute(checked_->program, config_.walk, measured_.survey, tee, walk_log);
+    // Otherwise the writing walk says the same again.
+    if (!walk_log.has_errors()) return is_sure_enough();
+    for (const Diagnostic& diagnostic : walk_log.kept()) log_.add(diagnostic);
+    return false;
+  }
+
   void write_program() {
+    const bool is_judged = options_.output == "-" && has_tolerances();
+    if (is_judged && !judge_first()) return;
     std::optional<AtomicFile> file;
     ByteSink* bytes = &context_.output;
     if (options_.output != "-") {
@@ -273,19 +297,18 @@ class Run {
     }
     const auto writer = make_writer(*bytes);
     JobCheck job_check(config_.travel);
-    std::vector<OperationSink*> sinks = {writer.get(), &tally_, &job_check, &worst_hole_};
-    if (comparison_) sinks.push_back(&*comparison_);
-    if (!config_.walk.tolerances.is_empty())
-      sinks.push_back(&verdict_.emplace(config_.walk.tolerances));
+    std::vector<OperationSink*> sinks = {writer.get(), &tally_, &job_check};
+    if (!is_judged) std::ranges::copy(judges(), std::back_inserter(sinks));
     Tee tee(std::move(sinks));
     DiagnosticLog walk_log;
+    has_begun_ = true;
     execute(checked_->program, config_.walk, measured_.survey, tee, walk_log);
     job_check.report(checked_->program, walk_log);
     if (const auto* program = dynamic_cast<const ProgramWriter*>(writer.get())) {
       for (const Diagnostic& loss : program->losses().kept()) walk_log.add(loss);
     }
     for (const Diagnostic& diagnostic : walk_log.kept()) log_.add(diagnostic);
-    if (walk_log.has_errors() || !is_sure_enough()) return;
+    if (walk_log.has_errors() || (!is_judged && !is_sure_enough())) return;
     if (!take(writer->finish()) || (file && !take(file->commit()))) return;
     is_written_ = true;
     context_.console.say(
@@ -305,6 +328,20 @@ class Run {
     return verdict_->decision() != JobDecision::Hold || options_.force;
   }
 
+  /// Of the worst place that a warning names, where its line does not lead to it: lines of other
+  /// files cannot be asked for, of a line that is repeated only the first places are told, and one
+  /// that lowers the tool has no place.
+  std::optional<std::int64_t> worst_number() const {
+    const JobVerdict::ToolFigures* const tool = verdict_ ? verdict_->worst_tool() : nullptr;
+    if (tool == nullptr || verdict_->decision() != JobDecision::DrillWithWarning) return {};
+    PlaceNumber finder(tool->worst);
+    DiagnosticLog ignored;
+    execute(checked_->program, counting_walk(), measured_.survey, finder, ignored);
+    const bool is_enough =
+        tool->worst.file.empty() && tool->worst.path.empty() && finder.is_of_its_line();
+    return is_enough ? std::nullopt : finder.number();
+  }
+
   void write_report() {
     if (options_.report.empty()) return;
     ReportInput input;
@@ -317,9 +354,14 @@ class Run {
     input.tally = is_written_ ? &tally_ : nullptr;
     input.truth = is_written_ && comparison_ ? &*comparison_ : nullptr;
     input.verdict = verdict_ ? &*verdict_ : nullptr;
-    if (is_written_) {
+    // Of a job that is held it is all the more wanted.
+    if (verdict_) {
+      input.worst_hole = likeliest_to_break(*verdict_, measured_.survey, config_.walk.uncertainty);
+    }
+    if (!input.worst_hole) {
       input.worst_hole = worst_hole_.budget(measured_.survey, config_.walk.uncertainty);
     }
+    input.worst_number = worst_number();
     input.crops_png = std::move(measured_.crops_png);
     input.views = std::move(measured_.views);
     input.diagnostics = log_.kept();
@@ -333,8 +375,10 @@ class Run {
   ExitCode finish() {
     context_.console.print(log_);
     if (log_.has_errors() && !is_written_ && !options_.output.empty()) {
-      context_.console.say(options_.output == "-" ? "standard output is not to be used"
-                                                  : "nothing was written to " + options_.output);
+      const bool is_streamed = options_.output == "-";
+      context_.console.say(is_streamed && has_begun_ ? "standard output is not to be used"
+                           : is_streamed             ? "nothing was written to standard output"
+                                                     : "nothing was written to " + options_.output);
     }
     return exit_code(log_);
   }
@@ -353,6 +397,7 @@ class Run {
   Tally tally_;
   WorstHole worst_hole_;
   std::optional<JobVerdict> verdict_;
+  bool has_begun_ = false;  ///< something may have gone to the output
   bool is_written_ = false;
 };
 

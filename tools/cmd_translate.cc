@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +14,7 @@
 #include "panelcal/program/writers/excellon_writer.h"
 #include "panelcal/program/writers/sieb_meyer_writer.h"
 #include "panelcal/tools/commands.h"
+#include "panelcal/tools/output_paths.h"
 #include "panelcal/tools/program_input.h"
 #include "panelcal/tools/provenance.h"
 #include "panelcal/tools/text_variables.h"
@@ -24,11 +24,6 @@ namespace {
 
 Diagnostic usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal translate", 0, 0}, std::move(what), std::move(expected)};
-}
-
-bool is_same_file(const std::string& a, const std::string& b) {
-  std::error_code ignored;
-  return a == b || std::filesystem::equivalent(a, b, ignored);
 }
 
 /// Counts what a translation keeps together.
@@ -97,11 +92,9 @@ class Translation {
   }
 
   bool prepare() {
-    for (const std::string& input : {options_.program, options_.machine}) {
-      if (options_.output != "-" && !input.empty() && is_same_file(input, options_.output)) {
-        return refuse(usage(quoted(options_.output) + " is named twice on the command line",
-                            "a file of its own for the output"));
-      }
+    if (!take(check_output_paths(
+            "panelcal translate", {options_.program, options_.machine}, {options_.output}))) {
+      return false;
     }
     if (!options_.machine.empty() && !take(read_machine_config(options_.machine), config_)) {
       return false;

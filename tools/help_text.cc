@@ -43,7 +43,8 @@ Says, before anything is measured, how much of the noise of its targets reaches 
 where that hole is, for every model that the targets determine; how many holes lie outside of the
 targets' hull; whether a lying target would be noticed and named; which further pad of the program
 would help most (--add K: which K together), and how; and a short order of visits. It only advises:
-nothing is measured and no program is changed (docs/howto/plan.md).
+nothing is measured and no program is changed (docs/howto/plan.md). Where [vision] model fixes none,
+further targets count under the manual's model for their number, which may be a softer one.
 
 "x" counts times the noise of a target, in the direction where it is worst: 1.73 is a panel of
 targets in three corners under an affine model, seen from the fourth. "um" is the same for a noise
@@ -63,8 +64,15 @@ Exit codes
 Walks through the program twice. The first walk measures every target and fits every series; each
 fit is held against [gates]. Only if all of them hold does the second walk write the corrected
 program, whole or not at all. The report is written in either case. A program without vision
-commands needs no SOURCE. One that probes the surface (G73, G78, G79) needs --probes, or
---machine-driver; --force does not help where a surface was not found or is out of tolerance.
+commands needs no SOURCE.
+
+[tolerance] says how far holes may be off. The second walk then gives each place the probability of
+breaking it ("risk"), from the fits' covariance and what [uncertainty], [spindle] and [camera] state
+of the machine, and the job its verdict: drill; drill, with a warning (exit 0); or hold (exit 1, and
+nothing is written, nor sent to standard output).
+
+A program that probes the surface (G73, G78, G79) needs --probes, or --machine-driver; --force does
+not help where a surface was not found or is out of tolerance.
 
 With a live camera the machine is driven to each target through [machine] stage_command, a program of
 yours that speaks to its controller (docs/howto/cameras.md):
@@ -84,15 +92,17 @@ is named, and nothing is written if a tool would go elsewhere without it.
 
 says how the holes of line 33 came about: programmed place, copy, scaling, fits with their fiducials
 and residuals, work zero, what the machine is told, and where the uncertainty comes from: an error
-budget with sigma, share and what other holes err alike. --explain 500 takes the 500th hole or move.
+budget with sigma, share and what other holes err alike, and its tolerance and risk. --explain 500
+takes the 500th hole or move. Without -o the job is judged all the same.
 
 Stored patterns and subprograms (M99,NAME) are looked for beside the program, then in [program]
 search_path. Texts with the date or the time (&D, &T) are drilled with --clock, else with the time
 of the run, which the output then names.
 
 Exit codes
-  0 done; 1 a target was not found or a gate failed, and no program was written (but see --force);
-  2 bad input or usage; 3 a device, the disk or the environment failed)"},
+  0 done, perhaps with warnings; 1 a target was not found, a gate failed or [tolerance] holds the
+  job, and no program was written (but see --force); 2 bad input or usage; 3 a device, the disk or
+  the environment failed)"},
     {"translate", R"(Example
   $ panelcal translate job.exc -o job.s5
   job.exc:3: warning[translation-loss]: "ATC,ON" has no form in SIEB & MEYER

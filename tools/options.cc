@@ -168,7 +168,8 @@ class CommandLine {
     add_clock(run_, o.clock);
     run_->add_option("--truth", o.truth, "Compare with the truth that `synth` wrote");
     add_limit(run_, o.max_operations);
-    run_->add_flag("--force", o.force, "Write the program although a gate failed");
+    run_->add_flag(
+        "--force", o.force, "Write the program although a gate or [tolerance] refuses it");
   }
 
   void add_translate() {

@@ -49,6 +49,30 @@ std::string pads_text(const AdditionPlan& addition) {
   return out;
 }
 
+/// Where further targets make a job fit another model: which, and why.
+std::string change_text(const Plan& plan, const SeriesPlan& series, const AdditionPlan& addition) {
+  if (addition.model == series.programmed) return {};
+  return fmt::format("the model becomes {} instead of {} ({})",
+                     name(addition.model),
+                     name(series.programmed),
+                     plan.fixes_model     ? "[vision] model"
+                     : plan.chooses_model ? "auto: the manual's for so many"
+                                          : "the manual's for so many");
+}
+
+/// What a fixed model would make of the same targets, where that is better.
+std::string kept_text(const Plan& plan, const SeriesPlan& series, const AdditionPlan& addition) {
+  if (plan.fixes_model) return {};
+  const double kept = addition.worst_if_kept.value_or(addition.stats.worst);
+  if (kept > 0.99 * addition.stats.worst) return {};
+  return fmt::format(
+      " As [vision] model = \"{}\" the worst would have {} times the noise, but what "
+      "only {} takes out of the panel would stay in it.",
+      name(series.programmed),
+      times(kept),
+      name(addition.model));
+}
+
 std::string addition_text(const Plan& plan,
                           const SeriesPlan& series,
                           const AdditionPlan& addition) {
@@ -58,14 +82,17 @@ std::string addition_text(const Plan& plan,
     return what + " among the program's own pads do not make it determine the model.";
   }
   const ModelPlan& before = series.in_force();
+  std::string change = change_text(plan, series, addition);
+  if (!change.empty()) change += ", ";
   const auto places = places_word(plan, series);
   const std::string after = fmt::format("{} times the noise, {} um",
                                         times(addition.stats.worst),
                                         um_of(addition.stats.worst, series));
   if (!before.fit) {
-    return fmt::format("{} would determine it: {}. Then the worst of the {} has {}; {}.",
+    return fmt::format("{} would determine it: {}. Then {}the worst of the {} has {}; {}.",
                        what,
                        pads_text(addition),
+                       change,
                        places,
                        after,
                        lie_text(addition.lies, series));
@@ -73,20 +100,23 @@ std::string addition_text(const Plan& plan,
   const bool helps = addition.stats.worst < 0.99 * before.stats.worst;
   if (!helps) {
     return fmt::format(
-        "{} would not help the worst of the {}: {} -> {} times the noise at the best ({}).{}",
+        "{} would not help the worst of the {}: {}{} -> {} times the noise at the best ({}).{}{}",
         what,
         places,
+        change,
         times(before.stats.worst),
         times(addition.stats.worst),
         pads_text(addition),
-        n == 1 ? " Several together may: --add 2." : "");
+        kept_text(plan, series, addition),
+        n == 1 && series.n_addable > 1 ? " Several together may: --add 2." : "");
   }
   return fmt::format(
-      "{} help{} most at {}: worst {} -> {} times the noise ({}), {} -> {} um; mean "
-      "{} -> {}; {}.",
+      "{} help{} most at {}: {}worst {} -> {} times the noise ({}), {} -> {} um; mean "
+      "{} -> {}; {}.{}",
       what,
       n == 1 ? "s" : "",
       pads_text(addition),
+      change,
       times(before.stats.worst),
       times(addition.stats.worst),
       percent(addition.stats.worst, before.stats.worst),
@@ -94,7 +124,8 @@ std::string addition_text(const Plan& plan,
       um_of(addition.stats.worst, series),
       times(before.stats.mean()),
       times(addition.stats.mean()),
-      lie_text(addition.lies, series));
+      lie_text(addition.lies, series),
+      kept_text(plan, series, addition));
 }
 
 /// The lines of each kind of series in their new order, where it differs.
@@ -194,6 +225,12 @@ std::vector<std::string> series_advice(const Plan& plan, const SeriesPlan& serie
   }
   for (const auto* addition : {&series.one, &series.several}) {
     if (*addition) out.push_back(addition_text(plan, series, **addition));
+  }
+  if (series.n_addable == 0) {
+    out.emplace_back(
+        series.has_slots
+            ? "No advice on further targets: a slot shows one axis only (measurement mode 5)."
+            : "No target can be added: a pattern measures at most two (CAMA).");
   }
   if (series.is_thinned) {
     out.push_back(fmt::format(

@@ -2,32 +2,21 @@
 #include "panelcal/tools/plan_facts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
 
-#include "panelcal/calib/added_targets.h"
 #include "panelcal/calib/convex_hull.h"
+#include "panelcal/tools/plan_design.h"
+#include "panelcal/tools/plan_series.h"
 
 namespace panelcal::plan {
 namespace {
 
 using Place = Position<frame::Nominal>;
 
-constexpr std::array kModels = {PanelModel::Offset,
-                                PanelModel::Rigid,
-                                PanelModel::Similarity,
-                                PanelModel::Stretch,
-                                PanelModel::Affine};
 /// Two boards are alike if their worst leverages differ by less than this part.
 constexpr double kAlike = 1e-6;
-/// Outside of the hull begins a nanometre beyond it: copies are rounded.
-constexpr double kOnHull_mm = 1e-6;
-/// Places that a picture shows of one series.
-constexpr std::size_t kSample = 6000;
-/// Where the model is not determined, so many further targets are tried to make it so.
-constexpr std::size_t kMostMissing = 4;
 
 /// A target that is passed on like a hole.
 PassingPlace passing(const PlannedPlace& target) {
@@ -38,27 +27,6 @@ PassingPlace passing(const PlannedPlace& target) {
           .path = target.path,
           .is_target = true};
 }
-
-/// Every k-th place, k a power of two.
-class Sample {
- public:
-  void add(const Place& place) {
-    if (n_++ % stride_ != 0) return;
-    if (places_.size() == kSample) {
-      for (std::size_t i = 0; 2 * i < kSample; ++i) places_[i] = places_[2 * i];
-      places_.resize(kSample / 2);
-      stride_ *= 2;
-      if ((n_ - 1) % stride_ != 0) return;
-    }
-    places_.push_back(place);
-  }
-  std::vector<Place> places() const { return places_; }
-
- private:
-  std::vector<Place> places_;
-  std::size_t n_ = 0;
-  std::size_t stride_ = 1;
-};
 
 /// What the first walk has to know of a series, to choose which are shown.
 struct Glance {
@@ -74,33 +42,6 @@ struct Glance {
   }
 };
 
-/// One series while its plan is made.
-struct Work {
-  SeriesPlan plan;
-  MapCovariance base_cov = MapCovariance::Zero();  ///< in units of this series' noise squared
-  std::vector<LeverageMap> leverages;              ///< of the models that are determined
-  std::vector<std::size_t> i_models;               ///< which those are
-  HullBuilder corners;
-  std::optional<CandidatePool> pool;
-  Sample sample;
-  std::vector<PlannedPlace> candidates;
-
-  void see(const PassingPlace& place) {
-    ++plan.n_places;
-    for (std::size_t k = 0; k < leverages.size(); ++k) {
-      plan.models[i_models[k]].stats.add(leverages[k](place.nominal), place);
-    }
-    corners.add(place.nominal);
-    sample.add(place.nominal);
-    const Length outside = distance_outside(plan.hull, place.nominal);
-    if (outside.in_mm() <= kOnHull_mm) return;
-    ++plan.n_outside;
-    if (outside <= plan.farthest) return;
-    plan.farthest = outside;
-    plan.farthest_place = place.kept();
-  }
-};
-
 class Planner {
  public:
   Planner(const Program& program,
@@ -112,16 +53,18 @@ class Planner {
         options_(options),
         survey_(survey),
         programmed_(programmed),
-        request_(request) {}
+        request_(request),
+        designs_(survey, programmed, request, options.uncertainty),
+        rule_{program.dialect, request.fixed_model, options.sieb_meyer.fits_scale} {}
 
   Plan make() {
     summarize();
     glance();
     choose();
     look();
-    for (Work& work : works_) advise(work);
+    for (SeriesWork& work : works_) find_additions(work, rule_, request_.n_added);
     look_at_additions();
-    for (Work& work : works_) plan_.series.push_back(std::move(work.plan));
+    for (SeriesWork& work : works_) plan_.series.push_back(std::move(work.plan));
     plan_.visits = plan_visits(survey_);
     return std::move(plan_);
   }
@@ -131,10 +74,12 @@ class Planner {
     plan_.n_targets = survey_.measurements.size();
     plan_.n_series = survey_.series.size();
     plan_.chooses_model = request_.chooses_model;
+    plan_.fixes_model = request_.fixed_model.has_value();
+    plan_.is_recorded = !request_.recorded_mm.empty();
     plan_.machine = options_.uncertainty;
     plan_.sigma_source = request_.sigma_source;
     plan_.picture_sigma = request_.fiducial_sigma;
-    if (!request_.recorded_mm.empty()) {
+    if (plan_.is_recorded) {
       plan_.picture_sigma = mm(*std::ranges::max_element(request_.recorded_mm));
     }
     for (const SeriesResult& series : survey_.series) {
@@ -149,40 +94,11 @@ class Planner {
     execute(program_, options_, survey_, sink, said_already);
   }
 
-  std::vector<DesignTarget> design_of(const SeriesResult& series) const {
-    std::vector<DesignTarget> design;
-    for (const std::size_t i : series.points) {
-      const MeasurementRequest& request = survey_.measurements[i].request;
-      design.push_back({request.nominal, request.axes});
-    }
-    return design;
-  }
-
-  double noise_mm(const SeriesResult& series) const {
-    double picture2 = std::pow(request_.fiducial_sigma.in_mm(), 2);
-    if (!request_.recorded_mm.empty()) {
-      double sum = 0;
-      for (const std::size_t i : series.points) sum += std::pow(request_.recorded_mm[i], 2);
-      picture2 = sum / static_cast<double>(std::max<std::size_t>(1, series.points.size()));
-    }
-    return std::sqrt(picture2 + options_.uncertainty.of_target_mm2()(0, 0));
-  }
-
-  /// Of the base map, in units of the noise of a nested series squared.
-  MapCovariance base_cov_of(const SeriesResult& series) const {
-    if (series.level == CorrectionLevel::Base || !series.base_series) return MapCovariance::Zero();
-    const SeriesResult& base = survey_.series[*series.base_series];
-    const auto found = predict_fit(design_of(base), programmed_[*series.base_series]);
-    if (!found.fit) return MapCovariance::Zero();
-    return std::pow(noise_mm(base) / noise_mm(series), 2) * found.fit->cov;
-  }
-
   /// First walk: how bad each series is, and where its places lie.
   void glance() {
     glances_.resize(survey_.series.size());
     for (std::size_t s = 0; s < glances_.size(); ++s) {
-      const SeriesResult& series = survey_.series[s];
-      const auto result = predict_fit(design_of(series), programmed_[s], base_cov_of(series));
+      const auto result = predict_fit(designs_.targets(s), programmed_[s], designs_.base_cov(s));
       if (result.fit) glances_[s].leverage.emplace(result.fit->cov);
     }
     walk([this](const PassingPlace& place) {
@@ -236,58 +152,35 @@ class Planner {
 
   void add_work(std::size_t s) {
     const SeriesResult& series = survey_.series[s];
-    Work work;
+    SeriesWork work;
     SeriesPlan& plan = work.plan;
     plan.i_series = s;
     plan.level = series.level;
     plan.programmed = programmed_[s];
-    plan.design = design_of(series);
-    plan.noise = mm(noise_mm(series));
+    plan.design = designs_.targets(s);
+    plan.noise = mm(designs_.noise_mm(s));
     for (const std::size_t i : series.points) {
       plan.targets.push_back(target_place(survey_.measurements[i]));
     }
     std::vector<Place> places;
     for (const PlannedPlace& target : plan.targets) places.push_back(target.nominal);
     plan.hull = convex_hull(places);
-    work.base_cov = base_cov_of(series);
-    for (const PanelModel model : kModels) {
-      const auto result = predict_fit(plan.design, model, work.base_cov);
-      ModelPlan one;
-      one.model = model;
-      one.is_programmed = model == plan.programmed;
-      one.fit = result.fit;
-      one.failure = result.failure;
-      if (result.fit) {
-        one.lies = weakest(detect_lies(plan.design, *result.fit));
-        work.leverages.emplace_back(result.fit->cov);
-        work.i_models.push_back(plan.models.size());
-      }
-      plan.models.push_back(std::move(one));
-    }
+    work.base_cov = designs_.base_cov(s);
+    work.predict_models();
     Glance& glance = glances_[s];
     for (const PlannedPlace& target : plan.targets) glance.grow(target.nominal);
     if (series.level == CorrectionLevel::Base) {
-      for (const PlannedPlace& target : nested_targets(s)) glance.grow(target.nominal);
+      for (const PlannedPlace& target : designs_.nested_targets(s)) glance.grow(target.nominal);
     }
     work.pool.emplace(position_mm<frame::Nominal>(glance.low_mm),
                       position_mm<frame::Nominal>(glance.high_mm));
     works_.push_back(std::move(work));
   }
 
-  std::vector<PlannedPlace> nested_targets(std::size_t base) const {
-    std::vector<PlannedPlace> out;
-    for (const SeriesResult& series : survey_.series) {
-      if (series.level != CorrectionLevel::Nested || series.base_series != base) continue;
-      for (const std::size_t i : series.points)
-        out.push_back(target_place(survey_.measurements[i]));
-    }
-    return out;
-  }
-
   /// Second walk: everything about the chosen series.
   void look() {
-    std::map<std::size_t, Work*> by_series;
-    for (Work& work : works_) by_series[work.plan.i_series] = &work;
+    std::map<std::size_t, SeriesWork*> by_series;
+    for (SeriesWork& work : works_) by_series[work.plan.i_series] = &work;
     walk([&](const PassingPlace& place) {
       const auto responsible = series_of(place);
       for (const auto& s : {place.base_series, place.nested_series}) {
@@ -298,9 +191,9 @@ class Planner {
         if (s == responsible && !place.has_own_target) found->second->see(place);
       }
     });
-    for (Work& work : works_) {
+    for (SeriesWork& work : works_) {
       if (work.plan.level == CorrectionLevel::Base) {
-        const auto targets = nested_targets(work.plan.i_series);
+        const auto targets = designs_.nested_targets(work.plan.i_series);
         work.plan.serves_targets = work.plan.n_places == 0 && !targets.empty();
         for (const PlannedPlace& target : targets) {
           if (work.plan.serves_targets) work.see(passing(target));
@@ -314,40 +207,6 @@ class Planner {
     }
   }
 
-  void advise(Work& work) {
-    if (work.plan.n_places == 0) return;
-    std::vector<Place> places;
-    for (const PlannedPlace& candidate : work.candidates) places.push_back(candidate.nominal);
-    const std::vector<Place> corners = work.corners.corners();
-    const AdditionProblem problem{.model = work.plan.programmed,
-                                  .targets = work.plan.design,
-                                  .candidates = places,
-                                  .corners = corners,
-                                  .base_cov = work.base_cov};
-    std::size_t n = 1;
-    Addition addition = best_additions(problem, n);
-    while (!addition.worst_after && addition.chosen.size() == n && n < kMostMissing) {
-      addition = best_additions(problem, ++n);
-    }
-    if (!addition.chosen.empty()) work.plan.one = addition_plan(work, addition);
-    if (request_.n_added > n) {
-      addition = best_additions(problem, request_.n_added);
-      if (addition.chosen.size() > n) work.plan.several = addition_plan(work, addition);
-    }
-  }
-
-  static AdditionPlan addition_plan(const Work& work, const Addition& addition) {
-    AdditionPlan out;
-    std::vector<DesignTarget> design = work.plan.design;
-    for (const std::size_t i : addition.chosen) {
-      out.pads.push_back(work.candidates[i]);
-      design.push_back({work.candidates[i].nominal});
-    }
-    out.fit = predict_fit(design, work.plan.programmed, work.base_cov).fit;
-    if (out.fit) out.lies = weakest(detect_lies(design, *out.fit));
-    return out;
-  }
-
   /// Third walk: every place as it would be with further targets.
   void look_at_additions() {
     struct Watched {
@@ -355,7 +214,7 @@ class Planner {
       LeverageMap leverage;
     };
     std::map<std::size_t, std::vector<Watched>> by_series;
-    for (Work& work : works_) {
+    for (SeriesWork& work : works_) {
       for (auto* addition : {&work.plan.one, &work.plan.several}) {
         if (!*addition || !(*addition)->fit) continue;
         by_series[work.plan.i_series].push_back({&**addition, LeverageMap((*addition)->fit->cov)});
@@ -373,9 +232,9 @@ class Planner {
       const auto s = series_of(place);
       if (s && !place.has_own_target) see(*s, place);
     });
-    for (const Work& work : works_) {
+    for (const SeriesWork& work : works_) {
       if (!work.plan.serves_targets) continue;
-      for (const PlannedPlace& target : nested_targets(work.plan.i_series)) {
+      for (const PlannedPlace& target : designs_.nested_targets(work.plan.i_series)) {
         see(work.plan.i_series, passing(target));
       }
     }
@@ -386,9 +245,11 @@ class Planner {
   const Survey& survey_;
   std::span<const PanelModel> programmed_;
   const PlanRequest& request_;
+  SeriesDesigns designs_;
+  ModelRule rule_;
   Plan plan_;
   std::vector<Glance> glances_;
-  std::vector<Work> works_;
+  std::vector<SeriesWork> works_;
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "panelcal/calib/target_design.h"
 #include "panelcal/program/walk.h"
+#include "panelcal/tools/plan_models.h"
 #include "panelcal/tools/plan_places.h"
 #include "panelcal/tools/plan_visits.h"
 
@@ -45,7 +46,10 @@ struct ModelPlan {
 /// Further targets, and what becomes of the worst place with them.
 struct AdditionPlan {
   std::vector<PlannedPlace> pads;
-  std::optional<PredictedFit> fit;  ///< absent: not even these determine the model
+  PanelModel model = PanelModel::Offset;  ///< that a job fits to so many targets
+  std::optional<PredictedFit> fit;        ///< absent: not even these determine the model
+  /// Where that is another model than the one in force: the worst place if it stayed the same.
+  std::optional<double> worst_if_kept;
   LeverageStats stats;
   LieDetection lies;
 };
@@ -65,6 +69,8 @@ struct SeriesPlan {
   std::int64_t n_outside = 0;                  ///< places outside of it
   Length farthest;
   PlannedPlace farthest_place;
+  bool has_slots = false;     ///< targets that show one axis only
+  std::size_t n_addable = 0;  ///< so many further targets the series may have
   std::size_t n_candidates = 0;
   bool is_thinned = false;              ///< not every hole was a candidate
   std::optional<AdditionPlan> one;      ///< the best single target, or the fewest that determine
@@ -86,8 +92,10 @@ struct Plan {
   std::size_t n_like_worst = 0;    ///< nested series as bad as the worst
   std::vector<SeriesPlan> series;  ///< base ones, a nested one for all, and the worst nested one
   bool chooses_model = false;      ///< [vision] model = "auto"
+  bool fixes_model = false;        ///< [vision] model names one
   MachineUncertainty machine;
   Length picture_sigma;      ///< of a target, by the picture alone; of several kinds the greatest
+  bool is_recorded = false;  ///< every series has its own noise, as an earlier job had it
   std::string sigma_source;  ///< where it is from, in words
   VisitPlan visits;
 
@@ -103,7 +111,8 @@ struct PlanRequest {
   std::vector<double> recorded_mm;
   std::string sigma_source;
   std::size_t n_added = 1;
-  bool chooses_model = false;  ///< the job will; the plan takes what the manual says
+  bool chooses_model = false;             ///< the job will; the plan takes what the manual says
+  std::optional<PanelModel> fixed_model;  ///< [vision] model, whatever the walk had
 };
 
 /// At most so many base series are looked at in detail.

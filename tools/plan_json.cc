@@ -82,8 +82,13 @@ std::string model(const Plan& plan, const SeriesPlan& series, const ModelPlan& o
 }
 
 std::string addition(const Plan& plan, const SeriesPlan& series, const AdditionPlan& one) {
-  std::string out =
-      fmt::format("{{\"pads\":{},\"determined\":{}", list(one.pads, place), one.fit.has_value());
+  std::string out = fmt::format("{{\"pads\":{},\"model\":\"{}\",\"determined\":{}",
+                                list(one.pads, place),
+                                name(one.model),
+                                one.fit.has_value());
+  if (one.worst_if_kept) {
+    out += fmt::format(",\"worst_if_model_kept\":{}", number(*one.worst_if_kept));
+  }
   if (one.fit) out += "," + knowledge(plan, series, *one.fit, one.stats, one.lies);
   return out + "}";
 }

@@ -285,7 +285,7 @@ Drawing leverage_drawing(const SeriesPlan& series, const AdditionPlan* addition)
                       : addition->pads.size() == 1
                           ? "with one more target"
                           : fmt::format("with {} more targets", addition->pads.size());
-  title += fmt::format(", {}", name(series.programmed));
+  title += fmt::format(", {}", name(addition != nullptr ? addition->model : series.programmed));
   if (!fit) title += ": not determined";
   return framed(view, title, out);
 }

@@ -147,13 +147,14 @@ std::string plan_html(const Plan& plan, const Survey& survey, const PlanPage& pa
       "initial-scale=1\"/>\n<title>Plan: {0} - "
       "panelcal</title>\n<style>{1}{2}{3}</style>\n</head>\n"
       "<body>\n<main>\n<h1>Plan of <b>{0}</b>{4}</h1>\n<section>\n<p "
-      "class=\"quiet\">{5}.</p>\n</section>\n",
+      "class=\"quiet\">{5}.{6}</p>\n</section>\n",
       escaped(page.program_file),
       report::kStyle,
       kPlanStyle,
       kPageStyle,
       page.machine_name.empty() ? "" : " on <b>" + escaped(page.machine_name) + "</b>",
-      escaped(noise_text(plan)));
+      escaped(noise_text(plan)),
+      plan.chooses_model ? " " + escaped(model_text(plan)) : "");
   for (const SeriesPlan& series : plan.series) out += section(plan, series);
   if (const auto visits = visit_advice(plan, survey); !visits.empty()) {
     out += "<h2>Order of visits</h2>\n<section>\n" + list(visits) + "<div class=\"maps\">\n" +

@@ -89,9 +89,11 @@ std::string table(const Plan& plan, const SeriesPlan& series) {
 
 std::string noise_text(const Plan& plan) {
   const double target_um = 1e3 * std::sqrt(plan.machine.of_target_mm2()(0, 0));
-  std::string out = fmt::format("Noise of a target: {:.2f} um along each axis ({}",
-                                std::hypot(plan.picture_sigma.in_um(), target_um),
-                                plan.sigma_source);
+  const std::string amount =
+      plan.is_recorded ? std::string("the root mean square of each series, along each axis")
+                       : fmt::format("{:.2f} um along each axis",
+                                     std::hypot(plan.picture_sigma.in_um(), target_um));
+  std::string out = fmt::format("Noise of a target: {} ({}", amount, plan.sigma_source);
   if (target_um > 0) {
     out += fmt::format(", stage {:.2f} um, table {:.2f} um",
                        plan.machine.stage_repeatability.in_um(),
@@ -117,6 +119,7 @@ std::string series_title(const Plan& plan, const SeriesPlan& series) {
                      lines_text(series),
                      name(series.programmed));
   if (plan.chooses_model) out += " (auto: the manual's for so many)";
+  if (plan.is_recorded) out += fmt::format(", noise {:.2f} um", series.noise.in_um());
   return out;
 }
 
@@ -128,10 +131,12 @@ std::string series_note(const Plan& plan, const SeriesPlan& series) {
     if (plan.n_like_worst == plan.n_nested) {
       return fmt::format("It stands for all {} boards, which are alike.", plan.n_nested);
     }
+    const std::size_t n_others = plan.n_like_worst - 1;
     return fmt::format("The worst of {} boards; {} like it.",
                        plan.n_nested,
-                       plan.n_like_worst == 1 ? std::string("no other is")
-                                              : fmt::format("{} are", plan.n_like_worst));
+                       n_others == 0   ? std::string("no other is")
+                       : n_others == 1 ? std::string("another one is")
+                                       : fmt::format("{} others are", n_others));
   }
   if (series.serves_targets) {
     return "Its holes are all corrected by board series of their own. What it decides is how well "
@@ -150,17 +155,19 @@ std::vector<ModelRow> model_rows(const Plan& plan, const SeriesPlan& series) {
       row.why_not = "not determined: " + std::string(why(model.failure));
     } else {
       row.left = std::to_string(model.fit->degrees_of_freedom);
-      row.worst = times(model.stats.worst);
-      row.worst_um = um_of(model.stats.worst, series);
-      row.total_um = fmt::format(
-          "{:.2f}", plan.total_sigma(series, *model.fit, model.stats.worst_place).in_um());
-      row.mean = times(model.stats.mean());
+      if (model.stats.n > 0) {
+        row.worst = times(model.stats.worst);
+        row.worst_um = um_of(model.stats.worst, series);
+        row.total_um = fmt::format(
+            "{:.2f}", plan.total_sigma(series, *model.fit, model.stats.worst_place).in_um());
+        row.mean = times(model.stats.mean());
+      }
       // The same everywhere, but for rounding.
       const bool is_even =
           model.stats.n > 1 && model.stats.worst <= model.stats.mean() * (1 + 1e-9);
-      row.place = model.stats.n == 0 ? "-"
-                  : is_even          ? "alike everywhere"
-                                     : place_text(model.stats.worst_place);
+      if (model.stats.n > 0) {
+        row.place = is_even ? "alike everywhere" : place_text(model.stats.worst_place);
+      }
       row.found = model.lies.found_from
                       ? fmt::format("{:.1f}", *model.lies.found_from * series.noise.in_um())
                       : std::string(word(model.lies.is_found));
@@ -171,8 +178,16 @@ std::vector<ModelRow> model_rows(const Plan& plan, const SeriesPlan& series) {
   return rows;
 }
 
+std::string model_text(const Plan& plan) {
+  if (!plan.chooses_model) return {};
+  return "Model \"auto\": a job chooses by what it measures. Assumed here is the manual's model "
+         "for "
+         "so many targets, now and with further ones; the table has the others.";
+}
+
 std::string plan_text(const Plan& plan, const Survey& survey) {
   std::string out = wrapped(noise_text(plan), 0);
+  if (const std::string model = model_text(plan); !model.empty()) out += wrapped(model, 0);
   out += wrapped(
       "x: times the noise of a target that reaches a hole, in its worst direction (one standard "
       "deviation); um: the same for this noise; * the model in force",

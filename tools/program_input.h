@@ -16,9 +16,17 @@ struct CheckedProgram {
   Survey nominal_survey;  ///< what it would measure
 };
 
-/// Reads PROGRAM (`-` is standard input) and the stored patterns it names, which are looked for
-/// beside it and then where `reading` says; checks it. Gates are left out, since a perfect panel
-/// breaks no limit. Problems go into the log; absent if it could not even be read.
+/// Reads PROGRAM (`-` is standard input, which can be read only once) and the stored patterns it
+/// names, which are looked for beside it and then where `reading` says. Problems go into the log;
+/// absent if it could not even be read.
+std::optional<Program> read_program(const std::string& path,
+                                    ReadOptions reading,
+                                    DiagnosticLog& log);
+
+/// What a program measures on a perfect panel, which breaks no limit: gates are left out.
+Survey survey_nominal(const Program& program, const WalkOptions& options, DiagnosticLog& log);
+
+/// The two, one after the other.
 std::optional<CheckedProgram> read_and_check(const std::string& path,
                                              ReadOptions reading,
                                              const WalkOptions& options,

@@ -113,8 +113,7 @@ std::string advice_on_fault(const Survey& survey) {
 
 /// Says so where the fit rests on fewer targets than the program asks for.
 std::string left_out_remark(const Survey& survey) {
-  std::size_t n = 0;
-  for (const SeriesResult& series : survey.series) n += series.dropped.size();
+  const std::size_t n = n_dropped(survey);
   if (n == 0) return {};
   return n == 1 ? " One target was left out of its fit."
                 : fmt::format(" {} targets were left out of their fits.", n);
@@ -142,14 +141,49 @@ std::string advice_on_drilling(const ReportInput& input) {
   return fmt::format("Load {} and drill.", shown_output(input));
 }
 
+/// --explain knows lines of the program itself only.
+std::string explain_hint(const ReportInput& input) {
+  const JobVerdict::WorstPlace& worst = input.verdict->worst_tool()->worst;
+  if (input.worst_number) return fmt::format("below or by run --explain {}", *input.worst_number);
+  if (!worst.file.empty()) return "below";
+  return fmt::format("below or by run --explain L{}", worst.line);
+}
+
 std::string advice_on_warning(const ReportInput& input) {
-  const JobVerdict& verdict = *input.verdict;
   return fmt::format(
       "Drill {} if that risk is acceptable; otherwise see what the worst place's error is made of, "
-      "run --explain L{} ({}).",
+      "{} ({}).",
       shown_output(input),
-      verdict.worst_tool()->worst.line,
-      verdict.sentence());
+      explain_hint(input),
+      input.verdict->sentence());
+}
+
+std::string fits_sentence(const Survey& survey) {
+  return worst_gate(survey)
+             ? "every fit is inside its limits"
+             : "no fit was held against any limit, since the machine's file sets none";
+}
+
+/// "all 990 places", or how many of them and what the others lack.
+std::string judged_text(const JobVerdict& verdict) {
+  const std::int64_t n_others = verdict.n_uncorrected() + verdict.n_not_asked();
+  if (n_others == 0) {
+    return verdict.n_judged() == 1 ? "the one place is"
+                                   : fmt::format("all {} places are", verdict.n_judged());
+  }
+  std::string lack;
+  if (verdict.n_uncorrected() > 0) {
+    lack = fmt::format("{} without a correction", verdict.n_uncorrected());
+  }
+  if (verdict.n_not_asked() > 0) {
+    lack +=
+        fmt::format("{}{} without a tolerance", lack.empty() ? "" : " and ", verdict.n_not_asked());
+  }
+  return fmt::format("{} of {} places (not judged: {}) {}",
+                     verdict.n_judged(),
+                     verdict.n_judged() + n_others,
+                     lack,
+                     verdict.n_judged() == 1 ? "is" : "are");
 }
 
 }  // namespace
@@ -163,8 +197,8 @@ std::string verdict_sentence(const ReportInput& input) {
     case Verdict::Forced:
       return "A check failed, and the program was written all the same, because --force was given.";
     case Verdict::Warned:
-      return "The fits are inside their limits, but the tolerance is not as sure to be kept as the "
-             "machine's file asks." +
+      return "Every target was found, and " + fits_sentence(survey) +
+             "; but the tolerance is not as sure to be kept as the machine's file asks." +
              left_out_remark(survey);
     case Verdict::Drill:
       break;
@@ -176,9 +210,12 @@ std::string verdict_sentence(const ReportInput& input) {
     return "The program has no targets: nothing was measured, and coordinates are as programmed.";
   }
   if (input.verdict != nullptr && input.verdict->decision() == JobDecision::Drill) {
-    return "Every target was found, every fit is inside its limits, and every hole is as sure to "
-           "keep its tolerance as the machine's file asks." +
-           left_out_remark(survey);
+    return fmt::format(
+        "Every target was found, {}, and {} as sure to keep the tolerance as the machine's file "
+        "asks.{}",
+        fits_sentence(survey),
+        judged_text(*input.verdict),
+        left_out_remark(survey));
   }
   if (!worst_gate(survey)) {
     return "Every target was found. The machine's file sets no limits, so no fit was held against "

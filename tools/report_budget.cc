@@ -32,8 +32,32 @@ std::optional<HoleBudget> WorstHole::budget(const Survey& survey,
   return out;
 }
 
+std::optional<HoleBudget> likeliest_to_break(const JobVerdict& verdict,
+                                             const Survey& survey,
+                                             const MachineUncertainty& machine) {
+  const JobVerdict::ToolFigures* const worst_tool = verdict.worst_tool();
+  if (worst_tool == nullptr || !worst_tool->worst.budget_place) return std::nullopt;
+  const JobVerdict::WorstPlace& worst = worst_tool->worst;
+  HoleBudget out{.line = worst.line,
+                 .file = worst.file,
+                 .path = worst.path,
+                 .nominal = worst.nominal,
+                 .risk = worst.risk,
+                 .budget = error_budget(*worst.budget_place, survey, machine)};
+  for (const auto& [number, tool] : verdict.by_tool()) {
+    if (&tool == worst_tool) out.tool = number;
+  }
+  return out;
+}
+
 namespace report {
 namespace {
+
+std::string why_shown(const HoleBudget& hole) {
+  if (!hole.risk) return "The least certain hole";
+  return fmt::format("The place likeliest to break its tolerance, with a risk of {}",
+                     escaped(risk_text(*hole.risk)));
+}
 
 double sigma_um(double variance_mm2) {
   return std::sqrt(std::max(0.0, variance_mm2)) * 1e3;
@@ -97,10 +121,11 @@ std::string budget_section(const std::optional<HoleBudget>& hole) {
                   hole->path.empty() ? "" : ", board " + path_text(hole->path));
   std::string out = fmt::format(
       "<h2 id=\"budget\">Where the uncertainty comes from</h2>\n<section>\n"
-      "<p>The least certain hole: {}, T{}, nominal {} mm.</p>\n"
+      "<p>{}: {}, T{}, nominal {} mm.</p>\n"
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>source</th><th class=\"num\">sigma x, "
       "&#181;m</th><th class=\"num\">sigma y, &#181;m</th><th class=\"num\">share</th><th></th>"
       "<th>common to</th></tr>\n{}{}</table></div>\n",
+      why_shown(*hole),
       where,
       hole->tool,
       point_text(hole->nominal.in_mm()),

@@ -5,17 +5,19 @@
 #include <string>
 
 #include "panelcal/calib/error_budget.h"
+#include "panelcal/program/job_verdict.h"
 #include "panelcal/program/place_budget.h"
 
 namespace panelcal {
 
-/// One hole and where its uncertainty comes from.
+/// One place and where its uncertainty comes from.
 struct HoleBudget {
   int line = 0;
   std::string file;  ///< of a stored pattern; empty: the program itself
   InstancePath path;
   int tool = 0;
   Position<frame::Nominal> nominal;
+  std::optional<double> risk;  ///< of breaking its tolerance, where that is why it is shown
   ErrorBudget budget;
 };
 
@@ -31,6 +33,12 @@ class WorstHole final : public OperationSink {
   HoleBudget hole_;
   BudgetPlace place_;
 };
+
+/// Of the place that is likeliest to break its tolerance, which the verdict names; empty if no
+/// place was judged.
+std::optional<HoleBudget> likeliest_to_break(const JobVerdict& verdict,
+                                             const Survey& survey,
+                                             const MachineUncertainty& machine);
 
 namespace report {
 

@@ -114,6 +114,9 @@ std::vector<TargetFact> target_facts(const Survey& survey) {
       facts[i].i_series = i_series;
       if (!series.is_accepted()) facts[i].state = TargetState::Suspect;
     }
+    for (const std::size_t i : series.dropped) {
+      if (i < facts.size()) facts[i].state = TargetState::Dropped;
+    }
     for (std::size_t k = 0; k < series.points.size(); ++k) {
       if (series.points[k] >= facts.size()) continue;
       TargetFact& fact = facts[series.points[k]];
@@ -131,6 +134,12 @@ std::vector<TargetFact> target_facts(const Survey& survey) {
 std::size_t n_found(const Survey& survey) {
   return static_cast<std::size_t>(
       std::ranges::count(survey.measurements, MeasurementStatus::Found, &Measurement::status));
+}
+
+std::size_t n_dropped(const Survey& survey) {
+  std::size_t n = 0;
+  for (const SeriesResult& series : survey.series) n += series.dropped.size();
+  return n;
 }
 
 std::string target_name(const MeasurementRequest& request) {

@@ -17,6 +17,7 @@ enum class Verdict : std::uint8_t { Drill, Warned, Hold, Forced };
 
 enum class TargetState : std::uint8_t {
   Good,
+  Dropped,  ///< found, but left out of its fit by [gates] max_dropped
   Suspect,  ///< found, but its series was refused
   Refused,  ///< not found, or the worst of a series whose residual gate failed
 };
@@ -61,6 +62,8 @@ PooledChiSquare pooled_chi_square(const Survey& survey);
 std::vector<TargetFact> target_facts(const Survey& survey);
 
 std::size_t n_found(const Survey& survey);
+/// Targets that were found and left out of their fits.
+std::size_t n_dropped(const Survey& survey);
 
 /// "G46 target #9 in line 31, board [0,1], nominal (110.695, 15.000) mm"; not escaped.
 std::string target_name(const MeasurementRequest& request);

@@ -77,11 +77,17 @@ std::string_view css_class(TargetState state) {
     case TargetState::Refused:
       return "refused";
     case TargetState::Suspect:
+    case TargetState::Dropped:
       return "suspect";
     case TargetState::Good:
       break;
   }
   return "good";
+}
+
+/// Marked and named however many there are.
+bool is_singled_out(const TargetFact& fact) {
+  return fact.state == TargetState::Refused || fact.state == TargetState::Dropped;
 }
 
 /// A ring for the panel's targets, a square for a board's, a diamond for measured holes.
@@ -205,8 +211,8 @@ std::string panel_figure(const ReportInput& input,
   for (const TargetFact& fact : facts) {
     out += mark(fact,
                 view,
-                fact.state == TargetState::Refused ? 1.0 : size,
-                facts.size() <= kMaxLabels || fact.state == TargetState::Refused);
+                is_singled_out(fact) ? 1.0 : size,
+                facts.size() <= kMaxLabels || is_singled_out(fact));
   }
   out += residual_arrows(facts, view, scale) + view.scale_bar();
   if (longest_mm > 0) {

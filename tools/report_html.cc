@@ -128,6 +128,13 @@ std::string tolerance_tile(const JobVerdict* verdict) {
                           risk_text(verdict->worst_tool()->worst.risk)));
 }
 
+std::string left_out_text(std::size_t n) {
+  if (n == 0) return {};
+  return fmt::format("; <span class=\"chip suspect\">{} left out of {}</span>",
+                     n,
+                     n == 1 ? "its fit" : "their fits");
+}
+
 std::string first_screen(const ReportInput& input, std::span<const TargetFact> facts) {
   const VerdictWords words = words_of(verdict_of(input));
   const Survey& survey = survey_of(input);
@@ -151,7 +158,8 @@ std::string first_screen(const ReportInput& input, std::span<const TargetFact> f
     out += residual_tile(survey, facts) + other_gate_tile(survey) +
            tile("targets found",
                 fmt::format("{} of {}", n_found(survey), survey.measurements.size()),
-                counted(static_cast<std::int64_t>(survey.series.size()), "fit"));
+                counted(static_cast<std::int64_t>(survey.series.size()), "fit") +
+                    left_out_text(n_dropped(survey)));
   }
   return out + hole_tiles(input) + tolerance_tile(input.verdict) + "</dl>\n</div>\n";
 }
@@ -198,9 +206,14 @@ std::string truth_section(const TruthComparison& truth) {
   out += truth_row("all", truth.all()) + "</table></div>\n";
   if (const double square = truth.mean_normalized_square(); square > 0) {
     out += fmt::format(
-        "<p class=\"quiet\">Mean squared error over predicted variance: {}. It is "
-        "near 1 over many jobs if the predicted sigmas are honest; the holes of one "
-        "job share their fits, so one job scatters widely.</p>\n",
+        "<p class=\"quiet\">Mean squared error over the variance that the targets' pictures "
+        "predict: "
+        "{}. It is near 1 over many jobs if that prediction is honest; the holes of one job share "
+        "their fits, so one job scatters widely. Sigma also holds what the machine's file states "
+        "of "
+        "the spindle-camera offset and its drift, the camera, the stage, the table and the drill: "
+        "a "
+        "simulation draws none of these, so they are not counted here.</p>\n",
         fixed(square, 2));
   }
   return out + "</section>\n";

@@ -25,12 +25,14 @@ struct ReportInput {
   std::string machine_name;
   std::string source;       ///< where the measurements came from, in words
   std::string output_file;  ///< empty if nothing was written; "-" for standard output
-  bool forced = false;      ///< written although a gate failed
+  bool forced = false;      ///< written although a gate or a tolerance refused it
   const Survey* survey = nullptr;
-  const Tally* tally = nullptr;                   ///< of the corrected program; null if refused
-  const TruthComparison* truth = nullptr;         ///< null without --truth
-  const JobVerdict* verdict = nullptr;            ///< null without [tolerance]
-  std::optional<HoleBudget> worst_hole;           ///< of the corrected program
+  const Tally* tally = nullptr;            ///< of the corrected program; null if refused
+  const TruthComparison* truth = nullptr;  ///< null without --truth
+  const JobVerdict* verdict = nullptr;     ///< null without [tolerance]
+  /// Of the verdict's worst place, by which `run --explain` knows it; empty: its line says enough.
+  std::optional<std::int64_t> worst_number;
+  std::optional<HoleBudget> worst_hole;           ///< of the job, held or not
   std::map<std::int64_t, std::string> crops_png;  ///< by seq: the target with the found centre
   std::map<std::int64_t, std::vector<ReportView>> views;  ///< by seq: all pictures looked at
   std::span<const Diagnostic> diagnostics;

@@ -58,6 +58,8 @@ std::string status_chip(const TargetFact& fact) {
     case TargetState::Suspect:
       return fmt::format("<span class=\"chip suspect\">found, {}</span>",
                          fact.series->is_fitted() ? "fit refused" : "no fit");
+    case TargetState::Dropped:
+      return "<span class=\"chip suspect\">found, left out of the fit</span>";
     case TargetState::Good:
       break;
   }
@@ -80,7 +82,7 @@ std::string measured_table(const TargetFact& fact) {
 std::string card(const ReportInput& input, const TargetFact& fact) {
   const Measurement& m = *fact.measurement;
   const std::string path = path_text(m.request.path);
-  constexpr std::string_view kClasses[] = {"good", "suspect", "refused"};
+  constexpr std::string_view kClasses[] = {"good", "suspect", "suspect", "refused"};
   std::string out = fmt::format(
       "<article class=\"card {}\" id=\"target-{}\">\n<div class=\"head\">{}<div>"
       "<h4>#{} {} {}</h4><p class=\"quiet\">line {}{}</p>"
@@ -136,11 +138,14 @@ std::string group_summary(const Facts& facts) {
 std::string target_cards(const ReportInput& input, std::span<const TargetFact> facts) {
   if (facts.empty()) return "<p class=\"quiet\">The program asks for no targets.</p>\n";
   Facts refused;
+  Facts dropped;
   Facts suspect;
   std::map<std::size_t, Facts> groups;  // by series, in the order of execution; loose ones last
   for (const TargetFact& fact : facts) {
     if (fact.state == TargetState::Refused) {
       refused.push_back(&fact);
+    } else if (fact.state == TargetState::Dropped) {
+      dropped.push_back(&fact);
     } else if (fact.state == TargetState::Suspect) {
       suspect.push_back(&fact);
     } else {
@@ -151,6 +156,10 @@ std::string target_cards(const ReportInput& input, std::span<const TargetFact> f
   if (!refused.empty()) out += "<h3>Refused</h3>\n" + cards(input, refused);
   if (!suspect.empty())
     out += "<h3>Found, but their fit was refused</h3>\n" + cards(input, suspect);
+  if (!dropped.empty()) {
+    out +=
+        "<h3>Found, but left out of their fit ([gates] max_dropped)</h3>\n" + cards(input, dropped);
+  }
   const bool is_open = facts.size() <= kShownUnfolded;
   std::string folded;
   for (const auto& [i_series, group] : groups) {
@@ -160,7 +169,7 @@ std::string target_cards(const ReportInput& input, std::span<const TargetFact> f
                           cards(input, group));
   }
   if (groups.size() <= kMaxLoose) return out + folded;
-  const auto n_bad = static_cast<std::int64_t>(refused.size() + suspect.size());
+  const auto n_bad = static_cast<std::int64_t>(refused.size() + suspect.size() + dropped.size());
   return out + fmt::format(
                    "<details><summary><b>{} without complaint</b> "
                    "<span class=\"quiet\">in {}</span></summary>\n{}</details>\n",

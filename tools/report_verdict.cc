@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <string_view>
 
@@ -26,8 +27,12 @@ std::string cell(std::string_view text) {
 std::string risk_html(double risk) {
   if (risk < 1e-12) return "&lt; 10<sup>-12</sup>";
   if (risk >= 0.001) return fmt::format("{:.2g}", risk);
-  const int exponent = static_cast<int>(std::floor(std::log10(risk)));
-  return fmt::format("{:.1f} &#215; 10<sup>{}</sup>", risk / std::pow(10.0, exponent), exponent);
+  // Rounded before it is split, so that 9.96e-5 is 1.0 x 10^-4.
+  const std::string text = fmt::format("{:.1e}", risk);
+  const std::size_t at = text.find('e');
+  int exponent = 0;
+  std::from_chars(text.data() + at + 1, text.data() + text.size(), exponent);
+  return fmt::format("{} &#215; 10<sup>{}</sup>", text.substr(0, at), exponent);
 }
 
 std::string worst_place(const JobVerdict::ToolFigures& tool) {

@@ -44,7 +44,11 @@ void TruthComparison::put(const Operation& operation) {
     errors->corrected.add(error_mm.norm());
     errors->uncorrected.add(before_mm);
   }
-  if (const auto square = normalized_square(error_mm, drill->cov_mm2 - of_hole_mm2_)) {
+  Eigen::Matrix2d predicted_mm2 = drill->cov_mm2;
+  if (of_pictures_ && operation.origin != nullptr) {
+    predicted_mm2 = of_pictures_->at_mm2(budget_place(*drill, *operation.origin));
+  }
+  if (const auto square = normalized_square(error_mm, predicted_mm2)) {
     sum_normalized_squares_ += *square;
     n_normalized_ += 2;
   }

@@ -3,12 +3,15 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "panelcal/calib/base/units.h"
 #include "panelcal/machine/sim/truth.h"
 #include "panelcal/program/job_verdict.h"
 #include "panelcal/program/operation.h"
+#include "panelcal/program/place_budget.h"
 
 namespace panelcal {
 
@@ -32,12 +35,15 @@ struct ErrorStatistics {
 /// have been drilled without any correction.
 class TruthComparison final : public OperationSink {
  public:
-  /// In     of_hole_mm2: what the machine adds at every hole, which a simulated panel does not
-  /// show:
-  ///        left out of the predicted variance
-  explicit TruthComparison(const Truth& truth,
-                           const Eigen::Matrix2d& of_hole_mm2 = Eigen::Matrix2d::Zero())
-      : truth_(truth), of_hole_mm2_(of_hole_mm2) {}
+  /// All of a hole's covariance counts as predicted.
+  explicit TruthComparison(const Truth& truth) : truth_(truth) {}
+  /// Only what pictures say counts as predicted: a simulated job draws neither the stage nor the
+  /// table, the drill, or errors of the spindle-camera offset and the camera's calibration.
+  ///
+  /// In     machine: what the job is walked with
+  /// Precondition: truth and survey outlive this
+  TruthComparison(const Truth& truth, const Survey& survey, MachineUncertainty machine)
+      : truth_(truth), of_pictures_(std::in_place, survey, std::move(machine)) {}
   void put(const Operation& operation) override;
 
   struct Errors {
@@ -46,8 +52,9 @@ class TruthComparison final : public OperationSink {
   };
   const Errors& all() const { return all_; }
   const std::map<int, Errors>& by_tool() const { return by_tool_; }
-  /// Mean normalised squared error of the corrected holes per coordinate: 1 if the predicted
-  /// uncertainties are honest. The holes of one job share their fits, so one job scatters widely.
+  /// Mean squared error of the corrected holes over what is predicted of it (see the constructors),
+  /// per coordinate: 1 if that is honest; 0 if nothing is predicted of any. The holes of one job
+  /// share their fits, so one job scatters widely.
   double mean_normalized_square() const;
 
   /// A short table for people.
@@ -55,7 +62,7 @@ class TruthComparison final : public OperationSink {
 
  private:
   const Truth& truth_;
-  Eigen::Matrix2d of_hole_mm2_;
+  std::optional<PictureCovariance> of_pictures_;
   Errors all_;
   std::map<int, Errors> by_tool_;
   double sum_normalized_squares_ = 0;

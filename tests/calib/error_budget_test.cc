@@ -129,6 +129,26 @@ TEST(ErrorBudget, OfAnOffsetByTwoTargetsIsWhatOneWorksOutByHand) {
   EXPECT_THAT(total_mm2(budget), IsNearMatrix(115 * kUm2 * kOne, 1e-15));
 }
 
+/// Only what pictures say, as the budget has it at each place, whatever the machine adds.
+TEST(PictureCovariance, IsTheBudgetsDetectorTerm) {
+  Random random(73);
+  const MachineUncertainty m = machine();
+  CorrectionStack stack(m);
+  EXPECT_EQ(coefficients_cov_of_pictures(stack), (Eigen::Matrix<double, 6, 6>::Zero()));
+  for (const bool has_nested : {false, true}) {
+    stack.set_base(base_fit(random, m));
+    if (has_nested) stack.set_nested(nested_fit(random, m, stack));
+    const Eigen::Matrix<double, 6, 6> cov = coefficients_cov_of_pictures(stack);
+    for (const auto& [x, y] : {std::pair(0., 0.), {130., 120.}, {-200., 500.}}) {
+      const auto hole = position_mm<frame::Nominal>(x, y);
+      const Eigen::Matrix2d detector_mm2 = term(error_budget(stack, hole), "detector");
+      EXPECT_GT(detector_mm2.trace(), 0);
+      EXPECT_THAT(place_cov_mm2(cov, hole),
+                  IsNearMatrix(detector_mm2, 1e-12 * detector_mm2.trace()));
+    }
+  }
+}
+
 TEST(ErrorBudget, NothingIsKnownWithoutACorrection) {
   const CorrectionStack stack(machine());
   EXPECT_TRUE(error_budget(stack, position_mm<frame::Nominal>(1., 2.)).empty());

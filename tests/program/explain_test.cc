@@ -31,7 +31,8 @@ std::string explained(const std::string& text,
   program.patterns.emplace("PINS", SourceText{"lib/PINS", "; two pins\nX0.Y0.\nX5.Y0.\n"});
   const Survey survey = panelcal::survey(program, options, source, log);
   EXPECT_FALSE(log.has_errors()) << log.kept().front().text();
-  Explainer explainer(*parse_explain_choice(choice), program, survey, options.uncertainty);
+  Explainer explainer(
+      *parse_explain_choice(choice), program, survey, options.uncertainty, options.tolerances);
   execute(program, options, survey, explainer, log);
   return explainer.text();
 }
@@ -125,6 +126,60 @@ TEST(Explainer, NamesTheLineOfAStoredPattern) {
   EXPECT_EQ(text.find("drill 2: lib/PINS:3: X5.Y0.\n"), 0U) << text;
   EXPECT_NE(text.find("  programmed  (5.000000, 0.000000) mm\n"), std::string::npos) << text;
   EXPECT_NE(text.find("  nominal     (15.000000, 20.000000) mm\n"), std::string::npos) << text;
+}
+
+/// sigma 1 um in each axis: P(|e| > 2 um) = exp(-2).
+TEST(Explainer, SaysHowLikelyTheToleranceIsBroken) {
+  WalkOptions options;
+  options.tolerances.tools.push_back({.number = 1, .position = um(2)});
+  const std::string body = "X9.Y9.\nG34,1\nG35X0.Y0.\nT1\nX10.Y5.\nT2\nX20.Y5.\nM30\n";
+  const std::string text = explained(metric("T1\n" + body), "2", options);
+  EXPECT_NE(text.find("\n  tolerance   2 um, risk of breaking it 0.14\n"), std::string::npos)
+      << text;
+  const std::string before = explained(metric("T1\n" + body), "1", options);
+  EXPECT_NE(
+      before.find("\n  tolerance   2 um, risk of breaking it not known without a correction\n"),
+      std::string::npos)
+      << before;
+  const std::string not_asked = explained(metric("T1\n" + body), "3", options);
+  EXPECT_EQ(not_asked.find("tolerance"), std::string::npos) << not_asked;
+}
+
+/// The number leads to the place again; a line of another file cannot be asked for.
+TEST(PlaceNumber, IsTheOneThatExplainTakes) {
+  const std::string text = metric("T1\nM99,PINS\nX10.Y20.\nM99,PINS\nX30.Y40.\nM30\n");
+  DiagnosticLog log;
+  Program program = load_program({"p.exc", text}, log);
+  program.patterns.emplace("PINS", SourceText{"lib/PINS", "; two pins\nX0.Y0.\nX5.Y0.\n"});
+  JobVerdict::WorstPlace place;
+  place.line = 3;
+  place.file = "lib/PINS";
+  place.nominal = position_mm<frame::Nominal>(35., 40.);
+  PlaceNumber finder(place);
+  execute(program, {}, {}, finder, log);
+  ASSERT_TRUE(finder.number());
+  EXPECT_EQ(*finder.number(), 4);
+  EXPECT_EQ(explained(text, "4").find("drill 4: lib/PINS:3: X5.Y0.\n"), 0U);
+  EXPECT_TRUE(finder.is_of_its_line());
+  place.nominal = position_mm<frame::Nominal>(36., 40.);
+  PlaceNumber nothing(place);
+  execute(program, {}, {}, nothing, log);
+  EXPECT_FALSE(nothing.number());
+}
+
+/// M15 in line 8 drills nothing; the move before it took the tool there.
+TEST(PlaceNumber, OfAToolThatGoesDownIsTheMoveBefore) {
+  DiagnosticLog log;
+  const Program program = load_program(
+      {"p.exc", metric("T1\nG00X1.Y1.\nM15\nG01X9.\nX1.\nM17\nG05\nX1.Y1.\nM30\n")}, log);
+  JobVerdict::WorstPlace place;
+  place.line = 8;
+  place.nominal = position_mm<frame::Nominal>(1., 1.);
+  PlaceNumber finder(place);
+  execute(program, {}, {}, finder, log);
+  ASSERT_TRUE(finder.number());
+  EXPECT_EQ(*finder.number(), 1);
+  EXPECT_FALSE(finder.is_of_its_line());
 }
 
 TEST(Explainer, CountsMovesAndRoutsAsPlaces) {

@@ -110,7 +110,7 @@ TEST(JobVerdict, DoesNotJudgeWhatHasNoCorrection) {
   EXPECT_EQ(verdict.n_uncorrected(), 2);
   put_all(verdict, {risky(0.3)});
   EXPECT_EQ(verdict.decision(), JobDecision::Hold);
-  EXPECT_THAT(verdict.sentence(), HasSubstr("2 places are without a correction not judged"));
+  EXPECT_THAT(verdict.sentence(), HasSubstr("; 2 places without a correction are not judged"));
 }
 
 TEST(JobVerdict, CountsSlotsAndRoutsByTheirEnds) {

@@ -67,6 +67,7 @@ Made make(const std::string& text,
   request.fiducial_sigma = mm(kNoise_mm);
   request.sigma_source = "assumed";
   request.n_added = n_added;
+  request.fixed_model = wanted ? wanted : options.model;
   out.plan = make_plan(out.program, options, out.survey, programmed, request);
   return out;
 }
@@ -252,6 +253,49 @@ TEST(PlanFacts, SayWhatMakesAnUndeterminedSeriesWhole) {
   EXPECT_THAT(said, HasSubstr("would determine it"));
 }
 
+/// The judge is the job with the target that was advised: the model it fits, and its worst hole.
+TEST(PlanFacts, FurtherTargetsHaveTheModelOfAJobThatMeasuresThem) {
+  constexpr double kRounding = 1e-9;
+  const std::vector<Eigen::Vector2d> all = {{0, 0}, {200, 150}, {10, 140}, {190, 5}};
+  const std::string holes = blocks("", {{20, 130}, {180, 20}, {100, 70}, {150, 160}});
+  for (const std::size_t n : {1u, 2u, 3u}) {
+    for (const std::size_t n_added : {1u, 2u}) {
+      const std::vector<Eigen::Vector2d> targets(all.begin(),
+                                                 all.begin() + static_cast<std::ptrdiff_t>(n));
+      WalkOptions options;
+      options.series_size = static_cast<int>(n);
+      const Made made = make(program_of(blocks("G36", targets), holes), options, n_added);
+      const SeriesPlan& series = made.plan.series.at(0);
+      const auto& addition = n_added == 1 ? series.one : series.several;
+      ASSERT_TRUE(addition && addition->fit);
+      std::vector<Eigen::Vector2d> more = targets;
+      for (const PlannedPlace& pad : addition->pads) more.push_back(pad.nominal.in_mm());
+      options.series_size = static_cast<int>(more.size());
+      const Made job = make(program_of(blocks("G36", more), holes), options);
+      const SeriesPlan& measured = job.plan.series.at(0);
+      EXPECT_EQ(addition->model, job.survey.series.at(0).model) << n << " + " << n_added;
+      EXPECT_NEAR(addition->stats.worst, measured.in_force().stats.worst, kRounding);
+      EXPECT_EQ(addition->worst_if_kept.has_value(), addition->model != series.programmed);
+      if (!addition->worst_if_kept) continue;
+      // As the table of that job has it, for the model that was in force before.
+      const auto kept = std::ranges::find(measured.models, series.programmed, &ModelPlan::model);
+      EXPECT_NEAR(*addition->worst_if_kept, kept->stats.worst, kRounding);
+      EXPECT_THAT(plan_text(made.plan, made.survey),
+                  HasSubstr(fmt::format(
+                      "{} instead of {}", name(addition->model), name(series.programmed))));
+    }
+  }
+}
+
+TEST(PlanFacts, FurtherTargetsKeepAFixedModel) {
+  const Made made = make(program_of(blocks("G36", {kSquare[0], kSquare[2]}), blocks("", kSquare)),
+                         series_of(2, PanelModel::Rigid));
+  const SeriesPlan& series = made.plan.series.at(0);
+  ASSERT_TRUE(series.one);
+  EXPECT_EQ(series.one->model, PanelModel::Rigid);
+  EXPECT_THAT(plan_text(made.plan, made.survey), Not(HasSubstr("instead of")));
+}
+
 TEST(PlanFacts, NeverMakeTheWayLonger) {
   Random random(12);
   std::string vision;
@@ -295,6 +339,16 @@ TEST(PlanPage, LivesWithoutTargetsAndWithoutHoles) {
     EXPECT_THAT(plan_json(made->plan, made->program), Not(HasSubstr("nan")));
     EXPECT_FALSE(plan_text(made->plan, made->survey).empty());
   }
+  // Nothing is certain to 0.00 where there is nothing.
+  for (const ModelRow& row : model_rows(without_holes.plan, without_holes.plan.series.at(0))) {
+    ASSERT_EQ(row.why_not, "");
+    for (const std::string* cell :
+         {&row.worst, &row.worst_um, &row.total_um, &row.mean, &row.place}) {
+      EXPECT_EQ(*cell, "-") << row.model;
+    }
+  }
+  EXPECT_THAT(plan_html(without_holes.plan, without_holes.survey, {"p", "m", {}}),
+              Not(HasSubstr("0.00<")));
 }
 
 }  // namespace

@@ -46,6 +46,34 @@ TEST(WorstHole, IsTheLeastCertainOneAndTheFirstOfEquals) {
   EXPECT_EQ(total_mm2(found->budget)(0, 0), 9 * kUm2);
 }
 
+/// The place of the verdict, though another one is less certain.
+TEST(LikeliestToBreak, IsThePlaceThatTheVerdictNames) {
+  Tolerances tolerances;
+  tolerances.position = um(10);
+  JobVerdict verdict(tolerances);
+  EXPECT_FALSE(likeliest_to_break(verdict, {}, {}));
+  Origin origin;
+  origin.i_measurement = 0;
+  const std::vector<int> path = {0, 2};
+  Drill sure_of_much = hole(1, 16 * kUm2);
+  sure_of_much.risk = 1e-9;
+  Drill worst = hole(2, 9 * kUm2);
+  worst.risk = 0.25;
+  worst.tool = 4;
+  verdict.put({11, {}, sure_of_much, {}, &origin});
+  verdict.put({12, path, worst, "PINS", &origin});
+  const auto found = likeliest_to_break(verdict, one_target(), {});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->line, 12);
+  EXPECT_EQ(found->file, "PINS");
+  EXPECT_EQ(found->path, path);
+  EXPECT_EQ(found->tool, 4);
+  EXPECT_EQ(total_mm2(found->budget)(0, 0), 9 * kUm2);
+  EXPECT_THAT(budget_section(found),
+              HasSubstr("The place likeliest to break its tolerance, with a risk of 0.25: line 12 "
+                        "of PINS, board [0,2], T4, nominal (2.000, 2.000) mm"));
+}
+
 TEST(BudgetSection, SaysWhereItComesFromAndWhatAllHolesShare) {
   MachineUncertainty machine;
   machine.spindle_camera_mm2 = 16 * kUm2 * Eigen::Matrix2d::Identity();
@@ -54,6 +82,7 @@ TEST(BudgetSection, SaysWhereItComesFromAndWhatAllHolesShare) {
                   .path = {0, 2},
                   .tool = 3,
                   .nominal = position_mm<frame::Nominal>(1., 2.),
+                  .risk = std::nullopt,
                   .budget = error_budget_at_target(
                       machine, 9 * kUm2 * Eigen::Matrix2d::Identity(), CameraJacobian::Zero(), 0)};
   const std::string section = budget_section(hole);

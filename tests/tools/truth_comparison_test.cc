@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/tools/truth_comparison.h"
 
+#include <cmath>
+#include <functional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "panelcal/calib/base/random.h"
+#include "panelcal/program/walk.h"
 
 namespace panelcal {
 namespace {
@@ -47,6 +54,77 @@ TEST(TruthComparison, NormalizesByThePredictedCovariance) {
   const std::vector<int> path = {1};
   comparison.put({1, path, hole(10, 10.002)});  // 2 sigma in one of two coordinates
   EXPECT_NEAR(comparison.mean_normalized_square(), 2, 1e-9);
+}
+
+/// A machine with errors of its own, which a simulated panel has none of.
+MachineUncertainty imperfect() {
+  MachineUncertainty machine;
+  machine.stage_repeatability = um(2);
+  machine.table_residual = um(3);
+  machine.drill_wander = um(4);
+  machine.spindle_camera_mm2 = 25e-6 * Eigen::Matrix2d::Identity();
+  machine.drift_mm2 = 36e-6 * Eigen::Matrix2d::Identity();
+  machine.camera(2, 2) = 0.0049;
+  return machine;
+}
+
+/// Sees targets where truth has them, with an error of its pictures.
+class NoisyCamera final : public MeasurementSource {
+ public:
+  NoisyCamera(const Truth& truth, std::function<Eigen::Vector2d()> error_mm)
+      : truth_(truth), error_mm_(std::move(error_mm)) {}
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    Measurement measurement{.request = request, .status = MeasurementStatus::Found};
+    measurement.measured = {
+        truth_.panel(request.nominal) + displacement_mm<frame::Actual>(error_mm_()),
+        1e-6 * Eigen::Matrix2d::Identity()};
+    measurement.by_camera = CameraJacobian::Zero();
+    (*measurement.by_camera)(0, 2) = 0.01;
+    return measurement;
+  }
+
+ private:
+  const Truth& truth_;
+  std::function<Eigen::Vector2d()> error_mm_;
+};
+
+/// Of one job with targets and holes as in `body`, on a panel that lies shifted.
+double normalized_square(const std::string& body, std::function<Eigen::Vector2d()> error_mm) {
+  const Truth truth = shifted_panel();
+  DiagnosticLog log;
+  const Program program =
+      load_program({"p.exc", "M48\nMETRIC,LZ\nT1C1.0F100\n%\nG34,1\n" + body + "M30\n"}, log);
+  WalkOptions options;
+  options.series_size = 2;
+  options.uncertainty = imperfect();
+  NoisyCamera camera(truth, std::move(error_mm));
+  const Survey survey = panelcal::survey(program, options, camera, log);
+  TruthComparison comparison(truth, survey, options.uncertainty);
+  execute(program, options, survey, comparison, log);
+  EXPECT_FALSE(log.has_errors());
+  return comparison.mean_normalized_square();
+}
+
+/// 2 sigma of the picture in one of two coordinates, whatever else is in the holes' covariance.
+TEST(TruthComparison, CountsOnlyWhatASimulationDraws) {
+  const auto two_um = [] { return Eigen::Vector2d(0.002, 0); };
+  EXPECT_NEAR(normalized_square("G35X0.Y0.\nT1\nX50.Y70.\n", two_um), 2, 1e-6);
+  EXPECT_NEAR(normalized_square("T1\nG38X50.Y70.\n", two_um), 2, 1e-6) << "a hole at its target";
+}
+
+/// Two targets with the noise that they state; the hole is halfway, so that its variance is half a
+/// target's. The mean of n chi squares of two degrees over two scatters by 1 / sqrt(n).
+TEST(TruthComparison, IsOneOverManyHonestJobs) {
+  constexpr int kJobs = 400;
+  Random random(2611);
+  double sum = 0;
+  for (int i = 0; i < kJobs; ++i) {
+    sum += normalized_square("G36X0.Y0.\nG36X80.Y0.\nT1\nX40.Y0.\n", [&] {
+      const double x_mm = 0.001 * random.normal();
+      return Eigen::Vector2d(x_mm, 0.001 * random.normal());
+    });
+  }
+  EXPECT_NEAR(sum / kJobs, 1, 4 / std::sqrt(kJobs));
 }
 
 TEST(TruthComparison, SumsUpAsTheTradeDoes) {

@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""What `run` makes of [tolerance]: a held job's report has the budget that its message points at, and the
+place that a warning names can be asked for.
+
+    held_report_test.py PANELCAL
+"""
+import html
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+# sigma of the hole is 1 um: P(|e| > r) = exp(-r^2 / 2), above hold_probability at 2 um, a warning at 4 um.
+MACHINE = "[machine]\nname = \"small\"\n[gates]\noffset_mm = 1.5\n[tolerance]\nposition_um = {}\n"
+MEASUREMENT = ('{"seq":0,"line":7,"command":"G35","tool":1,"nominal":[0,0],"expected":[0,0],"path":[],'
+               '"measured":[0.25,-0.5],"cov":[1e-06,0,1e-06],"status":"found"}\n')
+PROGRAM = "M48\nMETRIC,LZ\nT1C1.0F100\n%\nG34,1\nT1\nG35X0.0Y0.0\n"
+
+
+def run(panelcal, folder, *arguments):
+    return subprocess.run([panelcal, "run", "program.exc", "-m", "machine.toml", "--measurements",
+                           "measurements.jsonl", *arguments], cwd=folder, capture_output=True,
+                          text=True, timeout=60)
+
+
+def prepare(folder, position_um, body):
+    (folder / "machine.toml").write_text(MACHINE.format(position_um))
+    (folder / "measurements.jsonl").write_text(MEASUREMENT)
+    (folder / "program.exc").write_text(PROGRAM + body + "M30\n")
+
+
+def held_job_has_its_budget(panelcal, folder):
+    prepare(folder, 2, "X10.0Y20.0\n")
+    done = run(panelcal, folder, "-o", "out.jsonl", "--report", "held.html")
+    assert done.returncode == 1, done.stderr
+    assert not (folder / "out.jsonl").exists()
+    report = (folder / "held.html").read_text()
+    assert "HOLD" in report
+    assert ("The place likeliest to break its tolerance, with a risk of 0.14: line 8, T1, nominal "
+            "(10.000, 20.000) mm") in report, report
+    assert '<td>detector</td><td class="num">1.00</td><td class="num">1.00</td>' in report
+
+
+def place_of_a_pattern_can_be_asked_for(panelcal, folder):
+    (folder / "PINS").write_text("X0.0Y0.0\nX2.0\n")
+    prepare(folder, 4, "M99,PINS\nX10.0Y20.0\n")
+    done = run(panelcal, folder, "-o", "out.jsonl", "--report", "warned.html")
+    assert done.returncode == 0, done.stderr
+    report = html.unescape((folder / "warned.html").read_text())
+    assert "DRILL, WITH A WARNING" in report
+    hint = re.search(r"run --explain (\w+) \(.*the worst is line (\S+):(\d+), risk", report)
+    assert hint, report
+    number, file, line = hint.groups()
+    assert number.isdigit(), number
+    explained = run(panelcal, folder, "--explain", number).stdout
+    assert f"drill {number}: {file}:{line}: X" in explained, explained
+
+
+def main():
+    panelcal = str(Path(sys.argv[1]).resolve())
+    for check in (held_job_has_its_budget, place_of_a_pattern_can_be_asked_for):
+        with tempfile.TemporaryDirectory() as folder:
+            check(panelcal, Path(folder))
+
+
+if __name__ == "__main__":
+    main()
