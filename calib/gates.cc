@@ -59,6 +59,13 @@ std::string GateVerdict::text() const {
   return fmt::format("{} is {} {}, limit {} {}", subject, shown, unit, bound, unit);
 }
 
+GateLimits share_false_alarm(GateLimits limits, std::size_t n_series) {
+  if (limits.false_alarm && n_series > 1) {
+    limits.false_alarm = *limits.false_alarm / static_cast<double>(n_series);
+  }
+  return limits;
+}
+
 bool all_accepted(std::span<const GateVerdict> verdicts) {
   return std::all_of(
       verdicts.begin(), verdicts.end(), [](const GateVerdict& v) { return v.accepted; });

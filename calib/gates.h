@@ -30,6 +30,12 @@ struct GateLimits {
   int max_dropped = 0;  ///< targets of one series that may be left out as found at fault
 };
 
+/// The limits of one of a job's series. A rate of false alarms is that of a healthy job: its series
+/// share it evenly, so that all of them together are accused no more often (Bonferroni).
+///
+/// See    tests/calib/fault_finder_slow_test.cc
+GateLimits share_false_alarm(GateLimits limits, std::size_t n_series);
+
 /// One limit against one number.
 struct GateVerdict {
   std::string_view gate;  ///< residual, rotation, stretch, offset

@@ -179,6 +179,18 @@ class Matching {
   std::size_t second_ = 0;
 };
 
+/// How many pads there are; unlike KnownPads::within it does not sort what may be all of them.
+std::size_t count_within(const KnownPads& pads,
+                         const Eigen::Vector2d& place_mm,
+                         double radius_mm,
+                         std::vector<std::size_t>& buffer) {
+  const Eigen::Vector2d reach_mm = Eigen::Vector2d::Constant(radius_mm);
+  pads.inside(place_mm - reach_mm, place_mm + reach_mm, buffer);
+  return static_cast<std::size_t>(std::ranges::count_if(buffer, [&](std::size_t i) {
+    return (pads.all()[i].place_mm - place_mm).norm() <= radius_mm;
+  }));
+}
+
 /// The chance that a camera takes these pads: the nearest to where it looks half of the time, the
 /// next one a quarter, and so on.
 double log_chance_taken(const Series& series,
@@ -186,11 +198,12 @@ double log_chance_taken(const Series& series,
                         std::span<const ToldTarget> seen) {
   const Eigen::Matrix2d back = told.linear.inverse();
   double n_passed_over = 0;
+  std::vector<std::size_t> buffer;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const Eigen::Vector2d looked_at = back * (series.targets[i].from_mm - told.translation_mm);
     const double distance_mm = (seen[i].from_mm - looked_at).norm();
-    n_passed_over +=
-        static_cast<double>(series.pads->within(looked_at, distance_mm * (1 - 1e-9)).size());
+    n_passed_over += static_cast<double>(
+        count_within(*series.pads, looked_at, distance_mm * (1 - 1e-9), buffer));
   }
   return -(n_passed_over + static_cast<double>(seen.size())) * std::numbers::ln2;
 }

@@ -224,15 +224,6 @@ KnownPads pads_of(const Program& program, const WalkOptions& walk, const Survey&
   return collector.take();
 }
 
-/// The stated rate is that of a healthy job, however many series it has (Bonferroni).
-void share_false_alarm(WalkOptions& walk, std::size_t n_series) {
-  for (GateLimits* limits : {&walk.base_limits, &walk.nested_limits}) {
-    if (limits->false_alarm && n_series > 1) {
-      limits->false_alarm = *limits->false_alarm / static_cast<double>(n_series);
-    }
-  }
-}
-
 double worst_residual_um(const SeriesResult& series) {
   double worst_mm = 0;
   const auto take = [&](const auto& residuals) {
@@ -275,7 +266,8 @@ Expected<MeasuringResult> measure_program(const RunOptions& options,
     if (!known) known = pads_of(program, config.walk, nominal);
     return &*known;
   };
-  share_false_alarm(walk, nominal.series.size());
+  walk.base_limits = share_false_alarm(walk.base_limits, nominal.series.size());
+  walk.nested_limits = share_false_alarm(walk.nested_limits, nominal.series.size());
   ProgressSource source(*open.source, n_targets, console);
   ProbeProgress probes(*open_probe.source, n_probes, console);
   result.survey = survey(program, walk, source, probes, log);
@@ -319,8 +311,7 @@ std::string causes_summary(const Survey& survey) {
   std::string out;
   for (const SeriesResult& series : survey.series) {
     if (!series.fault || series.fault->is_resolved || series.fault->false_alarm > 0) continue;
-    out += fmt::format(
-        "likely cause (series of line {}): {}\n", series.line, series.fault->text());
+    out += fmt::format("likely cause (series of line {}): {}\n", series.line, series.fault->text());
   }
   return out;
 }

@@ -145,6 +145,7 @@ std::string residual_arrows(std::span<const TargetFact> facts,
   return out;
 }
 
+/// 0 if there are none beyond rounding: nobody wants to see that.
 double longest_residual_mm(std::span<const TargetFact> facts) {
   double longest_mm = 0;
   for (const TargetFact& fact : facts) {
@@ -152,7 +153,8 @@ double longest_residual_mm(std::span<const TargetFact> facts) {
       longest_mm = std::max(longest_mm, fact.residual_mm->norm());
     }
   }
-  return longest_mm;
+  constexpr double kRounding_mm = 1e-9;
+  return longest_mm > kRounding_mm ? longest_mm : 0;
 }
 
 std::string tool_legend(const Tally* tally) {

@@ -126,4 +126,10 @@ WalkOptions with_uncertainty() {
   return options;
 }
 
+WalkOptions with_tolerance() {
+  WalkOptions options = with_uncertainty();
+  options.tolerances.position = um(20);
+  return options;
+}
+
 }  // namespace panelcal::bench

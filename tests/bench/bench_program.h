@@ -30,5 +30,7 @@ class TurnedPanel final : public MeasurementSource {
 WalkOptions rigid();
 /// The same on a machine that states every one of its errors.
 WalkOptions with_uncertainty();
+/// And that judges every place by the probability of breaking a tolerance.
+WalkOptions with_tolerance();
 
 }  // namespace panelcal::bench

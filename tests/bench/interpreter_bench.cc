@@ -19,6 +19,8 @@
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/correction_stack.h"
+#include "panelcal/program/job_verdict.h"
+#include "panelcal/program/tally.h"
 #include "panelcal/program/walk.h"
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
@@ -91,6 +93,18 @@ class Job {
       CountingSink sink;
       run(load(std::move(copy)), sink);
       if (sink.n_holes() != n_holes_) stop(fmt::format("{} holes came", sink.n_holes()));
+    });
+  }
+  /// The same where every hole's error is predicted and held against the tolerance.
+  double judge_s() const {
+    std::string copy = text_;
+    return timed([&] {
+      CountingSink counting;
+      JobVerdict verdict(options_.tolerances);
+      Tee tee({&counting, &verdict});
+      run(load(std::move(copy)), tee);
+      if (counting.n_holes() != n_holes_) stop(fmt::format("{} holes came", counting.n_holes()));
+      if (verdict.n_judged() != n_holes_) stop(fmt::format("{} were judged", verdict.n_judged()));
     });
   }
   TransformEstimate<frame::Actual, frame::Nominal> correction() const {
@@ -193,11 +207,14 @@ double write_file_s(const Job& job, const std::filesystem::path& path) {
          });
 }
 
+constexpr std::string_view kWithoutPropagation = "<= 2 floor, <= libgerbv / 5";
+constexpr std::string_view kPropagationGoal = "< 2 times without";
+
 struct Row {
   std::string name;
   std::function<std::optional<double>()> measure_s;
-  std::string goal;
-  std::optional<double> best_s;
+  std::string_view goal;
+  std::optional<double> best_s = std::nullopt;
 };
 
 std::vector<Row> sieb_meyer_rows(const Job& plain, const Job& repeat) {
@@ -254,6 +271,19 @@ void print_peak_memory(const char* name, std::string (*program)(int), int n_hole
              peak ? fmt::format("{:.1f}", *peak) : "unknown");
 }
 
+/// What propagating to every hole costs; the first of these rows does without.
+void print_ratios(const std::vector<Row>& rows) {
+  const Row* without = nullptr;
+  for (const Row& row : rows) {
+    if (row.goal == kWithoutPropagation) without = &row;
+    if (row.goal != kPropagationGoal || without == nullptr) continue;
+    fmt::print("{}: {:.2f} times the run without, goal {}\n",
+               row.name,
+               row.best_s.value() / without->best_s.value(),
+               row.goal);
+  }
+}
+
 void run(int n_holes, int n_repetitions) {
   for (const int n : {n_holes, 10 * n_holes}) {
     print_peak_memory("Excellon", repeat_program, n);
@@ -263,6 +293,7 @@ void run(int n_holes, int n_repetitions) {
   const Job plain(plain_program(n_holes), n_holes);
   const Job repeat(repeat_program(n_holes), n_holes);
   const Job uncertain(plain_program(n_holes), n_holes, with_uncertainty());
+  const Job judged(plain_program(n_holes), n_holes, with_tolerance());
   const TemporaryFolder folder;
   const auto plain_file = folder.path() / "plain.exc";
   const auto repeat_file = folder.path() / "repeat.exc";
@@ -272,12 +303,9 @@ void run(int n_holes, int n_repetitions) {
 
   std::vector<Row> rows = {
       {"floor: from_chars over the plain file", [&] { return floor_s(plain.text()); }, ""},
-      {"plain: read and execute, counted",
-       [&] { return plain.count_s(); },
-       "<= 2 floor, <= libgerbv / 5"},
-      {"plain: the same with [uncertainty]",
-       [&] { return uncertain.count_s(); },
-       "< 2 times without"},
+      {"plain: read and execute, counted", [&] { return plain.count_s(); }, kWithoutPropagation},
+      {"plain: the same with [uncertainty]", [&] { return uncertain.count_s(); }, kPropagationGoal},
+      {"plain: the same with [tolerance]", [&] { return judged.judge_s(); }, kPropagationGoal},
       {"places corrected", [&] { return correct_s(uncertain, n_holes, false); }, ""},
       {"places corrected, with covariance",
        [&] { return correct_s(uncertain, n_holes, true); },
@@ -310,6 +338,7 @@ void run(int n_holes, int n_repetitions) {
              n_repetitions);
   measure(rows, n_repetitions);
   print(rows, n_holes);
+  print_ratios(rows);
 
   const Job sm_plain(plain_sieb_meyer_program(n_holes), n_holes);
   const Job sm_repeat(repeat_sieb_meyer_program(n_holes), n_holes);

@@ -71,6 +71,18 @@ TEST(Gates, ShowWhatARefusedValueExceedsItsLimitBy) {
   EXPECT_EQ(verdicts[0].text(), "residual of target 1 is 25.0004 um, limit 25.0000 um");
 }
 
+TEST(Gates, ShareTheRateOfAJobAmongItsSeries) {
+  GateLimits limits;
+  limits.rotation = rad(0.01);
+  EXPECT_FALSE(share_false_alarm(limits, 10).false_alarm);
+  limits.false_alarm = 1e-3;
+  EXPECT_EQ(share_false_alarm(limits, 0).false_alarm, 1e-3);
+  EXPECT_EQ(share_false_alarm(limits, 1).false_alarm, 1e-3);
+  const GateLimits shared = share_false_alarm(limits, 10);
+  EXPECT_DOUBLE_EQ(shared.false_alarm.value(), 1e-4);
+  EXPECT_EQ(shared.rotation, limits.rotation);
+}
+
 TEST(Gates, CountShearAsStretch) {
   Eigen::Matrix2d sheared;
   sheared << 1, -0.001, 0, 1;

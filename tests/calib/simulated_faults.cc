@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iomanip>
+#include <locale>
 #include <numbers>
+#include <sstream>
 #include <utility>
 
 #include <Eigen/LU>
@@ -147,6 +150,20 @@ bool is_taken(SimulatedFault fault) {
          fault == SimulatedFault::MirroredTaken || fault == SimulatedFault::ScaleTaken;
 }
 
+/// Of a panel that is turned, mirrored or of another scale, in the finder's words.
+std::string telling_of(const Matrix& turn, double scale) {
+  if (turn(1, 0) > 0.5) return "by 90 degrees counter-clockwise";
+  if (turn(1, 0) < -0.5) return "by 90 degrees clockwise";
+  if (turn(0, 0) < 0 && turn(1, 1) < 0) return "by 180 degrees";
+  if (turn(0, 0) < 0) return "left and right exchanged";
+  if (turn(1, 1) < 0) return "top and bottom exchanged";
+  if (std::abs(scale - 1) < 1e-9) return "";
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << "is " << std::setprecision(4) << scale << " times";
+  return text.str();
+}
+
 double draw_scale(Random& random, SimulatedFault fault) {
   constexpr std::array kSeen = {25.4, 10.0, 100.0, 1 / 25.4, 0.1, 0.01};
   if (fault == SimulatedFault::ScaleSeen) return kSeen[pick(random, kSeen.size())];
@@ -155,14 +172,11 @@ double draw_scale(Random& random, SimulatedFault fault) {
 }
 
 /// Where the targets really are, what the camera takes for them; nothing if there is nothing.
-std::optional<std::vector<Vector>> places_of(Random& random,
-                                             const Panel& panel,
-                                             SimulatedFault fault) {
-  const Map turn = draw_turn(random, fault, panel.center_mm);
+std::optional<std::vector<Vector>> places_of(const Panel& panel, const Map& turn, bool is_taken) {
   const Map whole{panel.lie.linear * turn.linear, panel.lie(turn.shift_mm)};
   std::vector<Vector> places;
   for (const Vector& fiducial : panel.fiducials) {
-    if (!is_taken(fault)) {
+    if (!is_taken) {
       places.push_back(whole(fiducial));
       continue;
     }
@@ -285,9 +299,11 @@ std::optional<SimulatedJob> draw_job(Random& random,
   panel.center_mm = Vector::Constant(kPanel_mm / 2) - work_zero_mm;
   panel.lie = draw_lie(random, settings, panel.center_mm);
   panel.program_scale = 1 / draw_scale(random, fault);
-  auto places = places_of(random, panel, fault);
+  const Map turn = draw_turn(random, fault, panel.center_mm);
+  auto places = places_of(panel, turn, is_taken(fault));
   if (!places) return std::nullopt;
   SimulatedJob job;
+  job.telling = telling_of(turn.linear, 1 / panel.program_scale);
   job.model = settings.model;
   job.limits = settings.limits;
   job.cause = cause_of(fault);
@@ -316,20 +332,16 @@ std::optional<SimulatedJob> draw_job(Random& random,
 }
 
 Finding finding_of(const SimulatedJob& job, const std::optional<SeriesFault>& fault) {
-  if (!fault) return Finding::Missed;
+  if (!fault || fault->suspicions.empty()) return Finding::Missed;
   const auto is_right = [&](const SeriesFault::Suspicion& suspicion) {
-    return job.i_liar ? suspicion.i_point == job.i_liar : suspicion.cause == job.cause;
+    if (job.i_liar) return suspicion.i_point == job.i_liar;
+    return suspicion.cause == job.cause && suspicion.text.find(job.telling) != std::string::npos;
   };
-  if (job.i_liar && fault->i_liar) {
-    return fault->i_liar == job.i_liar ? Finding::Named : Finding::Wrong;
-  }
-  double right = 0;
-  for (const auto& suspicion : fault->suspicions) {
-    if (is_right(suspicion)) right += suspicion.probability;
-  }
-  if (!job.i_liar && right > SeriesFault::kNamed) return Finding::Named;
-  if (fault->i_liar || fault->is_named()) return Finding::Wrong;
-  return right > 0 ? Finding::Listed : Finding::Wrong;
+  if (job.i_liar && fault->i_liar == job.i_liar) return Finding::Named;
+  // Shares of several suspicions are not added up: the text says then that it cannot tell.
+  if (fault->is_named()) return is_right(fault->suspicions[0]) ? Finding::Named : Finding::Wrong;
+  if (fault->i_liar) return Finding::Wrong;
+  return std::ranges::any_of(fault->suspicions, is_right) ? Finding::Listed : Finding::Wrong;
 }
 
 }  // namespace panelcal::test

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -57,6 +58,7 @@ struct SimulatedJob {
   std::vector<KnownPad> pads;
   FaultCause cause = FaultCause::Unexplained;
   std::optional<std::size_t> i_liar;
+  std::string telling;  ///< words that tell the right cause from others of its kind; may be empty
 
   /// A gate refuses the fit, or it is mirrored.
   bool is_refused() const;
@@ -68,9 +70,11 @@ std::optional<SimulatedJob> draw_job(Random& random,
                                      SimulatedFault fault,
                                      const FaultSettings& settings);
 
-/// What the finder said of a job with a fault.
+/// What the finder told people of a job with a fault.
 enum class Finding : std::uint8_t {
-  Named,   ///< the right target, or the right cause where no single target lies
+  /// The right target; where no single one lies, the right cause by itself, with its side or
+  /// factor.
+  Named,
   Listed,  ///< the data cannot tell, and the right one is among the suspicions
   Wrong,
   Missed,  ///< nothing was said
