@@ -14,6 +14,8 @@ using std::numbers::pi;
 /// Below this part of the larger sigma the integrand's dip becomes too narrow for the angle.
 constexpr double kLeastRatio = 0.1;
 
+constexpr double kLeastProbability = 1e-20;
+
 /// The trapezoidal rule on (0, pi) of the double angle: n intervals and the cosine of one.
 struct Steps {
   int n;
@@ -50,8 +52,8 @@ double by_angle(double ratio, double sigma_ratio) {
   const double mean = (1 + small_2) / 2;
   const double half = (1 - small_2) / 2;
   const double b = ratio * ratio / 2;
-  constexpr double kUnderflow = 745;  // e^-745 is below the smallest number
-  if (b > kUnderflow) return 0;
+  // A bound of the integral: nobody's errors are normal so far out.
+  if (b > -std::log(kLeastProbability)) return 0;
   const auto [n, step_cos] = steps_of(ratio, sigma_ratio);
   double previous = step_cos;  // of one step back
   double current = 1;

@@ -74,18 +74,19 @@ std::optional<double> RadialFigures::cpk(Length tolerance) const {
 }
 
 JobVerdict::JobVerdict(const Tolerances& tolerances) : tolerances_(tolerances) {
-  for (int i = 0; i <= kRadii; ++i) {
-    radii_95_[static_cast<std::size_t>(i)] =
-        radius_exceeded({mm(1), mm(static_cast<double>(i) / kRadii)}, 0.05).in_mm();
+  for (int i = 0; i <= kRatios; ++i) {
+    const PrincipalSigmas sigmas{mm(1), mm(static_cast<double>(i) / kRatios)};
+    radii_95_[static_cast<std::size_t>(i)] = radius_exceeded(sigmas, 0.05).in_mm();
+    means_[static_cast<std::size_t>(i)] = mean_radial_error(sigmas).in_mm();
   }
 }
 
-Length JobVerdict::radius_95(const PrincipalSigmas& sigmas) const {
+Length JobVerdict::interpolated(const ByRatio& table, const PrincipalSigmas& sigmas) {
   if (!(sigmas.large > Length())) return {};
-  const double at = std::clamp(sigmas.small / sigmas.large, 0.0, 1.0) * kRadii;
-  const auto i = std::min<std::size_t>(static_cast<std::size_t>(at), kRadii - 1);
+  const double at = std::clamp(sigmas.small / sigmas.large, 0.0, 1.0) * kRatios;
+  const auto i = std::min<std::size_t>(static_cast<std::size_t>(at), kRatios - 1);
   const double part = at - static_cast<double>(i);
-  return (radii_95_[i] + part * (radii_95_[i + 1] - radii_95_[i])) * sigmas.large;
+  return (table[i] + part * (table[i + 1] - table[i])) * sigmas.large;
 }
 
 void JobVerdict::begin(const ProgramInfo& info) {
@@ -139,10 +140,10 @@ void JobVerdict::put_place(const Operation& operation, int tool_number, const Pl
   }
   const PrincipalSigmas sigmas = principal_sigmas(place.cov_mm2);
   ++tool.predicted.n;
-  tool.predicted.sum_mm += mean_radial_error(sigmas).in_mm();
+  tool.predicted.sum_mm += interpolated(means_, sigmas).in_mm();
   tool.predicted.sum_squares_mm2 += square_mm2;
   tool.largest_sigma = std::max(tool.largest_sigma, sigmas.large);
-  tool.largest_radius_95 = std::max(tool.largest_radius_95, radius_95(sigmas));
+  tool.largest_radius_95 = std::max(tool.largest_radius_95, interpolated(radii_95_, sigmas));
   if (place.risk) judge(operation, tool, place);
 }
 

@@ -123,8 +123,11 @@ class JobVerdict final : public OperationSink {
   void put_place(const Operation& operation, int tool, const PlacedPoint& place);
   void put_plunge(const Operation& operation, int tool);
   void judge(const Operation& operation, ToolFigures& tool, const PlacedPoint& place);
-  /// To 1e-4 of itself.
-  Length radius_95(const PrincipalSigmas& sigmas) const;
+  /// A length that grows with the larger sigma, by its values at ratios of the sigmas; to 1e-5 of
+  /// itself.
+  static constexpr int kRatios = 256;
+  using ByRatio = std::array<double, kRatios + 1>;
+  static Length interpolated(const ByRatio& table, const PrincipalSigmas& sigmas);
 
   Tolerances tolerances_;
   std::map<int, Tool> tools_;
@@ -133,9 +136,9 @@ class JobVerdict final : public OperationSink {
   PlacedPoint router_;  ///< where it stands
   int tool_ = 0;        ///< of last_
   ToolFigures* last_ = nullptr;
-  /// radius_exceeded(1, k, 5 %) at evenly spaced k: every place asks for it.
-  static constexpr int kRadii = 64;
-  std::array<double, kRadii + 1> radii_95_;
+  // Every place asks for them.
+  ByRatio radii_95_;  ///< radius_exceeded by 5 %
+  ByRatio means_;     ///< mean_radial_error
 };
 
 }  // namespace panelcal

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <ceres/ceres.h>
@@ -60,7 +60,8 @@ double by_ceres(const std::vector<RawPair>& pairs) {
   covariance_options.algorithm_type = ceres::DENSE_SVD;
   ceres::Covariance covariance(covariance_options);
   double cov[kParameters * kParameters] = {};
-  if (covariance.Compute({{p, p}}, &problem)) covariance.GetCovarianceBlock(p, p, cov);
+  const std::vector<std::pair<const double*, const double*>> blocks = {{p, p}};
+  if (covariance.Compute(blocks, &problem)) covariance.GetCovarianceBlock(p, p, cov);
   return p[0] + cov[0];
 }
 
