@@ -95,7 +95,8 @@ std::string common_paragraph(const ErrorBudget& budget) {
   return fmt::format(
       "<p>The spindle-camera offset and its drift move <b>all holes of the job alike</b>: {}. No "
       "further target makes that smaller, only a new calibration of the offset. Errors of targets "
-      "are common to the holes of one fit, those of a camera's calibration to all holes whose targets "
+      "are common to the holes of one fit, those of a camera's calibration to all holes whose "
+      "targets "
       "it saw.</p>\n",
       size);
 }

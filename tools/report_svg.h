@@ -35,7 +35,7 @@ class View {
   double width() const { return width_; }
   double height() const { return height_; }
   const Extent& shown() const { return shown_; }  ///< all that the frame holds
-  double plot_side() const;  ///< the shorter side of the plotted area, px
+  double plot_side() const;                       ///< the shorter side of the plotted area, px
 
   /// The opening tag; `label` is for those who cannot see it, already escaped.
   std::string open(std::string_view css_class, std::string_view label) const;

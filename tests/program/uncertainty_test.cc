@@ -189,20 +189,21 @@ std::string explained(const std::string& text, const WalkOptions& options) {
 
 TEST(Uncertainty, IsExplainedTermByTerm) {
   // Variances 1, 0.49 (x only), 4, 9, 25, 36, 4, 9, 16: 208.49 in all.
-  EXPECT_THAT(explained(metric("G34,1\nG35X0.Y0.\nT1\nX50.Y70.\nM30\n"), all_terms()),
-              HasSubstr("  corrected   (50.000000, 70.000000) mm, sigma (10.222, 10.198) um\n"
-                        "  budget                      sigma x     y um share %  common to\n"
-                        "    detector                    1.000    1.000     1.0  holes of one fit\n"
-                        "    camera calibration          0.700    0.000     0.2  holes of one camera\n"
-                        "    stage at the targets        2.000    2.000     3.8  holes of one fit\n"
-                        "    table at the targets        3.000    3.000     8.6  holes of one fit\n"
-                        "    spindle-camera offset       5.000    5.000    24.0  all holes\n"
-                        "    its drift                   6.000    6.000    34.5  all holes\n"
-                        "    stage at the hole           2.000    2.000     3.8  this hole alone\n"
-                        "    table at the hole           3.000    3.000     8.6  this hole alone\n"
-                        "    drill wander                4.000    4.000    15.3  this hole alone\n"
-                        "    total                      10.222   10.198   100.0\n"
-                        "  work zero"));
+  EXPECT_THAT(
+      explained(metric("G34,1\nG35X0.Y0.\nT1\nX50.Y70.\nM30\n"), all_terms()),
+      HasSubstr("  corrected   (50.000000, 70.000000) mm, sigma (10.222, 10.198) um\n"
+                "  budget                      sigma x     y um share %  common to\n"
+                "    detector                    1.000    1.000     1.0  holes of one fit\n"
+                "    camera calibration          0.700    0.000     0.2  holes of one camera\n"
+                "    stage at the targets        2.000    2.000     3.8  holes of one fit\n"
+                "    table at the targets        3.000    3.000     8.6  holes of one fit\n"
+                "    spindle-camera offset       5.000    5.000    24.0  all holes\n"
+                "    its drift                   6.000    6.000    34.5  all holes\n"
+                "    stage at the hole           2.000    2.000     3.8  this hole alone\n"
+                "    table at the hole           3.000    3.000     8.6  this hole alone\n"
+                "    drill wander                4.000    4.000    15.3  this hole alone\n"
+                "    total                      10.222   10.198   100.0\n"
+                "  work zero"));
 }
 
 TEST(Uncertainty, ExplainsWhatNobodyStatedAndAHoleAtItsTarget) {
