@@ -3,17 +3,12 @@
 
 #include <utility>
 
+#include "panelcal/calib/panel_system.h"
+
 namespace panelcal {
 namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-/// d(mapped point) / d(coefficients), as in TransformEstimate.
-Eigen::Matrix<double, 2, 6> point_jacobian(const Eigen::Vector2d& p_mm) {
-  Eigen::Matrix<double, 2, 6> j;
-  j << p_mm.x(), p_mm.y(), 0, 0, 1, 0, 0, 0, p_mm.x(), p_mm.y(), 0, 1;
-  return j;
-}
 
 /// d(coefficients of outer * inner) / d(coefficients of inner): each column and the translation
 /// of the inner map is multiplied by the outer linear part.
@@ -48,7 +43,7 @@ Matrix6d answer_to_base(const NestedFit& nested, const BaseFit& base) {
   for (std::size_t i = 0; i < nested.pairs.size(); ++i) {
     const Eigen::Vector2d nominal_mm = nominal_from_base(nested.pairs[i].nominal).in_mm();
     answer -= nested.gain.middleCols<2>(2 * static_cast<Eigen::Index>(i)) *
-              nested.map.map.linear() * point_jacobian(nominal_mm);
+              nested.map.map.linear() * internal::design(nominal_mm);
   }
   return answer;
 }
@@ -58,6 +53,17 @@ Matrix6d whole_by_base(const BaseFit& base, const NestedFit* nested) {
   if (nested == nullptr) return Matrix6d::Identity();
   return by_inner(nested->map.map.linear()) +
          by_outer(base.map.map) * answer_to_base(*nested, base);
+}
+
+/// What a slot does not show may hold anything, and must not come through a gain of zero.
+template <class Target>
+void keep_what_shows(ObservedAxes axes, Target& target) {
+  for (const int axis : {0, 1}) {
+    if (axis == 0 ? observes_x(axes) : observes_y(axes)) continue;
+    target.cov_mm2.row(axis).setZero();
+    target.cov_mm2.col(axis).setZero();
+    target.by_camera.row(axis).setZero();
+  }
 }
 
 template <class To, class From>
@@ -73,13 +79,7 @@ void append_influences(const PanelFit<To, From>& fit,
     target.by_camera = pair.by_camera;
     target.i_camera = pair.i_camera;
     target.n_arrivals = pair.n_arrivals;
-    // What a slot does not show may hold anything, and must not come through a gain of zero.
-    for (const int axis : {0, 1}) {
-      if (axis == 0 ? observes_x(pair.axes) : observes_y(pair.axes)) continue;
-      target.cov_mm2.row(axis).setZero();
-      target.cov_mm2.col(axis).setZero();
-      target.by_camera.row(axis).setZero();
-    }
+    keep_what_shows(pair.axes, target);
     out.push_back(target);
   }
 }
@@ -99,7 +99,8 @@ Matrix6d camera_covariance(const std::vector<CorrectionStack::TargetInfluence>& 
 
 CorrectionStack::CorrectionStack() = default;
 
-CorrectionStack::CorrectionStack(MachineUncertainty machine) : machine_(std::move(machine)) {
+CorrectionStack::CorrectionStack(MachineUncertainty machine)
+    : machine_(std::move(machine)), machines_offset_(machine_.offset()) {
 }
 
 Eigen::Matrix<double, 6, 5> coefficients_by_camera(
@@ -111,14 +112,18 @@ Eigen::Matrix<double, 6, 5> coefficients_by_camera(
   return sum;
 }
 
-void CorrectionStack::set_base(std::shared_ptr<const BaseFit> fit) {
+void CorrectionStack::set_base(std::shared_ptr<const BaseFit> fit,
+                               const std::optional<OffsetUncertainty>& offset) {
   base_ = std::move(fit);
+  base_offset_ = offset.value_or(machines_offset_);
   nested_.reset();
   compose();
 }
 
-void CorrectionStack::set_nested(std::shared_ptr<const NestedFit> fit) {
+void CorrectionStack::set_nested(std::shared_ptr<const NestedFit> fit,
+                                 const std::optional<OffsetUncertainty>& offset) {
   nested_ = std::move(fit);
+  nested_offset_ = offset.value_or(machines_offset_);
   compose();
 }
 
@@ -150,7 +155,61 @@ Eigen::Matrix<double, 6, 6> CorrectionStack::choice_cov() const {
   return cov;
 }
 
+std::vector<CorrectionStack::PlaceInfluence> CorrectionStack::influences_at(
+    const Position<frame::Nominal>& nominal) const {
+  const internal::RawSmooth& raw = smooth_->panel->raw();
+  const internal::SmoothBasis basis = raw.basis_at(nominal.in_mm());
+  std::vector<PlaceInfluence> out;
+  for (std::size_t i = 0; i < base_->pairs.size(); ++i) {
+    const auto& pair = base_->pairs[i];
+    PlaceInfluence target{.by_measured = raw.by_target(basis, i),
+                          .cov_mm2 = pair.measured.cov,
+                          .by_camera = pair.by_camera,
+                          .i_camera = pair.i_camera,
+                          .n_arrivals = pair.n_arrivals};
+    keep_what_shows(pair.axes, target);
+    out.push_back(target);
+  }
+  return out;
+}
+
+PositionEstimate<frame::Actual> CorrectionStack::drilled_smooth(
+    const Position<frame::Nominal>& nominal) const {
+  const internal::RawSmooth& raw = smooth_->panel->raw();
+  const internal::SmoothBasis basis = raw.basis_at(nominal.in_mm());
+  return {position_mm<frame::Actual>(raw.place_mm(basis)), smooth_->drilled(basis)};
+}
+
+/// Everything that is the same at all places belongs to the basis' constant; what the cameras'
+/// calibrations share goes through the weights.
+void CorrectionStack::compose_smooth() {
+  smooth_.reset();
+  if (!base_ || !base_->smooth || nested_) return;
+  const internal::RawSmooth& raw = base_->smooth->raw();
+  Eigen::MatrixXd of_weights =
+      Eigen::MatrixXd::Zero(raw.by_measured.rows(), raw.by_measured.rows());
+  for (int i_camera = 0; i_camera < machine_.n_cameras(); ++i_camera) {
+    Eigen::MatrixXd by_camera = Eigen::MatrixXd::Zero(raw.by_measured.cols(), 5);
+    for (std::size_t i = 0; i < base_->pairs.size(); ++i) {
+      const auto& pair = base_->pairs[i];
+      if (pair.i_camera != i_camera) continue;
+      const auto row = 2 * static_cast<Eigen::Index>(i);
+      if (observes_x(pair.axes)) by_camera.row(row) = pair.by_camera.row(0);
+      if (observes_y(pair.axes)) by_camera.row(row + 1) = pair.by_camera.row(1);
+    }
+    const Eigen::MatrixXd through = raw.by_measured * by_camera;
+    of_weights += through * machine_.camera_of(i_camera) * through.transpose();
+  }
+  const Eigen::Index constant = of_weights.rows() - 6;
+  of_weights.block<2, 2>(constant, constant) += machine_.shared_mm2() + machine_.of_hole_mm2();
+  SmoothBase smooth{base_->smooth, internal::CovarianceForm::of_weights(of_weights)};
+  smooth.drilled += raw.cov;
+  smooth_ = std::make_shared<const SmoothBase>(std::move(smooth));
+}
+
 void CorrectionStack::compose() {
+  machine_.set_offset(nested_ ? nested_offset_ : base_ ? base_offset_ : machines_offset_);
+  compose_smooth();
   base_map_ = base_ ? base_->map.map : Transform<frame::Base, frame::Nominal>();
   const Transform<frame::Actual, frame::Base> nested_map =
       nested_ ? nested_->map.map : Transform<frame::Actual, frame::Base>();

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "panelcal/calib/base/estimate.h"
 #include "panelcal/calib/machine_uncertainty.h"
 #include "panelcal/calib/panel_fit.h"
+#include "panelcal/calib/smooth_panel.h"
 
 namespace panelcal {
 
@@ -33,22 +35,47 @@ using NestedFit = PanelFit<frame::Actual, frame::Base>;
 ///
 /// for each calibrated camera. What the machine adds at a hole, and the spindle-camera offset, are
 /// the same at every place and stand in the translation's part of the covariance.
+///
+/// A base panel that is bent smoothly has no six coefficients. Then base() is not affine; a place
+/// and its covariance are those of the spline (calib/smooth_panel.h), with T as above at the place,
+/// and no nested correction may be on top of it.
 class CorrectionStack {
  public:
   CorrectionStack();
   explicit CorrectionStack(MachineUncertainty machine);
 
-  void set_base(std::shared_ptr<const BaseFit> fit);
-  /// Precondition: the fit's base targets are base() of the targets' nominal places.
-  void set_nested(std::shared_ptr<const NestedFit> fit);
+  /// In     offset: of the spindle-camera offset that the targets were measured with; absent: the
+  ///        machine's
+  void set_base(std::shared_ptr<const BaseFit> fit,
+                const std::optional<OffsetUncertainty>& offset = std::nullopt);
+  /// A nested fit undoes the base fit's shift, and the base's offset with it: only its own counts.
+  ///
+  /// Precondition: the fit's base targets are base() of the targets' nominal places; !is_bent()
+  void set_nested(std::shared_ptr<const NestedFit> fit,
+                  const std::optional<OffsetUncertainty>& offset = std::nullopt);
   void clear_base();    ///< and the nested one (G37)
   void clear_nested();  ///< G47
 
   const BaseFit* base() const { return base_.get(); }
   const NestedFit* nested() const { return nested_.get(); }
+  /// With the offset that the innermost fit in force was measured with.
   const MachineUncertainty& machine() const { return machine_; }
 
-  /// Where a nested target is looked for, as base coordinates.
+  /// The panel is bent: affine maps below are only the nearest ones, places are not theirs.
+  bool is_bent() const { return smooth_ && smooth_->panel->is_bent(); }
+  /// Where a place is, and a nested target is looked for.
+  Position<frame::Base> base_of(const Position<frame::Nominal>& nominal) const {
+    return is_bent() ? smooth_->panel->map(nominal) : base_map_(nominal);
+  }
+  Position<frame::Actual> actual_of(const Position<frame::Nominal>& nominal) const {
+    return is_bent() ? position_mm<frame::Actual>(base_of(nominal).in_mm()) : whole_.map(nominal);
+  }
+  /// Where a hole is drilled, with all that drilled_from_nominal() counts.
+  PositionEstimate<frame::Actual> drilled(const Position<frame::Nominal>& nominal) const {
+    return smooth_ ? drilled_smooth(nominal) : drilled_(nominal);
+  }
+
+  /// The base correction as base coordinates, or the affine map nearest to it.
   const Transform<frame::Base, frame::Nominal>& base_from_nominal() const { return base_map_; }
   /// The whole correction with the covariance of the fits, cameras' calibrations included;
   /// recomputed only when a correction changes.
@@ -69,20 +96,46 @@ class CorrectionStack {
     int i_camera = 0;
     int n_arrivals = 1;
   };
-  /// Those of the base fit, then those of the nested one.
+  /// Those of the base fit, then those of the nested one. Precondition: smooth() is null
   std::vector<TargetInfluence> influences() const;
+  /// The base fit where its covariance is no affine map's; null otherwise.
+  const SmoothPanelFit<frame::Base, frame::Nominal>* smooth() const {
+    return smooth_ ? smooth_->panel.get() : nullptr;
+  }
+  /// How a place of smooth() answers to what was measured.
+  struct PlaceInfluence {
+    Eigen::Matrix2d by_measured;
+    Eigen::Matrix2d cov_mm2;  ///< as the fit took it
+    CameraJacobian by_camera;
+    int i_camera = 0;
+    int n_arrivals = 1;
+  };
+  /// Precondition: smooth() is not null
+  std::vector<PlaceInfluence> influences_at(const Position<frame::Nominal>& nominal) const;
   /// The part of the covariance that comes from not knowing the panel's model; zero if it is given.
   Eigen::Matrix<double, 6, 6> choice_cov() const;
 
  private:
+  /// What a smooth base fit makes of a place.
+  struct SmoothBase {
+    std::shared_ptr<const SmoothPanelFit<frame::Base, frame::Nominal>> panel;
+    internal::CovarianceForm drilled;
+  };
+
   void compose();
+  void compose_smooth();
+  PositionEstimate<frame::Actual> drilled_smooth(const Position<frame::Nominal>& nominal) const;
 
   MachineUncertainty machine_;
+  OffsetUncertainty machines_offset_;
+  OffsetUncertainty base_offset_;
+  OffsetUncertainty nested_offset_;
   std::shared_ptr<const BaseFit> base_;
   std::shared_ptr<const NestedFit> nested_;
   Transform<frame::Base, frame::Nominal> base_map_;
   TransformEstimate<frame::Actual, frame::Nominal> whole_;
   TransformEstimate<frame::Actual, frame::Nominal> drilled_;
+  std::shared_ptr<const SmoothBase> smooth_;
 };
 
 /// T of above: d coefficients of the whole map / d parameters of one camera.

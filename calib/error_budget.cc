@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "panelcal/calib/panel_system.h"
+
 namespace panelcal {
 namespace {
 
@@ -31,16 +33,53 @@ ErrorBudget with_machine(const TargetTerms& targets,
   };
 }
 
-Eigen::Matrix<double, 2, 6> place_by_coefficients(const Eigen::Vector2d& p_mm) {
-  Eigen::Matrix<double, 2, 6> j;
-  j << p_mm.x(), p_mm.y(), 0, 0, 1, 0, 0, 0, p_mm.x(), p_mm.y(), 0, 1;
-  return j;
+/// Of the picture alone: what the machine adds at a target is taken out again.
+template <class Target>
+Eigen::Matrix2d seen_mm2(const Target& target, const MachineUncertainty& machine) {
+  return target.cov_mm2 - machine.stage_mm2() / target.n_arrivals - machine.table_mm2();
 }
 
-/// Of the picture alone: what the machine adds at a target is taken out again.
-Eigen::Matrix2d seen_mm2(const CorrectionStack::TargetInfluence& target,
-                         const MachineUncertainty& machine) {
-  return target.cov_mm2 - machine.stage_mm2() / target.n_arrivals - machine.table_mm2();
+/// Adds what the errors at one target make at the place.
+template <class Target>
+void take(const Eigen::Matrix2d& by_measured,
+          const Target& target,
+          const MachineUncertainty& machine,
+          TargetTerms& terms) {
+  const Eigen::Matrix2d stage_mm2 = machine.stage_mm2() / target.n_arrivals;
+  terms.detector += propagate(by_measured, seen_mm2(target, machine));
+  terms.stage += propagate(by_measured, stage_mm2);
+  terms.table += propagate(by_measured, machine.table_mm2());
+}
+
+/// A smooth fit: what its covariance has on top of the targets' errors is what nobody knows of the
+/// panel between them.
+ErrorBudget smooth_budget(const CorrectionStack& stack, const Position<frame::Nominal>& nominal) {
+  const MachineUncertainty& machine = stack.machine();
+  const internal::RawSmooth& raw = stack.smooth()->raw();
+  const internal::SmoothBasis basis = raw.basis_at(nominal.in_mm());
+  const auto influences = stack.influences_at(nominal);
+  TargetTerms terms;
+  for (const CorrectionStack::PlaceInfluence& target : influences) {
+    take(target.by_measured, target, machine, terms);
+  }
+  for (int i_camera = 0; i_camera < machine.n_cameras(); ++i_camera) {
+    CameraJacobian by_camera = CameraJacobian::Zero();
+    for (const CorrectionStack::PlaceInfluence& target : influences) {
+      if (target.i_camera == i_camera) by_camera += target.by_measured * target.by_camera;
+    }
+    terms.camera += by_camera * machine.camera_of(i_camera) * by_camera.transpose();
+  }
+  ErrorBudget budget = with_machine(terms, SharedBy::Correction, machine);
+  const Eigen::Matrix2d choice_mm2 = raw.choice(basis);
+  if (raw.is_bent) {
+    const Eigen::Matrix2d noise_mm2 = terms.detector + terms.stage + terms.table;
+    budget.push_back(
+        {"bending between targets", SharedBy::Correction, raw.cov(basis) - choice_mm2 - noise_mm2});
+  }
+  if (!choice_mm2.isZero(0)) {
+    budget.push_back({"choice of the model", SharedBy::Correction, choice_mm2});
+  }
+  return budget;
 }
 
 }  // namespace
@@ -73,16 +112,13 @@ Length largest_sigma(const Eigen::Matrix2d& cov_mm2) {
 
 ErrorBudget error_budget(const CorrectionStack& stack, const Position<frame::Nominal>& nominal) {
   if (stack.base() == nullptr && stack.nested() == nullptr) return {};
+  if (stack.smooth() != nullptr) return smooth_budget(stack, nominal);
   const MachineUncertainty& machine = stack.machine();
-  const Eigen::Matrix<double, 2, 6> j = place_by_coefficients(nominal.in_mm());
+  const Eigen::Matrix<double, 2, 6> j = internal::design(nominal.in_mm());
   const auto influences = stack.influences();
   TargetTerms terms;
   for (const CorrectionStack::TargetInfluence& target : influences) {
-    const Eigen::Matrix2d by_measured = j * target.by_measured;
-    const Eigen::Matrix2d stage_mm2 = machine.stage_mm2() / target.n_arrivals;
-    terms.detector += propagate(by_measured, seen_mm2(target, machine));
-    terms.stage += propagate(by_measured, stage_mm2);
-    terms.table += propagate(by_measured, machine.table_mm2());
+    take(j * target.by_measured, target, machine, terms);
   }
   for (int i_camera = 0; i_camera < machine.n_cameras(); ++i_camera) {
     const CameraJacobian by_camera = j * coefficients_by_camera(influences, i_camera);
@@ -109,9 +145,20 @@ Eigen::Matrix<double, 6, 6> coefficients_cov_of_pictures(const CorrectionStack& 
   return cov;
 }
 
+Eigen::Matrix2d smooth_cov_of_pictures_mm2(const CorrectionStack& stack,
+                                           const Position<frame::Nominal>& nominal) {
+  const MachineUncertainty& machine = stack.machine();
+  const internal::RawSmooth& raw = stack.smooth()->raw();
+  Eigen::Matrix2d cov_mm2 = raw.cov(raw.basis_at(nominal.in_mm()));
+  for (const CorrectionStack::PlaceInfluence& target : stack.influences_at(nominal)) {
+    cov_mm2 -= propagate(target.by_measured, target.cov_mm2 - seen_mm2(target, machine));
+  }
+  return cov_mm2;
+}
+
 Eigen::Matrix2d place_cov_mm2(const Eigen::Matrix<double, 6, 6>& coefficients_cov,
                               const Position<frame::Nominal>& nominal) {
-  const Eigen::Matrix<double, 2, 6> j = place_by_coefficients(nominal.in_mm());
+  const Eigen::Matrix<double, 2, 6> j = internal::design(nominal.in_mm());
   return j * coefficients_cov * j.transpose();
 }
 

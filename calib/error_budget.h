@@ -43,7 +43,9 @@ Length largest_sigma(const Eigen::Matrix2d& cov_mm2);
 /// Of a hole that is drilled through the corrections in force; empty without one.
 ///
 /// In     nominal: what the corrections are applied to, reference scaling done
-/// Out    terms whose sum is CorrectionStack::drilled_from_nominal at the place, but for rounding
+/// Out    terms whose sum is CorrectionStack::drilled at the place, but for rounding; of a panel
+/// that
+///        is bent one for what lies between the targets
 /// Cost   O(targets)
 /// See    tests/calib/error_budget_test.cc
 ErrorBudget error_budget(const CorrectionStack& stack, const Position<frame::Nominal>& nominal);
@@ -55,6 +57,9 @@ ErrorBudget error_budget(const CorrectionStack& stack, const Position<frame::Nom
 /// Out    order and use as TransformEstimate's; zero without a correction
 /// Cost   O(targets)
 Eigen::Matrix<double, 6, 6> coefficients_cov_of_pictures(const CorrectionStack& stack);
+/// The same of a place, for a smooth fit. Precondition: stack.smooth() is not null
+Eigen::Matrix2d smooth_cov_of_pictures_mm2(const CorrectionStack& stack,
+                                           const Position<frame::Nominal>& nominal);
 /// Of a place on the panel, from the covariance of the coefficients.
 Eigen::Matrix2d place_cov_mm2(const Eigen::Matrix<double, 6, 6>& coefficients_cov,
                               const Position<frame::Nominal>& nominal);

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "panelcal/calib/fault_stories.h"
+#include "panelcal/calib/panel_system.h"
 
 namespace panelcal::internal {
 namespace {
@@ -48,12 +49,9 @@ double odds_of(const PictureOdds& odds, bool is_bad) {
   return is_bad ? odds.bad : odds.good;
 }
 
-Eigen::Vector2d seen_part(const ToldTarget& target, const Eigen::Vector2d& v_mm) {
-  return {observes_x(target.axes) ? v_mm.x() : 0.0, observes_y(target.axes) ? v_mm.y() : 0.0};
-}
-
 Eigen::Vector2d residual_mm(const ToldTarget& target, const Evidence& told) {
-  return seen_part(target, target.to_mm - told.linear * target.from_mm - told.translation_mm);
+  return observed_part(target.to_mm - told.linear * target.from_mm - told.translation_mm,
+                       target.axes);
 }
 
 /// Residuals in sigmas after a fit that large residuals pull at with constant force only (Huber

@@ -17,6 +17,12 @@ using CameraCovariance = Eigen::Matrix<double, 5, 5>;
 /// d measured place (mm) / d camera parameters, in the same order.
 using CameraJacobian = Eigen::Matrix<double, 2, 5>;
 
+/// What is not known of a spindle-camera offset, mm^2.
+struct OffsetUncertainty {
+  Eigen::Matrix2d calibrated_mm2 = Eigen::Matrix2d::Zero();  ///< of the offset as calibrated
+  Eigen::Matrix2d drift_mm2 = Eigen::Matrix2d::Zero();       ///< of the offset since then
+};
+
 /// What one machine adds to the error of places, as [uncertainty], [spindle] and [camera] name it.
 /// All lengths are standard deviations along each axis.
 ///
@@ -48,6 +54,12 @@ struct MachineUncertainty {
   /// Precondition: 0 <= i_camera < n_cameras().
   const CameraCovariance& camera_of(int i_camera) const {
     return i_camera == 0 ? camera : std::next(zooms.begin(), i_camera - 1)->second;
+  }
+
+  OffsetUncertainty offset() const { return {spindle_camera_mm2, drift_mm2}; }
+  void set_offset(const OffsetUncertainty& offset) {
+    spindle_camera_mm2 = offset.calibrated_mm2;
+    drift_mm2 = offset.drift_mm2;
   }
 
   Eigen::Matrix2d stage_mm2() const { return isotropic(stage_repeatability); }

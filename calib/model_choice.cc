@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -71,6 +73,19 @@ double least_criterion(std::span<const ModelScore> scores) {
   return least;
 }
 
+/// Akaike's, of those that are not eligible 0.
+std::vector<double> weights_of(std::span<const ModelScore> scores) {
+  const double least = least_criterion(scores);
+  std::vector<double> weights;
+  double sum = 0;
+  for (const ModelScore& score : scores) {
+    weights.push_back(score.is_eligible ? std::exp(-0.5 * (score.criterion - least)) : 0);
+    sum += weights.back();
+  }
+  for (double& weight : weights) weight /= sum;
+  return weights;
+}
+
 /// Marks the stiffest of those that may be chosen and are as good as the best.
 void choose(std::span<ModelScore> scores) {
   const double bound = least_criterion(scores) + kWorthASofterModel;
@@ -78,6 +93,83 @@ void choose(std::span<ModelScore> scores) {
     score.is_chosen = score.is_eligible && score.criterion <= bound;
     if (score.is_chosen) return;
   }
+}
+
+bool foretells_best(const ModelScore& score, std::span<const ModelScore> others) {
+  return score.left_out_mm && std::ranges::all_of(others, [&score](const ModelScore& other) {
+           return !other.left_out_mm || *score.left_out_mm < *other.left_out_mm;
+         });
+}
+
+/// d weights of the basis (1, x, y; x and y by turns) / d [l00 l01 l10 l11 tx ty].
+Eigen::Matrix<double, 6, 6> weights_by_coefficients(const RawSmooth& smooth) {
+  const double s = smooth.scale_mm;
+  const Eigen::Vector2d c = smooth.center_mm;
+  Eigen::Matrix<double, 6, 6> m;
+  m << c.x(), c.y(), 0, 0, 1, 0,  //
+      0, 0, c.x(), c.y(), 0, 1,   //
+      s, 0, 0, 0, 0, 0,           //
+      0, 0, s, 0, 0, 0,           //
+      0, s, 0, 0, 0, 0,           //
+      0, 0, 0, s, 0, 0;
+  return m;
+}
+
+/// w d d^T of a difference of two maps.
+CovarianceForm squared(const Eigen::Matrix2Xd& weights, double w) {
+  const Eigen::MatrixXd xy = w * weights.row(0).transpose() * weights.row(1);
+  return {w * weights.row(0).transpose() * weights.row(0),
+          0.5 * (xy + xy.transpose()),
+          w * weights.row(1).transpose() * weights.row(1)};
+}
+
+CovarianceForm scaled(const CovarianceForm& form, double factor) {
+  return {factor * form.xx, factor * form.xy, factor * form.yy};
+}
+
+/// Of the coefficients of an affine map.
+CovarianceForm affine_form(const RawSmooth& smooth, const Eigen::Matrix<double, 6, 6>& cov) {
+  const Eigen::Index n = smooth.by_measured.rows();
+  const Eigen::Matrix<double, 6, 6> m = weights_by_coefficients(smooth);
+  Eigen::MatrixXd of_weights = Eigen::MatrixXd::Zero(n, n);
+  of_weights.bottomRightCorner<6, 6>() = m * cov * m.transpose();
+  return CovarianceForm::of_weights(of_weights);
+}
+
+/// A bent fit with what the stiffer models say against it.
+void count_stiffer(std::span<const RawPair> pairs,
+                   std::span<const ModelScore> scores,
+                   RawSmooth& smooth) {
+  const std::vector<double> weights = weights_of(scores);
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    if (scores[i].is_smooth || !(weights[i] > 0)) continue;
+    const RawFitResult other = fit_raw(pairs, scores[i].model);
+    if (!other.fit) continue;
+    smooth.choice +=
+        squared(smooth.weights_of(other.fit->linear, other.fit->translation_mm) - smooth.weights,
+                weights[i]);
+  }
+  smooth.cov += smooth.choice;
+}
+
+/// A straight fit with what the bent one says against it.
+void count_bending(std::span<const RawPair> pairs,
+                   std::span<const ModelScore> scores,
+                   const RawFit& straight,
+                   double weight,
+                   RawSmooth& smooth) {
+  const Eigen::Matrix2Xd weights = smooth.weights_of(straight.linear, straight.translation_mm);
+  const CovarianceForm alone = affine_form(smooth, straight.cov);
+  smooth.choice = affine_form(smooth, choice_covariance(pairs, scores));
+  smooth.choice += squared(weights - smooth.weights, weight);
+  smooth.choice += scaled(smooth.cov, weight);
+  smooth.choice += scaled(alone, -weight);
+  smooth.cov = alone;
+  smooth.cov += smooth.choice;
+  smooth.weights = weights;
+  smooth.by_measured.setZero();
+  smooth.by_measured.bottomRows<6>() = weights_by_coefficients(smooth) * straight.gain;
+  smooth.is_bent = false;
 }
 
 Coefficients coefficients_of(const RawFit& fit) {
@@ -99,7 +191,9 @@ std::optional<double> left_out_rms_mm(std::span<const RawPair> pairs,
   return std::sqrt(*sum_mm2 / static_cast<double>(pairs.size()));
 }
 
-std::vector<ModelScore> compare_raw(std::span<const RawPair> pairs, PanelModel usual) {
+std::vector<ModelScore> compare_raw(std::span<const RawPair> pairs,
+                                    PanelModel usual,
+                                    SmoothModels smooth_models) {
   std::vector<ModelScore> scores;
   for (const PanelModel model : kStiffToSoft) {
     const RawFitResult result = fit_raw(pairs, model);
@@ -119,6 +213,7 @@ std::vector<ModelScore> compare_raw(std::span<const RawPair> pairs, PanelModel u
     score.chi_square = smooth->chi_square;
     score.criterion = smooth->criterion();
     score.left_out_mm = smooth->left_out_rms_mm;
+    score.is_eligible = smooth_models == SmoothModels::Eligible && foretells_best(score, scores);
     scores.push_back(score);
   }
   choose(scores);
@@ -132,19 +227,37 @@ Eigen::Matrix<double, 6, 6> choice_covariance(std::span<const RawPair> pairs,
   if (best == nullptr) return sum;
   const RawFitResult center = fit_raw(pairs, best->model);
   if (!center.fit) return sum;
-  const double least = least_criterion(scores);
-  double sum_of_weights = 0;
-  for (const ModelScore& score : scores) {
-    if (!score.is_eligible) continue;
-    const double weight = std::exp(-0.5 * (score.criterion - least));
-    sum_of_weights += weight;
+  const std::vector<double> weights = weights_of(scores);
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    const ModelScore& score = scores[i];
+    if (!score.is_eligible || score.is_smooth || score.is_chosen) continue;
     const RawFitResult other = fit_raw(pairs, score.model);
-    if (score.is_chosen || !other.fit) continue;
+    if (!other.fit) continue;
     const Coefficients away = coefficients_of(*other.fit) - coefficients_of(*center.fit);
-    sum += weight * away * away.transpose();
-    if (score.model > best->model) sum += weight * (other.fit->cov - center.fit->cov);
+    sum += weights[i] * away * away.transpose();
+    if (score.model > best->model) sum += weights[i] * (other.fit->cov - center.fit->cov);
   }
-  return sum / sum_of_weights;
+  return sum;
+}
+
+std::optional<RawSmooth> smooth_choice(std::span<const RawPair> pairs,
+                                       std::span<const ModelScore> scores) {
+  const auto found = std::ranges::find_if(scores, &ModelScore::is_smooth);
+  const ModelScore* best = chosen(scores);
+  if (found == scores.end() || best == nullptr || !found->is_eligible) return std::nullopt;
+  const double weight =
+      weights_of(scores)[static_cast<std::size_t>(std::distance(scores.begin(), found))];
+  if (!found->is_chosen && weight < kNoWeight) return std::nullopt;
+  std::optional<RawSmooth> smooth = fit_smooth_raw(pairs);
+  if (!smooth) return std::nullopt;
+  if (found->is_chosen) {
+    count_stiffer(pairs, scores, *smooth);
+    return smooth;
+  }
+  const RawFitResult straight = fit_raw(pairs, best->model);
+  if (!straight.fit) return std::nullopt;
+  count_bending(pairs, scores, *straight.fit, weight, *smooth);
+  return smooth;
 }
 
 }  // namespace internal

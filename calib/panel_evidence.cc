@@ -9,6 +9,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "panelcal/calib/panel_system.h"
+
 namespace panelcal::internal {
 namespace {
 
@@ -84,7 +86,8 @@ class Story {
     const Eigen::Vector2d t_mm = translation_mm(z);
     double sum = z.squaredNorm();
     for (const ToldTarget& target : targets_) {
-      const Eigen::Vector2d r_mm = seen_mm(target, target.to_mm - l * target.from_mm - t_mm);
+      const Eigen::Vector2d r_mm =
+          observed_part(target.to_mm - l * target.from_mm - t_mm, target.axes);
       sum += r_mm.dot(weight_of(target) * r_mm);
     }
     return sum;
@@ -101,8 +104,8 @@ class Story {
       j.leftCols<2>().setIdentity();
       for (int k = 0; k < 4; ++k) j.col(2 + k) = deformed.by[k] * arm_mm;
       j = j * scales_.asDiagonal();
-      const Eigen::Vector2d r_mm =
-          seen_mm(target, target.to_mm - laid_center_mm_ - shift_mm(z) - deformed.value * arm_mm);
+      const Eigen::Vector2d r_mm = observed_part(
+          target.to_mm - laid_center_mm_ - shift_mm(z) - deformed.value * arm_mm, target.axes);
       const Eigen::Matrix2d weight = weight_of(target);
       curvature += j.transpose() * weight * j;
       descent += j.transpose() * (weight * r_mm);
@@ -115,10 +118,6 @@ class Story {
   }
   Eigen::Vector2d shift_mm(const Parameters& z) const {
     return {scales_[0] * z[0], scales_[1] * z[1]};
-  }
-  /// What a slot does not show may be no number.
-  static Eigen::Vector2d seen_mm(const ToldTarget& target, const Eigen::Vector2d& v_mm) {
-    return {observes_x(target.axes) ? v_mm.x() : 0.0, observes_y(target.axes) ? v_mm.y() : 0.0};
   }
 
   std::span<const ToldTarget> targets_;

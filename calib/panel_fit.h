@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -119,7 +120,13 @@ std::vector<RawPair> raw_pairs(std::span<const TargetPair<To, From>> pairs) {
 
 }  // namespace internal
 
+template <class To, class From>
+class SmoothPanelFit;
+
 /// The fitted map with all that a report needs.
+///
+/// Of a panel that is bent smoothly (calib/smooth_panel.h) `map` is the affine map nearest to it at
+/// the targets; residuals and chi square are those of the bent one.
 template <class To, class From>
 struct PanelFit {
   PanelModel model = PanelModel::Offset;
@@ -131,6 +138,8 @@ struct PanelFit {
   int degrees_of_freedom = 0;
   /// The part of map.cov that comes from not knowing the model (calib/model_choice.h).
   Eigen::Matrix<double, 6, 6> choice_cov = Eigen::Matrix<double, 6, 6>::Zero();
+  /// What corrects instead of `map`; null: the panel is not bent.
+  std::shared_ptr<const SmoothPanelFit<To, From>> smooth;
 };
 
 /// The fit or the reason why there is none.

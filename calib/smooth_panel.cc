@@ -22,6 +22,9 @@ constexpr double kNoBending = 1e-12;
 /// As in model_choice.cc: 1 - leverage of a target that the others cannot do without.
 constexpr double kNothingLeft = 1e-10;
 
+/// Strengths that hardly count need not foretell a target that is left out: the strongest cannot.
+constexpr double kNoWeight = 1e-6;
+
 /// r^2 log r, by the square of r.
 double plate(double squared) {
   return squared > 0 ? 0.5 * squared * std::log(squared) : 0;
@@ -118,6 +121,18 @@ VectorXd mean_weights(const Equations& equations, const Split& split, const Smoo
   return weights;
 }
 
+/// d mean_weights / d measured, the smoothing held fast. A shift of all targets alike comes out as
+/// such, so it does not matter that the centre is theirs.
+MatrixXd influence(const Equations& equations, const Split& split, const Smoothing& smoothing) {
+  const MatrixXd kept = (1 - smoothing.shrinkage.array()).matrix();
+  const VectorXd pull = kept * smoothing.weight.cwiseProduct(smoothing.strength);
+  const MatrixXd alpha = split.rest * pull.asDiagonal() * split.rest.transpose() * equations.b;
+  MatrixXd out(equations.b.cols() + 6, equations.b.cols());
+  out << equations.b.transpose() * alpha,
+      split.lift.transpose() * (equations.b - split.plates * alpha);
+  return out;
+}
+
 /// The covariance of f(p) as a quadratic form in b(p). With u the affine estimate at p, whose own
 /// errors are the first part, and h = f(p) - u B f what it misses, h given the rest's z has the
 /// variance s kappa - s^2 g^T (1 + s d)^-1 g; and from one strength to another its mean moves.
@@ -163,6 +178,7 @@ std::optional<double> left_out_rms(std::span<const RawPair> pairs,
     const MatrixXd v = split.rest.middleRows(row, n_rows);
     VectorXd white = VectorXd::Zero(n_rows);
     for (Index k = 0; k < smoothing.weight.size(); ++k) {
+      if (smoothing.weight[k] < kNoWeight) continue;
       const VectorXd kept = (1 - smoothing.shrinkage.col(k).array()).matrix();
       const MatrixXd left = v * kept.asDiagonal() * v.transpose();
       const Eigen::FullPivLU<MatrixXd> lu(left);
@@ -188,8 +204,14 @@ RawSmooth::Basis RawSmooth::basis(const Eigen::Vector2d& p) const {
   return b;
 }
 
+Eigen::Vector2d RawSmooth::place_mm(const Basis& b) const {
+  Eigen::Vector2d sum_mm = to_center_mm;
+  for (Index k = 0; k < b.size(); ++k) sum_mm += b[k] * weights.col(k);
+  return sum_mm;
+}
+
 Eigen::Vector2d RawSmooth::map_mm(const Eigen::Vector2d& p_mm) const {
-  return to_center_mm + weights * basis((p_mm - center_mm) / scale_mm);
+  return place_mm(basis_at(p_mm));
 }
 
 Eigen::Matrix2d RawSmooth::jacobian(const Eigen::Vector2d& p_mm) const {
@@ -206,7 +228,41 @@ Eigen::Matrix2d RawSmooth::jacobian(const Eigen::Vector2d& p_mm) const {
 }
 
 Eigen::Matrix2d RawSmooth::cov_mm2(const Eigen::Vector2d& p_mm) const {
-  const Basis b = basis((p_mm - center_mm) / scale_mm);
+  return cov(basis_at(p_mm));
+}
+
+Eigen::Matrix2d RawSmooth::by_target(const Basis& b, std::size_t i_target) const {
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (Index k = 0; k < b.size(); ++k) {
+    sum += b[k] * by_measured.block<2, 2>(2 * k, 2 * static_cast<Index>(i_target));
+  }
+  return sum;
+}
+
+Eigen::Matrix2Xd RawSmooth::weights_of(const Eigen::Matrix2d& linear,
+                                       const Eigen::Vector2d& translation_mm) const {
+  Eigen::Matrix2Xd out = Eigen::Matrix2Xd::Zero(2, weights.cols());
+  out.rightCols<2>() = linear * scale_mm;
+  out.col(weights.cols() - 3) = linear * center_mm + translation_mm - to_center_mm;
+  return out;
+}
+
+CovarianceForm CovarianceForm::of_weights(const Eigen::MatrixXd& cov) {
+  const Index n = cov.rows() / 2;
+  const auto of_axes = [&cov, n](Index i, Index j) -> MatrixXd {
+    return cov(Eigen::seqN(i, n, 2), Eigen::seqN(j, n, 2));
+  };
+  return {of_axes(0, 0), 0.5 * (of_axes(0, 1) + of_axes(1, 0)), of_axes(1, 1)};
+}
+
+void CovarianceForm::operator+=(const CovarianceForm& other) {
+  xx += other.xx;
+  xy += other.xy;
+  yy += other.yy;
+}
+
+Eigen::Matrix2d CovarianceForm::operator()(const SmoothBasis& b) const {
+  // No product of a matrix and a vector: that would allocate.
   double sum_xx = 0, sum_xy = 0, sum_yy = 0;
   for (Index j = 0; j < b.size(); ++j) {
     sum_xx += b[j] * xx.col(j).dot(b);
@@ -216,6 +272,27 @@ Eigen::Matrix2d RawSmooth::cov_mm2(const Eigen::Vector2d& p_mm) const {
   Eigen::Matrix2d out;
   out << sum_xx, sum_xy, sum_xy, sum_yy;
   return out;
+}
+
+bool is_unfolded(const RawSmooth& smooth, std::span<const RawPair> pairs) {
+  constexpr int kSteps = 32;
+  Eigen::Vector2d low_mm = pairs.front().from_mm;
+  Eigen::Vector2d high_mm = low_mm;
+  for (const RawPair& pair : pairs) {
+    low_mm = low_mm.cwiseMin(pair.from_mm);
+    high_mm = high_mm.cwiseMax(pair.from_mm);
+    if (!(smooth.jacobian(pair.from_mm).determinant() > 0)) return false;
+  }
+  const Eigen::Vector2d around_mm = 0.25 * (high_mm - low_mm);
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j) {
+      const Eigen::Vector2d share(static_cast<double>(i) / kSteps, static_cast<double>(j) / kSteps);
+      const Eigen::Vector2d p_mm =
+          low_mm - around_mm + share.cwiseProduct(high_mm - low_mm + 2 * around_mm);
+      if (!(smooth.jacobian(p_mm).determinant() > 0)) return false;
+    }
+  }
+  return true;
 }
 
 std::optional<RawSmooth> fit_smooth_raw(std::span<const RawPair> pairs) {
@@ -241,12 +318,9 @@ std::optional<RawSmooth> fit_smooth_raw(std::span<const RawPair> pairs) {
   const VectorXd weights = mean_weights(*equations, *parts, smoothing);
   fit.weights = weights.reshaped(2, n + 3);
   const MatrixXd cov = mean_covariance(*equations, *parts, smoothing);
-  const auto of_axes = [&cov, n](Index i, Index j) -> MatrixXd {
-    return cov(Eigen::seqN(i, n + 3, 2), Eigen::seqN(j, n + 3, 2));
-  };
-  fit.xx = of_axes(0, 0);
-  fit.xy = 0.5 * (of_axes(0, 1) + of_axes(1, 0));
-  fit.yy = of_axes(1, 1);
+  fit.cov = CovarianceForm::of_weights(cov);
+  fit.choice = CovarianceForm::of_weights(MatrixXd::Zero(cov.rows(), cov.cols()));
+  fit.by_measured = influence(*equations, *parts, smoothing);
 
   const VectorXd squared = parts->z.cwiseAbs2();
   const VectorXd shrinkage = smoothing.mean_shrinkage();

@@ -2,6 +2,7 @@
 #include "panelcal/calib/smoothing.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace panelcal::internal {
 namespace {
@@ -48,9 +49,13 @@ Smoothing weigh_strengths(const Eigen::VectorXd& z, const Eigen::VectorXd& d) {
   out.shrinkage.resize(d.size(), kSteps + 1);
   Eigen::VectorXd log_weight(kSteps + 1);
   for (int k = 0; k <= kSteps; ++k) {
-    const double s = k == 0 ? 0 : strength_of_share((k - 0.5) / kSteps, d);
+    // Denser towards both ends: a panel that is bent far beyond the noise has its share within a
+    // hundredth of 1, and there the strength is what matters.
+    const double angle_rad = std::numbers::pi * (k - 0.5) / kSteps;
+    const double s = k == 0 ? 0 : strength_of_share(0.5 * (1 - std::cos(angle_rad)), d);
     const Eigen::ArrayXd variance = 1 + s * d.array();
-    const double prior = k == 0 ? kNotBent : (1 - kNotBent) / kSteps;
+    const double step = 0.5 * std::numbers::pi / kSteps * std::sin(angle_rad);
+    const double prior = k == 0 ? kNotBent : (1 - kNotBent) * step;
     out.strength[k] = s;
     out.shrinkage.col(k) = (s * d.array() / variance).matrix();
     log_weight[k] = std::log(prior) - 0.5 * (variance.log() + z.array().square() / variance).sum();

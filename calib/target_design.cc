@@ -8,6 +8,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "panelcal/calib/panel_model.h"
+#include "panelcal/calib/panel_system.h"
 
 namespace panelcal {
 namespace {
@@ -25,17 +26,9 @@ constexpr double kConfusable = 0.998;
 constexpr std::size_t kMostPairs = 300;
 
 PointJacobian point_jacobian(const Eigen::Vector2d& p, ObservedAxes axes = ObservedAxes::Both) {
-  PointJacobian j = PointJacobian::Zero();
-  if (observes_x(axes)) {
-    j(0, 0) = p.x();
-    j(0, 1) = p.y();
-    j(0, 4) = 1;
-  }
-  if (observes_y(axes)) {
-    j(1, 2) = p.x();
-    j(1, 3) = p.y();
-    j(1, 5) = 1;
-  }
+  PointJacobian j = internal::design(p);
+  if (!observes_x(axes)) j.row(0).setZero();
+  if (!observes_y(axes)) j.row(1).setZero();
   return j;
 }
 

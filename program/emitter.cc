@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/program/bent_path.h"
+
 namespace panelcal {
 namespace {
 
@@ -184,16 +186,17 @@ PlacedPoint Emitter::place_of(const Position<frame::Nominal>& nominal,
   return {nominal,
           corrected.position,
           place_.work_zero + displacement_mm<frame::Machine>(corrected.position.in_mm()),
-          corrected.cov};
+          corrected.cov,
+          std::nullopt};
 }
 
 PlacedPoint Emitter::placed(const Eigen::Vector2d& at_mm, Scaling scaling) {
   const bool is_scaled =
       scaling == Scaling::Applies && place_.is_scaled && options_.scaling.has_value();
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  const auto& map = corrections_.stack.drilled_from_nominal();
   note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
-  PlacedPoint point = place_of(nominal, map(is_scaled ? scaling_(nominal) : nominal));
+  PlacedPoint point =
+      place_of(nominal, corrections_.stack.drilled(is_scaled ? scaling_(nominal) : nominal));
   if (is_correcting()) point.risk = risk_of(point.cov_mm2);
   return point;
 }
@@ -203,8 +206,7 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   hit(line, 1);
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
-  const auto& map = corrections_.stack.drilled_from_nominal();
-  const auto corrected = map(is_scaled ? scaling_(nominal) : nominal);
+  const auto corrected = corrections_.stack.drilled(is_scaled ? scaling_(nominal) : nominal);
   note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
   hole_.line = line;
   hole_.path = place_.path;
@@ -275,6 +277,7 @@ void Emitter::autocalibration(int line, const Eigen::Vector2d& at_mm) {
 void Emitter::move(int line, const Eigen::Vector2d& to_mm) {
   was_switched_off_ = true;  // by the control, during the move (G00)
   if (!passes(line)) return;
+  stand_at(to_mm);
   send(line, RapidMove{placed(to_mm, Scaling::Never)});
 }
 
@@ -288,9 +291,49 @@ Rout Emitter::rout_to(const Eigen::Vector2d& at_mm, std::optional<Feed> feed) {
   return move;
 }
 
+void Emitter::stand_at(const Eigen::Vector2d& at_mm) {
+  stands_at_ = place_.placement(position_mm<frame::Programmed>(at_mm));
+  stands_at_cut_ = cut_;
+}
+
+Eigen::Vector2d Emitter::actual_mm(const Eigen::Vector2d& at_mm) const {
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  return corrections_.stack.actual_of(nominal).in_mm();
+}
+
 void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed) {
+  if (corrections_.stack.is_bent() && sink_ != nullptr && stands_at_) {
+    const Eigen::Vector2d from_mm = place_.placement.inverse()(*stands_at_).in_mm();
+    const Arc path{from_mm, to_mm, 0.5 * (from_mm + to_mm), false, true};
+    return rout_bent(line, path, feed, stands_at_cut_);
+  }
   if (!passes(line)) return;
+  stand_at(to_mm);
   send(line, rout_to(to_mm, feed));
+}
+
+/// On a bent panel a path is cut into lines or arcs that keep as near to its image as arcs of a
+/// stretched panel do.
+void Emitter::rout_bent(int line,
+                        const Arc& path,
+                        std::optional<Feed> feed,
+                        const DepthOfCut& from) {
+  const std::vector<BentPiece> pieces = carry_bent(
+      path,
+      [this](const Eigen::Vector2d& at_mm) { return actual_mm(at_mm); },
+      options_.arc_tolerance.in_mm());
+  for (std::size_t i = 0; i < pieces.size() && passes(line); ++i) {
+    const BentPiece& piece = pieces[i];
+    Rout move = rout_to(piece.end_mm, feed);
+    if (i + 1 < pieces.size()) move.cut = interpolate(from, cut_, piece.share);
+    if (!piece.image.straight) {
+      move.kind = piece.image.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
+      move.corrected_center = position_mm<frame::Actual>(piece.image.center_mm);
+      move.center = place_.work_zero + displacement_mm<frame::Machine>(piece.image.center_mm);
+    }
+    send(line, move);
+  }
+  stand_at(path.end_mm);
 }
 
 /// Stretch turns a circle into an ellipse, which takes several arcs (or lines where it is almost
@@ -300,6 +343,7 @@ void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const Dep
     count_operations(1, line);
     return;
   }
+  if (corrections_.stack.is_bent()) return rout_bent(line, arc, feed, from);
   const auto& correction = corrections_.stack.actual_from_nominal().map;
   const auto whole = correction * place_.placement;
   const auto back = whole.inverse();
@@ -322,6 +366,7 @@ void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const Dep
     }
     send(line, move);
   }
+  stand_at(arc.end_mm);
 }
 
 CompensationSide Emitter::placed_side(CompensationSide side) const {
@@ -350,6 +395,7 @@ void Emitter::plunge(int line,
   if (has_to_be_told) put(line, Compensation{side, compensation_value});
   side_ = side;
   was_switched_off_ = false;
+  stands_at_cut_ = cut_;
   put(line, Plunge{tool_, kind, depth_offset, cut_});
 }
 

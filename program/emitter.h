@@ -114,6 +114,9 @@ class Emitter {
   }
   void expire(int line);
   CompensationSide placed_side(CompensationSide side) const;
+  Eigen::Vector2d actual_mm(const Eigen::Vector2d& at_mm) const;
+  void rout_bent(int line, const Arc& path, std::optional<Feed> feed, const DepthOfCut& from);
+  void stand_at(const Eigen::Vector2d& at_mm);
   Rout rout_to(const Eigen::Vector2d& at_mm, std::optional<Feed> feed);
   PlacedPoint placed(const Eigen::Vector2d& at_mm, Scaling scaling);
   PlacedPoint place_of(const Position<frame::Nominal>& nominal,
@@ -148,6 +151,9 @@ class Emitter {
   DepthOfCut cut_;
   CompensationSide side_ = CompensationSide::Off;  ///< as the control was told last
   bool was_switched_off_ = false;                  ///< by the control itself, since then
+  /// Where the tool went last, and how deep; on a bent panel the way from there is no line.
+  std::optional<Position<frame::Nominal>> stands_at_;
+  DepthOfCut stands_at_cut_;
   Origin origin_;
   Operation hole_{.line = 0, .path = {}, .what = Drill(), .file = {}, .origin = &origin_};
 

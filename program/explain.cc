@@ -100,6 +100,16 @@ std::string budget_text(const ErrorBudget& budget) {
   return unknown.empty() ? text : text + "    not stated: " + unknown + "\n";
 }
 
+/// Empty where places were measured with the offset of the machine's file.
+std::string calibration_text(const CalibrationAnswer* calibration) {
+  if (calibration == nullptr) return {};
+  const CalibrationOrder& order = calibration->order;
+  return fmt::format("    measured with the spindle-camera offset {} that {} in line {} gave\n",
+                     point(calibration->offset->offset.in_mm()),
+                     order.command,
+                     order.line);
+}
+
 }  // namespace
 
 std::optional<ExplainChoice> parse_explain_choice(std::string_view text) {
@@ -175,6 +185,7 @@ void Explainer::explain_correction(const Origin& origin) {
                    target.request.command,
                    target.request.seq,
                    point(target.measured.position.in_mm()));
+    text_ += calibration_text(survey_.calibration_of(*origin.i_measurement));
     return;
   }
   if (*origin.base_series) explain_series("base", **origin.base_series);
@@ -186,12 +197,14 @@ void Explainer::explain_series(std::string_view name, std::size_t i_series) {
   auto to = std::back_inserter(text_);
   const SeriesResult& series = survey_.series[i_series];
   fmt::format_to(to,
-                 "  {:<11} {}, measured from line {}, path [{}]: {}\n",
+                 "  {:<11} {}, measured from line {}, path [{}]: {}{}\n",
                  name,
-                 panelcal::name(series.model),
+                 model_text(series),
                  series.line,
                  fmt::join(series.path, ","),
+                 series.is_smooth() ? "near " : "",
                  series.base ? map_text(series.base->map.map) : map_text(series.nested->map.map));
+  text_ += calibration_text(survey_.calibration_of(series));
   for (std::size_t i = 0; i < series.points.size(); ++i) {
     const Measurement& target = survey_.measurements[series.points[i]];
     const Eigen::Vector2d residual_mm =

@@ -85,6 +85,17 @@ Expected<std::optional<FocusResult>> MeasurementSource::focus(const MeasurementR
   return std::nullopt;
 }
 
+Expected<std::optional<CalibrationAnswer>> MeasurementSource::calibrate(const CalibrationOrder&) {
+  return std::nullopt;
+}
+
+Expected<std::optional<CalibrationAnswer>> NominalSource::calibrate(const CalibrationOrder& order) {
+  CalibrationAnswer answer;
+  answer.order = order;
+  answer.text = "nothing was moved";
+  return answer;
+}
+
 Expected<Measurement> NominalSource::measure(const MeasurementRequest& request) {
   // One micrometre: any positive covariance does, the answer is exact.
   constexpr double kVariance_mm2 = 1e-6;

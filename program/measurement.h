@@ -12,6 +12,7 @@
 #include "panelcal/calib/base/units.h"
 #include "panelcal/calib/machine_uncertainty.h"
 #include "panelcal/calib/panel_fit.h"
+#include "panelcal/program/calibration_order.h"
 #include "panelcal/program/placement.h"
 
 namespace panelcal {
@@ -94,12 +95,19 @@ class MeasurementSource {
   ///
   /// Fails  as measure
   virtual Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request);
+  /// Calibrates the spindle-camera offset, and measures with it from then on. Empty where nobody
+  /// can: then the stored calibration stays in force.
+  ///
+  /// Fails  as measure; a calibration that is refused
+  virtual Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order);
 };
 
-/// Answers that every target is where it is expected: the walk over a perfect panel.
+/// Answers that every target is where it is expected, and that every calibration finds what was
+/// known: the walk over a perfect panel.
 class NominalSource final : public MeasurementSource {
  public:
   Expected<Measurement> measure(const MeasurementRequest& request) override;
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
 };
 
 /// One JSON object, without a line end, in the format of docs/formats/measurements.md. Numbers

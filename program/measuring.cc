@@ -33,16 +33,43 @@ Code lost_code(MeasurementStatus status) {
 template <class To, class From>
 PanelFitResult<To, From> fit_model(const std::vector<TargetPair<To, From>>& pairs,
                                    const WalkOptions& options,
+                                   SmoothModels smooth,
                                    SeriesResult& series) {
   const std::span<const TargetPair<To, From>> targets(pairs);
   if (options.chooses_model || options.compares_models) {
-    series.compared = compare_models(targets, series.prescribed);
+    series.compared = compare_models(targets, series.prescribed, smooth);
   }
   const ModelScore* best = options.chooses_model ? chosen(series.compared) : nullptr;
   series.chose_model = best != nullptr;
   series.model = best != nullptr ? best->model : series.prescribed;
   return series.chose_model ? fit_chosen(targets, series.compared)
                             : fit_panel(targets, series.model);
+}
+
+template <class To, class From>
+bool is_folded(const PanelFit<To, From>& fit) {
+  if (!fit.smooth || !fit.smooth->is_bent()) return false;
+  const auto raw = internal::raw_pairs(std::span<const TargetPair<To, From>>(fit.pairs));
+  return !internal::is_unfolded(fit.smooth->raw(), raw);
+}
+
+/// One target alone is an offset whatever the machine's file says.
+bool is_bent_by_decision(const WalkOptions& options, std::size_t n_points) {
+  return options.bends_panel && n_points > 1;
+}
+
+/// One wrong target bends a panel as well. Where the affine fit finds who it is, or what else the
+/// matter is, the panel is not taken for bent.
+bool is_explained_without(const SeriesResult& series,
+                          std::span<const FitPoint> points,
+                          const Survey& survey,
+                          const CorrectionStack& stack,
+                          const WalkOptions& options) {
+  SeriesResult straight = series;
+  straight.model = PanelModel::Affine;
+  straight.base = nullptr;  // refused: say why
+  const auto fault = examine_series(straight, points, survey, stack, options);
+  return fault && fault->i_liar.has_value();
 }
 
 }  // namespace
@@ -86,7 +113,7 @@ std::optional<std::size_t> Measuring::measure(MeasurementRequest request) {
   if (measurement) measurement->measured.cov(1, 0) = measurement->measured.cov(0, 1);
   if (!measurement) {
     log_.add(std::move(measurement).error());
-    must_stop_ = true;
+    must_stop_ = survey_.was_stopped = true;
     return std::nullopt;
   }
   if (measurement->status != MeasurementStatus::Found) report_lost(*measurement);
@@ -94,11 +121,50 @@ std::optional<std::size_t> Measuring::measure(MeasurementRequest request) {
   return index;
 }
 
+void Measuring::report_not_calibrated(int line, int column, std::string_view text) {
+  if (!is_first_pass()) return;
+  reporter_.report(
+      Code::CalibrationNotPerformed, line, column, quoted(text) + " is passed on, not performed");
+}
+
+void Measuring::calibrate(CalibrationOrder order, int column, std::string_view text) {
+  if (!is_first_pass() || must_stop_) return;
+  if (n_calibrations_ == options_.max_measurements) {
+    reporter_.report(Code::TooManyOperations,
+                     order.line,
+                     column,
+                     fmt::format("more than {} calibrations", options_.max_measurements),
+                     "a shorter program");
+    must_stop_ = survey_.was_stopped = true;
+    return;
+  }
+  order.number = n_calibrations_++;
+  Expected<std::optional<CalibrationAnswer>> answer = source_->calibrate(order);
+  if (!answer) {
+    log_.add(std::move(answer).error());
+    must_stop_ = survey_.was_stopped = true;
+    return;
+  }
+  if (!*answer) return report_not_calibrated(order.line, column, text);
+  CalibrationAnswer& calibration = **answer;
+  calibration.order = std::move(order);
+  calibration.i_measurement = n_measured_;
+  // As with measurements: a file keeps three numbers of the covariance.
+  if (calibration.offset) calibration.offset->cov_mm2(1, 0) = calibration.offset->cov_mm2(0, 1);
+  const std::size_t i = survey_.calibrations.size();
+  if (calibration.offset) {
+    calibration.i_in_force = i;
+  } else if (i > 0) {
+    calibration.i_in_force = survey_.calibrations.back().i_in_force;
+  }
+  survey_.calibrations.push_back(std::move(calibration));
+}
+
 void Measuring::focus(const MeasurementRequest& request) {
   Expected<std::optional<FocusResult>> result = source_->focus(request);
   if (!result) {
     log_.add(std::move(result).error());
-    must_stop_ = true;
+    must_stop_ = survey_.was_stopped = true;
     return;
   }
   if (!*result) return;  // recorded measurements have no camera
@@ -129,7 +195,8 @@ FitPoint Measuring::fit_point(std::size_t i_measurement) const {
 
 TargetHolePlace Measuring::hole_at_target(std::size_t i_measurement) const {
   const Measurement& m = measurement(i_measurement);
-  const MachineUncertainty& machine = options_.uncertainty;
+  MachineUncertainty machine = options_.uncertainty;
+  machine.set_offset(offset_uncertainty(survey_.calibration_of(i_measurement), machine));
   const ErrorBudget budget = error_budget_at_target(machine,
                                                     m.measured.cov,
                                                     m.by_camera.value_or(CameraJacobian::Zero()),
@@ -223,7 +290,8 @@ void Measuring::examine(std::vector<FitPoint> points, SeriesResult& series) {
       series.level == CorrectionLevel::Base ? options_.base_limits : options_.nested_limits;
   series.fault = examine_series(series, points, survey_, corrections_.stack, options_);
   const auto may_go_on = [&](const SeriesResult& s) {
-    return s.is_fitted() && s.fault && s.fault->i_liar &&
+    // A spline follows a liar as far as nothing else is near: it is not told apart by its residual.
+    return s.is_fitted() && !s.is_smooth() && s.fault && s.fault->i_liar &&
            s.dropped.size() < static_cast<std::size_t>(std::max(0, limits.max_dropped));
   };
   std::vector<FitPoint> left = points;
@@ -294,14 +362,33 @@ void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series)
          point.i_camera,
          point.n_arrivals});
   }
-  auto result = fit_model(pairs, options_, series);
+  PanelFitResult<frame::Base, frame::Nominal> result;
+  if (is_bent_by_decision(options_, pairs.size())) {
+    if (options_.compares_models) {
+      series.compared = compare_models(std::span(std::as_const(pairs)), series.prescribed);
+    }
+    series.model = PanelModel::Affine;
+    result = fit_bent(std::span(std::as_const(pairs)));
+    if (!result.fit && result.failure == FitFailure::TooFewTargets)
+      return report_unbendable(series);
+  } else {
+    // Where the model is given, the smooth one is only compared.
+    const auto smooth = options_.chooses_model ? SmoothModels::Eligible : SmoothModels::Compared;
+    result = fit_model(pairs, options_, smooth, series);
+    const bool is_bent = result.fit && result.fit->smooth && result.fit->smooth->is_bent();
+    if (is_bent && is_explained_without(series, points, survey_, corrections_.stack, options_)) {
+      result = fit_model(pairs, options_, SmoothModels::Compared, series);
+    }
+  }
   if (!result.fit) return report_fit_failure(series, result.failure);
   if (is_mirrored(result.fit->map.map.linear())) return report_mirrored(series);
+  if (is_folded(*result.fit)) return report_folded(series);
   series.gates = check_gates(*result.fit, options_.base_limits);
   series.base = std::make_shared<const BaseFit>(*std::move(result.fit));
 }
 
 void Measuring::fit_nested(std::span<const FitPoint> points, SeriesResult& series) {
+  if (corrections_.stack.is_bent()) return report_nested_on_smooth(series);
   std::vector<TargetPair<frame::Actual, frame::Base>> pairs;
   for (const FitPoint& point : points) {
     pairs.push_back({corrections_.stack.base_from_nominal()(point.nominal),
@@ -311,7 +398,7 @@ void Measuring::fit_nested(std::span<const FitPoint> points, SeriesResult& serie
                      point.i_camera,
                      point.n_arrivals});
   }
-  auto result = fit_model(pairs, options_, series);
+  auto result = fit_model(pairs, options_, SmoothModels::Compared, series);
   if (!result.fit) return report_fit_failure(series, result.failure);
   if (is_mirrored(result.fit->map.map.linear())) return report_mirrored(series);
   series.gates = check_gates(*result.fit, options_.nested_limits);
@@ -348,6 +435,35 @@ void Measuring::report_fit_failure(const SeriesResult& series, FitFailure failur
   }
 }
 
+void Measuring::report_unbendable(const SeriesResult& series) {
+  reporter_.report(
+      Code::TargetsTooFew,
+      series.line,
+      1,
+      fmt::format("{} targets from line {} do not determine the model \"smooth\"",
+                  series.points.size(),
+                  series.line),
+      fmt::format("{} to {} targets, not in one line", kLeastSmoothTargets, kMostSmoothTargets));
+}
+
+void Measuring::report_folded(const SeriesResult& series) {
+  reporter_.report(Code::PanelFolded,
+                   series.line,
+                   1,
+                   fmt::format("the smooth model of the {} targets folds the panel over itself",
+                               series.points.size()),
+                   "targets that were not taken for one another, or an affine [vision] model");
+}
+
+void Measuring::report_nested_on_smooth(const SeriesResult& series) {
+  reporter_.report(
+      Code::NestedOnSmooth,
+      series.line,
+      1,
+      fmt::format("the nested series from line {} is on top of a smooth panel model", series.line),
+      "[vision] model = \"affine\" or a stiffer one, or no nested series");
+}
+
 void Measuring::report_mirrored(const SeriesResult& series) {
   reporter_.report(Code::PanelMirrored,
                    series.line,
@@ -372,6 +488,10 @@ void Measuring::report_gates(const SeriesResult& series, std::span<const FitPoin
   }
 }
 
+OffsetUncertainty Measuring::offset_of(const SeriesResult& series) const {
+  return offset_uncertainty(survey_.calibration_of(series), options_.uncertainty);
+}
+
 void Measuring::activate(std::size_t i_series, int line) {
   const SeriesResult& series = survey_.series[i_series];
   if (series.level == CorrectionLevel::Base) {
@@ -379,7 +499,7 @@ void Measuring::activate(std::size_t i_series, int line) {
       must_stop_ = true;
       return;
     }
-    corrections_.stack.set_base(series.base);
+    corrections_.stack.set_base(series.base, offset_of(series));
     corrections_.base_series = i_series;
     corrections_.nested_series.reset();
     return;
@@ -398,7 +518,7 @@ void Measuring::activate(std::size_t i_series, int line) {
     must_stop_ = true;
     return;
   }
-  corrections_.stack.set_nested(series.nested);
+  corrections_.stack.set_nested(series.nested, offset_of(series));
   corrections_.nested_series = i_series;
 }
 

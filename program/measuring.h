@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "panelcal/calib/base/diagnostic.h"
@@ -74,6 +76,13 @@ class Measuring {
   std::optional<std::size_t> measure(MeasurementRequest request);
   /// Has the source focus, in the first pass.
   void focus(const MeasurementRequest& request);
+  /// Has the source calibrate, in the first pass; the walk stops if that fails. `text` is the
+  /// block, for the warning that nobody could.
+  ///
+  /// In     order: lacks its number
+  void calibrate(CalibrationOrder order, int column, std::string_view text);
+  /// Warns that an order is passed on and nothing more, in the first pass.
+  void report_not_calibrated(int line, int column, std::string_view text);
   const Measurement& measurement(std::size_t i) const { return survey_.measurements[i]; }
   bool is_found(std::size_t i) const { return measurement(i).status == MeasurementStatus::Found; }
   FitPoint fit_point(std::size_t i_measurement) const;
@@ -99,10 +108,14 @@ class Measuring {
 
  private:
   void report_lost(const Measurement& measurement);
+  OffsetUncertainty offset_of(const SeriesResult& series) const;
   void fit_base(std::span<const FitPoint> points, SeriesResult& series);
   void fit_nested(std::span<const FitPoint> points, SeriesResult& series);
   void report_fit_failure(const SeriesResult& series, FitFailure failure);
   void report_mirrored(const SeriesResult& series);
+  void report_unbendable(const SeriesResult& series);
+  void report_folded(const SeriesResult& series);
+  void report_nested_on_smooth(const SeriesResult& series);
   /// Fits and gates; leaves out what the gates allow to, and finds the cause of what does not fit.
   void fit_points(std::span<const FitPoint> points, SeriesResult& series);
   void examine(std::vector<FitPoint> points, SeriesResult& series);
@@ -117,6 +130,7 @@ class Measuring {
   DiagnosticLog& log_;
   CorrectionState corrections_;
   std::size_t n_measured_ = 0;
+  std::int64_t n_calibrations_ = 0;
   std::size_t n_fitted_ = 0;
   bool must_stop_ = false;
 };

@@ -26,8 +26,9 @@ ErrorBudget error_budget(const BudgetPlace& place,
                          const Survey& survey,
                          const MachineUncertainty& machine);
 
-/// The part of places' covariances that comes from pictures (and from not knowing the panel's
-/// model): what a simulated job draws. Keeps what all places under one correction share.
+/// The part of places' covariances that comes from pictures, from not knowing the panel's model,
+/// and from calibrations of the job itself: what a simulated job draws. Keeps what all places under
+/// one correction share.
 ///
 /// Precondition: the survey outlives this
 class PictureCovariance {
@@ -38,10 +39,13 @@ class PictureCovariance {
   Eigen::Matrix2d at_mm2(const BudgetPlace& place);
 
  private:
+  Eigen::Matrix2d of_offset_mm2(const BudgetPlace& place) const;
+
   const Survey& survey_;
   MachineUncertainty machine_;
-  std::optional<std::size_t> base_series_;  ///< that coefficients_cov_ belongs to
+  std::optional<std::size_t> base_series_;  ///< that corrections_ belongs to
   std::optional<std::size_t> nested_series_;
+  CorrectionStack corrections_;
   Eigen::Matrix<double, 6, 6> coefficients_cov_ = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

@@ -35,6 +35,12 @@ KnownPads carried_pads(const KnownPads& pads,
   return KnownPads(std::move(out));
 }
 
+/// How far a smooth series is from its affine part.
+Eigen::Vector2d bending_mm(const SeriesResult& series, const Position<frame::Nominal>& nominal) {
+  if (!series.is_smooth()) return Eigen::Vector2d::Zero();
+  return series.base->smooth->map(nominal).in_mm() - series.base->map.map(nominal).in_mm();
+}
+
 /// Counted over all targets of the series, those left out as well.
 std::size_t number_of(const SeriesResult& series, std::span<const FitPoint> points, std::size_t i) {
   const auto is_before = [&](std::size_t dropped) { return dropped < points[i].i_measurement; };
@@ -65,7 +71,7 @@ std::optional<SeriesFault> examine_series(const SeriesResult& series,
     const FitPoint& point = points[i];
     const Measurement& measurement = survey.measurements[point.i_measurement];
     targets.push_back({base_from_nominal(point.nominal).in_mm(),
-                       point.measured.position.in_mm(),
+                       point.measured.position.in_mm() - bending_mm(series, point.nominal),
                        point.measured.cov,
                        point.axes,
                        measurement.score,

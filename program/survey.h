@@ -12,6 +12,7 @@
 #include "panelcal/calib/model_score.h"
 #include "panelcal/calib/panel_fit.h"
 #include "panelcal/calib/series_fault.h"
+#include "panelcal/calib/smooth_panel.h"
 #include "panelcal/program/measurement.h"
 #include "panelcal/program/operation.h"
 #include "panelcal/program/probing.h"
@@ -42,9 +43,14 @@ struct SeriesResult {
   /// How far the layers of one target are apart at most (SIEB & MEYER, measurement modes 2 and 3).
   std::optional<Length> layer_spread;
 
+  /// The fit is a smooth one, on top of the affine `model` (calib/smooth_panel.h).
+  bool is_smooth() const { return base != nullptr && base->smooth && base->smooth->is_bent(); }
   bool is_fitted() const { return base != nullptr || nested != nullptr; }
   bool is_accepted() const;
 };
+
+/// "offset" to "affine", or "smooth, 9.4 effective parameters".
+std::string model_text(const SeriesResult& series);
 
 /// What the measuring walk found: everything the working walk and a report need.
 struct Survey {
@@ -52,11 +58,30 @@ struct Survey {
   std::vector<SeriesResult> series;
   std::vector<ProbeReading> probes;
   std::vector<FocusResult> focus;  ///< what autofocus orders found, in the order of execution
+  /// What orders to calibrate have found, in the order of execution; those that were only passed on
+  /// are not here.
+  std::vector<CalibrationAnswer> calibrations;
+  /// The source failed: nothing is known of what the program asks for behind it.
+  bool was_stopped = false;
 
   /// Every series is fitted, so that a corrected program could be written at all.
   bool is_complete() const;
   /// Every series is fitted and inside its limits, and every measured hole was found.
   bool is_accepted() const;
+
+  /// The calibration of this job that a measurement was made with; null: the machine's own.
+  const CalibrationAnswer* calibration_of(std::size_t i_measurement) const;
+  /// Of the last one of a series, which is made with one calibration.
+  const CalibrationAnswer* calibration_of(const SeriesResult& one_series) const;
 };
+
+/// What is not known of the offset that measurements were made with: of a calibration of this job,
+/// which has not drifted yet, or else the machine's own.
+OffsetUncertainty offset_uncertainty(const CalibrationAnswer* calibration,
+                                     const MachineUncertainty& machine);
+
+/// Measurements and calibrations, a line each, in the order in which they were made: what a run is
+/// replayed from.
+std::string measurement_lines(const Survey& survey);
 
 }  // namespace panelcal

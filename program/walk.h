@@ -60,6 +60,7 @@ struct WalkOptions {
   int inspections = 1;  ///< [vision] inspections: until a $uvis,insp says another number
   std::optional<PanelModel> model;  ///< [vision] model; absent: what the manual says for the count
   bool chooses_model = false;       ///< [vision] model = "auto": what the targets themselves say
+  bool bends_panel = false;         ///< [vision] model = "smooth": base series; nested as usual
   bool compares_models = false;     ///< somebody wants to read of the models that were not taken
   MachineUncertainty uncertainty;   ///< [uncertainty], [spindle], [camera]
   Tolerances tolerances;            ///< [tolerance]
@@ -86,6 +87,11 @@ struct WalkOptions {
   /// [camera] focus_range_mm: whoever measures is asked to focus; otherwise `$uvis,focus` is only
   /// passed on, with a warning.
   bool has_focus = false;
+  /// [coupon]: whoever measures is asked to calibrate (G39, `$uvis,calib`); otherwise the order is
+  /// only passed on, with a warning.
+  bool has_coupon = false;
+  /// [camera]: G39,SPOP and its kin move the offset of later measurements; otherwise as above.
+  bool moves_offset = false;
 };
 
 /// A program that has been read as far as its header.

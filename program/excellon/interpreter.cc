@@ -113,7 +113,14 @@ void Interpreter::run_line(const SourceLine& line) {
       run_section(line.number);
       break;
     case LineKind::KeyboardOrder:
-      vision_.keyboard_order(line, format_, place_.work_zero);
+      vision_.keyboard_order(line,
+                             format_,
+                             {.line = line.number,
+                              .file = std::string(place_.file),
+                              .path = place_.path,
+                              .nominal = {},
+                              .placement = {},
+                              .work_zero = place_.work_zero});
       emitter_.put(line.number, Setting{line.text, SettingKind::Vision});
       break;
     case LineKind::BlockDelete:

@@ -300,21 +300,31 @@ void Interpreter::stored_label(const Block& block, Command command) {
   }
 }
 
-/// G39 belongs to the machine's own calibration; the order goes through in its place.
+/// G39(X#Y#): the order goes through as well, for the machine's own use. Without a place the holes
+/// go where [coupon] is free, which only whoever performs it knows.
 void Interpreter::autocalibration(const Block& block) {
   if (refuse_while_plunged(block)) return;
   MotionWords words;
   if (!read_words(block, block.all().subspan(1), "XY", words)) return;
-  reporter_.report(Code::CalibrationNotPerformed,
-                   block.line,
-                   block.column,
-                   quoted(block.text) + " is passed on, not performed");
+  CalibrationOrder order;
+  order.line = block.line;
+  order.file = place_.file;
+  order.command = "G39";
+  order.path = place_.path;
   if (!words.xy_mm[0] && !words.xy_mm[1]) {
-    return report(Code::CoordinateMissing, block, block.words[0], "X and Y of the first hole");
+    const bool is_performed = options_.has_coupon && options_.structure == Structure::Expanded;
+    vision_.calibrate(std::move(order), block.column, block.text);
+    if (is_performed) return emitter_.put(block.line, Setting{block.text, SettingKind::Vision});
+    return report(Code::CoordinateMissing,
+                  block,
+                  block.words[0],
+                  "X and Y of the first hole, or a [coupon] in the machine's file");
   }
-  if (move_to(block, words.xy_mm, AxisUser::Target)) {
-    emitter_.autocalibration(block.line, modal_.at_mm);
-  }
+  if (!move_to(block, words.xy_mm, AxisUser::Target)) return;
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(modal_.at_mm));
+  order.first_hole = place_.work_zero + displacement_mm<frame::Machine>(nominal.in_mm());
+  vision_.calibrate(std::move(order), block.column, block.text);
+  emitter_.autocalibration(block.line, modal_.at_mm);
 }
 
 }  // namespace panelcal::excellon

@@ -15,6 +15,7 @@ bool is_vision(const Block& block, ProgramSet set) {
     return kind == CommandClass::Measurement || command == Command::StoreCorrections ||
            command == Command::RewindCorrections || command == Command::AdvanceCorrections ||
            command == Command::CancelBase || command == Command::CancelNested ||
+           command == Command::Autocalibration ||
            command == Command::StoredPattern;  // which may measure
   });
 }

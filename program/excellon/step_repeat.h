@@ -34,7 +34,8 @@ struct RepeatSection {
   LineCursor after;                         ///< stands behind M08
   Block closing;                            ///< the M08 block; M30 or M00 may follow in it
   bool changes_tools = false;               ///< in the pattern or in an M02 block
-  bool has_vision = false;  ///< the pattern measures, or moves through stored corrections
+  /// The pattern measures, calibrates, or moves through stored corrections.
+  bool has_vision = false;
 };
 
 inline constexpr std::size_t kMaxLevels = 64;

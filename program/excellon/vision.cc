@@ -70,7 +70,7 @@ std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
   request.path = target.path;
   const Eigen::Vector2d expected_mm =
       level == CorrectionLevel::Nested
-          ? measuring_.corrections().stack.base_from_nominal()(target.nominal).in_mm()
+          ? measuring_.corrections().stack.base_of(target.nominal).in_mm()
           : target.nominal.in_mm();
   request.expected = position_mm<frame::Actual>(expected_mm);
   return measuring_.measure(std::move(request));

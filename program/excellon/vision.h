@@ -48,8 +48,10 @@ class VisionSession {
   /// The caller passes the order on as well: lamp, zoom and the like are the machine's too.
   void keyboard_order(const SourceLine& line,
                       const NumberFormat& format,
-                      const Position<frame::Machine>& work_zero);  // $uvis
-  void measure_target(const TargetPlace& target);                  // G35 G36 G45 G46
+                      const TargetPlace& place);   // $uvis
+  void measure_target(const TargetPlace& target);  // G35 G36 G45 G46
+  /// G39, $uvis,calib. The offset must not change in the middle of a series.
+  void calibrate(CalibrationOrder order, int column, std::string_view text);
   /// Where structure is kept nothing is measured: gives the targets of the series that this one
   /// completes, none while it is unfinished.
   std::vector<Position<frame::Nominal>> take_target(const TargetPlace& target);
@@ -106,7 +108,6 @@ class VisionSession {
              const NumberFormat& format,
              const Position<frame::Machine>& work_zero);
   void refuse_unknown(std::string_view key, const SourceLine& line);
-  void report_not_performed(const SourceLine& line, std::string_view key);
   template <class Number>
   bool read_number(std::string_view text,
                    Number least,

@@ -87,7 +87,7 @@ bool VisionSession::read_number(std::string_view text,
 
 void VisionSession::keyboard_order(const SourceLine& line,
                                    const NumberFormat& format,
-                                   const Position<frame::Machine>& work_zero) {
+                                   const TargetPlace& place) {
   const auto begin = line.text.find('$');
   const std::string_view text =
       line.text.substr(begin, line.text.find_last_not_of(" \t") + 1 - begin);
@@ -103,13 +103,29 @@ void VisionSession::keyboard_order(const SourceLine& line,
   const std::string_view value =
       comma == std::string_view::npos ? rest.substr(rest.size()) : rest.substr(comma + 1);
   if (set_uvis(key, value, line, format)) return;
-  if (key == "focus") return focus(value, line, format, work_zero);
+  if (key == "focus") return focus(value, line, format, place.work_zero);
   if (key != "calib") return refuse_unknown(key, line);
   if (!value.empty()) {
     const int value_column = static_cast<int>(value.data() - line.text.data()) + 1;
     return bad_argument(line.number, value_column, value, "$uvis,calib alone");
   }
-  if (measuring_.is_first_pass()) report_not_performed(line, key);
+  CalibrationOrder order;
+  order.line = line.number;
+  order.file = place.file;
+  order.command = "$uvis,calib";
+  order.path = place.path;
+  calibrate(std::move(order), column, line.text);
+}
+
+void VisionSession::calibrate(CalibrationOrder order, int column, std::string_view text) {
+  if (!measuring_.is_first_pass()) return;
+  if (!options_.has_coupon || options_.structure == Structure::Kept) {
+    return measuring_.report_not_calibrated(order.line, column, text);
+  }
+  if (refuse_unfinished(order.line, order.command)) return measuring_.stop();
+  order.lamp = settings_.lamp;
+  order.zoom = settings_.zoom;
+  measuring_.calibrate(std::move(order), column, text);
 }
 
 bool VisionSession::set_uvis(std::string_view key,
@@ -155,13 +171,6 @@ bool VisionSession::set_uvis(std::string_view key,
   return true;
 }
 
-void VisionSession::report_not_performed(const SourceLine& line, std::string_view key) {
-  reporter_.report(Code::CalibrationNotPerformed,
-                   line.number,
-                   static_cast<int>(key.data() - line.text.data()) + 1 - 6,  // $uvis,
-                   quoted(line.text) + " is passed on, not performed");
-}
-
 /// The place is one of the panel, relative to work zero; corrections and copies do not move it.
 void VisionSession::focus(std::string_view value,
                           const SourceLine& line,
@@ -179,7 +188,8 @@ void VisionSession::focus(std::string_view value,
   }
   if (!measuring_.is_first_pass()) return;
   if (!options_.has_focus) {
-    return report_not_performed(line, line.text.substr(line.text.find("focus")));
+    const int column = static_cast<int>(line.text.find('$')) + 1;
+    return measuring_.report_not_calibrated(line.number, column, line.text);
   }
   MeasurementRequest request;
   request.seq = -1;

@@ -199,7 +199,7 @@ ProbeRequest Interpreter::probe_request(const Block& block, const Order& order) 
   request.file = std::string(place_.file);
   request.command = code_text(*order.surface);
   request.nominal = place_.placement(position_mm<frame::Programmed>(modal_.at_mm));
-  request.expected = measuring_.corrections().stack.actual_from_nominal()(request.nominal).position;
+  request.expected = measuring_.corrections().stack.actual_of(request.nominal);
   request.work_zero = place_.work_zero;
   request.path = place_.path;
   request.tool = tool_ ? tool_->number : 0;

@@ -7,7 +7,15 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/program/sieb_meyer/offset_deviation.h"
+
 namespace panelcal::sieb_meyer {
+namespace {
+
+/// Sound holes are refused once in so many orders to store their offset.
+constexpr double kScatterChance = 0.001;
+
+}  // namespace
 
 OpticalSession::OpticalSession(Measuring& measuring,
                                const WalkOptions& options,
@@ -24,7 +32,7 @@ OpticalSession::OpticalSession(Measuring& measuring,
 
 /// A correction that is on says better than the drawing where to look.
 Position<frame::Actual> OpticalSession::corrected(const Position<frame::Nominal>& nominal) const {
-  return measuring_.corrections().stack.actual_from_nominal()(nominal).position;
+  return measuring_.corrections().stack.actual_of(nominal);
 }
 
 std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
@@ -41,6 +49,7 @@ std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
   request.work_zero = target.work_zero;
   request.path = target.path;
   request.axes = axes;
+  ++n_looks_;
   return measuring_.measure(std::move(request));
 }
 
@@ -138,11 +147,12 @@ void OpticalSession::measure_pattern(const TargetPlace& target) {
     return;
   }
   const Eigen::Vector2d expected_mm =
-      measuring_.corrections().stack.base_from_nominal()(target.nominal).in_mm();
+      measuring_.corrections().stack.base_of(target.nominal).in_mm();
   const auto index = look(target, position_mm<frame::Actual>(expected_mm));
   if (!index) return;
   pattern_.has_lost |= !measuring_.is_found(*index);
   pattern_.measurements.push_back(*index);
+  note_measured(pattern_.measurements);
   pattern_.points.push_back(measuring_.fit_point(*index));
   SeriesResult series = new_series(CorrectionLevel::Nested, target);
   series.measurements = pattern_.measurements;
@@ -192,6 +202,7 @@ void OpticalSession::calculate(const TargetPlace& place) {
   if (!points_.empty()) {
     SeriesResult series = new_series(CorrectionLevel::Base, place);
     series.measurements = std::exchange(measurements_, {});
+    note_measured(series.measurements);
     const int n = n_equations();
     const PanelModel usual = default_model_of_equations(n, options_.sieb_meyer.fits_scale);
     series.model = n <= 2 ? PanelModel::Offset : options_.model.value_or(usual);
@@ -221,6 +232,7 @@ void OpticalSession::clear() {
   pattern_.nested.reset();
   points_.clear();
   measurements_.clear();
+  note_measured({});
   layers_.clear();
   has_lost_ = false;
   spread_mm_ = 0;
@@ -301,19 +313,9 @@ bool OpticalSession::organize(const Block& block, int step, const TargetPlace& p
     if (word == "CLEAR") saved_.erase(*slot);
     return false;
   }
-  const bool is_spindle = text == "SPOP" || text == "SPOP1" || text == "SPOP2" ||
-                          text == "SPISPI" || (is_word("SPOF") && parse_count(text.substr(4)));
-  if (is_spindle) {
-    measurements_.clear();  // what was measured is for the spindle's offset
-    points_.clear();
-    layers_.clear();
-    has_lost_ = false;
-    spread_mm_ = 0;
-    reporter_.report(Code::CalibrationNotPerformed,
-                     block.line,
-                     block.column,
-                     quoted(block.text) + " is passed on, not performed");
-    return true;
+  if (const auto order = offset_order(text)) return move_offset(block, *order, place);
+  if (is_word("SPOF") && parse_count(text.substr(4))) {
+    return refuse(fmt::format("SPOF# with a spindle from 1 to {}", kMostSpindles));
   }
   if (text == "REQCOMP") {
     reporter_.report(Code::NotSupported,
@@ -325,6 +327,129 @@ bool OpticalSession::organize(const Block& block, int step, const TargetPlace& p
     return false;
   }
   return refuse("SAVE, LOAD, CLEAR, DELALL, SPOP, SPOP1, SPOP2, SPISPI, SPOF# or REQCOMP");
+}
+
+void OpticalSession::note_measured(std::vector<std::size_t> measurements) {
+  last_measurements_ = std::move(measurements);
+  last_deviation_.reset();
+}
+
+/// Whether the deviation that an order stores is one of the offset in force, and is used only once.
+bool OpticalSession::may_move_offset(const Block& block) {
+  const auto refuse = [&](std::string_view what, std::string expected) {
+    reporter_.report(Code::CommandMisplaced,
+                     block.line,
+                     block.column,
+                     fmt::format("{} {}", quoted(block.text), what),
+                     std::move(expected));
+    measuring_.stop();
+    return false;
+  };
+  const auto has_points = [](const PatternState& pattern) { return !pattern.points.empty(); };
+  if (has_points(pattern_) || std::ranges::any_of(outer_patterns_, has_points)) {
+    return refuse(
+        "comes in the middle of a pattern, whose points would be measured with two offsets",
+        "it behind the pattern's copy, or before its first G36");
+  }
+  const CorrectionState& on = measuring_.corrections();
+  if ((on.base_series && is_made_of_last(*on.base_series)) ||
+      (on.nested_series && is_made_of_last(*on.nested_series))) {
+    return refuse(
+        "takes over what the correction that is on was calculated from; with both, holes would be "
+        "moved by it twice",
+        "G30 or G34 before it");
+  }
+  if (last_deviation_ && n_looks_ != n_looks_at_order_) {
+    return refuse("stores a second time what was measured with the offset before that",
+                  "all orders for one measurement before the next is made");
+  }
+  return true;
+}
+
+bool OpticalSession::is_made_of_last(std::size_t i_series) const {
+  return std::ranges::any_of(measuring_.series(i_series).measurements, [&](std::size_t i) {
+    return std::ranges::find(last_measurements_, i) != last_measurements_.end();
+  });
+}
+
+/// Neither G31 nor G39,LOAD may bring back a correction by what has become the offset's.
+void OpticalSession::forget_corrections_of_last() {
+  if (base_ && is_made_of_last(*base_)) base_.reset();
+  std::erase_if(saved_, [&](const auto& numbered) {
+    const SavedSet& set = numbered.second;
+    return (set.base && is_made_of_last(*set.base)) || (set.nested && is_made_of_last(*set.nested));
+  });
+}
+
+/// The mean of what was measured last; absent if nothing was, or if that is no one offset. Sets
+/// `is_lost` if a target was not found: that was said, and nothing is drilled.
+std::optional<OffsetCorrection> OpticalSession::deviation_of_last(const Block& block,
+                                                                  bool& is_lost) {
+  std::vector<Measurement> measured;
+  for (const std::size_t i : last_measurements_) {
+    is_lost |= !measuring_.is_found(i);
+    measured.push_back(measuring_.measurement(i));
+  }
+  if (is_lost) return std::nullopt;
+  auto deviation = offset_deviation(measured, options_.uncertainty);
+  if (!deviation) {
+    reporter_.report(Code::CorrectionMissing,
+                     block.line,
+                     block.column,
+                     quoted(block.text) + " has no measured offset to store",
+                     "G32 at a hole that this spindle drilled, before it");
+    return std::nullopt;
+  }
+  const double chance = scatter_chance(measured, options_.uncertainty);
+  if (!(chance < kScatterChance)) return deviation;
+  reporter_.report(Code::CalibrationRefused,
+                   block.line,
+                   block.column,
+                   fmt::format("{}: the holes measured for it lie farther apart than [uncertainty] "
+                               "allows (chance {:.1e}, limit {})",
+                               quoted(block.text),
+                               chance,
+                               kScatterChance),
+                   "sound holes that this spindle drilled");
+  return std::nullopt;
+}
+
+/// What was measured is for the spindle's offset, and no target of the board's any more. The order
+/// goes through as well, for the machine's own use.
+bool OpticalSession::move_offset(const Block& block,
+                                 const OffsetOrder& order,
+                                 const TargetPlace& place) {
+  if (!measurements_.empty()) note_measured(std::exchange(measurements_, {}));
+  points_.clear();
+  layers_.clear();
+  has_lost_ = false;
+  spread_mm_ = 0;
+  if (!options_.moves_offset) {
+    measuring_.report_not_calibrated(block.line, block.column, block.text);
+    return true;
+  }
+  if (!may_move_offset(block)) return false;
+  forget_corrections_of_last();
+  if (!measuring_.is_first_pass()) return true;
+  if (!last_deviation_) {
+    bool is_lost = false;
+    last_deviation_ = deviation_of_last(block, is_lost);
+    n_looks_at_order_ = n_looks_;
+    if (is_lost) return true;
+  }
+  if (!last_deviation_) {
+    measuring_.stop();
+    return false;
+  }
+  CalibrationOrder calibration;
+  calibration.line = block.line;
+  calibration.file = place.file;
+  calibration.command = "G39," + std::string(block.argument);
+  calibration.path = place.path;
+  calibration.correction = *last_deviation_;
+  calibration.correction->order = order;
+  measuring_.calibrate(std::move(calibration), block.column, block.text);
+  return true;
 }
 
 void OpticalSession::save(const Block& block, int slot, bool has_number, const TargetPlace& place) {

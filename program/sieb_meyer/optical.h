@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -52,8 +53,9 @@ class OpticalSession {
   /// G30; `i_block` counts the blocks, since two in a row clear as well.
   void turn_off(std::int64_t i_block);
   void clear();  // G34
-  /// G39; `step` is the number of the pattern's copy, which SAVE, LOAD and CLEAR mean without one
-  /// of their own. True: an order for the machine, to be passed on.
+  /// G39; SPOP.. take what was measured last, calculated or not. `step` is the number of the
+  /// pattern's copy, which SAVE, LOAD and CLEAR mean without one of their own. True: an order for
+  /// the machine, to be passed on.
   bool organize(const Block& block, int step, const TargetPlace& place);
   /// A pattern's own offset ends with its copy; until then it holds for the copies inside as well.
   void begin_copy();
@@ -93,6 +95,12 @@ class OpticalSession {
   void close_layers();
   SeriesResult new_series(CorrectionLevel level, const TargetPlace& place) const;
   int n_equations() const;
+  void note_measured(std::vector<std::size_t> measurements);
+  bool may_move_offset(const Block& block);
+  bool is_made_of_last(std::size_t i_series) const;
+  void forget_corrections_of_last();
+  std::optional<OffsetCorrection> deviation_of_last(const Block& block, bool& is_lost);
+  bool move_offset(const Block& block, const OffsetOrder& order, const TargetPlace& place);
   void save(const Block& block, int slot, bool has_number, const TargetPlace& place);
   void load(const Block& block, int slot, const TargetPlace& place);
 
@@ -109,6 +117,10 @@ class OpticalSession {
   bool has_lost_ = false;                  ///< one of them was not found
   int first_line_ = 0;
   double spread_mm_ = 0;
+  std::vector<std::size_t> last_measurements_;  ///< that were calculated from, or moved an offset
+  std::optional<OffsetCorrection> last_deviation_;  ///< theirs, once somebody asked
+  std::int64_t n_looks_ = 0;
+  std::int64_t n_looks_at_order_ = 0;  ///< when last_deviation_ was first asked for
   PatternState pattern_;
   std::vector<PatternState> outer_patterns_;
 

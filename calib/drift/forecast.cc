@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/calib/drift/forecast.h"
+
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "panelcal/calib/base/clock.h"
+#include "panelcal/calib/drift/amount.h"
+#include "panelcal/calib/drift/distributions.h"
+
+namespace panelcal {
+namespace {
+
+constexpr int kParts = 5;
+
+Diagnostic invalid(std::string what, std::string expected) {
+  return {Code::CalibrationInvalid, {}, std::move(what), std::move(expected)};
+}
+
+double chance_at(const DriftModel& model,
+                 const Eigen::VectorXd& in_force,
+                 std::chrono::sys_seconds time,
+                 const ForecastLimits& limits) {
+  return chance_beyond(
+      model.forecast(time, limits.temperature_c, std::nullopt), in_force, limits.tolerance);
+}
+
+}  // namespace
+
+Expected<void> ForecastLimits::validate() const {
+  if (!(tolerance > 0) || !std::isfinite(tolerance)) {
+    return failure(invalid(fmt::format("the tolerance of a forecast is {}", tolerance), "above 0"));
+  }
+  if (!(probability > 0 && probability < 0.5)) {
+    return failure(invalid(fmt::format("the probability of a forecast is {}", probability),
+                           "above 0 and below 0.5"));
+  }
+  constexpr double kLongest_s = 10 * 366 * 86400.0;
+  if (!(horizon.in_s() > 0 && horizon.in_s() <= kLongest_s)) {
+    return failure(invalid(fmt::format("the horizon of a forecast is {} s", horizon.in_s()),
+                           "above 0 and up to ten years"));
+  }
+  if (temperature_c && !std::isfinite(*temperature_c)) {
+    return failure(invalid("the temperature of a forecast is not finite", "degrees Celsius"));
+  }
+  return {};
+}
+
+double chance_beyond(const DriftPrediction& prediction,
+                     const Eigen::VectorXd& center,
+                     double radius) {
+  const NormalMixture first = prediction.axes[0].condensed(kParts);
+  const bool is_flat = prediction.axes.size() > 1;
+  const NormalMixture second =
+      is_flat ? prediction.axes[1].condensed(kParts) : NormalMixture{{{1, 0, 0}}};
+  const Eigen::Index n = is_flat ? 2 : 1;
+  double sum = 0;
+  for (const NormalMixture::Part& a : first.parts) {
+    for (const NormalMixture::Part& b : second.parts) {
+      Eigen::VectorXd mean(n);
+      Eigen::MatrixXd cov(n, n);
+      mean(0) = a.mean - center(0);
+      cov(0, 0) = a.variance;
+      if (is_flat) {
+        mean(1) = b.mean - center(1);
+        cov(1, 1) = b.variance;
+        cov(0, 1) = cov(1, 0) = prediction.correlation(0, 1) * std::sqrt(a.variance * b.variance);
+      }
+      sum += a.weight * b.weight * exceedance_about(mean, cov, radius);
+    }
+  }
+  return sum;
+}
+
+Expected<DrillForecast> may_drill(const DriftModel& model,
+                                  const Eigen::VectorXd& in_force,
+                                  std::chrono::sys_seconds now,
+                                  const ForecastLimits& limits) {
+  PANELCAL_CHECK(limits.validate());
+  if (model.n_axes() > 2 || in_force.size() != model.n_axes() || !in_force.allFinite()) {
+    return failure(invalid("the value in force does not have the series' axes",
+                           "1 or 2 numbers, as many as the nights have"));
+  }
+  if (model.last() && now < *model.last()) {
+    return failure(invalid("a forecast is asked for before the last night", "a time after it"));
+  }
+  DrillForecast out;
+  out.now = now;
+  if (!model.has_enough()) return out;
+  const DriftPrediction prediction = model.forecast(now, limits.temperature_c, std::nullopt);
+  out.error = prediction.mean() - in_force;
+  out.cov = prediction.cov();
+  out.chance_now = chance_beyond(prediction, in_force, limits.tolerance);
+  out.answer = DrillAnswer::No;
+  if (!(out.chance_now <= limits.probability)) return out;
+  // Below one half the chance rises with the variance, and that with time.
+  const auto is_good = [&](long minutes) {
+    return chance_at(model, in_force, now + std::chrono::minutes(minutes), limits) <=
+           limits.probability;
+  };
+  long good = 0;
+  long bad = static_cast<long>(limits.horizon.in_s() / 60) + 1;
+  out.answer = DrillAnswer::BeyondHorizon;
+  if (is_good(bad)) return out;
+  while (bad - good > 1) {
+    const long middle = good + (bad - good) / 2;
+    (is_good(middle) ? good : bad) = middle;
+  }
+  out.answer = DrillAnswer::Until;
+  out.until = now + std::chrono::minutes(good);
+  return out;
+}
+
+std::string words_of(const DrillForecast& forecast,
+                     const ForecastLimits& limits,
+                     const std::string& unit) {
+  if (forecast.answer == DrillAnswer::NotEnoughHistory) {
+    return "nobody can say: not enough history";
+  }
+  const std::string bound = amount(limits.tolerance, unit);
+  const std::string now = fmt::format(
+      "the calibration in force is {} off, and off by more than {} with a probability of {:.2g}",
+      amount(forecast.error.norm(), unit),
+      bound,
+      forecast.chance_now);
+  switch (forecast.answer) {
+    case DrillAnswer::Until:
+      return fmt::format("yes, until {}: now {}; then it is {:.2g}",
+                         iso_8601(forecast.until),
+                         now,
+                         limits.probability);
+    case DrillAnswer::BeyondHorizon:
+      return fmt::format("yes, for {:.0f} days and more: {}", limits.horizon.in_s() / 86400, now);
+    default:
+      return fmt::format("no: {}, limit {:.2g}", now, limits.probability);
+  }
+}
+
+}  // namespace panelcal

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/calib/drift/drift_model.h"
+
+namespace panelcal {
+
+/// What the calibration in force has to keep to.
+struct ForecastLimits {
+  double tolerance = 0.010;              ///< of its error's length, in the series' unit (here mm)
+  double probability = 0.001;            ///< with which the error may be larger
+  Time horizon = seconds(30 * 86400.0);  ///< beyond which nothing is said
+  std::optional<double> temperature_c;   ///< expected; a noted one makes the forecast surer
+
+  /// Fails  calibration-invalid: the message names field, value and bound
+  Expected<void> validate() const;
+};
+
+/// May I drill now, and until when?
+enum class DrillAnswer : std::uint8_t {
+  NotEnoughHistory,  ///< nobody can say
+  No,
+  Until,
+  BeyondHorizon,  ///< yes, and for longer than is foretold
+};
+
+struct DrillForecast {
+  DrillAnswer answer = DrillAnswer::NotEnoughHistory;
+  double chance_now = 1;  ///< that the error is larger than the tolerance
+  Eigen::VectorXd error;  ///< true value minus the one in force, as foretold for now
+  Eigen::MatrixXd cov;    ///< of that
+  std::chrono::sys_seconds now{};
+  std::chrono::sys_seconds until{};  ///< for Until: to the minute, rounded down
+};
+
+/// The chance that the length of (value foretold - center) exceeds a radius; 1 or 2 axes. Of the
+/// mixtures five parts each are kept, so that an uncertain sigma counts in the tail.
+double chance_beyond(const DriftPrediction& prediction,
+                     const Eigen::VectorXd& center,
+                     double radius);
+
+/// The time until which the value in force is right within the tolerance, with the probability that
+/// the limits ask for.
+///
+/// In     in_force: in the model's axes, 1 or 2; now: not before the last night learned
+/// Fails  calibration-invalid: limits, number of axes, time; in_force not finite
+/// See    tests/calib/drift/forecast_test.cc, forecast_slow_test.cc (how often it keeps its word)
+Expected<DrillForecast> may_drill(const DriftModel& model,
+                                  const Eigen::VectorXd& in_force,
+                                  std::chrono::sys_seconds now,
+                                  const ForecastLimits& limits);
+
+/// "yes, until 2026-11-24T03:10:00Z: ..." or why not; `unit` is the series'.
+std::string words_of(const DrillForecast& forecast,
+                     const ForecastLimits& limits,
+                     const std::string& unit);
+
+}  // namespace panelcal
