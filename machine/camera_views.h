@@ -42,9 +42,21 @@ class CameraViews final : public ViewTaker {
 
   const CameraDevice& camera() const { return *camera_; }
 
+  /// Sets lamp, zoom and focus.
+  ///
+  /// Fails  as take, but for the frame
+  Expected<void> prepare(const MeasurementRequest& request, const View& view);
+
+  /// Looks through another offset from here on.
+  void set_offset(const SpindleCameraOffset& offset) { offset_ = offset; }
+  // For who calibrates with the same devices; whoever drives the stage has to say so afterwards.
+  CameraDevice& camera() { return *camera_; }
+  Stage& stage() { return *stage_; }
+  const Wait& wait() const { return wait_; }
+  void forget_place() { commanded_.reset(); }
+
  private:
   Expected<void> set(const MeasurementRequest& request, CameraSetting setting, double value);
-  Expected<void> prepare(const MeasurementRequest& request, const View& view);
   Expected<void> drive(const Position<frame::Machine>& spindle);
 
   SpindleCameraOffset offset_;

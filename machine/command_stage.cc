@@ -16,29 +16,16 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::string_view, 5> kPlaceholders = {"{x}", "{y}", "{z}", "{lamp}", "{zoom}"};
+constexpr std::array<std::string_view, 6> kPlaceholders = {
+    "{x}", "{y}", "{z}", "{lamp}", "{zoom}", "{tool}"};
 
 /// No machine has axes of a kilometre: such a number is a mistake, or in another unit.
 constexpr double kFarthest_mm = 1e6;
-
-using Value = std::pair<std::string_view, std::string>;
 
 /// A nanometre; never "-0.000000", which some controllers refuse.
 std::string place_text(double v_mm) {
   std::string text = fmt::format("{:.6f}", v_mm);
   return text == "-0.000000" ? "0.000000" : text;
-}
-
-CommandWords filled(CommandWords words, const std::vector<Value>& values) {
-  for (std::string& word : words) {
-    for (const auto& [placeholder, value] : values) {
-      for (auto at = word.find(placeholder); at != std::string::npos;
-           at = word.find(placeholder, at + value.size())) {
-        word.replace(at, placeholder.size(), value);
-      }
-    }
-  }
-  return words;
 }
 
 /// Takes a number from the front of `text`.
@@ -67,6 +54,23 @@ bool contains(const CommandWords& words, std::string_view placeholder) {
 
 }  // namespace
 
+namespace internal {
+
+CommandWords filled(CommandWords words,
+                    const std::vector<std::pair<std::string_view, std::string>>& values) {
+  for (std::string& word : words) {
+    for (const auto& [placeholder, value] : values) {
+      for (auto at = word.find(placeholder); at != std::string::npos;
+           at = word.find(placeholder, at + value.size())) {
+        word.replace(at, placeholder.size(), value);
+      }
+    }
+  }
+  return words;
+}
+
+}  // namespace internal
+
 std::string placeholder_problem(const CommandWords& words, const std::vector<std::string>& wanted) {
   for (const std::string& word : words) {
     for (auto open = word.find('{'); open != std::string::npos; open = word.find('{', open + 1)) {
@@ -89,9 +93,9 @@ std::string placeholder_problem(const CommandWords& words, const std::vector<std
 }
 
 Expected<Position<frame::Machine>> CommandStage::move_to(const Position<frame::Machine>& spindle) {
-  const CommandWords words =
-      filled(commands_.move,
-             {{"{x}", place_text(spindle.in_mm().x())}, {"{y}", place_text(spindle.in_mm().y())}});
+  const CommandWords words = internal::filled(
+      commands_.move,
+      {{"{x}", place_text(spindle.in_mm().x())}, {"{y}", place_text(spindle.in_mm().y())}});
   PANELCAL_TRY(const std::string answer, internal::run_program(words, commands_.limit));
   if (answer.empty()) return spindle;
   if (const auto place = parse_place(answer)) return *place;
@@ -119,7 +123,8 @@ Expected<void> CommandStage::set(CameraSetting setting, double value) {
   const bool is_place = setting == CameraSetting::Focus;
   const std::string placeholder = is_place ? "{z}" : fmt::format("{{{}}}", name(setting));
   const std::string text = is_place ? place_text(value) : fmt::format("{}", value);
-  PANELCAL_CHECK(internal::run_program(filled(command, {{placeholder, text}}), commands_.limit));
+  PANELCAL_CHECK(
+      internal::run_program(internal::filled(command, {{placeholder, text}}), commands_.limit));
   return {};
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "panelcal/calib/base/expected.h"
@@ -11,12 +13,13 @@
 namespace panelcal {
 
 /// A program and its words. {x}, {y}, {z} in a word become places in mm with six decimals, {lamp}
-/// and {zoom} numbers as the part program writes them.
+/// and {zoom} numbers as the part program writes them, {tool} the number of a drill.
 using CommandWords = std::vector<std::string>;
 
 /// [machine] stage_command and its kin: programs through which any controller can be joined.
 struct StageCommands {
   CommandWords move;         ///< needs {x} and {y}; empty: the stage cannot be moved
+  CommandWords drill;        ///< needs {tool}; empty: the spindle cannot drill
   CommandWords lamp;         ///< needs {lamp}; empty: there is none to set
   CommandWords zoom;         ///< needs {zoom}
   CommandWords focus;        ///< needs {z}
@@ -26,6 +29,14 @@ struct StageCommands {
 /// What is wrong with a command's placeholders: one that does not exist, or `wanted` ones that are
 /// missing. Empty if nothing.
 std::string placeholder_problem(const CommandWords& words, const std::vector<std::string>& wanted);
+
+namespace internal {
+
+/// The words of a command with the values of its placeholders.
+CommandWords filled(CommandWords words,
+                    const std::vector<std::pair<std::string_view, std::string>>& values);
+
+}  // namespace internal
 
 /// Drives a machine through programs that speak to its controller.
 ///

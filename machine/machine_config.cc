@@ -9,8 +9,11 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/machine/coupon_config.h"
+#include "panelcal/machine/nightly/night_config_toml.h"
 #include "panelcal/machine/program_config.h"
 #include "panelcal/machine/sim_config.h"
+#include "panelcal/machine/spindle_config.h"
 #include "panelcal/machine/stage_config.h"
 #include "panelcal/machine/target_config.h"
 #include "panelcal/machine/tolerance_config.h"
@@ -27,10 +30,13 @@ using internal::TomlSource;
 using internal::TomlTable;
 using Words = std::string_view;
 
-constexpr std::array<Words, 12> kTopKeys = {"camera",
+constexpr std::array<Words, 15> kTopKeys = {"camera",
+                                            "coupon",
                                             "diameter_page",
                                             "gates",
+                                            "ledger",
                                             "machine",
+                                            "nightly",
                                             "program",
                                             "reference_scaling",
                                             "sim",
@@ -39,16 +45,16 @@ constexpr std::array<Words, 12> kTopKeys = {"camera",
                                             "tolerance",
                                             "uncertainty",
                                             "vision"};
-constexpr std::array<Words, 1> kTopPlanned = {"coupon"};
-constexpr std::array<Words, 9> kMachineKeys = {"command_limit_s",
-                                               "focus_command",
-                                               "lamp_command",
-                                               "name",
-                                               "settle_s",
-                                               "stage_command",
-                                               "travel_high_mm",
-                                               "travel_low_mm",
-                                               "zoom_command"};
+constexpr std::array<Words, 10> kMachineKeys = {"command_limit_s",
+                                                "drill_command",
+                                                "focus_command",
+                                                "lamp_command",
+                                                "name",
+                                                "settle_s",
+                                                "stage_command",
+                                                "travel_high_mm",
+                                                "travel_low_mm",
+                                                "zoom_command"};
 constexpr std::array<Words, 1> kMachinePlanned = {"drivers"};
 constexpr std::array<Words, 18> kVisionKeys = {"algorithms",
                                                "ambiguity_margin",
@@ -102,7 +108,8 @@ Expected<void> read_camera(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto file, table->text("calibration"));
   if (!file) return failure(table->missing("calibration", "calibration = \"NAME.cal.json\""));
   if (file->empty()) return failure(table->problem("calibration", "the name of a file"));
-  PANELCAL_TRY(config.camera, read_camera_calibration(config.file.parent_path() / *file));
+  config.camera_file = config.file.parent_path() / *file;
+  PANELCAL_TRY(config.camera, read_camera_calibration(config.camera_file));
   PANELCAL_TRY(const auto bayer, table->text("bayer"));
   if (bayer) {
     config.bayer = bayer_pattern_from_name(*bayer);
@@ -145,16 +152,13 @@ Expected<void> read_model(const TomlTable& vision, WalkOptions& walk) {
   if (!model) return {};
   const std::string_view word(*model);
   walk.chooses_model = word == "auto";
-  if (walk.chooses_model) return {};
+  walk.bends_panel = word == "smooth";
+  if (walk.chooses_model || walk.bends_panel) return {};
   walk.model = panel_model_from_name(word);
   if (walk.model) return {};
-  if (word == "smooth") {
-    return failure(vision.problem("model",
-                                  "\"auto\" or an affine model: smooth ones are compared and "
-                                  "recommended in the report, and do not correct holes yet"));
-  }
   return failure(vision.problem(
-      "model", "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\" or \"affine\""));
+      "model",
+      "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\", \"affine\" or \"smooth\""));
 }
 
 /// How G32, G33 and G36 of SIEB & MEYER programs measure.
@@ -206,14 +210,20 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
                                              const std::filesystem::path& file) {
   const TomlSource source{file.string(), text};
   PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
-  PANELCAL_TRY(const TomlTable top,
-               TomlTable::make(
-                   document, "machine.toml", document.source(), {kTopKeys, kTopPlanned}, source));
+  PANELCAL_TRY(
+      const TomlTable top,
+      TomlTable::make(document, "machine.toml", document.source(), {kTopKeys, {}}, source));
   MachineConfig config;
   config.file = file;
   PANELCAL_CHECK(read_machine(top, config));
   PANELCAL_CHECK(read_camera(top, config));
+  PANELCAL_CHECK(internal::read_spindle_config(top, config));
+  PANELCAL_CHECK(internal::read_ledger_config(top, config));
   PANELCAL_CHECK(internal::read_uncertainty_config(top, config));
+  PANELCAL_TRY(config.coupon, internal::read_coupon_config(top, file.parent_path()));
+  config.walk.has_coupon = config.coupon && config.camera;
+  config.walk.moves_offset = config.camera.has_value();
+  PANELCAL_TRY(config.nightly, internal::read_nightly_config(top, file.parent_path()));
   PANELCAL_CHECK(read_vision(top, config));
   PANELCAL_CHECK(read_gates(top, config));
   PANELCAL_TRY(config.walk.tolerances, internal::read_tolerances(top));

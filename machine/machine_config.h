@@ -15,8 +15,13 @@
 #include "panelcal/calib/calibration_file.h"
 #include "panelcal/calib/camera_mapping.h"
 #include "panelcal/calib/gates.h"
+#include "panelcal/calib/spindle_calibration_file.h"
 #include "panelcal/calib/spindle_camera.h"
+#include "panelcal/calib/spindle_offsets.h"
 #include "panelcal/machine/command_stage.h"
+#include "panelcal/machine/coupon.h"
+#include "panelcal/machine/nightly/night_config.h"
+#include "panelcal/machine/sim/sim_coupon_options.h"
 #include "panelcal/machine/sim/simulated_probe.h"
 #include "panelcal/machine/vision_options.h"
 #include "panelcal/program/job_check.h"
@@ -72,12 +77,27 @@ struct SimConfig {
   std::optional<Length> focus_z;
   Length focus_depth = mm(0.1);   ///< so far from there edges are sqrt(2) times as wide
   SimulatedProbeOptions surface;  ///< of the board, and how well it is probed
+  SimCouponOptions coupon;        ///< [sim.coupon], with the seed of [sim]
 };
 
 /// When something was measured, and where the machine's file says so.
 struct OffsetDate {
   std::chrono::sys_seconds date;
   Place place;
+  bool is_utc = false;  ///< false: by the clock on the wall
+};
+
+/// [spindle] calibration: where the offset comes from and goes to.
+struct SpindleSetting {
+  std::filesystem::path file;  ///< empty: [spindle] states the offset itself
+  int spindle = 1;             ///< which of the machine's spindles drills, 1 to 12
+  int station = 1;             ///< 1 or 2
+  /// False: the file is not there yet or does not have this spindle, so that camera_offset_mm only
+  /// says where to begin a calibration.
+  bool is_calibrated = true;
+  /// camera_offset_mm, for any spindle that the file does not have.
+  std::optional<Displacement<frame::Machine>> stated_offset;
+  SpindleCalibration calibration;  ///< all that the file has
 };
 
 /// machine.toml as panelcal uses it. Unknown keys are errors that name the nearest known key.
@@ -94,16 +114,21 @@ struct MachineConfig {
   VisionOptions vision;  ///< [vision] search and four views; [camera] focus
   std::map<int, Target> vision_tools;         ///< [[vision.tool]]
   std::optional<CameraCalibration> camera;    ///< [camera] calibration, read from its own file
+  std::filesystem::path camera_file;          ///< of `camera`; empty without
   std::map<double, CameraCalibration> zooms;  ///< [[camera.zoom]], by level
   /// [camera] bayer: picture files are a colour sensor's mosaic as it is, of this pattern.
   std::optional<BayerPattern> bayer;
-  SpindleCameraOffset spindle_camera;  ///< [spindle]
-  /// [spindle] camera_offset_date: when the offset was calibrated, by the clock on the wall.
+  SpindleCameraOffset spindle_camera;  ///< [spindle], or of the calibration that it names
+  SpindleSetting spindle_setting;
+  /// When the offset was calibrated: [spindle] camera_offset_date, or what the calibration says.
   std::optional<OffsetDate> offset_date;
-  double drift_um_per_sqrt_day = 0;  ///< [uncertainty]: random walk of the offset, per axis
-  StageCommands stage;               ///< [machine] stage_command and its kin, for --camera
-  Time settle;                       ///< [machine] settle_s: from an arrival to a picture
-  std::optional<SimConfig> sim;      ///< [sim]
+  std::optional<Coupon> coupon;          ///< [coupon]
+  std::filesystem::path ledger_file;     ///< [ledger] file; empty without
+  std::optional<NightlyConfig> nightly;  ///< [nightly]
+  double drift_um_per_sqrt_day = 0;      ///< [uncertainty]: random walk of the offset, per axis
+  StageCommands stage;                   ///< [machine] stage_command and its kin, for --camera
+  Time settle;                           ///< [machine] settle_s: from an arrival to a picture
+  std::optional<SimConfig> sim;          ///< [sim]
 };
 
 /// Larger files are refused unread.
@@ -122,7 +147,19 @@ Expected<MachineConfig> read_machine_config(const std::filesystem::path& file);
 Expected<MachineConfig> parse_machine_config(std::string_view text,
                                              const std::filesystem::path& file);
 
-/// Lets the spindle-camera offset drift from its date to `now`, by the clock on the wall:
+/// Takes another spindle of [spindle] calibration as the one that drills, as if machine.toml named
+/// it. Where nobody has calibrated it, camera_offset_mm says where to begin; without one the
+/// present offset stays, which is another spindle's.
+///
+/// Fails  config-value (there is no such spindle or station)
+Expected<void> select_spindle(MachineConfig& config, SpindleAt at);
+
+/// Whether holes may be placed with the offset.
+///
+/// Fails  config-value (it was never calibrated: see SpindleSetting::is_calibrated)
+Expected<void> check_spindle_is_calibrated(const MachineConfig& config);
+
+/// Lets the spindle-camera offset drift from its date to `now`, by the same clock as the date:
 ///
 ///   walk.uncertainty.drift_mm2 = drift^2 (now - date) I,   drift in mm per square root of a day
 ///

@@ -219,6 +219,7 @@ std::optional<Difference> difference(const MeasurementRequest& recorded,
 Expected<RecordedMeasurements> parse_measurements(std::string_view text, const std::string& file) {
   RecordedMeasurements recorded{file, {}};
   std::map<std::int64_t, int> line_by_seq;
+  std::map<std::int64_t, int> line_by_calibration;
   int number = 0;
   while (!text.empty()) {
     ++number;
@@ -234,6 +235,18 @@ Expected<RecordedMeasurements> parse_measurements(std::string_view text, const s
                       fmt::format("at most {} bytes", kMaxLineBytes)});
     }
     PANELCAL_TRY(const JsonLine parsed, JsonLine::parse(line, place));
+    if (internal::is_calibration(parsed)) {
+      PANELCAL_TRY(CalibrationAnswer answer, internal::read_calibration(parsed));
+      const auto [seen, is_new] = line_by_calibration.emplace(answer.order.number, number);
+      if (!is_new) {
+        return failure(parsed.problem(
+            "calibration",
+            kCode,
+            fmt::format("each number once; line {} has this one already", seen->second)));
+      }
+      recorded.calibrations.push_back({std::move(answer), number});
+      continue;
+    }
     PANELCAL_TRY(Measurement measurement, read_measurement(parsed));
     const auto [seen, is_new] = line_by_seq.emplace(measurement.request.seq, number);
     if (!is_new) {
@@ -251,7 +264,7 @@ Expected<RecordedMeasurements> read_measurements(const std::filesystem::path& pa
 }
 
 MeasurementFileSource::MeasurementFileSource(RecordedMeasurements recorded)
-    : recorded_(std::move(recorded)) {
+    : recorded_(std::move(recorded)), calibrations_(recorded_.file, recorded_.calibrations) {
   for (std::size_t i = 0; i < recorded_.measurements.size(); ++i) {
     by_seq_.emplace(recorded_.measurements[i].measurement.request.seq, Entry{i, false});
   }
@@ -287,7 +300,7 @@ Expected<void> MeasurementFileSource::check_all_used() const {
                     fmt::format("the program does not ask for {}", describe(request)),
                     "only what the program asks for"});
   }
-  return {};
+  return calibrations_.check_all_used();
 }
 
 }  // namespace panelcal

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/recorded_calibration.h"
 #include "panelcal/program/measurement.h"
 
 namespace panelcal {
@@ -24,6 +25,9 @@ struct RecordedMeasurement {
 struct RecordedMeasurements {
   std::string file;  ///< as diagnostics name it
   std::vector<RecordedMeasurement> measurements;
+  /// Of orders to calibrate among them. The measurements are what was measured with them: they are
+  /// not moved once more.
+  std::vector<RecordedCalibration> calibrations = {};
 };
 
 /// Larger files are refused unread; a million measurements are 200 MB.
@@ -34,6 +38,8 @@ inline constexpr std::size_t kMaxMeasurementBytes = std::size_t{1} << 30;
 /// All of a request's keys are required, but delta, inspections, search, search_area, lamp, zoom,
 /// algorithm and, of one vision tool, tools. `measured` and `cov` stand there if and only if status
 /// is found, `by_camera` may then. Numbers read back to the bit. Blank lines are allowed.
+///
+/// Lines with `calibration` in place of `seq` are as to_json(CalibrationAnswer) writes them.
 ///
 /// Fails  file-unreadable; json-syntax; measurement-file (unknown, missing, misplaced or repeated
 ///        keys, wrong types, unknown status, a seq that appears twice); measurement-invalid (cov is
@@ -54,8 +60,15 @@ class MeasurementFileSource final : public MeasurementSource {
 
   /// Fails  measurement-missing; measurement-mismatch
   Expected<Measurement> measure(const MeasurementRequest& request) override;
+  /// Empty where none was recorded: the order was only passed on.
+  ///
+  /// Fails  measurement-mismatch
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override {
+    return calibrations_.calibrate(order);
+  }
 
-  /// After a complete survey: fails if the file has a measurement that nobody asked for.
+  /// After a complete survey: fails if the file has a measurement or a calibration that nobody
+  /// asked for.
   ///
   /// Fails  measurement-mismatch, at the first such line
   Expected<void> check_all_used() const;
@@ -68,6 +81,7 @@ class MeasurementFileSource final : public MeasurementSource {
 
   RecordedMeasurements recorded_;
   std::map<std::int64_t, Entry> by_seq_;
+  internal::CalibrationReplay calibrations_;
 };
 
 }  // namespace panelcal

@@ -6,8 +6,10 @@
 #include <iterator>
 #include <utility>
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "panelcal/calib/circle_bias.h"
 #include "panelcal/calib/spindle_camera.h"
 
 namespace panelcal {
@@ -53,7 +55,44 @@ void bring_beside(const Eigen::Vector2d& expected_mm, double angle_sigma_rad, Si
 }
 
 ZoomedCamera camera_from(const CameraCalibration& calibration) {
-  return {calibration.mapping(), calibration.picture_width_px, calibration.picture_height_px};
+  ZoomedCamera camera{
+      calibration.mapping(), calibration.picture_width_px, calibration.picture_height_px};
+  if (calibration.needs_model()) {
+    camera.tilted = TiltedCamera{calibration.model(), SharedCameraError(calibration)};
+  }
+  return camera;
+}
+
+bool is_round(Shape shape) {
+  return shape == Shape::Disc || shape == Shape::Hole || shape == Shape::Ring;
+}
+
+/// The place that a full camera sees a fitted target at; empty past the rim of what it sees.
+std::optional<PositionEstimate<frame::Optical>> seen_through(const TiltedCamera& camera,
+                                                             const CameraMapping& mapping,
+                                                             const Target& target,
+                                                             const TargetFit& fit) {
+  PositionEstimate<frame::Image> center = fit.center;
+  if (!camera.model.sees(center.position)) return std::nullopt;
+  if (is_round(target.shape) && fit.size_mm) {
+    const Length radius = 0.5 * *fit.size_mm;
+    const CameraModel known(mapping.parameters());
+    center.position = center.position - (circle_bias(camera.model, center.position, radius) -
+                                         circle_bias(known, center.position, radius));
+  }
+  if (!camera.model.sees(center.position)) return std::nullopt;
+  PositionEstimate<frame::Optical> seen = camera.model(center);
+  seen.cov += camera.error.rest_mm2(center.position);
+  return seen;
+}
+
+/// A direction that was fitted in the simple form.
+Eigen::Vector2d direction_through(const ZoomedCamera& camera,
+                                  const Position<frame::Image>& u,
+                                  const Eigen::Vector2d& direction) {
+  if (!camera.tilted) return direction;
+  return (camera.tilted->model.jacobian(u) * camera.mapping.jacobian(u).inverse() * direction)
+      .normalized();
 }
 
 }  // namespace
@@ -63,9 +102,18 @@ std::string describe(const MeasurementRequest& request) {
   return fmt::format("{} target {} (line {})", request.command, request.seq, request.line);
 }
 
+std::optional<Position<frame::Image>> ZoomedCamera::image_of(
+    const Position<frame::Optical>& place) const {
+  return tilted ? tilted->model.image_of(place) : mapping.image_of(place);
+}
+
+CameraJacobian ZoomedCamera::by_calibration(const Position<frame::Image>& pixel) const {
+  return tilted ? tilted->error.by(pixel) : mapping.by_parameters(pixel);
+}
+
 std::optional<Position<frame::Image>> ZoomedCamera::pixel_of(
     const Position<frame::Machine>& place, const Position<frame::Machine>& axis) const {
-  const auto pixel = mapping.image_of(position_mm<frame::Optical>((place - axis).in_mm()));
+  const auto pixel = image_of(position_mm<frame::Optical>((place - axis).in_mm()));
   if (!pixel) return std::nullopt;
   const double x_px = pixel->in_px().x();
   const double y_px = pixel->in_px().y();
@@ -233,7 +281,7 @@ Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
   PANELCAL_CHECK(check_picture(request, look, picture, camera));
   LocateOptions options = locate_;
   const auto center =
-      camera.mapping.image_of(position_mm<frame::Optical>((look.expected - picture.axis).in_mm()));
+      camera.image_of(position_mm<frame::Optical>((look.expected - picture.axis).in_mm()));
   if (look.radius && center) {
     options.search_center = *center;
     options.search_radius = px(look.radius->in_mm() / camera.mapping.parameters().scale_mm_per_px);
@@ -247,19 +295,30 @@ Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
   sight.image = picture.name;
   if (detection.best) sight.score = detection.best->score;
   if (!sight.is_found()) return sight;
-  const PositionEstimate<frame::Optical>& seen = *detection.best->center_optical;
+  const Position<frame::Image>& center_px = detection.best->center.position;
+  PositionEstimate<frame::Optical> seen = *detection.best->center_optical;
+  if (camera.tilted) {
+    const auto through = seen_through(*camera.tilted, camera.mapping, look.target, *detection.best);
+    if (!through) {
+      sight.status = MeasurementStatus::Rejected;
+      sight.reason = "the target lies where the camera's calibration sees no panel";
+      return sight;
+    }
+    seen = *through;
+  }
   const Displacement<frame::Machine> from_work_zero =
       machine_from_optical(picture.axis, seen.position) - request.work_zero;
   sight.place = {position_mm<frame::Actual>(from_work_zero.in_mm()), seen.cov};
-  sight.by_camera = camera.mapping.by_parameters(detection.best->center.position);
+  sight.by_camera = camera.by_calibration(center_px);
   if (const auto blind = detection.best->blind_direction) {
-    sight.blind = Eigen::Vector2d(std::cos(blind->in_rad()), std::sin(blind->in_rad()));
+    const Eigen::Vector2d fitted(std::cos(blind->in_rad()), std::sin(blind->in_rad()));
+    sight.blind = direction_through(camera, center_px, fitted);
     bring_beside(
         (look.expected - request.work_zero).in_mm(), detection.best->angle_sigma.in_rad(), sight);
     const Eigen::Vector2d foot_mm = request.work_zero.in_mm() + sight.place.position.in_mm();
-    const auto pixel = camera.mapping.image_of(
-        position_mm<frame::Optical>((foot_mm - picture.axis.in_mm()).eval()));
-    if (pixel) sight.by_camera = camera.mapping.by_parameters(*pixel);
+    const auto pixel =
+        camera.image_of(position_mm<frame::Optical>((foot_mm - picture.axis.in_mm()).eval()));
+    if (pixel) sight.by_camera = camera.by_calibration(*pixel);
     const Eigen::Vector2d across(-sight.blind->y(), sight.blind->x());
     sight.by_camera = (across * across.transpose() * sight.by_camera).eval();
   }

@@ -10,6 +10,8 @@
 
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/camera_mapping.h"
+#include "panelcal/calib/camera_model.h"
+#include "panelcal/calib/shared_camera_error.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/view_taker.h"
 #include "panelcal/program/measurement.h"
@@ -19,12 +21,24 @@
 
 namespace panelcal {
 
+/// A camera with a tilt or a lens that CameraMapping does not know.
+struct TiltedCamera {
+  CameraModel model;
+  SharedCameraError error;
+};
+
 /// A camera at one zoom.
 struct ZoomedCamera {
+  /// All of the camera, or what targets are searched and fitted with if there is `tilted`.
   CameraMapping mapping;
   int width_px = 0;
   int height_px = 0;
+  std::optional<TiltedCamera> tilted = {};
 
+  /// The pixel that shows a place relative to the axis; empty where no picture does.
+  std::optional<Position<frame::Image>> image_of(const Position<frame::Optical>& place) const;
+  /// How a place seen at a pixel moves with the calibration; see SharedCameraError.
+  CameraJacobian by_calibration(const Position<frame::Image>& pixel) const;
   /// Where a place is seen in a picture taken at `axis`; empty if outside of the picture.
   std::optional<Position<frame::Image>> pixel_of(const Position<frame::Machine>& place,
                                                  const Position<frame::Machine>& axis) const;
@@ -48,7 +62,7 @@ struct Sight {
   std::string image;  ///< file name of the picture
   std::optional<double> score;
   PositionEstimate<frame::Actual> place;              ///< if found; relative to work zero
-  CameraJacobian by_camera = CameraJacobian::Zero();  ///< d place / d camera parameters, if found
+  CameraJacobian by_camera = CameraJacobian::Zero();  ///< as SharedCameraError::by, if found
   /// Slots: the unit vector, machine directions, along which nothing was measured. `place` is then
   /// the foot of the expected place on the slot's middle line.
   std::optional<Eigen::Vector2d> blind;
@@ -72,6 +86,10 @@ using PictureObserver = std::function<void(const SeenView&)>;
 /// From one picture to a place on the machine.
 ///
 ///   measured = axis + K(u) - work zero
+///
+/// With a camera of CameraModel's full form a target is still fitted in the simple one, in which it
+/// lies to a part in 1000 as it does in truth; its centre in the picture becomes mm by the full
+/// model then, less the bias of circle centres that the simple form did not know of.
 ///
 /// The covariance is the detection's, brought to mm. What all pictures of a machine share is left
 /// out: errors of the camera calibration and of the spindle-camera offset move every target of a

@@ -38,13 +38,16 @@ Expected<PictureSource> PictureSource::create(const MachineConfig& config,
                                               PictureFolder folder,
                                               PictureObserver observer) {
   PANELCAL_TRY(VisionProcedure procedure, VisionProcedure::create(config, std::move(observer)));
-  return PictureSource(std::move(procedure), std::move(folder), config.bayer);
+  return PictureSource(config, std::move(procedure), std::move(folder));
 }
 
-PictureSource::PictureSource(VisionProcedure procedure,
-                             PictureFolder folder,
-                             std::optional<BayerPattern> bayer)
-    : procedure_(std::move(procedure)), folder_(std::move(folder)), bayer_(bayer) {
+PictureSource::PictureSource(const MachineConfig& config,
+                             VisionProcedure procedure,
+                             PictureFolder folder)
+    : procedure_(std::move(procedure)),
+      folder_(std::move(folder)),
+      bayer_(config.bayer),
+      job_(config) {
   for (std::size_t i = 0; i < folder_.rows.size(); ++i) {
     if (const auto seq = folder_.rows[i].seq) rows_by_seq_[*seq].push_back(i);
   }
@@ -116,12 +119,12 @@ Expected<std::size_t> PictureSource::nearest_row(const MeasurementRequest& reque
   std::optional<std::size_t> nearest;
   double least_mm = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < folder_.rows.size(); ++i) {
-    const double distance_mm = (folder_.rows[i].axis - view.axis).in_mm().norm();
+    const double distance_mm = (axis_of(folder_.rows[i]) - view.axis).in_mm().norm();
     if (!serves(folder_.rows[i], request, view) || !(distance_mm < least_mm)) continue;
     least_mm = distance_mm;
     nearest = i;
   }
-  if (nearest && camera.pixel_of(view.axis, folder_.rows[*nearest].axis)) return *nearest;
+  if (nearest && camera.pixel_of(view.axis, axis_of(folder_.rows[*nearest]))) return *nearest;
   std::string what = "no picture shows " + words_of(request, view);
   if (nearest) {
     what += fmt::format(
@@ -141,7 +144,7 @@ Expected<TakenPicture> PictureSource::take(const MeasurementRequest& request, co
   const PictureRow& row = folder_.rows[i_row];
   PANELCAL_TRY(Image image, read_image(folder_.path_of(row)));
   if (bayer_) image = from_bayer(image, *bayer_);
-  return TakenPicture{std::move(image), row.axis, row.file, folder_.path_of(row).string()};
+  return TakenPicture{std::move(image), axis_of(row), row.file, folder_.path_of(row).string()};
 }
 
 Expected<Measurement> PictureSource::measure(const MeasurementRequest& request) {
@@ -149,7 +152,16 @@ Expected<Measurement> PictureSource::measure(const MeasurementRequest& request) 
   PANELCAL_CHECK(procedure_.locator().check(request));
   PANELCAL_CHECK(check_number_of_rows(request));
   n_shown_by_seq_[request.seq] = 0;
-  return procedure_.measure(request, *this);
+  PANELCAL_TRY(Measurement measurement, procedure_.measure(request, *this));
+  return job_.complete(std::move(measurement));
+}
+
+Expected<std::optional<CalibrationAnswer>> PictureSource::calibrate(const CalibrationOrder& order) {
+  if (!order.correction) return std::nullopt;
+  const SpindleCameraOffset before = job_.offset();
+  PANELCAL_TRY(std::optional<CalibrationAnswer> answer, job_.correct(order));
+  shift_ = shift_ + (job_.offset().offset - before.offset);
+  return answer;
 }
 
 }  // namespace panelcal

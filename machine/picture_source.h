@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/job_calibration.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/view_taker.h"
 #include "panelcal/machine/vision_procedure.h"
@@ -36,12 +37,17 @@ class PictureSource final : public MeasurementSource, public ViewTaker {
   /// Fails  picture-missing; picture-mismatch (size, vision tool, number); what
   ///        VisionProcedure::measure and reading a picture report
   Expected<Measurement> measure(const MeasurementRequest& request) override;
+  /// G39,SPOP and its kin move where later pictures were taken. Nothing is drilled: G39 finds
+  /// nobody.
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
 
   /// Fails  picture-missing; picture-mismatch; what reading a picture reports
   Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
 
  private:
-  PictureSource(VisionProcedure procedure, PictureFolder folder, std::optional<BayerPattern> bayer);
+  PictureSource(const MachineConfig& config, VisionProcedure procedure, PictureFolder folder);
+  /// Where the optical axis stood, with the offset in force.
+  Position<frame::Machine> axis_of(const PictureRow& row) const { return row.axis + shift_; }
   Expected<void> check_number_of_rows(const MeasurementRequest& request) const;
   Expected<std::size_t> next_row_of_seq(const MeasurementRequest& request, const View& view);
   Expected<std::size_t> nearest_row(const MeasurementRequest& request, const View& view) const;
@@ -51,6 +57,8 @@ class PictureSource final : public MeasurementSource, public ViewTaker {
   VisionProcedure procedure_;
   PictureFolder folder_;
   std::optional<BayerPattern> bayer_;
+  JobCalibration job_;
+  Displacement<frame::Machine> shift_;  ///< of the offset since the pictures were taken
   std::map<std::int64_t, std::vector<std::size_t>> rows_by_seq_;  ///< empty: no row has a seq
   std::map<std::int64_t, std::size_t> n_shown_by_seq_;
 };

@@ -10,13 +10,14 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 32> kSimKeys = {"background",
+constexpr std::array<std::string_view, 33> kSimKeys = {"background",
                                                        "bit_depth",
                                                        "blur_px",
                                                        "board_offset_sigma_um",
                                                        "board_rotation_sigma_mrad",
                                                        "burrs_um",
                                                        "camera",
+                                                       "coupon",
                                                        "debris",
                                                        "focus_depth_mm",
                                                        "focus_z_mm",
@@ -60,11 +61,15 @@ constexpr std::array<std::string_view, 7> kDebrisKeys = {"brightest",
                                                          "scratches",
                                                          "size_um"};
 
+constexpr std::array<std::string_view, 3> kCouponKeys = {
+    "backlash_um", "drill_wander_um", "stage_repeatability_um"};
+
 constexpr int kMaxPictureSide_px = 10'000;
 constexpr std::size_t kMaxSpindles = 64;
 constexpr Range kShare{0, 1};
 constexpr Range kPpm{-1e5, 1e5};
 constexpr Range kHeight_um{-1e5, 1e5};
+constexpr Range kScatter_um{0, 1e4};
 
 Expected<void> read_panel(const TomlTable& table, SimConfig& sim) {
   const Range place{-kMaxPlace_mm, kMaxPlace_mm};
@@ -205,7 +210,12 @@ Expected<void> read_camera(const TomlTable& table,
                            const std::optional<CameraCalibration>& calibrated,
                            SimConfig& sim) {
   PANELCAL_TRY(const auto camera, table.table("camera", "[sim.camera]", {kCameraKeys, {}}));
-  if (!camera) return {};
+  if (!camera) {
+    if (!calibrated || !calibrated->needs_model()) return {};
+    return failure(table.missing(
+        "[sim.camera], and [camera] is calibrated with a tilt or a lens that is not simulated",
+        "[sim.camera], and [sim] tilt_deg for a board that leans"));
+  }
   if (!calibrated) {
     return failure(table.missing("[camera] to compare [sim.camera] with", "[camera] calibration"));
   }
@@ -228,6 +238,19 @@ Expected<void> read_camera(const TomlTable& table,
     }
   }
   sim.camera = real;
+  return {};
+}
+
+/// How badly it drills and stops: without a word, perfectly.
+Expected<void> read_sim_coupon(const TomlTable& sim, SimCouponOptions& coupon) {
+  PANELCAL_TRY(const auto table, sim.table("coupon", "[sim.coupon]", {kCouponKeys, {}}));
+  if (!table) return {};
+  PANELCAL_TRY(const double wander_um, table->number_or("drill_wander_um", kScatter_um, 0));
+  coupon.wander = um(wander_um);
+  PANELCAL_TRY(const double stage_um, table->number_or("stage_repeatability_um", kScatter_um, 0));
+  coupon.stage_repeatability = um(stage_um);
+  PANELCAL_TRY(const auto backlash_um, table->pair("backlash_um", kScatter_um));
+  if (backlash_um) coupon.backlash = displacement_mm<frame::Machine>(1e-3 * *backlash_um);
   return {};
 }
 
@@ -283,6 +306,8 @@ Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
   sim.surface.height = surface_height;
   sim.surface.noise_sigma = Length();
   PANELCAL_CHECK(read_surface(*table, sim.surface));
+  sim.coupon.seed = sim.seed;
+  PANELCAL_CHECK(read_sim_coupon(*table, sim.coupon));
   return sim;
 }
 

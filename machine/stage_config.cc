@@ -44,6 +44,7 @@ Expected<void> read_stage_config(const TomlTable& table, MachineConfig& config) 
   std::filesystem::path folder = config.file.parent_path();
   if (folder.empty()) folder = ".";
   PANELCAL_TRY(stage.move, read_command(table, "stage_command", {"{x}", "{y}"}, folder));
+  PANELCAL_TRY(stage.drill, read_command(table, "drill_command", {"{tool}"}, folder));
   PANELCAL_TRY(stage.lamp, read_command(table, "lamp_command", {"{lamp}"}, folder));
   PANELCAL_TRY(stage.zoom, read_command(table, "zoom_command", {"{zoom}"}, folder));
   PANELCAL_TRY(stage.focus, read_command(table, "focus_command", {"{z}"}, folder));

@@ -7,8 +7,8 @@
 
 namespace panelcal::internal {
 
-/// Reads how the stage is driven from [machine]: stage_command, lamp_command, zoom_command,
-/// focus_command, command_limit_s, settle_s.
+/// Reads how the stage is driven from [machine]: stage_command, drill_command, lamp_command,
+/// zoom_command, focus_command, command_limit_s, settle_s.
 ///
 /// Fails  config-value (no program, a placeholder that is missing or has no meaning)
 Expected<void> read_stage_config(const TomlTable& machine, MachineConfig& config);

@@ -266,11 +266,4 @@ Expected<std::optional<FocusResult>> VisionProcedure::focus(const MeasurementReq
   return std::optional(std::move(result));
 }
 
-Expected<VisionSource> VisionSource::create(const MachineConfig& config,
-                                            std::unique_ptr<ViewTaker> taker,
-                                            PictureObserver observer) {
-  PANELCAL_TRY(VisionProcedure procedure, VisionProcedure::create(config, std::move(observer)));
-  return VisionSource(std::move(procedure), std::move(taker));
-}
-
 }  // namespace panelcal

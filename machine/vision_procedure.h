@@ -2,9 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "panelcal/calib/base/expected.h"
@@ -81,29 +79,6 @@ class VisionProcedure {
   PictureLocator locator_;
   VisionOptions options_;
   std::optional<Length> focus_z_;  ///< of the last autofocus
-};
-
-/// A measurement source made of anyone who can show the panel.
-class VisionSource final : public MeasurementSource {
- public:
-  /// Fails  config-value (no [camera])
-  static Expected<VisionSource> create(const MachineConfig& config,
-                                       std::unique_ptr<ViewTaker> taker,
-                                       PictureObserver observer = {});
-
-  Expected<Measurement> measure(const MeasurementRequest& request) override {
-    return procedure_.measure(request, *taker_);
-  }
-  Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
-    return procedure_.focus(request, *taker_);
-  }
-
- private:
-  VisionSource(VisionProcedure procedure, std::unique_ptr<ViewTaker> taker)
-      : procedure_(std::move(procedure)), taker_(std::move(taker)) {}
-
-  VisionProcedure procedure_;
-  std::unique_ptr<ViewTaker> taker_;
 };
 
 }  // namespace panelcal

@@ -81,7 +81,8 @@ bool is_left_of(const Position<frame::Machine>& a, const Position<frame::Machine
 
 SimMachine::SimMachine(const MachineConfig& config, VisionProcedure procedure)
     : sim_(*config.sim),
-      calibrated_offset_(config.spindle_camera),
+      true_offset_{config.sim->spindle_camera_offset.value_or(config.spindle_camera.offset), {}},
+      job_(config),
       calibrated_camera_(config.camera->mapping()),
       camera_(internal::sim_camera(*config.sim, calibrated_camera_)),
       procedure_(std::move(procedure)) {
@@ -193,6 +194,14 @@ Expected<Camera> SimMachine::camera_for(const MeasurementRequest& request, const
   Camera camera = camera_;
   if (request.settings.zoom) {
     PANELCAL_TRY(const ZoomedCamera zoomed, procedure_.locator().camera_of(request));
+    if (zoomed.tilted) {
+      return failure(
+          {Code::NotSupported,
+           {},
+           fmt::format("zoom {} is calibrated with a tilt or a lens that is not simulated",
+                       *request.settings.zoom),
+           "a calibration of scale, rotation, axis and k1"});
+    }
     camera.mapping = zoomed.mapping;
     camera.width = zoomed.width_px;
     camera.height = zoomed.height_px;
@@ -214,10 +223,8 @@ void SimMachine::set_light(const MeasurementRequest& request, Scene& scene) cons
 Expected<TakenPicture> SimMachine::picture(const MeasurementRequest& request,
                                            const View& view) const {
   PANELCAL_TRY(const Camera camera, camera_for(request, view));
-  const Position<frame::Machine> spindle = calibrated_offset_.spindle_to_see(view.axis);
-  const SpindleCameraOffset true_offset{
-      sim_.spindle_camera_offset.value_or(calibrated_offset_.offset), {}};
-  const Position<frame::Machine> true_axis = true_offset.optical_axis(spindle);
+  const Position<frame::Machine> spindle = job_.offset().spindle_to_see(view.axis);
+  const Position<frame::Machine> true_axis = true_offset_.optical_axis(spindle);
 
   Scene scene = internal::sim_scene(sim_);
   const std::vector<const Mark*> marks = marks_in_view(true_axis);
@@ -246,12 +253,37 @@ Expected<TakenPicture> SimMachine::picture(const MeasurementRequest& request,
   Random noise = of_view(random_of(sim_.seed, RandomStream::Noise, seq)
                              .fork(static_cast<std::uint64_t>(view.i_inspection)),
                          view);
-  return TakenPicture{
-      render(scene, camera, noise), calibrated_offset_.optical_axis(spindle), "", ""};
+  return TakenPicture{render(scene, camera, noise), job_.offset().optical_axis(spindle), "", ""};
 }
 
 Expected<Measurement> SimMachine::measure(const MeasurementRequest& request) {
-  return procedure_.measure(request, *this);
+  PANELCAL_TRY(Measurement measurement, procedure_.measure(request, *this));
+  return job_.complete(std::move(measurement));
+}
+
+Expected<SimCoupon*> SimMachine::coupon_for(const CalibrationOrder& order) {
+  const auto known = coupons_.find(order.zoom);
+  if (known != coupons_.end()) return &known->second;
+  PANELCAL_TRY(MachineConfig config, job_.config_at(order));
+  config.sim->spindle_camera_offset = true_offset_.offset;
+  if (order.zoom) {
+    // As in camera_for: a zoom is what it is calibrated as.
+    config.sim->camera.reset();
+    config.sim->width_px = config.camera->picture_width_px;
+    config.sim->height_px = config.camera->picture_height_px;
+  }
+  SimCouponOptions options = config.sim->coupon;
+  if (config.coupon) options.vision_tool = config.coupon->vision_tool;
+  PANELCAL_TRY(SimCoupon coupon, SimCoupon::create(config, options));
+  return &coupons_.emplace(order.zoom, std::move(coupon)).first->second;
+}
+
+Expected<std::optional<CalibrationAnswer>> SimMachine::calibrate(const CalibrationOrder& order) {
+  if (order.correction) return job_.correct(order);
+  PANELCAL_TRY(SimCoupon* const coupon, coupon_for(order));
+  PANELCAL_TRY(CalibrationAnswer answer,
+               job_.calibrate(order, {*coupon, *coupon, *coupon, {}, {}, {}}));
+  return answer;
 }
 
 }  // namespace panelcal

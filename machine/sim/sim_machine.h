@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -11,7 +12,9 @@
 #include "panelcal/calib/base/random.h"
 #include "panelcal/calib/camera_mapping.h"
 #include "panelcal/calib/spindle_camera.h"
+#include "panelcal/machine/job_calibration.h"
 #include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/sim/sim_coupon.h"
 #include "panelcal/machine/sim/truth.h"
 #include "panelcal/machine/view_taker.h"
 #include "panelcal/machine/vision_procedure.h"
@@ -46,6 +49,8 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
     return procedure_.focus(request, *this);
   }
+  /// Drills into a virtual coupon ([sim.coupon]) beside the panel, and looks at it.
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
 
   /// What the camera sees; the picture's axis is where the machine believes it to be.
   ///
@@ -68,6 +73,8 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   };
 
   SimMachine(const MachineConfig& config, VisionProcedure procedure);
+  /// The coupon as the camera at an order's zoom sees it.
+  Expected<SimCoupon*> coupon_for(const CalibrationOrder& order);
   Expected<void> place_marks(std::span<const MeasurementRequest> requests,
                              const std::filesystem::path& config_file);
   void tell_holes(std::span<const MeasurementRequest> requests);
@@ -80,7 +87,9 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   std::vector<const Mark*> marks_in_view(const Position<frame::Machine>& true_axis) const;
 
   SimConfig sim_;
-  SpindleCameraOffset calibrated_offset_;
+  SpindleCameraOffset true_offset_;
+  JobCalibration job_;
+  std::map<std::optional<double>, SimCoupon> coupons_;  ///< by zoom
   CameraMapping calibrated_camera_;
   Camera camera_;
   VisionProcedure procedure_;

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/calibration_devices.h"
+
+#include <chrono>
+#include <cstdint>
+#include <thread>
+#include <utility>
+
+#include "panelcal/calib/base/random.h"
+#include "panelcal/machine/camera_uri.h"
+#include "panelcal/machine/command_spindle.h"
+#include "panelcal/machine/command_stage.h"
+#include "panelcal/machine/coupon.h"
+#include "panelcal/machine/sim/sim_coupon.h"
+
+namespace panelcal {
+namespace {
+
+void sleep_for(Time time) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(time.in_s()));
+}
+
+}  // namespace
+
+/// Either the one virtual machine that is all three, or the three.
+struct DeviceSet::Owned {
+  std::unique_ptr<SimCoupon> simulated;
+  std::unique_ptr<Stage> stage;
+  std::unique_ptr<Spindle> spindle;
+  std::unique_ptr<CameraDevice> camera;
+};
+
+DeviceSet::DeviceSet(std::shared_ptr<Owned> owned, std::string words)
+    : owned_(std::move(owned)), words_(std::move(words)) {
+}
+
+Expected<DeviceSet> DeviceSet::simulated(const MachineConfig& config) {
+  SimCouponOptions options = config.sim ? config.sim->coupon : SimCouponOptions{};
+  if (config.coupon) {
+    PANELCAL_TRY(const int n_used, used_rows(*config.coupon));
+    Random nights = Random(options.seed).fork(static_cast<std::uint64_t>(n_used));
+    options.seed = static_cast<std::uint64_t>(nights.uniform() * 0x1p53);
+    options.vision_tool = config.coupon->vision_tool;
+  }
+  PANELCAL_TRY(SimCoupon machine, SimCoupon::create(config, options));
+  auto owned = std::make_shared<Owned>();
+  owned->simulated = std::make_unique<SimCoupon>(std::move(machine));
+  return DeviceSet(std::move(owned), "the simulated machine of " + config.file.string());
+}
+
+Expected<DeviceSet> DeviceSet::live(const MachineConfig& config, std::string_view camera_uri) {
+  // Before a device is touched.
+  PANELCAL_CHECK(parse_camera_uri(camera_uri));
+  if (config.stage.move.empty()) {
+    return failure({Code::ConfigValue,
+                    {config.file.string(), 0, 0},
+                    "there is no [machine] stage_command that drives the machine",
+                    "stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"]"});
+  }
+  auto owned = std::make_shared<Owned>();
+  PANELCAL_TRY(owned->camera, open_camera(camera_uri));
+  owned->stage = std::make_unique<CommandStage>(config.stage);
+  owned->spindle = std::make_unique<CommandSpindle>(config.stage.drill, config.stage.limit);
+  std::string words = "the camera " + owned->camera->name();
+  return DeviceSet(std::move(owned), std::move(words));
+}
+
+CalibrationDevices DeviceSet::devices(Prompt prompt) const {
+  if (SimCoupon* const machine = owned_->simulated.get()) {
+    // Nobody lays anything on a simulated coupon.
+    if (!prompt) prompt = [](std::string_view) -> Expected<void> { return {}; };
+    return {*machine, *machine, *machine, {}, std::move(prompt)};
+  }
+  return {*owned_->stage, *owned_->spindle, *owned_->camera, sleep_for, std::move(prompt)};
+}
+
+}  // namespace panelcal

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/nightly/night_calibrations.h"
+
+#include <algorithm>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "panelcal/machine/nightly/nightly.h"
+
+namespace panelcal {
+
+std::vector<std::string> internal::lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+Expected<NightCalibrations> NightCalibrations::make(const MachineConfig& config,
+                                                    const NightlyConfig& nightly) {
+  const auto shared = std::make_shared<MachineConfig>(config);
+  const auto is_wanted = [&](std::string_view kind) {
+    return std::ranges::find(nightly.calibrate, kind) != nightly.calibrate.end();
+  };
+  NightCalibrations out;
+  if (is_wanted("camera")) {
+    PANELCAL_TRY(auto camera, internal::camera_night(shared, nightly));
+    out.owned_.push_back(std::move(camera));
+  }
+  if (is_wanted("spindle-camera")) {
+    PANELCAL_TRY(auto offset, internal::spindle_camera_night(shared, nightly));
+    out.owned_.push_back(std::move(offset));
+  }
+  for (const auto& one : out.owned_) out.all_.push_back(one.get());
+  return out;
+}
+
+Expected<NightRecord> run_nightly(const NightJob& job) {
+  PANELCAL_TRY(const NightCalibrations calibrations,
+               NightCalibrations::make(job.config, job.nightly));
+  return run_nightly(job, calibrations.all());
+}
+
+}  // namespace panelcal

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/nightly/night_calibration.h"
+#include "panelcal/machine/nightly/night_config.h"
+
+namespace panelcal {
+
+/// The calibrations that [nightly] calibrate lists. They share a copy of the machine's
+/// configuration, so that an offset is measured with the camera that was installed a minute before.
+class NightCalibrations {
+ public:
+  /// Fails  config-value (what a calibration needs is missing)
+  static Expected<NightCalibrations> make(const MachineConfig& config,
+                                          const NightlyConfig& nightly);
+
+  const std::vector<NightCalibration*>& all() const { return all_; }
+
+ private:
+  std::vector<std::unique_ptr<NightCalibration>> owned_;
+  std::vector<NightCalibration*> all_;
+};
+
+namespace internal {
+
+/// A report's lines, without their ends.
+std::vector<std::string> lines_of(const std::string& text);
+
+/// In     config: outlives what is made of it
+Expected<std::unique_ptr<NightCalibration>> spindle_camera_night(
+    std::shared_ptr<MachineConfig> config, const NightlyConfig& nightly);
+Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<MachineConfig> config,
+                                                         const NightlyConfig& nightly);
+
+}  // namespace internal
+
+}  // namespace panelcal

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/calib/base/frames.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/calib/drift/drift_model.h"
+#include "panelcal/calib/drift/drift_monitor.h"
+#include "panelcal/calib/night_gates.h"
+
+namespace panelcal {
+
+/// [nightly] of a machine.toml: what is calibrated while nobody watches, and what it is held to.
+struct NightlyConfig {
+  /// "camera", "spindle-camera"; in this order, since an offset goes with its camera.
+  std::vector<std::string> calibrate = {"spindle-camera"};
+  /// machine_driver = "sim": the virtual machine of [sim]. Otherwise `camera` is a camera's
+  /// address.
+  bool is_simulated = false;
+  std::string camera;
+  /// How long the stage moves to and fro before anything is measured.
+  Time warm_up;
+  /// A mark fixed to the table, which the self-test looks at; absent: there is none.
+  std::optional<Position<frame::Machine>> mark;
+  int mark_tool = 1;                       ///< the vision tool that finds it
+  std::filesystem::path reports;           ///< folder; empty: none are wanted
+  std::filesystem::path temperature_file;  ///< a number in degrees Celsius; empty without
+  /// A program that prints it, and its words; empty without.
+  std::vector<std::string> temperature_command;
+  double min_disk_mb = 100;  ///< free where the ledger lies; with less nothing is begun
+  /// The hour of UTC at which a night ends and the next begins: noon where the machine stands.
+  int noon_utc_h = 12;
+  NightLimits limits;  ///< [nightly.gates], and the forecast's of [nightly.drift]
+  DriftOptions drift;  ///< [nightly.drift]
+  WatchOptions watch;  ///< [nightly.drift]
+  Place place;         ///< of [nightly], for messages
+};
+
+}  // namespace panelcal

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/nightly/night_config.h"
+#include "panelcal/machine/toml_table.h"
+
+// Not installed: parts of machine.toml.
+namespace panelcal::internal {
+
+/// Reads [nightly], [nightly.gates] and [nightly.drift] of a machine.toml.
+///
+/// In     top: the whole file; folder: where it is, from which `reports`, `temperature_file` and a
+///        program with a relative path count
+/// Out    empty without [nightly]
+/// Fails  config-key-unknown; config-value
+/// See    tests/machine/nightly/night_config_test.cc
+Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
+                                                           const std::filesystem::path& folder);
+
+}  // namespace panelcal::internal

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/ledger.h"
+#include "panelcal/machine/nightly/night_calibration.h"
+#include "panelcal/machine/nightly/night_history.h"
+#include "panelcal/machine/nightly/night_record.h"
+#include "panelcal/machine/nightly/nightly.h"
+
+namespace panelcal {
+
+/// What the steps of one night have in common.
+struct NightContext {
+  const NightJob& job;
+  /// [nightly], with what each chart has of the rate of false alarms that is stated for all.
+  const NightlyConfig& nightly;
+  std::string night;
+  std::optional<double> temperature_c;
+  /// Why nothing is to be measured (the self-test did not pass); empty: measure. The one in force
+  /// may stay if the forecast lets it.
+  std::string no_measuring;
+};
+
+/// Makes one calibration of a night, from the history to the written file. Whatever fails is in the
+/// step.
+NightStep run_night_step(const NightContext& context,
+                         NightCalibration& calibration,
+                         Ledger& ledger);
+
+/// The same without moving or writing anything: what there is, and what would be done.
+///
+/// In     ledger: nullptr where there is none yet
+NightStep foresee_night_step(const NightContext& context,
+                             const NightCalibration& calibration,
+                             const Ledger* ledger);
+
+/// One that is not begun because another has failed.
+NightStep unreached_night_step(const NightCalibration& calibration, const std::string& why);
+/// One that is not begun because a person has to see to something first.
+NightStep held_night_step(const NightCalibration& calibration, const std::string& why);
+
+}  // namespace panelcal

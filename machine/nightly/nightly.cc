@@ -1,0 +1,414 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/nightly/nightly.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "panelcal/calib/drift/amount.h"
+#include "panelcal/machine/calibration_record.h"
+#include "panelcal/machine/nightly/night_history.h"
+#include "panelcal/machine/nightly/night_lock.h"
+#include "panelcal/machine/nightly/night_quality.h"
+#include "panelcal/machine/nightly/night_step.h"
+#include "panelcal/machine/nightly/night_verdict.h"
+#include "panelcal/machine/nightly/self_test.h"
+
+namespace panelcal {
+namespace {
+
+/// What Ledger::keep_aside has put beside a ledger; empty if nothing.
+std::filesystem::path newest_kept_aside(const std::filesystem::path& ledger) {
+  const std::filesystem::path folder = ledger.has_parent_path() ? ledger.parent_path() : ".";
+  const std::string begin = ledger.filename().string() + ".corrupt-";
+  std::filesystem::path newest;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end;
+       it.increment(error)) {
+    if (it->path().filename().string().starts_with(begin)) newest = std::max(newest, it->path());
+  }
+  return newest;
+}
+
+/// One run, from the lock to the record.
+class Night {
+ public:
+  Night(const NightJob& job, std::span<NightCalibration* const> calibrations)
+      : job_(job), calibrations_(calibrations.begin(), calibrations.end()), nightly_(job.nightly) {
+    nightly_.watch.nights_per_false_alarm *= n_charts();
+    record_.machine = machine_name(job.config);
+    record_.config_file = job.config.file;
+    record_.ledger_file = job.config.ledger_file;
+    record_.started = job.clock();
+    record_.night = night_of(record_.started, job.nightly.noon_utc_h);
+    record_.software = job.software;
+    record_.asked_by = job.asked_by;
+    record_.is_dry_run = job.is_dry_run;
+    record_.notes = job.notes;
+  }
+
+  Expected<NightRecord> run() {
+    PANELCAL_CHECK(check_config());
+    read_the_temperature();
+    if (job_.is_dry_run) return foresee();
+    std::optional<NightLock> own;
+    if (job_.lock == nullptr) {
+      PANELCAL_TRY(NightLock taken, NightLock::take(job_.config.ledger_file, record_.started));
+      own.emplace(std::move(taken));
+    }
+    note_cut_off(own ? *own : *job_.lock);
+    PANELCAL_TRY(Ledger ledger, open_ledger());
+    PANELCAL_CHECK(note_lost(ledger));
+    repair(ledger);
+    warm_up_and_test(ledger);
+    run_steps(ledger);
+    PANELCAL_CHECK(finish(ledger));
+    return std::move(record_);
+  }
+
+ private:
+  /// All that may alarm falsely: each has its share of the rate that is stated for them together.
+  int n_charts() const {
+    int n = nightly_.mark ? kMarkQualities : 0;
+    for (const NightCalibration* calibration : calibrations_) n += 1 + calibration->n_qualities();
+    return std::max(1, n);
+  }
+
+  void say(const std::string& line) const {
+    if (job_.progress) job_.progress(line);
+  }
+
+  void note_cut_off(const NightLock& lock) {
+    if (lock.cut_off().empty()) return;
+    record_.is_resumed = true;
+    record_.notes.push_back("a run before this one was cut off: " + quoted(lock.cut_off(), 100));
+  }
+
+  /// What is wrong with machine.toml shows before anything moves or is written.
+  Expected<void> check_config() {
+    if (job_.config.ledger_file.empty()) {
+      return failure({Code::ConfigValue,
+                      {job_.config.file.string(), 0, 0},
+                      "there is no [ledger] to record the night in",
+                      "[ledger] file"});
+    }
+    PANELCAL_CHECK(job_.nightly.limits.validate());
+    PANELCAL_CHECK(job_.nightly.drift.validate());
+    PANELCAL_CHECK(job_.nightly.watch.validate());
+    PANELCAL_CHECK(nightly_.watch.validate());
+    for (const NightCalibration* calibration : calibrations_) {
+      PANELCAL_TRY(std::vector<SelfTestCheck> checks, calibration->check());
+      std::ranges::move(checks, std::back_inserter(record_.checks));
+    }
+    record_.checks.push_back(check_disk(job_.config.ledger_file, job_.nightly.min_disk_mb));
+    return {};
+  }
+
+  void read_the_temperature() {
+    record_.temperature_c = job_.temperature_c;
+    if (record_.temperature_c) return;
+    if (job_.is_dry_run && !job_.nightly.temperature_command.empty()) return;
+    const Expected<std::optional<double>> read = read_temperature(job_.nightly);
+    if (read) {
+      record_.temperature_c = *read;
+    } else {
+      record_.notes.push_back("the temperature is not known: " + read.error().what);
+    }
+  }
+
+  NightWords words() const {
+    return {job_.clock(), job_.asked_by, job_.software, record_.temperature_c};
+  }
+
+  Expected<Ledger> open_ledger() {
+    Expected<Ledger> ledger = open_and_verify();
+    if (!ledger && ledger.error().code == Code::LedgerCorrupt) {
+      const std::string why = ledger.error().what;
+      PANELCAL_TRY(const std::filesystem::path kept,
+                   Ledger::keep_aside(job_.config.ledger_file, job_.clock));
+      record_.notes.push_back(fmt::format(
+          "the ledger is damaged ({}) and kept as {}", why, quoted(kept.string(), 200)));
+      ledger = open_and_verify();
+    }
+    if (!ledger) return ledger;
+    // A run that was cut off between keeping one aside and beginning another has left no ledger; or
+    // it was that of another machine, which has noted it for itself.
+    const std::filesystem::path kept = newest_kept_aside(job_.config.ledger_file);
+    LedgerFilter filter;
+    filter.machine = record_.machine;
+    filter.last = 1;
+    PANELCAL_TRY(const std::vector<LedgerEntry> own, ledger->list(filter));
+    if (own.empty() && !kept.empty()) {
+      PANELCAL_CHECK(ledger->append(begun_anew_draft(record_.machine, kept, words())));
+    }
+    return ledger;
+  }
+
+  Expected<Ledger> open_and_verify() {
+    PANELCAL_TRY(Ledger ledger, Ledger::open(job_.config.ledger_file, job_.clock));
+    PANELCAL_CHECK(ledger.verify());
+    return ledger;
+  }
+
+  /// What a run that was cut off has used up.
+  Expected<void> note_lost(const Ledger& ledger) {
+    for (const NightCalibration* calibration : calibrations_) {
+      PANELCAL_TRY(const NightHistory history,
+                   read_night_history(ledger, *calibration, record_.night, record_.started));
+      if (history.is_unconfirmed) {
+        record_.notes.push_back(fmt::format(
+            "the ledger was begun anew: no {} is installed until a person marks a fresh "
+            "start",
+            word(calibration->key().kind)));
+      }
+      PANELCAL_TRY(const int used_up, calibration->used_up());
+      if (!history.used_up || used_up <= *history.used_up) continue;
+      record_.notes.push_back(
+          fmt::format("{} rows of the coupon were taken since the last recorded night, by a run "
+                      "that was cut off or by hand",
+                      used_up - *history.used_up));
+    }
+    return {};
+  }
+
+  /// Files of installations that were interrupted. What a person has put there is neither written
+  /// over nor passed over: the night is held.
+  void repair(const Ledger& ledger) {
+    for (NightCalibration* calibration : calibrations_) {
+      const Expected<std::string> by_hand = calibration->by_hand(ledger);
+      if (by_hand && !by_hand->empty()) {
+        held_ = past_the_ledger(*calibration, *by_hand);
+        continue;
+      }
+      const Expected<bool> written = calibration->install(ledger);
+      const std::string file = quoted(calibration->file().string(), 200);
+      if (written && !*written) continue;
+      record_.notes.push_back(
+          written
+              ? fmt::format("{} did not say what is in force: written again from the ledger", file)
+              : fmt::format("{} cannot be written: {}", file, written.error().what));
+      if (!written) blocked_ = record_.notes.back();
+    }
+  }
+
+  static std::string past_the_ledger(const NightCalibration& calibration, const std::string& what) {
+    return fmt::format(
+        "{} has {} that the ledger does not know, put there by hand: take it away, and the next "
+        "run writes the file again from the ledger; or, if that one is the right one, calibrate "
+        "again with --install",
+        quoted(calibration.file().string(), 200),
+        what);
+  }
+
+  void warm_up_and_test(Ledger& ledger) {
+    for (const SelfTestCheck& check : record_.checks) {
+      if (!check.passed && check.name == "disk") blocked_ = check.text;
+    }
+    if (!blocked_.empty() || !held_.empty() || is_nothing_to_measure(ledger)) return;
+    if (job_.nightly.warm_up > seconds(0)) say("warming up");
+    const Expected<Time> warm = warm_up(job_.config, job_.nightly, job_.devices, job_.clock);
+    if (!warm) return block(warm.error());
+    record_.warmed_up = *warm;
+    if (!job_.nightly.mark) return;
+    say("looking at the mark");
+    const Expected<void> tested = test_and_record(ledger);
+    if (!tested) block(tested.error());
+  }
+
+  bool is_nothing_to_measure(const Ledger& ledger) const {
+    return !job_.is_again && std::ranges::all_of(calibrations_, [&](const auto* calibration) {
+      const auto history = read_night_history(ledger, *calibration, record_.night, record_.started);
+      return history && history->tonight;
+    });
+  }
+
+  void block(const Diagnostic& problem) {
+    SelfTestCheck check;
+    check.name = "machine";
+    check.passed = false;
+    check.text = problem.what;
+    record_.checks.push_back(check);
+    blocked_ = problem.what;
+  }
+
+  Expected<void> test_and_record(Ledger& ledger) {
+    PANELCAL_TRY(MarkLooks looks, test_mark(job_.config, job_.nightly, job_.devices));
+    looks.quality.time = job_.clock();
+    PANELCAL_TRY(const SelfTestHistory history,
+                 read_self_tests(ledger, record_.machine, looks.quality.time));
+    looks.quality.is_fresh_start = history.is_fresh_start;
+    PANELCAL_TRY(const QualityVerdict verdict,
+                 judge_qualities(history.nights, looks.quality, nightly_));
+    for (const NightQuality& quality : verdict.qualities) {
+      const auto gate = std::ranges::find(verdict.gates, quality.name, &NightGate::name);
+      SelfTestCheck check;
+      check.name = quality.name;
+      check.passed = gate == verdict.gates.end();
+      check.text = check.passed ? quality.name + ": " + quality.text : gate->text;
+      check.value = quality.value;
+      check.unit = quality.unit;
+      const auto slow = std::ranges::find_if(verdict.alarms, [&](const std::string& alarm) {
+        return alarm.starts_with(quality.name);
+      });
+      if (check.passed && slow != verdict.alarms.end()) {
+        check.text = *slow;
+        record_.notes.push_back(*slow);
+      }
+      looks.checks.push_back(std::move(check));
+    }
+    for (const SelfTestCheck& check : looks.checks) {
+      if (!check.passed && no_measuring_.empty()) no_measuring_ = check.text;
+    }
+    PANELCAL_CHECK(
+        ledger.append(self_test_draft(record_.machine, looks.quality, words(), no_measuring_)));
+    std::ranges::move(looks.checks, std::back_inserter(record_.checks));
+    return {};
+  }
+
+  void run_steps(Ledger& ledger) {
+    const NightContext context = {
+        job_, nightly_, record_.night, record_.temperature_c, no_measuring_};
+    for (NightCalibration* calibration : calibrations_) {
+      if (blocked_.empty() && !held_.empty()) {
+        record_.steps.push_back(held_night_step(*calibration, held_));
+        continue;
+      }
+      record_.steps.push_back(blocked_.empty() ? run_night_step(context, *calibration, ledger)
+                                               : unreached_night_step(*calibration, blocked_));
+      const NightStep& step = record_.steps.back();
+      if (step.state == NightState::Failed) blocked_ = step.summary;
+      record_.is_resumed = record_.is_resumed || step.is_from_earlier_run;
+    }
+  }
+
+  Expected<void> finish(Ledger& ledger) {
+    fill_changes(ledger);
+    record_.finished = job_.clock();
+    fill_verdict(record_);
+    PANELCAL_TRY(const bool is_recorded, is_night_recorded(ledger));
+    if (!is_recorded) {
+      const Expected<LedgerEntry> entry = ledger.append(night_draft(record_, record_.machine));
+      // The steps are in the ledger; without this entry only the summary is missing.
+      if (!entry) {
+        record_.notes.push_back("the night's entry is not recorded: " + entry.error().what);
+        record_.outcome = NightOutcome::Failed;
+        record_.may_drill = false;
+        record_.drill_until.reset();
+        record_.verdict = "do not drill: " + record_.notes.back();
+      }
+    }
+    PANELCAL_TRY(record_.head, ledger.head());
+    say(record_.verdict);
+    return {};
+  }
+
+  /// A run that had nothing to do adds nothing to what an earlier one has recorded.
+  Expected<bool> is_night_recorded(const Ledger& ledger) const {
+    const bool is_all_done = std::ranges::all_of(record_.steps, &NightStep::is_from_earlier_run);
+    if (!is_all_done || record_.steps.empty()) return false;
+    LedgerFilter filter;
+    filter.machine = record_.machine;
+    filter.kind = LedgerKind::Night;
+    filter.subject = "night";
+    filter.last = 1;
+    PANELCAL_TRY(const std::vector<LedgerEntry> last, ledger.list(filter));
+    std::int64_t newest = 0;
+    for (const NightStep& step : record_.steps)
+      newest = std::max(newest, step.ledger_id.value_or(0));
+    return !last.empty() && last.back().id > newest;
+  }
+
+  void fill_changes(const Ledger& ledger) {
+    for (const NightCalibration* calibration : calibrations_) {
+      const auto history = read_night_history(ledger, *calibration, record_.night, record_.started);
+      if (!history || !history->week_ago || !history->in_force_value) continue;
+      // The very same result has not changed, however uncertain it is.
+      const bool is_same = history->week_ago->value == history->in_force_value->value &&
+                           history->week_ago->cov == history->in_force_value->cov;
+      const LedgerKey key = calibration->key();
+      std::string line = fmt::format("{} {}:", word(key.kind), key.subject);
+      const std::vector<std::string> axes = calibration->axes();
+      for (std::size_t i = 0; i < axes.size(); ++i) {
+        const auto row = static_cast<Eigen::Index>(i);
+        const double change = history->in_force_value->value(row) - history->week_ago->value(row);
+        const double variance =
+            is_same ? 0 : history->in_force_value->cov(row, row) + history->week_ago->cov(row, row);
+        line += fmt::format("{} {} {} (sigma {})",
+                            i == 0 ? "" : ",",
+                            axes[i],
+                            signed_amount(change, calibration->unit()),
+                            amount(std::sqrt(variance), calibration->unit()));
+      }
+      record_.changes.push_back(line + " against a week ago");
+    }
+  }
+
+  Expected<NightRecord> foresee() {
+    const std::string holder = NightLock::holder(job_.config.ledger_file);
+    if (!holder.empty()) record_.notes.push_back("a night of this machine runs: " + holder);
+    std::optional<Ledger> ledger;
+    std::error_code ignored;
+    if (std::filesystem::exists(job_.config.ledger_file, ignored)) {
+      PANELCAL_TRY(ledger, Ledger::open_to_read(job_.config.ledger_file));
+      PANELCAL_TRY(record_.head, ledger->verify());
+    } else {
+      record_.notes.emplace_back("there is no ledger yet: it would be begun");
+    }
+    const NightContext context = {job_, nightly_, record_.night, record_.temperature_c, ""};
+    for (const NightCalibration* calibration : calibrations_) {
+      if (ledger) note_repair(*calibration, *ledger);
+    }
+    for (const NightCalibration* calibration : calibrations_) {
+      if (!held_.empty()) {
+        record_.steps.push_back(held_night_step(*calibration, held_));
+        continue;
+      }
+      record_.steps.push_back(
+          foresee_night_step(context, *calibration, ledger ? &*ledger : nullptr));
+    }
+    if (ledger) fill_changes(*ledger);
+    record_.finished = job_.clock();
+    fill_verdict(record_);
+    return std::move(record_);
+  }
+
+  void note_repair(const NightCalibration& calibration, const Ledger& ledger) {
+    const Expected<bool> is_installed = calibration.is_installed(ledger);
+    if (is_installed && *is_installed) return;
+    const Expected<std::string> by_hand = calibration.by_hand(ledger);
+    if (by_hand && !by_hand->empty()) {
+      held_ = past_the_ledger(calibration, *by_hand);
+      return;
+    }
+    record_.notes.push_back(
+        fmt::format("{} does not say what is in force: it would be written again from the ledger",
+                    quoted(calibration.file().string(), 200)));
+  }
+
+  const NightJob& job_;
+  std::vector<NightCalibration*> calibrations_;
+  NightlyConfig nightly_;  ///< job_.nightly, with each chart's own rate of false alarms
+  NightRecord record_;
+  std::string blocked_;       ///< why no further step is begun
+  std::string held_;          ///< why no step is begun, and a person has to see to it
+  std::string no_measuring_;  ///< why nothing is measured, though the machine works
+};
+
+}  // namespace
+
+std::string night_of(std::chrono::sys_seconds time, int noon_utc_h) {
+  const auto day = std::chrono::floor<std::chrono::days>(time - std::chrono::hours(noon_utc_h));
+  return iso_8601(std::chrono::sys_seconds(day)).substr(0, 10);
+}
+
+Expected<NightRecord> run_nightly(const NightJob& job,
+                                  std::span<NightCalibration* const> calibrations) {
+  return Night(job, calibrations).run();
+}
+
+}  // namespace panelcal

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panelcal/calib/base/clock.h"
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/nightly/night_calibration.h"
+#include "panelcal/machine/nightly/night_config.h"
+#include "panelcal/machine/nightly/night_lock.h"
+#include "panelcal/machine/nightly/night_record.h"
+#include "panelcal/machine/spindle_camera_run.h"
+
+namespace panelcal {
+
+/// What a night needs.
+struct NightJob {
+  const MachineConfig& config;
+  const NightlyConfig& nightly;
+  CalibrationDevices devices;
+  Clock clock;
+  std::string software;  ///< "panelcal 0.1.0"
+  std::string asked_by;  ///< a user, a timer
+  bool is_dry_run = false;
+  /// Calibrate again what this night has calibrated already (somebody has cleaned the lens since).
+  bool is_again = false;
+  std::optional<double> temperature_c = {};  ///< absent: [nightly] says where it stands, or nobody
+  std::function<void(std::string_view)> progress = {};  ///< a line each; empty: nobody listens
+  /// The machine's, if the caller holds it already: from before the devices were opened.
+  const NightLock* lock = nullptr;
+  std::vector<std::string> notes = {};  ///< what happened before, for the record
+};
+
+/// A machine calibrates itself while nobody watches.
+///
+/// Lock, ledger, repair of an installation that was interrupted, warm-up, self-test; then each
+/// calibration is measured, judged (decide_night and the charts of scatter), appended to the ledger
+/// with its verdict, and only then its file written from the ledger. So whenever a night is cut
+/// off, the ledger says which file should be there, and the next run puts it there; what this
+/// night's ledger already has is not measured again. What cannot be judged is not installed.
+///
+/// One run a machine: <ledger>.lock, which the system frees however a run ends.
+/// A damaged ledger is kept aside and a new one begun; nothing is installed from then on until a
+/// person marks a fresh start (night_history.h). A dry run moves nothing and writes nothing.
+///
+/// Fails  config-value (no [ledger] file; what a calibration needs is missing): exit 2;
+///        ledger-busy (another run), what the ledger reports: exit 3. What fails later is in the
+///        record.
+/// See    tests/machine/nightly
+Expected<NightRecord> run_nightly(const NightJob& job);
+
+/// The same with calibrations of the caller's, in their order, instead of [nightly] calibrate.
+Expected<NightRecord> run_nightly(const NightJob& job,
+                                  std::span<NightCalibration* const> calibrations);
+
+/// The night that a time belongs to, "2026-11-21": from noon to noon, by the day it begins on.
+std::string night_of(std::chrono::sys_seconds time, int noon_utc_h);
+
+}  // namespace panelcal

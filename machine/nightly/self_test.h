@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/nightly/night_history.h"
+#include "panelcal/machine/nightly/night_record.h"
+#include "panelcal/machine/nightly/nightly.h"
+
+namespace panelcal {
+
+/// Whether the disk has room for what a night writes.
+SelfTestCheck check_disk(const std::filesystem::path& ledger, double min_mb);
+
+/// Scatter, contrast and blur of the mark.
+inline constexpr int kMarkQualities = 3;
+
+/// What five looks at the mark of [nightly] show.
+struct MarkLooks {
+  /// How far the looks scatter; contrast and blur of the mark.
+  QualityNight quality;
+  /// Whether it was found every time, and how much of the picture is overexposed.
+  std::vector<SelfTestCheck> checks;
+};
+
+/// Looks at the mark, coming each time anew from the same side.
+///
+/// Fails  config-value (no [camera]); vision-tool-undefined; travel-exceeded, before anything
+/// moves;
+///        device-stage; device-frame; picture-mismatch
+/// See    tests/machine/nightly/self_test_test.cc
+Expected<MarkLooks> test_mark(const MachineConfig& config,
+                              const NightlyConfig& nightly,
+                              const CalibrationDevices& devices);
+
+/// Moves the stage to and fro for as long as [nightly] says, between the quarters of its travel, or
+/// where that is not known about the coupon.
+///
+/// In     clock: ends it sooner where moving itself takes long; one that stands still does no harm
+/// Out    how long was waited
+/// Fails  device-stage; config-value (neither [machine] travel nor [coupon])
+Expected<Time> warm_up(const MachineConfig& config,
+                       const NightlyConfig& nightly,
+                       const CalibrationDevices& devices,
+                       const Clock& clock);
+
+/// The temperature that [nightly] names a file or a program for.
+///
+/// Out    empty: none is named
+/// Fails  file-unreadable; device-stage; config-value (no number from -50 to 100)
+Expected<std::optional<double>> read_temperature(const NightlyConfig& nightly);
+
+}  // namespace panelcal

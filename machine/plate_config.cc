@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/plate_config.h"
+
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/machine/sim_config.h"
+#include "panelcal/machine/toml_table.h"
+
+namespace panelcal {
+namespace {
+
+using internal::Range;
+using internal::TomlSource;
+using internal::TomlTable;
+
+constexpr std::array<std::string_view, 2> kTopKeys = {"plate", "pose"};
+constexpr std::array<std::string_view, 7> kPlateKeys = {
+    "certified", "columns", "dot_diameter_mm", "name", "pitch_mm", "polarity", "rows"};
+constexpr std::array<std::string_view, 2> kPoseKeys = {"angle_deg", "origin_mm"};
+/// A hundred thousand dots are more than any plate has.
+constexpr int kMostPerSide = 300;
+constexpr Range kLength_mm{0, internal::kMaxPlace_mm, true};
+
+Expected<int> count(const TomlTable& table, std::string_view key) {
+  PANELCAL_TRY(const auto n, table.integer(key, 1, kMostPerSide));
+  if (n) return static_cast<int>(*n);
+  return failure(table.missing(key, fmt::format("{} = 9, or what the plate has", key)));
+}
+
+Expected<void> read_dots(const TomlTable& table, CalibrationPlate& plate) {
+  PANELCAL_TRY(plate.columns, count(table, "columns"));
+  PANELCAL_TRY(plate.rows, count(table, "rows"));
+  PANELCAL_TRY(const auto pitch_mm, table.number("pitch_mm", kLength_mm));
+  if (!pitch_mm) return failure(table.missing("pitch_mm", "the distance of the dots"));
+  plate.pitch = mm(*pitch_mm);
+  PANELCAL_TRY(const auto diameter_mm, table.number("dot_diameter_mm", kLength_mm));
+  if (!diameter_mm) return {};
+  plate.dot_diameter = mm(*diameter_mm);
+  if (plate.dot_diameter < plate.pitch) return {};
+  return failure(table.problem("dot_diameter_mm", "less than the pitch", "dots would touch"));
+}
+
+Expected<void> read_plate_table(const TomlTable& table, CalibrationPlate& plate) {
+  PANELCAL_CHECK(read_dots(table, plate));
+  PANELCAL_TRY(const auto name, table.text("name"));
+  if (name) plate.name = *name;
+  PANELCAL_TRY(const auto certified, table.truth("certified"));
+  plate.is_certified = certified.value_or(false);
+  PANELCAL_TRY(const auto polarity, table.text("polarity"));
+  if (!polarity) return {};
+  if (*polarity != "dark" && *polarity != "bright") {
+    return failure(table.problem("polarity", "\"dark\" or \"bright\""));
+  }
+  plate.is_dark = *polarity == "dark";
+  return {};
+}
+
+Expected<PlatePose> read_pose(const TomlTable& table) {
+  PANELCAL_TRY(const auto origin_mm,
+               table.pair("origin_mm", {-internal::kMaxPlace_mm, internal::kMaxPlace_mm}));
+  if (!origin_mm) return failure(table.missing("origin_mm", "where the first dot lies, [x, y]"));
+  PANELCAL_TRY(const double angle_deg, table.number_or("angle_deg", {-360, 360}, 0));
+  return PlatePose{deg(angle_deg).in_rad(), *origin_mm};
+}
+
+}  // namespace
+
+std::vector<PlateDot> CalibrationPlate::dots() const {
+  std::vector<PlateDot> out;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      out.push_back({position_mm<frame::Plate>(column * pitch.in_mm(), row * pitch.in_mm()),
+                     is_certified,
+                     0.5 * dot_diameter});
+    }
+  }
+  return out;
+}
+
+Position<frame::Machine> place_in(const PlatePose& pose, const Position<frame::Plate>& on_plate) {
+  const double c = std::cos(pose.angle_rad);
+  const double s = std::sin(pose.angle_rad);
+  const Eigen::Vector2d& p = on_plate.in_mm();
+  return position_mm<frame::Machine>(
+      (Eigen::Vector2d(c * p.x() - s * p.y(), s * p.x() + c * p.y()) + pose.shift_mm).eval());
+}
+
+Expected<CalibrationPlate> parse_plate(std::string_view text, const std::filesystem::path& file) {
+  const TomlSource source{file.string(), text};
+  PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
+  PANELCAL_TRY(const TomlTable top,
+               TomlTable::make(document, "the file", document.source(), {kTopKeys, {}}, source));
+  PANELCAL_TRY(const auto table, top.table("plate", "[plate]", {kPlateKeys, {}}));
+  if (!table) return failure(top.missing("[plate]", "[plate] columns, rows, pitch_mm"));
+  CalibrationPlate plate;
+  plate.file = file;
+  PANELCAL_CHECK(read_plate_table(*table, plate));
+  PANELCAL_TRY(const auto poses, top.tables("pose", "[[pose]]", {kPoseKeys, {}}));
+  for (const TomlTable& pose : poses) {
+    PANELCAL_TRY(plate.poses.emplace_back(), read_pose(pose));
+  }
+  return plate;
+}
+
+Expected<CalibrationPlate> read_plate(const std::filesystem::path& file) {
+  PANELCAL_TRY(const std::string text, read_file(file, kMaxPlateBytes));
+  return parse_plate(text, file);
+}
+
+}  // namespace panelcal

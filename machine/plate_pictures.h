@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/mark_sights.h"
+#include "panelcal/machine/plate_config.h"
+#include "panelcal/machine/table_run.h"
+#include "panelcal/vision/picture_folder.h"
+
+namespace panelcal {
+
+/// The picture folders of a plate, one a pose: DIR itself if it has an images.csv, else DIR/0,
+/// DIR/1, ... as many as the plate's file has poses.
+///
+/// Fails  config-value (the plate's file has no pose); file-unreadable; images-csv
+Expected<std::vector<PictureFolder>> read_plate_folders(const std::filesystem::path& folder,
+                                                        const CalibrationPlate& plate);
+
+/// Looks for a plate's dots in recorded pictures: views, dots and what was seen of them.
+///
+/// Which dot is which follows from where the axis stood and how the plate lay; the pose that its
+/// file states need only be right to a quarter of the pitch where the first picture was taken,
+/// since it is refined with every picture. Dots are fitted as circles in the picture itself, as
+/// look_at_mark does. A dot that is not found is no error: plates get dirty.
+///
+/// Fails  config-value (no [camera]; no dot diameter); picture-mismatch; what reading a picture
+///        reports; calibration-data (no dot in any picture; dots that do not make one plate)
+/// See    tests/machine/plate_pictures_test.cc
+Expected<MarkSights> look_at_plate(const MachineConfig& config,
+                                   const CalibrationPlate& plate,
+                                   const std::vector<PictureFolder>& poses,
+                                   const std::optional<double>& zoom = {});
+
+/// The same as looks for the table's fit, through the present calibration of the camera.
+TableSights table_sights(const MachineConfig& config, const MarkSights& seen);
+
+}  // namespace panelcal
