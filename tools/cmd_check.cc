@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <chrono>
 #include <optional>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "panelcal/program/tally.h"
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/program_input.h"
+#include "panelcal/tools/spindle_age.h"
 #include "panelcal/tools/text_variables.h"
 
 namespace panelcal {
@@ -64,7 +66,8 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   WalkOptions walk;
   ReadOptions reading;
   std::optional<Travel> travel;
-  const auto time = wall_time(options.clock, system_clock()());
+  const std::chrono::sys_seconds now = system_clock()();
+  const auto time = wall_time(options.clock, now);
   if (!time) {
     context.console.print(time.error());
     return exit_code(time.error());
@@ -75,7 +78,7 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
       context.console.print(config.error());
       return exit_code(config.error());
     }
-    if (const auto aged = age_spindle_camera(*config, *from_iso_8601(*time + "Z")); !aged) {
+    if (const auto aged = age_offset(*config, options.clock, now); !aged) {
       context.console.print(aged.error());
       return exit_code(aged.error());
     }

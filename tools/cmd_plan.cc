@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -21,6 +22,7 @@
 #include "panelcal/tools/plan_text.h"
 #include "panelcal/tools/program_input.h"
 #include "panelcal/tools/provenance.h"
+#include "panelcal/tools/spindle_age.h"
 #include "panelcal/tools/text_variables.h"
 
 namespace panelcal {
@@ -97,12 +99,16 @@ class PlanRun {
     config_.walk.max_operations = options_.max_operations;
     // Targets that are where they are drawn speak for no model.
     request_.chooses_model = std::exchange(config_.walk.chooses_model, false);
+    request_.bends_panel = std::exchange(config_.walk.bends_panel, false);
+    if (request_.bends_panel) config_.walk.model = PanelModel::Affine;
     request_.fixed_model = config_.walk.model;
     // A slot's ends say all about it.
     config_.walk.slots = config_.walk.step_slots = Cycles::Kept;
+    const std::chrono::sys_seconds now = system_clock()();
     std::string time;
-    if (!take(wall_time(options_.clock, system_clock()()), time)) return false;
-    if (!take(age_spindle_camera(config_, *from_iso_8601(time + "Z")))) return false;
+    if (!take(wall_time(options_.clock, now), time)) return false;
+    if (!take(check_spindle_is_calibrated(config_))) return false;
+    if (!take(age_offset(config_, options_.clock, now))) return false;
     set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
     time_ = time;
     return true;

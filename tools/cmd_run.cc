@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -29,6 +30,7 @@
 #include "panelcal/tools/provenance.h"
 #include "panelcal/tools/report_budget.h"
 #include "panelcal/tools/report_html.h"
+#include "panelcal/tools/spindle_age.h"
 #include "panelcal/tools/text_variables.h"
 #include "panelcal/tools/truth_comparison.h"
 #include "panelcal/tools/verdict_summary.h"
@@ -90,9 +92,10 @@ class Run {
     if (!take(read_machine_config(options_.machine), config_)) return false;
     config_.walk.max_operations = options_.max_operations;
     config_.walk.compares_models = !options_.report.empty();
+    const std::chrono::sys_seconds now = system_clock()();
     std::string time;
-    if (!take(wall_time(options_.clock, system_clock()()), time)) return false;
-    if (!take(age_spindle_camera(config_, *from_iso_8601(time + "Z")))) return false;
+    if (!take(wall_time(options_.clock, now), time)) return false;
+    if (!take(age_offset(config_, options_.clock, now))) return false;
     set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
     if (!take(read_choice())) return false;
     if (!options_.output.empty() && !take(output_format(options_), format_)) return false;
@@ -121,9 +124,14 @@ class Run {
     }
     checked_ = read_and_check(options_.program, config_.reading, config_.walk, log_);
     if (log_.has_errors() || !checked_) return false;
+    const bool measures = !checked_->nominal_survey.measurements.empty();
+    if (measures && !take(check_spindle_is_calibrated(config_))) return false;
     provenance_ = provenance_of(context_.options,
                                 checked_->program,
-                                {options_.machine, options_.measurements, options_.probes});
+                                {options_.machine,
+                                 config_.spindle_setting.file.string(),
+                                 options_.measurements,
+                                 options_.probes});
     const bool drifts = config_.drift_um_per_sqrt_day > 0;
     if (drills_the_time(checked_->program) || drifts) provenance_.emplace_back("clock", time);
     return true;
@@ -141,17 +149,30 @@ class Run {
                                  measured_);
     // The warnings are those of the check, said already.
     for (const Diagnostic& diagnostic : found.kept()) {
-      const bool is_new =
-          diagnostic.severity() == Severity::Error || diagnostic.code == Code::TargetDropped;
+      const bool is_new = diagnostic.severity() == Severity::Error ||
+                          diagnostic.code == Code::TargetDropped || is_unsaid(diagnostic);
       if (is_new) log_.add(diagnostic);
     }
     if (!has_source || (exit_code(found) > ExitCode::GateFailed)) return false;
     context_.console.say(fits_summary(measured_.survey));
-    return save(options_.save_measurements, measured_.survey.measurements) &&
-           save(options_.save_probes, measured_.survey.probes);
+    return save_measurements() && save(options_.save_probes, measured_.survey.probes);
   }
 
-  /// Measurements or probe readings, to be replayed.
+  /// To be replayed.
+  bool save_measurements() {
+    if (options_.save_measurements.empty()) return true;
+    return take(write_result(options_.save_measurements, measurement_lines(measured_.survey)));
+  }
+
+  /// Only whoever measures knows that nobody calibrates.
+  bool is_unsaid(const Diagnostic& diagnostic) const {
+    return diagnostic.code == Code::CalibrationNotPerformed &&
+           std::ranges::none_of(log_.kept(), [&](const Diagnostic& said) {
+             return said.text() == diagnostic.text();
+           });
+  }
+
+  /// Probe readings, to be replayed.
   template <class T>
   bool save(const std::string& path, const std::vector<T>& answers) {
     if (path.empty()) return true;

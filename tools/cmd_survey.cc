@@ -22,6 +22,10 @@ class RequestList final : public MeasurementSource, public ProbeSource {
     lines_ += to_json(request) + "\n";
     return panel_.focus(request);
   }
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override {
+    lines_ += to_json(order) + "\n";
+    return panel_.calibrate(order);
+  }
   Expected<ProbeReading> probe(const ProbeRequest& request) override {
     lines_ += to_json(request) + "\n";
     return surface_.probe(request);

@@ -21,5 +21,8 @@ ExitCode run_command(const RunOptions& options, CommandContext& context);
 ExitCode run_command(const TranslateOptions& options, CommandContext& context);
 ExitCode run_command(const LocateCommandOptions& options, CommandContext& context);
 ExitCode run_command(const SynthOptions& options, CommandContext& context);
+ExitCode run_command(const CalibrateOptions& options, CommandContext& context);
+ExitCode run_command(const NightlyOptions& options, CommandContext& context);
+ExitCode run_command(const HistoryOptions& options, CommandContext& context);
 
 }  // namespace panelcal

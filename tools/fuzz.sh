@@ -16,7 +16,7 @@ for dialect in $dialects; do
   export UBSAN_OPTIONS=log_path=$found/ubsan
   most_mb=256
   if [ "$dialect" = picture ]; then most_mb=512; fi
-  "build/fuzz/tests/fuzz/${dialect}_reader_fuzz" "$found/corpus" "tests/fuzz/corpus/$dialect" \
+  "build/asan/tests/fuzz/${dialect}_reader_fuzz" "$found/corpus" "tests/fuzz/corpus/$dialect" \
     -dict="tests/fuzz/$dialect.dict" \
     -max_total_time="$seconds" -timeout=10 -rss_limit_mb="$most_mb" -artifact_prefix="$found/" \
     -print_final_stats=1

@@ -5,10 +5,12 @@
 #include <array>
 #include <utility>
 
+#include "panelcal/tools/help_calibrate.h"
+
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kFooters = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kFooters = {{
     {"check", R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
   datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)
@@ -36,6 +38,71 @@ autofocus.
 
 Exit codes
   0 done; 2 errors in the program or the machine file)"},
+    {"calibrate", R"(Example
+  $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
+
+Each part has its own page: `panelcal calibrate spindle-camera --help`. What drives the machine
+needs SOURCE: --camera URI with [machine] stage_command, or --machine-driver sim for the virtual
+machine of [sim]. Nothing is put in force unless that is asked for.
+
+Exit codes
+  0 done; 1 what was measured makes no calibration, or it was not installed; 2 bad input or usage;
+  3 a device, the ledger or the disk failed)"},
+    {"calibrate spindle-camera", R"(Example
+  $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
+
+Drills the next free rows of [coupon] and looks at each hole from every side that `approaches`
+names. From where the holes are seen follow the offset between spindle and camera, how far the drill
+wanders from hole to hole, how well the stage comes back (between looks), and its backlash. Holes
+that do not fit the others are left out and said. Printed are the offset with its sigma, how many
+more holes would halve it, and how far it moved from the present one, in sigmas. To be asked for
+nothing about entry material: --yes.
+
+The rows are used up whatever happens: [coupon] state keeps count, so that no hole is drilled twice.
+Put a new coupon on the table when they are, and give it a new name.
+
+-o FILE writes the calibration, and nothing else changes. --install appends it to [ledger] file
+first and then writes [spindle] calibration from there: if the power fails in between, the next
+`calibrate --install` or `nightly` writes the file. Refused, and recorded as refused, is an offset
+whose residuals show a trend (the coupon moved, or the camera is turned); --force installs it.
+Who changes the camera or its calibration calibrates this offset again.
+
+Exit codes
+  0 done; 1 too few holes were seen or fit, or it was not installed; 2 bad input or usage; 3 a
+  device, the ledger or the disk failed)"},
+    {"history", R"(Example
+  $ panelcal history list -l drill1.ledger --kind spindle-camera --last 5
+
+A ledger is a file that only grows: every calibration with its inputs, result, covariance and
+verdict, each entry chained to the one before it by its hash (docs/decisions/ledger.md). Which
+calibration is in force follows from it; `rollback` records that an earlier one is, and deletes
+nothing. To have that calibration's file again:
+  $ panelcal history show 12 --result -l drill1.ledger -o spindle1.cal.json
+
+What a change does to a job: how far every hole would move, with a picture of arrows:
+  $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"nightly", R"(Example
+  $ panelcal nightly -m machine.toml --dry-run
+  $ panelcal nightly -m machine.toml
+
+One night of a machine that calibrates itself: lock, ledger, warm-up, self-test; then each
+calibration that [nightly] lists is measured, held against its gates and against the nights before,
+recorded in the ledger, and installed if it passes; if not, the one before it stays in force, where
+that can still be trusted. Prints five lines: may the machine drill and until when, what became of
+each calibration, what changed since last week, the self-test, what else to know. NIGHT.html and
+NIGHT.json in [nightly] reports say all of it (docs/formats/nightly.md).
+
+Killed at any moment, it goes on where it stopped when it is run again; what this night has
+calibrated is not measured twice, but with --again. --dry-run moves and writes nothing (but a report
+that is asked for). After a hold: docs/howto/nightly.md, which also has the systemd units and a line
+for cron.
+
+Exit codes
+  0 everything was installed; 1 something was refused or a check did not pass; 2 bad input or usage;
+  3 a device, the disk or the ledger failed, or another run holds the machine's lock)"},
     {"plan", R"(Example
   $ panelcal plan datasets/demo/panel.exc -m datasets/demo/machine.toml -o plan.html
 
@@ -73,6 +140,10 @@ nothing is written, nor sent to standard output).
 
 A program that probes the surface (G73, G78, G79) needs --probes, or --machine-driver; --force does
 not help where a surface was not found or is out of tolerance.
+
+G39 and $uvis,calib drill into [coupon], look, and measure with the new spindle-camera offset from
+there on; G39,SPOP and its kin take the offset that was measured last. Both hold for this job only;
+without a coupon or a drill the order is passed on with a warning.
 
 With a live camera the machine is driven to each target through [machine] stage_command, a program of
 yours that speaks to its controller (docs/howto/cameras.md):
@@ -169,7 +240,7 @@ Exit codes
 std::string_view command_footer(std::string_view command) {
   const auto found =
       std::ranges::find(kFooters, command, &std::pair<std::string_view, std::string_view>::first);
-  return found == kFooters.end() ? std::string_view() : found->second;
+  return found == kFooters.end() ? calibrate_footer(command) : found->second;
 }
 
 }  // namespace panelcal

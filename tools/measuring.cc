@@ -13,6 +13,8 @@
 
 #include "panelcal/calib/spindle_camera.h"
 #include "panelcal/machine/camera_views.h"
+#include "panelcal/machine/command_spindle.h"
+#include "panelcal/machine/live_source.h"
 #include "panelcal/machine/measurement_file_source.h"
 #include "panelcal/machine/picture_source.h"
 #include "panelcal/machine/probe_file_source.h"
@@ -20,6 +22,7 @@
 #include "panelcal/machine/sim/simulated_probe.h"
 #include "panelcal/machine/vision_procedure.h"
 #include "panelcal/program/pad_collector.h"
+#include "panelcal/tools/operator_prompt.h"
 #include "panelcal/tools/report_models.h"
 #include "panelcal/vision/overlay.h"
 #include "panelcal/vision/picture_folder.h"
@@ -45,11 +48,26 @@ class ProgressSource final : public MeasurementSource {
     console_.progress(fmt::format("focusing ({}, line {})", request.command, request.line));
     return source_.focus(request);
   }
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override {
+    console_.progress(fmt::format("calibrating ({}, line {})", order.command, order.line));
+    return source_.calibrate(order);
+  }
 
  private:
   MeasurementSource& source_;
   std::size_t n_targets_;
   Console& console_;
+};
+
+/// For a program that measures nothing: no offset matters to it, so that nobody calibrates one.
+class NoTargets final : public MeasurementSource {
+ public:
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    return panel_.measure(request);
+  }
+
+ private:
+  NominalSource panel_;
 };
 
 class ProbeProgress final : public ProbeSource {
@@ -92,14 +110,31 @@ Expected<OpenSource> opened(Expected<Source> source, std::string words) {
   return OpenSource{std::make_unique<Source>(*std::move(source)), {}, std::move(words)};
 }
 
+/// Whether the program has holes drilled into the coupon.
+bool drills_coupon(const Survey& nominal) {
+  return std::ranges::any_of(nominal.calibrations, [](const CalibrationAnswer& calibration) {
+    return !calibration.order.correction.has_value();
+  });
+}
+
 Expected<OpenSource> open_camera_source(const std::string& address,
                                         const MachineConfig& config,
+                                        const Survey& nominal,
+                                        Console& console,
                                         PictureObserver observer) {
+  Prompt prompt;
+  if (config.coupon && config.coupon->has_entry_material && drills_coupon(nominal)) {
+    PANELCAL_TRY(prompt, operator_prompt("panelcal run", console));
+  }
   PANELCAL_TRY(std::unique_ptr<CameraViews> views, open_camera_views(config, address));
   const CameraDevice& camera = views->camera();
-  PANELCAL_TRY(OpenSource open,
-               opened(VisionSource::create(config, std::move(views), std::move(observer)),
-                      "the camera " + camera.name()));
+  auto spindle = std::make_unique<CommandSpindle>(config.stage.drill, config.stage.limit);
+  PANELCAL_TRY(
+      OpenSource open,
+      opened(
+          LiveSource::create(
+              config, std::move(views), std::move(spindle), std::move(prompt), std::move(observer)),
+          "the camera " + camera.name()));
   // Lives as long as the source.
   open.remark = [&camera] {
     return camera.n_retaken() == 0 ? std::string()
@@ -112,8 +147,10 @@ Expected<OpenSource> open_camera_source(const std::string& address,
 Expected<OpenSource> open_source(const RunOptions& options,
                                  const MachineConfig& config,
                                  const Program& program,
-                                 std::size_t n_targets,
+                                 const Survey& nominal,
+                                 Console& console,
                                  PictureObserver observer) {
+  const std::size_t n_targets = nominal.measurements.size();
   if (!options.images.empty()) {
     PANELCAL_TRY(PictureFolder folder, read_picture_folder(options.images));
     return opened(PictureSource::create(config, std::move(folder), std::move(observer)),
@@ -129,12 +166,12 @@ Expected<OpenSource> open_source(const RunOptions& options,
   }
   // Without targets no camera is needed.
   if (!options.camera.empty() && n_targets > 0) {
-    return open_camera_source(options.camera, config, std::move(observer));
+    return open_camera_source(options.camera, config, nominal, console, std::move(observer));
   }
   if (options.machine_driver == "sim" && (n_targets > 0 || !config.sim)) {
     return opened(SimMachine::create(config, program, std::move(observer)), words_of_sim(config));
   }
-  if (n_targets == 0) return OpenSource{std::make_unique<NominalSource>(), {}, ""};
+  if (n_targets == 0) return OpenSource{std::make_unique<NoTargets>(), {}, ""};
   return failure({Code::Usage,
                   {"panelcal run", 0, 0},
                   "the program measures targets, and there is no SOURCE",
@@ -217,6 +254,23 @@ std::string focus_summary(const Survey& survey) {
   return out;
 }
 
+/// They count for this job, so that whoever wants one to stay knows how.
+std::string calibrations_summary(const Survey& survey) {
+  constexpr std::size_t kMost = 20;
+  const std::size_t n = survey.calibrations.size();
+  std::string out;
+  for (std::size_t i = 0; i < std::min(n, kMost); ++i) {
+    const CalibrationAnswer& calibration = survey.calibrations[i];
+    out += fmt::format(
+        "{} (line {}): {}\n", calibration.order.command, calibration.order.line, calibration.text);
+  }
+  if (n > kMost) out += fmt::format("and {} more calibrations\n", n - kMost);
+  if (n == 0) return out;
+  return out +
+         "calibrated for this job only: `panelcal calibrate spindle-camera --install` is for "
+         "later ones\n";
+}
+
 KnownPads pads_of(const Program& program, const WalkOptions& walk, const Survey& nominal) {
   PadCollector collector(nominal);
   DiagnosticLog said_already;
@@ -261,7 +315,7 @@ Expected<MeasuringResult> measure_program(const RunOptions& options,
   const std::size_t n_probes = nominal.probes.size();
   PANELCAL_TRY(const OpenProbes open_probe, open_probes(options, config, n_probes));
   PANELCAL_TRY(const OpenSource open,
-               open_source(options, config, program, n_targets, std::move(observer)));
+               open_source(options, config, program, nominal, console, std::move(observer)));
   walk.known_pads = [&program, &config, &nominal, known = std::optional<KnownPads>()]() mutable {
     if (!known) known = pads_of(program, config.walk, nominal);
     return &*known;
@@ -319,7 +373,7 @@ std::string causes_summary(const Survey& survey) {
 }  // namespace
 
 std::string fits_summary(const Survey& survey) {
-  std::string out = focus_summary(survey);
+  std::string out = focus_summary(survey) + calibrations_summary(survey);
   auto to = std::back_inserter(out);
   const auto n_found =
       std::ranges::count(survey.measurements, MeasurementStatus::Found, &Measurement::status);
@@ -347,6 +401,9 @@ std::string fits_summary(const Survey& survey) {
         (panel.scale_x - 1) * 1e6,
         (panel.scale_y - 1) * 1e6,
         worst_residual_um(series));
+    if (series.is_smooth()) {
+      fmt::format_to(to, "panel (line {}): {}\n", series.line, model_text(series));
+    }
     out += report::model_line(series);
     if (series.layer_spread) {
       fmt::format_to(to,

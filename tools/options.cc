@@ -47,6 +47,9 @@ class CommandLine {
     add_translate();
     add_locate();
     add_synth();
+    add_calibrate();
+    add_nightly();
+    add_history();
     help_ = app_.add_subcommand("help",
                                 "Explain a command, or list diagnostics or a language's commands");
     help_->add_option("TOPIC", help_topic_, "A command, `diagnostics`, `excellon` or `sieb-meyer`");
@@ -67,6 +70,9 @@ class CommandLine {
     if (*translate_) options_.command = translate_options_;
     if (*locate_) options_.command = locate_options_;
     if (*synth_) options_.command = synth_options_;
+    if (*calibrate_) options_.command = calibrate_options_;
+    if (*nightly_) options_.command = nightly_options_;
+    if (*history_) options_.command = history_options_;
     return std::move(options_);
   }
 
@@ -226,6 +232,260 @@ class CommandLine {
         ->capture_default_str();
   }
 
+  /// One of the things that can be calibrated.
+  CLI::App* add_calibration(const char* name, const char* summary, CalibrateOptions::What what) {
+    CalibrateOptions& o = calibrate_options_;
+    CLI::App* command = calibrate_->add_subcommand(name, summary);
+    command->footer(std::string(command_footer(std::string("calibrate ") + name)));
+    command->add_option("-m,--machine", o.machine, "machine.toml")->required();
+    command->add_option("-o,--output", o.output, "Write the calibration to this file (.cal.json)");
+    command->add_option("--clock",
+                        o.clock,
+                        "Date of the calibration in UTC, such as 2026-11-21T02:00:00Z (default: "
+                        "now)");
+    command->add_flag("--json", o.json, "One JSON object instead of text");
+    command->callback([&o, what] { o.what = what; });
+    return command;
+  }
+
+  /// SOURCE of those that drive the machine.
+  CLI::Option_group* add_devices(CLI::App* command) {
+    CalibrateOptions& o = calibrate_options_;
+    CLI::Option_group* source = command->add_option_group("SOURCE", "What is calibrated with");
+    source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
+        ->check(CLI::IsMember({"sim"}));
+    source->add_option("--camera",
+                       o.camera,
+                       "A live camera: folder:DIR, video:FILE, v4l2:DEVICE, rtsp://HOST/PATH or "
+                       "gige://ADDRESS; [machine] stage_command moves it");
+    source->require_option(1);
+    return source;
+  }
+
+  void add_calibrate() {
+    calibrate_ = add("calibrate", "Calibrate a part of the machine");
+    calibrate_->require_subcommand(1);
+    add_calibrate_spindle_camera();
+    add_calibrate_camera();
+    add_calibrate_table();
+    add_calibrate_place();
+  }
+
+  /// One of those that are tried at a place and printed; no file comes of them.
+  CLI::App* add_trial(const char* name, const char* summary, CalibrateOptions::What what) {
+    CalibrateOptions& o = calibrate_options_;
+    CLI::App* command = calibrate_->add_subcommand(name, summary);
+    command->footer(std::string(command_footer(std::string("calibrate ") + name)));
+    command->add_option("-m,--machine", o.machine, "machine.toml")->required();
+    command->add_flag("--json", o.json, "One JSON object instead of text");
+    command->add_option("--at", o.at_mm, "X,Y: where a mark lies, machine mm")
+        ->expected(2)
+        ->delimiter(',')
+        ->required();
+    command->add_option("--tool", o.tool, "Vision tool of the mark")->capture_default_str();
+    add_devices(command);
+    command->callback([&o, what] { o.what = what; });
+    return command;
+  }
+
+  void add_calibrate_place() {
+    using What = CalibrateOptions::What;
+    CalibrateOptions& o = calibrate_options_;
+    CLI::App* focus =
+        add_trial("focus", "Find the height at which the camera is sharpest", What::Focus);
+    focus
+        ->add_option("--range", o.range, "LOW,HIGH: heights, mm (default: [camera] focus_range_mm)")
+        ->expected(2)
+        ->delimiter(',');
+    CLI::App* light =
+        add_trial("light", "Find the lamp level of best contrast without clipping", What::Light);
+    light->add_option("--range", o.range, "LOW,HIGH: lamp levels (default: 10,100)")
+        ->expected(2)
+        ->delimiter(',');
+    light->add_option("--levels", o.n_levels, "So many of them")
+        ->check(CLI::Range(3, 1000))
+        ->capture_default_str();
+    CLI::App* settle = add_trial("settle", "Find how long to wait after a move", What::Settle);
+    settle->add_option("--limit-um", o.limit_um, "Error that a picture may still see")
+        ->check(CLI::Range(1e-3, 1e6))
+        ->capture_default_str();
+    settle->add_option("--longest", o.longest_s, "Longest wait that is tried, s")
+        ->check(CLI::Range(1e-3, 3600.0))
+        ->capture_default_str();
+  }
+
+  void add_calibrate_camera() {
+    CalibrateOptions& o = calibrate_options_;
+    CLI::App* command =
+        add_calibration("camera",
+                        "Find scale, rotation, tilt and lens of the camera, from one mark seen all "
+                        "over the picture",
+                        CalibrateOptions::What::Camera);
+    CLI::Option* images = add_devices(command)->add_option(
+        "--images", o.images, "Folder with images.csv and pictures of one mark, or of a plate");
+    command->add_option("--plate", o.plate, "The pictures show this plate of dots (.toml)")
+        ->needs(images);
+    command->add_option("--tool", o.tool, "Vision tool of the mark: a disc, hole or ring")
+        ->capture_default_str();
+    command->add_option("--at", o.at_mm, "X,Y: where the mark lies, machine mm")
+        ->expected(2)
+        ->delimiter(',');
+    command->add_option("--views", o.per_side, "So many places along each side of the picture")
+        ->check(CLI::Range(3, 21))
+        ->capture_default_str();
+    command->add_option("--form",
+                        o.form,
+                        "auto, flat, radial, tilted, tilted-radial or tangential (default: auto, "
+                        "the stiffest that the views do not contradict)");
+    command->add_option("--focal-px",
+                        o.focal_px,
+                        "Distance of the panel over the scale, px (default: a telecentric lens)");
+    command->add_option("--zoom", o.zoom, "Level of [[camera.zoom]] to calibrate at");
+    command->add_option("--plot", o.plot, "Picture of the residuals (.svg)");
+    add_install(command, "Put it in force: into [ledger] file, then into [camera] calibration");
+  }
+
+  /// Of those that are held against limits.
+  void add_install(CLI::App* command, const char* what) {
+    CalibrateOptions& o = calibrate_options_;
+    command->add_flag("--install", o.install, what);
+    command->add_option("--reason", o.reason, "Why, for those who read the ledger later");
+    command->add_option("--by", o.asked_by, "Who asks (default: the user)");
+    command->add_flag("--force", o.force, "Write or install it although a limit refuses it");
+  }
+
+  void add_calibrate_table() {
+    CalibrateOptions& o = calibrate_options_;
+    CLI::App* command = add_calibration("table",
+                                        "Find scale, squareness, straightness and the error map of "
+                                        "the table, from looks at a plate of dots",
+                                        CalibrateOptions::What::Table);
+    command->add_option("--plate", o.plate, "The plate: columns, rows, pitch (.toml)")->required();
+    CLI::Option_group* source = command->add_option_group("SOURCE", "What was seen of the plate");
+    source->add_option("--images",
+                       o.images,
+                       "Folder with images.csv and pictures, or one for each pose: DIR/0, DIR/1, "
+                       "...");
+    source->add_option("--measurements", o.measurements, "Looks at its dots (JSON Lines)");
+    source->require_option(1);
+    command->add_option("--plot", o.plot, "Picture of the map (.svg)");
+    command->add_option(
+        "--linuxcnc", o.linuxcnc, "Folder for matrixkins coefficients and compensation files");
+    add_install(command, "Record it in [ledger] file as the one in force");
+  }
+
+  void add_calibrate_spindle_camera() {
+    CalibrateOptions& o = calibrate_options_;
+    CLI::App* command = add_calibration("spindle-camera",
+                                        "Find where the camera looks against where the spindle "
+                                        "drills, from holes in a coupon",
+                                        CalibrateOptions::What::SpindleCamera);
+    add_devices(command);
+    command->add_option("--spindle", o.spindle, "Which spindle drills (default: [spindle] number)")
+        ->check(CLI::Range(1, 12));
+    command->add_option("--station", o.station, "At which station (default: [spindle] station)")
+        ->check(CLI::Range(1, 2));
+    command->add_flag("--install",
+                      o.install,
+                      "Put it in force: into [ledger] file, then into [spindle] calibration");
+    command->add_option("--reason", o.reason, "Why, for those who read the ledger later");
+    command->add_option("--by", o.asked_by, "Who asks (default: the user)");
+    command->add_flag("--yes", o.yes, "Do not ask about entry material: it is dealt with");
+    command->add_flag("--force", o.force, "Install although a gate or a trend refuses it");
+  }
+
+  void add_nightly() {
+    NightlyOptions& o = nightly_options_;
+    nightly_ = add("nightly", "Calibrate the machine while nobody watches, and report");
+    nightly_->add_option("-m,--machine", o.machine, "machine.toml with [nightly] and [ledger]")
+        ->required();
+    nightly_->add_flag("--dry-run", o.is_dry_run, "Say what would be done; move and write nothing");
+    nightly_->add_flag(
+        "--again", o.is_again, "Calibrate again what this night has calibrated already");
+    nightly_->add_option(
+        "--report", o.report, "The report's page (default: [nightly] reports/NIGHT.html)");
+    nightly_->add_option("--json", o.json, "The same for programs; - is standard output");
+    nightly_
+        ->add_option(
+            "--temperature", o.temperature_c, "Of the machine, degC (default: as [nightly] says)")
+        ->check(CLI::Range(-50.0, 100.0));
+    nightly_->add_option("--by,--asked-by", o.asked_by, "Who asks (default: the user)");
+    nightly_->add_option(
+        "--clock", o.clock, "Date and time in UTC, such as 2026-11-21T02:00:00Z (default: now)");
+  }
+
+  /// One of history's own commands.
+  CLI::App* add_action(const char* name, const char* summary, HistoryOptions::Action action) {
+    HistoryOptions& o = history_options_;
+    CLI::App* command = history_->add_subcommand(name, summary);
+    command->add_option("-l,--ledger", o.ledger, "The ledger's file")->required();
+    command->add_option("-o,--output", o.output, "Write to this file, whole or not at all");
+    command->callback([&o, action] { o.action = action; });
+    return command;
+  }
+
+  void add_key(CLI::App* command, bool required) {
+    HistoryOptions& o = history_options_;
+    command->add_option("--machine", o.machine, "The machine's name")->required(required);
+    command->add_option("--kind", o.kind, "spindle-camera, camera, table, ...")->required(required);
+    command->add_option("--subject", o.subject, "Which of that kind, such as \"zoom 3\"")
+        ->required(required);
+  }
+
+  void add_history() {
+    using Action = HistoryOptions::Action;
+    HistoryOptions& o = history_options_;
+    history_ = add("history", "Ask a ledger of calibrations, or go back to an earlier one");
+    history_->require_subcommand(1);
+    CLI::App* list = add_action("list", "Entries, one a line; * is in force", Action::List);
+    CLI::App* dump = add_action("export", "Everything as JSON Lines", Action::Export);
+    for (CLI::App* command : {list, dump}) {
+      add_key(command, false);
+      command->add_option("--since", o.since, "Not older: 2026-11-21, or with T08:37:38Z (UTC)");
+      command->add_option("--last", o.last, "Only the newest so many")
+          ->check(CLI::Range(1, 1'000'000'000));
+    }
+    CLI::App* show = add_action("show", "One entry", Action::Show);
+    show->add_option("ID", o.ids, "Its number")->required()->expected(1);
+    show->add_flag("--result", o.result, "The calibration itself, byte for byte");
+    CLI::App* diff = add_action("diff", "What changed from one entry to another", Action::Diff);
+    add_diff_of_job(diff);
+    CLI::App* back = add_action("rollback", "Put an earlier one in force", Action::RollBack);
+    add_key(back, true);
+    back->add_option("--to", o.to, "Entry to go back to (default: the one before)");
+    back->add_option("--reason", o.reason, "Why, for those who read it later")->required();
+    back->add_option("--by", o.asked_by, "Who asks (default: the user)");
+    CLI::App* fresh = add_action("fresh-start",
+                                 "Say that what comes next is held against no night before",
+                                 Action::FreshStart);
+    add_key(fresh, true);
+    fresh->add_option("--reason", o.reason, "What was changed or looked at")->required();
+    fresh->add_option("--by", o.asked_by, "Who says so (default: the user)");
+    CLI::App* plot = add_action("plot", "One parameter over time, as SVG", Action::Plot);
+    add_key(plot, true);
+    plot->add_option("--parameter", o.parameter, "Its name, as `show` lists it")->required();
+    CLI::App* verify = add_action("verify", "Check every hash of the ledger", Action::Verify);
+    for (CLI::App* command : {list, show, diff, back, fresh, verify}) {
+      command->add_flag("--json", o.json, "JSON instead of text");
+    }
+  }
+
+  void add_diff_of_job(CLI::App* diff) {
+    HistoryOptions& o = history_options_;
+    diff->add_option("ID", o.ids, "Two numbers: before and after")->required()->expected(2);
+    CLI::Option* program = diff->add_option(
+        "--program", o.program, "Say how far every hole of this job would move; -o is its picture");
+    CLI::Option* machine = diff->add_option("-m,--machine", o.machine_file, "machine.toml");
+    program->needs(machine);
+    machine->needs(program);
+    diff->add_option("--measurements",
+                     o.measurements,
+                     "Of cameras: a recorded job, for where in the picture targets were seen")
+        ->needs(program);
+    add_clock(diff, o.clock);
+    add_limit(diff, o.max_operations);
+  }
+
   Expected<Options> help() {
     options_.command = DoneOptions{};
     if (const auto page = panelcal::help_topic(help_topic_)) {
@@ -263,14 +523,25 @@ class CommandLine {
   }
 
   static Diagnostic unknown_command(const std::string& word) {
-    constexpr std::array<std::string_view, 8> kCommands = {
-        "check", "survey", "plan", "run", "translate", "locate", "synth", "help"};
+    constexpr std::array<std::string_view, 11> kCommands = {"check",
+                                                            "survey",
+                                                            "plan",
+                                                            "run",
+                                                            "translate",
+                                                            "locate",
+                                                            "synth",
+                                                            "calibrate",
+                                                            "nightly",
+                                                            "history",
+                                                            "help"};
     const std::string_view near = nearest_word(word, kCommands);
     return {Code::Usage,
             {"panelcal", 0, 0},
             quoted(word) + " is no command",
-            near.empty() ? "check, survey, plan, run, translate, locate, synth or help"
-                         : "perhaps " + std::string(near)};
+            near.empty()
+                ? "check, survey, plan, run, translate, locate, synth, calibrate, nightly, "
+                  "history or help"
+                : "perhaps " + std::string(near)};
   }
 
   CLI::App app_{std::string(kMainHeader), "panelcal"};
@@ -282,6 +553,9 @@ class CommandLine {
   TranslateOptions translate_options_;
   LocateCommandOptions locate_options_;
   SynthOptions synth_options_;
+  NightlyOptions nightly_options_;
+  CalibrateOptions calibrate_options_;
+  HistoryOptions history_options_;
   std::string help_topic_;
   CLI::App* check_ = nullptr;
   CLI::App* survey_ = nullptr;
@@ -290,6 +564,9 @@ class CommandLine {
   CLI::App* translate_ = nullptr;
   CLI::App* locate_ = nullptr;
   CLI::App* synth_ = nullptr;
+  CLI::App* nightly_ = nullptr;
+  CLI::App* calibrate_ = nullptr;
+  CLI::App* history_ = nullptr;
   CLI::App* help_ = nullptr;
 };
 

@@ -74,6 +74,7 @@ class Planner {
     plan_.n_targets = survey_.measurements.size();
     plan_.n_series = survey_.series.size();
     plan_.chooses_model = request_.chooses_model;
+    plan_.bends_panel = request_.bends_panel;
     plan_.fixes_model = request_.fixed_model.has_value();
     plan_.is_recorded = !request_.recorded_mm.empty();
     plan_.machine = options_.uncertainty;

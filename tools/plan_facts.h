@@ -93,6 +93,7 @@ struct Plan {
   std::vector<SeriesPlan> series;  ///< base ones, a nested one for all, and the worst nested one
   bool chooses_model = false;      ///< [vision] model = "auto"
   bool fixes_model = false;        ///< [vision] model names one
+  bool bends_panel = false;        ///< it is "smooth": the plan is of its affine part
   MachineUncertainty machine;
   Length picture_sigma;      ///< of a target, by the picture alone; of several kinds the greatest
   bool is_recorded = false;  ///< every series has its own noise, as an earlier job had it
@@ -113,6 +114,7 @@ struct PlanRequest {
   std::size_t n_added = 1;
   bool chooses_model = false;             ///< the job will; the plan takes what the manual says
   std::optional<PanelModel> fixed_model;  ///< [vision] model, whatever the walk had
+  bool bends_panel = false;               ///< the job will be smooth; the plan takes affine
 };
 
 /// At most so many base series are looked at in detail.

@@ -154,7 +154,7 @@ std::string plan_html(const Plan& plan, const Survey& survey, const PlanPage& pa
       kPageStyle,
       page.machine_name.empty() ? "" : " on <b>" + escaped(page.machine_name) + "</b>",
       escaped(noise_text(plan)),
-      plan.chooses_model ? " " + escaped(model_text(plan)) : "");
+      plan.chooses_model || plan.bends_panel ? " " + escaped(model_text(plan)) : "");
   for (const SeriesPlan& series : plan.series) out += section(plan, series);
   if (const auto visits = visit_advice(plan, survey); !visits.empty()) {
     out += "<h2>Order of visits</h2>\n<section>\n" + list(visits) + "<div class=\"maps\">\n" +

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/calib/smooth_panel.h"
 #include "panelcal/tools/plan_advice.h"
 #include "panelcal/tools/report_text.h"
 
@@ -119,6 +120,7 @@ std::string series_title(const Plan& plan, const SeriesPlan& series) {
                      lines_text(series),
                      name(series.programmed));
   if (plan.chooses_model) out += " (auto: the manual's for so many)";
+  if (plan.bends_panel) out += " (of the smooth one)";
   if (plan.is_recorded) out += fmt::format(", noise {:.2f} um", series.noise.in_um());
   return out;
 }
@@ -179,6 +181,15 @@ std::vector<ModelRow> model_rows(const Plan& plan, const SeriesPlan& series) {
 }
 
 std::string model_text(const Plan& plan) {
+  if (plan.bends_panel) {
+    return fmt::format(
+        "Model \"smooth\": how a panel bends between its targets is not known before they are "
+        "measured. All figures are those of the affine map it bends on, the least that a hole can "
+        "have; a target that lies may then be taken for a bend. It needs {} to {} targets, and no "
+        "nested corrections on top.",
+        kLeastSmoothTargets,
+        kMostSmoothTargets);
+  }
   if (!plan.chooses_model) return {};
   return "Model \"auto\": a job chooses by what it measures. Assumed here is the manual's model "
          "for "

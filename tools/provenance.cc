@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/tools/provenance.h"
 
+#include <cstdlib>
+
 #include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/calib/base/digest.h"
 #include "panelcal/machine/camera_uri.h"
-#include "panelcal/tools/digest.h"
 #include "panelcal/tools/version.h"
 
 namespace panelcal {
@@ -26,6 +28,12 @@ Provenance provenance_of(const Options& options,
     }
   }
   return provenance;
+}
+
+std::string asking_person(const std::string& given) {
+  if (!given.empty()) return given;
+  const char* user = std::getenv("USER");
+  return user != nullptr && *user != '\0' ? user : "unknown";
 }
 
 std::vector<std::string> comment_lines(const Provenance& provenance) {

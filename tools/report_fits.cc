@@ -59,7 +59,7 @@ std::string fit_paragraph(const SeriesResult& series, const FitNumbers& n) {
       "Centre of the targets {} mm.{}</p>\n",
       series.level == CorrectionLevel::Base ? "Base fit" : "Nested fit",
       counted(static_cast<std::int64_t>(series.points.size()), "target"),
-      name(n.model),
+      model_text(series),
       fixed(n.chi_square, 2),
       n.degrees_of_freedom == 1 ? "1 degree" : fmt::format("{} degrees", n.degrees_of_freedom),
       chi_square_meaning(n.chi_square, n.degrees_of_freedom),

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/tools/report_calibrations.h"
 #include "panelcal/tools/report_facts.h"
 #include "panelcal/tools/report_figures.h"
 #include "panelcal/tools/report_fits.h"
@@ -254,6 +255,7 @@ std::string report_html(const ReportInput& input) {
   out += "<h2>Fiducials</h2>\n<section>\n" + target_cards(input, facts) + "</section>\n";
   out += "<h2>Fits</h2>\n<section>\n" + fits_section(input) + "</section>\n";
   out += budget_section(input.worst_hole);
+  out += calibrations_section(survey_of(input));
   out += focus_section(survey_of(input));
   out += surface_section(survey_of(input));
   out += "<h2>Messages</h2>\n<section>\n" + messages(input.diagnostics) + "</section>\n";

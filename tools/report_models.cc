@@ -20,8 +20,12 @@ std::string left_out_text(const ModelScore& score) {
   return score.left_out_mm ? fixed(*score.left_out_mm * 1e3, 2) : "not defined";
 }
 
+bool is_of(const ModelScore& score, const SeriesResult& series) {
+  return score.is_smooth == series.is_smooth() && score.model == series.model;
+}
+
 std::string model_row(const ModelScore& score, const SeriesResult& series, double least) {
-  const bool is_in_force = !score.is_smooth && score.model == series.model;
+  const bool is_in_force = is_of(score, series);
   std::string marks;
   if (is_in_force) marks += "<span class=\"chip good\">in force</span> ";
   if (score.is_chosen && !is_in_force) {
@@ -53,18 +57,19 @@ std::string smooth_gain(const ModelScore& smooth, const ModelScore& best, const 
 std::string advice(const SeriesResult& series) {
   std::string out;
   const ModelScore* best = chosen(series.compared);
-  if (best != nullptr && best->model != series.model) {
+  if (best != nullptr && !series.is_smooth() && !is_of(*best, series)) {
     out += fmt::format(
         "<p>The targets speak for the model \"{}\"; the fit is \"{}\" because the machine's file "
         "or the manual prescribes it. <code>[vision] model = \"auto\"</code> would take the "
         "former.</p>\n",
-        name(best->model),
+        name(*best),
         name(series.model));
   }
-  if (const ModelScore* smooth = recommended_smooth(series.compared)) {
+  const ModelScore* smooth = recommended_smooth(series.compared);
+  if (smooth != nullptr && !series.is_smooth()) {
     out += fmt::format(
-        "<p>The panel is bent: {}. Holes are not corrected by smooth models yet; "
-        "their sigmas do not count the bending.</p>\n",
+        "<p>The panel is bent: {}. The fit is not smooth, so holes are not corrected for that and "
+        "their sigmas do not count it; <code>[vision] model = \"smooth\"</code> would.</p>\n",
         smooth_gain(*smooth, *best, "&#181;m"));
   }
   return out;
@@ -92,14 +97,14 @@ std::string model_line(const SeriesResult& series) {
     if (!score.is_eligible || score.is_chosen) continue;
     if (other == nullptr || score.criterion < other->criterion) other = &score;
   }
-  std::string out = fmt::format("  model \"{}\"", name(best->model));
+  std::string out = fmt::format("  model \"{}\"", name(*best));
   if (other == nullptr) {
     out += ", the only one that the targets can check";
   } else {
     const double difference = other->criterion - best->criterion;
     out += fmt::format(", criterion {:.2f}; \"{}\" has {:.2f}, {}",
                        best->criterion,
-                       name(other->model),
+                       name(*other),
                        other->criterion,
                        difference > 0 ? "which is worse" : "too little better to be softer for");
   }

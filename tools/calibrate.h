@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "panelcal/calib/base/clock.h"
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/calibration_devices.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/nightly/night_lock.h"
+#include "panelcal/tools/commands.h"
+
+// What `panelcal calibrate WHAT` does.
+namespace panelcal::calibrate {
+
+/// What goes to standard output, and whether what was found may be used.
+struct Answer {
+  std::string text;
+  ExitCode code = ExitCode::Done;
+};
+
+/// The devices of SOURCE.
+///
+/// Fails  usage (no SOURCE); what DeviceSet reports
+Expected<DeviceSet> open_devices(const CalibrateOptions& options, const MachineConfig& config);
+
+/// Keeps other runs away from the machine until `lock` ends; before its devices are opened. A
+/// machine without a ledger has no nightly run.
+///
+/// Fails  ledger-busy; device-write; usage (--clock)
+Expected<void> lock_machine(const CalibrateOptions& options,
+                            const MachineConfig& config,
+                            std::optional<NightLock>& lock);
+
+/// The time of --clock, or now.
+///
+/// Fails  usage
+Expected<std::chrono::sys_seconds> time_of(const CalibrateOptions& options);
+
+Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> table(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> light(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> settle(const CalibrateOptions& options, CommandContext& context);
+
+}  // namespace panelcal::calibrate

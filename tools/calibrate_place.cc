@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/tools/calibrate_place.h"
+
+#include <cmath>
+#include <utility>
+
+#include "panelcal/tools/calibrate.h"
+
+namespace panelcal::calibrate {
+
+Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
+                                          const MachineConfig& config) {
+  PlaceDevices out;
+  const auto& at_mm = options.at_mm;
+  if (at_mm.size() != 2 || !std::isfinite(at_mm[0]) || !std::isfinite(at_mm[1])) {
+    return failure({Code::Usage,
+                    {"panelcal calibrate", 0, 0},
+                    "there is no place of a mark to drive to",
+                    "--at X,Y"});
+  }
+  out.place_ = position_mm<frame::Machine>(at_mm[0], at_mm[1]);
+  // What is recorded is locked by its Recorder.
+  if (options.what != CalibrateOptions::What::Camera) {
+    PANELCAL_CHECK(lock_machine(options, config, out.lock_));
+  }
+  if (options.machine_driver != "sim") {
+    PANELCAL_TRY(out.live_, open_devices(options, config));
+    return out;
+  }
+  SimPlateOptions plate;
+  plate.vision_tool = options.tool;
+  plate.marks = {out.place_};
+  if (config.sim) {
+    plate.seed = config.sim->seed;
+    plate.stage_repeatability = config.sim->coupon.stage_repeatability;
+  }
+  PANELCAL_TRY(out.sim_, SimPlate::create(config, std::move(plate)));
+  return out;
+}
+
+CalibrationDevices PlaceDevices::devices() {
+  if (live_) return live_->devices();
+  return CalibrationDevices{*sim_, *sim_, *sim_, {}, {}};
+}
+
+}  // namespace panelcal::calibrate

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/frames.h"
+#include "panelcal/machine/calibration_devices.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/nightly/night_lock.h"
+#include "panelcal/machine/sim/sim_plate.h"
+#include "panelcal/tools/options.h"
+
+namespace panelcal::calibrate {
+
+/// The machine at the mark of --at: a real one, or a virtual table that has a mark of --tool there.
+class PlaceDevices {
+ public:
+  /// Holds the machine's lock, so that no nightly run drives it meanwhile; for a camera's the
+  /// caller does, with a Recorder.
+  ///
+  /// Fails  usage (no --at, no SOURCE); ledger-busy; what opening the devices reports
+  static Expected<PlaceDevices> open(const CalibrateOptions& options, const MachineConfig& config);
+
+  CalibrationDevices devices();
+  const Position<frame::Machine>& place() const { return place_; }
+
+ private:
+  Position<frame::Machine> place_;
+  std::optional<NightLock> lock_;
+  std::optional<DeviceSet> live_;
+  std::optional<SimPlate> sim_;
+};
+
+}  // namespace panelcal::calibrate
