@@ -46,20 +46,12 @@ struct Errors {
 
 /// A panel with deformations of `ppm`, normally distributed, as far as the model has them.
 Coefficients panel_of(Random& random, PanelModel model, double ppm) {
-  internal::ModelParameters p = test::random_parameters(random, model);
+  const internal::ModelParameters p = test::random_parameters(random, model);
   const double theta_rad = random.normal() * 2e-3;
   const double sx = 1 + ppm * 1e-6 * random.normal();
   const double sy = 1 + ppm * 1e-6 * random.normal();
   const double shear = 0.5 * ppm * 1e-6 * random.normal();
-  const double c = std::cos(theta_rad);
-  const double s = std::sin(theta_rad);
-  if (model == PanelModel::Rigid) p[0] = theta_rad;
-  if (model == PanelModel::Similarity) p.head<2>() << sx * c, sx * s;
-  if (model == PanelModel::Stretch) p.head<3>() << theta_rad, sx, sy;
-  if (model == PanelModel::Affine) {
-    p.head<4>() << sx * c, c * shear - s * sy, sx * s, s * shear + c * sy;
-  }
-  return internal::coefficients(model, p);
+  return test::deformed(model, p, theta_rad, sx, sy, shear);
 }
 
 struct ChoiceTrial {

@@ -33,6 +33,36 @@ class Bow {
   double size_mm_;
 };
 
+inline constexpr double kBowedSigma_mm = 0.005;
+
+inline Coefficients affine_truth(Random& random) {
+  return internal::coefficients(PanelModel::Affine, random_parameters(random, PanelModel::Affine));
+}
+
+/// n targets anywhere on a bowed panel.
+inline std::vector<RawPair> bowed_pairs(Random& random,
+                                        int n,
+                                        const Coefficients& truth,
+                                        const Bow& bow) {
+  auto pairs = random_pairs(random, n, truth, kBowedSigma_mm, true);
+  for (RawPair& pair : pairs) pair.to_mm += bow(pair.from_mm);
+  return pairs;
+}
+
+/// The parameters' panel with these deformations instead, as far as the model has them.
+inline Coefficients deformed(
+    PanelModel model, ModelParameters p, double theta_rad, double sx, double sy, double shear) {
+  const double c = std::cos(theta_rad);
+  const double s = std::sin(theta_rad);
+  if (model == PanelModel::Rigid) p[0] = theta_rad;
+  if (model == PanelModel::Similarity) p.head<2>() << sx * c, sx * s;
+  if (model == PanelModel::Stretch) p.head<3>() << theta_rad, sx, sy;
+  if (model == PanelModel::Affine) {
+    p.head<4>() << sx * c, c * shear - s * sy, sx * s, s * shear + c * sy;
+  }
+  return internal::coefficients(model, p);
+}
+
 inline Eigen::Vector2d random_place(Random& random) {
   return {random.uniform(0, 500), random.uniform(0, 400)};
 }

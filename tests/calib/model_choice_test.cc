@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/calib/model_choice.h"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 
 #include "panelcal/calib/panel_system.h"
@@ -25,20 +27,12 @@ constexpr double kSigma_mm = 0.005;
 
 /// A panel that needs every parameter of `model`: scales and shear of `ppm`, a few mrad askew.
 Coefficients panel_of(Random& random, PanelModel model, double ppm) {
-  internal::ModelParameters p = test::random_parameters(random, model);
+  const internal::ModelParameters p = test::random_parameters(random, model);
   const double theta_rad = random.normal() * 2e-3;
   const double sx = 1 + ppm * 1e-6 * (random.uniform() < 0.5 ? -1 : 1);
   const double sy = 1 - (sx - 1) * random.uniform(0.3, 1);
   const double shear = ppm * 1e-6 * (random.uniform() < 0.5 ? -1 : 1);
-  const double c = std::cos(theta_rad);
-  const double s = std::sin(theta_rad);
-  if (model == PanelModel::Rigid) p[0] = theta_rad;
-  if (model == PanelModel::Similarity) p.head<2>() << sx * c, sx * s;
-  if (model == PanelModel::Stretch) p.head<3>() << theta_rad, sx, sy;
-  if (model == PanelModel::Affine) {
-    p.head<4>() << sx * c, c * shear - s * sy, sx * s, s * shear + c * sy;
-  }
-  return internal::coefficients(model, p);
+  return test::deformed(model, p, theta_rad, sx, sy, shear);
 }
 
 /// Independent of the library's: fits anew without each target.
@@ -270,6 +264,71 @@ TEST(ModelChoice, RecommendsASmoothModelForABowedPanelOnly) {
   }
   EXPECT_GE(n_bowed, 0.95 * kTrials);
   EXPECT_LE(n_flat, 0.1 * kTrials);
+}
+
+TEST(ModelChoice, TakesAnEligibleSmoothModelForABowedPanelOnly) {
+  constexpr int kTrials = 60;
+  Random random(70);
+  int n_bowed = 0;
+  int n_flat = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const auto truth = panel_of(random, PanelModel::Stretch, 300);
+    const test::Bow bow(random, 0.03);
+    auto pairs = test::random_pairs(random, 16, truth, kSigma_mm, true);
+    const auto flat = compare_raw(pairs, PanelModel::Stretch, SmoothModels::Eligible);
+    for (RawPair& pair : pairs) pair.to_mm += bow(pair.from_mm);
+    const auto bowed = compare_raw(pairs, PanelModel::Stretch, SmoothModels::Eligible);
+    n_bowed += chosen(bowed)->is_smooth ? 1 : 0;
+    n_flat += chosen(flat)->is_smooth ? 1 : 0;
+  }
+  EXPECT_GE(n_bowed, 0.95 * kTrials);
+  EXPECT_LE(n_flat, 0.1 * kTrials);
+}
+
+TEST(ModelChoice, CountsWhatTheSmoothModelSaysAgainstTheChosenOne) {
+  // The definition, written out at a place: variances and squared differences by weight.
+  Random random(71);
+  int n_straight = 0;
+  int n_bent = 0;
+  for (int trial = 0; trial < 200 && (n_straight == 0 || n_bent == 0); ++trial) {
+    auto pairs =
+        test::random_pairs(random, 12, panel_of(random, PanelModel::Affine, 300), kSigma_mm, true);
+    const test::Bow bow(random, 0.008);
+    for (RawPair& pair : pairs) pair.to_mm += bow(pair.from_mm);
+    const auto scores = compare_raw(pairs, PanelModel::Stretch, SmoothModels::Eligible);
+    const auto choice = internal::smooth_choice(pairs, scores);
+    if (!choice) continue;
+    (choice->is_bent ? n_bent : n_straight) += 1;
+    const auto smooth = *internal::fit_smooth_raw(pairs);
+    const Eigen::Vector2d p_mm(120, 330);
+    const auto map_of = [&](const ModelScore& score) -> Eigen::Vector2d {
+      if (score.is_smooth) return smooth.map_mm(p_mm);
+      return test::mapped(coefficients_of(*fit_raw(pairs, score.model).fit), p_mm);
+    };
+    const auto cov_of = [&](const ModelScore& score) -> Eigen::Matrix2d {
+      if (score.is_smooth) return smooth.cov_mm2(p_mm);
+      const auto j = internal::design(p_mm);
+      return j * fit_raw(pairs, score.model).fit->cov * j.transpose();
+    };
+    const ModelScore& best = *chosen(scores);
+    Eigen::Matrix2d expected_mm2 = Eigen::Matrix2d::Zero();
+    double sum = 0;
+    for (const ModelScore& score : scores) {
+      if (!score.is_eligible) continue;
+      const double weight = std::exp(-0.5 * (score.criterion - best.criterion));
+      sum += weight;
+      if (score.is_chosen) continue;
+      const Eigen::Vector2d away_mm = map_of(score) - map_of(best);
+      expected_mm2 += weight * away_mm * away_mm.transpose();
+      const bool is_softer = !best.is_smooth && (score.is_smooth || score.model > best.model);
+      if (is_softer) expected_mm2 += weight * (cov_of(score) - cov_of(best));
+    }
+    expected_mm2 = cov_of(best) + expected_mm2 / sum;
+    EXPECT_LT((choice->map_mm(p_mm) - map_of(best)).norm(), 1e-9);
+    EXPECT_LT((choice->cov_mm2(p_mm) - expected_mm2).norm(), 1e-9 * expected_mm2.norm());
+  }
+  EXPECT_GT(n_straight, 0);
+  EXPECT_GT(n_bent, 0);
 }
 
 }  // namespace

@@ -15,22 +15,13 @@ namespace {
 using internal::fit_raw;
 using internal::fit_smooth_raw;
 using internal::RawSmooth;
+using test::affine_truth;
 using test::Bow;
+using test::bowed_pairs;
 using test::Coefficients;
 using test::RawPair;
 
-constexpr double kSigma_mm = 0.005;
-
-Coefficients affine_truth(Random& random) {
-  return internal::coefficients(PanelModel::Affine,
-                                test::random_parameters(random, PanelModel::Affine));
-}
-
-std::vector<RawPair> bowed_pairs(Random& random, int n, const Coefficients& truth, const Bow& bow) {
-  auto pairs = test::random_pairs(random, n, truth, kSigma_mm, true);
-  for (RawPair& pair : pairs) pair.to_mm += bow(pair.from_mm);
-  return pairs;
-}
+constexpr double kSigma_mm = test::kBowedSigma_mm;
 
 struct AtHoles {
   double smooth = 0;  ///< sums of squares, mm^2

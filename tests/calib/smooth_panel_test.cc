@@ -3,6 +3,7 @@
 
 #include <array>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Dense>
 #include <gmock/gmock.h>
@@ -20,22 +21,13 @@ using Eigen::VectorXd;
 using internal::fit_raw;
 using internal::fit_smooth_raw;
 using internal::RawSmooth;
+using test::affine_truth;
 using test::Bow;
+using test::bowed_pairs;
 using test::Coefficients;
 using test::RawPair;
 
-constexpr double kSigma_mm = 0.005;
-
-Coefficients affine_truth(Random& random) {
-  return internal::coefficients(PanelModel::Affine,
-                                test::random_parameters(random, PanelModel::Affine));
-}
-
-std::vector<RawPair> bowed_pairs(Random& random, int n, const Coefficients& truth, const Bow& bow) {
-  auto pairs = test::random_pairs(random, n, truth, kSigma_mm, true);
-  for (RawPair& pair : pairs) pair.to_mm += bow(pair.from_mm);
-  return pairs;
-}
+constexpr double kSigma_mm = test::kBowedSigma_mm;
 
 TEST(SmoothPanel, CarriesAnAffinePanelExactly) {
   Random random(71);
@@ -136,8 +128,11 @@ TEST(SmoothPanel, AveragesKrigingOverItsStrengths) {
   double best = -1e300;
   for (int step = 0; step <= kSteps; ++step) {
     const auto i = static_cast<std::size_t>(step);
-    const double s = step == 0 ? 0 : axes[0].strength((step - 0.5) / kSteps);
-    weight[i] = std::log(step == 0 ? 0.2 : 0.8 / kSteps);
+    // Uniform in the share, by the midpoints of its half turn: share = (1 - cos a) / 2.
+    const double a = std::numbers::pi * (step - 0.5) / kSteps;
+    const double s = step == 0 ? 0 : axes[0].strength(std::pow(std::sin(a / 2), 2));
+    const double width = std::numbers::pi / kSteps * std::sin(a) / 2;
+    weight[i] = std::log(step == 0 ? 0.2 : 0.8 * width);
     for (int axis = 0; axis < 2; ++axis) {
       const auto [likelihood, m, v] = axes[static_cast<std::size_t>(axis)].at(s);
       weight[i] += likelihood;
@@ -291,6 +286,60 @@ TEST(SmoothPanel, SpeaksInFrames) {
   EXPECT_GT(fit->parameters(), 6);
   EXPECT_DOUBLE_EQ(fit->criterion(), fit->chi_square() + 2 * fit->parameters());
   EXPECT_GT(fit->covariance(pairs[0].nominal).determinant(), 0);
+}
+
+TEST(SmoothPanel, AnswersLinearlyToItsTargets) {
+  // With the smoothing held fast the estimate is sum of by_target_i measured_i, and affine maps are
+  // carried as they are.
+  Random random(81);
+  const Coefficients truth = affine_truth(random);
+  for (const double bow_mm : {0.0, 0.03}) {
+    const auto pairs = bowed_pairs(random, 14, truth, Bow(random, bow_mm));
+    const RawSmooth fit = *fit_smooth_raw(pairs);
+    const Eigen::Vector2d p_mm = test::random_place(random);
+    const internal::SmoothBasis basis = fit.basis_at(p_mm);
+    Eigen::Vector2d of_measured = Eigen::Vector2d::Zero();
+    Eigen::Vector2d of_affine = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d noise_mm2 = Eigen::Matrix2d::Zero();
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const Eigen::Matrix2d by_target = fit.by_target(basis, i);
+      of_measured += by_target * pairs[i].to_mm;
+      of_affine += by_target * test::mapped(truth, pairs[i].from_mm);
+      noise_mm2 += by_target * pairs[i].cov_mm2 * by_target.transpose();
+    }
+    EXPECT_LT((of_measured - fit.map_mm(p_mm)).norm(), 1e-9);
+    EXPECT_LT((of_affine - test::mapped(truth, p_mm)).norm(), 1e-9);
+    // What nobody knows of the panel between its targets only adds to their noise.
+    const Eigen::Matrix2d unknown_mm2 = fit.cov_mm2(p_mm) - noise_mm2;
+    EXPECT_GE(unknown_mm2.trace(), 0);
+    EXPECT_GE(unknown_mm2.determinant(), 0);
+  }
+}
+
+TEST(SmoothPanel, HasTheAffineFitForItsAffinePart) {
+  Random random(82);
+  const auto pairs = bowed_pairs(random, 14, affine_truth(random), Bow(random, 0.03));
+  const RawSmooth fit = *fit_smooth_raw(pairs);
+  auto fitted = pairs;
+  for (RawPair& pair : fitted) pair.to_mm = fit.map_mm(pair.from_mm);
+  const auto of_targets = *fit_raw(pairs, PanelModel::Affine).fit;
+  const auto of_fit = *fit_raw(fitted, PanelModel::Affine).fit;
+  EXPECT_LT((of_targets.linear - of_fit.linear).norm(), 1e-10);
+  EXPECT_LT((of_targets.translation_mm - of_fit.translation_mm).norm(), 1e-8);
+  const Eigen::Matrix2Xd weights = fit.weights_of(of_targets.linear, of_targets.translation_mm);
+  RawSmooth straight = fit;
+  straight.weights = weights;
+  const Eigen::Vector2d p_mm(-40, 310);
+  EXPECT_LT((straight.map_mm(p_mm) - of_targets.linear * p_mm - of_targets.translation_mm).norm(),
+            1e-10);
+}
+
+TEST(SmoothPanel, SeesThatItWouldFoldAPanel) {
+  Random random(83);
+  auto pairs = bowed_pairs(random, 14, affine_truth(random), Bow(random, 0.03));
+  EXPECT_TRUE(internal::is_unfolded(*fit_smooth_raw(pairs), pairs));
+  std::swap(pairs[2].to_mm, pairs[3].to_mm);
+  EXPECT_FALSE(internal::is_unfolded(*fit_smooth_raw(pairs), pairs));
 }
 
 }  // namespace

@@ -181,9 +181,6 @@ TEST(MachineConfig, SaysWhatIsPlannedButNotSupported) {
   EXPECT_EQ(refusal("[machine]\ndrivers = 2\n"),
             "machine.toml:2:1: error[not-supported]: \"drivers\" in [machine] is not "
             "supported yet, expected a file without it");
-  EXPECT_EQ(refusal("[coupon]\n"),
-            "machine.toml:1:2: error[not-supported]: \"coupon\" in machine.toml is not supported "
-            "yet, expected a file without it");
   EXPECT_EQ(refusal("[[vision.tool]]\nnumber = 1\nalgorithm = 1\n"),
             "machine.toml:3:1: error[not-supported]: \"algorithm\" in [[vision.tool]] is not "
             "supported yet, expected a file without it");
@@ -243,7 +240,8 @@ TEST(MachineConfig, RefusesNumbersOutsideTheirRange) {
             "finite number from 0");
   EXPECT_EQ(refusal("[vision]\nmodel = \"elastic\"\n"),
             "machine.toml:2:9: error[config-value]: model in [vision] is \"elastic\", expected "
-            "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\" or \"affine\"");
+            "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\", \"affine\" or "
+            "\"smooth\"");
 }
 
 TEST(MachineConfig, InspectionsHoldUntilAProgramSaysOtherwise) {

@@ -99,6 +99,36 @@ TEST_F(PictureSourceTest, WithoutSeqTheNearestPictureIsTaken) {
   expect_same_survey(folder);
 }
 
+TEST_F(PictureSourceTest, AStoredOffsetMovesWhereLaterPicturesWereTaken) {
+  // The target is searched for from another pixel on: a hundredth of one.
+  constexpr Length kSought = um(0.1);
+  PictureFolder nearest = read_folder();
+  for (PictureRow& row : nearest.rows) row.seq.reset();
+  for (const PictureFolder& folder : {read_folder(), nearest}) {
+    auto source = PictureSource::create(config_, folder);
+    ASSERT_TRUE(source) << source.error().text();
+    const MeasurementRequest request = recording_.survey.measurements[0].request;
+    const auto before = source->measure(request);
+    ASSERT_TRUE(before) << before.error().text();
+    CalibrationOrder order;
+    const auto nobody = source->calibrate(order);  // G39: who should drill?
+    ASSERT_TRUE(nobody);
+    EXPECT_FALSE(*nobody);
+    order.correction.emplace();
+    order.correction->deviation = displacement_mm<frame::Machine>(0.02, -0.01);
+    const auto answer = source->calibrate(order);
+    ASSERT_TRUE(answer && *answer && (*answer)->offset);
+    EXPECT_EQ((*answer)->offset->offset,
+              config_.spindle_camera.offset - displacement_mm<frame::Machine>(0.02, -0.01));
+    const auto after = source->measure(request);
+    ASSERT_TRUE(after) << after.error().text();
+    EXPECT_THAT(
+        after->measured.position,
+        IsNearPosition(before->measured.position - displacement_mm<frame::Actual>(0.02, -0.01),
+                       kSought));
+  }
+}
+
 TEST_F(PictureSourceTest, NearestPictureIsOfTheRightVisionTool) {
   PictureFolder folder = read_folder();
   for (PictureRow& row : folder.rows) row.seq.reset();

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "panelcal/calib/smooth_panel.h"
 #include "panelcal/program/job_check.h"
 #include "tests/program/program_run.h"
 
@@ -172,6 +173,12 @@ void see_vision(Collector& collector) {
   affine.model = PanelModel::Affine;
   affine.series_size = 2;
   collector.see("G34,1\nG36X0.Y0.\nG36X9.Y9.\n", affine);
+  WalkOptions smooth;
+  smooth.bends_panel = true;
+  smooth.series_size = kLeastSmoothTargets;
+  collector.see(
+      "G34,1\nG36X0.Y0.\nG36X9.Y0.\nG36X0.Y9.\nG36X9.Y9.\nG36X4.Y2.\nG36X3.Y6.\nG45X1.Y1.\n",
+      smooth);
 }
 
 void see_sieb_meyer(Collector& collector) {

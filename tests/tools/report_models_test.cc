@@ -62,7 +62,7 @@ TEST(ModelsBlock, IsLeftOutWhereThereIsNothingToCompare) {
   EXPECT_THAT(model_line(series), IsEmpty());
 }
 
-TEST(ModelsBlock, RecommendsASmoothModelOfWhichItSaysThatItDoesNotDrill) {
+TEST(ModelsBlock, RecommendsASmoothModelThatIsNotInForce) {
   SeriesResult series = compared();
   ModelScore smooth = score(PanelModel::Affine, 9.5, -30, 2.5);
   smooth.is_smooth = true;
@@ -70,7 +70,7 @@ TEST(ModelsBlock, RecommendsASmoothModelOfWhichItSaysThatItDoesNotDrill) {
   series.compared.push_back(smooth);
   const std::string block = models_block(series);
   EXPECT_THAT(block, HasSubstr("left-out targets to 2.50 &#181;m instead of 6.50 &#181;m"));
-  EXPECT_THAT(block, HasSubstr("not corrected by smooth models yet"));
+  EXPECT_THAT(block, HasSubstr("[vision] model = \"smooth\""));
   series.compared.back().left_out_mm = 0.0066;
   EXPECT_THAT(models_block(series), Not(HasSubstr("would predict")));
 }
@@ -87,6 +87,17 @@ TEST(ModelLine, SaysWhichModelAndWhy) {
   series.compared[2].chi_square = -2;
   series.compared[2].criterion = 8;
   EXPECT_THAT(model_line(series), HasSubstr("too little better to be softer for"));
+}
+
+TEST(ModelLine, CallsASmoothModelSmooth) {
+  SeriesResult series = compared();
+  series.chose_model = true;
+  series.model = PanelModel::Affine;
+  for (ModelScore& other : series.compared) other.is_chosen = false;
+  ModelScore smooth = score(PanelModel::Affine, 9.5, -30, 2.5);
+  smooth.is_smooth = smooth.is_eligible = smooth.is_chosen = true;
+  series.compared.push_back(smooth);
+  EXPECT_THAT(model_line(series), HasSubstr("  model \"smooth\", criterion"));
 }
 
 TEST(NestedModelsLine, CountsThem) {

@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Installs calibrations of a simulated machine's spindles, and looks at what is in force then.
+
+    calibrate_test.py PANELCAL REPOSITORY
+"""
+import json
+import math
+import os
+import shutil
+import sqlite3
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+PANELCAL = str(Path(sys.argv[1]).resolve())
+CASE = Path(sys.argv[2]).resolve() / "tests" / "golden" / "calibrate" / "spindle-camera"
+TRUTH_MM = (45.03, -2.98)
+# What nine digits leave of 45 mm.
+NANOMETRE_MM = 1e-6
+
+
+def calibrate(*words, code=0):
+    done = subprocess.run([PANELCAL, "calibrate", "spindle-camera", "-m", "machine.toml", *words],
+                          capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+    assert done.returncode == code, (words, done.returncode, done.stderr)
+    return done.stdout if code == 0 else done.stderr
+
+
+def entries():
+    database = sqlite3.connect("file:drill1.ledger?mode=ro", uri=True)
+    rows = database.execute("SELECT content, result FROM ledger_entry ORDER BY id").fetchall()
+    database.close()
+    return [(json.loads(content), result if isinstance(result, str) else result.decode())
+            for content, result in rows]
+
+
+def installed():
+    return Path("spindle.cal.json").read_text()
+
+
+def offsets():
+    return {(one["spindle"], one["station"]): one for one in json.loads(installed())["offsets"]}
+
+
+def sigmas_off(answer):
+    """How far an answer is from the truth, in standard deviations of the two axes together."""
+    (xx, _), (_, yy) = answer["covariance_mm2"]
+    dx, dy = (answer["offset_mm"][i] - TRUTH_MM[i] for i in (0, 1))
+    return math.sqrt(dx * dx / xx + dy * dy / yy)
+
+
+def main():
+    sim = ("--machine-driver", "sim")
+    first = json.loads(calibrate(*sim, "--json", "--install", "--reason", "new spindle", "--by",
+                                 "Ann", "--clock", "2026-11-20T02:00:00Z"))
+    # 1 in 10000 of a chi-square of two degrees of freedom.
+    assert sigmas_off(first) < 4.3, first
+    assert first["first"] and first["installed"] and first["ledger"] == 1 and first["row"] == 1
+    (entry, result), = entries()
+    assert entry["verdict"] == "installed" and entry["reason"] == "new spindle"
+    assert entry["asked_by"] == "Ann" and entry["subject"] == "spindle 1 station 1"
+    assert entry["time"] == "2026-11-20T02:00:00Z"
+    assert [one["name"] for one in entry["parameters"]] == ["offset_x", "offset_y"]
+    assert installed() == result
+
+    # The next one begins with the first, on fresh rows.
+    second = json.loads(calibrate(*sim, "--json", "--install", "--by", "Ann",
+                                  "--clock", "2026-11-21T02:00:00Z"))
+    assert second["row"] == 4 and not second["first"] and second["ledger"] == 2
+    assert abs(second["before_mm"][0] - first["offset_mm"][0]) < NANOMETRE_MM
+    assert second["shift_chance"] > 1e-4, second
+    assert installed() == entries()[1][1]
+
+    # A lost file comes back with the next installation; another spindle is added to it.
+    Path("spindle.cal.json").unlink()
+    text = Path("machine.toml").read_text()
+    Path("machine.toml").write_text(text.replace('name = "A"', 'name = "B"'))
+    calibrate(*sim, "--install", "--by", "Ann", "--spindle", "2", "--clock",
+              "2026-11-22T02:00:00Z")
+    both = offsets()
+    assert sorted(both) == [(1, 1), (2, 1)]
+    assert both[1, 1]["date"] == "2026-11-21T02:00:00Z"
+    assert abs(both[1, 1]["offset_mm"][0] - second["offset_mm"][0]) < NANOMETRE_MM
+
+    # Without --install nothing changes but the coupon.
+    before, n_entries = installed(), len(entries())
+    calibrate(*sim, "-o", "aside.cal.json", "--clock", "2026-11-23T02:00:00Z")
+    assert installed() == before and len(entries()) == n_entries
+    assert json.loads(Path("aside.cal.json").read_text())["date"] == "2026-11-23T02:00:00Z"
+    assert "1 run" not in calibrate(*sim, code=2)
+    calibrate(*sim, "--install", "-o", "x.cal.json", code=2)
+    calibrate(*sim, "--clock", "yesterday", code=2)
+
+    # A ledger that is something else is found before a row is used up.
+    Path("drill1.ledger").rename("old.ledger")
+    Path("drill1.ledger").write_text("not a ledger\n" * 100)
+    Path("machine.toml").write_text(text.replace('name = "A"', 'name = "C"'))
+    state = Path("coupon.json").read_text()
+    assert "ledger-foreign" in calibrate(*sim, "--install", code=2)
+    assert Path("coupon.json").read_text() == state and installed() == before
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        for name in ("machine.toml", "camera.cal.json"):
+            shutil.copy(CASE / name, name)
+        with open("machine.toml", "a", encoding="utf-8") as machine:
+            machine.write('[ledger]\nfile = "drill1.ledger"\n')
+        main()
