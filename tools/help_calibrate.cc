@@ -25,7 +25,8 @@ that a camera can be calibrated for the first time.
 
 --form auto takes the stiffest form that the views do not contradict. A tilt shows only if
 --focal-px says how near the lens is; through a telecentric lens it cannot be told from a stretch.
-A plate of dots (--plate, see `panelcal calibrate table --help`) does as well as one mark.
+A plate of dots, with or without AprilTags (--plate, see `panelcal calibrate table --help`), does as
+well as one mark; the present [camera] says where its dots are expected.
 Parameters that the views leave open are named and held. Views that scatter more than the detector
 and [uncertainty] stage_repeatability_um say are counted as so much worse. Held-out: every fifth
 view is predicted from the others. Views that do not fit the others are left out and said.
@@ -53,8 +54,11 @@ for each way the plate lay), or what any other vision system measured (--measure
 follow the scale of the axes, their squareness and straightness, and a smooth map of the table's
 error, each with its sigma. A plate that is not certified calibrates the table too, if it is looked
 at as it lies, turned by 90 degrees, and shifted by a dot; the scale is then undetermined, and said
-to be. So is whatever else the looks leave open. Dots are told apart by where the plate lies and the
-axis stood ([[pose]], to a quarter of the pitch); plates with AprilTags are not read yet.
+to be. So is whatever else the looks leave open.
+
+Dots are told apart by where the plate lies and the axis stood ([[pose]] of the plate's file, to a
+quarter of the pitch), or by AprilTags on the plate ([tags]), which also say how it lay. Pictures
+whose tags contradict the others are left out and said; if many do, nothing is fitted.
 
 panelcal applies the map to nothing: machine.toml has no key for it. It is for the control:
 
