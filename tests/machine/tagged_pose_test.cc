@@ -176,6 +176,39 @@ TEST(TaggedPose, RefusesTagsThatContradictOneAnother) {
               FailsWith(Code::CalibrationData, "tags contradict the others"));
 }
 
+TEST(TaggedPose, FewerWrongTagsThanRightOnesNeverShiftTheLattice) {
+  const CalibrationPlate plate = plate_of();
+  Random random(2611);
+  const auto below = [&](int n) { return static_cast<int>(random.uniform(0, n)); };
+  int n_accepted = 0;
+  int n_said = 0;
+  for (int draw = 0; draw < 1000; ++draw) {
+    const double angle_rad = random.uniform(-3, 3);
+    Sights sights(plate, {angle_rad, {random.uniform(-500, 500), random.uniform(-500, 500)}});
+    const int n = 1 + below(20);
+    const int n_wrong = below((n + 1) / 2);
+    std::vector<TagSight> all;
+    for (int i = 0; i < n; ++i) {
+      const int id = below(12);
+      TagSight sight = sights.of(id, static_cast<std::size_t>(i));
+      if (i < n_wrong && i % 2 == 0) sight.id = (id + 1 + below(11)) % 12;
+      if (i < n_wrong && i % 2 == 1) {  // a stop that was a pitch off
+        for (auto& corner : sight.corners) corner = corner + displacement_mm<frame::Machine>(10, 0);
+      }
+      all.push_back(sight);
+    }
+    const auto found = pose_from_tags(plate, all);
+    if (!found) continue;
+    ++n_accepted;
+    n_said += static_cast<int>(found->contradictions.size());
+    EXPECT_EQ(found->contradictions.size(), static_cast<std::size_t>(n_wrong)) << draw;
+    EXPECT_LT(worst_mm(sights, found->pose), 0.25 * 10) << draw;
+  }
+  // Not all are refused, nor all without anything wrong.
+  EXPECT_GT(n_accepted, 400);
+  EXPECT_GT(n_said, 400);
+}
+
 TEST(TaggedPose, RefusesWhatShowsNoTagOfThePlate) {
   Sights sights(plate_of(), {0, {0, 0}});
   EXPECT_THAT(pose_from_tags(sights.plate(), {}),
