@@ -7,8 +7,16 @@ namespace panelcal {
 namespace {
 
 /// In the order of the enumerators.
-constexpr std::array<std::string_view, 8> kKinds = {
-    "spindle-camera", "camera", "table", "probe", "focus", "surface", "self-test", "night"};
+constexpr std::array<std::string_view, 10> kKinds = {"spindle-camera",
+                                                     "camera",
+                                                     "table",
+                                                     "probe",
+                                                     "focus",
+                                                     "surface",
+                                                     "self-test",
+                                                     "night",
+                                                     "light",
+                                                     "settle"};
 constexpr std::array<std::string_view, 4> kVerdicts = {
     "measured", "installed", "refused", "rolled-back"};
 

@@ -14,7 +14,7 @@
 
 namespace panelcal {
 
-/// What an entry of the ledger is about.
+/// What an entry of the ledger is about. Further kinds come at the end; their words never change.
 enum class LedgerKind : std::uint8_t {
   SpindleCamera,
   Camera,
@@ -23,7 +23,9 @@ enum class LedgerKind : std::uint8_t {
   Focus,
   Surface,
   SelfTest,
-  Night
+  Night,
+  Light,
+  Settle
 };
 
 /// What became of it. Only an installed calibration comes into force; a rolled-back entry puts an

@@ -55,12 +55,15 @@ class Examination {
                     amount(limits_.sigma, history_.unit)));
     add("holes",
         result_.n_used >= limits_.min_used,
-        fmt::format(
-            "{} holes were used, at least {} are needed", result_.n_used, limits_.min_used));
+        fmt::format("{} {} were used, at least {} are needed",
+                    result_.n_used,
+                    result_.used,
+                    limits_.min_used));
     add("outliers",
         result_.n_outliers <= limits_.max_outliers,
-        fmt::format("{} holes were left out as outliers, limit {}",
+        fmt::format("{} {} were left out as outliers, limit {}",
                     result_.n_outliers,
+                    result_.used,
                     limits_.max_outliers));
     if (result_.structure_chance) {
       add("structure",

@@ -27,8 +27,9 @@ struct NightGate {
 /// What tonight's calibration found, and what its fit says about itself.
 struct NightResult {
   DriftPoint point;
-  int n_used = 0;      ///< holes, or views, that the fit is made of
-  int n_outliers = 0;  ///< that it left out
+  std::string used = "holes";  ///< what the fit is made of: holes, views, pictures
+  int n_used = 0;              ///< so many of them
+  int n_outliers = 0;          ///< that it left out
   /// The chance that healthy residuals show as much structure (a trend over the coupon), by the
   /// fit's F test; absent where there were too few for one.
   std::optional<double> structure_chance;

@@ -20,6 +20,11 @@ void sleep_for(Time time) {
   std::this_thread::sleep_for(std::chrono::duration<double>(time.in_s()));
 }
 
+Time steady_now() {
+  const auto since = std::chrono::steady_clock::now().time_since_epoch();
+  return seconds(std::chrono::duration<double>(since).count());
+}
+
 }  // namespace
 
 /// Either the one virtual machine that is all three, or the three.
@@ -71,7 +76,13 @@ CalibrationDevices DeviceSet::devices(Prompt prompt) const {
     if (!prompt) prompt = [](std::string_view) -> Expected<void> { return {}; };
     return {*machine, *machine, *machine, {}, std::move(prompt)};
   }
-  return {*owned_->stage, *owned_->spindle, *owned_->camera, sleep_for, std::move(prompt)};
+  return {*owned_->stage,
+          *owned_->spindle,
+          *owned_->camera,
+          sleep_for,
+          std::move(prompt),
+          {},
+          steady_now};
 }
 
 }  // namespace panelcal

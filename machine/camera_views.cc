@@ -57,9 +57,12 @@ Expected<void> CameraViews::set(const MeasurementRequest& request,
 
 Expected<void> CameraViews::prepare(const MeasurementRequest& request, const View& view) {
   const VisionSettings& settings = request.settings;
-  if (settings.lamp) PANELCAL_CHECK(set(request, CameraSetting::Lamp, *settings.lamp));
+  const std::optional<double> lamp = settings.lamp ? settings.lamp : stated_.lamp;
+  if (lamp) PANELCAL_CHECK(set(request, CameraSetting::Lamp, *lamp));
   if (settings.zoom) PANELCAL_CHECK(set(request, CameraSetting::Zoom, *settings.zoom));
-  if (view.focus_z) PANELCAL_CHECK(set(request, CameraSetting::Focus, view.focus_z->in_mm()));
+  std::optional<Length> focus_z = view.focus_z;
+  if (!focus_z && !set_.contains(CameraSetting::Focus)) focus_z = stated_.focus;
+  if (focus_z) PANELCAL_CHECK(set(request, CameraSetting::Focus, focus_z->in_mm()));
   return {};
 }
 
@@ -101,10 +104,12 @@ Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& co
          "are already taken"});
   }
   PANELCAL_TRY(std::unique_ptr<CameraDevice> camera, open_camera(camera_uri));
-  return std::make_unique<CameraViews>(config.spindle_camera,
-                                       std::move(camera),
-                                       std::make_unique<CommandStage>(config.stage),
-                                       config.settle);
+  auto views = std::make_unique<CameraViews>(config.spindle_camera,
+                                             std::move(camera),
+                                             std::make_unique<CommandStage>(config.stage),
+                                             config.settle);
+  views->set_stated(config.vision);
+  return views;
 }
 
 }  // namespace panelcal

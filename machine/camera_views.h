@@ -42,6 +42,9 @@ class CameraViews final : public ViewTaker {
 
   const CameraDevice& camera() const { return *camera_; }
 
+  /// [camera] lamp for requests without one, and [camera] focus_mm until a view asks for another.
+  void set_stated(const VisionOptions& vision) { stated_ = vision; }
+
   /// Sets lamp, zoom and focus.
   ///
   /// Fails  as take, but for the frame
@@ -64,6 +67,7 @@ class CameraViews final : public ViewTaker {
   std::unique_ptr<Stage> stage_;
   Time settle_;
   Wait wait_;
+  VisionOptions stated_;                               ///< its lamp and focus
   std::map<CameraSetting, double> set_;                ///< what was set last
   std::optional<Position<frame::Machine>> commanded_;  ///< where the spindle was sent last
   Position<frame::Machine> standing_;                  ///< and where it stands

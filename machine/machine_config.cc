@@ -74,7 +74,8 @@ constexpr std::array<Words, 18> kVisionKeys = {"algorithms",
                                                "search_area_mm",
                                                "search_radius_mm",
                                                "tool"};
-constexpr std::array<Words, 4> kCameraKeys = {"bayer", "calibration", "focus_range_mm", "zoom"};
+constexpr std::array<Words, 6> kCameraKeys = {
+    "bayer", "calibration", "focus_mm", "focus_range_mm", "lamp", "zoom"};
 constexpr std::array<Words, 7> kGateKeys = {"false_alarm",
                                             "max_dropped",
                                             "nested",

@@ -73,7 +73,7 @@ struct SimConfig {
   /// The `$uvis,lamp` at which pictures are as bright as said above; brightness goes with it.
   /// Absent: lamp orders change nothing.
   std::optional<double> lamp;
-  /// Where the camera is sharp; it stands at 0 until it is focused. Absent: sharp at any height.
+  /// Where the camera is sharp; unfocused it stands at [camera] focus_mm, or 0. Absent: anywhere.
   std::optional<Length> focus_z;
   Length focus_depth = mm(0.1);   ///< so far from there edges are sqrt(2) times as wide
   SimulatedProbeOptions surface;  ///< of the board, and how well it is probed
@@ -111,7 +111,7 @@ struct MachineConfig {
   /// What texts say of the date and the program's name is not in it.
   WalkOptions walk;
   LocateOptions locate;  ///< [vision] scores; centre and radius are set for each picture
-  VisionOptions vision;  ///< [vision] search and four views; [camera] focus
+  VisionOptions vision;  ///< [vision] search and four views; [camera] focus, lamp
   std::map<int, Target> vision_tools;         ///< [[vision.tool]]
   std::optional<CameraCalibration> camera;    ///< [camera] calibration, read from its own file
   std::filesystem::path camera_file;          ///< of `camera`; empty without

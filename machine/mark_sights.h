@@ -29,7 +29,8 @@ struct MarkSights {
   CameraData data;                 ///< one dot of unknown place, one pose, a view a picture
   std::vector<std::string> names;  ///< of the pictures, one a view
   std::vector<MissedPicture> missed;
-  int n_skipped = 0;  ///< pictures of other vision tools or zooms
+  std::vector<MissedPicture> left_out;  ///< not looked at: a plate's tags contradict other pictures
+  int n_skipped = 0;                    ///< pictures of other vision tools or zooms
   int width_px = 0;
   int height_px = 0;
   std::vector<LedgerInput> inputs;  ///< picture files with their digests; none from a live camera

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/spindle_camera.h"
+#include "panelcal/machine/camera_settings.h"
 #include "panelcal/machine/focus.h"
 #include "panelcal/machine/mark_sights.h"
 #include "panelcal/machine/picture_locator.h"
@@ -44,19 +45,8 @@ class PlaceViews final : public ViewTaker {
         "places within [machine] travel");
   }
 
-  bool can_set(CameraSetting setting) const {
-    return devices_.camera.can_set(setting) || devices_.stage.can_set(setting);
-  }
-  Expected<void> require(CameraSetting setting) const {
-    if (can_set(setting)) return {};
-    return refused(Code::ConfigValue,
-                   config_,
-                   fmt::format("neither the camera nor the machine has a {} to set", name(setting)),
-                   fmt::format("[machine] {}_command", name(setting)));
-  }
   Expected<void> set(CameraSetting setting, double value) {
-    return devices_.camera.can_set(setting) ? devices_.camera.set(setting, value)
-                                            : devices_.stage.set(setting, value);
+    return set_camera(config_, devices_, setting, value);
   }
 
   /// Drives so that the axis stands at a place, and says where it does.
@@ -131,7 +121,7 @@ Expected<void> check_trial(const MachineConfig& config,
   const auto bad = [&](std::string what, std::string expected) {
     return refused(Code::ConfigValue, config, std::move(what), std::move(expected));
   };
-  if (!devices.wait) {
+  if (!devices.wait || !devices.now) {
     return bad("nobody waits for this machine, which stands still at once", "a real machine");
   }
   if (!(trial.way > Length()) || !(trial.limit > Length())) {
@@ -163,10 +153,16 @@ Expected<FocusResult> calibrate_focus(const MachineConfig& config,
     return refused(Code::ConfigValue, config, "the range of focus heights is empty", "low < high");
   }
   PlaceViews views(config, devices);
-  PANELCAL_CHECK(views.require(CameraSetting::Focus));
+  PANELCAL_CHECK(check_can_set(config, devices, CameraSetting::Focus));
   PANELCAL_TRY(FocusResult result, autofocus(request_at(place, tool), range, views));
   if (result.is_found) PANELCAL_CHECK(views.set(CameraSetting::Focus, result.z.in_mm()));
   return result;
+}
+
+std::vector<double> lamp_levels(double low, double high, int n) {
+  std::vector<double> levels;
+  for (int i = 0; i < n; ++i) levels.push_back(low + (high - low) * i / (n - 1));
+  return levels;
 }
 
 Expected<LightRun> calibrate_light(const MachineConfig& config,
@@ -177,7 +173,7 @@ Expected<LightRun> calibrate_light(const MachineConfig& config,
   PANELCAL_CHECK(check_levels(config, levels));
   PANELCAL_TRY(const Target target, target_of(config, tool));
   PlaceViews views(config, devices);
-  PANELCAL_CHECK(views.require(CameraSetting::Lamp));
+  PANELCAL_CHECK(check_can_set(config, devices, CameraSetting::Lamp));
   const MeasurementRequest request = request_at(place, tool);
   const auto mapping = config.camera && target.size
                            ? std::optional<CameraMapping>(config.camera->mapping())
@@ -203,8 +199,7 @@ Expected<LightRun> calibrate_light(const MachineConfig& config,
 Expected<SettleRun> calibrate_settle(const MachineConfig& config,
                                      const CalibrationDevices& devices,
                                      const Position<frame::Machine>& place,
-                                     const SettleTrial& trial,
-                                     const std::function<Time()>& now) {
+                                     const SettleTrial& trial) {
   PANELCAL_CHECK(check_trial(config, devices, trial));
   PANELCAL_TRY(const PictureLocator locator, PictureLocator::create(config, devices.observer));
   const MeasurementRequest request = request_at(place, trial.tool);
@@ -221,9 +216,9 @@ Expected<SettleRun> calibrate_settle(const MachineConfig& config,
       PANELCAL_CHECK(views.go(away));
       devices.wait(trial.longest);
       PANELCAL_TRY(const Position<frame::Machine> axis, views.go(place));
-      const Time arrived = now();
+      const Time arrived = devices.now();
       devices.wait(delay_of(trial, i));
-      const Time asked = now();
+      const Time asked = devices.now();
       PANELCAL_TRY(Image image, devices.camera.take());
       Look look;
       look.view.axis = axis;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +27,11 @@ Expected<FocusResult> calibrate_focus(const MachineConfig& config,
                                       const Position<frame::Machine>& place,
                                       int tool,
                                       const FocusRange& range);
+
+/// So many levels from `low` to `high`, evenly.
+///
+/// Precondition: n >= 2
+std::vector<double> lamp_levels(double low, double high, int n);
 
 /// Lamp levels that were tried, and the best.
 struct LightRun {
@@ -70,13 +74,13 @@ struct SettleRun {
 
 /// Moves away and back again and again, and takes a picture after another delay each time.
 ///
-/// In     now: a clock that never goes back; a picture counts at the time it was asked for
-/// Fails  config-value (no [camera]; no way to wait; a trial outside its bounds);
+/// A picture counts at the time it was asked for, by the devices' clock.
+///
+/// Fails  config-value (no [camera]; no way to wait, no clock; a trial outside its bounds);
 ///        vision-tool-undefined; travel-exceeded, before anything moves; device errors
 Expected<SettleRun> calibrate_settle(const MachineConfig& config,
                                      const CalibrationDevices& devices,
                                      const Position<frame::Machine>& place,
-                                     const SettleTrial& trial,
-                                     const std::function<Time()>& now);
+                                     const SettleTrial& trial);
 
 }  // namespace panelcal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/plate_config.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/machine/plate_tags_config.h"
 #include "panelcal/machine/sim_config.h"
 #include "panelcal/machine/toml_table.h"
 
@@ -18,7 +20,7 @@ using internal::Range;
 using internal::TomlSource;
 using internal::TomlTable;
 
-constexpr std::array<std::string_view, 2> kTopKeys = {"plate", "pose"};
+constexpr std::array<std::string_view, 4> kTopKeys = {"plate", "pose", "tag", "tags"};
 constexpr std::array<std::string_view, 7> kPlateKeys = {
     "certified", "columns", "dot_diameter_mm", "name", "pitch_mm", "polarity", "rows"};
 constexpr std::array<std::string_view, 2> kPoseKeys = {"angle_deg", "origin_mm"};
@@ -82,6 +84,31 @@ std::vector<PlateDot> CalibrationPlate::dots() const {
   return out;
 }
 
+std::vector<bool> CalibrationPlate::covered_dots() const {
+  std::vector<bool> covered(n_dots(), false);
+  if (!tags) return covered;
+  const std::vector<PlateDot> all = dots();
+  const Length half_side = half_side_of(*tags);
+  // However a tag is turned, it reaches no farther than its corners.
+  const double reach = std::sqrt(2) * half_side / pitch + 1;
+  const auto from = [&](double at) {
+    return static_cast<int>(std::max(0.0, std::ceil(at - reach)));
+  };
+  const auto to = [&](double at, int n) {
+    return static_cast<int>(std::min(n - 1.0, std::floor(at + reach)));
+  };
+  for (const PlateTag& tag : tags->tags) {
+    const Eigen::Vector2d cell = tag.center.in_mm() / pitch.in_mm();
+    for (int row = from(cell.y()); row <= to(cell.y(), rows); ++row) {
+      for (int column = from(cell.x()); column <= to(cell.x(), columns); ++column) {
+        const std::size_t i = index(column, row);
+        if (covers_dot(tag, half_side, all[i])) covered[i] = true;
+      }
+    }
+  }
+  return covered;
+}
+
 Position<frame::Machine> place_in(const PlatePose& pose, const Position<frame::Plate>& on_plate) {
   const double c = std::cos(pose.angle_rad);
   const double s = std::sin(pose.angle_rad);
@@ -103,6 +130,10 @@ Expected<CalibrationPlate> parse_plate(std::string_view text, const std::filesys
   PANELCAL_TRY(const auto poses, top.tables("pose", "[[pose]]", {kPoseKeys, {}}));
   for (const TomlTable& pose : poses) {
     PANELCAL_TRY(plate.poses.emplace_back(), read_pose(pose));
+  }
+  PANELCAL_TRY(plate.tags, internal::read_plate_tags(top, plate.pitch));
+  if (std::ranges::all_of(plate.covered_dots(), [](bool is) { return is; })) {
+    return failure(top.missing("dot that no tag covers", "dots beside the tags"));
   }
   return plate;
 }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/units.h"
 #include "panelcal/calib/calibration_plate.h"
+#include "panelcal/machine/plate_tags.h"
 
 namespace panelcal {
 
@@ -19,10 +21,13 @@ struct CalibrationPlate {
   int columns = 0;  ///< dots along the plate's x
   int rows = 0;     ///< along y
   Length pitch;
-  Length dot_diameter;           ///< 0: not said
-  bool is_dark = true;           ///< dots against the plate
-  bool is_certified = false;     ///< dots lie where the drawing has them; otherwise about there
-  std::vector<PlatePose> poses;  ///< roughly, to a quarter of the pitch at every dot; by number
+  Length dot_diameter;        ///< 0: not said
+  bool is_dark = true;        ///< dots against the plate
+  bool is_certified = false;  ///< dots lie where the drawing has them; otherwise about there
+  /// By number: roughly, to a quarter of the pitch at every dot. With tags only their count
+  /// matters.
+  std::vector<PlatePose> poses;
+  std::optional<PlateTags> tags;  ///< tell which dot is which, and how the plate lay
   std::filesystem::path file;
 
   std::size_t n_dots() const {
@@ -34,6 +39,8 @@ struct CalibrationPlate {
            static_cast<std::size_t>(column);
   }
   std::vector<PlateDot> dots() const;
+  /// Of every dot whether a tag is in its place.
+  std::vector<bool> covered_dots() const;
 };
 
 /// The machine's place of a place on the plate.
@@ -48,6 +55,8 @@ inline constexpr std::size_t kMaxPlateBytes = std::size_t{1} << 20;
 ///   dot_diameter_mm = 1    polarity = "dark"    certified = false
 ///   [[pose]]
 ///   origin_mm = [100, 80]  angle_deg = 0        # where dot (0, 0) lies, machine directions
+///
+/// and its tags (plate_tags_config.h).
 ///
 /// Fails  file-unreadable; toml-syntax; config-key-unknown; config-value
 /// See    tests/machine/plate_config_test.cc

@@ -9,68 +9,30 @@
 
 #include <fmt/format.h>
 
-#include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/base/digest.h"
 #include "panelcal/calib/circle_bias.h"
 #include "panelcal/calib/spindle_camera.h"
-#include "panelcal/vision/bayer.h"
-#include "panelcal/vision/image_io.h"
+#include "panelcal/machine/plate_fit.h"
+#include "panelcal/machine/plate_tag_looks.h"
 #include "panelcal/vision/locate.h"
 
 namespace panelcal {
 namespace {
+
+using internal::PlacePair;
 
 /// Between a dot's rim and the picture's, px.
 constexpr double kRim_px = 10;
 /// How far a dot may be from where it is expected, as a part of the pitch: less than half, or it is
 /// taken for its neighbour.
 constexpr double kReach = 0.3;
+/// Dots nearer together say nothing of a pose's angle, as a part of the pitch; two neighbours do.
+constexpr double kLeastLever = 0.63;
+/// Tags say where dots are to this part of the pitch; more says that the file has them elsewhere.
+constexpr double kMostBesideTags = 0.25;
 /// Dots of one pose may be so far from it, rms and as a part of the pitch; a stage errs by less,
 /// and more says that some were taken for their neighbours or that the axis was elsewhere.
 constexpr double kMostScatter = 0.1;
-
-/// A pair of places that are the same: on the plate, and on the machine.
-struct Pair {
-  Eigen::Vector2d plate_mm;
-  Eigen::Vector2d machine_mm;
-};
-
-/// The rigid motion that carries one onto the other best; as it was if there is too little.
-PlatePose refined(const std::vector<Pair>& pairs, const PlatePose& pose, double pitch_mm) {
-  Eigen::Vector2d plate_mm = Eigen::Vector2d::Zero();
-  Eigen::Vector2d machine_mm = Eigen::Vector2d::Zero();
-  for (const Pair& pair : pairs) {
-    plate_mm += pair.plate_mm / static_cast<double>(pairs.size());
-    machine_mm += pair.machine_mm / static_cast<double>(pairs.size());
-  }
-  double dot = 0;
-  double cross = 0;
-  double lever_mm2 = 0;
-  for (const Pair& pair : pairs) {
-    const Eigen::Vector2d a = pair.plate_mm - plate_mm;
-    const Eigen::Vector2d b = pair.machine_mm - machine_mm;
-    dot += a.dot(b);
-    cross += a.x() * b.y() - a.y() * b.x();
-    lever_mm2 += a.squaredNorm();
-  }
-  PlatePose out = pose;
-  if (lever_mm2 > 0.4 * pitch_mm * pitch_mm) out.angle_rad = std::atan2(cross, dot);
-  const double c = std::cos(out.angle_rad);
-  const double s = std::sin(out.angle_rad);
-  out.shift_mm = machine_mm - Eigen::Vector2d(c * plate_mm.x() - s * plate_mm.y(),
-                                              s * plate_mm.x() + c * plate_mm.y());
-  return out;
-}
-
-/// How far dots are from where a pose has them, rms.
-double rms_mm(const std::vector<Pair>& pairs, const PlatePose& pose) {
-  double sum_mm2 = 0;
-  for (const Pair& pair : pairs) {
-    const auto lies = place_in(pose, position_mm<frame::Plate>(pair.plate_mm));
-    sum_mm2 += (lies.in_mm() - pair.machine_mm).squaredNorm();
-  }
-  return pairs.empty() ? 0 : std::sqrt(sum_mm2 / static_cast<double>(pairs.size()));
-}
 
 /// Goes through the pictures of all poses.
 class PlateLooks {
@@ -79,7 +41,12 @@ class PlateLooks {
              const CalibrationPlate& plate,
              const CameraCalibration& camera,
              const std::optional<double>& zoom)
-      : config_(config), plate_(plate), camera_(camera), model_(camera.model()), zoom_(zoom) {
+      : config_(config),
+        plate_(plate),
+        camera_(camera),
+        model_(camera.model()),
+        zoom_(zoom),
+        is_covered_(plate.covered_dots()) {
     const double scale_mm = camera.parameters.scale_mm_per_px;
     target_.shape = Shape::Disc;
     target_.polarity = plate.is_dark ? Polarity::Dark : Polarity::Bright;
@@ -92,17 +59,64 @@ class PlateLooks {
     sights_.height_px = camera.picture_height_px;
   }
 
-  Expected<void> add(const PictureFolder& folder, std::size_t i_pose, PlatePose pose) {
-    std::vector<Pair> pairs;
-    for (const PictureRow& row : folder.rows) {
+  Expected<void> add(const PictureFolder& folder, std::size_t i_pose) {
+    PANELCAL_TRY(const internal::TaggedPose start, begin(folder, i_pose));
+    PlatePose pose = start.pose;
+    std::vector<PlacePair> pairs;
+    for (std::size_t i = 0; i < folder.rows.size(); ++i) {
+      const PictureRow& row = folder.rows[i];
       if (row.zoom != zoom_) {
         ++sights_.n_skipped;
         continue;
       }
+      const auto contradicts = std::ranges::find(
+          start.contradictions, i, &internal::TaggedPose::Contradiction::i_picture);
+      if (contradicts != start.contradictions.end()) {
+        sights_.left_out.push_back({name_of(folder, row), contradicts->why});
+        continue;
+      }
       PANELCAL_CHECK(add_picture(folder, row, i_pose, pose, pairs));
-      if (!pairs.empty()) pose = refined(pairs, pose, plate_.pitch.in_mm());
+      pose = internal::best_pose(pairs, pose, kLeastLever * plate_.pitch);
     }
-    const double scatter_mm = rms_mm(pairs, pose);
+    if (plate_.tags) PANELCAL_CHECK(check_tags(folder, i_pose, start.pose, pairs));
+    return check_scatter(folder, i_pose, pose, pairs);
+  }
+
+  MarkSights& sights() { return sights_; }
+
+ private:
+  static std::string name_of(const PictureFolder& folder, const PictureRow& row) {
+    return folder.folder.filename().string() + "/" + row.file;
+  }
+
+  /// How the plate lay, as its tags or its file say.
+  Expected<internal::TaggedPose> begin(const PictureFolder& folder, std::size_t i_pose) const {
+    if (!plate_.tags) return internal::TaggedPose{plate_.poses[i_pose], {}};
+    return internal::look_at_tags(config_, plate_, camera_, folder, zoom_);
+  }
+
+  /// Refuses dots that lie elsewhere on the plate than its tags say.
+  Expected<void> check_tags(const PictureFolder& folder,
+                            std::size_t i_pose,
+                            const PlatePose& pose,
+                            const std::vector<PlacePair>& pairs) const {
+    const Length beside = internal::rms_from(pose, pairs);
+    if (beside <= kMostBesideTags * plate_.pitch) return {};
+    return failure({Code::CalibrationData,
+                    {folder.folder.string(), 0, 0},
+                    fmt::format("the dots of pose {} are {:.3f} mm rms beside where the tags "
+                                "have them",
+                                i_pose,
+                                beside.in_mm()),
+                    fmt::format("less than {:.3f} mm; does [tags] say where they are?",
+                                kMostBesideTags * plate_.pitch.in_mm())});
+  }
+
+  Expected<void> check_scatter(const PictureFolder& folder,
+                               std::size_t i_pose,
+                               const PlatePose& pose,
+                               const std::vector<PlacePair>& pairs) const {
+    const double scatter_mm = internal::rms_from(pose, pairs).in_mm();
     if (scatter_mm <= kMostScatter * plate_.pitch.in_mm()) return {};
     return failure(
         {Code::CalibrationData,
@@ -115,33 +129,20 @@ class PlateLooks {
                      kMostScatter * plate_.pitch.in_mm())});
   }
 
-  MarkSights& sights() { return sights_; }
-
- private:
   Expected<void> add_picture(const PictureFolder& folder,
                              const PictureRow& row,
                              std::size_t i_pose,
                              const PlatePose& pose,
-                             std::vector<Pair>& pairs) {
-    const std::string path = folder.path_of(row).string();
-    PANELCAL_TRY(const std::string bytes, read_file(path));
-    PANELCAL_TRY(Image image, decode_image(bytes, path));
-    if (config_.bayer) image = from_bayer(image, *config_.bayer);
-    if (image.width() != camera_.picture_width_px || image.height() != camera_.picture_height_px) {
-      return failure({Code::PictureMismatch,
-                      {path, 0, 0},
-                      fmt::format("the picture has {} x {} px", image.width(), image.height()),
-                      fmt::format("{} x {} px, for which [camera] is calibrated",
-                                  camera_.picture_width_px,
-                                  camera_.picture_height_px)});
-    }
-    const std::string name = folder.folder.filename().string() + "/" + row.file;
-    sights_.inputs.push_back({name, sha256(bytes), bytes.size()});
+                             std::vector<PlacePair>& pairs) {
+    PANELCAL_TRY(const internal::PlatePicture picture,
+                 internal::read_plate_picture(config_, camera_, folder.path_of(row)));
+    const std::string name = name_of(folder, row);
+    sights_.inputs.push_back({name, sha256(picture.bytes), picture.bytes.size()});
     const std::size_t i_view = sights_.data.views.size();
     sights_.data.views.push_back({row.axis, i_pose});
     sights_.names.push_back(name);
     for (std::size_t i_dot = 0; i_dot < sights_.data.dots.size(); ++i_dot) {
-      look(image, i_view, i_dot, pose, pairs);
+      if (!is_covered_[i_dot]) look(picture.image, i_view, i_dot, pose, pairs);
     }
     return {};
   }
@@ -168,7 +169,7 @@ class PlateLooks {
             std::size_t i_view,
             std::size_t i_dot,
             const PlatePose& pose,
-            std::vector<Pair>& pairs) {
+            std::vector<PlacePair>& pairs) {
     const PlateDot& dot = sights_.data.dots[i_dot];
     const Position<frame::Machine>& axis = sights_.data.views[i_view].axis_at;
     const auto pixel = expected_at(place_in(pose, dot.place), axis);
@@ -200,6 +201,7 @@ class PlateLooks {
   Target target_;
   LocateOptions options_;
   Eigen::Matrix2d stage_px2_;
+  std::vector<bool> is_covered_;  ///< by a tag: such a dot is not there
   MarkSights sights_;
 };
 
@@ -214,19 +216,26 @@ tl::unexpected<Diagnostic> refused(Code code,
 
 Expected<std::vector<PictureFolder>> read_plate_folders(const std::filesystem::path& folder,
                                                         const CalibrationPlate& plate) {
-  if (plate.poses.empty()) {
+  if (plate.poses.empty() && !plate.tags) {
     return refused(Code::ConfigValue,
                    plate.file,
                    "nothing says how the plate lay, so that its dots could be told apart",
-                   "[[pose]] origin_mm, angle_deg");
+                   "[[pose]] origin_mm, angle_deg; or [tags]");
   }
+  const auto has_list = [](const std::filesystem::path& of) {
+    std::error_code ignored;
+    return std::filesystem::exists(of / "images.csv", ignored);
+  };
   std::vector<PictureFolder> folders;
-  std::error_code ignored;
-  if (std::filesystem::exists(folder / "images.csv", ignored)) {
+  std::size_t n = plate.poses.size();
+  if (n == 0) {
+    while (has_list(folder / std::to_string(n))) ++n;
+  }
+  if (n == 0 || has_list(folder)) {
     PANELCAL_TRY(folders.emplace_back(), read_picture_folder(folder));
     return folders;
   }
-  for (std::size_t i = 0; i < plate.poses.size(); ++i) {
+  for (std::size_t i = 0; i < n; ++i) {
     PANELCAL_TRY(folders.emplace_back(), read_picture_folder(folder / std::to_string(i)));
   }
   return folders;
@@ -250,22 +259,25 @@ Expected<MarkSights> look_at_plate(const MachineConfig& config,
                    "dot_diameter_mm");
   }
   PlateLooks looks(config, plate, *camera, zoom);
-  for (std::size_t i = 0; i < std::min(poses.size(), plate.poses.size()); ++i) {
-    PANELCAL_CHECK(looks.add(poses[i], i, plate.poses[i]));
-  }
+  const std::size_t n = plate.tags ? poses.size() : std::min(poses.size(), plate.poses.size());
+  for (std::size_t i = 0; i < n; ++i) PANELCAL_CHECK(looks.add(poses[i], i));
   if (!looks.sights().data.seen.empty()) return std::move(looks.sights());
   const auto& missed = looks.sights().missed;
   return refused(Code::CalibrationData,
                  plate.file,
                  missed.empty() ? std::string("no picture shows a place where a dot should be")
                                 : fmt::format("no dot was found: {}", missed.front().reason),
-                 "a [[pose]] that is right to a quarter of the pitch");
+                 plate.tags ? "dots where [plate] and [tags] have them"
+                            : "a [[pose]] that is right to a quarter of the pitch");
 }
 
 TableSights table_sights(const MachineConfig& config, const MarkSights& seen) {
   const CameraModel model = config.camera->model();
   TableSights sights;
   sights.inputs = seen.inputs;
+  for (const MissedPicture& picture : seen.left_out) {
+    sights.left_out.push_back(fmt::format("{}: {}", picture.picture, picture.reason));
+  }
   sights.data.dots = seen.data.dots;
   for (const PlateView& view : seen.data.views) {
     sights.data.views.push_back({config.spindle_camera.spindle_to_see(view.axis_at), view.i_pose});

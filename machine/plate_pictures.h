@@ -15,9 +15,10 @@
 namespace panelcal {
 
 /// The picture folders of a plate, one a pose: DIR itself if it has an images.csv, else DIR/0,
-/// DIR/1, ... as many as the plate's file has poses.
+/// DIR/1, ... as many as the plate's file has poses; of a plate with tags whose file has none, as
+/// many as there are.
 ///
-/// Fails  config-value (the plate's file has no pose); file-unreadable; images-csv
+/// Fails  config-value (the plate's file has neither pose nor tags); file-unreadable; images-csv
 Expected<std::vector<PictureFolder>> read_plate_folders(const std::filesystem::path& folder,
                                                         const CalibrationPlate& plate);
 
@@ -25,12 +26,16 @@ Expected<std::vector<PictureFolder>> read_plate_folders(const std::filesystem::p
 ///
 /// Which dot is which follows from where the axis stood and how the plate lay; the pose that its
 /// file states need only be right to a quarter of the pitch where the first picture was taken,
-/// since it is refined with every picture. Dots are fitted as circles in the picture itself, as
-/// look_at_mark does. A dot that is not found is no error: plates get dirty.
+/// since it is refined with every picture. Of a plate with tags these say how it lay
+/// (tagged_pose.h), whatever its file states; a picture whose tags contradict the others is left
+/// out, and one that shows no tag is looked at by what the others said. Dots are fitted as circles
+/// in the picture itself, as look_at_mark does. A dot that is not found is no error: plates get
+/// dirty.
 ///
 /// Fails  config-value (no [camera]; no dot diameter); picture-mismatch; what reading a picture
-///        reports; calibration-data (no dot in any picture; dots that do not make one plate)
-/// See    tests/machine/plate_pictures_test.cc
+///        reports; calibration-data (no dot in any picture; dots that do not make one plate; no tag
+///        in any picture of a pose; tags or dots that contradict one another)
+/// See    tests/machine/plate_pictures_test.cc, tagged_plate_test.cc
 Expected<MarkSights> look_at_plate(const MachineConfig& config,
                                    const CalibrationPlate& plate,
                                    const std::vector<PictureFolder>& poses,

@@ -25,6 +25,8 @@ struct CalibrationDevices {
   std::function<void(Time)> wait;  ///< empty: nobody waits
   Prompt prompt;  ///< empty: nobody can be asked, and no coupon that needs it is drilled
   PictureObserver observer = {};
+  /// A clock that never goes back, for what is timed; empty: nothing can be.
+  std::function<Time()> now = {};
 };
 
 /// One calibration of the spindle-camera offset. Nothing is installed.

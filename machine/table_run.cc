@@ -261,6 +261,7 @@ std::string report(const TableRun& run) {
         fmt::format("; they scatter {:.2f} times more than stated, which is counted", run.excess);
   }
   text += "\n";
+  for (const std::string& one : run.sights.left_out) text += fmt::format("  without {}\n", one);
   for (const std::string& look : run.left_out) text += fmt::format("  without {}\n", look);
   return text;
 }

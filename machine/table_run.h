@@ -21,6 +21,7 @@ namespace panelcal {
 struct TableSights {
   TableData data;
   std::vector<LedgerInput> inputs;
+  std::vector<std::string> left_out;  ///< pictures that were not looked at: which, and why
 };
 
 inline constexpr std::size_t kMaxPlateLookBytes = std::size_t{1} << 28;

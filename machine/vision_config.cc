@@ -13,6 +13,7 @@ namespace {
 constexpr std::array<std::string_view, 2> kZoomKeys = {"calibration", "level"};
 constexpr Range kDistance_mm{0, kMaxPlace_mm, true};
 constexpr double kMaxAlgorithm = 1e6;
+constexpr double kMaxLamp = 1e6;
 
 Expected<void> read_algorithms(const TomlTable& vision, VisionOptions& options) {
   PANELCAL_TRY(const auto numbers, vision.numbers("algorithms", {0, kMaxAlgorithm}));
@@ -50,6 +51,11 @@ Expected<void> read_zoom_and_focus(const TomlTable& camera, MachineConfig& confi
   }
   if (range_mm) config.vision.focus_range = FocusRange{mm(range_mm->x()), mm(range_mm->y())};
   config.walk.has_focus = config.vision.focus_range.has_value();
+  const Range heights =
+      range_mm ? Range{range_mm->x(), range_mm->y()} : Range{-kMaxPlace_mm, kMaxPlace_mm};
+  PANELCAL_TRY(const auto focus_mm, camera.number("focus_mm", heights));
+  if (focus_mm) config.vision.focus = mm(*focus_mm);
+  PANELCAL_TRY(config.vision.lamp, camera.number("lamp", {.low = 0, .high = kMaxLamp}));
 
   PANELCAL_TRY(const auto zooms, camera.tables("zoom", "[[camera.zoom]]", {kZoomKeys, {}}));
   for (const TomlTable& zoom : zooms) {

@@ -42,6 +42,11 @@ struct VisionOptions {
   /// "Excellon Algorithm".
   std::vector<int> algorithms = {0};
   std::optional<FocusRange> focus_range;  ///< [camera] focus_range_mm; absent: no focus axis
+  /// [camera] focus_mm: where the focus axis stands unless `$uvis,focus` has moved it. Absent:
+  /// nobody says, and it is left where it is.
+  std::optional<Length> focus;
+  /// [camera] lamp: the level for targets without an `$uvis,lamp`. Absent: as it is.
+  std::optional<double> lamp;
 };
 
 }  // namespace panelcal

@@ -105,6 +105,10 @@ std::string json_text(const CameraRun& run,
     json["missed"].push_back({{"picture", missed.picture}, {"reason", missed.reason}});
   }
   json["left_out"] = run.n_left_out;
+  json["pictures_left_out"] = nlohmann::ordered_json::array();
+  for (const MissedPicture& picture : run.sights.left_out) {
+    json["pictures_left_out"].push_back({{"picture", picture.picture}, {"reason", picture.reason}});
+  }
   json["skipped"] = run.sights.n_skipped;
   json["chi_square"] = run.fit.chi_square;
   json["degrees_of_freedom"] = run.fit.degrees_of_freedom;

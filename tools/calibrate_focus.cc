@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <chrono>
-#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "panelcal/machine/nightly/self_test.h"
+#include "panelcal/machine/place_record.h"
 #include "panelcal/machine/place_trials.h"
 #include "panelcal/tools/calibrate.h"
 #include "panelcal/tools/calibrate_place.h"
+#include "panelcal/tools/calibrate_record.h"
 
 // `panelcal calibrate focus|light|settle`: what is tried at one place with a mark.
 namespace panelcal::calibrate {
@@ -21,19 +26,86 @@ Diagnostic usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal calibrate", 0, 0}, std::move(what), std::move(expected)};
 }
 
-Time steady_now() {
-  const auto since = std::chrono::steady_clock::now().time_since_epoch();
-  return seconds(std::chrono::duration<double>(since).count());
-}
+/// One call: the machine is locked before its devices are opened, and what is found is recorded.
+class Trial {
+ public:
+  static Expected<Trial> begin(const CalibrateOptions& options) {
+    PANELCAL_TRY(RecordWords words, words_of(options));
+    PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
+    PANELCAL_TRY(Recorder recorder, Recorder::open(options, config, words.date, true));
+    PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, config));
+    return Trial(options, std::move(words), std::move(config), std::move(recorder), std::move(at));
+  }
 
-/// Nothing was found, and nothing is to be used.
-ExitCode code_of(bool is_found) {
-  return is_found ? ExitCode::Done : ExitCode::GateFailed;
-}
+  const MachineConfig& config() const { return config_; }
+  CalibrationDevices devices() { return at_.devices(); }
+  const Position<frame::Machine>& place() const { return at_.place(); }
 
-std::string line(const nlohmann::ordered_json& json) {
-  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
-}
+  /// Records it if that is wanted; `text` is what a person reads.
+  Expected<Answer> answer(const TrialValue& found, std::string text) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::parse(found.details);
+    if (options_.install) {
+      const std::string note = read_the_temperature();
+      words_.verdict = LedgerVerdict::Installed;
+      PANELCAL_TRY(const LedgerDraft draft,
+                   trial_draft(config_, {place(), options_.tool}, found, words_));
+      PANELCAL_TRY(const std::int64_t entry, recorder_.record(draft, {}));
+      json["ledger"] = entry;
+      text += note + fmt::format("  {} as ledger entry {}\n",
+                                 found.value ? "in force" : "refused, recorded",
+                                 entry);
+      if (found.value) {
+        text += fmt::format("  the line for machine.toml: {}\n",
+                            stated_line(found.kind, {*found.value, found.sigma}));
+      }
+    }
+    PANELCAL_TRY(const std::string otherwise, otherwise_than_in_force(found.kind));
+    if (!otherwise.empty()) {
+      json["stated_otherwise"] = otherwise;
+      text += "  " + otherwise + "\n";
+    }
+    // Nothing was found, and nothing is to be used.
+    const ExitCode code = found.value ? ExitCode::Done : ExitCode::GateFailed;
+    if (!options_.json) return Answer{std::move(text), code};
+    return Answer{json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n", code};
+  }
+
+ private:
+  Trial(const CalibrateOptions& options,
+        RecordWords words,
+        MachineConfig config,
+        Recorder recorder,
+        PlaceDevices at)
+      : options_(options),
+        words_(std::move(words)),
+        config_(std::move(config)),
+        recorder_(std::move(recorder)),
+        at_(std::move(at)) {}
+
+  /// As a night reads it. One that cannot be read is said, and no reason to lose the rest.
+  std::string read_the_temperature() {
+    if (!config_.nightly) return std::string();
+    const auto read = read_temperature(*config_.nightly);
+    if (!read) return fmt::format("  the temperature is not known: {}\n", read.error().what);
+    words_.temperature_degC = *read;
+    return std::string();
+  }
+
+  Expected<std::string> otherwise_than_in_force(TrialKind kind) const {
+    std::error_code ignored;
+    if (config_.ledger_file.empty() || !std::filesystem::exists(config_.ledger_file, ignored)) {
+      return std::string();
+    }
+    PANELCAL_TRY(const Ledger ledger, Ledger::open_to_read(config_.ledger_file));
+    return stated_otherwise(config_, ledger, kind);
+  }
+
+  const CalibrateOptions& options_;
+  RecordWords words_;
+  MachineConfig config_;
+  Recorder recorder_;
+  PlaceDevices at_;
+};
 
 Expected<FocusRange> range_of(const CalibrateOptions& options, const MachineConfig& config) {
   if (options.range.size() == 2) return FocusRange{mm(options.range[0]), mm(options.range[1])};
@@ -42,112 +114,8 @@ Expected<FocusRange> range_of(const CalibrateOptions& options, const MachineConf
                        "--range LOW,HIGH or [camera] focus_range_mm"));
 }
 
-}  // namespace
-
-Expected<Answer> focus(const CalibrateOptions& options, CommandContext& /*context*/) {
-  PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
-  PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, config));
-  PANELCAL_TRY(const FocusRange range, range_of(options, config));
-  PANELCAL_TRY(const FocusResult result,
-               calibrate_focus(config, at.devices(), at.place(), options.tool, range));
-  if (options.json) {
-    nlohmann::ordered_json json;
-    json["found"] = result.is_found;
-    if (result.is_found) {
-      json["z_mm"] = result.z.in_mm();
-      json["sigma_mm"] = result.sigma.in_mm();
-    } else {
-      json["reason"] = result.reason;
-    }
-    json["curve"] = nlohmann::ordered_json::array();
-    for (const auto& sample : result.curve) {
-      json["curve"].push_back({sample.z.in_mm(), sample.sharpness});
-    }
-    return Answer{line(json), code_of(result.is_found)};
-  }
-  std::string text =
-      result.is_found
-          ? fmt::format("sharpest at {:.4f} +- {:.4f} mm\n", result.z.in_mm(), result.sigma.in_mm())
-          : fmt::format("no sharpest height: {}\n", result.reason);
-  for (const auto& sample : result.curve) {
-    text += fmt::format("  {:>9.4f} mm  sharpness {:.5f}\n", sample.z.in_mm(), sample.sharpness);
-  }
-  return Answer{std::move(text), code_of(result.is_found)};
-}
-
-Expected<Answer> light(const CalibrateOptions& options, CommandContext& /*context*/) {
-  const std::vector<double> range =
-      options.range.size() == 2 ? options.range : std::vector<double>{10, 100};
-  std::vector<double> levels;
-  for (int i = 0; i < options.n_levels; ++i) {
-    levels.push_back(range[0] + (range[1] - range[0]) * i / (options.n_levels - 1));
-  }
-  PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
-  PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, config));
-  PANELCAL_TRY(const LightRun run,
-               calibrate_light(config, at.devices(), at.place(), options.tool, levels));
-  if (options.json) {
-    nlohmann::ordered_json json;
-    json["found"] = run.best.has_value();
-    if (run.best) {
-      json["level"] = run.best->level;
-      json["contrast"] = run.best->contrast;
-      json["is_at_end"] = run.best->is_at_end;
-    } else {
-      json["reason"] = run.reason;
-    }
-    json["samples"] = nlohmann::ordered_json::array();
-    for (const LampSample& sample : run.samples) {
-      json["samples"].push_back({{"level", sample.level},
-                                 {"contrast", sample.contrast},
-                                 {"clipped_share", sample.clipped_share}});
-    }
-    return Answer{line(json), code_of(run.best.has_value())};
-  }
-  std::string text =
-      run.best ? fmt::format("best lamp level {:g}, contrast {:.3f} of full scale{}\n",
-                             run.best->level,
-                             run.best->contrast,
-                             run.best->is_at_end ? "; it is the brightest that was tried" : "")
-               : fmt::format("no lamp level will do: {}\n", run.reason);
-  for (const LampSample& sample : run.samples) {
-    text += fmt::format("  level {:>7g}  contrast {:.3f}  clipped {:.3f} %\n",
-                        sample.level,
-                        sample.contrast,
-                        100 * sample.clipped_share);
-  }
-  return Answer{std::move(text), code_of(run.best.has_value())};
-}
-
-Expected<Answer> settle(const CalibrateOptions& options, CommandContext& /*context*/) {
-  PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
-  PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, config));
-  SettleTrial trial;
-  trial.tool = options.tool;
-  trial.limit = um(options.limit_um);
-  trial.longest = seconds(options.longest_s);
-  CalibrationDevices devices = at.devices();
-  PANELCAL_TRY(const SettleRun run,
-               calibrate_settle(config, devices, at.place(), trial, steady_now));
-  if (options.json) {
-    nlohmann::ordered_json json;
-    json["found"] = run.settle.has_value();
-    if (run.settle) {
-      json["settle_s"] = run.settle->safe_wait().in_s();
-      json["wait_s"] = run.settle->wait.in_s();
-      json["sigma_s"] = run.settle->sigma.in_s();
-      json["time_constant_s"] = run.settle->time_constant.in_s();
-      json["frequency_hz"] = run.settle->frequency_hz;
-      json["amplitude_um"] = run.settle->amplitude.in_um();
-    } else {
-      json["reason"] = run.reason;
-    }
-    json["missed"] = run.n_missed;
-    return Answer{line(json), code_of(run.settle.has_value())};
-  }
-  if (!run.settle) {
-    return Answer{fmt::format("no settle time: {}\n", run.reason), ExitCode::GateFailed};
-  }
+std::string settle_text(const SettleRun& run, Length limit) {
+  if (!run.settle) return fmt::format("no settle time: {}\n", run.reason);
   const SettleTime& settle = *run.settle;
   std::string text = fmt::format("settle_s = {:.3f}\n", settle.safe_wait().in_s());
   switch (settle.motion) {
@@ -162,12 +130,64 @@ Expected<Answer> settle(const CalibrateOptions& options, CommandContext& /*conte
                           settle.time_constant.in_s());
       if (settle.frequency_hz > 0) text += fmt::format(", {:.1f} Hz", settle.frequency_hz);
       text += fmt::format("; below {:g} um after {:.3f} +- {:.3f} s\n",
-                          options.limit_um,
+                          limit.in_um(),
                           settle.wait.in_s(),
                           settle.sigma.in_s());
       break;
   }
-  return Answer{std::move(text), ExitCode::Done};
+  return text;
+}
+
+}  // namespace
+
+Expected<Answer> focus(const CalibrateOptions& options, CommandContext& /*context*/) {
+  PANELCAL_TRY(Trial trial, Trial::begin(options));
+  const MachineConfig& config = trial.config();
+  PANELCAL_TRY(const FocusRange range, range_of(options, config));
+  PANELCAL_TRY(const FocusResult result,
+               calibrate_focus(config, trial.devices(), trial.place(), options.tool, range));
+  std::string text =
+      result.is_found
+          ? fmt::format("sharpest at {:.4f} +- {:.4f} mm\n", result.z.in_mm(), result.sigma.in_mm())
+          : fmt::format("no sharpest height: {}\n", result.reason);
+  for (const auto& sample : result.curve) {
+    text += fmt::format("  {:>9.4f} mm  sharpness {:.5f}\n", sample.z.in_mm(), sample.sharpness);
+  }
+  return trial.answer(trial_value(result), std::move(text));
+}
+
+Expected<Answer> light(const CalibrateOptions& options, CommandContext& /*context*/) {
+  const std::vector<double> range =
+      options.range.size() == 2 ? options.range : std::vector<double>{10, 100};
+  const std::vector<double> levels = lamp_levels(range[0], range[1], options.n_levels);
+  PANELCAL_TRY(Trial trial, Trial::begin(options));
+  PANELCAL_TRY(
+      const LightRun run,
+      calibrate_light(trial.config(), trial.devices(), trial.place(), options.tool, levels));
+  std::string text =
+      run.best ? fmt::format("best lamp level {:g}, contrast {:.3f} of full scale{}\n",
+                             run.best->level,
+                             run.best->contrast,
+                             run.best->is_at_end ? "; it is the brightest that was tried" : "")
+               : fmt::format("no lamp level will do: {}\n", run.reason);
+  for (const LampSample& sample : run.samples) {
+    text += fmt::format("  level {:>7g}  contrast {:.3f}  clipped {:.3f} %\n",
+                        sample.level,
+                        sample.contrast,
+                        100 * sample.clipped_share);
+  }
+  return trial.answer(trial_value(run), std::move(text));
+}
+
+Expected<Answer> settle(const CalibrateOptions& options, CommandContext& /*context*/) {
+  PANELCAL_TRY(Trial trial, Trial::begin(options));
+  SettleTrial trial_options;
+  trial_options.tool = options.tool;
+  trial_options.limit = um(options.limit_um);
+  trial_options.longest = seconds(options.longest_s);
+  PANELCAL_TRY(const SettleRun run,
+               calibrate_settle(trial.config(), trial.devices(), trial.place(), trial_options));
+  return trial.answer(trial_value(run), settle_text(run, trial_options.limit));
 }
 
 }  // namespace panelcal::calibrate

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "panelcal/machine/camera_settings.h"
 #include "panelcal/tools/calibrate.h"
 
 namespace panelcal::calibrate {
@@ -19,12 +20,9 @@ Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
                     "--at X,Y"});
   }
   out.place_ = position_mm<frame::Machine>(at_mm[0], at_mm[1]);
-  // What is recorded is locked by its Recorder.
-  if (options.what != CalibrateOptions::What::Camera) {
-    PANELCAL_CHECK(lock_machine(options, config, out.lock_));
-  }
   if (options.machine_driver != "sim") {
     PANELCAL_TRY(out.live_, open_devices(options, config));
+    PANELCAL_CHECK(set_camera_as_stated(config, out.devices()));
     return out;
   }
   SimPlateOptions plate;
@@ -35,6 +33,7 @@ Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
     plate.stage_repeatability = config.sim->coupon.stage_repeatability;
   }
   PANELCAL_TRY(out.sim_, SimPlate::create(config, std::move(plate)));
+  PANELCAL_CHECK(set_camera_as_stated(config, out.devices()));
   return out;
 }
 

@@ -7,7 +7,6 @@
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/machine/calibration_devices.h"
 #include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/nightly/night_lock.h"
 #include "panelcal/machine/sim/sim_plate.h"
 #include "panelcal/tools/options.h"
 
@@ -16,10 +15,10 @@ namespace panelcal::calibrate {
 /// The machine at the mark of --at: a real one, or a virtual table that has a mark of --tool there.
 class PlaceDevices {
  public:
-  /// Holds the machine's lock, so that no nightly run drives it meanwhile; for a camera's the
-  /// caller does, with a Recorder.
+  /// Lamp and focus are then as machine.toml states them.
   ///
-  /// Fails  usage (no --at, no SOURCE); ledger-busy; what opening the devices reports
+  /// Precondition: the caller holds the machine's lock, with a Recorder
+  /// Fails  usage (no --at, no SOURCE); config-value; what opening the devices reports
   static Expected<PlaceDevices> open(const CalibrateOptions& options, const MachineConfig& config);
 
   CalibrationDevices devices();
@@ -27,7 +26,6 @@ class PlaceDevices {
 
  private:
   Position<frame::Machine> place_;
-  std::optional<NightLock> lock_;
   std::optional<DeviceSet> live_;
   std::optional<SimPlate> sim_;
 };

@@ -12,6 +12,7 @@
 #include "panelcal/calib/night_gates.h"
 #include "panelcal/calib/spindle_calibration_file.h"
 #include "panelcal/machine/calibration_record.h"
+#include "panelcal/machine/camera_settings.h"
 #include "panelcal/machine/coupon.h"
 #include "panelcal/machine/nightly/night_lock.h"
 #include "panelcal/machine/spindle_camera_run.h"
@@ -53,6 +54,7 @@ class SpindleCamera {
     }
     CalibrationDevices devices = set.devices(prompt);
     devices.observer = progress();
+    PANELCAL_CHECK(set_camera_as_stated(config_, devices));
     PANELCAL_TRY(const SpindleCameraRun run, calibrate_spindle_camera(config_, devices));
     context_.console.end_progress();
     SpindleAnswer answer = compare(config_, run);

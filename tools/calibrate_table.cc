@@ -83,6 +83,7 @@ std::string json_text(const TableRun& run,
   json["degrees_of_freedom"] = run.fit.degrees_of_freedom;
   json["excess"] = run.excess;
   json["left_out"] = run.left_out;
+  json["pictures_left_out"] = run.sights.left_out;
   json["applied"] = false;
   if (!refused.empty()) json["refusal"] = refused;
   if (entry) json["ledger"] = *entry;

@@ -25,7 +25,8 @@ that a camera can be calibrated for the first time.
 
 --form auto takes the stiffest form that the views do not contradict. A tilt shows only if
 --focal-px says how near the lens is; through a telecentric lens it cannot be told from a stretch.
-A plate of dots (--plate, see `panelcal calibrate table --help`) does as well as one mark.
+A plate of dots, with or without AprilTags (--plate, see `panelcal calibrate table --help`), does as
+well as one mark; the present [camera] says where its dots are expected.
 Parameters that the views leave open are named and held. Views that scatter more than the detector
 and [uncertainty] stage_repeatability_um say are counted as so much worse. Held-out: every fifth
 view is predicted from the others. Views that do not fit the others are left out and said.
@@ -53,8 +54,11 @@ for each way the plate lay), or what any other vision system measured (--measure
 follow the scale of the axes, their squareness and straightness, and a smooth map of the table's
 error, each with its sigma. A plate that is not certified calibrates the table too, if it is looked
 at as it lies, turned by 90 degrees, and shifted by a dot; the scale is then undetermined, and said
-to be. So is whatever else the looks leave open. Dots are told apart by where the plate lies and the
-axis stood ([[pose]], to a quarter of the pitch); plates with AprilTags are not read yet.
+to be. So is whatever else the looks leave open.
+
+Dots are told apart by where the plate lies and the axis stood ([[pose]] of the plate's file, to a
+quarter of the pitch), or by AprilTags on the plate ([tags]), which also say how it lay. Pictures
+whose tags contradict the others are left out and said; if many do, nothing is fitted.
 
 panelcal applies the map to nothing: machine.toml has no key for it. It is for the control:
 
@@ -74,29 +78,38 @@ Exit codes
   $ panelcal calibrate focus -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --range -2,2
 
 Takes 25 pictures at heights of the focus axis ([machine] focus_command), prints the sharpness of
-each and the height of the peak with its sigma, and leaves the axis there. Nothing is recorded in
-the ledger; the same holds for `light` and `settle`.
+each and the height of the peak with its sigma, and leaves the axis there.
+
+--install records it in [ledger] file as the one in force, or as refused where there is no peak, and
+prints the line for machine.toml, [camera] focus_mm, which a person writes. No file is written. As
+long as machine.toml says something else than what is in force, every further run says so.
 
 Exit codes
-  0 done; 1 there is no peak in the range; 2 bad input; 3 a device failed)"},
+  0 done; 1 there is no peak in the range; 2 bad input; 3 a device or the ledger failed, or another
+  run holds the machine)"},
     {"calibrate light", R"(Example
   $ panelcal calibrate light -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --tool 3
 
 Looks at a mark at lamp levels ([machine] lamp_command) and finds the one of best contrast at which
-nothing clips; of nearly equal ones the darkest. The lamp is left there.
+nothing clips; of nearly equal ones the darkest. The lamp is left there. --install records it in
+[ledger] file, with a sigma of a step between levels over the root of 12, and prints the line for
+machine.toml: [camera] lamp; see `panelcal calibrate focus --help`.
 
 Exit codes
-  0 done; 1 no level will do; 2 bad input; 3 a device failed)"},
+  0 done; 1 no level will do; 2 bad input; 3 a device or the ledger failed, or another run holds the
+  machine)"},
     {"calibrate settle", R"(Example
   $ panelcal calibrate settle -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --tool 3
 
 Moves away and back, again and again, and takes a picture after another delay each time. Prints
 [machine] settle_s: after that the mark is nearer to where it comes to rest than --limit-um, with
-two standard deviations to spare; and whether the stage swings or creeps. The virtual machine
-stands still at once, so this needs a real one.
+two standard deviations to spare; and whether the stage swings or creeps. --install records the wait
+with its sigma in [ledger] file; see `panelcal calibrate focus --help`. The virtual machine stands
+still at once, so this needs a real one.
 
 Exit codes
-  0 done; 1 the pictures do not say; 2 bad input; 3 a device failed)"},
+  0 done; 1 the pictures do not say; 2 bad input; 3 a device or the ledger failed, or another run
+  holds the machine)"},
 });
 
 }  // namespace

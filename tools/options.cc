@@ -239,10 +239,7 @@ class CommandLine {
     command->footer(std::string(command_footer(std::string("calibrate ") + name)));
     command->add_option("-m,--machine", o.machine, "machine.toml")->required();
     command->add_option("-o,--output", o.output, "Write the calibration to this file (.cal.json)");
-    command->add_option("--clock",
-                        o.clock,
-                        "Date of the calibration in UTC, such as 2026-11-21T02:00:00Z (default: "
-                        "now)");
+    add_clock(command);
     command->add_flag("--json", o.json, "One JSON object instead of text");
     command->callback([&o, what] { o.what = what; });
     return command;
@@ -283,6 +280,8 @@ class CommandLine {
         ->delimiter(',')
         ->required();
     command->add_option("--tool", o.tool, "Vision tool of the mark")->capture_default_str();
+    add_clock(command);
+    add_install(command, "Record it in [ledger] file as the one in force");
     add_devices(command);
     command->callback([&o, what] { o.what = what; });
     return command;
@@ -342,16 +341,29 @@ class CommandLine {
                         "Distance of the panel over the scale, px (default: a telecentric lens)");
     command->add_option("--zoom", o.zoom, "Level of [[camera.zoom]] to calibrate at");
     command->add_option("--plot", o.plot, "Picture of the residuals (.svg)");
-    add_install(command, "Put it in force: into [ledger] file, then into [camera] calibration");
+    add_install_by_force(command,
+                         "Put it in force: into [ledger] file, then into [camera] calibration");
   }
 
-  /// Of those that are held against limits.
   void add_install(CLI::App* command, const char* what) {
     CalibrateOptions& o = calibrate_options_;
     command->add_flag("--install", o.install, what);
     command->add_option("--reason", o.reason, "Why, for those who read the ledger later");
     command->add_option("--by", o.asked_by, "Who asks (default: the user)");
+  }
+
+  /// Of those that are held against limits.
+  void add_install_by_force(CLI::App* command, const char* what) {
+    CalibrateOptions& o = calibrate_options_;
+    add_install(command, what);
     command->add_flag("--force", o.force, "Write or install it although a limit refuses it");
+  }
+
+  void add_clock(CLI::App* command) {
+    command->add_option("--clock",
+                        calibrate_options_.clock,
+                        "Date of the calibration in UTC, such as 2026-11-21T02:00:00Z (default: "
+                        "now)");
   }
 
   void add_calibrate_table() {
@@ -371,7 +383,7 @@ class CommandLine {
     command->add_option("--plot", o.plot, "Picture of the map (.svg)");
     command->add_option(
         "--linuxcnc", o.linuxcnc, "Folder for matrixkins coefficients and compensation files");
-    add_install(command, "Record it in [ledger] file as the one in force");
+    add_install_by_force(command, "Record it in [ledger] file as the one in force");
   }
 
   void add_calibrate_spindle_camera() {

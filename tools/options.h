@@ -126,8 +126,8 @@ struct CalibrateOptions {
   std::string output;          ///< the calibration's file; empty: none
   std::string clock;           ///< of the record, UTC: 2026-11-21T02:00:00Z; empty: now
   bool json = false;
-  // spindle-camera
   bool install = false;
+  // spindle-camera
   std::optional<int> spindle;  ///< absent: as [spindle] says
   std::optional<int> station;
   std::string reason;    ///< for the ledger

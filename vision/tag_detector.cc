@@ -1,73 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "panelcal/vision/detector.h"
-#include "panelcal/vision/fit_frame.h"
 #include "panelcal/vision/tag_family.h"
 #include "panelcal/vision/tag_fit.h"
-#include "panelcal/vision/tag_quads.h"
-#include "panelcal/vision/tag_reader.h"
+#include "panelcal/vision/tag_search.h"
 
 namespace panelcal::internal {
 namespace {
 
-/// One after the other until the tag is seen. The first is quick and sees nearly every tag; the
-/// others are there for tags much smaller or larger than asked for, blur and debris.
-constexpr std::array kViews = {TagView{4, 0.8}, TagView{6, 1}, TagView{3, 0.5}};
-constexpr double kSamePlace = 0.3;  // of the side: nearer sightings are of one tag
 constexpr std::size_t kMaxFitted = 8;
-
-/// The side of the tag asked for, about, px.
-double expected_side_px(const DetectorInput& input) {
-  return frame_length(input.target.size, input.target.size_px, input.mapping).value_or(0);
-}
 
 bool is_wanted(const DetectorInput& input, const TagReading& reading) {
   return input.target.tag_id.value_or(reading.id) == reading.id;
-}
-
-Eigen::Vector2d center_of(const TagQuad& quad) {
-  const Eigen::Vector3d middle = quad.image_from_tag().col(2);
-  return middle.head<2>() / middle.z();
-}
-
-std::vector<TagSighting> see_tags(const DetectorInput& input, const TagFamily& family) {
-  const double side_px = expected_side_px(input);
-  const double cell_px = side_px / family.n_on_side;
-  // A tag reaches beyond its corners' square, and may lie askew.
-  const double reach_px = side_px * std::sqrt(0.5) * (family.n_cells + 2) / family.n_on_side + 4;
-  const bool is_inverted = input.target.polarity == Polarity::Dark;
-  const double min_contrast = input.options.min_contrast * input.image.full_scale();
-  std::vector<TagSighting> sightings;
-  for (const TagView& view : kViews) {
-    for (const TagQuad& quad : find_tag_quads(input.image,
-                                              input.area.box(input.image, reach_px),
-                                              family,
-                                              cell_px,
-                                              view,
-                                              min_contrast,
-                                              is_inverted)) {
-      const Eigen::Vector2d center = center_of(quad);
-      if (!input.area.contains(center, 0.1 * side_px)) continue;
-      const auto reading = read_tag(input.image, family, quad, is_inverted);
-      if (!reading) continue;
-      const bool is_new = std::none_of(sightings.begin(), sightings.end(), [&](const auto& s) {
-        return s.reading.id == reading->id &&
-               (center_of(s.quad) - center).norm() < kSamePlace * quad.mean_side_px();
-      });
-      if (is_new) sightings.push_back({quad.turned(reading->quarters), *reading});
-    }
-    if (std::any_of(sightings.begin(), sightings.end(), [&](const TagSighting& s) {
-          return is_wanted(input, s.reading);
-        })) {
-      break;
-    }
-  }
-  return sightings;
 }
 
 }  // namespace
@@ -75,7 +22,7 @@ std::vector<TagSighting> see_tags(const DetectorInput& input, const TagFamily& f
 std::vector<FittedCandidate> detect_tags(const DetectorInput& input) {
   const auto family = find_tag_family(input.target.tag_family);
   if (!family) return {};  // Target::validate() has said so
-  std::vector<TagSighting> sightings = see_tags(input, *family);
+  std::vector<TagSighting> sightings = search_tags(input, *family);
   std::stable_sort(sightings.begin(), sightings.end(), [&](const auto& a, const auto& b) {
     return is_wanted(input, a.reading) && !is_wanted(input, b.reading);
   });

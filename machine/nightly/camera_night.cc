@@ -145,6 +145,7 @@ Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& device
   out.result.point.value = found.value;
   out.result.point.cov = found.cov;
   const std::size_t n_seen = run.fit.residuals.size();
+  out.result.used = "views";
   out.result.n_used = static_cast<int>(n_seen);
   out.result.n_outliers = static_cast<int>(run.sights.missed.size());
   if (run.fit.degrees_of_freedom > 0) {

@@ -11,6 +11,7 @@
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/ledger.h"
 #include "panelcal/calib/night_gates.h"
+#include "panelcal/machine/nightly/night_config.h"
 #include "panelcal/machine/nightly/night_record.h"
 #include "panelcal/machine/spindle_camera_run.h"
 
@@ -67,7 +68,7 @@ class NightCalibration {
   /// 1 or 2 axes.
   virtual std::vector<std::string> axes() const = 0;
   virtual std::string unit() const = 0;
-  /// The calibration file.
+  /// The calibration file; empty for one that has none: to install it is to record it.
   virtual std::filesystem::path file() const = 0;
   /// What machine.toml or that file says now; absent if it was never calibrated.
   virtual std::optional<Eigen::VectorXd> present() const = 0;
@@ -81,12 +82,21 @@ class NightCalibration {
   /// At most so many spreads and levels a measurement has.
   virtual int n_qualities() const = 0;
 
+  /// What its results are held to: [nightly]'s limits, which are of lengths at a hole, or others.
+  virtual NightlyConfig held_to(const NightlyConfig& nightly) const { return nightly; }
+
   /// Empty for an entry that found nothing.
   virtual std::optional<NightValue> value_of(const LedgerEntry& entry) const = 0;
 
   /// Fails  device errors; calibration-data and the like where nothing could be found
   virtual Expected<NightMeasurement> measure(const CalibrationDevices& devices,
                                              const NightWords& words) = 0;
+
+  /// What a person should write into machine.toml, since it does not keep to what is in force.
+  /// Empty if it does, and where that comes from a file.
+  virtual Expected<std::string> stated_otherwise(const Ledger& /*ledger*/) const {
+    return std::string();
+  }
 
   /// Whether the file says what is in force.
   virtual Expected<bool> is_installed(const Ledger& ledger) const = 0;

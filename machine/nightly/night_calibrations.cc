@@ -2,6 +2,7 @@
 #include "panelcal/machine/nightly/night_calibrations.h"
 
 #include <algorithm>
+#include <array>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -25,6 +26,13 @@ Expected<NightCalibrations> NightCalibrations::make(const MachineConfig& config,
     return std::ranges::find(nightly.calibrate, kind) != nightly.calibrate.end();
   };
   NightCalibrations out;
+  constexpr std::array<std::pair<std::string_view, TrialKind>, 3> kTrials = {
+      {{"focus", TrialKind::Focus}, {"light", TrialKind::Light}, {"settle", TrialKind::Settle}}};
+  for (const auto& [name, kind] : kTrials) {
+    if (!is_wanted(name)) continue;
+    PANELCAL_TRY(auto trial, internal::trial_night(kind, shared, nightly));
+    out.owned_.push_back(std::move(trial));
+  }
   if (is_wanted("camera")) {
     PANELCAL_TRY(auto camera, internal::camera_night(shared, nightly));
     out.owned_.push_back(std::move(camera));

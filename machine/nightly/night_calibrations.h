@@ -9,6 +9,7 @@
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/nightly/night_calibration.h"
 #include "panelcal/machine/nightly/night_config.h"
+#include "panelcal/machine/place_record.h"
 
 namespace panelcal {
 
@@ -35,6 +36,10 @@ std::vector<std::string> lines_of(const std::string& text);
 /// In     config: outlives what is made of it
 Expected<std::unique_ptr<NightCalibration>> spindle_camera_night(
     std::shared_ptr<MachineConfig> config, const NightlyConfig& nightly);
+/// Focus, lamp level or settle time, at the mark.
+Expected<std::unique_ptr<NightCalibration>> trial_night(TrialKind kind,
+                                                        std::shared_ptr<MachineConfig> config,
+                                                        const NightlyConfig& nightly);
 Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<MachineConfig> config,
                                                          const NightlyConfig& nightly);
 

@@ -15,9 +15,27 @@
 
 namespace panelcal {
 
+/// What nights try at the mark, and how much of it matters.
+struct NightTrials {
+  /// [nightly.focus] tolerance_um: so far from the best height the camera still sees well enough.
+  Length focus_tolerance = um(100);
+  /// [nightly.light]: the levels that are tried. Less than a step between them does not matter.
+  double lamp_low = 10;
+  double lamp_high = 100;
+  int n_lamp_levels = 10;
+  /// [nightly.settle]: an error that a picture may still see, the longest wait that is tried, and
+  /// what of a wait does not matter.
+  Length settle_limit = um(1);
+  Time settle_longest = seconds(1);
+  Time settle_tolerance = seconds(0.05);
+
+  double lamp_step() const { return (lamp_high - lamp_low) / (n_lamp_levels - 1); }
+};
+
 /// [nightly] of a machine.toml: what is calibrated while nobody watches, and what it is held to.
 struct NightlyConfig {
-  /// "camera", "spindle-camera"; in this order, since an offset goes with its camera.
+  /// "focus", "light", "settle", "camera", "spindle-camera"; in this order, since an offset goes
+  /// with its camera.
   std::vector<std::string> calibrate = {"spindle-camera"};
   /// machine_driver = "sim": the virtual machine of [sim]. Otherwise `camera` is a camera's
   /// address.
@@ -38,6 +56,7 @@ struct NightlyConfig {
   NightLimits limits;  ///< [nightly.gates], and the forecast's of [nightly.drift]
   DriftOptions drift;  ///< [nightly.drift]
   WatchOptions watch;  ///< [nightly.drift]
+  NightTrials trials;  ///< [nightly.focus], [nightly.light], [nightly.settle]
   Place place;         ///< of [nightly], for messages
 };
 

@@ -12,16 +12,19 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 13> kKeys = {"calibrate",
+constexpr std::array<std::string_view, 16> kKeys = {"calibrate",
                                                     "camera",
                                                     "drift",
+                                                    "focus",
                                                     "gates",
+                                                    "light",
                                                     "machine_driver",
                                                     "mark_mm",
                                                     "mark_tool",
                                                     "min_disk_mb",
                                                     "noon_utc_h",
                                                     "reports",
+                                                    "settle",
                                                     "temperature_command",
                                                     "temperature_file",
                                                     "warm_up_s"};
@@ -43,8 +46,13 @@ constexpr std::array<std::string_view, 11> kDriftKeys = {"drift_um",
                                                          "reference_c",
                                                          "repeatability_um",
                                                          "tolerance_um"};
-constexpr std::array<std::string_view, 2> kCalibrations = {"camera", "spindle-camera"};
-constexpr std::string_view kCalibrationWords = "\"camera\", \"spindle-camera\", each once";
+constexpr std::array<std::string_view, 1> kFocusKeys = {"tolerance_um"};
+constexpr std::array<std::string_view, 2> kLightKeys = {"levels", "range"};
+constexpr std::array<std::string_view, 3> kSettleKeys = {"limit_um", "longest_s", "tolerance_s"};
+constexpr std::array<std::string_view, 5> kCalibrations = {
+    "camera", "focus", "light", "settle", "spindle-camera"};
+constexpr std::string_view kCalibrationWords =
+    "\"camera\", \"focus\", \"light\", \"settle\", \"spindle-camera\", each once";
 
 constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
 constexpr Range kAboveZero_um{0, 1e6, true};
@@ -55,6 +63,8 @@ constexpr Range kTemperature_c{-50, 100};
 constexpr double kMostSeconds = 86400;
 constexpr int kMaxToolNumber = 1'000'000;
 constexpr int kMaxHoles = 1'000'000;
+constexpr Range kLampLevel{0, 1e6};
+constexpr Range kTrialSeconds{1e-3, 3600};
 
 /// A number in um, stored in mm, where it is given.
 Expected<void> read_um(const TomlTable& table, std::string_view key, double& value_mm) {
@@ -179,6 +189,51 @@ Expected<void> read_drift(const TomlTable& nightly, NightlyConfig& config) {
   return read_um(*table, "moved_um", *config.watch.moved);
 }
 
+Expected<void> read_focus_trial(const TomlTable& nightly, NightTrials& trials) {
+  PANELCAL_TRY(const auto table, nightly.table("focus", "[nightly.focus]", {kFocusKeys, {}}));
+  if (!table) return {};
+  double tolerance_mm = trials.focus_tolerance.in_mm();
+  PANELCAL_CHECK(read_um(*table, "tolerance_um", tolerance_mm));
+  trials.focus_tolerance = mm(tolerance_mm);
+  return {};
+}
+
+Expected<void> read_light_trial(const TomlTable& nightly, NightTrials& trials) {
+  PANELCAL_TRY(const auto table, nightly.table("light", "[nightly.light]", {kLightKeys, {}}));
+  if (!table) return {};
+  PANELCAL_TRY(const auto range, table->pair("range", kLampLevel));
+  if (range && !(range->x() < range->y())) {
+    return failure(table->problem("range", "[lowest, highest] of the lamp's levels"));
+  }
+  if (range) trials.lamp_low = range->x();
+  if (range) trials.lamp_high = range->y();
+  PANELCAL_TRY(const auto levels, table->integer("levels", 3, 1000));
+  if (levels) trials.n_lamp_levels = static_cast<int>(*levels);
+  return {};
+}
+
+Expected<void> read_settle_trial(const TomlTable& nightly, NightTrials& trials) {
+  PANELCAL_TRY(const auto table, nightly.table("settle", "[nightly.settle]", {kSettleKeys, {}}));
+  if (!table) return {};
+  double limit_mm = trials.settle_limit.in_mm();
+  PANELCAL_CHECK(read_um(*table, "limit_um", limit_mm));
+  trials.settle_limit = mm(limit_mm);
+  PANELCAL_TRY(const double longest_s,
+               table->number_or("longest_s", kTrialSeconds, trials.settle_longest.in_s()));
+  trials.settle_longest = seconds(longest_s);
+  PANELCAL_TRY(const double tolerance_s,
+               table->number_or("tolerance_s", kTrialSeconds, trials.settle_tolerance.in_s()));
+  trials.settle_tolerance = seconds(tolerance_s);
+  return {};
+}
+
+/// Which of them needs a mark to look at; empty if none does.
+std::string_view needs_mark(const std::vector<std::string>& calibrate) {
+  const auto found = std::ranges::find_if(
+      calibrate, [](std::string_view kind) { return kind != "spindle-camera"; });
+  return found == calibrate.end() ? std::string_view() : std::string_view(*found);
+}
+
 }  // namespace
 
 Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
@@ -198,10 +253,14 @@ Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
   if (noon) config.noon_utc_h = static_cast<int>(*noon);
   PANELCAL_CHECK(read_gates(*table, config.limits));
   PANELCAL_CHECK(read_drift(*table, config));
-  const bool needs_mark =
-      std::ranges::find(config.calibrate, "camera") != config.calibrate.end() && !config.mark;
-  if (needs_mark) {
-    return failure(table->missing("the mark that the camera is calibrated on", "mark_mm = [x, y]"));
+  PANELCAL_CHECK(read_focus_trial(*table, config.trials));
+  PANELCAL_CHECK(read_light_trial(*table, config.trials));
+  PANELCAL_CHECK(read_settle_trial(*table, config.trials));
+  const std::string_view looks_at_it = needs_mark(config.calibrate);
+  if (!looks_at_it.empty() && !config.mark) {
+    const std::string what = looks_at_it == "settle" ? "settle time" : std::string(looks_at_it);
+    return failure(
+        table->missing("the mark that the " + what + " is calibrated on", "mark_mm = [x, y]"));
   }
   return std::optional(std::move(config));
 }

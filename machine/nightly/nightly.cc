@@ -12,6 +12,7 @@
 
 #include "panelcal/calib/drift/amount.h"
 #include "panelcal/machine/calibration_record.h"
+#include "panelcal/machine/camera_settings.h"
 #include "panelcal/machine/nightly/night_history.h"
 #include "panelcal/machine/nightly/night_lock.h"
 #include "panelcal/machine/nightly/night_quality.h"
@@ -214,6 +215,8 @@ class Night {
     const Expected<Time> warm = warm_up(job_.config, job_.nightly, job_.devices, job_.clock);
     if (!warm) return block(warm.error());
     record_.warmed_up = *warm;
+    const Expected<void> set = set_camera_as_stated(job_.config, job_.devices);
+    if (!set) return block(set.error());
     if (!job_.nightly.mark) return;
     say("looking at the mark");
     const Expected<void> tested = test_and_record(ledger);
@@ -271,9 +274,10 @@ class Night {
   }
 
   void run_steps(Ledger& ledger) {
-    const NightContext context = {
-        job_, nightly_, record_.night, record_.temperature_c, no_measuring_};
     for (NightCalibration* calibration : calibrations_) {
+      const NightlyConfig held_to = calibration->held_to(nightly_);
+      const NightContext context = {
+          job_, held_to, record_.night, record_.temperature_c, no_measuring_};
       if (blocked_.empty() && !held_.empty()) {
         record_.steps.push_back(held_night_step(*calibration, held_));
         continue;
@@ -286,8 +290,22 @@ class Night {
     }
   }
 
+  /// What only a person can put there.
+  Expected<void> check_machine_toml(const Ledger& ledger) {
+    for (const NightCalibration* calibration : calibrations_) {
+      SelfTestCheck check;
+      PANELCAL_TRY(check.text, calibration->stated_otherwise(ledger));
+      if (check.text.empty()) continue;
+      check.name = "machine.toml";
+      check.passed = false;
+      record_.checks.push_back(std::move(check));
+    }
+    return {};
+  }
+
   Expected<void> finish(Ledger& ledger) {
     fill_changes(ledger);
+    PANELCAL_CHECK(check_machine_toml(ledger));
     record_.finished = job_.clock();
     fill_verdict(record_);
     PANELCAL_TRY(const bool is_recorded, is_night_recorded(ledger));
@@ -359,11 +377,12 @@ class Night {
     } else {
       record_.notes.emplace_back("there is no ledger yet: it would be begun");
     }
-    const NightContext context = {job_, nightly_, record_.night, record_.temperature_c, ""};
     for (const NightCalibration* calibration : calibrations_) {
       if (ledger) note_repair(*calibration, *ledger);
     }
     for (const NightCalibration* calibration : calibrations_) {
+      const NightlyConfig held_to = calibration->held_to(nightly_);
+      const NightContext context = {job_, held_to, record_.night, record_.temperature_c, ""};
       if (!held_.empty()) {
         record_.steps.push_back(held_night_step(*calibration, held_));
         continue;
@@ -372,6 +391,7 @@ class Night {
           foresee_night_step(context, *calibration, ledger ? &*ledger : nullptr));
     }
     if (ledger) fill_changes(*ledger);
+    if (ledger) PANELCAL_CHECK(check_machine_toml(*ledger));
     record_.finished = job_.clock();
     fill_verdict(record_);
     return std::move(record_);

@@ -81,6 +81,8 @@ bool is_left_of(const Position<frame::Machine>& a, const Position<frame::Machine
 
 SimMachine::SimMachine(const MachineConfig& config, VisionProcedure procedure)
     : sim_(*config.sim),
+      stated_focus_(config.vision.focus.value_or(Length())),
+      stated_lamp_(config.vision.lamp),
       true_offset_{config.sim->spindle_camera_offset.value_or(config.spindle_camera.offset), {}},
       job_(config),
       calibrated_camera_(config.camera->mapping()),
@@ -207,7 +209,8 @@ Expected<Camera> SimMachine::camera_for(const MeasurementRequest& request, const
     camera.height = zoomed.height_px;
   }
   if (sim_.focus_z) {
-    const Length defocus = view.focus_z.value_or(Length()) - *sim_.focus_z;
+    const Length stands_at = view.focus_z.value_or(stated_focus_);
+    const Length defocus = stands_at - *sim_.focus_z;
     const double wider = std::hypot(1, defocus.in_mm() / sim_.focus_depth.in_mm());
     camera.blur_px = std::min(kWidestBlur_px, wider * camera.blur_px);
   }
@@ -216,8 +219,9 @@ Expected<Camera> SimMachine::camera_for(const MeasurementRequest& request, const
 
 /// Light multiplies all that is seen; the sensor clips what is too bright.
 void SimMachine::set_light(const MeasurementRequest& request, Scene& scene) const {
-  if (!sim_.lamp || !request.settings.lamp) return;
-  scene.lamp = *request.settings.lamp / *sim_.lamp;
+  const std::optional<double> lamp = request.settings.lamp ? request.settings.lamp : stated_lamp_;
+  if (!sim_.lamp || !lamp) return;
+  scene.lamp = *lamp / *sim_.lamp;
 }
 
 Expected<TakenPicture> SimMachine::picture(const MeasurementRequest& request,

@@ -87,6 +87,8 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   std::vector<const Mark*> marks_in_view(const Position<frame::Machine>& true_axis) const;
 
   SimConfig sim_;
+  Length stated_focus_;                ///< [camera] focus_mm, or 0
+  std::optional<double> stated_lamp_;  ///< [camera] lamp
   SpindleCameraOffset true_offset_;
   JobCalibration job_;
   std::map<std::optional<double>, SimCoupon> coupons_;  ///< by zoom

@@ -98,17 +98,21 @@ Expected<Image> SimPlate::take() {
       std::hypot(camera.width, camera.height) * camera.mapping.parameters().scale_mm_per_px;
   Scene scene = internal::sim_scene(sim_);
   scene.lamp = std::max(0.0, lamp_);
-  for (std::size_t i = 0; i < options_.marks.size(); ++i) {
-    const Eigen::Vector2d from_axis_mm = (options_.marks[i] - axis).in_mm();
+  std::uint64_t i_mark = 0;
+  const auto add = [&](const Target& target, const Position<frame::Machine>& mark, Angle turn) {
+    const Random burrs = Random(options_.seed).fork(100 + i_mark++);
+    const Eigen::Vector2d from_axis_mm = (mark - axis).in_mm();
     // Farther away than a whole picture nothing shows: marks are smaller than pictures.
-    if (from_axis_mm.norm() > view_mm) continue;
+    if (from_axis_mm.norm() > view_mm) return;
     internal::SimMarkPlace place;
     place.center = position_mm<frame::Optical>(from_axis_mm);
-    const Random burrs = Random(options_.seed).fork(100 + i);
-    for (Feature& feature : internal::sim_mark(sim_, target_, place, calibrated_, burrs)) {
+    place.turn = turn;
+    for (Feature& feature : internal::sim_mark(sim_, target, place, calibrated_, burrs)) {
       scene.features.push_back(std::move(feature));
     }
-  }
+  };
+  for (const Position<frame::Machine>& mark : options_.marks) add(target_, mark, {});
+  for (const SimOtherMark& other : options_.others) add(other.target, other.place, other.turn);
   return render(scene, camera, noise_);
 }
 

@@ -22,11 +22,19 @@
 
 namespace panelcal {
 
+/// A mark of another look than the others: a plate's tag.
+struct SimOtherMark {
+  Target target;
+  Position<frame::Machine> place;
+  Angle turn;  ///< on top of the target's own angle, the same way round
+};
+
 /// What a virtual table with marks on it is like, on top of [sim].
 struct SimPlateOptions {
   std::uint64_t seed = 1;
   int vision_tool = 1;  ///< what the marks look like
   std::vector<Position<frame::Machine>> marks;
+  std::vector<SimOtherMark> others;
   /// Where the stage really stands against where it was sent to; empty: there.
   std::function<Eigen::Vector2d(const Position<frame::Machine>&)> error_mm;
   Length stage_repeatability;  ///< of every stop, per axis

@@ -121,6 +121,26 @@ TEST_F(CameraViewsTest, SetsLampAndFocusOnceAndWaitsAfterwards) {
   EXPECT_THAT(take_orders(), ElementsAre("stage focus -1.5", "wait 0.5", "take"));
 }
 
+TEST_F(CameraViewsTest, KeepsToWhatMachineTomlStatesUntilAProgramAsksForAnother) {
+  CameraViews views = this->views();
+  VisionOptions stated;
+  stated.lamp = 40;
+  stated.focus = mm(0.5);
+  views.set_stated(stated);
+  ASSERT_TRUE(views.take(request_, at(100, 50)));
+  EXPECT_THAT(take_orders(),
+              ElementsAre("stage lamp 40", "stage focus 0.5", "move 60 53", "wait 0.5", "take"));
+  request_.settings.lamp = 0.75;
+  View view = at(100, 50);
+  view.focus_z = mm(-2);
+  ASSERT_TRUE(views.take(request_, view));
+  EXPECT_THAT(take_orders(), ElementsAre("stage lamp 0.75", "stage focus -2", "wait 0.5", "take"));
+  // The lamp is that of the target; where the focus was moved to, it stays.
+  request_.settings.lamp.reset();
+  ASSERT_TRUE(views.take(request_, at(100, 50)));
+  EXPECT_THAT(take_orders(), ElementsAre("stage lamp 40", "wait 0.5", "take"));
+}
+
 TEST_F(CameraViewsTest, PrefersTheCamerasOwnLamp) {
   CameraViews views = this->views(true);
   request_.settings.lamp = 0.75;

@@ -42,8 +42,13 @@ noise = 2
     machine_.emplace(*std::move(made));
   }
   CalibrationDevices devices() {
-    return CalibrationDevices{
-        *machine_, *machine_, *machine_, [this](Time time) { machine_->wait(time); }, {}};
+    return CalibrationDevices{*machine_,
+                              *machine_,
+                              *machine_,
+                              [this](Time time) { machine_->wait(time); },
+                              {},
+                              {},
+                              [this] { return machine_->now(); }};
   }
 
   static inline const Position<frame::Machine> kMark = position_mm<frame::Machine>(300.02, 199.97);
@@ -110,8 +115,7 @@ TEST_F(PlaceTrialsTest, FindsHowLongTheStageSwings) {
   SettleTrial trial;
   trial.longest = seconds(0.6);
   trial.n_delays = 24;
-  const auto run =
-      calibrate_settle(config_, devices(), kPlace, trial, [this] { return machine_->now(); });
+  const auto run = calibrate_settle(config_, devices(), kPlace, trial);
   ASSERT_TRUE(run) << run.error().text();
   EXPECT_EQ(run->n_missed, 0);
   ASSERT_TRUE(run->settle) << run->reason;
@@ -124,16 +128,15 @@ TEST_F(PlaceTrialsTest, FindsHowLongTheStageSwings) {
 
 TEST_F(PlaceTrialsTest, SaysWhatKeepsItFromTryingSettleTimes) {
   make("");
-  const auto now = [this] { return machine_->now(); };
   CalibrationDevices no_wait{*machine_, *machine_, *machine_, {}, {}};
-  EXPECT_THAT(calibrate_settle(config_, no_wait, kPlace, {}, now),
+  EXPECT_THAT(calibrate_settle(config_, no_wait, kPlace, {}),
               FailsWith(Code::ConfigValue, "waits"));
   SettleTrial trial;
   trial.n_delays = 2;
-  EXPECT_THAT(calibrate_settle(config_, devices(), kPlace, trial, now),
+  EXPECT_THAT(calibrate_settle(config_, devices(), kPlace, trial),
               FailsWith(Code::ConfigValue, "delays"));
   // Here the camera can stand, and where the trial begins it cannot.
-  EXPECT_THAT(calibrate_settle(config_, devices(), position_mm<frame::Machine>(50, 200), {}, now),
+  EXPECT_THAT(calibrate_settle(config_, devices(), position_mm<frame::Machine>(50, 200), {}),
               FailsWith(Code::TravelExceeded, "(-5.000"));
 }
 

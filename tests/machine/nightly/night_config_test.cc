@@ -66,6 +66,15 @@ repeatability_um = 0.6
 per_kelvin_um = 2
 reference_c = 21
 min_nights = 10
+[nightly.focus]
+tolerance_um = 60
+[nightly.light]
+range = [20, 80]
+levels = 13
+[nightly.settle]
+limit_um = 2
+longest_s = 3
+tolerance_s = 0.1
 )");
   ASSERT_TRUE(read) << read.error().text();
   const NightlyConfig& config = **read;
@@ -98,6 +107,13 @@ min_nights = 10
   EXPECT_DOUBLE_EQ(config.drift.priors.per_kelvin, 0.002);
   EXPECT_EQ(config.drift.reference_c, 21);
   EXPECT_EQ(config.drift.min_nights, 10);
+  EXPECT_EQ(config.trials.focus_tolerance, um(60));
+  EXPECT_EQ(config.trials.lamp_low, 20);
+  EXPECT_EQ(config.trials.lamp_high, 80);
+  EXPECT_DOUBLE_EQ(config.trials.lamp_step(), 5);
+  EXPECT_EQ(config.trials.settle_limit, um(2));
+  EXPECT_EQ(config.trials.settle_longest, seconds(3));
+  EXPECT_EQ(config.trials.settle_tolerance, seconds(0.1));
   EXPECT_TRUE(config.limits.validate());
   EXPECT_TRUE(config.drift.validate());
   EXPECT_TRUE(config.watch.validate());
@@ -124,6 +140,11 @@ TEST(NightConfig, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal("calibrate = [\"spindle-camera\", \"spindle-camera\"]"), HasSubstr("once"));
   EXPECT_THAT(refusal("calibrate = []"), HasSubstr("spindle-camera"));
   EXPECT_THAT(refusal("calibrate = [\"camera\"]"), HasSubstr("mark_mm"));
+  EXPECT_THAT(refusal("calibrate = [\"settle\"]"), HasSubstr("the settle time is calibrated on"));
+  EXPECT_THAT(refusal("[nightly.focus]\ntolerance_um = 0"), HasSubstr("tolerance_um"));
+  EXPECT_THAT(refusal("[nightly.light]\nrange = [80, 20]"), HasSubstr("lowest"));
+  EXPECT_THAT(refusal("[nightly.light]\nlevels = 2"), HasSubstr("levels"));
+  EXPECT_THAT(refusal("[nightly.settle]\nlongest_s = 0"), HasSubstr("longest_s"));
   EXPECT_THAT(refusal("camera = \"v4l2:0\""), HasSubstr("one way to the machine"));
   EXPECT_THAT(refusal("mark_tool = 2"), HasSubstr("no mark"));
   EXPECT_THAT(refusal("temperature_file = \"t\"\ntemperature_command = [\"t\"]"),

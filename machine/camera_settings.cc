@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/camera_settings.h"
+
+#include <fmt/format.h>
+
+namespace panelcal {
+
+Expected<void> check_can_set(const MachineConfig& config,
+                             const CalibrationDevices& devices,
+                             CameraSetting setting) {
+  if (devices.camera.can_set(setting) || devices.stage.can_set(setting)) return {};
+  return failure({Code::ConfigValue,
+                  {config.file.string(), 0, 0},
+                  fmt::format("neither the camera nor the machine has a {} to set", name(setting)),
+                  fmt::format("[machine] {}_command", name(setting))});
+}
+
+Expected<void> set_camera(const MachineConfig& config,
+                          const CalibrationDevices& devices,
+                          CameraSetting setting,
+                          double value) {
+  PANELCAL_CHECK(check_can_set(config, devices, setting));
+  return devices.camera.can_set(setting) ? devices.camera.set(setting, value)
+                                         : devices.stage.set(setting, value);
+}
+
+Expected<void> set_camera_as_stated(const MachineConfig& config,
+                                    const CalibrationDevices& devices) {
+  const VisionOptions& vision = config.vision;
+  if (vision.lamp) PANELCAL_CHECK(set_camera(config, devices, CameraSetting::Lamp, *vision.lamp));
+  if (!vision.focus) return {};
+  return set_camera(config, devices, CameraSetting::Focus, vision.focus->in_mm());
+}
+
+}  // namespace panelcal

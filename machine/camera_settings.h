@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/camera.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/spindle_camera_run.h"
+
+// Lamp and focus of a machine that calibrates: the camera's own, or else the machine's.
+namespace panelcal {
+
+/// Fails  config-value (neither the camera nor the machine can set it)
+Expected<void> check_can_set(const MachineConfig& config,
+                             const CalibrationDevices& devices,
+                             CameraSetting setting);
+
+/// Fails  as check_can_set; device errors
+Expected<void> set_camera(const MachineConfig& config,
+                          const CalibrationDevices& devices,
+                          CameraSetting setting,
+                          double value);
+
+/// Sets lamp and focus as [camera] lamp and focus_mm say, so that a calibration sees what jobs see.
+/// What they do not say stays as it is.
+///
+/// Fails  as set_camera
+/// See    tests/machine/camera_settings_test.cc
+Expected<void> set_camera_as_stated(const MachineConfig& config, const CalibrationDevices& devices);
+
+}  // namespace panelcal

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "panelcal/machine/camera_settings.h"
+#include "panelcal/machine/nightly/night_calibrations.h"
+#include "panelcal/machine/place_record.h"
+#include "panelcal/machine/place_trials.h"
+
+namespace panelcal {
+namespace {
+
+Eigen::VectorXd only(double number) {
+  return Eigen::VectorXd::Constant(1, number);
+}
+
+/// Focus, lamp level or settle time: one number of the mark, which no file has. To install it is to
+/// record it; machine.toml stays what a person writes, and the night says where the two disagree.
+class TrialNight final : public NightCalibration {
+ public:
+  TrialNight(TrialKind kind, std::shared_ptr<MachineConfig> config, const NightlyConfig& nightly)
+      : kind_(kind),
+        config_(std::move(config)),
+        place_{*nightly.mark, nightly.mark_tool},
+        trials_(nightly.trials) {}
+
+  LedgerKey key() const override { return trial_key(*config_, kind_); }
+  std::vector<std::string> axes() const override { return {trial_parameter(kind_)}; }
+  std::string unit() const override { return trial_unit(kind_); }
+  std::filesystem::path file() const override { return {}; }
+  std::optional<Eigen::VectorXd> present() const override {
+    const std::optional<double> stated = stated_number(*config_, kind_);
+    return stated ? std::optional(only(*stated)) : std::nullopt;
+  }
+  Expected<std::vector<SelfTestCheck>> check() const override {
+    return std::vector<SelfTestCheck>{};
+  }
+  int n_qualities() const override { return kind_ == TrialKind::Settle ? 0 : 1; }
+  NightlyConfig held_to(const NightlyConfig& nightly) const override;
+  std::optional<NightValue> value_of(const LedgerEntry& entry) const override {
+    const auto number = trial_number(entry);
+    if (!number) return std::nullopt;
+    return NightValue{only(number->value), only(number->sigma * number->sigma)};
+  }
+  Expected<NightMeasurement> measure(const CalibrationDevices& devices,
+                                     const NightWords& words) override;
+  Expected<std::string> stated_otherwise(const Ledger& ledger) const override {
+    return panelcal::stated_otherwise(*config_, ledger, kind_);
+  }
+  // There is no file that could say anything else.
+  Expected<bool> is_installed(const Ledger& /*ledger*/) const override { return true; }
+  Expected<std::string> by_hand(const Ledger& /*ledger*/) const override { return std::string(); }
+  Expected<bool> install(const Ledger& /*ledger*/) override { return false; }
+
+ private:
+  double tolerance() const;
+  Expected<TrialValue> find(const CalibrationDevices& devices, NightMeasurement& out) const;
+  Expected<TrialValue> find_focus(const CalibrationDevices& devices, NightMeasurement& out) const;
+  Expected<TrialValue> find_light(const CalibrationDevices& devices, NightMeasurement& out) const;
+  Expected<TrialValue> find_settle(const CalibrationDevices& devices, NightMeasurement& out) const;
+
+  TrialKind kind_;
+  std::shared_ptr<MachineConfig> config_;
+  TrialPlace place_;
+  NightTrials trials_;
+};
+
+double TrialNight::tolerance() const {
+  switch (kind_) {
+    case TrialKind::Focus:
+      return trials_.focus_tolerance.in_mm();
+    case TrialKind::Light:
+      return trials_.lamp_step();
+    case TrialKind::Settle:
+      break;
+  }
+  return trials_.settle_tolerance.in_s();
+}
+
+/// Lengths at a hole mean nothing here: the defaults of [nightly.gates] and [nightly.drift], in the
+/// proportion of this tolerance to theirs.
+NightlyConfig TrialNight::held_to(const NightlyConfig& nightly) const {
+  const NightlyConfig usual;
+  const double factor = tolerance() / usual.limits.old.tolerance;
+  NightlyConfig out = nightly;
+  out.limits.sigma = factor * usual.limits.sigma;
+  out.limits.change = factor * usual.limits.change;
+  out.limits.old.tolerance = tolerance();
+  out.limits.min_used = 1;
+  DriftPriors& priors = out.drift.priors;
+  priors.drift = factor * usual.drift.priors.drift;
+  priors.repeatability = factor * usual.drift.priors.repeatability;
+  priors.per_kelvin = factor * usual.drift.priors.per_kelvin;
+  priors.warm_up = factor * usual.drift.priors.warm_up;
+  out.watch.moved = factor * *usual.watch.moved;
+  return out;
+}
+
+Expected<TrialValue> TrialNight::find_focus(const CalibrationDevices& devices,
+                                            NightMeasurement& out) const {
+  PANELCAL_TRY(
+      const FocusResult result,
+      calibrate_focus(*config_, devices, place_.mark, place_.tool, *config_->vision.focus_range));
+  out.result.n_used = static_cast<int>(result.curve.size());
+  double sharpest = 0;
+  for (const auto& sample : result.curve) sharpest = std::max(sharpest, sample.sharpness);
+  if (sharpest > 0) out.levels = {{"sharpness of the mark", "1", sharpest, true}};
+  return trial_value(result);
+}
+
+Expected<TrialValue> TrialNight::find_light(const CalibrationDevices& devices,
+                                            NightMeasurement& out) const {
+  const auto levels = lamp_levels(trials_.lamp_low, trials_.lamp_high, trials_.n_lamp_levels);
+  PANELCAL_TRY(const LightRun run,
+               calibrate_light(*config_, devices, place_.mark, place_.tool, levels));
+  out.result.n_used = static_cast<int>(run.samples.size());
+  if (run.best) {
+    out.levels = {{"contrast at the best level", "1", run.best->contrast, true}};
+    if (run.best->is_at_end) out.report.emplace_back("it is the brightest that was tried");
+  }
+  return trial_value(run);
+}
+
+Expected<TrialValue> TrialNight::find_settle(const CalibrationDevices& devices,
+                                             NightMeasurement& out) const {
+  SettleTrial trial;
+  trial.tool = place_.tool;
+  trial.limit = trials_.settle_limit;
+  trial.longest = trials_.settle_longest;
+  PANELCAL_TRY(const SettleRun run, calibrate_settle(*config_, devices, place_.mark, trial));
+  out.result.n_used = static_cast<int>(run.views.size());
+  out.result.n_outliers = run.n_missed;
+  return trial_value(run);
+}
+
+Expected<TrialValue> TrialNight::find(const CalibrationDevices& devices,
+                                      NightMeasurement& out) const {
+  switch (kind_) {
+    case TrialKind::Focus:
+      return find_focus(devices, out);
+    case TrialKind::Light:
+      return find_light(devices, out);
+    case TrialKind::Settle:
+      break;
+  }
+  return find_settle(devices, out);
+}
+
+Expected<NightMeasurement> TrialNight::measure(const CalibrationDevices& devices,
+                                               const NightWords& words) {
+  NightMeasurement out;
+  out.result.used = "pictures";
+  const Expected<TrialValue> found = find(devices, out);
+  // Whatever came of it: the next calibration, and the first job, see as they did before.
+  const Expected<void> is_back = set_camera_as_stated(*config_, devices);
+  if (!found) return failure(found.error());
+  PANELCAL_CHECK(is_back);
+  if (!found->value) {
+    return failure(
+        {Code::CalibrationData, {config_->file.string(), 0, 0}, found->reason, "a number"});
+  }
+  out.result.point.value = only(*found->value);
+  out.result.point.cov = only(found->sigma * found->sigma);
+  RecordWords record;
+  record.date = words.date;
+  record.asked_by = words.asked_by;
+  record.software = words.software;
+  record.temperature_degC = words.temperature_c;
+  PANELCAL_TRY(out.draft, trial_draft(*config_, place_, *found, record));
+  out.report.insert(out.report.begin(),
+                    fmt::format("{} {:.4g} +- {:.2g} {}; in machine.toml {}",
+                                trial_parameter(kind_),
+                                *found->value,
+                                found->sigma,
+                                trial_unit(kind_),
+                                stated_line(kind_, {*found->value, found->sigma})));
+  return out;
+}
+
+std::string_view trial_words(TrialKind kind) {
+  switch (kind) {
+    case TrialKind::Focus:
+      return "focus";
+    case TrialKind::Light:
+      return "light";
+    case TrialKind::Settle:
+      break;
+  }
+  return "settle time";
+}
+
+/// What has to be there, by kind; empty if it is.
+Diagnostic missing(TrialKind kind, const MachineConfig& config, const NightlyConfig& nightly) {
+  Diagnostic out = {Code::ConfigValue, nightly.place, {}, {}};
+  const VisionOptions& vision = config.vision;
+  if (nightly.is_simulated) {
+    out.what = fmt::format(
+        "[nightly] calibrates the {}, and the virtual machine has neither a mark "
+        "nor a focus axis or a lamp, and stands still at once",
+        trial_words(kind));
+    out.expected = "camera = \"URI\" of a real machine";
+  } else if (kind == TrialKind::Focus && !vision.focus_range) {
+    out.what = "[nightly] calibrates the focus, and nothing says between which heights to look";
+    out.expected = "[camera] focus_range_mm";
+  } else if (kind == TrialKind::Focus && !vision.focus) {
+    out.what = "[nightly] calibrates the focus, and nothing says where the axis goes back to";
+    out.expected = "[camera] focus_mm";
+  } else if (kind == TrialKind::Light && !vision.lamp) {
+    out.what = "[nightly] calibrates the light, and nothing says what the lamp goes back to";
+    out.expected = "[camera] lamp";
+  }
+  return out;
+}
+
+}  // namespace
+
+namespace internal {
+
+Expected<std::unique_ptr<NightCalibration>> trial_night(TrialKind kind,
+                                                        std::shared_ptr<MachineConfig> config,
+                                                        const NightlyConfig& nightly) {
+  Diagnostic problem = missing(kind, *config, nightly);
+  if (problem.what.empty() && !nightly.mark) {
+    problem.what = "[nightly] calibrates at a mark, and there is none";
+    problem.expected = "mark_mm = [x, y]";
+  } else if (problem.what.empty() && !config->camera) {
+    problem.what = "[nightly] calibrates at a mark, and there is no camera to see it";
+    problem.expected = "[camera] calibration";
+  } else if (problem.what.empty() && !config->vision_tools.contains(nightly.mark_tool)) {
+    problem.what = fmt::format("there is no vision tool {} to find the mark", nightly.mark_tool);
+    problem.expected = "a [[vision.tool]] of that number";
+  }
+  if (!problem.what.empty()) return failure(std::move(problem));
+  return std::make_unique<TrialNight>(kind, std::move(config), nightly);
+}
+
+}  // namespace internal
+
+}  // namespace panelcal

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/surface/bending_likelihood.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+namespace panelcal::internal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// A trend whose columns are nearer to being dependent than this is not determined.
+constexpr double kDependent = 1e-7;
+/// Strongest bending by the noise: beyond it rounding is as large as the noise.
+constexpr double kWeakest = 1e-4;
+constexpr double kStrongest = 1e12;
+/// Between two strengths that are tried, and between two lengths.
+constexpr double kStrengthStep = 3;
+constexpr double kLengthStep = 1.4142135623730951;
+/// The readings' rectangle has the diagonal 2; no bending is longer, for what it would add is
+/// trend.
+constexpr double kLongest = 2;
+/// Shortest length by the mean spacing: shorter ones differ from noise in nothing.
+constexpr double kShortestBySpacing = 0.5;
+/// Of golden sections: strengths to 1e-4 of the interval, lengths to 1e-2.
+constexpr int kStrengthSteps = 20;
+constexpr int kLengthSteps = 10;
+
+/// Where f is least between low and high.
+template <class Function>
+double least(double low, double high, int n_steps, const Function& f) {
+  const double golden = (std::sqrt(5.0) - 1) / 2;
+  double a = high - golden * (high - low);
+  double b = low + golden * (high - low);
+  double fa = f(a), fb = f(b);
+  for (int i = 0; i < n_steps; ++i) {
+    if (fa < fb) {
+      high = std::exchange(b, a);
+      fb = fa;
+      a = high - golden * (high - low);
+      fa = f(a);
+    } else {
+      low = std::exchange(a, b);
+      fa = fb;
+      b = low + golden * (high - low);
+      fb = f(b);
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+/// Contrasts z ~ N(0, k^2 (1 + s T)) with T tridiagonal.
+struct Tridiagonal {
+  VectorXd diagonal;
+  VectorXd beside;
+  VectorXd z;
+
+  /// Noise factor and likelihood of a strength, by Cholesky's decomposition of 1 + s T.
+  Bending at(double strength) const {
+    Bending out;
+    out.strength_mm2 = strength;
+    double pivot = 1, carried = 0, log_determinant = 0, chi_square = 0;
+    for (Index i = 0; i < z.size(); ++i) {
+      const double by_pivot = i > 0 ? strength * beside[i - 1] / pivot : 0;
+      carried = z[i] - by_pivot * carried;
+      pivot = 1 + strength * diagonal[i] - (i > 0 ? by_pivot * strength * beside[i - 1] : 0);
+      if (!(pivot > 0)) return out;
+      log_determinant += std::log(pivot);
+      chi_square += carried * carried / pivot;
+    }
+    const double n = static_cast<double>(z.size()) + BendingLikelihood::kPriorReadings;
+    const double variance = (chi_square + BendingLikelihood::kPriorReadings) / n;
+    out.noise_factor = std::sqrt(variance);
+    out.minus_2_log_likelihood = log_determinant + n * std::log(variance);
+    return out;
+  }
+};
+
+bool is_better(const Bending& a, const Bending& b) {
+  return a.minus_2_log_likelihood < b.minus_2_log_likelihood;
+}
+
+}  // namespace
+
+Readings Readings::of(std::span<const ProbePoint> points) {
+  Readings out;
+  const auto n = static_cast<Index>(points.size());
+  out.places.resize(2, n);
+  out.heights_mm.resize(n);
+  out.sigmas_mm.resize(n);
+  for (Index i = 0; i < n; ++i) {
+    const ProbePoint& point = points[static_cast<std::size_t>(i)];
+    out.places.col(i) = point.place.in_mm();
+    out.heights_mm[i] = point.measured.height.in_mm();
+    out.sigmas_mm[i] = point.measured.sigma.in_mm();
+  }
+  const Eigen::Vector2d low_mm = out.places.rowwise().minCoeff();
+  const Eigen::Vector2d high_mm = out.places.rowwise().maxCoeff();
+  out.center_mm = 0.5 * (low_mm + high_mm);
+  const double half_diagonal_mm = 0.5 * (high_mm - low_mm).norm();
+  if (half_diagonal_mm > 0) out.scale_mm = half_diagonal_mm;
+  out.places = (out.places.colwise() - out.center_mm).eval() / out.scale_mm;
+  out.mean_mm = out.heights_mm.mean();
+  out.heights_mm.array() -= out.mean_mm;
+  return out;
+}
+
+Trend trend_at(const Eigen::Vector2d& place, Index n_trend) {
+  const double x = place.x(), y = place.y();
+  Trend all(6);
+  all << 1, x, y, x * x, x * y, y * y;
+  return all.head(n_trend);
+}
+
+std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings, Index n_trend) {
+  const Index n = readings.heights_mm.size();
+  if (n < n_trend) return std::nullopt;
+  BendingLikelihood out;
+  out.places_ = readings.places;
+  out.weights_per_mm_ = readings.sigmas_mm.cwiseInverse();
+  MatrixXd trend(n, n_trend);
+  for (Index i = 0; i < n; ++i) {
+    trend.row(i) = trend_at(readings.places.col(i), n_trend).transpose();
+  }
+  const MatrixXd weighted = out.weights_per_mm_.asDiagonal() * trend;
+  Eigen::ColPivHouseholderQR<MatrixXd> rank(weighted);
+  rank.setThreshold(kDependent);
+  if (rank.rank() < n_trend) return std::nullopt;
+  const Eigen::HouseholderQR<MatrixXd> qr(weighted);
+  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(n, n);
+  const MatrixXd r = qr.matrixQR().topRows(n_trend).triangularView<Eigen::Upper>();
+  out.contrasts_ = q.rightCols(n - n_trend);
+  out.trend_root_ = r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(n_trend, n_trend));
+  out.trend_of_heights_ =
+      out.trend_root_ * q.leftCols(n_trend).transpose() * out.weights_per_mm_.asDiagonal();
+  out.z_ = out.contrasts_.transpose() * out.weights_per_mm_.cwiseProduct(readings.heights_mm);
+  return out;
+}
+
+MatrixXd BendingLikelihood::covariance(BendingKernel kernel, double length) const {
+  const Index n = places_.cols();
+  MatrixXd out(n, n);
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j <= i; ++j) {
+      out(i, j) = out(j, i) =
+          bending_covariance(kernel, (places_.col(i) - places_.col(j)).norm() / length);
+    }
+  }
+  return out;
+}
+
+MatrixXd BendingLikelihood::contrast_covariance(const MatrixXd& covariance) const {
+  const MatrixXd weighted = weights_per_mm_.asDiagonal() * contrasts_;
+  return weighted.transpose() * covariance * weighted;
+}
+
+Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) const {
+  Tridiagonal contrasts{
+      VectorXd::Zero(n_contrasts()), VectorXd::Zero(std::max<Index>(0, n_contrasts() - 1)), z_};
+  double largest = 0;
+  if (kernel != BendingKernel::None && n_contrasts() > 1) {
+    const Eigen::Tridiagonalization<MatrixXd> tridiagonal(
+        contrast_covariance(covariance(kernel, length)));
+    contrasts.diagonal = tridiagonal.diagonal();
+    contrasts.beside = tridiagonal.subDiagonal();
+    contrasts.z.applyOnTheLeft(tridiagonal.matrixQ().adjoint());
+    largest = contrasts.diagonal.maxCoeff();
+  }
+  Bending best = contrasts.at(0);
+  if (largest > 0) {
+    double best_log = 0;
+    const double low = std::log(kWeakest / largest), high = std::log(kStrongest / largest);
+    const double step = std::log(kStrengthStep);
+    for (double t = low; t <= high; t += step) {
+      const Bending tried = contrasts.at(std::exp(t));
+      if (!is_better(tried, best)) continue;
+      best = tried;
+      best_log = t;
+    }
+    if (best.strength_mm2 > 0) {
+      const auto badness = [&](double t) {
+        return contrasts.at(std::exp(t)).minus_2_log_likelihood;
+      };
+      const double refined_log = least(
+          std::max(low, best_log - step), std::min(high, best_log + step), kStrengthSteps, badness);
+      const Bending refined = contrasts.at(std::exp(refined_log));
+      if (is_better(refined, best)) best = refined;
+    }
+  }
+  best.kernel = kernel;
+  best.length = length;
+  return best;
+}
+
+Bending BendingLikelihood::best_length(BendingKernel kernel) const {
+  Bending best = best_strength(kernel, 1);
+  // A thin plate has no length of its own.
+  if (kernel == BendingKernel::None || kernel == BendingKernel::ThinPlate) return best;
+  const double spacing = kLongest / std::sqrt(static_cast<double>(places_.cols()));
+  const double shortest = std::min(1.0, kShortestBySpacing * spacing);
+  for (double length = kLongest; length >= shortest; length /= kLengthStep) {
+    const Bending tried = best_strength(kernel, length);
+    if (is_better(tried, best)) best = tried;
+  }
+  if (!(best.strength_mm2 > 0)) return best;
+  const double log_length = std::log(best.length);
+  const double step = std::log(kLengthStep);
+  const auto badness = [&](double t) {
+    return best_strength(kernel, std::exp(t)).minus_2_log_likelihood;
+  };
+  const double refined_log = least(std::max(std::log(shortest), log_length - step),
+                                   std::min(std::log(kLongest), log_length + step),
+                                   kLengthSteps,
+                                   badness);
+  const Bending refined = best_strength(kernel, std::exp(refined_log));
+  return is_better(refined, best) ? refined : best;
+}
+
+}  // namespace panelcal::internal

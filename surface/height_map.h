@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/frames.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/surface/height_lattice.h"
+#include "panelcal/surface/probe_point.h"
+#include "panelcal/surface/surface_fit.h"
+#include "panelcal/surface/surface_outliers.h"
+
+namespace panelcal {
+
+/// Where a height comes from.
+enum class HeightSource : std::uint8_t {
+  Measured,      ///< a probe stands as near as probes do here
+  Filled,        ///< between probes, but where one is missing or was left out
+  Extrapolated,  ///< outside of the probes' hull
+};
+
+/// A height of a map.
+struct HeightAt {
+  Length height;
+  Length sigma;
+  HeightSource source = HeightSource::Measured;
+  Length outside;  ///< of the probes' hull; 0 inside
+};
+
+struct HeightMapOptions {
+  /// Empty: what foretells left-out probes best.
+  std::optional<SurfaceModel> model = std::nullopt;
+  LatticeInterpolation interpolation = LatticeInterpolation::MonotoneBicubic;
+  /// Farther outside of the probes' hull a height is refused.
+  Length max_extrapolation = mm(5);
+  /// How far a probe vouches for its surroundings, along x and y. Empty: half of the greatest
+  /// distance of neighbouring columns, and of rows, if the probes stand in columns and rows; else
+  /// the median distance to a probe's nearest neighbour, both ways.
+  std::optional<Eigen::Vector2d> reach_mm = std::nullopt;
+  OutlierOptions outliers = {};
+};
+
+/// A map of a panel's height, made of probes, that knows how sure it is and where it was not
+/// measured.
+///
+/// The probes that fit each other make a surface (surface/surface_outliers.h), whose height and
+/// sigma are sampled on a lattice so fine that interpolation adds less than a tenth to sigma, or as
+/// much as lattice_error() says; both are then fast. A value: copies share what was made.
+///
+/// See    tests/surface/height_map_test.cc, height_map_slow_test.cc
+class HeightMap {
+ public:
+  /// Fails  as fit_without_outliers(); config-value: an option that makes no sense
+  static Expected<HeightMap> of_probes(std::span<const ProbePoint> points,
+                                       const HeightMapOptions& options = {});
+
+  /// Fails  grid-invalid: farther outside than max_extrapolation; a number that is none
+  Expected<HeightAt> height_at(const Position<frame::Nominal>& place) const;
+
+  /// The heights alone, of many places, mm: some nanoseconds each inside of the hull.
+  ///
+  /// Fails  as height_at(), for the first such place; heights_mm is then not to be used
+  /// Precondition: heights_mm has the size of places_mm
+  Expected<void> heights_at(std::span<const Eigen::Vector2d> places_mm,
+                            std::span<double> heights_mm) const;
+
+  const SurfaceFit& surface() const;
+  std::span<const SurfaceOutlier> outliers() const;
+  /// Why this model, in words.
+  const std::string& reason() const;
+  const HeightLattice& lattice() const;
+  /// The worst difference of lattice and surface where it was tried, in the middle of cells; it is
+  /// part of every sigma.
+  Length lattice_error() const;
+
+ private:
+  struct State;
+  explicit HeightMap(std::shared_ptr<const State> state) : state_(std::move(state)) {}
+
+  std::shared_ptr<const State> state_;
+};
+
+}  // namespace panelcal

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/surface/surface_outliers.h"
+
+namespace panelcal {
+
+/// A surface and why it is of this model.
+struct ChosenSurface {
+  SoundSurface surface;
+  std::string reason;
+};
+
+/// Chooses the model that foretells probes best that were left out.
+///
+/// All three are fitted to the probes that the most flexible of them keeps. A simpler model is
+/// taken if what it misses more, probe by probe, is within one standard error of nothing.
+///
+/// Fails  as fit_without_outliers()
+/// Source Stone 1974 (cross-validation); Breiman et al. 1984, 3.4.3 (one standard error)
+/// See    tests/surface/height_map_test.cc
+Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
+                                       const OutlierOptions& options = {});
+
+}  // namespace panelcal

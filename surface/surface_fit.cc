@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/surface/surface_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include "panelcal/calib/drift/distributions.h"
+#include "panelcal/surface/bending_likelihood.h"
+
+namespace panelcal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using internal::Bending;
+using internal::BendingKernel;
+using internal::BendingLikelihood;
+using internal::Readings;
+
+constexpr Index kPlane = 3;
+constexpr Index kBowAndTwist = 6;
+/// Places of one matrix product.
+constexpr Index kAtOnce = 256;
+/// A probe whose left-out weight is less, by what it would be alone, is foretold by nothing.
+constexpr double kUnforetold = 1e-10;
+
+std::optional<Diagnostic> problem_of(const ProbePoint& point) {
+  const double sigma_mm = point.measured.sigma.in_mm();
+  if (point.place.in_mm().allFinite() && std::isfinite(point.measured.height.in_mm()) &&
+      std::isfinite(sigma_mm) && std::isfinite(1 / sigma_mm) && sigma_mm > 0) {
+    return std::nullopt;
+  }
+  return Diagnostic{Code::GridInvalid,
+                    point.from,
+                    fmt::format("probe {} has a number that makes no height", quoted(point.name)),
+                    "finite numbers and a sigma above 0"};
+}
+
+Bending likeliest(const BendingLikelihood& likelihood, SurfaceModel model) {
+  if (model == SurfaceModel::Plane) return likelihood.best_strength(BendingKernel::None, 1);
+  if (model == SurfaceModel::ThinPlate) return likelihood.best_length(BendingKernel::ThinPlate);
+  Bending best;
+  for (const BendingKernel kernel :
+       {BendingKernel::Matern32, BendingKernel::Matern52, BendingKernel::Gaussian}) {
+    const Bending tried = likelihood.best_length(kernel);
+    if (tried.minus_2_log_likelihood < best.minus_2_log_likelihood) best = tried;
+  }
+  return best;
+}
+
+std::string_view name_of(BendingKernel kernel) {
+  switch (kernel) {
+    case BendingKernel::None:
+      return "none";
+    case BendingKernel::ThinPlate:
+      return "thin plate";
+    case BendingKernel::Matern32:
+      return "Matern 3/2";
+    case BendingKernel::Matern52:
+      return "Matern 5/2";
+    case BendingKernel::Gaussian:
+      return "Gaussian";
+  }
+  return "";
+}
+
+}  // namespace
+
+/// In units of internal::Readings. With F^T F = P = W Q2 (1 + s B)^-1 Q2^T W and G the trend by the
+/// heights, in c(p) the covariances of a place with the probes and t(p) its trend,
+///
+///   height = t beta + s c^T P y             beta = G (y - s C P y)
+///   variance / k^2 = s (c(p, p) - 2 c^T g + g^T C g) + |R^-T t|^2 - s^2 |F (c - C g)|^2,   g = G^T
+///   t
+///
+/// The bending is first foretold from the trend's own probes, then from the contrasts, which know
+/// nothing of the trend.
+struct SurfaceFit::State {
+  SurfaceModel model = SurfaceModel::Plane;
+  Bending bending;
+  Readings readings;
+  VectorXd trend_mm;       ///< beta
+  VectorXd weights;        ///< s P y
+  MatrixXd onto;           ///< [s F; G], times c
+  MatrixXd root_of_trend;  ///< s F C G^T
+  MatrixXd trend_bending;  ///< G C G^T
+  MatrixXd trend_root;     ///< R^-1
+  std::vector<LeftOutProbe> left_out;
+
+  State(SurfaceModel of_model, Readings of, const BendingLikelihood& likelihood);
+  double degrees_of_freedom() const {
+    return static_cast<double>(readings.places.cols() - trend_root.rows()) +
+           BendingLikelihood::kPriorReadings;
+  }
+  void leave_out(const MatrixXd& root, const VectorXd& residual_weights);
+  void append(std::span<const Position<frame::Nominal>> places,
+              std::vector<HeightEstimate>& out) const;
+};
+
+SurfaceFit::State::State(SurfaceModel of_model, Readings of, const BendingLikelihood& likelihood)
+    : model(of_model),
+      bending(likeliest(likelihood, of_model)),
+      readings(std::move(of)),
+      trend_root(likelihood.trend_root()) {
+  const MatrixXd covariance = likelihood.covariance(bending.kernel, bending.length);
+  const Index n_contrasts = likelihood.n_contrasts();
+  const MatrixXd noise_and_bending =
+      MatrixXd::Identity(n_contrasts, n_contrasts) +
+      bending.strength_mm2 * likelihood.contrast_covariance(covariance);
+  const MatrixXd contrasts =
+      likelihood.contrasts().transpose() * readings.sigmas_mm.cwiseInverse().asDiagonal();
+  const MatrixXd root = noise_and_bending.llt().matrixL().solve(contrasts);
+  const MatrixXd& lift = likelihood.trend_of_heights();
+  const VectorXd& y = readings.heights_mm;
+  const VectorXd residual_weights = root.transpose() * (root * y);
+  weights = bending.strength_mm2 * residual_weights;
+  trend_mm = lift * (y - covariance * weights);
+  onto.resize(n_contrasts + lift.rows(), y.size());
+  onto << bending.strength_mm2 * root, lift;
+  const MatrixXd bending_of_trend = covariance * lift.transpose();
+  root_of_trend = bending.strength_mm2 * root * bending_of_trend;
+  trend_bending = lift * bending_of_trend;
+  leave_out(root, residual_weights);
+}
+
+/// A probe left out is missed by [P y]_i / P_ii, of variance k^2 / P_ii; k is then that of the
+/// others.
+void SurfaceFit::State::leave_out(const MatrixXd& root, const VectorXd& residual_weights) {
+  const double dof = degrees_of_freedom();
+  const double noise = bending.noise_factor;
+  for (Index i = 0; i < residual_weights.size(); ++i) {
+    LeftOutProbe out;
+    const double precision = root.col(i).squaredNorm();
+    const double alone = 1 / (readings.sigmas_mm[i] * readings.sigmas_mm[i]);
+    if (precision > kUnforetold * alone) {
+      out.deviation = mm(residual_weights[i] / precision);
+      out.sigma = mm(noise / std::sqrt(precision));
+      const double t = out.deviation / out.sigma;
+      const double rest = dof - t * t;
+      out.chance = rest > 0 ? variance_ratio_exceedance(t * t * (dof - 1) / rest, 1, dof - 1) : 0;
+    }
+    left_out.push_back(out);
+  }
+}
+
+void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
+                               std::vector<HeightEstimate>& out) const {
+  const auto n_places = static_cast<Index>(places.size());
+  const Index n_probes = readings.places.cols();
+  const Index n_trend = trend_root.rows();
+  MatrixXd c(n_probes, n_places);
+  MatrixXd t(n_trend, n_places);
+  for (Index j = 0; j < n_places; ++j) {
+    const Eigen::Vector2d p =
+        (places[static_cast<std::size_t>(j)].in_mm() - readings.center_mm) / readings.scale_mm;
+    for (Index i = 0; i < n_probes; ++i) {
+      c(i, j) = internal::bending_covariance(bending.kernel,
+                                             (readings.places.col(i) - p).norm() / bending.length);
+    }
+    t.col(j) = internal::trend_at(p, n_trend);
+  }
+  const MatrixXd by_contrasts = onto * c;
+  const Index n_contrasts = onto.rows() - n_trend;
+  const MatrixXd foretold = by_contrasts.topRows(n_contrasts) - root_of_trend * t;
+  const MatrixXd missed = trend_bending * t - 2 * by_contrasts.bottomRows(n_trend);
+  const MatrixXd trend = trend_root.transpose() * t;
+  const double itself = internal::bending_covariance(bending.kernel, 0);
+  for (Index j = 0; j < n_places; ++j) {
+    const double height_mm = readings.mean_mm + t.col(j).dot(trend_mm) + c.col(j).dot(weights);
+    const double variance = bending.strength_mm2 * (itself + t.col(j).dot(missed.col(j))) +
+                            trend.col(j).squaredNorm() - foretold.col(j).squaredNorm();
+    out.push_back({mm(height_mm), mm(bending.noise_factor * std::sqrt(std::max(0.0, variance)))});
+  }
+}
+
+SurfaceModel SurfaceFit::model() const {
+  return state_->model;
+}
+
+HeightEstimate SurfaceFit::at(const Position<frame::Nominal>& place) const {
+  std::vector<HeightEstimate> out;
+  state_->append({&place, 1}, out);
+  return out.front();
+}
+
+std::vector<HeightEstimate> SurfaceFit::at(std::span<const Position<frame::Nominal>> places) const {
+  std::vector<HeightEstimate> out;
+  out.reserve(places.size());
+  for (std::size_t i = 0; i < places.size(); i += kAtOnce) {
+    state_->append(places.subspan(i, std::min<std::size_t>(kAtOnce, places.size() - i)), out);
+  }
+  return out;
+}
+
+double SurfaceFit::noise_factor() const {
+  return state_->bending.noise_factor;
+}
+
+double SurfaceFit::degrees_of_freedom() const {
+  return state_->degrees_of_freedom();
+}
+
+Length SurfaceFit::amplitude() const {
+  const Bending& bending = state_->bending;
+  if (model() != SurfaceModel::GaussianProcess) return mm(0);
+  return mm(bending.noise_factor * std::sqrt(bending.strength_mm2));
+}
+
+Length SurfaceFit::length() const {
+  if (!(amplitude() > mm(0))) return mm(0);
+  return mm(state_->bending.length * state_->readings.scale_mm);
+}
+
+int SurfaceFit::n_trend() const {
+  return static_cast<int>(state_->trend_root.rows());
+}
+
+std::span<const LeftOutProbe> SurfaceFit::left_out() const {
+  return state_->left_out;
+}
+
+double SurfaceFit::left_out_rms() const {
+  double sum = 0;
+  for (std::size_t i = 0; i < state_->left_out.size(); ++i) {
+    const double sigma_mm = state_->readings.sigmas_mm[static_cast<Index>(i)];
+    const double deviation = state_->left_out[i].deviation.in_mm() / sigma_mm;
+    sum += deviation * deviation;
+  }
+  return std::sqrt(sum / static_cast<double>(state_->left_out.size()));
+}
+
+std::string SurfaceFit::summary() const {
+  const std::string noise = fmt::format("noise {:.2f} times what the probes say", noise_factor());
+  const std::string trend = n_trend() == kBowAndTwist ? "bow and twist" : "plane";
+  if (model() == SurfaceModel::Plane) return fmt::format("plane; {}", noise);
+  if (model() == SurfaceModel::ThinPlate) return fmt::format("thin plate; {}", noise);
+  if (!(amplitude() > mm(0)))
+    return fmt::format("{} without any further bending; {}", trend, noise);
+  return fmt::format("{} and a {} bending of {:.3f} mm over {:.0f} mm; {}",
+                     trend,
+                     name_of(state_->bending.kernel),
+                     amplitude().in_mm(),
+                     length().in_mm(),
+                     noise);
+}
+
+Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model) {
+  for (const ProbePoint& point : points) {
+    if (auto problem = problem_of(point)) return failure(*std::move(problem));
+  }
+  if (points.size() < kPlane || points.size() > kMostProbes) {
+    return failure({Code::GridInvalid,
+                    points.empty() ? Place() : points.front().from,
+                    fmt::format("{} probes", points.size()),
+                    fmt::format("{} to {} for a surface", kPlane, kMostProbes)});
+  }
+  Readings readings = Readings::of(points);
+  std::optional<BendingLikelihood> likelihood;
+  if (model == SurfaceModel::GaussianProcess && points.size() >= kLeastForBow) {
+    likelihood = BendingLikelihood::of(readings, kBowAndTwist);
+  }
+  if (!likelihood) likelihood = BendingLikelihood::of(readings, kPlane);
+  if (!likelihood) {
+    return failure({Code::GridInvalid,
+                    points.front().from,
+                    fmt::format("{} probes that coincide or lie in one line", points.size()),
+                    "probes all over the surface"});
+  }
+  return SurfaceFit(
+      std::make_shared<const SurfaceFit::State>(model, std::move(readings), *likelihood));
+}
+
+}  // namespace panelcal

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/frames.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/surface/probe_point.h"
+
+namespace panelcal {
+
+/// What a surface may do between its probes.
+enum class SurfaceModel : std::uint8_t {
+  Plane,
+  ThinPlate,        ///< a plane, bent like a thin plate
+  GaussianProcess,  ///< bow and twist, and a smooth random bending on top
+};
+
+/// A bent surface that is longer to fit than this many probes is refused: its cost grows with the
+/// cube of their number (600: some 10 s).
+inline constexpr std::size_t kMostProbes = 600;
+
+/// Fewer probes than this are not asked for bow and twist.
+inline constexpr std::size_t kLeastForBow = 12;
+
+/// What the other probes foretell at the place of one probe.
+struct LeftOutProbe {
+  Length deviation;   ///< measured minus foretold
+  Length sigma;       ///< of that, the probe's own scatter included
+  double chance = 1;  ///< that a good probe deviates more
+};
+
+/// A surface fitted to probed heights, with its uncertainty at every place.
+///
+/// A value: copies share what was fitted.
+class SurfaceFit {
+ public:
+  SurfaceModel model() const;
+  /// Height and sigma of the surface itself: a probe there would scatter about it besides.
+  HeightEstimate at(const Position<frame::Nominal>& place) const;
+  /// The same for many places: faster, by matrix products.
+  std::vector<HeightEstimate> at(std::span<const Position<frame::Nominal>> places) const;
+
+  /// How many times as much the probes scatter as they say.
+  double noise_factor() const;
+  /// Of the noise factor: what the probes tell of it, and what was believed before.
+  double degrees_of_freedom() const;
+  /// Standard deviation of the bending; 0 for a plane, and for a thin plate, which has none.
+  Length amplitude() const;
+  /// Over which the bending changes; 0 where amplitude() is 0.
+  Length length() const;
+  /// Coefficients of the trend: 3 for a plane, 6 with bow and twist.
+  int n_trend() const;
+  /// In the order of the probes; trend, strength and length of the bending as they are.
+  std::span<const LeftOutProbe> left_out() const;
+  /// Root mean square of the deviations of probes that were left out, in units of what each probe
+  /// is said to scatter. Precondition: more probes than n_trend()
+  double left_out_rms() const;
+  /// The model in words: `gaussian process: amplitude 0.112 mm, length 104 mm, noise 1.02 times`.
+  std::string summary() const;
+
+ private:
+  struct State;
+  friend Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model);
+  explicit SurfaceFit(std::shared_ptr<const State> state) : state_(std::move(state)) {}
+
+  std::shared_ptr<const State> state_;
+};
+
+/// Fits a surface to probed heights.
+///
+///   height_i = trend(place_i) + f(place_i) + e_i,   e_i ~ N(0, k^2 sigma_i^2)
+///
+/// f is a Gaussian process: none (plane), r^2 log r (thin plate), or the likeliest of Matern 3/2,
+/// Matern 5/2 and a Gaussian covariance of some length. The trend of a Gaussian process is bow and
+/// twist, (1, x, y, x^2, x y, y^2), where the probes determine it and are kLeastForBow or more;
+/// else a plane. Strength, length and k have the greatest restricted likelihood; with the trend's
+/// error they enter the sigma of every height, their own uncertainty does not.
+///
+/// In     points: 3 or more; sigma above 0
+/// Fails  grid-invalid: too few or too many probes; a number that is none; probes in one line
+/// Cost   some 30 n^3 for a Gaussian process; a height O(n^2)
+/// Source Rasmussen and Williams 2006, 2.7 (trend), 5.4.1, 5.4.2 (leaving one out); Dubrule 1983
+///        (leaving one out with a trend); Patterson and Thompson 1971 (restricted likelihood)
+/// See    tests/surface/surface_fit_test.cc, height_map_slow_test.cc
+Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model);
+
+}  // namespace panelcal

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/surface/surface_fit.h"
+
+namespace panelcal {
+
+/// A probe that does not belong to the surface the others make.
+struct SurfaceOutlier {
+  std::size_t i_point = 0;
+  std::string name;   ///< the probe's, else `probe at (x, y)`
+  Length deviation;   ///< measured minus what the others foretell
+  Length sigma;       ///< of that for a good probe
+  double chance = 0;  ///< that a good probe deviates more
+
+  /// `column 3 row 4 is 0.512 mm above what the others foretell, 160 sigma`
+  std::string text() const;
+};
+
+/// A surface of the probes that fit each other.
+struct SoundSurface {
+  SurfaceFit fit;
+  std::vector<std::size_t> kept;         ///< indices, rising
+  std::vector<SurfaceOutlier> outliers;  ///< in the order of the probes
+};
+
+struct OutlierOptions {
+  /// The chance that of good probes any is called an outlier. Smaller ones overlook smaller errors.
+  double false_alarm = 0.01;
+  /// If more of the probes than this do not fit the others, nobody knows which are right.
+  double most = 0.25;
+  /// Probes that scatter more than so many times what they say make no surface.
+  double most_noise = 10;
+};
+
+/// Fits a surface to the probes that fit each other, and names the others.
+///
+/// First the probe that deviates most from what the others foretell is set aside, one at a time,
+/// while it does so by the scatter of the better half, or by what the probes say if that is more:
+/// of many wild probes none hides another, for the median does not see them. A thin plate does for
+/// this search, as it has no length that wild probes could spoil. Then the model itself judges: a
+/// probe is an outlier if, left out, it deviates by more than one of n good ones does with the
+/// chance false_alarm / n (Bonferroni); whatever was set aside and does not, is taken back.
+///
+/// A third of wild probes all over the panel cannot be told from a rough surface; sigma between the
+/// probes is then as large as they are wild.
+///
+/// Fails  as fit_surface(); surface-out-of-tolerance: more than `most` of the probes do not fit,
+///        or the others scatter more than `most_noise` times what they say
+/// Cost   a thin plate for each probe set aside, O(n^3); then some fits
+/// Source Hadi and Simonoff 1993 (a clean part judges the rest); Rasmussen and Williams 2006, 5.4.2
+/// See    tests/surface/surface_outliers_test.cc
+Expected<SoundSurface> fit_without_outliers(std::span<const ProbePoint> points,
+                                            SurfaceModel model,
+                                            const OutlierOptions& options = {});
+
+}  // namespace panelcal

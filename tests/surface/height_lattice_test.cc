@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/surface/height_lattice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "panelcal/calib/base/random.h"
+
+namespace panelcal {
+namespace {
+
+using Eigen::Vector2d;
+using Heights = std::vector<double>;
+
+constexpr auto kBilinear = LatticeInterpolation::Bilinear;
+constexpr auto kBicubic = LatticeInterpolation::MonotoneBicubic;
+/// Rounding of heights of about 1 mm.
+constexpr double kRounding_mm = 1e-14;
+
+constexpr LatticeAxis kX{-20, 5, 9};
+constexpr LatticeAxis kY{100, 4, 7};
+
+template <class Surface>
+Heights sampled(const Surface& surface, const LatticeAxis& x = kX, const LatticeAxis& y = kY) {
+  Heights out;
+  for (int j = 0; j < y.n_nodes; ++j) {
+    for (int i = 0; i < x.n_nodes; ++i) out.push_back(surface(x.at_mm(i), y.at_mm(j)));
+  }
+  return out;
+}
+
+Vector2d random_place(Random& random) {
+  return {random.uniform(kX.first_mm, kX.last_mm()), random.uniform(kY.first_mm, kY.last_mm())};
+}
+
+TEST(HeightLattice, PassesThroughItsNodes) {
+  Random random(31);
+  const Heights heights = sampled([&](double, double) { return random.normal(); });
+  for (const auto interpolation : {kBilinear, kBicubic}) {
+    const HeightLattice lattice(kX, kY, heights, interpolation);
+    for (int j = 0; j < kY.n_nodes; ++j) {
+      for (int i = 0; i < kX.n_nodes; ++i) {
+        const double node_mm = heights[static_cast<std::size_t>(j * kX.n_nodes + i)];
+        EXPECT_NEAR(lattice.height_mm({kX.at_mm(i), kY.at_mm(j)}), node_mm, kRounding_mm);
+      }
+    }
+  }
+}
+
+TEST(HeightLattice, IsExactForAPlaneAndForATwist) {
+  const auto twisted = [](double x, double y) { return 1 + 0.01 * x - 0.02 * y + 1e-3 * x * y; };
+  Random random(32);
+  const HeightLattice bilinear(kX, kY, sampled(twisted), kBilinear);
+  const auto tilted = [](double x, double y) { return 1 + 0.01 * x - 0.02 * y; };
+  const HeightLattice bicubic(kX, kY, sampled(tilted), kBicubic);
+  for (int k = 0; k < 100; ++k) {
+    const Vector2d p_mm = random_place(random);
+    EXPECT_NEAR(bilinear.height_mm(p_mm), twisted(p_mm.x(), p_mm.y()), kRounding_mm * 10);
+    EXPECT_NEAR(bicubic.height_mm(p_mm), tilted(p_mm.x(), p_mm.y()), kRounding_mm * 10);
+  }
+}
+
+TEST(HeightLattice, NeverLeavesTheRangeOfACellsNodes) {
+  Random random(33);
+  for (int trial = 0; trial < 200; ++trial) {
+    // Rough surfaces, steps and spikes.
+    const Heights heights = sampled([&](double x, double) {
+      return trial % 2 == 0 ? random.normal() : (x > 0 ? 1 : 0) + (random.uniform() < 0.1 ? 9 : 0);
+    });
+    for (const auto interpolation : {kBilinear, kBicubic}) {
+      const HeightLattice lattice(kX, kY, heights, interpolation);
+      for (int k = 0; k < 500; ++k) {
+        const Vector2d p_mm = random_place(random);
+        const std::size_t cell = lattice.cell_of(p_mm);
+        const std::size_t node = cell / 8 * 9 + cell % 8;
+        const auto [low, high] =
+            std::minmax({heights[node], heights[node + 1], heights[node + 9], heights[node + 10]});
+        ASSERT_GE(lattice.height_mm(p_mm), low - 10 * kRounding_mm);
+        ASSERT_LE(lattice.height_mm(p_mm), high + 10 * kRounding_mm);
+      }
+    }
+  }
+}
+
+TEST(HeightLattice, RisesWhereItsNodesRise) {
+  Random random(34);
+  double row = 0;
+  const Heights heights = sampled([&](double x, double) {
+    if (x == kX.first_mm) row = 0;
+    return row += random.uniform() < 0.3 ? 0 : random.uniform();
+  });
+  const HeightLattice lattice(kX, kY, heights, kBicubic);
+  for (int j = 0; j < kY.n_nodes; ++j) {
+    double before_mm = -1;
+    for (double x_mm = kX.first_mm; x_mm <= kX.last_mm(); x_mm += 0.05) {
+      const double height_mm = lattice.height_mm({x_mm, kY.at_mm(j)});
+      EXPECT_GE(height_mm, before_mm - kRounding_mm * 10);
+      before_mm = height_mm;
+    }
+  }
+}
+
+/// Worst error at random places of a surface that rises and bends, on a lattice of this step.
+double worst_error_mm(double step_mm, LatticeInterpolation interpolation) {
+  const auto surface = [](double x, double y) {
+    return std::exp(0.02 * x) + std::exp(0.015 * y) + 1e-4 * x * y;
+  };
+  const LatticeAxis x{0, step_mm, static_cast<int>(80 / step_mm) + 1};
+  const HeightLattice lattice(x, x, sampled(surface, x, x), interpolation);
+  Random random(35);
+  double worst_mm = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const Vector2d p_mm(random.uniform(0, 80), random.uniform(0, 80));
+    worst_mm = std::max(worst_mm, std::abs(lattice.height_mm(p_mm) - surface(p_mm.x(), p_mm.y())));
+  }
+  return worst_mm;
+}
+
+TEST(HeightLattice, IsOfSecondAndOfThirdOrder) {
+  EXPECT_NEAR(worst_error_mm(8, kBilinear) / worst_error_mm(4, kBilinear), 4, 0.6);
+  EXPECT_NEAR(worst_error_mm(8, kBicubic) / worst_error_mm(4, kBicubic), 8, 2);
+  EXPECT_LT(worst_error_mm(4, kBicubic), 0.1 * worst_error_mm(4, kBilinear));
+}
+
+TEST(HeightLattice, HasNoKinksBetweenCells) {
+  const auto surface = [](double x, double y) { return std::exp(0.03 * x) * std::exp(0.01 * y); };
+  const HeightLattice lattice(kX, kY, sampled(surface), kBicubic);
+  constexpr double kStep_mm = 1e-6;
+  for (double y_mm = 101; y_mm < 120; y_mm += 2.5) {
+    const double here = lattice.height_mm({0, y_mm});
+    const double before = (here - lattice.height_mm({-kStep_mm, y_mm})) / kStep_mm;
+    const double behind = (lattice.height_mm({kStep_mm, y_mm}) - here) / kStep_mm;
+    EXPECT_NEAR(before, behind, 1e-6);
+  }
+}
+
+TEST(HeightLattice, TakesTheEdgeOutsideAndSaysSo) {
+  Random random(36);
+  const Heights heights = sampled([&](double, double) { return random.normal(); });
+  const HeightLattice lattice(kX, kY, heights, kBicubic);
+  EXPECT_EQ(lattice.height_mm({-1e9, 99}), heights.front());
+  EXPECT_NEAR(lattice.height_mm({1e9, 1e300}), heights.back(), kRounding_mm);
+  EXPECT_TRUE(lattice.is_inside({kX.first_mm, kY.last_mm()}));
+  EXPECT_TRUE(lattice.is_inside({kX.last_mm(), kY.first_mm}));
+  EXPECT_FALSE(lattice.is_inside({kX.last_mm() + 1e-9, 101}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(lattice.is_inside({nan, 101}));
+  EXPECT_FALSE(lattice.is_inside({0, nan}));
+}
+
+TEST(HeightLattice, IsTheSameForManyPlacesAndSeesMarks) {
+  Random random(37);
+  const Heights heights = sampled([&](double, double) { return random.normal(); });
+  std::vector<Vector2d> places_mm;
+  for (int k = 0; k < 300; ++k) places_mm.push_back(random_place(random));
+  for (const auto interpolation : {kBilinear, kBicubic}) {
+    const HeightLattice lattice(kX, kY, heights, interpolation);
+    Heights out(places_mm.size());
+    EXPECT_FALSE(lattice.heights_mm(places_mm, out, {}));
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      EXPECT_EQ(out[k], lattice.height_mm(places_mm[k]));
+    }
+    std::vector<std::uint8_t> marks(lattice.n_cells(), 0);
+    EXPECT_FALSE(lattice.heights_mm(places_mm, out, marks));
+    marks[lattice.cell_of(places_mm[77])] = 1;
+    EXPECT_TRUE(lattice.heights_mm(places_mm, out, marks));
+    std::vector<Vector2d> with_outside = places_mm;
+    with_outside[5].x() = kX.last_mm() + 1;
+    EXPECT_TRUE(lattice.heights_mm(with_outside, out, {}));
+  }
+}
+
+}  // namespace
+}  // namespace panelcal

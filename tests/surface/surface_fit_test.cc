@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/surface/surface_fit.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+
+#include "panelcal/surface/reference_plane.h"
+#include "tests/support/matchers.h"
+#include "tests/surface/simulated_warp.h"
+
+namespace panelcal {
+namespace {
+
+using Eigen::Vector2d;
+using test::FailsWith;
+using test::probed_lattice;
+using test::SimulatedWarp;
+using Points = std::vector<ProbePoint>;
+
+constexpr SurfaceModel kModels[] = {
+    SurfaceModel::Plane, SurfaceModel::ThinPlate, SurfaceModel::GaussianProcess};
+
+Position<frame::Nominal> at(double x_mm, double y_mm) {
+  return position_mm<frame::Nominal>(x_mm, y_mm);
+}
+
+SurfaceFit fitted(const Points& points, SurfaceModel model = SurfaceModel::GaussianProcess) {
+  auto fit = fit_surface(points, model);
+  EXPECT_TRUE(fit) << fit.error().text();
+  return *std::move(fit);
+}
+
+double tilted_mm(const Vector2d& p_mm) {
+  return 1.6 + 1e-3 * p_mm.x() - 2e-3 * p_mm.y();
+}
+
+double bowed_mm(const Vector2d& p_mm) {
+  return tilted_mm(p_mm) + 2e-6 * p_mm.squaredNorm() - 1e-6 * p_mm.x() * p_mm.y();
+}
+
+Points warped(std::uint64_t seed, int kind = 3) {
+  Random random(seed);
+  const SimulatedWarp warp(random, kind);
+  return probed_lattice(random, warp, 7, 6);
+}
+
+TEST(SurfaceFit, IsTheReferencePlaneForAPlane) {
+  Random random(11);
+  const Points points = probed_lattice(random, tilted_mm, 4, 3);
+  std::vector<ProbedHeight> probes;
+  for (const ProbePoint& point : points) {
+    probes.push_back({position_mm<frame::Machine>(point.place.in_mm()), point.measured});
+  }
+  const ReferencePlane plane = *fit_reference_plane(probes).plane;
+  const SurfaceFit fit = fitted(points, SurfaceModel::Plane);
+  for (const Vector2d& p_mm : {Vector2d(0, 0), Vector2d(-150, 40), Vector2d(300, 300)}) {
+    const HeightEstimate expected = plane.height_at(position_mm<frame::Machine>(p_mm));
+    const HeightEstimate found = fit.at(position_mm<frame::Nominal>(p_mm));
+    EXPECT_NEAR(found.height.in_mm(), expected.height.in_mm(), 1e-12);
+    EXPECT_NEAR(found.sigma.in_mm(), fit.noise_factor() * expected.sigma.in_mm(), 1e-12);
+  }
+}
+
+TEST(SurfaceFit, TakesBowAndTwistForTrend) {
+  Random random(12);
+  const SurfaceFit fit = fitted(probed_lattice(random, bowed_mm, 8, 8, 1e-6));
+  EXPECT_EQ(fit.n_trend(), 6);
+  for (const Vector2d& p_mm : {Vector2d(0, 0), Vector2d(-150, 40), Vector2d(170, 170)}) {
+    EXPECT_NEAR(fit.at(position_mm<frame::Nominal>(p_mm)).height.in_mm(), bowed_mm(p_mm), 1e-5);
+  }
+  // Two rows cannot tell a bow across them.
+  EXPECT_EQ(fitted(probed_lattice(random, bowed_mm, 12, 2)).n_trend(), 3);
+  EXPECT_EQ(fitted(probed_lattice(random, bowed_mm, 3, 3)).n_trend(), 3);
+}
+
+TEST(SurfaceFit, ForetellsAProbeAsIfItHadBeenLeftOut) {
+  // The noise factor is not the same without the probe, so sigmas are compared in units of it. The
+  // strength and the length are not, either: of a plane there are none, and exactness shows.
+  Points points = warped(13);
+  const SurfaceFit fit = fitted(points, SurfaceModel::Plane);
+  for (const std::size_t i : {std::size_t{0}, std::size_t{17}}) {
+    Points others = points;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    const SurfaceFit rest = fitted(others, SurfaceModel::Plane);
+    const HeightEstimate foretold = rest.at(points[i].place);
+    EXPECT_NEAR(fit.left_out()[i].deviation.in_mm(),
+                (points[i].measured.height - foretold.height).in_mm(),
+                1e-12);
+    EXPECT_NEAR(
+        fit.left_out()[i].sigma.in_mm() / fit.noise_factor(),
+        std::hypot(foretold.sigma.in_mm() / rest.noise_factor(), points[i].measured.sigma.in_mm()),
+        1e-12);
+  }
+}
+
+TEST(SurfaceFit, ForetellsNearlyAsIfTheStrengthHadBeenFittedWithoutTheProbe) {
+  const Points points = warped(14);
+  for (const SurfaceModel model : {SurfaceModel::ThinPlate, SurfaceModel::GaussianProcess}) {
+    const SurfaceFit fit = fitted(points, model);
+    for (const std::size_t i : {std::size_t{8}, std::size_t{20}}) {
+      Points others = points;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+      const HeightEstimate foretold = fitted(others, model).at(points[i].place);
+      const LeftOutProbe& left_out = fit.left_out()[i];
+      const Length deviation = points[i].measured.height - foretold.height;
+      EXPECT_NEAR(left_out.deviation / left_out.sigma, deviation / left_out.sigma, 0.5);
+    }
+  }
+}
+
+TEST(SurfaceFit, SaysHowMuchTheProbesScatter) {
+  Random random(15);
+  const SimulatedWarp warp(random, 1);
+  Points points = probed_lattice(random, warp, 10, 12);
+  const double told = fitted(points).noise_factor();
+  EXPECT_NEAR(told, 1, 0.25);
+  for (ProbePoint& point : points) point.measured.sigma = 0.1 * point.measured.sigma;
+  const SurfaceFit fit = fitted(points);
+  EXPECT_NEAR(fit.noise_factor(), 10 * told, 1);
+  EXPECT_THAT(fit.summary(), ::testing::HasSubstr("what the probes say"));
+}
+
+TEST(SurfaceFit, MovesAndTurnsWithThePanel) {
+  const Points points = warped(16);
+  Points moved = points;
+  for (ProbePoint& point : moved) {
+    const Vector2d p_mm = point.place.in_mm();
+    point.place = at(4000 - p_mm.y(), 3000 + p_mm.x());
+    point.measured.height = point.measured.height + mm(50);
+  }
+  for (const SurfaceModel model : kModels) {
+    const HeightEstimate here = fitted(points, model).at(at(33, -71));
+    const HeightEstimate there = fitted(moved, model).at(at(4071, 3033));
+    EXPECT_NEAR(there.height.in_mm() - 50, here.height.in_mm(), 1e-6);
+    EXPECT_NEAR(there.sigma.in_mm(), here.sigma.in_mm(), 1e-6);
+  }
+}
+
+TEST(SurfaceFit, KnowsLessFarAway) {
+  const Points points = warped(17);
+  for (const SurfaceModel model : kModels) {
+    const SurfaceFit fit = fitted(points, model);
+    EXPECT_LT(fit.at(at(10, 10)).sigma, fit.at(at(170, 170)).sigma);
+    EXPECT_LT(fit.at(at(170, 170)).sigma, fit.at(at(250, 250)).sigma);
+  }
+}
+
+TEST(SurfaceFit, IsTheSameForOneAndForManyPlaces) {
+  const SurfaceFit fit = fitted(warped(18));
+  std::vector<Position<frame::Nominal>> places;
+  for (int i = 0; i < 600; ++i) places.push_back(at(0.5 * i - 150, 100 - 0.3 * i));
+  const std::vector<HeightEstimate> many = fit.at(places);
+  ASSERT_EQ(many.size(), places.size());
+  for (const std::size_t i :
+       {std::size_t{0}, std::size_t{255}, std::size_t{256}, std::size_t{599}}) {
+    EXPECT_NEAR(many[i].height.in_mm(), fit.at(places[i]).height.in_mm(), 1e-11);
+    EXPECT_NEAR(many[i].sigma.in_mm(), fit.at(places[i]).sigma.in_mm(), 1e-9);
+  }
+}
+
+TEST(SurfaceFit, RefusesWhatMakesNoSurface) {
+  Points points = warped(19);
+  EXPECT_THAT(fit_surface({}, SurfaceModel::Plane), FailsWith(Code::GridInvalid, "0 probes"));
+  EXPECT_THAT(fit_surface(Points(points.begin(), points.begin() + 7), SurfaceModel::ThinPlate),
+              FailsWith(Code::GridInvalid, "in one line"));
+  EXPECT_THAT(fit_surface(Points(4, points[0]), SurfaceModel::GaussianProcess),
+              FailsWith(Code::GridInvalid, "coincide"));
+  EXPECT_THAT(fit_surface(Points(kMostProbes + 1, points[0]), SurfaceModel::Plane),
+              FailsWith(Code::GridInvalid, "601 probes"));
+  for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    Points broken = points;
+    broken[3].measured.sigma = mm(bad);
+    EXPECT_THAT(fit_surface(broken, SurfaceModel::Plane),
+                FailsWith(Code::GridInvalid, "column 3 row 0"));
+  }
+  points[9].measured.height = mm(std::numeric_limits<double>::infinity());
+  EXPECT_THAT(fit_surface(points, SurfaceModel::Plane),
+              FailsWith(Code::GridInvalid, "probes.jsonl:10"));
+}
+
+}  // namespace
+}  // namespace panelcal

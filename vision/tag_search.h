@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "panelcal/vision/detector.h"
+#include "panelcal/vision/tag_family.h"
+#include "panelcal/vision/tag_fit.h"
+
+namespace panelcal::internal {
+
+/// Finds and reads the tags of a family, whatever their ids, before any fit.
+///
+/// The picture is looked at in up to three ways, and no further once a tag of the target's id is
+/// seen, or any tag if it has none.
+///
+/// In     input: of a tag of about that size
+/// Cost   1 to 15 ms for 640 x 480 px
+std::vector<TagSighting> search_tags(const DetectorInput& input, const TagFamily& family);
+
+}  // namespace panelcal::internal
