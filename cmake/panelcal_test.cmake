@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 # panelcal_test(folder SOURCES ... DEPENDS ...): one test program per folder, each
 # TEST registered with CTest on its own so that they run in parallel.
+#
+# LABELS slow: statistics over many trials; slow-minutes: of those what CI has no time for. Neither
+# is made with sanitizers.
 
 include(GoogleTest)
 include(panelcal_precompile)
 
 function(panelcal_test folder)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LABELS;PROPERTIES" ${ARGN})
+  if(PANELCAL_SANITIZE AND arg_LABELS MATCHES slow)
+    return()
+  endif()
   add_executable(${folder}_test ${arg_SOURCES})
   target_link_libraries(${folder}_test PRIVATE ${arg_DEPENDS} panelcal_test_support
                                                panelcal_warnings GTest::gtest_main)

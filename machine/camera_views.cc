@@ -60,8 +60,8 @@ Expected<void> CameraViews::prepare(const MeasurementRequest& request, const Vie
   const std::optional<double> lamp = settings.lamp ? settings.lamp : stated_.lamp;
   if (lamp) PANELCAL_CHECK(set(request, CameraSetting::Lamp, *lamp));
   if (settings.zoom) PANELCAL_CHECK(set(request, CameraSetting::Zoom, *settings.zoom));
-  std::optional<Length> focus_z = view.focus_z;
-  if (!focus_z && !set_.contains(CameraSetting::Focus)) focus_z = stated_.focus;
+  // After an `$uvis,focus` that found nothing the axis stands at the last height tried.
+  const std::optional<Length> focus_z = view.focus_z ? view.focus_z : stated_.focus;
   if (focus_z) PANELCAL_CHECK(set(request, CameraSetting::Focus, focus_z->in_mm()));
   return {};
 }

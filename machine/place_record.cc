@@ -60,7 +60,7 @@ double up_to_ms(double time_s) {
 
 double tolerance(const MachineConfig& config, TrialKind kind) {
   const NightTrials trials = config.nightly ? config.nightly->trials : NightTrials();
-  return kind == TrialKind::Focus ? trials.focus_tolerance.in_mm() : trials.lamp_step();
+  return kind == TrialKind::Focus ? trials.focus_tolerance.in_mm() : 2 * trials.lamp_step();
 }
 
 bool keeps_to(const MachineConfig& config, TrialKind kind, const TrialNumber& number) {
@@ -224,13 +224,15 @@ Expected<std::string> stated_otherwise(const MachineConfig& config,
   const TrialWords& trial = words_of(kind);
   const std::optional<double> stated = stated_number(config, kind);
   return fmt::format(
-      "machine.toml says {}, and entry {} of the ledger, which is in force, {} {}: "
-      "write {}",
+      "machine.toml says {}, and entry {} of the ledger, in force since {}, {} {}: "
+      "write {}; or, if machine.toml is newer, calibrate {} --install",
       stated ? fmt::format("{} = {:g}", trial.key, *stated) : fmt::format("no {}", trial.key),
       in_force->id,
+      iso_8601(in_force->time),
       kind == TrialKind::Settle ? "waits at least" : "says",
       fmt::format("{:.4g} +- {:.2g} {}", number->value, number->sigma, trial.unit),
-      stated_line(kind, *number));
+      stated_line(kind, *number),
+      word(trial.kind));
 }
 
 }  // namespace panelcal

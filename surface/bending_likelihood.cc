@@ -16,8 +16,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// A trend whose columns are nearer to being dependent than this is not determined.
+/// A trend whose columns are nearer to being dependent than this is not determined: a plane if only
+/// rounding tells its slopes; bow and twist already if they would be told by how little the probes
+/// stand off two rows, or by a strip so narrow that a bow across it is none.
 constexpr double kDependent = 1e-7;
+constexpr double kDependentBow = 0.03;
+/// Coefficients of a plane.
+constexpr Index kPlane = 3;
 /// Strongest bending by the noise: beyond it rounding is as large as the noise.
 constexpr double kWeakest = 1e-4;
 constexpr double kStrongest = 1e12;
@@ -83,6 +88,12 @@ struct Tridiagonal {
   }
 };
 
+bool is_determined(const MatrixXd& trend, double threshold) {
+  Eigen::ColPivHouseholderQR<MatrixXd> rank(trend);
+  rank.setThreshold(threshold);
+  return rank.rank() == trend.cols();
+}
+
 bool is_better(const Bending& a, const Bending& b) {
   return a.minus_2_log_likelihood < b.minus_2_log_likelihood;
 }
@@ -130,9 +141,9 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
     trend.row(i) = trend_at(readings.places.col(i), n_trend).transpose();
   }
   const MatrixXd weighted = out.weights_per_mm_.asDiagonal() * trend;
-  Eigen::ColPivHouseholderQR<MatrixXd> rank(weighted);
-  rank.setThreshold(kDependent);
-  if (rank.rank() < n_trend) return std::nullopt;
+  // Where the probes stand tells whether there is a bow to find, whatever they are said to scatter.
+  if (n_trend > kPlane && !is_determined(trend, kDependentBow)) return std::nullopt;
+  if (!is_determined(weighted, kDependent)) return std::nullopt;
   const Eigen::HouseholderQR<MatrixXd> qr(weighted);
   const MatrixXd q = qr.householderQ() * MatrixXd::Identity(n, n);
   const MatrixXd r = qr.matrixQR().topRows(n_trend).triangularView<Eigen::Upper>();

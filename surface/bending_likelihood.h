@@ -54,7 +54,8 @@ class BendingLikelihood {
  public:
   static constexpr double kPriorReadings = 10;
 
-  /// Empty if the readings do not determine the trend.
+  /// Empty if the readings do not determine the trend; bow and twist must be told clearly, by more
+  /// than three rows' jitter.
   static std::optional<BendingLikelihood> of(const Readings& readings, Eigen::Index n_trend);
 
   Eigen::Index n_contrasts() const { return contrasts_.cols(); }

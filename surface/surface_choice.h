@@ -18,7 +18,8 @@ struct ChosenSurface {
 /// Chooses the model that foretells probes best that were left out.
 ///
 /// All three are fitted to the probes that the most flexible of them keeps. A simpler model is
-/// taken if what it misses more, probe by probe, is within one standard error of nothing.
+/// taken if what it misses more, probe by probe, is within one standard error of nothing. A probe
+/// that only one of two models foretells counts against the other as the worst miss of either.
 ///
 /// Fails  as fit_without_outliers()
 /// Source Stone 1974 (cross-validation); Breiman et al. 1984, 3.4.3 (one standard error)

@@ -77,8 +77,8 @@ std::string_view name_of(BendingKernel kernel) {
 /// heights, in c(p) the covariances of a place with the probes and t(p) its trend,
 ///
 ///   height = t beta + s c^T P y             beta = G (y - s C P y)
-///   variance / k^2 = s (c(p, p) - 2 c^T g + g^T C g) + |R^-T t|^2 - s^2 |F (c - C g)|^2,   g = G^T
-///   t
+///   variance / k^2 = s (c(p, p) - 2 c^T g + g^T C g) + |R^-T t|^2 - s^2 |F (c - C g)|^2
+///   with g = G^T t
 ///
 /// The bending is first foretold from the trend's own probes, then from the contrasts, which know
 /// nothing of the trend.
@@ -140,9 +140,10 @@ void SurfaceFit::State::leave_out(const MatrixXd& root, const VectorXd& residual
     const double precision = root.col(i).squaredNorm();
     const double alone = 1 / (readings.sigmas_mm[i] * readings.sigmas_mm[i]);
     if (precision > kUnforetold * alone) {
-      out.deviation = mm(residual_weights[i] / precision);
+      const Length deviation = mm(residual_weights[i] / precision);
+      out.deviation = deviation;
       out.sigma = mm(noise / std::sqrt(precision));
-      const double t = out.deviation / out.sigma;
+      const double t = deviation / out.sigma;
       const double rest = dof - t * t;
       out.chance = rest > 0 ? variance_ratio_exceedance(t * t * (dof - 1) / rest, 1, dof - 1) : 0;
     }
@@ -176,7 +177,8 @@ void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
     const double height_mm = readings.mean_mm + t.col(j).dot(trend_mm) + c.col(j).dot(weights);
     const double variance = bending.strength_mm2 * (itself + t.col(j).dot(missed.col(j))) +
                             trend.col(j).squaredNorm() - foretold.col(j).squaredNorm();
-    out.push_back({mm(height_mm), mm(bending.noise_factor * std::sqrt(std::max(0.0, variance)))});
+    // In this order what is no number stays none: nothing is known there, rather than all.
+    out.push_back({mm(height_mm), mm(bending.noise_factor * std::sqrt(std::max(variance, 0.0)))});
   }
 }
 
@@ -226,14 +228,18 @@ std::span<const LeftOutProbe> SurfaceFit::left_out() const {
   return state_->left_out;
 }
 
-double SurfaceFit::left_out_rms() const {
+std::optional<double> SurfaceFit::left_out_rms() const {
   double sum = 0;
+  std::size_t n = 0;
   for (std::size_t i = 0; i < state_->left_out.size(); ++i) {
+    if (!state_->left_out[i].deviation) continue;
     const double sigma_mm = state_->readings.sigmas_mm[static_cast<Index>(i)];
-    const double deviation = state_->left_out[i].deviation.in_mm() / sigma_mm;
+    const double deviation = state_->left_out[i].deviation->in_mm() / sigma_mm;
     sum += deviation * deviation;
+    ++n;
   }
-  return std::sqrt(sum / static_cast<double>(state_->left_out.size()));
+  if (n == 0) return std::nullopt;
+  return std::sqrt(sum / static_cast<double>(n));
 }
 
 std::string SurfaceFit::summary() const {

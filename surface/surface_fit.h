@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -32,9 +33,9 @@ inline constexpr std::size_t kLeastForBow = 12;
 
 /// What the other probes foretell at the place of one probe.
 struct LeftOutProbe {
-  Length deviation;   ///< measured minus foretold
-  Length sigma;       ///< of that, the probe's own scatter included
-  double chance = 1;  ///< that a good probe deviates more
+  std::optional<Length> deviation;  ///< measured minus foretold; empty: the others foretell nothing
+  Length sigma;                     ///< of that, the probe's own scatter included
+  double chance = 1;                ///< that a good probe deviates more
 };
 
 /// A surface fitted to probed heights, with its uncertainty at every place.
@@ -61,8 +62,8 @@ class SurfaceFit {
   /// In the order of the probes; trend, strength and length of the bending as they are.
   std::span<const LeftOutProbe> left_out() const;
   /// Root mean square of the deviations of probes that were left out, in units of what each probe
-  /// is said to scatter. Precondition: more probes than n_trend()
-  double left_out_rms() const;
+  /// is said to scatter. Empty if the others foretell none of them.
+  std::optional<double> left_out_rms() const;
   /// The model in words: `gaussian process: amplitude 0.112 mm, length 104 mm, noise 1.02 times`.
   std::string summary() const;
 

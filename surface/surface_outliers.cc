@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,7 +25,9 @@ class Sorting {
       : points_(points),
         limit_(options.false_alarm / static_cast<double>(points.size())),
         most_noise_(options.most_noise),
-        n_most_(static_cast<std::size_t>(options.most * static_cast<double>(points.size()))) {
+        n_most_(std::min(
+            static_cast<std::size_t>(options.most * static_cast<double>(points.size())),
+            points.size() > kLeastKept ? points.size() - kLeastKept : 0)) {
     for (std::size_t i = 0; i < points.size(); ++i) kept_.push_back(i);
   }
 
@@ -58,14 +59,14 @@ std::string name_of(const ProbePoint& point) {
 }
 
 double absolute_t(const LeftOutProbe& probe) {
-  return probe.sigma > mm(0) ? std::abs(probe.deviation / probe.sigma) : 0;
+  return probe.deviation ? std::abs(*probe.deviation / probe.sigma) : 0;
 }
 
 Expected<void> Sorting::set_aside(std::size_t i_kept) {
   const std::size_t i_point = kept_[i_kept];
   aside_.push_back(i_point);
   kept_.erase(kept_.begin() + static_cast<std::ptrdiff_t>(i_kept));
-  if (aside_.size() <= n_most_ && kept_.size() >= kLeastKept) return {};
+  if (aside_.size() <= n_most_) return {};
   return failure({Code::SurfaceOutOfTolerance,
                   points_[i_point].from,
                   fmt::format("{} of {} probes do not fit the others, {} among them",
@@ -146,9 +147,23 @@ std::string SurfaceOutlier::text() const {
                      std::abs(deviation / sigma));
 }
 
+Expected<void> OutlierOptions::validate() const {
+  const auto check = [](const char* field, double value, bool is_good, const char* expected)
+      -> Expected<void> {
+    if (is_good) return {};
+    return failure({Code::ConfigValue, {}, fmt::format("{} is {}", field, value), expected});
+  };
+  PANELCAL_CHECK(
+      check("false_alarm", false_alarm, false_alarm > 0 && false_alarm < 1, "above 0, below 1"));
+  PANELCAL_CHECK(
+      check("most outliers", most, most >= 0 && most <= 0.5, "0 to 0.5 of the probes"));
+  return check("most_noise", most_noise, most_noise > 0, "above 0");
+}
+
 Expected<SoundSurface> fit_without_outliers(std::span<const ProbePoint> points,
                                             SurfaceModel model,
                                             const OutlierOptions& options) {
+  PANELCAL_CHECK(options.validate());
   Sorting sorting(points, options);
   const bool is_plane = model == SurfaceModel::Plane;
   PANELCAL_CHECK(sorting.search(is_plane ? SurfaceModel::Plane : SurfaceModel::ThinPlate));

@@ -37,6 +37,9 @@ struct OutlierOptions {
   double most = 0.25;
   /// Probes that scatter more than so many times what they say make no surface.
   double most_noise = 10;
+
+  /// Fails  config-value
+  Expected<void> validate() const;
 };
 
 /// Fits a surface to the probes that fit each other, and names the others.
@@ -51,8 +54,9 @@ struct OutlierOptions {
 /// A third of wild probes all over the panel cannot be told from a rough surface; sigma between the
 /// probes is then as large as they are wild.
 ///
-/// Fails  as fit_surface(); surface-out-of-tolerance: more than `most` of the probes do not fit,
-///        or the others scatter more than `most_noise` times what they say
+/// Fails  as fit_surface() and OutlierOptions::validate(); surface-out-of-tolerance: more than `most`
+///        of the probes do not fit, or so many that fewer than 5 would be left, or the others scatter
+///        more than `most_noise` times what they say
 /// Cost   a thin plate for each probe set aside, O(n^3); then some fits
 /// Source Hadi and Simonoff 1993 (a clean part judges the rest); Rasmussen and Williams 2006, 5.4.2
 /// See    tests/surface/surface_outliers_test.cc

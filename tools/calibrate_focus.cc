@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "panelcal/machine/camera_settings.h"
 #include "panelcal/machine/nightly/self_test.h"
 #include "panelcal/machine/place_record.h"
 #include "panelcal/machine/place_trials.h"
@@ -58,6 +59,10 @@ class Trial {
         text += fmt::format("  the line for machine.toml: {}\n",
                             stated_line(found.kind, {*found.value, found.sigma}));
       }
+    }
+    // Lamp and focus stand where the last trial left them.
+    if (!found.value && found.kind != TrialKind::Settle) {
+      PANELCAL_CHECK(set_camera_as_stated(config_, at_.devices()));
     }
     PANELCAL_TRY(const std::string otherwise, otherwise_than_in_force(found.kind));
     if (!otherwise.empty()) {
@@ -108,8 +113,18 @@ class Trial {
 };
 
 Expected<FocusRange> range_of(const CalibrateOptions& options, const MachineConfig& config) {
-  if (options.range.size() == 2) return FocusRange{mm(options.range[0]), mm(options.range[1])};
-  if (config.vision.focus_range) return *config.vision.focus_range;
+  const std::optional<FocusRange>& may = config.vision.focus_range;
+  if (options.range.size() == 2) {
+    const FocusRange range = {mm(options.range[0]), mm(options.range[1])};
+    if (!may || (range.low >= may->low && range.high <= may->high)) return range;
+    return failure(usage(
+        fmt::format("--range {:g},{:g} goes beyond where the focus axis may go",
+                    options.range[0],
+                    options.range[1]),
+        fmt::format(
+            "{:g} to {:g} mm, [camera] focus_range_mm", may->low.in_mm(), may->high.in_mm())));
+  }
+  if (may) return *may;
   return failure(usage("nothing says between which heights to look",
                        "--range LOW,HIGH or [camera] focus_range_mm"));
 }

@@ -19,7 +19,8 @@ std::vector<ReadTag> read_checked(const Image& image,
   const internal::DetectorInput input{
       image, target, nullptr, options, internal::SearchArea(options)};
   std::vector<ReadTag> tags;
-  for (const internal::TagSighting& sighting : internal::search_tags(input, family)) {
+  for (const internal::TagSighting& sighting :
+       internal::search_tags(input, family, internal::TagsSought::All)) {
     ReadTag& tag = tags.emplace_back();
     tag.id = sighting.reading.id;
     for (std::size_t i = 0; i < tag.corners.size(); ++i) {

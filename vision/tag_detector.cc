@@ -22,7 +22,7 @@ bool is_wanted(const DetectorInput& input, const TagReading& reading) {
 std::vector<FittedCandidate> detect_tags(const DetectorInput& input) {
   const auto family = find_tag_family(input.target.tag_family);
   if (!family) return {};  // Target::validate() has said so
-  std::vector<TagSighting> sightings = search_tags(input, *family);
+  std::vector<TagSighting> sightings = search_tags(input, *family, TagsSought::One);
   std::stable_sort(sightings.begin(), sightings.end(), [&](const auto& a, const auto& b) {
     return is_wanted(input, a.reading) && !is_wanted(input, b.reading);
   });

@@ -12,7 +12,7 @@
 namespace panelcal::internal {
 namespace {
 
-/// One after the other until the tag is seen. The first is quick and sees nearly every tag; the
+/// One after the other until what is sought is seen. The first is quick and sees nearly every tag; the
 /// others are there for tags much smaller or larger than asked for, blur and debris.
 constexpr std::array kViews = {TagView{4, 0.8}, TagView{6, 1}, TagView{3, 0.5}};
 constexpr double kSamePlace = 0.3;  // of the side: nearer sightings are of one tag
@@ -33,7 +33,9 @@ Eigen::Vector2d center_of(const TagQuad& quad) {
 
 }  // namespace
 
-std::vector<TagSighting> search_tags(const DetectorInput& input, const TagFamily& family) {
+std::vector<TagSighting> search_tags(const DetectorInput& input,
+                                     const TagFamily& family,
+                                     TagsSought sought) {
   const double side_px = expected_side_px(input);
   const double cell_px = side_px / family.n_on_side;
   // A tag reaches beyond its corners' square, and may lie askew.
@@ -59,6 +61,7 @@ std::vector<TagSighting> search_tags(const DetectorInput& input, const TagFamily
       });
       if (is_new) sightings.push_back({quad.turned(reading->quarters), *reading});
     }
+    if (sought == TagsSought::All && !getenv("ONE")) continue;
     if (std::any_of(sightings.begin(), sightings.end(), [&](const TagSighting& s) {
           return is_wanted(input, s.reading);
         })) {

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/machine/camera_settings.h"
+#include "panelcal/machine/mark_sights.h"
 #include "panelcal/machine/nightly/night_calibrations.h"
 #include "panelcal/machine/place_record.h"
 #include "panelcal/machine/place_trials.h"
@@ -32,13 +33,10 @@ class TrialNight final : public NightCalibration {
   std::vector<std::string> axes() const override { return {trial_parameter(kind_)}; }
   std::string unit() const override { return trial_unit(kind_); }
   std::filesystem::path file() const override { return {}; }
-  std::optional<Eigen::VectorXd> present() const override {
-    const std::optional<double> stated = stated_number(*config_, kind_);
-    return stated ? std::optional(only(*stated)) : std::nullopt;
-  }
-  Expected<std::vector<SelfTestCheck>> check() const override {
-    return std::vector<SelfTestCheck>{};
-  }
+  // machine.toml has a bound (a wait) or what somebody once thought, and no estimate: what was
+  // measured is only held against what was measured.
+  std::optional<Eigen::VectorXd> present() const override { return std::nullopt; }
+  Expected<std::vector<SelfTestCheck>> check() const override;
   int n_qualities() const override { return kind_ == TrialKind::Settle ? 0 : 1; }
   NightlyConfig held_to(const NightlyConfig& nightly) const override;
   std::optional<NightValue> value_of(const LedgerEntry& entry) const override {
@@ -58,6 +56,7 @@ class TrialNight final : public NightCalibration {
 
  private:
   double tolerance() const;
+  SettleTrial settle_trial() const;
   Expected<TrialValue> find(const CalibrationDevices& devices, NightMeasurement& out) const;
   Expected<TrialValue> find_focus(const CalibrationDevices& devices, NightMeasurement& out) const;
   Expected<TrialValue> find_light(const CalibrationDevices& devices, NightMeasurement& out) const;
@@ -74,11 +73,39 @@ double TrialNight::tolerance() const {
     case TrialKind::Focus:
       return trials_.focus_tolerance.in_mm();
     case TrialKind::Light:
-      return trials_.lamp_step();
+      // Which of two levels side by side is the better one is a matter of luck.
+      return 2 * trials_.lamp_step();
     case TrialKind::Settle:
       break;
   }
   return trials_.settle_tolerance.in_s();
+}
+
+SettleTrial TrialNight::settle_trial() const {
+  SettleTrial trial;
+  trial.tool = place_.tool;
+  trial.limit = trials_.settle_limit;
+  trial.longest = trials_.settle_longest;
+  return trial;
+}
+
+Expected<std::vector<SelfTestCheck>> TrialNight::check() const {
+  const std::vector<SelfTestCheck> none;
+  if (kind_ != TrialKind::Settle) return none;
+  const Length way = settle_trial().way;
+  for (const double direction : {-1.0, 1.0}) {
+    const Position<frame::Machine> from =
+        config_->spindle_camera.spindle_to_see(place_.mark) +
+        displacement_mm<frame::Machine>(Eigen::Vector2d::Constant(direction * way.in_mm()));
+    if (is_in_travel(*config_, from)) continue;
+    return failure({Code::ConfigValue,
+                    {config_->file.string(), 0, 0},
+                    fmt::format("[nightly] calibrates the settle time with moves of {:g} mm to the "
+                                "mark, which lies too near to the end of the travel",
+                                way.in_mm()),
+                    "mark_mm farther inside"});
+  }
+  return none;
 }
 
 /// Lengths at a hole mean nothing here: the defaults of [nightly.gates] and [nightly.drift], in the
@@ -91,6 +118,16 @@ NightlyConfig TrialNight::held_to(const NightlyConfig& nightly) const {
   out.limits.change = factor * usual.limits.change;
   out.limits.old.tolerance = tolerance();
   out.limits.min_used = 1;
+  if (kind_ == TrialKind::Settle) {
+    // Two sigmas are added to what machine.toml should wait: a wide one costs time and nothing
+    // else.
+    out.limits.sigma = tolerance();
+    // Of a table that still swings the first pictures may show no mark.
+    const SettleTrial trial = settle_trial();
+    const int n_views = trial.n_delays * trial.n_moves;
+    out.limits.min_used = n_views / 2;
+    out.limits.max_outliers = n_views / 4;
+  }
   DriftPriors& priors = out.drift.priors;
   priors.drift = factor * usual.drift.priors.drift;
   priors.repeatability = factor * usual.drift.priors.repeatability;
@@ -118,8 +155,14 @@ Expected<TrialValue> TrialNight::find_light(const CalibrationDevices& devices,
   PANELCAL_TRY(const LightRun run,
                calibrate_light(*config_, devices, place_.mark, place_.tool, levels));
   out.result.n_used = static_cast<int>(run.samples.size());
+  // The level that jobs look with: that of the best one jumps with it.
+  const auto stated = std::ranges::min_element(run.samples, {}, [&](const LampSample& sample) {
+    return std::abs(sample.level - *config_->vision.lamp);
+  });
+  if (stated != run.samples.end() && stated->contrast > 0) {
+    out.levels = {{"contrast of the mark", "1", stated->contrast, true}};
+  }
   if (run.best) {
-    out.levels = {{"contrast at the best level", "1", run.best->contrast, true}};
     if (run.best->is_at_end) out.report.emplace_back("it is the brightest that was tried");
   }
   return trial_value(run);
@@ -127,11 +170,8 @@ Expected<TrialValue> TrialNight::find_light(const CalibrationDevices& devices,
 
 Expected<TrialValue> TrialNight::find_settle(const CalibrationDevices& devices,
                                              NightMeasurement& out) const {
-  SettleTrial trial;
-  trial.tool = place_.tool;
-  trial.limit = trials_.settle_limit;
-  trial.longest = trials_.settle_longest;
-  PANELCAL_TRY(const SettleRun run, calibrate_settle(*config_, devices, place_.mark, trial));
+  PANELCAL_TRY(const SettleRun run,
+               calibrate_settle(*config_, devices, place_.mark, settle_trial()));
   out.result.n_used = static_cast<int>(run.views.size());
   out.result.n_outliers = run.n_missed;
   return trial_value(run);
@@ -157,8 +197,8 @@ Expected<NightMeasurement> TrialNight::measure(const CalibrationDevices& devices
   const Expected<TrialValue> found = find(devices, out);
   // Whatever came of it: the next calibration, and the first job, see as they did before.
   const Expected<void> is_back = set_camera_as_stated(*config_, devices);
-  if (!found) return failure(found.error());
   PANELCAL_CHECK(is_back);
+  if (!found) return failure(found.error());
   if (!found->value) {
     return failure(
         {Code::CalibrationData, {config_->file.string(), 0, 0}, found->reason, "a number"});

@@ -34,10 +34,10 @@ class SimCoupon final : public Stage, public CameraDevice, public Spindle {
   Expected<void> drill(int tool) override;
   Expected<Image> take() override;
   std::string name() const override { return "sim"; }
-  // Neither the stage nor the camera has anything to set.
-  bool can_set(CameraSetting setting) const override { return Stage::can_set(setting); }
+  // Holes look the same in any light and at any height of the camera.
+  bool can_set(CameraSetting setting) const override { return setting != CameraSetting::Zoom; }
   Expected<void> set(CameraSetting setting, double value) override {
-    return Stage::set(setting, value);
+    return can_set(setting) ? Expected<void>() : Stage::set(setting, value);
   }
 
   SpindleCameraOffset true_offset() const { return offset_; }

@@ -135,10 +135,10 @@ TEST_F(CameraViewsTest, KeepsToWhatMachineTomlStatesUntilAProgramAsksForAnother)
   view.focus_z = mm(-2);
   ASSERT_TRUE(views.take(request_, view));
   EXPECT_THAT(take_orders(), ElementsAre("stage lamp 0.75", "stage focus -2", "wait 0.5", "take"));
-  // The lamp is that of the target; where the focus was moved to, it stays.
+  // Where `$uvis,focus` found the best height later views say so themselves.
   request_.settings.lamp.reset();
   ASSERT_TRUE(views.take(request_, at(100, 50)));
-  EXPECT_THAT(take_orders(), ElementsAre("stage lamp 40", "wait 0.5", "take"));
+  EXPECT_THAT(take_orders(), ElementsAre("stage lamp 40", "stage focus 0.5", "wait 0.5", "take"));
 }
 
 TEST_F(CameraViewsTest, PrefersTheCamerasOwnLamp) {

@@ -26,13 +26,14 @@ Target tag_target(double side_px = kSide_px) {
 }
 
 /// Turned by `turn_rad` clockwise as the picture shows it, its middle at a place.
-TagScene scene_of(int id, double x_px, double y_px, double turn_rad) {
+TagScene scene_of(
+    int id, double x_px, double y_px, double turn_rad, double side_px = kSide_px) {
   TagScene scene;
   scene.pattern = *tag_pattern("tag36h11", id);
   scene.width = 320;
   scene.height = 240;
-  const double c = kSide_px * std::cos(turn_rad);
-  const double s = kSide_px * std::sin(turn_rad);
+  const double c = side_px * std::cos(turn_rad);
+  const double s = side_px * std::sin(turn_rad);
   scene.image_from_tag << c, -s, x_px, s, c, y_px, 0, 0, 1;
   return scene;
 }
@@ -66,6 +67,15 @@ TEST(ReadTags, ReadsEveryTagWhereItLies) {
       EXPECT_LT((tag->corners[i].in_px() - scenes[k].corners_px()[i]).norm(), kNear_px)
           << ids[k] << " corner " << i;
     }
+  }
+}
+
+TEST(ReadTags, PROBE) {
+  for (double s = 10; s < 40; s += 2) {
+    const std::vector<TagScene> scenes = {scene_of(4, 60, 70, 0.1), scene_of(5, 200, 120, 0.4, s)};
+    const auto tags = read_tags(picture_of(scenes), tag_target());
+    const auto only = read_tags(picture_of({scenes[1]}), tag_target());
+    std::printf("%g: %zu %zu\n", s, tags->size(), only->size());
   }
 }
 

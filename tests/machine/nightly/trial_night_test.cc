@@ -273,7 +273,9 @@ TEST_F(TrialNights, SettleTimesAreMeasuredAndATooShortOneIsSaid) {
   plate.swing = um(40);
   plate.swing_decay = seconds(0.06);
   plate.swing_hz = 11;
-  nightly_lines = "[nightly.settle]\nlongest_s = 0.6\ntolerance_s = 0.2\n";
+  nightly_lines = "[nightly.settle]\nlongest_s = 0.6\n";
+  // A generous wait is no reason to refuse what was measured.
+  settle_s = 3;
   NightRecord record = run();
   EXPECT_EQ(exit_code(record), 0) << record.verdict;
   const auto entry = in_force(TrialKind::Settle);
