@@ -2,8 +2,7 @@
 # panelcal_test(folder SOURCES ... DEPENDS ...): one test program per folder, each
 # TEST registered with CTest on its own so that they run in parallel.
 #
-# LABELS slow: statistics over many trials; slow-minutes: of those what CI has no time for. Neither
-# is made with sanitizers.
+# LABELS slow: statistics over many trials, for which CI has no time; not made with sanitizers.
 
 include(GoogleTest)
 include(panelcal_precompile)
