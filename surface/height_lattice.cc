@@ -3,6 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
 
 namespace panelcal {
 namespace {
@@ -105,7 +110,46 @@ Eigen::Array4d cubic(double h0, double s0, double h1, double s1) {
   return {h0, s0, 3 * (h1 - h0) - 2 * s0 - s1, 2 * (h0 - h1) + s0 + s1};
 }
 
+Expected<void> check(const LatticeAxis& axis, const char* name) {
+  const auto bad = [&](std::string what, const char* expected) {
+    return failure(
+        {Code::GridInvalid, {}, fmt::format("a lattice {} along {}", what, name), expected});
+  };
+  if (axis.n_nodes < 2) return bad(fmt::format("of {} nodes", axis.n_nodes), "2 or more");
+  if (!std::isnormal(axis.step_mm) || !(axis.step_mm > 0)) {
+    return bad(fmt::format("with a step of {} mm", axis.step_mm), "above 0 mm");
+  }
+  if (!std::isfinite(axis.first_mm) || !std::isfinite(axis.last_mm())) {
+    return bad(fmt::format("from {} to {} mm", axis.first_mm, axis.last_mm()), "finite numbers");
+  }
+  return {};
+}
+
 }  // namespace
+
+Expected<HeightLattice> HeightLattice::make(const LatticeAxis& x,
+                                            const LatticeAxis& y,
+                                            std::span<const double> heights_mm,
+                                            LatticeInterpolation interpolation) {
+  PANELCAL_CHECK(check(x, "x"));
+  PANELCAL_CHECK(check(y, "y"));
+  const auto n_columns = static_cast<std::size_t>(x.n_nodes);
+  const auto n_rows = static_cast<std::size_t>(y.n_nodes);
+  // Nodes and cells are counted with int.
+  constexpr auto kMostNodes = static_cast<std::size_t>(std::numeric_limits<int>::max());
+  if (n_columns > kMostNodes / n_rows || heights_mm.size() != n_columns * n_rows) {
+    return failure(
+        {Code::GridInvalid,
+         {},
+         fmt::format("{} heights for {} x {} nodes", heights_mm.size(), n_columns, n_rows),
+         "one for each node"});
+  }
+  if (!std::ranges::all_of(heights_mm, [](double h_mm) { return std::isfinite(h_mm); })) {
+    return failure(
+        {Code::GridInvalid, {}, "a lattice with a height that is none", "finite numbers"});
+  }
+  return HeightLattice(x, y, heights_mm, interpolation);
+}
 
 HeightLattice::HeightLattice(const LatticeAxis& x,
                              const LatticeAxis& y,
@@ -201,9 +245,12 @@ double HeightLattice::height_mm(const Eigen::Vector2d& p_mm) const {
 bool HeightLattice::heights_mm(std::span<const Eigen::Vector2d> places_mm,
                                std::span<double> heights_mm,
                                std::span<const std::uint8_t> cell_marks) const {
+  const std::size_t n = std::min(places_mm.size(), heights_mm.size());
+  const bool has_marks = cell_marks.size() == n_cells();
+  const bool is_odd = places_mm.size() != heights_mm.size() || has_marks == cell_marks.empty();
   const auto all = [&](const auto& height, const auto& mark) {
-    unsigned marks = 0;
-    for (std::size_t k = 0; k < places_mm.size(); ++k) {
+    unsigned marks = is_odd ? 1 : 0;
+    for (std::size_t k = 0; k < n; ++k) {
       const Local at = local(places_mm[k]);
       heights_mm[k] = height(at);
       marks |= static_cast<unsigned>(at.is_outside) | mark(at);
@@ -214,8 +261,8 @@ bool HeightLattice::heights_mm(std::span<const Eigen::Vector2d> places_mm,
   const auto bicubic = [&](const Local& at) { return bicubic_mm(at); };
   const auto mark = [&](const Local& at) { return static_cast<unsigned>(cell_marks[at.cell]); };
   const auto none = [](const Local&) { return 0U; };
-  if (bicubic_.empty()) return cell_marks.empty() ? all(bilinear, none) : all(bilinear, mark);
-  return cell_marks.empty() ? all(bicubic, none) : all(bicubic, mark);
+  if (bicubic_.empty()) return has_marks ? all(bilinear, mark) : all(bilinear, none);
+  return has_marks ? all(bicubic, mark) : all(bicubic, none);
 }
 
 }  // namespace panelcal

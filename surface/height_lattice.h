@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "panelcal/calib/base/expected.h"
+
 namespace panelcal {
 
 enum class LatticeInterpolation : std::uint8_t {
@@ -43,12 +45,13 @@ struct LatticeAxis {
 /// See    tests/surface/height_lattice_test.cc
 class HeightLattice {
  public:
-  /// In     heights_mm: row by row, finite
-  /// Precondition: two nodes or more and a positive step along either axis
-  HeightLattice(const LatticeAxis& x,
-                const LatticeAxis& y,
-                std::span<const double> heights_mm,
-                LatticeInterpolation interpolation);
+  /// In     heights_mm: row by row
+  /// Fails  grid-invalid: fewer than two nodes or a step that is not positive along either axis;
+  ///        not a height for each node; a number that is none
+  static Expected<HeightLattice> make(const LatticeAxis& x,
+                                      const LatticeAxis& y,
+                                      std::span<const double> heights_mm,
+                                      LatticeInterpolation interpolation);
 
   const LatticeAxis& x() const { return x_; }
   const LatticeAxis& y() const { return y_; }
@@ -62,8 +65,9 @@ class HeightLattice {
   /// The same for many places.
   ///
   /// In     cell_marks: empty, or one for each cell
-  /// Out    whether any place lies outside or in a cell with a mark: whether a second look is due
-  /// Precondition: heights_mm has the size of places_mm
+  ///        heights_mm: one for each place; of spans of different sizes the first ones are taken
+  /// Out    whether any place lies outside or in a cell with a mark, or sizes differ: whether a
+  ///        second look is due
   bool heights_mm(std::span<const Eigen::Vector2d> places_mm,
                   std::span<double> heights_mm,
                   std::span<const std::uint8_t> cell_marks) const;
@@ -76,6 +80,11 @@ class HeightLattice {
   };
   using Bilinear = std::array<double, 4>;
   using Bicubic = Eigen::Array4d;  // four of them a cell: coefficients of u^0 to u^3, for each v^k
+
+  HeightLattice(const LatticeAxis& x,
+                const LatticeAxis& y,
+                std::span<const double> heights_mm,
+                LatticeInterpolation interpolation);
 
   Local local(const Eigen::Vector2d& p_mm) const;
   double bilinear_mm(const Local& at) const;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 
 #include <fmt/format.h>
@@ -22,9 +23,20 @@ constexpr double kSamePlace_mm = 1e-3;
 /// What the lattice may add to a sigma, and what is always good enough.
 constexpr double kMostLatticeError = 0.1;
 constexpr double kGoodLatticeError_mm = 1e-5;
-/// Cells by the side of the square that each probe has, at first; nodes at most.
+/// Cells by the side of the square that each probe has, at first; nodes at most, but for the edges.
 constexpr double kFirstRefinement = 4;
 constexpr double kMostNodes = 60000;
+/// Where a lattice is tried in a cell, along either side: Hermite's polynomials miss most in the
+/// middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are not.
+constexpr double kTried[] = {0.2113, 0.5, 0.7887};
+/// Of all cells at most so many places are tried, else evenly some of them.
+constexpr std::size_t kMostTried = 60000;
+/// Farther out nothing is known of any panel.
+constexpr double kMostExtrapolation_mm = 1000;
+/// Probes stand in columns and rows if they do but for this share of their neighbours' distance.
+constexpr double kSameColumn = 0.2;
+/// Reach of scattered probes by that distance: they cover the plane nearly.
+constexpr double kScatteredReach = 0.75;
 
 Position<frame::Nominal> nominal(const Vector2d& p_mm) {
   return position_mm<frame::Nominal>(p_mm);
@@ -36,40 +48,52 @@ Expected<void> check(const HeightMapOptions& options) {
         {Code::ConfigValue, {}, fmt::format("{} is {}", name, value), std::string(expected)});
   };
   const double most_mm = options.max_extrapolation.in_mm();
-  if (!(most_mm >= 0) || !std::isfinite(most_mm)) {
-    return bad("max_extrapolation_mm", most_mm, "0 mm or more");
+  if (!(most_mm >= 0 && most_mm <= kMostExtrapolation_mm)) {
+    return bad("max_extrapolation_mm", most_mm, "0 to 1000 mm");
   }
-  const double false_alarm = options.outliers.false_alarm;
-  if (!(false_alarm > 0 && false_alarm < 1)) return bad("false_alarm", false_alarm, "0 to 1");
-  const double most = options.outliers.most;
-  if (!(most >= 0 && most <= 0.5)) return bad("most outliers", most, "0 to 0.5 of the probes");
-  const double noise = options.outliers.most_noise;
-  if (!(noise > 0)) return bad("most_noise", noise, "above 0");
   if (options.reach_mm) {
     const double least_mm = options.reach_mm->minCoeff();
     if (!(least_mm > 0) || !options.reach_mm->allFinite()) {
       return bad("reach_mm", least_mm, "above 0 mm");
     }
   }
-  return {};
+  return options.outliers.validate();
 }
 
-/// Columns or rows, rising.
-std::vector<double> distinct(std::span<const ProbePoint> points, int axis) {
-  std::vector<double> all;
-  for (const ProbePoint& point : points) all.push_back(point.place.in_mm()[axis]);
-  std::ranges::sort(all);
-  std::vector<double> out;
-  for (const double value : all) {
-    if (out.empty() || value - out.back() > kSamePlace_mm) out.push_back(value);
+/// The lower one of two in the middle. Precondition: not empty.
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Columns or rows that probes stand in.
+struct Columns {
+  std::vector<double> first_mm;  ///< the least coordinate in each, rising
+  double widest_mm = 0;
+
+  /// Half of the usual gap, and what the probes stand off their columns: no slit is left between.
+  double reach_mm() const {
+    std::vector<double> gaps_mm = {};
+    for (std::size_t i = 1; i < first_mm.size(); ++i) {
+      gaps_mm.push_back(first_mm[i] - first_mm[i - 1]);
+    }
+    return (gaps_mm.empty() ? 0 : 0.5 * median(std::move(gaps_mm))) + widest_mm;
+  }
+};
+
+Columns columns_of(std::span<const ProbePoint> points, int axis, double tolerance_mm) {
+  std::vector<double> all_mm;
+  for (const ProbePoint& point : points) all_mm.push_back(point.place.in_mm()[axis]);
+  std::ranges::sort(all_mm);
+  Columns out;
+  for (const double value_mm : all_mm) {
+    if (out.first_mm.empty() || value_mm - out.first_mm.back() > tolerance_mm) {
+      out.first_mm.push_back(value_mm);
+    }
+    out.widest_mm = std::max(out.widest_mm, value_mm - out.first_mm.back());
   }
   return out;
-}
-
-double greatest_gap(const std::vector<double>& rising) {
-  double gap = 0;
-  for (std::size_t i = 1; i < rising.size(); ++i) gap = std::max(gap, rising[i] - rising[i - 1]);
-  return gap;
 }
 
 double median_neighbor_mm(std::span<const ProbePoint> points) {
@@ -82,18 +106,36 @@ double median_neighbor_mm(std::span<const ProbePoint> points) {
     }
     nearest_mm.push_back(least_mm);
   }
-  const auto middle = nearest_mm.begin() + static_cast<std::ptrdiff_t>(nearest_mm.size() / 2);
-  std::ranges::nth_element(nearest_mm, middle);
-  return *middle;
+  return median(std::move(nearest_mm));
 }
 
 Vector2d reach_of(std::span<const ProbePoint> points) {
-  const std::vector<double> columns = distinct(points, 0), rows = distinct(points, 1);
+  const double neighbor_mm = median_neighbor_mm(points);
+  const double tolerance_mm = std::max(kSamePlace_mm, kSameColumn * neighbor_mm);
+  const Columns columns = columns_of(points, 0, tolerance_mm);
+  const Columns rows = columns_of(points, 1, tolerance_mm);
   // Half of the nodes or more: columns and rows that have gaps, no places at random.
-  if (columns.size() * rows.size() <= 2 * points.size()) {
-    return 0.5 * Vector2d(greatest_gap(columns), greatest_gap(rows));
+  if (columns.first_mm.size() * rows.first_mm.size() <= 2 * points.size()) {
+    return {columns.reach_mm(), rows.reach_mm()};
   }
-  return Vector2d::Constant(median_neighbor_mm(points));
+  return Vector2d::Constant(kScatteredReach * neighbor_mm);
+}
+
+/// The least distance of two parallel lines that hold the hull between them.
+double width_mm(const Places& hull) {
+  double least_mm = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Vector2d from_mm = hull[i].in_mm();
+    const Vector2d side_mm = hull[(i + 1) % hull.size()].in_mm() - from_mm;
+    double farthest_mm = 0;
+    for (const auto& corner : hull) {
+      const Vector2d to_mm = corner.in_mm() - from_mm;
+      const double area = side_mm.x() * to_mm.y() - side_mm.y() * to_mm.x();
+      farthest_mm = std::max(farthest_mm, std::abs(area) / side_mm.norm());
+    }
+    least_mm = std::min(least_mm, farthest_mm);
+  }
+  return least_mm;
 }
 
 LatticeAxis axis(double low_mm, double high_mm, double step_mm) {
@@ -109,30 +151,47 @@ struct Sampled {
   bool is_good = false;
 };
 
-Sampled sample(const SurfaceFit& surface,
-               const LatticeAxis& x,
-               const LatticeAxis& y,
-               LatticeInterpolation interpolation) {
-  Places nodes, middles;
+/// Places within the cells, all over them.
+Places tried_places(const LatticeAxis& x, const LatticeAxis& y) {
+  constexpr std::size_t kByCell = std::size(kTried) * std::size(kTried);
+  const auto n_columns = static_cast<std::size_t>(x.n_nodes - 1);
+  const std::size_t n = n_columns * static_cast<std::size_t>(y.n_nodes - 1) * kByCell;
+  std::size_t step = n / kMostTried + 1;
+  // Else some of a cell's places would never be tried.
+  if (step % std::size(kTried) == 0) ++step;
+  Places out;
+  for (std::size_t k = 0; k < n; k += step) {
+    const std::size_t cell = k / kByCell, place = k % kByCell;
+    const auto i = static_cast<double>(cell % n_columns);
+    const auto j = static_cast<double>(cell / n_columns);
+    out.push_back(nominal({x.first_mm + (i + kTried[place % std::size(kTried)]) * x.step_mm,
+                           y.first_mm + (j + kTried[place / std::size(kTried)]) * y.step_mm}));
+  }
+  return out;
+}
+
+Expected<Sampled> sample(const SurfaceFit& surface,
+                         const LatticeAxis& x,
+                         const LatticeAxis& y,
+                         LatticeInterpolation interpolation) {
+  Places nodes;
   for (int j = 0; j < y.n_nodes; ++j) {
-    for (int i = 0; i < x.n_nodes; ++i) {
-      nodes.push_back(nominal({x.at_mm(i), y.at_mm(j)}));
-      if (i + 1 == x.n_nodes || j + 1 == y.n_nodes) continue;
-      middles.push_back(nodes.back() +
-                        displacement_mm<frame::Nominal>(0.5 * x.step_mm, 0.5 * y.step_mm));
-    }
+    for (int i = 0; i < x.n_nodes; ++i) nodes.push_back(nominal({x.at_mm(i), y.at_mm(j)}));
   }
   std::vector<double> heights_mm, sigmas_mm;
   for (const HeightEstimate& node : surface.at(nodes)) {
     heights_mm.push_back(node.height.in_mm());
     sigmas_mm.push_back(node.sigma.in_mm());
   }
-  Sampled out{HeightLattice(x, y, heights_mm, interpolation),
-              HeightLattice(x, y, sigmas_mm, LatticeInterpolation::Bilinear)};
+  PANELCAL_TRY(HeightLattice heights, HeightLattice::make(x, y, heights_mm, interpolation));
+  PANELCAL_TRY(HeightLattice sigmas,
+               HeightLattice::make(x, y, sigmas_mm, LatticeInterpolation::Bilinear));
+  Sampled out{std::move(heights), std::move(sigmas)};
   out.is_good = true;
-  const std::vector<HeightEstimate> right = surface.at(middles);
-  for (std::size_t i = 0; i < middles.size(); ++i) {
-    const Vector2d& p_mm = middles[i].in_mm();
+  const Places tried = tried_places(x, y);
+  const std::vector<HeightEstimate> right = surface.at(tried);
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    const Vector2d& p_mm = tried[i].in_mm();
     const double error_mm = std::abs(out.heights.height_mm(p_mm) - right[i].height.in_mm());
     out.error_mm = std::max(out.error_mm, error_mm);
     const double sigma_mm = right[i].sigma.in_mm();
@@ -144,17 +203,20 @@ Sampled sample(const SurfaceFit& surface,
 }
 
 /// Refines until the lattice is good or has as many nodes as it may have.
-Sampled sample_finely(const SurfaceFit& surface,
-                      const Vector2d& low_mm,
-                      const Vector2d& high_mm,
-                      double spacing_mm,
-                      LatticeInterpolation interpolation) {
+Expected<Sampled> sample_finely(const SurfaceFit& surface,
+                                const Vector2d& low_mm,
+                                const Vector2d& high_mm,
+                                double spacing_mm,
+                                LatticeInterpolation interpolation) {
   const Vector2d size_mm = high_mm - low_mm;
-  double step_mm = spacing_mm / kFirstRefinement;
+  // Probes that stand close may be few on what is extrapolated about them.
+  double step_mm = std::max({spacing_mm / kFirstRefinement,
+                             std::sqrt(size_mm.x() * size_mm.y() / kMostNodes),
+                             size_mm.maxCoeff() / kMostNodes});
   while (true) {
     const LatticeAxis x = axis(low_mm.x(), high_mm.x(), step_mm);
     const LatticeAxis y = axis(low_mm.y(), high_mm.y(), step_mm);
-    Sampled out = sample(surface, x, y, interpolation);
+    PANELCAL_TRY(Sampled out, sample(surface, x, y, interpolation));
     const double next_nodes = 4 * (size_mm.x() / step_mm + 1) * (size_mm.y() / step_mm + 1);
     if (out.is_good || next_nodes > kMostNodes) return out;
     step_mm *= 0.5;
@@ -235,6 +297,13 @@ Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
   Places kept;
   for (const std::size_t i : chosen->surface.kept) kept.push_back(points[i].place);
   Places hull = convex_hull(kept);
+  if (!(width_mm(hull) > kSamePlace_mm)) {
+    return failure(
+        {Code::GridInvalid,
+         points.front().from,
+         fmt::format("{} probes in one line but for {:.3g} mm", kept.size(), width_mm(hull)),
+         fmt::format("a surface wider than {} mm", kSamePlace_mm)});
+  }
   Vector2d low_mm = hull.front().in_mm(), high_mm = low_mm;
   for (const auto& corner : hull) {
     low_mm = low_mm.cwiseMin(corner.in_mm());
@@ -244,11 +313,12 @@ Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
       (high_mm - low_mm).norm() / std::sqrt(2 * static_cast<double>(kept.size()));
   // What is inside but for rounding lies in the lattice.
   const double border_mm = options.max_extrapolation.in_mm() + kSamePlace_mm;
-  Sampled sampled = sample_finely(chosen->surface.fit,
-                                  low_mm - Vector2d::Constant(border_mm),
-                                  high_mm + Vector2d::Constant(border_mm),
-                                  spacing_mm,
-                                  options.interpolation);
+  PANELCAL_TRY(Sampled sampled,
+               sample_finely(chosen->surface.fit,
+                             low_mm - Vector2d::Constant(border_mm),
+                             high_mm + Vector2d::Constant(border_mm),
+                             spacing_mm,
+                             options.interpolation));
   State state{*std::move(chosen),
               options,
               options.reach_mm.value_or(reach_of(points)),
@@ -271,8 +341,24 @@ Expected<HeightAt> HeightMap::height_at(const Position<frame::Nominal>& place) c
 }
 
 Expected<void> HeightMap::heights_at(std::span<const Vector2d> places_mm,
-                                     std::span<double> heights_mm) const {
-  if (!state_->sampled.heights.heights_mm(places_mm, heights_mm, state_->marks)) return {};
+                                     std::span<double> heights_mm,
+                                     std::span<HeightSource> sources) const {
+  if (heights_mm.size() != places_mm.size() ||
+      (!sources.empty() && sources.size() != places_mm.size())) {
+    return failure({Code::GridInvalid,
+                    {},
+                    fmt::format("{} places, {} heights and {} sources",
+                                places_mm.size(),
+                                heights_mm.size(),
+                                sources.size()),
+                    "one height, and one source or none, for each place"});
+  }
+  const bool is_doubtful = state_->sampled.heights.heights_mm(places_mm, heights_mm, state_->marks);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    PANELCAL_TRY(const Length outside, state_->check(places_mm[i]));
+    sources[i] = state_->source_of(places_mm[i], outside);
+  }
+  if (!is_doubtful || !sources.empty()) return {};
   for (const Vector2d& p_mm : places_mm) {
     // Cells at the lattice's border have a mark, and what lies outside of it falls into them.
     if (state_->marks[state_->sampled.heights.cell_of(p_mm)] != 0) {

@@ -40,11 +40,12 @@ struct HeightMapOptions {
   /// Empty: what foretells left-out probes best.
   std::optional<SurfaceModel> model = std::nullopt;
   LatticeInterpolation interpolation = LatticeInterpolation::MonotoneBicubic;
-  /// Farther outside of the probes' hull a height is refused.
+  /// Farther outside of the probes' hull a height is refused. At most 1000 mm.
   Length max_extrapolation = mm(5);
-  /// How far a probe vouches for its surroundings, along x and y. Empty: half of the greatest
-  /// distance of neighbouring columns, and of rows, if the probes stand in columns and rows; else
-  /// the median distance to a probe's nearest neighbour, both ways.
+  /// How far a probe vouches for its surroundings, along x and y. Empty: half of the median
+  /// distance of neighbouring columns, and of rows, if the probes stand in columns and rows but for
+  /// a fifth of the distance of neighbouring probes; else 3/4 of the median distance to a probe's
+  /// nearest neighbour, both ways.
   std::optional<Eigen::Vector2d> reach_mm = std::nullopt;
   OutlierOptions outliers = {};
 };
@@ -59,27 +60,33 @@ struct HeightMapOptions {
 /// See    tests/surface/height_map_test.cc, height_map_slow_test.cc
 class HeightMap {
  public:
-  /// Fails  as fit_without_outliers(); config-value: an option that makes no sense
+  /// Fails  as fit_without_outliers(); config-value: an option that makes no sense; grid-invalid:
+  ///        the probes that fit each other lie in one line but for some um
   static Expected<HeightMap> of_probes(std::span<const ProbePoint> points,
                                        const HeightMapOptions& options = {});
 
   /// Fails  grid-invalid: farther outside than max_extrapolation; a number that is none
   Expected<HeightAt> height_at(const Position<frame::Nominal>& place) const;
 
-  /// The heights alone, of many places, mm: some nanoseconds each inside of the hull.
+  /// The heights alone, of many places, mm: some nanoseconds each inside of the hull. Filled and
+  /// extrapolated ones are among them.
   ///
-  /// Fails  as height_at(), for the first such place; heights_mm is then not to be used
-  /// Precondition: heights_mm has the size of places_mm
+  /// In     heights_mm: one for each place
+  ///        sources: empty, or one for each place, to be told where its height comes from; that
+  ///        takes as long as height_at()
+  /// Fails  as height_at(), for the first such place, and for spans of other sizes; heights_mm and
+  ///        sources are then not to be used
   Expected<void> heights_at(std::span<const Eigen::Vector2d> places_mm,
-                            std::span<double> heights_mm) const;
+                            std::span<double> heights_mm,
+                            std::span<HeightSource> sources = {}) const;
 
   const SurfaceFit& surface() const;
   std::span<const SurfaceOutlier> outliers() const;
   /// Why this model, in words.
   const std::string& reason() const;
   const HeightLattice& lattice() const;
-  /// The worst difference of lattice and surface where it was tried, in the middle of cells; it is
-  /// part of every sigma.
+  /// The worst difference of lattice and surface where it was tried, in the middle of cells and
+  /// about it; it is part of every sigma.
   Length lattice_error() const;
 
  private:

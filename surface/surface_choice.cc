@@ -39,7 +39,7 @@ bool is_clearly_worse(const Misses& other, const Misses& best) {
   for (std::size_t i = 0; i < best.size(); ++i) {
     if (!other[i] && !best[i]) continue;
     // What a model does not foretell it cannot have missed little.
-    const double difference = other[i].value_or(worst) - best[i].value_or(worst);
+    const double difference = !best[i] ? -worst : !other[i] ? worst : *other[i] - *best[i];
     n += 1;
     sum += difference;
     squares += difference * difference;

@@ -30,6 +30,8 @@ constexpr Index kBowAndTwist = 6;
 constexpr Index kAtOnce = 256;
 /// A probe whose left-out weight is less, by what it would be alone, is foretold by nothing.
 constexpr double kUnforetold = 1e-10;
+/// What rounding makes of a variance, by the terms that it is the difference of.
+constexpr double kVarianceRounding = 1e-15;
 
 std::optional<Diagnostic> problem_of(const ProbePoint& point) {
   const double sigma_mm = point.measured.sigma.in_mm();
@@ -175,10 +177,14 @@ void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
   const double itself = internal::bending_covariance(bending.kernel, 0);
   for (Index j = 0; j < n_places; ++j) {
     const double height_mm = readings.mean_mm + t.col(j).dot(trend_mm) + c.col(j).dot(weights);
-    const double variance = bending.strength_mm2 * (itself + t.col(j).dot(missed.col(j))) +
-                            trend.col(j).squaredNorm() - foretold.col(j).squaredNorm();
-    // In this order what is no number stays none: nothing is known there, rather than all.
-    out.push_back({mm(height_mm), mm(bending.noise_factor * std::sqrt(std::max(variance, 0.0)))});
+    const double bent = bending.strength_mm2 * (itself + t.col(j).dot(missed.col(j)));
+    const double tilted = trend.col(j).squaredNorm();
+    const double known = foretold.col(j).squaredNorm();
+    // Far away they cancel, and what is left of them is rounding. In this order what is no number
+    // stays none: nothing is known there, rather than all.
+    const double least = kVarianceRounding * (std::abs(bent) + tilted + known);
+    const double variance = std::max(bent + tilted - known, least);
+    out.push_back({mm(height_mm), mm(bending.noise_factor * std::sqrt(variance))});
   }
 }
 

@@ -25,9 +25,9 @@ class Sorting {
       : points_(points),
         limit_(options.false_alarm / static_cast<double>(points.size())),
         most_noise_(options.most_noise),
-        n_most_(std::min(
-            static_cast<std::size_t>(options.most * static_cast<double>(points.size())),
-            points.size() > kLeastKept ? points.size() - kLeastKept : 0)) {
+        n_most_(
+            std::min(static_cast<std::size_t>(options.most * static_cast<double>(points.size())),
+                     points.size() > kLeastKept ? points.size() - kLeastKept : 0)) {
     for (std::size_t i = 0; i < points.size(); ++i) kept_.push_back(i);
   }
 
@@ -148,15 +148,14 @@ std::string SurfaceOutlier::text() const {
 }
 
 Expected<void> OutlierOptions::validate() const {
-  const auto check = [](const char* field, double value, bool is_good, const char* expected)
-      -> Expected<void> {
+  const auto check =
+      [](const char* field, double value, bool is_good, const char* expected) -> Expected<void> {
     if (is_good) return {};
     return failure({Code::ConfigValue, {}, fmt::format("{} is {}", field, value), expected});
   };
   PANELCAL_CHECK(
       check("false_alarm", false_alarm, false_alarm > 0 && false_alarm < 1, "above 0, below 1"));
-  PANELCAL_CHECK(
-      check("most outliers", most, most >= 0 && most <= 0.5, "0 to 0.5 of the probes"));
+  PANELCAL_CHECK(check("most outliers", most, most >= 0 && most <= 0.5, "0 to 0.5 of the probes"));
   return check("most_noise", most_noise, most_noise > 0, "above 0");
 }
 

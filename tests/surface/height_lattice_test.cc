@@ -4,15 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
+#include <vector>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "panelcal/calib/base/random.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
 
 using Eigen::Vector2d;
+using test::FailsWith;
 using Heights = std::vector<double>;
 
 constexpr auto kBilinear = LatticeInterpolation::Bilinear;
@@ -32,6 +37,15 @@ Heights sampled(const Surface& surface, const LatticeAxis& x = kX, const Lattice
   return out;
 }
 
+HeightLattice made(const LatticeAxis& x,
+                   const LatticeAxis& y,
+                   const Heights& heights_mm,
+                   LatticeInterpolation interpolation) {
+  auto lattice = HeightLattice::make(x, y, heights_mm, interpolation);
+  EXPECT_TRUE(lattice) << lattice.error().text();
+  return *std::move(lattice);
+}
+
 Vector2d random_place(Random& random) {
   return {random.uniform(kX.first_mm, kX.last_mm()), random.uniform(kY.first_mm, kY.last_mm())};
 }
@@ -40,7 +54,7 @@ TEST(HeightLattice, PassesThroughItsNodes) {
   Random random(31);
   const Heights heights = sampled([&](double, double) { return random.normal(); });
   for (const auto interpolation : {kBilinear, kBicubic}) {
-    const HeightLattice lattice(kX, kY, heights, interpolation);
+    const HeightLattice lattice = made(kX, kY, heights, interpolation);
     for (int j = 0; j < kY.n_nodes; ++j) {
       for (int i = 0; i < kX.n_nodes; ++i) {
         const double node_mm = heights[static_cast<std::size_t>(j * kX.n_nodes + i)];
@@ -53,9 +67,9 @@ TEST(HeightLattice, PassesThroughItsNodes) {
 TEST(HeightLattice, IsExactForAPlaneAndForATwist) {
   const auto twisted = [](double x, double y) { return 1 + 0.01 * x - 0.02 * y + 1e-3 * x * y; };
   Random random(32);
-  const HeightLattice bilinear(kX, kY, sampled(twisted), kBilinear);
+  const HeightLattice bilinear = made(kX, kY, sampled(twisted), kBilinear);
   const auto tilted = [](double x, double y) { return 1 + 0.01 * x - 0.02 * y; };
-  const HeightLattice bicubic(kX, kY, sampled(tilted), kBicubic);
+  const HeightLattice bicubic = made(kX, kY, sampled(tilted), kBicubic);
   for (int k = 0; k < 100; ++k) {
     const Vector2d p_mm = random_place(random);
     EXPECT_NEAR(bilinear.height_mm(p_mm), twisted(p_mm.x(), p_mm.y()), kRounding_mm * 10);
@@ -71,7 +85,7 @@ TEST(HeightLattice, NeverLeavesTheRangeOfACellsNodes) {
       return trial % 2 == 0 ? random.normal() : (x > 0 ? 1 : 0) + (random.uniform() < 0.1 ? 9 : 0);
     });
     for (const auto interpolation : {kBilinear, kBicubic}) {
-      const HeightLattice lattice(kX, kY, heights, interpolation);
+      const HeightLattice lattice = made(kX, kY, heights, interpolation);
       for (int k = 0; k < 500; ++k) {
         const Vector2d p_mm = random_place(random);
         const std::size_t cell = lattice.cell_of(p_mm);
@@ -92,7 +106,7 @@ TEST(HeightLattice, RisesWhereItsNodesRise) {
     if (x == kX.first_mm) row = 0;
     return row += random.uniform() < 0.3 ? 0 : random.uniform();
   });
-  const HeightLattice lattice(kX, kY, heights, kBicubic);
+  const HeightLattice lattice = made(kX, kY, heights, kBicubic);
   for (int j = 0; j < kY.n_nodes; ++j) {
     double before_mm = -1;
     for (double x_mm = kX.first_mm; x_mm <= kX.last_mm(); x_mm += 0.05) {
@@ -109,7 +123,7 @@ double worst_error_mm(double step_mm, LatticeInterpolation interpolation) {
     return std::exp(0.02 * x) + std::exp(0.015 * y) + 1e-4 * x * y;
   };
   const LatticeAxis x{0, step_mm, static_cast<int>(80 / step_mm) + 1};
-  const HeightLattice lattice(x, x, sampled(surface, x, x), interpolation);
+  const HeightLattice lattice = made(x, x, sampled(surface, x, x), interpolation);
   Random random(35);
   double worst_mm = 0;
   for (int k = 0; k < 2000; ++k) {
@@ -127,7 +141,7 @@ TEST(HeightLattice, IsOfSecondAndOfThirdOrder) {
 
 TEST(HeightLattice, HasNoKinksBetweenCells) {
   const auto surface = [](double x, double y) { return std::exp(0.03 * x) * std::exp(0.01 * y); };
-  const HeightLattice lattice(kX, kY, sampled(surface), kBicubic);
+  const HeightLattice lattice = made(kX, kY, sampled(surface), kBicubic);
   constexpr double kStep_mm = 1e-6;
   for (double y_mm = 101; y_mm < 120; y_mm += 2.5) {
     const double here = lattice.height_mm({0, y_mm});
@@ -140,7 +154,7 @@ TEST(HeightLattice, HasNoKinksBetweenCells) {
 TEST(HeightLattice, TakesTheEdgeOutsideAndSaysSo) {
   Random random(36);
   const Heights heights = sampled([&](double, double) { return random.normal(); });
-  const HeightLattice lattice(kX, kY, heights, kBicubic);
+  const HeightLattice lattice = made(kX, kY, heights, kBicubic);
   EXPECT_EQ(lattice.height_mm({-1e9, 99}), heights.front());
   EXPECT_NEAR(lattice.height_mm({1e9, 1e300}), heights.back(), kRounding_mm);
   EXPECT_TRUE(lattice.is_inside({kX.first_mm, kY.last_mm()}));
@@ -157,7 +171,7 @@ TEST(HeightLattice, IsTheSameForManyPlacesAndSeesMarks) {
   std::vector<Vector2d> places_mm;
   for (int k = 0; k < 300; ++k) places_mm.push_back(random_place(random));
   for (const auto interpolation : {kBilinear, kBicubic}) {
-    const HeightLattice lattice(kX, kY, heights, interpolation);
+    const HeightLattice lattice = made(kX, kY, heights, interpolation);
     Heights out(places_mm.size());
     EXPECT_FALSE(lattice.heights_mm(places_mm, out, {}));
     for (std::size_t k = 0; k < out.size(); ++k) {
@@ -171,6 +185,47 @@ TEST(HeightLattice, IsTheSameForManyPlacesAndSeesMarks) {
     with_outside[5].x() = kX.last_mm() + 1;
     EXPECT_TRUE(lattice.heights_mm(with_outside, out, {}));
   }
+}
+
+TEST(HeightLattice, TakesNoMoreThanItIsGiven) {
+  const auto tilted = [](double x, double) { return 0.1 * x; };
+  const HeightLattice lattice = made(kX, kY, sampled(tilted), kBicubic);
+  const std::vector<Vector2d> places_mm(3, Vector2d(10, 110));
+  Heights out(5, -1.0);
+  EXPECT_TRUE(lattice.heights_mm(places_mm, std::span(out).first(2), {}));
+  EXPECT_EQ(out[2], -1);
+  EXPECT_TRUE(lattice.heights_mm(places_mm, out, {}));
+  EXPECT_EQ(out[3], -1);
+  EXPECT_NEAR(out[2], 1, kRounding_mm * 10);
+  const std::vector<std::uint8_t> marks(3, 0);
+  EXPECT_TRUE(lattice.heights_mm(places_mm, std::span(out).first(3), marks));
+}
+
+TEST(HeightLattice, RefusesWhatIsNoLattice) {
+  const auto flat = [](double, double) { return 1.6; };
+  const Heights heights_mm = sampled(flat);
+  const double inf = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const int n_nodes : {1, 0, -3}) {
+    EXPECT_THAT(HeightLattice::make({0, 1, n_nodes}, kY, heights_mm, kBicubic),
+                FailsWith(Code::GridInvalid, "nodes along x"));
+  }
+  for (const double step_mm : {0.0, -1.0, nan, inf, 1e-320}) {
+    EXPECT_THAT(HeightLattice::make(kX, {100, step_mm, 7}, heights_mm, kBilinear),
+                FailsWith(Code::GridInvalid, "along y"));
+  }
+  for (const double first_mm : {nan, inf, -inf}) {
+    EXPECT_THAT(HeightLattice::make({first_mm, 5, 9}, kY, heights_mm, kBilinear),
+                FailsWith(Code::GridInvalid, "along x"));
+  }
+  EXPECT_THAT(HeightLattice::make(kX, kY, std::span(heights_mm).first(62), kBicubic),
+              FailsWith(Code::GridInvalid, "62 heights for 9 x 7 nodes"));
+  EXPECT_THAT(HeightLattice::make({0, 1, 1 << 20}, {0, 1, 1 << 20}, heights_mm, kBicubic),
+              FailsWith(Code::GridInvalid, "63 heights"));
+  Heights broken_mm = heights_mm;
+  broken_mm[11] = nan;
+  EXPECT_THAT(HeightLattice::make(kX, kY, broken_mm, kBicubic),
+              FailsWith(Code::GridInvalid, "a height that is none"));
 }
 
 }  // namespace

@@ -133,13 +133,18 @@ TEST(HeightMap, KnowsWarpsAndHowWell) {
 }
 
 TEST(HeightMap, KnowsWarpsWithAFifthOfTheNodesMissing) {
-  expect_honest(judged({.n_missing = 24}));
+  const Judged found = judged({.n_missing = 24});
+  expect_honest(found);
+  EXPECT_LT(found.rms_um(), 1.8);
+  EXPECT_LE(found.n_false_alarms, 4);
 }
 
 TEST(HeightMap, KnowsWarpsWithNodesMissingAndWildProbes) {
   const Judged found = judged({.n_missing = 24, .n_wild = 8});
   expect_honest(found);
+  EXPECT_LT(found.rms_um(), 1.9);
   EXPECT_EQ(found.n_overlooked, 0);
+  EXPECT_LE(found.n_false_alarms, 4);
 }
 
 }  // namespace

@@ -75,6 +75,58 @@ TEST(SurfaceFit, TakesBowAndTwistForTrend) {
   EXPECT_EQ(fitted(probed_lattice(random, bowed_mm, 3, 3)).n_trend(), 3);
 }
 
+TEST(SurfaceFit, TakesNoBowFromHowLittleTwoRowsAreOff) {
+  for (const double jitter_mm : {0.001, 0.1, 1.0}) {
+    Random random(20);
+    Points points = probed_lattice(random, tilted_mm, 12, 2);
+    for (ProbePoint& point : points) {
+      const Vector2d p_mm = point.place.in_mm();
+      point.place = at(p_mm.x(), p_mm.y() + jitter_mm * random.normal());
+    }
+    const SurfaceFit fit = fitted(points);
+    EXPECT_EQ(fit.n_trend(), 3);
+    EXPECT_NEAR(fit.at(at(20, 0)).height.in_mm(), tilted_mm({20, 0}), 0.01);
+    EXPECT_LT(fit.at(at(20, 0)).sigma, mm(0.01));
+  }
+  // A row between them does tell one, and so do probes that scatter unlike each other.
+  Random random(20);
+  Points points = probed_lattice(random, bowed_mm, 12, 3);
+  EXPECT_EQ(fitted(points).n_trend(), 6);
+  points[5].measured.sigma = 0.01 * points[5].measured.sigma;
+  EXPECT_EQ(fitted(points).n_trend(), 6);
+}
+
+TEST(SurfaceFit, ForetellsNothingOfAProbeThatAloneTellsATrend) {
+  Random random(27);
+  const Points three = {probed_lattice(random, tilted_mm, 2, 2)};
+  const SurfaceFit plane = fitted(Points(three.begin(), three.begin() + 3), SurfaceModel::Plane);
+  for (const LeftOutProbe& probe : plane.left_out()) EXPECT_FALSE(probe.deviation);
+  EXPECT_FALSE(plane.left_out_rms());
+  EXPECT_TRUE(fitted(three, SurfaceModel::Plane).left_out_rms());
+  // The bow across two rows hangs on a single probe between them.
+  Points points = probed_lattice(random, bowed_mm, 7, 2);
+  points.push_back(points.back());
+  points.back().place = at(0, 0);
+  const SurfaceFit bent = fitted(points);
+  ASSERT_EQ(bent.n_trend(), 6);
+  EXPECT_FALSE(bent.left_out().back().deviation);
+  EXPECT_TRUE(bent.left_out().front().deviation);
+  EXPECT_TRUE(bent.left_out_rms());
+}
+
+TEST(SurfaceFit, KnowsNothingOfPlacesThatAreNone) {
+  const Points points = warped(28);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const SurfaceModel model : kModels) {
+    const SurfaceFit fit = fitted(points, model);
+    EXPECT_FALSE(fit.at(at(nan, 0)).sigma <= mm(1e9));
+    for (const double far_mm : {1e5, 1e8, 1e20, 1e160, 1e300}) {
+      EXPECT_FALSE(fit.at(at(10, far_mm)).sigma <= fit.at(at(10, 300)).sigma)
+          << fit.summary() << " at " << far_mm << " mm";
+    }
+  }
+}
+
 TEST(SurfaceFit, ForetellsAProbeAsIfItHadBeenLeftOut) {
   // The noise factor is not the same without the probe, so sigmas are compared in units of it. The
   // strength and the length are not, either: of a plane there are none, and exactness shows.
@@ -85,7 +137,8 @@ TEST(SurfaceFit, ForetellsAProbeAsIfItHadBeenLeftOut) {
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
     const SurfaceFit rest = fitted(others, SurfaceModel::Plane);
     const HeightEstimate foretold = rest.at(points[i].place);
-    EXPECT_NEAR(fit.left_out()[i].deviation.in_mm(),
+    ASSERT_TRUE(fit.left_out()[i].deviation);
+    EXPECT_NEAR(fit.left_out()[i].deviation->in_mm(),
                 (points[i].measured.height - foretold.height).in_mm(),
                 1e-12);
     EXPECT_NEAR(
@@ -105,7 +158,8 @@ TEST(SurfaceFit, ForetellsNearlyAsIfTheStrengthHadBeenFittedWithoutTheProbe) {
       const HeightEstimate foretold = fitted(others, model).at(points[i].place);
       const LeftOutProbe& left_out = fit.left_out()[i];
       const Length deviation = points[i].measured.height - foretold.height;
-      EXPECT_NEAR(left_out.deviation / left_out.sigma, deviation / left_out.sigma, 0.5);
+      ASSERT_TRUE(left_out.deviation);
+      EXPECT_NEAR(*left_out.deviation / left_out.sigma, deviation / left_out.sigma, 0.5);
     }
   }
 }

@@ -2,8 +2,11 @@
 #include "panelcal/surface/surface_outliers.h"
 
 #include <algorithm>
+#include <limits>
 #include <set>
+#include <utility>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"
@@ -76,6 +79,47 @@ TEST(SurfaceOutliers, RefusesProbesThatScatterFarMoreThanTheySay) {
   for (ProbePoint& point : points) point.measured.sigma = mm(0.001);
   EXPECT_THAT(fit_without_outliers(points, SurfaceModel::Plane),
               FailsWith(Code::SurfaceOutOfTolerance, ""));
+}
+
+TEST(SurfaceOutliers, SetsNoneOfTooFewAside) {
+  const auto tilted = [](const Eigen::Vector2d& p_mm) { return 1.6 + 1e-3 * p_mm.x(); };
+  for (const std::size_t n : {3U, 4U, 5U, 6U}) {
+    Random random(29);
+    Points points = probed_lattice(random, tilted, 3, 2);
+    // Three in one line are no surface.
+    std::swap(points[2], points[4]);
+    points.resize(n);
+    for (const SurfaceModel model : {SurfaceModel::Plane, SurfaceModel::GaussianProcess}) {
+      const auto good = fit_without_outliers(points, model);
+      ASSERT_TRUE(good) << good.error().text();
+      EXPECT_EQ(good->kept.size(), n);
+    }
+    points[1].measured.height = points[1].measured.height + mm(2);
+    const auto found = fit_without_outliers(points, SurfaceModel::Plane);
+    if (n == 3) {
+      // Any three make a plane.
+      EXPECT_TRUE(found);
+    } else if (n < 6) {
+      EXPECT_THAT(found, FailsWith(Code::SurfaceOutOfTolerance, fmt::format("1 of {} probes", n)));
+      EXPECT_THAT(found.error().text(), HasSubstr("at most 0"));
+    } else {
+      ASSERT_TRUE(found) << found.error().text();
+      EXPECT_EQ(called_outliers(*found), std::set<std::size_t>{1});
+    }
+  }
+}
+
+TEST(SurfaceOutliers, RefusesOptionsThatMakeNoSense) {
+  Random random(30);
+  const Points points = warped(random, 4, 4);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refused = [&](const OutlierOptions& options, const char* text) {
+    EXPECT_THAT(fit_without_outliers(points, SurfaceModel::Plane, options),
+                FailsWith(Code::ConfigValue, text));
+  };
+  for (const double bad : {nan, -0.1, 0.6, 1e300}) refused({.most = bad}, "most outliers is ");
+  for (const double bad : {nan, 0.0, 1.0}) refused({.false_alarm = bad}, "false_alarm is ");
+  for (const double bad : {nan, 0.0}) refused({.most_noise = bad}, "most_noise is ");
 }
 
 TEST(SurfaceOutliers, SeldomCallsAGoodProbeWild) {
