@@ -241,9 +241,7 @@ std::string report(const CameraRun& run) {
         fmt::format("; views scatter {:.2f} times more than stated, which is counted", run.excess);
   }
   text += "\n";
-  for (const MissedPicture& picture : run.sights.left_out) {
-    text += fmt::format("  without {}: {}\n", picture.picture, picture.reason);
-  }
+  text += pictures_report(run.sights.left_out, run.sights.without_tag);
   for (const MissedPicture& missed : run.sights.missed) {
     text += fmt::format("  without {}: {}\n", missed.picture, missed.reason);
   }

@@ -338,4 +338,18 @@ Expected<MarkSights> look_at_folder(const MachineConfig& config,
   return std::move(collector.sights());
 }
 
+std::string pictures_report(const std::vector<MissedPicture>& left_out,
+                            const std::vector<std::string>& without_tag) {
+  std::string text;
+  for (const MissedPicture& picture : left_out) {
+    text += fmt::format("  without {}: {}\n", picture.picture, picture.reason);
+  }
+  if (without_tag.empty()) return text;
+  return text + fmt::format(
+                    "  pictures without a tag: {} (from {}); where the axis stood there is "
+                    "not checked\n",
+                    without_tag.size(),
+                    without_tag.front());
+}
+
 }  // namespace panelcal

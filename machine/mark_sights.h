@@ -30,7 +30,9 @@ struct MarkSights {
   std::vector<std::string> names;  ///< of the pictures, one a view
   std::vector<MissedPicture> missed;
   std::vector<MissedPicture> left_out;  ///< not looked at: a plate's tags contradict other pictures
-  int n_skipped = 0;                    ///< pictures of other vision tools or zooms
+  std::vector<std::string> without_tag;  ///< of a plate with tags: where they were taken is checked
+                                         ///< by none
+  int n_skipped = 0;                     ///< pictures of other vision tools or zooms
   int width_px = 0;
   int height_px = 0;
   std::vector<LedgerInput> inputs;  ///< picture files with their digests; none from a live camera
@@ -81,5 +83,10 @@ Expected<MarkSights> look_at_mark(const MachineConfig& config,
 Expected<MarkSights> look_at_folder(const MachineConfig& config,
                                     const PictureFolder& folder,
                                     const MarkViews& views);
+
+/// Lines of a report: which pictures of a plate with tags were left out and why, and how many show
+/// no tag.
+std::string pictures_report(const std::vector<MissedPicture>& left_out,
+                            const std::vector<std::string>& without_tag);
 
 }  // namespace panelcal

@@ -19,8 +19,8 @@ struct PlacePair {
 
 /// The rigid motion that carries the places on the plate onto those on the machine best.
 ///
-/// In     least_lever: places whose distances from their middle make less, as the root of the sum of
-///        squares, say nothing of the angle, which stays that of `pose`
+/// In     least_lever: places whose distances from their middle make less (root of the sum of their
+///        squares) say nothing of the angle, which stays that of `pose`
 /// Out    `pose` where there are no pairs
 PlatePose best_pose(const std::vector<PlacePair>& pairs, const PlatePose& pose, Length least_lever);
 

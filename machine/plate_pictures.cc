@@ -60,24 +60,33 @@ class PlateLooks {
   }
 
   Expected<void> add(const PictureFolder& folder, std::size_t i_pose) {
+    const auto n_of_zoom = std::ranges::count(folder.rows, zoom_, &PictureRow::zoom);
+    sights_.n_skipped += static_cast<int>(std::ssize(folder.rows) - n_of_zoom);
+    if (n_of_zoom == 0) return {};
     PANELCAL_TRY(const internal::TaggedPose start, begin(folder, i_pose));
     PlatePose pose = start.pose;
     std::vector<PlacePair> pairs;
     for (std::size_t i = 0; i < folder.rows.size(); ++i) {
       const PictureRow& row = folder.rows[i];
-      if (row.zoom != zoom_) {
-        ++sights_.n_skipped;
-        continue;
-      }
+      if (row.zoom != zoom_) continue;
+      PANELCAL_TRY(const internal::PlatePicture picture,
+                   internal::read_plate_picture(config_, camera_, folder.path_of(row)));
+      const std::string name = name_of(folder, row);
+      // Those that are left out, too: their tags had a say in how the plate lay.
+      sights_.inputs.push_back({name, sha256(picture.bytes), picture.bytes.size()});
       const auto contradicts = std::ranges::find(
           start.contradictions, i, &internal::TaggedPose::Contradiction::i_picture);
       if (contradicts != start.contradictions.end()) {
-        sights_.left_out.push_back({name_of(folder, row), contradicts->why});
+        sights_.left_out.push_back({name, contradicts->why});
         continue;
       }
-      PANELCAL_CHECK(add_picture(folder, row, i_pose, pose, pairs));
+      if (plate_.tags && std::ranges::count(start.agreeing, i) == 0) {
+        sights_.without_tag.push_back(name);
+      }
+      add_picture(picture.image, name, row, pose, pairs);
       pose = internal::best_pose(pairs, pose, kLeastLever * plate_.pitch);
     }
+    ++n_poses_;
     if (plate_.tags) PANELCAL_CHECK(check_tags(folder, i_pose, start.pose, pairs));
     return check_scatter(folder, i_pose, pose, pairs);
   }
@@ -91,7 +100,7 @@ class PlateLooks {
 
   /// How the plate lay, as its tags or its file say.
   Expected<internal::TaggedPose> begin(const PictureFolder& folder, std::size_t i_pose) const {
-    if (!plate_.tags) return internal::TaggedPose{plate_.poses[i_pose], {}};
+    if (!plate_.tags) return internal::TaggedPose{plate_.poses[i_pose], {}, {}};
     return internal::look_at_tags(config_, plate_, camera_, folder, zoom_);
   }
 
@@ -129,22 +138,17 @@ class PlateLooks {
                      kMostScatter * plate_.pitch.in_mm())});
   }
 
-  Expected<void> add_picture(const PictureFolder& folder,
-                             const PictureRow& row,
-                             std::size_t i_pose,
-                             const PlatePose& pose,
-                             std::vector<PlacePair>& pairs) {
-    PANELCAL_TRY(const internal::PlatePicture picture,
-                 internal::read_plate_picture(config_, camera_, folder.path_of(row)));
-    const std::string name = name_of(folder, row);
-    sights_.inputs.push_back({name, sha256(picture.bytes), picture.bytes.size()});
+  void add_picture(const Image& image,
+                   const std::string& name,
+                   const PictureRow& row,
+                   const PlatePose& pose,
+                   std::vector<PlacePair>& pairs) {
     const std::size_t i_view = sights_.data.views.size();
-    sights_.data.views.push_back({row.axis, i_pose});
+    sights_.data.views.push_back({row.axis, n_poses_});
     sights_.names.push_back(name);
     for (std::size_t i_dot = 0; i_dot < sights_.data.dots.size(); ++i_dot) {
-      if (!is_covered_[i_dot]) look(picture.image, i_view, i_dot, pose, pairs);
+      if (!is_covered_[i_dot]) look(image, i_view, i_dot, pose, pairs);
     }
-    return {};
   }
 
   /// Where a dot should be in the picture, if all of it is in there.
@@ -202,6 +206,7 @@ class PlateLooks {
   LocateOptions options_;
   Eigen::Matrix2d stage_px2_;
   std::vector<bool> is_covered_;  ///< by a tag: such a dot is not there
+  std::size_t n_poses_ = 0;       ///< with pictures: the fit numbers them without gaps
   MarkSights sights_;
 };
 
@@ -275,9 +280,8 @@ TableSights table_sights(const MachineConfig& config, const MarkSights& seen) {
   const CameraModel model = config.camera->model();
   TableSights sights;
   sights.inputs = seen.inputs;
-  for (const MissedPicture& picture : seen.left_out) {
-    sights.left_out.push_back(fmt::format("{}: {}", picture.picture, picture.reason));
-  }
+  sights.left_out = seen.left_out;
+  sights.without_tag = seen.without_tag;
   sights.data.dots = seen.data.dots;
   for (const PlateView& view : seen.data.views) {
     sights.data.views.push_back({config.spindle_camera.spindle_to_see(view.axis_at), view.i_pose});

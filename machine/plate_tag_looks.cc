@@ -51,6 +51,37 @@ double side_mm(const TagSight& sight) {
   return sum_mm / 4;
 }
 
+/// Refuses pictures without a tag that follow from a single one with tags, against which nothing is
+/// held.
+Expected<void> check_followed(const TaggedPose& pose,
+                              const PictureFolder& folder,
+                              const std::optional<double>& zoom) {
+  if (pose.agreeing.size() > 1) return {};
+  const auto n_of_zoom =
+      static_cast<std::size_t>(std::ranges::count(folder.rows, zoom, &PictureRow::zoom));
+  const std::size_t n_without = n_of_zoom - pose.agreeing.size() - pose.contradictions.size();
+  if (n_without == 0) return {};
+  const std::string shows =
+      pose.agreeing.empty() ? std::string("in no picture all tags agree with the others")
+                            : "only " + folder.rows[pose.agreeing.front()].file + " shows a tag";
+  return failure({Code::CalibrationData,
+                  {},
+                  fmt::format("{}, so that nothing checks where the axis stood there; pictures "
+                              "without a tag that would follow: {}",
+                              shows,
+                              n_without),
+                  "tags that agree in two pictures or more"});
+}
+
+Expected<TaggedPose> pose_of(const CalibrationPlate& plate,
+                             const std::vector<TagSight>& sights,
+                             const PictureFolder& folder,
+                             const std::optional<double>& zoom) {
+  PANELCAL_TRY(TaggedPose pose, pose_from_tags(plate, sights));
+  PANELCAL_CHECK(check_followed(pose, folder, zoom));
+  return pose;
+}
+
 }  // namespace
 
 Expected<PlatePicture> read_plate_picture(const MachineConfig& config,
@@ -101,7 +132,7 @@ Expected<TaggedPose> look_at_tags(const MachineConfig& config,
       }
     }
   }
-  auto pose = pose_from_tags(plate, sights);
+  auto pose = pose_of(plate, sights, folder, zoom);
   if (pose) return pose;
   Diagnostic diagnostic = std::move(pose).error();
   diagnostic.place.file = folder.folder.string();

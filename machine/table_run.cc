@@ -56,7 +56,7 @@ Expected<Eigen::Vector2d> read_point(const JsonLine& line, std::string_view key)
 class Looks {
  public:
   Looks(const MachineConfig& config, const CalibrationPlate& plate)
-      : config_(config), plate_(plate) {
+      : config_(config), plate_(plate), is_covered_(plate.covered_dots()) {
     sights_.data.dots = plate.dots();
   }
 
@@ -72,6 +72,11 @@ class Looks {
           Code::CalibrationData,
           fmt::format("a dot of the plate's {} x {}, from [0,0]", plate_.columns, plate_.rows)));
     }
+    const std::size_t i_dot = plate_.index(dot[0], dot[1]);
+    if (is_covered_[i_dot]) {
+      return failure(line.problem(
+          "dot", Code::CalibrationData, "a dot that is there: [tags] has a tag in its place"));
+    }
     PANELCAL_TRY(const Eigen::Vector2d seen_mm, read_point(line, "seen"));
     PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kCode));
     PositionEstimate<frame::Optical> seen{position_mm<frame::Optical>(seen_mm), {}};
@@ -83,8 +88,7 @@ class Looks {
           "cov", Code::MeasurementInvalid, "[xx, xy, yy] with xx > 0, yy > 0 and xy^2 < xx yy"));
     }
     seen.cov += config_.walk.uncertainty.stage_mm2();
-    sights_.data.seen.push_back(
-        {view_of(static_cast<std::size_t>(pose), axis_mm), plate_.index(dot[0], dot[1]), seen});
+    sights_.data.seen.push_back({view_of(static_cast<std::size_t>(pose), axis_mm), i_dot, seen});
     return {};
   }
 
@@ -103,6 +107,7 @@ class Looks {
 
   const MachineConfig& config_;
   const CalibrationPlate& plate_;
+  std::vector<bool> is_covered_;  ///< dots in whose place a tag is
   TableSights sights_;
   std::map<std::tuple<std::size_t, double, double>, std::size_t> views_;
 };
@@ -261,7 +266,7 @@ std::string report(const TableRun& run) {
         fmt::format("; they scatter {:.2f} times more than stated, which is counted", run.excess);
   }
   text += "\n";
-  for (const std::string& one : run.sights.left_out) text += fmt::format("  without {}\n", one);
+  text += pictures_report(run.sights.left_out, run.sights.without_tag);
   for (const std::string& look : run.left_out) text += fmt::format("  without {}\n", look);
   return text;
 }

@@ -13,6 +13,7 @@
 #include "panelcal/calib/table_fit.h"
 #include "panelcal/machine/calibration_record.h"
 #include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/mark_sights.h"
 #include "panelcal/machine/plate_config.h"
 
 namespace panelcal {
@@ -21,7 +22,8 @@ namespace panelcal {
 struct TableSights {
   TableData data;
   std::vector<LedgerInput> inputs;
-  std::vector<std::string> left_out;  ///< pictures that were not looked at: which, and why
+  std::vector<MissedPicture> left_out;   ///< pictures that were not looked at
+  std::vector<std::string> without_tag;  ///< pictures, as in MarkSights
 };
 
 inline constexpr std::size_t kMaxPlateLookBytes = std::size_t{1} << 28;
@@ -38,7 +40,7 @@ inline constexpr std::size_t kMaxPlateLookBytes = std::size_t{1} << 28;
 /// The map is one of where the stage stands, so to each axis the spindle-camera offset is taken
 /// back; to each covariance comes [uncertainty] stage_repeatability_um.
 /// Fails  json-syntax; measurement-file; measurement-invalid (no covariance); calibration-data (a
-///        dot that the plate does not have)
+///        dot that the plate does not have, or in whose place a tag is)
 /// See    tests/machine/table_run_test.cc
 Expected<TableSights> parse_plate_looks(std::string_view text,
                                         const std::string& file,

@@ -182,13 +182,21 @@ Expected<TaggedPose> pose_from_tags(const CalibrationPlate& plate,
             "tag {} is the only one seen, and a tag of {} is easily misread", id, family->name),
         "two tags of the plate, or a family such as tag36h11");
   }
-  TaggedPose out{*pose, {}};
+  TaggedPose out{*pose, {}, {}};
   for (const Known* known : contradicting) {
     const std::size_t i_picture = known->sight->i_picture;
     const auto said =
         std::ranges::find(out.contradictions, i_picture, &TaggedPose::Contradiction::i_picture);
     if (said != out.contradictions.end()) continue;
     out.contradictions.push_back({i_picture, agreement.why_not(*known, *pose)});
+  }
+  for (const Known* known : agreeing) {
+    const std::size_t i_picture = known->sight->i_picture;
+    const bool is_said =
+        std::ranges::count(out.agreeing, i_picture) > 0 ||
+        std::ranges::count(out.contradictions, i_picture, &TaggedPose::Contradiction::i_picture) >
+            0;
+    if (!is_said) out.agreeing.push_back(i_picture);
   }
   return out;
 }

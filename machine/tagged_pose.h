@@ -30,15 +30,17 @@ struct TaggedPose {
 
   PlatePose pose;
   std::vector<Contradiction> contradictions;
+  std::vector<std::size_t> agreeing;  ///< pictures with tags, all as the pose has them; each once
 };
 
 /// Finds how a plate lay while pictures of it were taken, from the tags that they show.
 ///
 /// Every tag alone says how the plate lay. The one that most others agree with is taken, and fitted
 /// to all that agree: to a quarter of the pitch, and to an eighth of a turn. Neither a tag that is
-/// misread nor one that lies elsewhere can so shift the lattice by a pitch unseen; a tag that the
-/// plate does not have contradicts if it lies on it. More than one tag in four that contradicts
-/// says that the plate's file or the stage is wrong.
+/// misread nor one that lies elsewhere can so shift the lattice by a pitch unseen in the pictures
+/// that show a tag; of others nothing is said. A tag that the plate does not have contradicts if it
+/// lies on it. More than one tag in four that contradicts says that the plate's file or the stage
+/// is wrong.
 ///
 /// Of one tag alone its code has to differ from others' in nine bits or more.
 ///

@@ -109,6 +109,7 @@ std::string json_text(const CameraRun& run,
   for (const MissedPicture& picture : run.sights.left_out) {
     json["pictures_left_out"].push_back({{"picture", picture.picture}, {"reason", picture.reason}});
   }
+  json["pictures_without_tag"] = run.sights.without_tag;
   json["skipped"] = run.sights.n_skipped;
   json["chi_square"] = run.fit.chi_square;
   json["degrees_of_freedom"] = run.fit.degrees_of_freedom;

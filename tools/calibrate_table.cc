@@ -83,7 +83,11 @@ std::string json_text(const TableRun& run,
   json["degrees_of_freedom"] = run.fit.degrees_of_freedom;
   json["excess"] = run.excess;
   json["left_out"] = run.left_out;
-  json["pictures_left_out"] = run.sights.left_out;
+  json["pictures_left_out"] = nlohmann::ordered_json::array();
+  for (const MissedPicture& picture : run.sights.left_out) {
+    json["pictures_left_out"].push_back({{"picture", picture.picture}, {"reason", picture.reason}});
+  }
+  json["pictures_without_tag"] = run.sights.without_tag;
   json["applied"] = false;
   if (!refused.empty()) json["refusal"] = refused;
   if (entry) json["ledger"] = *entry;

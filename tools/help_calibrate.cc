@@ -58,7 +58,9 @@ to be. So is whatever else the looks leave open.
 
 Dots are told apart by where the plate lies and the axis stood ([[pose]] of the plate's file, to a
 quarter of the pitch), or by AprilTags on the plate ([tags]), which also say how it lay. Pictures
-whose tags contradict the others are left out and said; if many do, nothing is fitted.
+whose tags contradict the others are left out and said; if many do, nothing is fitted. Where the
+axis stood is checked in no picture without a tag: how many these are is said, and at least two
+others have to show tags.
 
 panelcal applies the map to nothing: machine.toml has no key for it. It is for the control:
 

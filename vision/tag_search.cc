@@ -12,8 +12,8 @@
 namespace panelcal::internal {
 namespace {
 
-/// One after the other until what is sought is seen. The first is quick and sees nearly every tag; the
-/// others are there for tags much smaller or larger than asked for, blur and debris.
+/// One after the other. The first is quick and sees nearly every tag; the others are there for tags
+/// much smaller or larger than asked for, blur and debris.
 constexpr std::array kViews = {TagView{4, 0.8}, TagView{6, 1}, TagView{3, 0.5}};
 constexpr double kSamePlace = 0.3;  // of the side: nearer sightings are of one tag
 
@@ -61,7 +61,7 @@ std::vector<TagSighting> search_tags(const DetectorInput& input,
       });
       if (is_new) sightings.push_back({quad.turned(reading->quarters), *reading});
     }
-    if (sought == TagsSought::All && !getenv("ONE")) continue;
+    if (sought == TagsSought::All) continue;
     if (std::any_of(sightings.begin(), sightings.end(), [&](const TagSighting& s) {
           return is_wanted(input, s.reading);
         })) {

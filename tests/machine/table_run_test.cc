@@ -277,6 +277,19 @@ TEST(TableRun, RefusesLooksThatAreNone) {
               FailsWith(Code::CalibrationData, "l.jsonl"));
 }
 
+TEST(TableRun, RefusesALookAtADotInWhosePlaceATagIs) {
+  const auto tagged = parse_plate(
+      std::string(kPlate) + "[tags]\nsize_mm = 10\n[[tag]]\nid = 3\ncell = [4, 7]\n", "plate.toml");
+  ASSERT_TRUE(tagged) << tagged.error().text();
+  const std::string text = looks(*tagged, machine(), 5e-4, 5e-4, 3);
+  // 9 dots a row.
+  EXPECT_THAT(parse_plate_looks(text, "l.jsonl", machine(), *tagged),
+              FailsWith(Code::CalibrationData, "l.jsonl:68:"));
+  EXPECT_THAT(parse_plate_looks(text, "l.jsonl", machine(), *tagged),
+              FailsWith(Code::CalibrationData, "[tags] has a tag in its place"));
+  EXPECT_TRUE(parse_plate_looks(text, "l.jsonl", machine(), plate()));
+}
+
 TEST(TableRun, TheDraftHoldsTheFileAndTheGeometry) {
   const MachineConfig config = machine();
   auto sights =

@@ -16,6 +16,7 @@
 #include "panelcal/machine/sim/sim_plate.h"
 #include "panelcal/machine/table_run.h"
 #include "panelcal/vision/image_io.h"
+#include "panelcal/vision/picture_folder.h"
 #include "tests/machine/virtual_machine.h"
 #include "tests/support/matchers.h"
 
@@ -23,7 +24,9 @@ namespace panelcal {
 namespace {
 
 using test::FailsWith;
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr std::string_view kMachine = R"([[vision.tool]]
 number = 1
@@ -62,6 +65,8 @@ angle_deg = 180
 constexpr double kPitch_mm = 0.8;
 /// What a detector and rounding leave, as in plate_pictures_test.cc.
 constexpr Length kNear = um(1.5);
+const PlatePose kLies{0.3, {100, 80}};
+const PlatePose kTurned{1.9, {104, 79}};
 
 /// A plate under a virtual machine, which looks at it from over every place of a dot.
 class TaggedPlateTest : public ::testing::Test {
@@ -126,6 +131,16 @@ class TaggedPlateTest : public ::testing::Test {
     ASSERT_TRUE(write_file(folder / "images.csv", csv));
   }
 
+  /// Changes what images.csv of a pose says.
+  void change_list(std::size_t i_pose,
+                   const std::function<void(std::vector<PictureRow>&)>& change) const {
+    const auto path = folder_.path() / "looks" / std::to_string(i_pose);
+    auto folder = read_picture_folder(path);
+    ASSERT_TRUE(folder) << folder.error().text();
+    change(folder->rows);
+    ASSERT_TRUE(write_file(path / "images.csv", format_images_csv(folder->rows)));
+  }
+
   Expected<MarkSights> look() const {
     PANELCAL_TRY(const auto folders, read_plate_folders(folder_.path() / "looks", plate_));
     return look_at_plate(config_, plate_, folders);
@@ -146,10 +161,16 @@ class TaggedPlateTest : public ::testing::Test {
     }
   }
 
-  /// Where the spindle is sent to see the place of a dot.
-  Position<frame::Machine> spindle_over(int column, int row) const {
-    return config_.spindle_camera.spindle_to_see(
-        place_in(lies_[0], plate_.dots()[plate_.index(column, row)].place));
+  /// A stage that stands a pitch off where it is sent to see the place of a dot, as kLies has it.
+  Error a_pitch_off_over(int column, int row) const {
+    const auto where = config_.spindle_camera.spindle_to_see(
+        place_in(kLies, plate_.dots()[plate_.index(column, row)].place));
+    const Eigen::Vector2d pitch_mm(kPitch_mm * std::cos(kLies.angle_rad),
+                                   kPitch_mm * std::sin(kLies.angle_rad));
+    return [=](const Position<frame::Machine>& spindle) -> Eigen::Vector2d {
+      const bool is_there = (spindle - where).in_mm().norm() < 0.01;
+      return is_there ? pitch_mm : Eigen::Vector2d::Zero();
+    };
   }
 
   test::TemporaryFolder folder_;
@@ -158,9 +179,6 @@ class TaggedPlateTest : public ::testing::Test {
   PlateTags printed_;  ///< what is really on the plate
   std::vector<PlatePose> lies_;
 };
-
-const PlatePose kLies{0.3, {100, 80}};
-const PlatePose kTurned{1.9, {104, 79}};
 
 TEST_F(TaggedPlateTest, TagsSayHowItLay) {
   record(0, kLies);
@@ -223,24 +241,79 @@ TEST_F(TaggedPlateTest, APictureWithoutATagFollowsFromTheOthers) {
     return look.i_dot == plate_.index(5, 4);
   });
   EXPECT_TRUE(is_seen);
+  // Those that show the tag are not among them; the far corner's is.
+  EXPECT_THAT(sights->without_tag, Contains("0/29.png"));
+  EXPECT_THAT(sights->without_tag, Not(Contains("0/0.png")));
+  TableRun run;
+  run.sights = table_sights(config_, *sights);
+  EXPECT_THAT(
+      report(run),
+      HasSubstr(fmt::format("  pictures without a tag: {} (from 0/", sights->without_tag.size())));
+  CameraRun camera;
+  camera.sights = *sights;
+  EXPECT_THAT(report(camera), HasSubstr("  pictures without a tag: "));
+}
+
+TEST_F(TaggedPlateTest, APictureWithoutATagIsNotCheckedWhichIsSaid) {
+  std::erase_if(printed_.tags, [](const PlateTag& tag) { return tag.id != 20; });
+  record(0, kLies, a_pitch_off_over(3, 2));
+  const auto sights = look();
+  ASSERT_TRUE(sights) << sights.error().text();
+  EXPECT_TRUE(sights->left_out.empty());
+  EXPECT_THAT(sights->without_tag, Contains("0/15.png"));
+}
+
+TEST_F(TaggedPlateTest, RefusesThatAllFollowFromOnePictureWithTags) {
+  std::erase_if(printed_.tags, [](const PlateTag& tag) { return tag.id != 20; });
+  record(0, kLies, a_pitch_off_over(0, 0));
+  change_list(0, [](std::vector<PictureRow>& rows) {
+    std::erase_if(rows, [](const PictureRow& row) {  // tag 20 is beside the first
+      const int n = std::stoi(row.file);
+      return n != 0 && n % 6 < 3 && n / 6 < 3;
+    });
+  });
+  EXPECT_THAT(look(),
+              FailsWith(Code::CalibrationData, "only 0.png shows a tag, so that nothing checks"));
+  // One picture alone is not shifted against any other.
+  change_list(0, [](std::vector<PictureRow>& rows) { rows.resize(1); });
+  const auto alone = look();
+  ASSERT_TRUE(alone) << alone.error().text();
+  EXPECT_TRUE(alone->without_tag.empty());
+}
+
+TEST_F(TaggedPlateTest, AFolderWithoutPicturesOfTheZoomIsSkipped) {
+  record(0, kLies);
+  record(1, kTurned);
+  record(2, kLies);
+  change_list(1, [](std::vector<PictureRow>& rows) {
+    for (PictureRow& row : rows) row.zoom = 2;
+  });
+  const auto sights = look();
+  ASSERT_TRUE(sights) << sights.error().text();
+  EXPECT_EQ(sights->n_skipped, 30);
+  EXPECT_EQ(sights->data.views.size(), 60U);
+  // The fit wants its poses numbered without gaps.
+  EXPECT_EQ(sights->data.views.back().i_pose, 1U);
+  // So is a plate without tags.
+  plate_.tags.reset();
+  plate_.poses = {kLies, kTurned, kLies};
+  const auto untagged = look();
+  ASSERT_TRUE(untagged) << untagged.error().text();
+  EXPECT_EQ(untagged->n_skipped, 30);
+  EXPECT_EQ(untagged->data.views.back().i_pose, 1U);
 }
 
 TEST_F(TaggedPlateTest, AStopThatIsAPitchOffIsLeftOut) {
-  lies_ = {kLies};
-  const auto where = spindle_over(1, 1);
-  const auto error = [&](const Position<frame::Machine>& spindle) -> Eigen::Vector2d {
-    const bool is_there = (spindle - where).in_mm().norm() < 0.01;
-    const double turn_rad = kLies.angle_rad;
-    const Eigen::Vector2d pitch_mm(kPitch_mm * std::cos(turn_rad), kPitch_mm * std::sin(turn_rad));
-    return is_there ? pitch_mm : Eigen::Vector2d::Zero();
-  };
-  record(0, kLies, error);
+  record(0, kLies, a_pitch_off_over(1, 1));
   const auto sights = look();
   ASSERT_TRUE(sights) << sights.error().text();
   expect_right_dots(*sights);
   ASSERT_EQ(sights->left_out.size(), 1U);
   EXPECT_EQ(sights->left_out[0].picture, "0/7.png");
   EXPECT_THAT(sights->left_out[0].reason, HasSubstr("mm beside where the others have it"));
+  // Its tags had a say, so its digest is among the others'.
+  EXPECT_EQ(sights->inputs.size(), 30U);
+  EXPECT_THAT(sights->inputs, Contains(::testing::Field(&LedgerInput::name, "0/7.png")));
   TableRun run;
   run.sights = table_sights(config_, *sights);
   EXPECT_THAT(report(run), HasSubstr("  without 0/7.png: tag "));

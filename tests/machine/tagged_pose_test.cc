@@ -115,7 +115,20 @@ TEST(TaggedPose, APictureWithAMisreadTagIsLeftOut) {
   ASSERT_EQ(found->contradictions.size(), 1U);
   EXPECT_EQ(found->contradictions[0].i_picture, 5U);
   EXPECT_THAT(found->contradictions[0].why, ::testing::HasSubstr("tag 6 lies "));
+  EXPECT_THAT(found->agreeing, ::testing::ElementsAre(0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11));
   EXPECT_LT(worst_mm(sights, found->pose), 0.01);
+}
+
+TEST(TaggedPose, APictureAgreesOnceAndOnlyIfAllItsTagsDo) {
+  Sights sights(plate_of(), {0.4, {100, 80}});
+  auto all = sights.all();
+  for (std::size_t i = 0; i < all.size(); ++i) all[i].i_picture = i / 4;
+  all[5].id = 6;
+  const auto found = pose_from_tags(sights.plate(), all);
+  ASSERT_TRUE(found) << found.error().text();
+  ASSERT_EQ(found->contradictions.size(), 1U);
+  EXPECT_EQ(found->contradictions[0].i_picture, 1U);
+  EXPECT_THAT(found->agreeing, ::testing::ElementsAre(0, 2));
 }
 
 TEST(TaggedPose, ItDoesNotMatterWhichTagIsWrong) {
