@@ -54,8 +54,8 @@ class BendingLikelihood {
  public:
   static constexpr double kPriorReadings = 10;
 
-  /// Empty if the readings do not determine the trend; bow and twist must be told clearly, by more
-  /// than three rows' jitter.
+  /// Empty if the readings do not determine the trend: a plane but for rounding, bow and twist
+  /// clearly, by more than how little the probes stand off two rows.
   static std::optional<BendingLikelihood> of(const Readings& readings, Eigen::Index n_trend);
 
   Eigen::Index n_contrasts() const { return contrasts_.cols(); }
