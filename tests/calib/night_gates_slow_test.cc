@@ -66,7 +66,7 @@ void run(std::uint64_t seed, Tally& tally) {
     const Fault fault = fault_of(night, random);
     if (fault == Fault::Moved) moved += Eigen::Vector2d(0.040, 0.010);
     if (night > kNightMoved) moved.y() += 0.0002;  // and from then on it creeps
-    NightResult tonight = {nights.next(moved), 9, 0, 0.5};
+    NightResult tonight = {nights.next(moved), "holes", 9, 0, 0.5, {}};
     // A person looks after the camera was moved.
     tonight.point.is_fresh_start = night == kNightMoved + 1;
     spoil(tonight, fault);
