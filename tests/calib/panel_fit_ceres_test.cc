@@ -27,7 +27,7 @@ constexpr double kSigma_mm = 0.010;
 /// Rounding of coordinates of 500 mm, several times over.
 constexpr double kAgreement_mm = 1e-11;
 /// Ceres iterates until the cost no longer falls, which leaves the root of its rounding.
-constexpr double kAgreementOfIterations_mm = 1e-8;
+constexpr double kAgreementOfIterations_mm = 1e-7;
 
 /// In: parameters in the orders of panel_model.h; out: residuals in sigmas.
 template <PanelModel kModel>

@@ -35,7 +35,6 @@ using testing::IsEmpty;
 using Lines = std::vector<std::string>;
 
 constexpr double kRounding_mm = 1e-6;
-constexpr double kRounding_rad = 1e-9;
 constexpr double kMmPerSOfOneMPerMin = 1000.0 / 60;
 
 void expect_arc(const Piece& piece,
