@@ -92,7 +92,7 @@ std::string looks(const CalibrationPlate& plate,
                        plate.poses[0].shift_mm + Eigen::Vector2d(0.03, -0.02)};
   for (int row = 0; row < plate.rows; ++row) {
     for (int column = 0; column < plate.columns; ++column) {
-      const auto& drawn = plate.dots()[plate.index(column, row)].place;
+      const auto drawn = plate.dots()[plate.index(column, row)].place;
       const Eigen::Vector2d axis_mm = place_in(plate.poses[0], drawn).in_mm();
       const Eigen::Vector2d spindle_mm = axis_mm - config.spindle_camera.offset.in_mm();
       const Eigen::Vector2d looks_at_mm = axis_mm + test::smooth_warp_mm(spindle_mm);
