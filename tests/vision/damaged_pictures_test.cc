@@ -105,7 +105,8 @@ TEST(DamagedPictures, AnyBytesGiveAnErrorOrAPicture) {
           // Half of the damage goes to the header, where it does most.
           const double end = random.uniform() < 0.5 ? 64 : static_cast<double>(bytes.size());
           const auto at = static_cast<std::size_t>(random.uniform() * end);
-          bytes[std::min(at, bytes.size() - 1)] = static_cast<char>(random.uniform() * 256);
+          bytes[std::min(at, bytes.size() - 1)] =
+              static_cast<char>(static_cast<int>(random.uniform() * 256));
         }
         if (random.uniform() < 0.3) {
           bytes.resize(
