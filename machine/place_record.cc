@@ -58,17 +58,13 @@ double up_to_ms(double time_s) {
   return std::ceil(time_s * 1e3) * 1e-3;
 }
 
-double tolerance(const MachineConfig& config, TrialKind kind) {
-  const NightTrials trials = config.nightly ? config.nightly->trials : NightTrials();
-  return kind == TrialKind::Focus ? trials.focus_tolerance.in_mm() : 2 * trials.lamp_step();
-}
-
 bool keeps_to(const MachineConfig& config, TrialKind kind, const TrialNumber& number) {
   const std::optional<double> stated = stated_number(config, kind);
   if (!stated) return false;
   // A longer wait costs time and nothing else; the two sigmas are there to be used up.
   if (kind == TrialKind::Settle) return *stated >= number.value;
-  return std::abs(*stated - number.value) <= tolerance(config, kind);
+  const NightTrials trials = config.nightly ? config.nightly->trials : NightTrials();
+  return std::abs(*stated - number.value) <= trial_tolerance(trials, kind);
 }
 
 }  // namespace
@@ -191,6 +187,19 @@ std::optional<TrialNumber> trial_number(const LedgerEntry& entry) {
   if (found == all.end() || found->unit != trial->unit || !cov) return std::nullopt;
   const auto i = found - all.begin();
   return TrialNumber{found->value, std::sqrt((*cov)(i, i))};
+}
+
+double trial_tolerance(const NightTrials& trials, TrialKind kind) {
+  switch (kind) {
+    case TrialKind::Focus:
+      return trials.focus_tolerance.in_mm();
+    case TrialKind::Light:
+      // Which of two levels side by side is the better one is a matter of luck.
+      return 2 * trials.lamp_step();
+    case TrialKind::Settle:
+      break;
+  }
+  return trials.settle_tolerance.in_s();
 }
 
 std::optional<double> stated_number(const MachineConfig& config, TrialKind kind) {

@@ -55,7 +55,7 @@ class TrialNight final : public NightCalibration {
   Expected<bool> install(const Ledger& /*ledger*/) override { return false; }
 
  private:
-  double tolerance() const;
+  double tolerance() const { return trial_tolerance(trials_, kind_); }
   SettleTrial settle_trial() const;
   Expected<TrialValue> find(const CalibrationDevices& devices, NightMeasurement& out) const;
   Expected<TrialValue> find_focus(const CalibrationDevices& devices, NightMeasurement& out) const;
@@ -67,19 +67,6 @@ class TrialNight final : public NightCalibration {
   TrialPlace place_;
   NightTrials trials_;
 };
-
-double TrialNight::tolerance() const {
-  switch (kind_) {
-    case TrialKind::Focus:
-      return trials_.focus_tolerance.in_mm();
-    case TrialKind::Light:
-      // Which of two levels side by side is the better one is a matter of luck.
-      return 2 * trials_.lamp_step();
-    case TrialKind::Settle:
-      break;
-  }
-  return trials_.settle_tolerance.in_s();
-}
 
 SettleTrial TrialNight::settle_trial() const {
   SettleTrial trial;

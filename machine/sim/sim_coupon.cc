@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "panelcal/machine/sim/sim_scene.h"
 
 namespace panelcal {
@@ -32,21 +30,8 @@ SimCoupon::SimCoupon(const MachineConfig& config, const SimCouponOptions& option
 
 Expected<SimCoupon> SimCoupon::create(const MachineConfig& config,
                                       const SimCouponOptions& options) {
-  const Place place{config.file.string(), 0, 0};
-  if (!config.sim || !config.camera) {
-    return failure({Code::ConfigValue,
-                    place,
-                    "there is no [sim] or no [camera] to say what the virtual machine is like",
-                    "[sim] and [camera]"});
-  }
-  const auto target = config.vision_tools.find(options.vision_tool);
-  if (target == config.vision_tools.end()) {
-    return failure({Code::VisionToolUndefined,
-                    place,
-                    fmt::format("there is no vision tool {}", options.vision_tool),
-                    "a [[vision.tool]] of that number"});
-  }
-  return SimCoupon(config, options, target->second);
+  PANELCAL_TRY(const Target target, internal::sim_target(config, options.vision_tool));
+  return SimCoupon(config, options, target);
 }
 
 Expected<Position<frame::Machine>> SimCoupon::move_to(const Position<frame::Machine>& spindle) {

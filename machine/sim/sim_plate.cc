@@ -6,8 +6,6 @@
 #include <numbers>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "panelcal/machine/sim/sim_scene.h"
 
 namespace panelcal {
@@ -30,21 +28,8 @@ SimPlate::SimPlate(const MachineConfig& config, SimPlateOptions options, Target 
 }
 
 Expected<SimPlate> SimPlate::create(const MachineConfig& config, SimPlateOptions options) {
-  const Place place{config.file.string(), 0, 0};
-  if (!config.sim || !config.camera) {
-    return failure({Code::ConfigValue,
-                    place,
-                    "there is no [sim] or no [camera] to say what the virtual machine is like",
-                    "[sim] and [camera]"});
-  }
-  const auto target = config.vision_tools.find(options.vision_tool);
-  if (target == config.vision_tools.end()) {
-    return failure({Code::VisionToolUndefined,
-                    place,
-                    fmt::format("there is no vision tool {}", options.vision_tool),
-                    "a [[vision.tool]] of that number"});
-  }
-  return SimPlate(config, std::move(options), target->second);
+  PANELCAL_TRY(const Target target, internal::sim_target(config, options.vision_tool));
+  return SimPlate(config, std::move(options), target);
 }
 
 Expected<Position<frame::Machine>> SimPlate::move_to(const Position<frame::Machine>& spindle) {

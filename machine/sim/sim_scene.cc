@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include <fmt/format.h>
+
 #include "panelcal/vision/scene_marks.h"
 
 namespace panelcal::internal {
@@ -49,6 +51,24 @@ bool is_clear(const Position<frame::Optical>& at,
 }
 
 }  // namespace
+
+Expected<Target> sim_target(const MachineConfig& config, int vision_tool) {
+  const Place place{config.file.string(), 0, 0};
+  if (!config.sim || !config.camera) {
+    return failure({Code::ConfigValue,
+                    place,
+                    "there is no [sim] or no [camera] to say what the virtual machine is like",
+                    "[sim] and [camera]"});
+  }
+  const auto target = config.vision_tools.find(vision_tool);
+  if (target == config.vision_tools.end()) {
+    return failure({Code::VisionToolUndefined,
+                    place,
+                    fmt::format("there is no vision tool {}", vision_tool),
+                    "a [[vision.tool]] of that number"});
+  }
+  return target->second;
+}
 
 Camera sim_camera(const SimConfig& sim, const CameraMapping& calibrated) {
   Camera camera{.mapping = sim.camera ? CameraMapping(*sim.camera) : calibrated};

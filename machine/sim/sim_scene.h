@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/random.h"
 #include "panelcal/calib/camera_mapping.h"
 #include "panelcal/machine/machine_config.h"
@@ -15,6 +16,11 @@ namespace panelcal::internal {
 
 /// The virtual machine's real camera.
 Camera sim_camera(const SimConfig& sim, const CameraMapping& calibrated);
+
+/// What a virtual machine shows of a vision tool.
+///
+/// Fails  config-value (no [sim] or no [camera]); vision-tool-undefined
+Expected<Target> sim_target(const MachineConfig& config, int vision_tool);
 
 /// Board and light as [sim] describes them, without anything on the board.
 Scene sim_scene(const SimConfig& sim);
