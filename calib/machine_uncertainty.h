@@ -37,6 +37,7 @@ struct MachineUncertainty {
   Length stage_repeatability;  ///< of every arrival
   Length table_residual;       ///< what the table's map leaves at a place
   Length drill_wander;         ///< of the drill's tip against its spindle
+  Length depth;                ///< of a stroke's depth: the tool's length, the axis, the foot
   Eigen::Matrix2d spindle_camera_mm2 = Eigen::Matrix2d::Zero();  ///< of the offset as calibrated
   Eigen::Matrix2d drift_mm2 = Eigen::Matrix2d::Zero();           ///< of the offset since then
   CameraCovariance camera = CameraCovariance::Zero();

@@ -18,6 +18,10 @@ Length room(const AnnularRing& ring, Length drill) {
   return (ring.pad - drill) / 2 - ring.least;
 }
 
+bool says_position(const ToolTolerance& row) {
+  return row.position || row.ring;
+}
+
 }  // namespace
 
 const ToolTolerance* Tolerances::row_of(int tool, std::optional<Length> diameter) const {
@@ -29,9 +33,23 @@ const ToolTolerance* Tolerances::row_of(int tool, std::optional<Length> diameter
   return sized == tools.end() ? nullptr : &*sized;
 }
 
+bool Tolerances::asks_positions() const {
+  return position || std::ranges::any_of(tools, says_position);
+}
+
+bool Tolerances::asks_depths() const {
+  return !depth.is_empty() ||
+         std::ranges::any_of(tools, [](const ToolTolerance& row) { return !row.depth.is_empty(); });
+}
+
+DepthTolerance Tolerances::depth_of(int tool, std::optional<Length> diameter) const {
+  const ToolTolerance* row = row_of(tool, diameter);
+  return row == nullptr || row->depth.is_empty() ? depth : row->depth;
+}
+
 std::optional<Length> Tolerances::radius(int tool, std::optional<Length> diameter) const {
   const ToolTolerance* row = row_of(tool, diameter);
-  if (row == nullptr) return position;
+  if (row == nullptr || !says_position(*row)) return position;
   if (!problem(tool, diameter).empty()) return std::nullopt;
   if (row->position) return row->position;
   return room(*row->ring, diameter ? *diameter : *row->drill);
@@ -46,9 +64,9 @@ std::string Tolerances::problem(int tool, std::optional<Length> diameter) const 
                        diameter->in_mm(),
                        row->drill->in_mm());
   }
-  if (row->position) return {};
+  if (!row->ring) return {};
   const std::optional<Length> drill = diameter ? diameter : row->drill;
-  if (!row->ring || !drill) {
+  if (!drill) {
     return fmt::format("nobody says how wide tool {} is, so its annular ring is not known", tool);
   }
   // Less is rounding.

@@ -11,21 +11,30 @@ namespace {
 
 using Words = std::string_view;
 
-constexpr std::array<Words, 4> kKeys = {
-    "hold_probability", "position_um", "tool", "warn_probability"};
-constexpr std::array<Words, 5> kToolKeys = {
-    "drill_mm", "min_ring_um", "number", "pad_mm", "position_um"};
+constexpr std::array<Words, 6> kKeys = {
+    "hold_probability", "position_um", "too_deep_um", "too_shallow_um", "tool", "warn_probability"};
+constexpr std::array<Words, 7> kToolKeys = {
+    "drill_mm", "min_ring_um", "number", "pad_mm", "position_um", "too_deep_um", "too_shallow_um"};
 
 constexpr double kMost_um = 1e5;
 constexpr double kMost_mm = 100;
 constexpr int kMaxToolNumber = 1'000'000;
-constexpr Range kRadius_um{.low = 0, .high = kMost_um, .low_is_open = true};
+constexpr Range kError_um{.low = 0, .high = kMost_um, .low_is_open = true};
 constexpr Range kDiameter_mm{.low = 0, .high = kMost_mm, .low_is_open = true};
 constexpr Range kProbability{0, 1};
 
 Expected<AnnularRing> read_ring(const TomlTable& table, double pad_mm) {
   PANELCAL_TRY(const double least_um, table.number_or("min_ring_um", {0, kMost_um}, 0));
   return AnnularRing{mm(pad_mm), um(least_um)};
+}
+
+Expected<DepthTolerance> read_depth(const TomlTable& table) {
+  DepthTolerance depth;
+  PANELCAL_TRY(const auto shallow_um, table.number("too_shallow_um", kError_um));
+  if (shallow_um) depth.too_shallow = um(*shallow_um);
+  PANELCAL_TRY(const auto deep_um, table.number("too_deep_um", kError_um));
+  if (deep_um) depth.too_deep = um(*deep_um);
+  return depth;
 }
 
 Expected<ToolTolerance> read_tool(const TomlTable& table) {
@@ -35,14 +44,16 @@ Expected<ToolTolerance> read_tool(const TomlTable& table) {
   PANELCAL_TRY(const auto drill_mm, table.number("drill_mm", kDiameter_mm));
   if (drill_mm) row.drill = mm(*drill_mm);
   if (!number && !drill_mm) return failure(table.missing("number", "number, or drill_mm"));
-  PANELCAL_TRY(const auto position_um, table.number("position_um", kRadius_um));
+  PANELCAL_TRY(const auto position_um, table.number("position_um", kError_um));
   if (position_um) row.position = um(*position_um);
+  PANELCAL_TRY(row.depth, read_depth(table));
   PANELCAL_TRY(const auto pad_mm, table.number("pad_mm", kDiameter_mm));
   if (pad_mm && position_um) {
     return failure(table.problem("pad_mm", "position_um or pad_mm", "there are both"));
   }
-  if (!pad_mm && !position_um) {
-    return failure(table.missing("position_um", "position_um, or pad_mm"));
+  if (!pad_mm && !position_um && row.depth.is_empty()) {
+    return failure(
+        table.missing("position_um", "position_um, pad_mm, too_shallow_um or too_deep_um"));
   }
   if (pad_mm) {
     PANELCAL_TRY(row.ring, read_ring(table, *pad_mm));
@@ -63,8 +74,9 @@ Expected<Tolerances> read_tolerances(const TomlTable& top) {
   Tolerances tolerances;
   PANELCAL_TRY(const auto table, top.table("tolerance", "[tolerance]", {kKeys, {}}));
   if (!table) return tolerances;
-  PANELCAL_TRY(const auto position_um, table->number("position_um", kRadius_um));
+  PANELCAL_TRY(const auto position_um, table->number("position_um", kError_um));
   if (position_um) tolerances.position = um(*position_um);
+  PANELCAL_TRY(tolerances.depth, read_depth(*table));
   PANELCAL_TRY(tolerances.warn_above,
                table->number_or("warn_probability", kProbability, tolerances.warn_above));
   PANELCAL_TRY(tolerances.hold_above,
@@ -83,8 +95,9 @@ Expected<Tolerances> read_tolerances(const TomlTable& top) {
     }
     tolerances.tools.push_back(tool);
   }
-  if (tolerances.is_empty()) {
-    return failure(table->missing("position_um", "position_um, or [[tolerance.tool]]"));
+  if (!tolerances.asks_positions() && !tolerances.asks_depths()) {
+    return failure(table->missing(
+        "position_um", "position_um, too_shallow_um, too_deep_um or [[tolerance.tool]]"));
   }
   return tolerances;
 }

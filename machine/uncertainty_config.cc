@@ -15,8 +15,11 @@ namespace panelcal {
 namespace internal {
 namespace {
 
-constexpr std::array<std::string_view, 4> kUncertaintyKeys = {
-    "drift_um_per_sqrt_day", "drill_wander_um", "stage_repeatability_um", "table_residual_um"};
+constexpr std::array<std::string_view, 5> kUncertaintyKeys = {"depth_um",
+                                                              "drift_um_per_sqrt_day",
+                                                              "drill_wander_um",
+                                                              "stage_repeatability_um",
+                                                              "table_residual_um"};
 constexpr Range kSigma_um{0, 1e6};
 
 Expected<void> read_terms(const TomlTable& top, MachineConfig& config) {
@@ -29,6 +32,8 @@ Expected<void> read_terms(const TomlTable& top, MachineConfig& config) {
   machine.table_residual = um(table_um);
   PANELCAL_TRY(const double wander_um, table->number_or("drill_wander_um", kSigma_um, 0));
   machine.drill_wander = um(wander_um);
+  PANELCAL_TRY(const double depth_um, table->number_or("depth_um", kSigma_um, 0));
+  machine.depth = um(depth_um);
   PANELCAL_TRY(config.drift_um_per_sqrt_day,
                table->number_or("drift_um_per_sqrt_day", kSigma_um, 0));
   // Before its first calibration no hole is placed, and nothing drifts.

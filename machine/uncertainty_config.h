@@ -8,7 +8,7 @@
 // Not installed: parts of machine.toml.
 namespace panelcal::internal {
 
-/// Reads [uncertainty] (stage_repeatability_um, table_residual_um, drill_wander_um,
+/// Reads [uncertainty] (stage_repeatability_um, table_residual_um, drill_wander_um, depth_um,
 /// drift_um_per_sqrt_day), and gathers it with the covariances of [spindle] and of the cameras'
 /// calibrations in config.walk.uncertainty.
 ///

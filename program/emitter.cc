@@ -135,7 +135,7 @@ void Emitter::take(int line, const ToolChange& change) {
 
 void Emitter::take_tolerance(int line, const Tool& tool) {
   tolerance_ = options_.tolerances.radius(tool.number, tool.diameter);
-  if (options_.tolerances.is_empty() || tolerance_) return;
+  if (!options_.tolerances.asks_positions() || tolerance_) return;
   std::string problem = options_.tolerances.problem(tool.number, tool.diameter);
   if (problem.empty()) return;
   reporter_.report(Code::ToleranceInvalid,

@@ -10,15 +10,6 @@
 namespace panelcal {
 namespace {
 
-/// Risks that cannot hurt one by one add up over a million holes: the chance that any place breaks
-/// is at most their sum.
-constexpr double kExpectedToWarn = 0.1;
-constexpr double kExpectedToHold = 1;
-
-std::string count_of(std::int64_t n, std::string_view one, std::string_view many) {
-  return fmt::format("{} {}", n, n == 1 ? one : many);
-}
-
 std::string place_text(const JobVerdict::WorstPlace& place) {
   const Eigen::Vector2d& at_mm = place.nominal.in_mm();
   const std::string path =
@@ -36,24 +27,6 @@ std::size_t decade_of(double risk) {
 }
 
 }  // namespace
-
-std::string_view name(JobDecision decision) {
-  switch (decision) {
-    case JobDecision::Drill:
-      return "drill";
-    case JobDecision::DrillWithWarning:
-      return "drill, with a warning";
-    case JobDecision::Hold:
-      return "hold";
-    case JobDecision::NotJudged:
-      break;
-  }
-  return "not judged";
-}
-
-std::string risk_text(double risk) {
-  return risk < 1e-12 ? "below 1e-12" : fmt::format("{:.2g}", risk);
-}
 
 // --- figures -----------------------------------------------------------------------------------
 
@@ -233,12 +206,11 @@ const JobVerdict::ToolFigures* JobVerdict::worst_tool() const {
 }
 
 JobDecision JobVerdict::decision() const {
-  if (n_judged() == 0) return JobDecision::NotJudged;
-  if (n_held() > 0 || !(expected_broken() < kExpectedToHold)) return JobDecision::Hold;
-  if (n_warned() > 0 || n_unjudged() > 0 || !(expected_broken() < kExpectedToWarn)) {
-    return JobDecision::DrillWithWarning;
-  }
-  return JobDecision::Drill;
+  return decide({.n_judged = n_judged(),
+                 .n_unjudged = n_unjudged(),
+                 .n_warned = n_warned(),
+                 .n_held = n_held(),
+                 .expected_broken = expected_broken()});
 }
 
 std::string JobVerdict::sentence() const {

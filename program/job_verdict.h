@@ -7,28 +7,15 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/calib/breaking_probability.h"
 #include "panelcal/calib/tolerance.h"
+#include "panelcal/program/job_decision.h"
 #include "panelcal/program/operation.h"
 #include "panelcal/program/place_budget.h"
 
 namespace panelcal {
-
-enum class JobDecision : std::uint8_t {
-  NotJudged,         ///< no place has both a tolerance and a predicted error
-  Drill,             ///< every place is as sure as asked
-  DrillWithWarning,  ///< a place is above warn_above or not judged, or some may break in sum
-  Hold,              ///< a place is above hold_above, or one or more are expected to break
-};
-
-/// "drill", "drill, with a warning", "hold", "not judged".
-std::string_view name(JobDecision decision);
-
-/// A probability in two digits, "below 1e-12" where nobody cares any more.
-std::string risk_text(double risk);
 
 /// Distances from the right place: what people of this trade sum up a drilled panel by.
 struct RadialFigures {

@@ -170,7 +170,9 @@ ArrayXd GridMap::heights_mm(const Vector2d& p_mm) const {
   return heights;
 }
 
-GridMap::CellSlopes GridMap::slopes_at(const Vector2d& p_mm, std::size_t axis) const {
+GridMap::CellForm GridMap::form_at(const Vector2d& p_mm,
+                                   const Vector2d& about_mm,
+                                   std::size_t axis) const {
   const Vector2d q_mm = nearest_inside(p_mm);
   const std::size_t ix = cell_of(x_mm_, q_mm.x());
   const std::size_t iy = cell_of(y_mm_, q_mm.y());
@@ -182,23 +184,22 @@ GridMap::CellSlopes GridMap::slopes_at(const Vector2d& p_mm, std::size_t axis) c
   const double low = (z_mm(1, 0) - z_mm(0, 0)) / width_mm;
   const double high = (z_mm(1, 1) - z_mm(0, 1)) / width_mm;
   const double left = (z_mm(0, 1) - z_mm(0, 0)) / depth_mm;
-  const double right = (z_mm(1, 1) - z_mm(1, 0)) / depth_mm;
-  CellSlopes slopes{std::max(std::abs(low), std::abs(high)),
-                    std::max(std::abs(left), std::abs(right)),
-                    std::abs(high - low) / depth_mm};
+  const double twist_per_mm = (high - low) / depth_mm;
   const bool x_holds = p_mm.x() != q_mm.x();
   const bool y_holds = p_mm.y() != q_mm.y();
-  if (x_holds) slopes.x = 0;
-  if (y_holds) slopes.y = 0;
-  if (x_holds || y_holds) slopes.twist_per_mm = 0;
-  return slopes;
+  const double from_x_mm = (x_holds ? q_mm : about_mm).x() - x_mm_[ix];
+  const double from_y_mm = (y_holds ? q_mm : about_mm).y() - y_mm_[iy];
+  return {x_holds ? 0 : low + twist_per_mm * from_y_mm,
+          y_holds ? 0 : left + twist_per_mm * from_x_mm,
+          x_holds || y_holds ? 0 : twist_per_mm};
 }
 
-/// The heights along a contour, one row per Z axis. Between two knots they are smooth.
+/// The heights along a contour. Between two knots they are smooth.
 struct GridMap::Profile {
-  std::vector<double> knots;          // 0 ... 1
-  std::vector<ArrayXd> at_knots_mm;   // by knot
-  std::vector<ArrayXd> curvature_mm;  // by piece: a bound of |d2h / dt2|
+  std::vector<double> knots;                 // 0 ... 1
+  std::vector<ArrayXd> at_knots_mm;          // by knot; by Z axis
+  std::vector<std::vector<CellForm>> cells;  // by piece; by Z axis
+  const BendOfCell& bend;
 
   /// Whether the chord from (t0, h0) to (t1, h1), points of the profile, stays within the
   /// tolerance.
@@ -207,34 +208,52 @@ struct GridMap::Profile {
     const auto gap_mm = [&](std::size_t k) -> ArrayXd {
       if (knots[k] <= t0 || knots[k] >= t1) return ArrayXd::Zero(h0_mm.size());
       const double share = (knots[k] - t0) / (t1 - t0);
-      return (at_knots_mm[k] - h0_mm - share * (h1_mm - h0_mm)).abs();
+      return at_knots_mm[k] - h0_mm - share * (h1_mm - h0_mm);
     };
     const auto behind = std::ranges::upper_bound(knots, t0);
     for (auto k = static_cast<std::size_t>(behind - knots.begin()); k < knots.size(); ++k) {
-      const double h = std::min(t1, knots[k]) - std::max(t0, knots[k - 1]);
-      const ArrayXd error_mm = gap_mm(k - 1).max(gap_mm(k)) + curvature_mm[k - 1] * (h * h / 8);
-      if (!(error_mm <= tolerance_mm).all()) return false;
+      const double begin = std::max(t0, knots[k - 1]);
+      const double end = std::min(t1, knots[k]);
+      const ArrayXd begin_mm = gap_mm(k - 1);
+      const ArrayXd end_mm = gap_mm(k);
+      for (Eigen::Index axis = 0; axis < begin_mm.size(); ++axis) {
+        const Bend bends = bend(cells[k - 1][static_cast<std::size_t>(axis)], begin, end);
+        const double above_mm = highest_mm(
+            begin_mm[axis], end_mm[axis], -0.5 * (end - begin) * (end - begin) * bends.low_mm);
+        const double below_mm = highest_mm(
+            -begin_mm[axis], -end_mm[axis], 0.5 * (end - begin) * (end - begin) * bends.high_mm);
+        if (!(std::max(above_mm, below_mm) <= tolerance_mm)) return false;
+      }
       if (knots[k] >= t1) break;
     }
     return true;
+  }
+
+  /// Of begin + (end - begin) u + bow u (1 - u), 0 <= u <= 1.
+  static double highest_mm(double begin_mm, double end_mm, double bow_mm) {
+    const double rise_mm = end_mm - begin_mm;
+    if (!(bow_mm > std::abs(rise_mm))) return std::max(begin_mm, end_mm);
+    const double u = 0.5 * (1 + rise_mm / bow_mm);
+    return begin_mm + bow_mm * u * u;
   }
 };
 
 std::vector<double> GridMap::split(std::vector<double> knots,
                                    const std::function<Vector2d(double)>& place_mm,
-                                   const std::function<double(const CellSlopes&)>& curvature_mm,
+                                   const Vector2d& about_mm,
+                                   const BendOfCell& bend,
                                    Length tolerance) const {
   knots.insert(knots.end(), {0.0, 1.0});
   std::ranges::sort(knots);
   knots.erase(std::unique(knots.begin(), knots.end()), knots.end());
-  Profile profile{std::move(knots), {}, {}};
+  Profile profile{std::move(knots), {}, {}, bend};
   for (std::size_t k = 0; k < profile.knots.size(); ++k) {
     profile.at_knots_mm.push_back(heights_mm(place_mm(profile.knots[k])));
     if (k == 0) continue;
     const Vector2d middle_mm = place_mm(0.5 * (profile.knots[k - 1] + profile.knots[k]));
-    ArrayXd& bounds_mm = profile.curvature_mm.emplace_back(profile.at_knots_mm[0].size());
+    std::vector<CellForm>& cell = profile.cells.emplace_back();
     for (std::size_t axis = 0; axis < n_axes_; ++axis) {
-      bounds_mm[static_cast<Eigen::Index>(axis)] = curvature_mm(slopes_at(middle_mm, axis));
+      cell.push_back(form_at(middle_mm, about_mm, axis));
     }
   }
 
@@ -266,6 +285,19 @@ std::vector<double> GridMap::split(std::vector<double> knots,
   }
 }
 
+/// The range of amplitude cos(w) between two angles in either order.
+GridMap::Bend GridMap::bend_of_cosine(double amplitude_mm, double a_rad, double b_rad) {
+  const auto [from_rad, to_rad] = std::minmax({a_rad, b_rad});
+  const auto passes = [from = from_rad, to = to_rad](double angle_rad) {
+    constexpr double kTurn = 2 * std::numbers::pi;
+    return angle_rad + kTurn * std::ceil((from - angle_rad) / kTurn) <= to;
+  };
+  const auto [at_ends_low, at_ends_high] = std::minmax({std::cos(from_rad), std::cos(to_rad)});
+  const double low_mm = amplitude_mm * (passes(std::numbers::pi) ? -1 : at_ends_low);
+  const double high_mm = amplitude_mm * (passes(0) ? 1 : at_ends_high);
+  return {std::min(low_mm, high_mm), std::max(low_mm, high_mm)};
+}
+
 std::vector<double> GridMap::split_line(const Vector2d& from_mm,
                                         const Vector2d& to_mm,
                                         Length tolerance) const {
@@ -284,8 +316,10 @@ std::vector<double> GridMap::split_line(const Vector2d& from_mm,
   return split(
       std::move(knots),
       [&](double t) -> Vector2d { return from_mm + t * along_mm; },
-      [&](const CellSlopes& slopes) {
-        return 2 * slopes.twist_per_mm * std::abs(along_mm.x() * along_mm.y());
+      from_mm,
+      [&](const CellForm& cell, double /*t0*/, double /*t1*/) {
+        const double bend_mm = 2 * cell.twist_per_mm * along_mm.x() * along_mm.y();
+        return Bend{bend_mm, bend_mm};
       },
       tolerance);
 }
@@ -318,10 +352,19 @@ std::vector<double> GridMap::split_arc(const Vector2d& center_mm,
         const double angle_rad = start_angle_rad + t * sweep_rad;
         return center_mm + radius_mm * Vector2d(std::cos(angle_rad), std::sin(angle_rad));
       },
-      [&](const CellSlopes& slopes) {
-        const double bend_mm = slopes.twist_per_mm * radius_mm * radius_mm +
-                               std::hypot(slopes.x, slopes.y) * radius_mm;
-        return sweep_rad * sweep_rad * bend_mm;
+      center_mm,
+      [&](const CellForm& cell, double t0, double t1) {
+        const double from_rad = start_angle_rad + t0 * sweep_rad;
+        const double to_rad = start_angle_rad + t1 * sweep_rad;
+        // -r (gx cos w + gy sin w) - 2 k r^2 sin 2w
+        const Bend slope = bend_of_cosine(-radius_mm * std::hypot(cell.x, cell.y),
+                                          from_rad - std::atan2(cell.y, cell.x),
+                                          to_rad - std::atan2(cell.y, cell.x));
+        const Bend twist = bend_of_cosine(-2 * cell.twist_per_mm * radius_mm * radius_mm,
+                                          2 * from_rad - std::numbers::pi / 2,
+                                          2 * to_rad - std::numbers::pi / 2);
+        const double per_t = sweep_rad * sweep_rad;
+        return Bend{per_t * (slope.low_mm + twist.low_mm), per_t * (slope.high_mm + twist.high_mm)};
       },
       tolerance);
 }

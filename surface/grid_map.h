@@ -79,10 +79,10 @@ class GridMap {
   /// Where a straight contour must be cut, so that a tool that goes straight from the map's height
   /// at one cut to that at the next stays within `tolerance` of the map on every Z axis.
   ///
-  /// Between cell borders the height is a quadratic a t^2 + b t + c; the chord over a stretch of
-  /// length h in t is off by |a| h^2 / 4 at most. A chord over borders is off by no more than what
-  /// it is off at a border plus that bound. Each cut is put as far from the one before as this
-  /// allows, so a border is cut only where it matters.
+  /// Between cell borders the height is a quadratic a t^2 + b t + c, which a chord over a stretch
+  /// of length h in t misses by a h^2 / 4 in its middle. A chord over borders is also off at these:
+  /// in between its error is between those at both borders, but for that bow. Each cut is put as
+  /// far from the one before as this allows, so a border is cut only where it matters.
   ///
   /// In     tolerance: below 0.001 um it counts as 0.001 um
   /// Out    rising parameters t, 0 < t < 1, of from + t (to - from); none if nothing need be cut or
@@ -95,9 +95,11 @@ class GridMap {
 
   /// The same for an arc, whose height is to change linearly with the angle.
   ///
-  ///   |d2h / dangle2| <= |h_xy| r^2 + |grad h| r,   with the greatest slopes of the cell
+  ///   h = c + r (gx cos w + gy sin w) + 1/2 k r^2 sin 2w
   ///
-  /// That bound takes the part of |a|; it is sound, and asks for some cuts more than needed.
+  /// in a cell, with slopes gx, gy at the centre and twist k. The second derivative's range over a
+  /// stretch takes the part of a: the sum of both terms' ranges, so that some cuts more are made
+  /// than needed (a fifth: tests/surface/grid_split_slow_test.cc).
   ///
   /// In     sweep_rad: signed, counter-clockwise is positive; at most a full turn
   /// Out    rising fractions t of the sweep, 0 < t < 1, otherwise as split_line()
@@ -108,13 +110,20 @@ class GridMap {
                                 Length tolerance) const;
 
  private:
-  /// The greatest slopes of a cell, and its twist |d2h / dx dy|. Beyond the edge of the grid the
-  /// height does not change with the coordinate that is outside.
-  struct CellSlopes {
+  /// The height about a place: h + x X + y Y + twist X Y, with X and Y from there. Beyond the edge
+  /// of the grid the height does not change with the coordinate that is outside.
+  struct CellForm {
     double x = 0;
     double y = 0;
     double twist_per_mm = 0;
   };
+  /// Between which d2h / dt2 is, mm.
+  struct Bend {
+    double low_mm = 0;
+    double high_mm = 0;
+  };
+  static Bend bend_of_cosine(double amplitude_mm, double a_rad, double b_rad);
+  using BendOfCell = std::function<Bend(const CellForm&, double t0, double t1)>;
   struct Profile;
 
   GridMap() = default;
@@ -122,12 +131,16 @@ class GridMap {
     return nodes_[(iy * x_mm_.size() + ix) * n_axes_ + axis];
   }
   Eigen::Vector2d nearest_inside(const Eigen::Vector2d& p_mm) const;
-  CellSlopes slopes_at(const Eigen::Vector2d& p_mm, std::size_t axis) const;
+  /// In     p_mm: a place in the cell
+  CellForm form_at(const Eigen::Vector2d& p_mm,
+                   const Eigen::Vector2d& about_mm,
+                   std::size_t axis) const;
   Eigen::ArrayXd heights_mm(const Eigen::Vector2d& p_mm) const;
-  /// In     knots: where the contour crosses a border; curvature_mm: a bound of |d2h / dt2|
+  /// In     knots: where the contour crosses a border; about_mm: of the forms that `bend` gets
   std::vector<double> split(std::vector<double> knots,
                             const std::function<Eigen::Vector2d(double)>& place_mm,
-                            const std::function<double(const CellSlopes&)>& curvature_mm,
+                            const Eigen::Vector2d& about_mm,
+                            const BendOfCell& bend,
                             Length tolerance) const;
 
   std::size_t n_axes_ = 0;

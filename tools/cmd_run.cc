@@ -14,15 +14,18 @@
 #include "panelcal/calib/base/clock.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/sim/truth.h"
+#include "panelcal/program/depth_verdict.h"
 #include "panelcal/program/explain.h"
 #include "panelcal/program/job_check.h"
 #include "panelcal/program/job_verdict.h"
+#include "panelcal/program/probed_surface.h"
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
 #include "panelcal/program/writers/jsonl_writer.h"
 #include "panelcal/program/writers/sieb_meyer_writer.h"
 #include "panelcal/program/writers/svg_writer.h"
 #include "panelcal/tools/commands.h"
+#include "panelcal/tools/depth_summary.h"
 #include "panelcal/tools/job_picture.h"
 #include "panelcal/tools/measuring.h"
 #include "panelcal/tools/output_paths.h"
@@ -216,7 +219,23 @@ class Run {
     return walk;
   }
 
-  bool has_tolerances() const { return !config_.walk.tolerances.is_empty(); }
+  bool has_tolerances() const {
+    return config_.walk.tolerances.asks_positions() || config_.walk.tolerances.asks_depths();
+  }
+
+  /// What holds a job against [tolerance] as it passes.
+  std::vector<OperationSink*> make_verdicts() {
+    const Tolerances& tolerances = config_.walk.tolerances;
+    std::vector<OperationSink*> sinks;
+    if (tolerances.asks_positions()) sinks.push_back(&verdict_.emplace(tolerances));
+    if (tolerances.asks_depths()) {
+      sinks.push_back(
+          &depth_.emplace(tolerances,
+                          config_.walk.uncertainty.depth,
+                          probed_surface(measured_.survey, config_.walk.sieb_meyer.grid_hold)));
+    }
+    return sinks;
+  }
 
   /// Without an output this is the walk that the job is judged by.
   void explain() {
@@ -226,7 +245,7 @@ class Run {
         *choice_, checked_->program, measured_.survey, walk.uncertainty, walk.tolerances);
     std::vector<OperationSink*> sinks = {&explainer};
     const bool judges = options_.output.empty() && has_tolerances();
-    if (judges) sinks.push_back(&verdict_.emplace(walk.tolerances));
+    if (judges) std::ranges::copy(make_verdicts(), std::back_inserter(sinks));
     Tee tee(std::move(sinks));
     DiagnosticLog walk_log;
     execute(checked_->program, walk, measured_.survey, tee, walk_log);
@@ -286,7 +305,7 @@ class Run {
   /// What judges the job as it passes.
   std::vector<OperationSink*> judges() {
     std::vector<OperationSink*> sinks = {&worst_hole_};
-    if (has_tolerances()) sinks.push_back(&verdict_.emplace(config_.walk.tolerances));
+    std::ranges::copy(make_verdicts(), std::back_inserter(sinks));
     if (truth_) {
       sinks.push_back(&comparison_.emplace(*truth_, measured_.survey, config_.walk.uncertainty));
     }
@@ -343,10 +362,18 @@ class Run {
 
   /// What [tolerance] makes of the job that has just passed: false if it is not to be drilled.
   bool is_sure_enough() {
-    if (!verdict_) return true;
-    context_.console.say(verdict_summary(*verdict_, comparison_ ? &*comparison_ : nullptr));
-    verdict_->report(checked_->program.source.file, log_);
-    return verdict_->decision() != JobDecision::Hold || options_.force;
+    bool is_held = false;
+    if (verdict_) {
+      context_.console.say(verdict_summary(*verdict_, comparison_ ? &*comparison_ : nullptr));
+      verdict_->report(checked_->program.source.file, log_);
+      is_held = verdict_->decision() == JobDecision::Hold;
+    }
+    if (depth_) {
+      context_.console.say(depth_summary(*depth_));
+      depth_->report(checked_->program.source.file, log_);
+      is_held = is_held || depth_->decision() == JobDecision::Hold;
+    }
+    return !is_held || options_.force;
   }
 
   /// Of the worst place that a warning names, where its line does not lead to it: lines of other
@@ -375,6 +402,7 @@ class Run {
     input.tally = is_written_ ? &tally_ : nullptr;
     input.truth = is_written_ && comparison_ ? &*comparison_ : nullptr;
     input.verdict = verdict_ ? &*verdict_ : nullptr;
+    input.depth = depth_ ? &*depth_ : nullptr;
     // Of a job that is held it is all the more wanted.
     if (verdict_) {
       input.worst_hole = likeliest_to_break(*verdict_, measured_.survey, config_.walk.uncertainty);
@@ -418,6 +446,7 @@ class Run {
   Tally tally_;
   WorstHole worst_hole_;
   std::optional<JobVerdict> verdict_;
+  std::optional<DepthVerdict> depth_;
   bool has_begun_ = false;  ///< something may have gone to the output
   bool is_written_ = false;
 };

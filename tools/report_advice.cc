@@ -125,6 +125,19 @@ std::string advice_on_errors(const ReportInput& input) {
   return fmt::format("{} ({})", info(first->code).advice, first->text());
 }
 
+template <class T>
+bool is_held(const T* verdict) {
+  return verdict != nullptr && verdict->decision() == JobDecision::Hold;
+}
+
+std::string advice_on_depth(const ReportInput& input) {
+  if (!is_held(input.depth) || is_held(input.verdict)) return {};
+  return fmt::format(
+      "Probe the surface nearer to the worst place, or at more places; if the mean is small beside "
+      "its sigma, the machine's depth_um is too coarse for this tolerance ({}).",
+      input.depth->sentence());
+}
+
 std::string advice_on_drilling(const ReportInput& input) {
   const Survey& survey = survey_of(input);
   if (survey.measurements.empty() && survey.probes.empty()) {
@@ -150,6 +163,15 @@ std::string explain_hint(const ReportInput& input) {
 }
 
 std::string advice_on_warning(const ReportInput& input) {
+  const bool is_of_depth =
+      input.verdict == nullptr || input.verdict->decision() != JobDecision::DrillWithWarning;
+  if (is_of_depth && input.depth != nullptr) {
+    return fmt::format(
+        "Drill {} if that risk is acceptable; otherwise probe more of the surface, or nearer to "
+        "the worst place ({}).",
+        shown_output(input),
+        input.depth->sentence());
+  }
   return fmt::format(
       "Drill {} if that risk is acceptable; otherwise see what the worst place's error is made of, "
       "{} ({}).",
@@ -232,6 +254,7 @@ std::string next_step(const ReportInput& input) {
   std::string advice = advice_on_lost(survey_of(input));
   if (advice.empty()) advice = advice_on_fault(survey_of(input));
   if (advice.empty()) advice = advice_on_gate(survey_of(input));
+  if (advice.empty()) advice = advice_on_depth(input);
   if (advice.empty()) advice = advice_on_errors(input);
   if (verdict == Verdict::Forced) {
     return advice.empty() ? "Measure the first panel before drilling more."

@@ -30,6 +30,11 @@ bool is_worst(const SeriesResult& series, std::size_t i_target) {
   });
 }
 
+template <class T>
+bool is_warned(const T* verdict) {
+  return verdict != nullptr && verdict->decision() == JobDecision::DrillWithWarning;
+}
+
 }  // namespace
 
 const Survey& survey_of(const ReportInput& input) {
@@ -41,9 +46,7 @@ Verdict verdict_of(const ReportInput& input) {
   if (input.output_file.empty()) return Verdict::Hold;
   if (input.forced) return Verdict::Forced;
   if (!survey_of(input).is_accepted() || has_errors(input)) return Verdict::Hold;
-  const bool is_warned =
-      input.verdict != nullptr && input.verdict->decision() == JobDecision::DrillWithWarning;
-  return is_warned ? Verdict::Warned : Verdict::Drill;
+  return is_warned(input.verdict) || is_warned(input.depth) ? Verdict::Warned : Verdict::Drill;
 }
 
 double gate_ratio(const GateVerdict& gate) {

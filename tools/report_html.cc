@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/tools/report_calibrations.h"
+#include "panelcal/tools/report_depth.h"
 #include "panelcal/tools/report_facts.h"
 #include "panelcal/tools/report_figures.h"
 #include "panelcal/tools/report_fits.h"
@@ -162,7 +163,8 @@ std::string first_screen(const ReportInput& input, std::span<const TargetFact> f
                 counted(static_cast<std::int64_t>(survey.series.size()), "fit") +
                     left_out_text(n_dropped(survey)));
   }
-  return out + hole_tiles(input) + tolerance_tile(input.verdict) + "</dl>\n</div>\n";
+  return out + hole_tiles(input) + tolerance_tile(input.verdict) + depth_tile(input.depth) +
+         "</dl>\n</div>\n";
 }
 
 std::string messages(std::span<const Diagnostic> diagnostics) {
@@ -251,6 +253,7 @@ std::string report_html(const ReportInput& input) {
       kStyle);
   out += first_screen(input, facts);
   out += verdict_section(input);
+  out += depth_section(input.depth);
   out += "<h2>Panel</h2>\n<section>\n" + panel_figures(input, facts) + "</section>\n";
   out += "<h2>Fiducials</h2>\n<section>\n" + target_cards(input, facts) + "</section>\n";
   out += "<h2>Fits</h2>\n<section>\n" + fits_section(input) + "</section>\n";

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/depth_verdict.h"
 #include "panelcal/program/job_verdict.h"
 #include "panelcal/program/survey.h"
 #include "panelcal/program/tally.h"
@@ -29,7 +30,8 @@ struct ReportInput {
   const Survey* survey = nullptr;
   const Tally* tally = nullptr;            ///< of the corrected program; null if refused
   const TruthComparison* truth = nullptr;  ///< null without --truth
-  const JobVerdict* verdict = nullptr;     ///< null without [tolerance]
+  const JobVerdict* verdict = nullptr;     ///< null if [tolerance] asks for no positions
+  const DepthVerdict* depth = nullptr;     ///< null if it asks for no depths
   /// Of the verdict's worst place, by which `run --explain` knows it; empty: its line says enough.
   std::optional<std::int64_t> worst_number;
   std::optional<HoleBudget> worst_hole;           ///< of the job, held or not

@@ -37,4 +37,7 @@ std::string point_text(const Eigen::Vector2d& p_mm);
 /// "[0,1]", the step-and-repeat indices as everywhere else; empty for the panel itself.
 std::string path_text(std::span<const int> path);
 
+/// A probability: "6.3 &#215; 10<sup>-5</sup>".
+std::string risk_html(double risk);
+
 }  // namespace panelcal::report

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 
@@ -21,18 +20,6 @@ std::string um_2(Length length) {
 
 std::string cell(std::string_view text) {
   return fmt::format("<td class=\"num\">{}</td>", text);
-}
-
-/// "6.3 &#215; 10<sup>-5</sup>"
-std::string risk_html(double risk) {
-  if (risk < 1e-12) return "&lt; 10<sup>-12</sup>";
-  if (risk >= 0.001) return fmt::format("{:.2g}", risk);
-  // Rounded before it is split, so that 9.96e-5 is 1.0 x 10^-4.
-  const std::string text = fmt::format("{:.1e}", risk);
-  const std::size_t at = text.find('e');
-  int exponent = 0;
-  std::from_chars(text.data() + at + 1, text.data() + text.size(), exponent);
-  return fmt::format("{} &#215; 10<sup>{}</sup>", text.substr(0, at), exponent);
 }
 
 std::string worst_place(const JobVerdict::ToolFigures& tool) {

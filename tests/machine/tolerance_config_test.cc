@@ -22,7 +22,8 @@ std::string refusal(std::string_view toml) {
 }
 
 TEST(ToleranceConfig, AsksNothingWithoutTheTable) {
-  EXPECT_TRUE(tolerances_of("[gates]\n").is_empty());
+  EXPECT_FALSE(tolerances_of("[gates]\n").asks_positions());
+  EXPECT_FALSE(tolerances_of("[gates]\n").asks_depths());
   EXPECT_FALSE(tolerances_of("").radius(1, mm(1)));
 }
 
@@ -57,6 +58,36 @@ pad_mm = 1.0
   // The diameter that the program leaves out.
   EXPECT_NEAR(tolerances.radius(7, std::nullopt)->in_um(), 100, 1e-9);
   EXPECT_NEAR(tolerances.radius(7, mm(0.8))->in_um(), 100, 1e-9);
+}
+
+TEST(ToleranceConfig, ReadsDepths) {
+  const Tolerances tolerances = tolerances_of(R"(
+[tolerance]
+too_shallow_um = 30
+too_deep_um = 20
+[[tolerance.tool]]
+number = 3
+too_deep_um = 5
+[[tolerance.tool]]
+drill_mm = 0.3
+position_um = 40
+)");
+  EXPECT_TRUE(tolerances.asks_depths());
+  EXPECT_EQ(tolerances.depth_of(1, std::nullopt).too_shallow, um(30));
+  EXPECT_EQ(tolerances.depth_of(1, std::nullopt).too_deep, um(20));
+  EXPECT_FALSE(tolerances.depth_of(3, std::nullopt).too_shallow);
+  EXPECT_EQ(tolerances.depth_of(3, std::nullopt).too_deep, um(5));
+  EXPECT_EQ(tolerances.depth_of(4, mm(0.3)).too_deep, um(20));
+  // A row of depths asks nothing of positions.
+  EXPECT_FALSE(tolerances.radius(3, std::nullopt));
+  EXPECT_EQ(tolerances.problem(3, std::nullopt), "");
+  EXPECT_EQ(tolerances.radius(4, mm(0.3)), um(40));
+}
+
+TEST(ToleranceConfig, OfDepthsAloneAsksNoPositions) {
+  EXPECT_FALSE(tolerances_of("[tolerance]\ntoo_deep_um = 20\n").asks_positions());
+  EXPECT_TRUE(tolerances_of("[tolerance]\nposition_um = 20\n").asks_positions());
+  EXPECT_FALSE(tolerances_of("[tolerance]\nposition_um = 20\n").asks_depths());
 }
 
 TEST(ToleranceConfig, SaysWhyAToolHasNone) {

@@ -37,6 +37,7 @@ camera_offset_date = 2026-11-01T06:00:00
 stage_repeatability_um = 1.5
 table_residual_um = 2
 drill_wander_um = 3
+depth_um = 6
 drift_um_per_sqrt_day = 0.25
 )";
 
@@ -58,6 +59,7 @@ TEST(UncertaintyConfig, ReadsEveryTerm) {
   EXPECT_EQ(machine.stage_repeatability, um(1.5));
   EXPECT_EQ(machine.table_residual, um(2));
   EXPECT_EQ(machine.drill_wander, um(3));
+  EXPECT_EQ(machine.depth, um(6));
   EXPECT_DOUBLE_EQ(machine.spindle_camera_mm2(0, 0), 0.25 * kUm2);
   EXPECT_DOUBLE_EQ(machine.of_target_mm2()(0, 0), 6.25 * kUm2);
   EXPECT_DOUBLE_EQ(machine.of_hole_mm2()(1, 1), 15.25 * kUm2);

@@ -112,7 +112,7 @@ std::unique_ptr<Job> run(const std::string& text,
     input.tally = &job->tally;
     input.truth = &*job->comparison;
     input.output_file = "corrected.drl";
-    if (!tolerances.is_empty()) input.verdict = &*job->verdict;
+    if (tolerances.asks_positions()) input.verdict = &*job->verdict;
   }
   for (const Measurement& m : job->survey.measurements) {
     input.crops_png[m.request.seq] = std::string("\x89PNG\r\n\x1a\n", 8) +

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/probed_surface.h"
+
+#include <vector>
+
+namespace panelcal {
+
+Expected<HeightMap> probed_surface(const Survey& survey, Length max_extrapolation) {
+  std::vector<ProbePoint> points;
+  points.reserve(survey.probes.size());
+  for (const ProbeReading& reading : survey.probes) {
+    if (reading.status != ProbeStatus::Found || reading.heights.empty()) continue;
+    const ProbeRequest& request = reading.request;
+    const HeightEstimate& height = reading.heights.front();
+    if (!(height.sigma > Length())) {
+      return failure(
+          {Code::MeasurementInvalid,
+           {request.file, request.line, 1},
+           describe(request) + " states a sigma of 0, so that nobody knows how wrong it is",
+           "a sigma above 0"});
+    }
+    points.push_back({request.nominal, height, describe(request), {request.file, request.line, 1}});
+  }
+  HeightMapOptions options;
+  options.max_extrapolation = max_extrapolation;
+  return HeightMap::of_probes(points, options);
+}
+
+}  // namespace panelcal

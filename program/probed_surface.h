@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/program/survey.h"
+#include "panelcal/surface/height_map.h"
+
+namespace panelcal {
+
+/// The surface as all probes of a job show it, on the first Z axis.
+///
+/// In     max_extrapolation: how far outside of the probes' hull it is still believed
+/// Fails  grid-invalid (fewer than three probes found it, or as HeightMap::of_probes);
+///        measurement-invalid (a probe that states no sigma)
+/// See    tests/program/depth_verdict_test.cc
+Expected<HeightMap> probed_surface(const Survey& survey, Length max_extrapolation);
+
+}  // namespace panelcal

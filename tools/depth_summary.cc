@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/tools/depth_summary.h"
+
+#include <iterator>
+#include <optional>
+
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+std::string side_text(const std::optional<Length>& length) {
+  return length ? fmt::format("{:.1f}", length->in_um()) : "-";
+}
+
+std::string chance_text(double chance) {
+  return chance < 1e-12 ? "<1e-12" : fmt::format("{:.1e}", chance);
+}
+
+}  // namespace
+
+std::string depth_tolerance_text(const DepthTolerance& tolerance) {
+  return side_text(tolerance.too_shallow) + " / " + side_text(tolerance.too_deep);
+}
+
+std::vector<std::string> surface_lines(const DepthVerdict& verdict) {
+  if (!verdict.map()) return {"no map of the surface: " + verdict.map().error().what};
+  const HeightMap& map = *verdict.map();
+  std::vector<std::string> lines = {"surface: " + map.surface().summary()};
+  // No bow can be seen in so few, and none is expected then.
+  if (map.surface().left_out().size() < kLeastForBow) {
+    lines.push_back(fmt::format("{} probes do not tell a bow from a plane: {} would",
+                                map.surface().left_out().size(),
+                                kLeastForBow));
+  }
+  for (const SurfaceOutlier& outlier : map.outliers()) {
+    lines.push_back("not in the map: " + outlier.text());
+  }
+  return lines;
+}
+
+std::string depth_summary(const DepthVerdict& verdict) {
+  std::string out = "depth, predicted (lengths in um)\n";
+  const auto append = std::back_inserter(out);
+  fmt::format_to(append,
+                 "{:>6} {:>8} {:>15} {:>8} {:>8} {:>6} {:>6} {:>9} {:>9}\n",
+                 "tool",
+                 "depths",
+                 "shallow / deep",
+                 "off",
+                 "sigma",
+                 "warn",
+                 "hold",
+                 "shallow",
+                 "deep");
+  for (const auto& [number, tool] : verdict.by_tool()) {
+    const bool is_judged = tool.places.n_judged > 0;
+    fmt::format_to(append,
+                   "{:>6} {:>8} {:>15} {:>8} {:>8} {:>6} {:>6} {:>9} {:>9}\n",
+                   fmt::format("T{}", number),
+                   tool.places.n_judged + tool.places.n_unjudged,
+                   depth_tolerance_text(tool.tolerance),
+                   is_judged ? fmt::format("{:+.2f}", tool.largest_mean.in_um()) : "-",
+                   is_judged ? fmt::format("{:.2f}", tool.largest_sigma.in_um()) : "-",
+                   tool.places.n_warned,
+                   tool.places.n_held,
+                   is_judged ? chance_text(tool.worst.risk.too_shallow) : "-",
+                   is_judged ? chance_text(tool.worst.risk.too_deep) : "-");
+  }
+  for (const std::string& line : surface_lines(verdict)) out += line + "\n";
+  return out + "depth verdict: " + verdict.sentence();
+}
+
+}  // namespace panelcal
