@@ -9,6 +9,7 @@
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "tests/fuzz/excellon_entry.h"
+#include "tests/fuzz/gcode_entry.h"
 #include "tests/fuzz/sieb_meyer_entry.h"
 
 namespace panelcal {
@@ -29,8 +30,10 @@ void expect_no_complaint(const fs::path& folder) {
   for (const fs::path& file : files) {
     const auto bytes = read_file(file);
     ASSERT_TRUE(bytes) << file;
-    const bool is_sieb_meyer = file.extension() == ".sm5";
-    EXPECT_EQ(is_sieb_meyer ? fuzz::run_sieb_meyer(*bytes) : fuzz::run_excellon(*bytes),
+    const fs::path kind = file.extension();
+    EXPECT_EQ(kind == ".sm5"   ? fuzz::run_sieb_meyer(*bytes)
+              : kind == ".ngc" ? fuzz::run_gcode(*bytes)
+                               : fuzz::run_excellon(*bytes),
               std::nullopt)
         << file;
   }
@@ -48,6 +51,10 @@ TEST(FuzzFixed, SeedsOfTheExcellonReaderRun) {
 
 TEST(FuzzFixed, SeedsOfTheSiebMeyerReaderRun) {
   expect_no_complaint(kFuzz / "corpus" / "sieb_meyer");
+}
+
+TEST(FuzzFixed, SeedsOfTheGcodeReaderRun) {
+  expect_no_complaint(kFuzz / "corpus" / "gcode");
 }
 
 TEST(FuzzFixed, BytesThatAreNoSiebMeyerProgramAreRefusedInOrder) {

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panelcal/program/gcode/gcode_leveller.h"
+#include "panelcal/program/gcode/gcode_motion.h"
+
+namespace panelcal::fuzz {
+
+/// A board of 100 mm that leans and bulges, probed at 36 places.
+inline const HeightMap& bent_map() {
+  static const HeightMap kMap = [] {
+    std::vector<ProbePoint> points;
+    for (int j = 0; j < 6; ++j) {
+      for (int i = 0; i < 6; ++i) {
+        const Eigen::Vector2d p_mm(20 * i, 20 * j);
+        const double z_mm = 0.05 * std::sin(p_mm.x() / 25) + 1e-3 * p_mm.y();
+        points.push_back({position_mm<frame::Nominal>(p_mm), {mm(z_mm), um(2)}, "", {}});
+      }
+    }
+    return *HeightMap::of_probes(points);
+  }();
+  return kMap;
+}
+
+/// Levels any bytes as a G-code program.
+///
+/// Out    what is wrong with panelcal, never with the program; empty if all is well
+inline std::optional<std::string> run_gcode(std::string_view bytes) {
+  const SourceText program{"fuzz.ngc", std::string(bytes)};
+  const auto done = level_gcode(program, bent_map());
+  if (!done) {
+    return done.error().text().empty() ? std::optional<std::string>("an empty message")
+                                       : std::nullopt;
+  }
+  // What was written can be followed, and moves in the same way.
+  gcode::MotionReader reader("levelled.ngc");
+  LineCursor cursor(done->text);
+  std::int64_t n_moves = 0;
+  while (!cursor.at_end() && !reader.has_ended()) {
+    const auto block = gcode::read_gcode_block(cursor.next(), "levelled.ngc");
+    if (!block) return "a line that cannot be read again: " + block.error().text();
+    const auto motion = reader.read(*block);
+    if (!motion) return "a move that cannot be followed again: " + motion.error().text();
+    if (!*motion) continue;
+    ++n_moves;
+    const auto& z_mm = (*motion)->to.z_mm;
+    if (z_mm && !std::isfinite(*z_mm)) return "a Z that is none";
+  }
+  const LevelFigures& figures = done->figures;
+  if (n_moves != figures.n_moves - figures.n_levelled + figures.n_pieces) {
+    return "moves were lost or added";
+  }
+  return std::nullopt;
+}
+
+}  // namespace panelcal::fuzz
