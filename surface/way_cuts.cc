@@ -54,10 +54,15 @@ Expected<std::vector<double>> way_cuts(
     std::size_t least_samples,
     Length tolerance) {
   constexpr double kShare = 0.02;
-  for (std::size_t n = std::max<std::size_t>(least_samples, 2); n <= kMostWaySamples; n *= 2) {
+  std::size_t n = std::clamp<std::size_t>(least_samples, 2, kMostWaySamples);
+  while (true) {
     PANELCAL_TRY(const std::vector<double> heights_mm, profile_mm(n));
     const double between_mm = between_samples_mm(heights_mm);
-    if (!(between_mm <= kShare * tolerance.in_mm())) continue;
+    if (!(between_mm <= kShare * tolerance.in_mm())) {
+      if (n == kMostWaySamples) break;
+      n = std::min(2 * n, kMostWaySamples);
+      continue;
+    }
     std::vector<double> cuts;
     for (const std::size_t i : fewest_cuts(heights_mm, tolerance - mm(between_mm))) {
       cuts.push_back(static_cast<double>(i) / static_cast<double>(n));

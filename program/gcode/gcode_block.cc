@@ -11,6 +11,9 @@
 namespace panelcal::gcode {
 namespace {
 
+/// E and O mean nothing in a line; numbers with exponents are none.
+constexpr std::string_view kLetters = "ABCDFGHIJKLMNPQRSTUVWXYZ";
+
 bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
@@ -82,7 +85,7 @@ class BlockReader {
           quoted(text().substr(begin)),
           "numbers as they are: variables, expressions and subprograms are not executed");
     }
-    if (letter < 'A' || letter > 'Z') {
+    if (kLetters.find(letter) == std::string_view::npos) {
       return problem(
           Code::CommandUnknown, begin, quoted(text().substr(begin, 1)), "a letter and a number");
     }

@@ -16,24 +16,27 @@ namespace panelcal {
 struct LevelOptions {
   /// Between two cuts of a move the tool is this near to the height that it is meant to have.
   Length height_tolerance = um(10);
-  /// Moves at or above this Z stay as they are. Empty: the lowest Z at which the program moves
-  /// rapidly in X or Y, of those above the map's highest place.
+  /// Moves at or above this Z stay as they are. Empty: the lowest Z at which the program travels,
+  /// of those above the board; rapid moves and cycles travel, if none does then any move.
   std::optional<Length> safe_height;
   /// Where the tool was when its Z was set to 0. Empty: the map's heights count from there already.
   std::optional<Position<frame::Nominal>> zero;
+  /// What coordinates count in before G20 and G21, mm; empty: such a program is refused.
+  std::optional<double> unit_mm;
 };
 
 /// What was done to a program.
 struct LevelFigures {
   Length safe_height;
-  std::int64_t n_moves = 0;  ///< of X, Y or Z
-  std::int64_t n_levelled = 0;
-  std::int64_t n_pieces = 0;  ///< that the levelled ones have become
-  Length lowest;              ///< of what was added to Z
+  Length board;                 ///< its highest place, with three sigmas
+  std::int64_t n_moves = 0;     ///< of X, Y or Z
+  std::int64_t n_levelled = 0;  ///< of these
+  std::int64_t n_pieces = 0;    ///< that the levelled ones have become
+  Length lowest;                ///< of what was added to Z
   Length highest;
-  std::int64_t n_ends_filled = 0;        ///< levelled ends where a probe is missing
-  std::int64_t n_ends_extrapolated = 0;  ///< outside of the probes' hull
-  Length largest_sigma;                  ///< of the surface at a levelled end
+  std::int64_t n_filled = 0;        ///< levelled moves over places where a probe is missing
+  std::int64_t n_extrapolated = 0;  ///< outside of the probes' hull
+  Length largest_sigma;             ///< of the surface under a levelled move
   int line_of_largest_sigma = 0;
 };
 
@@ -44,15 +47,16 @@ struct LevelledGcode {
 
 /// Makes a G-code program follow a surface: Z + height(X, Y).
 ///
-/// Every move that begins or ends below the safe height is raised or lowered at its ends; lines and
-/// arcs (which become helices) that stay below it are cut into as few pieces as keep to
-/// height_tolerance. Drilling cycles get a Z and an R of their own at every hole. Everything else,
+/// Every move below the safe height is levelled, at its ends and between them: lines and arcs
+/// (which become helices) are cut into as few pieces as keep to height_tolerance; one that passes
+/// the safe height is cut there first, and above it stays as it is. Rapid moves below it are no
+/// exception. Drilling cycles get a Z and an R of their own at every hole. Everything else,
 /// comments and feeds too, stays as written. A move whose place is not known, or lies where the map
 /// does not reach, is refused: the tool would go through the board, or through the table.
 ///
 /// Fails  as read_gcode_block() and MotionReader; coordinate-missing: a move below the safe height
 ///        from or to nobody knows where; grid-invalid: the map does not reach; argument-invalid: a
-///        safe height that the board reaches, no safe height, tolerances that make no sense
+///        safe height that the board reaches, none at all, a tolerance that makes no sense
 /// See    tests/program/gcode/gcode_leveller_test.cc
 Expected<LevelledGcode> level_gcode(const SourceText& program,
                                     const HeightMap& map,

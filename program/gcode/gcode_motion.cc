@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <string_view>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -15,14 +15,25 @@ namespace {
 
 constexpr double kInch_mm = 25.4;
 
-/// Codes that move nothing in X, Y and Z and change no coordinates.
-constexpr std::array kHarmless = {4.0, 17.0, 40.0, 43.0, 49.0, 61.0, 61.1, 64.0, 94.0, 97.0};
+/// Codes that move nothing in X, Y and Z and change no coordinates; cancels of what is refused.
+constexpr std::array kHarmless = {
+    4.0, 15.0, 17.0, 40.0, 40.1, 50.0, 61.0, 61.1, 64.0, 69.0, 94.0, 97.0};
 constexpr std::array kCycles = {73.0, 81.0, 82.0, 83.0, 85.0, 86.0, 89.0};
+constexpr std::array kMotions = {
+    MotionKind::Rapid, MotionKind::Line, MotionKind::Clockwise, MotionKind::Counterclockwise};
 /// Beside a known move these turn or shift what nobody maps.
 constexpr std::string_view kOtherAxes = "ABCUVW";
 
 bool is_one_of(std::span<const double> codes, double code) {
   return std::ranges::find(codes, code) != codes.end();
+}
+
+bool has_axis(const GcodeBlock& block) {
+  return block.has('X') || block.has('Y') || block.has('Z');
+}
+
+std::string text_of(const GcodeBlock& block, const GcodeWord& word) {
+  return quoted(block.text.substr(word.begin, word.end - word.begin));
 }
 
 }  // namespace
@@ -43,12 +54,17 @@ std::optional<double> MotionReader::number_mm(const GcodeBlock& block, char lett
 
 // --- modes -------------------------------------------------------------------------------------
 
-Expected<void> MotionReader::read_mode(const GcodeBlock& block, const GcodeWord& word) {
+Expected<void> MotionReader::read_code(const GcodeBlock& block, const GcodeWord& word) {
   const double code = word.value;
-  const std::string text = quoted(block.text.substr(word.begin, word.end - word.begin));
-  if (code == 0 || code == 1 || code == 2 || code == 3 || is_one_of(kCycles, code)) {
-    if (motion_ != code) cycle_z_mm_ = cycle_r_mm_ = std::nullopt;
-    motion_ = code;
+  if (code == 0 || code == 1 || code == 2 || code == 3) {
+    motion_ = kMotions[static_cast<std::size_t>(code)];
+  } else if (is_one_of(kCycles, code)) {
+    if (motion_ != MotionKind::Cycle) cycle_began_mm_ = at_.z_mm;
+    if (motion_ != MotionKind::Cycle || cycle_code_ != code) {
+      cycle_z_mm_ = cycle_r_mm_ = std::nullopt;
+    }
+    motion_ = MotionKind::Cycle;
+    cycle_code_ = code;
   } else if (code == 80) {
     motion_.reset();
   } else if (code == 20 || code == 21) {
@@ -60,36 +76,76 @@ Expected<void> MotionReader::read_mode(const GcodeBlock& block, const GcodeWord&
   } else if (code == 98 || code == 99) {
     returns_to_r_ = code == 99;
   } else if (code == 28 || code == 30 || code == 53) {
-    leaves_ = true;
-  } else if (code >= 54 && code < 60) {
+    return leave(block, word);
+  } else if (code == 43 || code == 49) {
+    at_.z_mm.reset();
+  } else if ((code >= 54 && code < 60) || code == 92.1) {
     // The map lies in one system of coordinates.
-    if (has_moved_) {
-      return problem(block, Code::NotSupported, &word, text + " after a move", "one work zero");
+    if (has_moved_ && code != offset_code_) {
+      return problem(block,
+                     Code::NotSupported,
+                     &word,
+                     text_of(block, word) + " after a move",
+                     "one work zero");
     }
+    offset_code_ = code == 92.1 ? offset_code_ : code;
   } else if (!is_one_of(kHarmless, code)) {
     return problem(block,
                    Code::NotSupported,
                    &word,
-                   text,
+                   text_of(block, word),
                    "G0 to G3 in the XY plane, drilling cycles, and codes that leave coordinates "
                    "alone");
+  } else if (code == 4 && has_axis(block)) {
+    return problem(block, Code::NotSupported, &word, "a dwell with coordinates", "G4 P#");
   }
+  return {};
+}
+
+/// The way home first passes the coordinates of its line, which in G91 are steps from where the
+/// tool is.
+Expected<void> MotionReader::leave(const GcodeBlock& block, const GcodeWord& word) {
+  leaves_ = true;
+  const bool is_step =
+      std::ranges::any_of(block.words, [](const GcodeWord& other) { return other.is('G', 91); });
+  const auto is_zero = [&](char letter) {
+    return !block.has(letter) || block.find(letter)->value == 0;
+  };
+  const bool goes_straight = !has_axis(block) || ((is_incremental_ || is_step) && is_zero('X') &&
+                                                  is_zero('Y') && is_zero('Z'));
+  if (word.value == 53 || goes_straight) return {};
+  return problem(block,
+                 Code::NotSupported,
+                 &word,
+                 text_of(block, word) + " by way of a place",
+                 "G28 or G30 alone, or with G91 and steps of 0");
+}
+
+Expected<void> MotionReader::read_function(const GcodeBlock& block, const GcodeWord& word) {
+  if (word.value == 98 || word.value == 99) {
+    return problem(
+        block, Code::NotSupported, &word, text_of(block, word), "a program without subprograms");
+  }
+  if (word.value == 6) at_ = {};
+  has_ended_ = has_ended_ || word.value == 2 || word.value == 30;
   return {};
 }
 
 Expected<void> MotionReader::read_modes(const GcodeBlock& block) {
   leaves_ = false;
   for (const GcodeWord& word : block.words) {
-    if (word.letter == 'G') PANELCAL_CHECK(read_mode(block, word));
-    if (word.letter != 'M') continue;
-    if (word.value == 98 || word.value == 99) {
+    if (block.is_deleted && word.letter != 'N') {
       return problem(block,
                      Code::NotSupported,
                      &word,
-                     quoted(block.text.substr(word.begin, word.end - word.begin)),
-                     "a program without subprograms");
+                     "a line behind a slash, which is executed or not as the operator likes",
+                     "lines without a slash");
     }
-    has_ended_ = has_ended_ || word.value == 2 || word.value == 30;
+    if (kOtherAxes.find(word.letter) != std::string_view::npos) {
+      return problem(block, Code::NotSupported, &word, text_of(block, word), "moves of X, Y and Z");
+    }
+    if (word.letter == 'G') PANELCAL_CHECK(read_code(block, word));
+    if (word.letter == 'M') PANELCAL_CHECK(read_function(block, word));
   }
   return {};
 }
@@ -97,35 +153,21 @@ Expected<void> MotionReader::read_modes(const GcodeBlock& block) {
 // --- moves -------------------------------------------------------------------------------------
 
 Expected<std::optional<Motion>> MotionReader::read(const GcodeBlock& block) {
-  const bool has_axis = block.has('X') || block.has('Y') || block.has('Z');
-  const bool has_motion_word = std::ranges::any_of(block.words, [](const GcodeWord& word) {
-    return word.letter == 'G' && (word.value < 4 || (word.value >= 73 && word.value < 90));
-  });
-  if (block.is_deleted && (has_axis || has_motion_word)) {
+  if (has_ended_ && !block.words.empty()) {
     return problem(block,
                    Code::NotSupported,
-                   nullptr,
-                   "a move behind a slash, which is executed or not as the operator likes",
-                   "moves without a slash");
+                   &block.words.front(),
+                   "something behind M2 or M30, which some controls execute",
+                   "one program in a file");
   }
   PANELCAL_CHECK(read_modes(block));
-  const auto other = std::ranges::find_if(block.words, [](const GcodeWord& word) {
-    return kOtherAxes.find(word.letter) != std::string_view::npos;
-  });
   if (leaves_) {
     at_ = {};
     return std::nullopt;
   }
-  if (other != block.words.end()) {
-    return problem(block,
-                   Code::NotSupported,
-                   &*other,
-                   quoted(block.text.substr(other->begin, other->end - other->begin)),
-                   "moves of X, Y and Z");
-  }
-  const bool is_full_circle =
-      motion_ && (*motion_ == 2 || *motion_ == 3) && (block.has('I') || block.has('J'));
-  if (!has_axis && !is_full_circle) return std::nullopt;
+  const bool is_arc = motion_ == MotionKind::Clockwise || motion_ == MotionKind::Counterclockwise;
+  const bool is_full_circle = is_arc && (block.has('I') || block.has('J'));
+  if (!has_axis(block) && !is_full_circle) return std::nullopt;
   PANELCAL_TRY(Motion motion, read_motion(block));
   return motion;
 }
@@ -149,24 +191,16 @@ Expected<Motion> MotionReader::read_motion(const GcodeBlock& block) {
     return problem(block, Code::NotSupported, nullptr, "a move in G91", "G90 before it");
   }
   Motion motion;
+  motion.kind = *motion_;
   motion.from = motion.to = at_;
   if (const auto x_mm = number_mm(block, 'X')) motion.to.x_mm = x_mm;
   if (const auto y_mm = number_mm(block, 'Y')) motion.to.y_mm = y_mm;
   if (const auto z_mm = number_mm(block, 'Z')) motion.to.z_mm = z_mm;
-  motion.kind = *motion_ == 0   ? MotionKind::Rapid
-                : *motion_ == 1 ? MotionKind::Line
-                : *motion_ == 2 ? MotionKind::Clockwise
-                : *motion_ == 3 ? MotionKind::Counterclockwise
-                                : MotionKind::Cycle;
   if (motion.is_arc()) PANELCAL_CHECK(read_arc(block, motion));
+  at_ = motion.to;
   if (motion.kind == MotionKind::Cycle) {
     PANELCAL_CHECK(read_cycle(block, motion));
-    at_ = motion.to;
-    at_.z_mm = motion.returns_to_r || !motion.from.z_mm
-                   ? motion.retract_mm
-                   : std::max(motion.retract_mm, *motion.from.z_mm);
-  } else {
-    at_ = motion.to;
+    at_.z_mm = motion.travel_mm;
   }
   has_moved_ = true;
   return motion;
@@ -179,44 +213,16 @@ Expected<void> MotionReader::read_arc(const GcodeBlock& block, Motion& motion) c
                    Code::CoordinateMissing,
                    nullptr,
                    "an arc from nobody knows where",
-                   "X and Y before");
+                   "X and Y before it");
   }
-  if (const GcodeWord* turns = block.find('P'); turns != nullptr || block.has('K')) {
+  const GcodeWord* const turns = block.find('P');
+  if ((turns != nullptr && turns->value != 1) || block.has('K')) {
     return problem(
         block, Code::NotSupported, turns, "an arc of several turns, or with K", "I and J");
   }
-  const Eigen::Vector2d from_mm = motion.from.xy_mm(), to_mm = motion.to.xy_mm();
-  const bool is_clockwise = motion.kind == MotionKind::Clockwise;
-  if (const auto r_mm = number_mm(block, 'R')) {
-    const Eigen::Vector2d half_mm = 0.5 * (to_mm - from_mm);
-    const double away_mm2 = *r_mm * *r_mm - half_mm.squaredNorm();
-    constexpr double kRounding = 1e-3;
-    const double radius_mm = std::abs(*r_mm);
-    if (half_mm.norm() == 0 || away_mm2 < -2 * kRounding * radius_mm * radius_mm) {
-      return problem(block,
-                     Code::ArgumentInvalid,
-                     block.find('R'),
-                     "an arc of R that does not reach its end",
-                     "a greater R, or I and J");
-    }
-    const double away_mm = std::sqrt(std::max(0.0, away_mm2));
-    // Left of the way lies the centre of short counter-clockwise arcs and long clockwise ones.
-    const double side = is_clockwise == (*r_mm > 0) ? -1 : 1;
-    const Eigen::Vector2d left(-half_mm.y(), half_mm.x());
-    motion.center_mm = from_mm + half_mm + side * away_mm * left.normalized();
-  } else if (block.has('I') || block.has('J')) {
-    const Eigen::Vector2d given_mm(number_mm(block, 'I').value_or(0),
-                                   number_mm(block, 'J').value_or(0));
-    if (arcs_are_absolute_ && !(block.has('I') && block.has('J'))) {
-      return problem(
-          block, Code::ArgumentInvalid, nullptr, "an arc in G90.1 without I or J", "both");
-    }
-    motion.center_mm = arcs_are_absolute_ ? given_mm : Eigen::Vector2d(from_mm + given_mm);
-  } else {
-    return problem(
-        block, Code::ArgumentInvalid, nullptr, "an arc without a centre", "I and J, or R");
-  }
-  const Eigen::Vector2d begin_mm = from_mm - motion.center_mm, end_mm = to_mm - motion.center_mm;
+  PANELCAL_TRY(motion.center_mm, center_mm(block, motion));
+  const Eigen::Vector2d begin_mm = motion.from.xy_mm() - motion.center_mm;
+  const Eigen::Vector2d end_mm = motion.to.xy_mm() - motion.center_mm;
   constexpr double kLeastSlack_mm = 0.0127;  // half a thousandth of an inch, as LinuxCNC has it
   const double slack_mm = std::max(kLeastSlack_mm, 1e-3 * begin_mm.norm());
   if (!(begin_mm.norm() > 0) || std::abs(begin_mm.norm() - end_mm.norm()) > slack_mm) {
@@ -230,6 +236,7 @@ Expected<void> MotionReader::read_arc(const GcodeBlock& block, Motion& motion) c
         "one radius");
   }
   constexpr double kTurn = 2 * std::numbers::pi;
+  const bool is_clockwise = motion.kind == MotionKind::Clockwise;
   double sweep_rad = std::atan2(end_mm.y(), end_mm.x()) - std::atan2(begin_mm.y(), begin_mm.x());
   if (is_clockwise) {
     while (sweep_rad >= 0) sweep_rad -= kTurn;
@@ -240,9 +247,43 @@ Expected<void> MotionReader::read_arc(const GcodeBlock& block, Motion& motion) c
   return {};
 }
 
+Expected<Eigen::Vector2d> MotionReader::center_mm(const GcodeBlock& block,
+                                                  const Motion& motion) const {
+  const Eigen::Vector2d from_mm = motion.from.xy_mm();
+  if (const auto r_mm = number_mm(block, 'R')) {
+    const Eigen::Vector2d half_mm = 0.5 * (motion.to.xy_mm() - from_mm);
+    const double away_mm2 = *r_mm * *r_mm - half_mm.squaredNorm();
+    constexpr double kRounding = 1e-3;
+    if (half_mm.norm() == 0 || away_mm2 < -2 * kRounding * *r_mm * *r_mm) {
+      return problem(block,
+                     Code::ArgumentInvalid,
+                     block.find('R'),
+                     "an arc of R that does not reach its end",
+                     "a greater R, or I and J");
+    }
+    // Left of the way lies the centre of short counter-clockwise arcs and long clockwise ones.
+    const double side = (motion.kind == MotionKind::Clockwise) == (*r_mm > 0) ? -1 : 1;
+    const Eigen::Vector2d left(-half_mm.y(), half_mm.x());
+    return Eigen::Vector2d(from_mm + half_mm +
+                           side * std::sqrt(std::max(0.0, away_mm2)) * left.normalized());
+  }
+  if (!block.has('I') && !block.has('J')) {
+    return problem(
+        block, Code::ArgumentInvalid, nullptr, "an arc without a centre", "I and J, or R");
+  }
+  const Eigen::Vector2d given_mm(number_mm(block, 'I').value_or(0),
+                                 number_mm(block, 'J').value_or(0));
+  if (!arcs_are_absolute_) return Eigen::Vector2d(from_mm + given_mm);
+  if (!block.has('I') || !block.has('J')) {
+    return problem(block, Code::ArgumentInvalid, nullptr, "an arc in G90.1 without I or J", "both");
+  }
+  return given_mm;
+}
+
 /// Z and R hold for the cycle's next holes.
 Expected<void> MotionReader::read_cycle(const GcodeBlock& block, Motion& motion) {
-  if (const GcodeWord* times = block.find('L'); times != nullptr && times->value != 1) {
+  const GcodeWord* const times = block.find('L') != nullptr ? block.find('L') : block.find('K');
+  if (times != nullptr && times->value != 1) {
     return problem(block, Code::NotSupported, times, "a cycle that is repeated", "one hole a line");
   }
   if (const auto z_mm = number_mm(block, 'Z')) cycle_z_mm_ = z_mm;
@@ -256,7 +297,8 @@ Expected<void> MotionReader::read_cycle(const GcodeBlock& block, Motion& motion)
   }
   motion.to.z_mm = cycle_z_mm_;
   motion.retract_mm = *cycle_r_mm_;
-  motion.returns_to_r = returns_to_r_;
+  motion.travel_mm =
+      returns_to_r_ ? *cycle_r_mm_ : std::max(*cycle_r_mm_, cycle_began_mm_.value_or(*cycle_r_mm_));
   return {};
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -31,24 +32,29 @@ struct Motion {
   Eigen::Vector2d center_mm = Eigen::Vector2d::Zero();  ///< of an arc
   double sweep_rad = 0;                                 ///< of an arc, counter-clockwise positive
   double retract_mm = 0;                                ///< R of a cycle
-  bool returns_to_r = false;                            ///< G99: a cycle ends at R
+  double travel_mm = 0;  ///< Z at which a cycle moves on: R, or with G98 where it began if higher
 
   bool is_arc() const {
     return kind == MotionKind::Clockwise || kind == MotionKind::Counterclockwise;
   }
+  /// In X or Y, as far as that is known.
+  bool goes() const { return from.x_mm != to.x_mm || from.y_mm != to.y_mm || is_arc(); }
 };
 
 /// Follows the modal state of a program of LinuxCNC's kind (RS274NGC), as far as moves need it.
 ///
 /// Understood: G0 to G3 in the XY plane, G73, G81 to G83, G85, G86 and G89, G20, G21, G90, G98,
 /// G99, arcs by I, J or R. Whatever makes coordinates mean something else in the middle of a
-/// program is refused: a move counts for the board only if it is known where it goes.
+/// program is refused: a move counts for the board only if it is known where it goes. Behind a
+/// change of tool and a way home (M6, G28, G30, G53) nobody knows where the tool stands.
 ///
 /// Source NIST RS274NGC version 3 (2000), 3.5; LinuxCNC G-code reference
 /// See    tests/program/gcode/gcode_motion_test.cc
 class MotionReader {
  public:
-  explicit MotionReader(std::string file) : file_(std::move(file)) {}
+  /// In     unit_mm: what coordinates count in before G20 and G21; empty: such moves are refused
+  explicit MotionReader(std::string file, std::optional<double> unit_mm = std::nullopt)
+      : file_(std::move(file)), unit_mm_(unit_mm) {}
 
   /// The move of a block, if it makes one.
   ///
@@ -56,7 +62,7 @@ class MotionReader {
   ///        coordinate-missing
   Expected<std::optional<Motion>> read(const GcodeBlock& block);
 
-  /// M2 or M30 was read: what follows is no program any more.
+  /// M2 or M30 was read: nothing follows that moves.
   bool has_ended() const { return has_ended_; }
   /// Millimetres of the unit that coordinates are in now.
   double unit_mm() const { return unit_mm_.value_or(1); }
@@ -64,9 +70,12 @@ class MotionReader {
 
  private:
   Expected<void> read_modes(const GcodeBlock& block);
-  Expected<void> read_mode(const GcodeBlock& block, const GcodeWord& word);
+  Expected<void> read_code(const GcodeBlock& block, const GcodeWord& word);
+  Expected<void> read_function(const GcodeBlock& block, const GcodeWord& word);
+  Expected<void> leave(const GcodeBlock& block, const GcodeWord& word);
   Expected<Motion> read_motion(const GcodeBlock& block);
   Expected<void> read_arc(const GcodeBlock& block, Motion& motion) const;
+  Expected<Eigen::Vector2d> center_mm(const GcodeBlock& block, const Motion& motion) const;
   Expected<void> read_cycle(const GcodeBlock& block, Motion& motion);
   tl::unexpected<Diagnostic> problem(const GcodeBlock& block,
                                      Code code,
@@ -77,15 +86,18 @@ class MotionReader {
 
   std::string file_;
   std::optional<double> unit_mm_;
-  std::optional<double> motion_ = std::nullopt;  ///< the modal G number; absent: none or G80
+  std::optional<MotionKind> motion_;  ///< the modal one; absent: none yet, or G80
+  double cycle_code_ = 0;             ///< of a cycle: what Z and R belong to
+  double offset_code_ = 54;           ///< which of the work zeros
   bool is_incremental_ = false;
   bool arcs_are_absolute_ = false;
   bool returns_to_r_ = false;
   bool has_moved_ = false;
   bool has_ended_ = false;
-  bool leaves_ = false;  ///< G28, G30 or G53 in this block: nobody knows where it goes
+  bool leaves_ = false;  ///< this block goes where nobody knows
   Standing at_;
   std::optional<double> cycle_z_mm_, cycle_r_mm_;
+  std::optional<double> cycle_began_mm_;  ///< Z before the first of a series of cycles
 };
 
 }  // namespace panelcal::gcode

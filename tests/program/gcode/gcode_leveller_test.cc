@@ -33,9 +33,8 @@ TEST(GcodeLeveller, FollowsASlopeWithoutCuts) {
 
 TEST(GcodeLeveller, LeavesAloneWhatIsNoMoveBelowTheSafeHeight) {
   const std::string text =
-      "%\n(a board)\nG21 (mm)\nG90 G94\n\nM3 S20000\nG0 Z2.000\nG0 X10.0 Y20.00\nM5 "
-      ";off\nM2\nanything "
-      "#else\n%\n";
+      "%\n(a board)\nG21 (mm)\nG90 G94\n\nM3 S20000\nG0 Z2.000\nG0 X10.0 Y20.00\nM5 ;off\nM2\n"
+      "(the end)\n%\n";
   EXPECT_EQ(levelled(text, sloping_map()), text);
 }
 
@@ -99,10 +98,63 @@ TEST(GcodeLeveller, TakesTheLowestTravelAboveTheBoardAsSafe) {
       "G21\nG0 Z30\nX10 Y20\nG0 Z2\nX20\nG0 Z0.07\nX30 Z0.08\nG1 Z-0.07\nG0 Z30\nX500 Y500\n");
 }
 
+TEST(GcodeLeveller, TravelsOfCyclesCount) {
+  // Rapid moves go to 0.25 inch and 1.5 inch only, between holes the tool is at 0.05 inch.
+  EXPECT_EQ(levelled("G20\nG0 Z0.25\nG0 X1 Y1\nG99 G82 X1 Y1 Z-0.05 R0.05 P1\nX2\n", sloping_map()),
+            "G20\nG0 Z0.25\nG0 X1 Y1\nG99 G82 P1 X1 Y1 Z-0.049 R0.05\nX2 Z-0.048 R0.05\n");
+  EXPECT_THAT(levelled("G21\nG1 Z3 F9\nX10 Y10\nZ-0.1\n", sloping_map()), HasSubstr("\nZ-0.09\n"));
+}
+
+TEST(GcodeLeveller, CutsRampsAtTheSafeHeight) {
+  // From 2 (safe) to -1 over 60 mm. At the safe height the tool goes down to the surface's.
+  EXPECT_EQ(after_start("G1 X70 Z-1\n"), "G1 X10 Z2.01\nG1 X70 Z-0.93\n");
+  EXPECT_EQ(after_start("G0 Z5\nG1 X60 Z0\nG1 X10 Z5\n"),
+            "G0 Z5\nG1 X40 Z2.04\nG1 X60 Z0.06\nG1 X40 Z2.04\nG1 X10 Z5\n");
+  // Up to the safe height itself: along the surface, and then to where the program goes on.
+  EXPECT_EQ(after_start("G1 Z-1\nX70 Z2\n"), "G1 Z-0.99\nX70 Z2.07\nG1 X70 Z2\n");
+  EXPECT_THAT(after_start("G2 X20 Y20 I5 Z-1\n"), HasSubstr("an arc through the safe height"));
+}
+
+TEST(GcodeLeveller, KeepsHelices) {
+  LevelOptions rough;
+  rough.height_tolerance = um(50);
+  EXPECT_EQ(after_start("G1 Z0\nG2 X10 Y20 I5 J0 Z-0.5\n", rough),
+            "G1 Z0.01\nG2 X10 Y20 Z-0.49 I5 J0\n");
+}
+
+TEST(GcodeLeveller, KeepsTheDigitsThatMakeACircleFullOrNot) {
+  const std::string start = "G21\nG0 Z2\nG0 X10 Y19.99996\n";
+  EXPECT_EQ(levelled(start + "G1 Z-0.1\nG2 X10 Y19.99996 I0.05 J0\n", sloping_map()),
+            start + "G1 Z-0.09\nG2 X10 Y19.99996 Z-0.09 I0.05 J0\n");
+  EXPECT_EQ(levelled(start + "G1 Z-0.1\nG2 X10 Y20.00004 I0.05 J0\n", sloping_map()),
+            start + "G1 Z-0.09\nG2 X10 Y20.00004 Z-0.09 I0.05 J0\n");
+  const std::string inches = "G20\nG0 Z0.1\nG0 X1.1234567 Y0.7\nG1 Z-0.01\n";
+  EXPECT_THAT(levelled(inches + "X1.0000001\n", sloping_map()), HasSubstr("\nX1.0000001 Z"));
+}
+
+TEST(GcodeLeveller, TellsOfMovesOverPlacesThatNobodyProbed) {
+  std::vector<ProbePoint> points;
+  for (int j = 0; j < 11; ++j) {
+    for (int i = 0; i < 11; ++i) {
+      if (i >= 4 && i <= 6 && j >= 4 && j <= 6) continue;
+      points.push_back({position_mm<frame::Nominal>(10.0 * i, 10.0 * j), {mm(0.1), um(2)}, "", {}});
+    }
+  }
+  const auto map = HeightMap::of_probes(points);
+  ASSERT_TRUE(map);
+  const auto done =
+      level_gcode({"p.ngc", "G21\nG0 Z2\nX5 Y50\nG1 Z-0.1\nX95\nY95\nX103\nG0 Z2\n"}, *map);
+  ASSERT_TRUE(done) << done.error().text();
+  EXPECT_EQ(done->figures.n_filled, 1);
+  EXPECT_EQ(done->figures.n_extrapolated, 1);
+}
+
 TEST(GcodeLeveller, RefusesWhatWouldGoThroughTheBoard) {
   EXPECT_THAT(after_start("G1 Z-0.1\nX120\n"), HasSubstr("p.ngc:5:1: error[grid-invalid]"));
   EXPECT_THAT(after_start("G28\nG1 Z-0.1\n"),
               HasSubstr("p.ngc:5:1: error[coordinate-missing]: a move below the safe height"));
+  EXPECT_THAT(after_start("M6 T1\nG1 Z-0.1\n"), HasSubstr("error[coordinate-missing]"));
+  EXPECT_THAT(after_start("G43 H1\nG1 X20 Z-0.1\n"), HasSubstr("error[coordinate-missing]"));
   EXPECT_THAT(
       levelled("G21\nG1 X5 Y5\n", sloping_map(), {.safe_height = mm(2)}),
       HasSubstr("p.ngc:2:1: error[coordinate-missing]: a move at nobody knows what height"));
@@ -110,14 +162,23 @@ TEST(GcodeLeveller, RefusesWhatWouldGoThroughTheBoard) {
 }
 
 TEST(GcodeLeveller, RefusesASafeHeightThatTheBoardReaches) {
-  EXPECT_THAT(levelled("G21\nG0 Z0.05\nG0 X1 Y1\nG1 Z-1\n", sloping_map()),
-              HasSubstr("p.ngc: error[argument-invalid]: the program never moves rapidly above the "
-                        "board, whose highest place is at 0.10"));
-  EXPECT_THAT(after_start("G1 Z-0.1\nX60\n", {.safe_height = um(50)}),
-              HasSubstr("p.ngc:5:1: error[argument-invalid]: the board is 0.060 mm high here, and "
-                        "the program's safe height 0.050 mm"));
+  EXPECT_THAT(
+      levelled("G21\nG0 Z0.05\nG0 X1 Y1\nG1 Z-1\n", sloping_map()),
+      HasSubstr("p.ngc: error[argument-invalid]: the program never moves in X or Y above the "
+                "board, whose highest place is at 0.10"));
+  EXPECT_THAT(
+      after_start("G1 Z-0.1\nX60\n", {.safe_height = um(50)}),
+      HasSubstr("p.ngc: error[argument-invalid]: a safe height of 0.050 mm, which the board "
+                "reaches: it is up to 0.10"));
   EXPECT_THAT(after_start("G1 Z-0.1\n", {.height_tolerance = um(0)}),
               HasSubstr("error[argument-invalid]: a height tolerance of 0 or less"));
+}
+
+TEST(GcodeLeveller, TakesAUnitThatNobodyStates) {
+  LevelOptions options;
+  options.unit_mm = 1;
+  EXPECT_EQ(levelled("G0 Z2\nG0 X10 Y20\nG1 Z-0.1\n", sloping_map(), options),
+            "G0 Z2\nG0 X10 Y20\nG1 Z-0.09\n");
 }
 
 /// How far the levelled program is off the surface at worst, and the program off its way.

@@ -88,6 +88,32 @@ TEST(GcodeMotion, DoesNotKnowWhereItIsBehindMovesOfTheMachine) {
   EXPECT_EQ(refusal({"G21 G0 X1 Y2", "G91 G28 Z0", "G90 G0 X3"}), "accepted");
 }
 
+TEST(GcodeMotion, GoesBackToWhereASeriesOfCyclesBegan) {
+  const std::vector<std::string> lines = {
+      "G21 G0 X0 Y0 Z5", "G99 G81 X1 Y1 Z-2 R0.5", "X2", "G98 X3"};
+  EXPECT_EQ(last({lines[0], lines[1]}).travel_mm, 0.5);
+  EXPECT_EQ(last(lines).travel_mm, 5);
+  EXPECT_THAT(refusal({lines[0], lines[1], "G82 X2"}), HasSubstr("error[coordinate-missing]"));
+}
+
+TEST(GcodeMotion, ForgetsWhereItIsBehindAChangeOfTool) {
+  EXPECT_FALSE(last({"G21 G0 X1 Y2 Z3", "T2 M6", "G0 Z5"}).to.has_xy());
+  EXPECT_FALSE(last({"G21 G0 X1 Y2 Z3", "G43 H1", "G0 X5"}).to.z_mm);
+}
+
+TEST(GcodeMotion, RefusesWhateverStandsBehindTheEnd) {
+  EXPECT_EQ(refusal({"G21 G0 X1 Y2 Z3 M2", "%", "(bye)", ""}), "accepted");
+  EXPECT_THAT(refusal({"G21 G0 X1 Y2 Z3", "M30", "G1 Z-1"}),
+              HasSubstr("p.ngc:3:1: error[not-supported]: something behind M2 or M30"));
+}
+
+TEST(GcodeMotion, RefusesWhatTheOperatorMayLeaveOut) {
+  for (const std::string line : {"/X1", "/M2", "/G20", "/G91", "/F10"}) {
+    EXPECT_THAT(refusal({"G21 G0 X1 Y2 Z3", line}), HasSubstr("a line behind a slash")) << line;
+  }
+  EXPECT_EQ(refusal({"G21 G0 X1 Y2 Z3", "/(a comment)", "/N5"}), "accepted");
+}
+
 TEST(GcodeMotion, RefusesWhatItCannotFollow) {
   const auto after_start = [](const std::string& line) {
     return refusal({"G21 G0 X10 Y0 Z0", line});
@@ -116,7 +142,7 @@ TEST(GcodeMotion, RefusesWhatItCannotFollow) {
   EXPECT_EQ(after_start("G91 X1"),
             "p.ngc:2:1: error[not-supported]: a move in G91, expected G90 before it");
   EXPECT_THAT(refusal({"G21", "X1"}), HasSubstr("coordinates without a move"));
-  EXPECT_EQ(refusal({"G21", "G54", "G0 X1"}), "accepted");
+  EXPECT_EQ(refusal({"G21", "G55", "G0 X1", "G55", "G40 G49 G50 G69 G80"}), "accepted");
 }
 
 TEST(GcodeMotion, RefusesArcsThatAreNone) {
