@@ -53,8 +53,8 @@ TEST(GcodeLeveller, GivesEveryHoleOfACycleItsOwnDepth) {
   EXPECT_EQ(after_start("G81 X20 Y20 Z-1 R0.5 F50\nX40\nG80\n"),
             "G81 F50 X20 Y20 Z-0.98 R0.52\nX40 Z-0.96 R0.54\nG80\n");
   EXPECT_THAT(
-      after_start("G99 G81 X20 Y20 Z-1 R0.5\n"),
-      HasSubstr("a drilling cycle that moves on at 0.500 mm, below the safe height of 2.000"));
+      after_start("G99 G81 X20 Y20 Z-1 R0.05\n"),
+      HasSubstr("a drilling cycle that moves on at 0.050 mm, below the safe height of 2.000"));
   LevelOptions low;
   low.safe_height = mm(0.5);
   EXPECT_EQ(after_start("G99 G81 X20 Y20 Z-1 R0.5\n", low), "G99 G81 X20 Y20 Z-0.98 R0.5\n");
