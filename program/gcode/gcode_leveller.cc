@@ -135,18 +135,24 @@ class Leveller {
                     "a higher one"});
   }
 
-  /// With three sigmas, in the probes' hull.
+  /// With three sigmas, in all cells that the probes' hull reaches: it ends between nodes.
   Length highest_place() const {
     const HeightLattice& lattice = map_.lattice();
-    // The hull ends between nodes: those next to it count.
-    const Length cell = mm(std::hypot(lattice.x().step_mm, lattice.y().step_mm));
+    const int n_x = lattice.x().n_nodes, n_y = lattice.y().n_nodes;
+    const auto place = [&](int i, int j) {
+      return position_mm<frame::Nominal>(lattice.x().at_mm(i), lattice.y().at_mm(j));
+    };
     double highest_mm = -std::numeric_limits<double>::infinity();
-    for (int j = 0; j < lattice.y().n_nodes; ++j) {
-      for (int i = 0; i < lattice.x().n_nodes; ++i) {
-        const auto node = position_mm<frame::Nominal>(lattice.x().at_mm(i), lattice.y().at_mm(j));
-        const auto found = map_.height_at(node);
-        if (!found || found->outside > cell) continue;
-        highest_mm = std::max(highest_mm, (found->height + 3 * found->sigma).in_mm());
+    for (int j = 0; j < n_y; ++j) {
+      for (int i = 0; i < n_x; ++i) {
+        const auto found = map_.height_at(place(i, j));
+        if (!found || found->outside > Length()) continue;
+        for (int k = 0; k < 9; ++k) {
+          const int to_i = std::clamp(i + k % 3 - 1, 0, n_x - 1);
+          const int to_j = std::clamp(j + k / 3 - 1, 0, n_y - 1);
+          const double height_mm = lattice.height_mm(place(to_i, to_j).in_mm());
+          highest_mm = std::max(highest_mm, height_mm + 3 * found->sigma.in_mm());
+        }
       }
     }
     return mm(highest_mm - zero_mm_);
