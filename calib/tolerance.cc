@@ -22,13 +22,21 @@ bool says_position(const ToolTolerance& row) {
   return row.position || row.ring;
 }
 
+bool says_depth(const ToolTolerance& row) {
+  return !row.depth.is_empty();
+}
+
 }  // namespace
 
-const ToolTolerance* Tolerances::row_of(int tool, std::optional<Length> diameter) const {
-  const auto numbered = std::ranges::find(tools, tool, &ToolTolerance::number);
+const ToolTolerance* Tolerances::row_of(int tool,
+                                        std::optional<Length> diameter,
+                                        bool (*says)(const ToolTolerance&)) const {
+  const auto numbered = std::ranges::find_if(
+      tools, [&](const ToolTolerance& row) { return row.number == tool && says(row); });
   if (numbered != tools.end()) return &*numbered;
   const auto sized = std::ranges::find_if(tools, [&](const ToolTolerance& row) {
-    return !row.number && diameter && row.drill && is_same_drill(*row.drill, *diameter);
+    return !row.number && diameter && row.drill && is_same_drill(*row.drill, *diameter) &&
+           says(row);
   });
   return sized == tools.end() ? nullptr : &*sized;
 }
@@ -38,25 +46,24 @@ bool Tolerances::asks_positions() const {
 }
 
 bool Tolerances::asks_depths() const {
-  return !depth.is_empty() ||
-         std::ranges::any_of(tools, [](const ToolTolerance& row) { return !row.depth.is_empty(); });
+  return !depth.is_empty() || std::ranges::any_of(tools, says_depth);
 }
 
 DepthTolerance Tolerances::depth_of(int tool, std::optional<Length> diameter) const {
-  const ToolTolerance* row = row_of(tool, diameter);
-  return row == nullptr || row->depth.is_empty() ? depth : row->depth;
+  const ToolTolerance* row = row_of(tool, diameter, says_depth);
+  return row == nullptr ? depth : row->depth;
 }
 
 std::optional<Length> Tolerances::radius(int tool, std::optional<Length> diameter) const {
-  const ToolTolerance* row = row_of(tool, diameter);
-  if (row == nullptr || !says_position(*row)) return position;
+  const ToolTolerance* row = row_of(tool, diameter, says_position);
+  if (row == nullptr) return position;
   if (!problem(tool, diameter).empty()) return std::nullopt;
   if (row->position) return row->position;
   return room(*row->ring, diameter ? *diameter : *row->drill);
 }
 
 std::string Tolerances::problem(int tool, std::optional<Length> diameter) const {
-  const ToolTolerance* row = row_of(tool, diameter);
+  const ToolTolerance* row = row_of(tool, diameter, says_position);
   if (row == nullptr) return {};
   if (row->drill && diameter && !is_same_drill(*row->drill, *diameter)) {
     return fmt::format("tool {} has {:.4g} mm in the program and {:.4g} mm in [[tolerance.tool]]",
@@ -64,7 +71,7 @@ std::string Tolerances::problem(int tool, std::optional<Length> diameter) const 
                        diameter->in_mm(),
                        row->drill->in_mm());
   }
-  if (!row->ring) return {};
+  if (row->position) return {};
   const std::optional<Length> drill = diameter ? diameter : row->drill;
   if (!drill) {
     return fmt::format("nobody says how wide tool {} is, so its annular ring is not known", tool);

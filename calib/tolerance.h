@@ -54,7 +54,10 @@ struct Tolerances {
   std::string problem(int tool, std::optional<Length> diameter) const;
 
  private:
-  const ToolTolerance* row_of(int tool, std::optional<Length> diameter) const;
+  /// The row of those that say something of one kind.
+  const ToolTolerance* row_of(int tool,
+                              std::optional<Length> diameter,
+                              bool (*says)(const ToolTolerance&)) const;
 };
 
 }  // namespace panelcal

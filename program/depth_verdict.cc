@@ -3,12 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <numbers>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "panelcal/calib/drift/distributions.h"
+#include "panelcal/program/emitter.h"
 
 namespace panelcal {
 namespace {
@@ -57,26 +61,88 @@ DepthVerdict::DepthVerdict(const Tolerances& tolerances,
 
 void DepthVerdict::put(const Operation& operation) {
   if (const auto* drill = std::get_if<Drill>(&operation.what)) {
-    put_place(operation, drill->tool, *drill, drill->cut);
+    Counted hole;
+    add(hole, operation, drill->tool, drill->nominal, drill->cut);
   } else if (const auto* rout = std::get_if<Rout>(&operation.what)) {
-    put_place(operation, rout->tool, *rout, rout->cut);
+    add_way(contour_, operation, *rout);
     router_ = *rout;
+    router_cut_ = rout->cut;
   } else if (const auto* move = std::get_if<RapidMove>(&operation.what)) {
+    contour_ = {};
     router_ = *move;
   } else if (const auto* plunge = std::get_if<Plunge>(&operation.what)) {
-    put_place(operation, plunge->tool, router_, plunge->cut);
+    contour_ = {};
+    add(contour_, operation, plunge->tool, router_.nominal, plunge->cut);
+    router_cut_ = plunge->cut;
   } else if (const auto* slot = std::get_if<Slot>(&operation.what)) {
-    put_place(operation, slot->tool, slot->start, slot->cut);
-    put_place(operation, slot->tool, slot->end, slot->cut);
+    Counted whole;
+    add_line(whole, operation, *slot);
   } else if (const auto* change = std::get_if<ToolChange>(&operation.what)) {
+    contour_ = {};
     if (change->tool.number > 0) tools_[change->tool.number] = change->tool;
   }
 }
 
-void DepthVerdict::put_place(const Operation& operation,
-                             int tool_number,
-                             const PlacedPoint& place,
-                             const DepthOfCut& cut) {
+/// One a cell of the map's lattice, so that no bend of the surface is overlooked.
+int DepthVerdict::n_samples(double length_mm) const {
+  constexpr double kMost = 1000;
+  if (!map_) return 1;
+  const double cell_mm = std::min(map_->lattice().x().step_mm, map_->lattice().y().step_mm);
+  return static_cast<int>(std::clamp(std::ceil(length_mm / cell_mm), 1.0, kMost));
+}
+
+/// The nominal way is the corrected one, turned and stretched onto the nominal ends.
+void DepthVerdict::add_way(Counted& counted, const Operation& operation, const Rout& rout) {
+  const Eigen::Vector2d from_mm = router_.nominal.in_mm(), to_mm = rout.nominal.in_mm();
+  Eigen::Vector2d center_mm = 0.5 * (from_mm + to_mm);
+  double sweep_rad = 0;
+  if (rout.kind != RoutKind::Line) {
+    const auto complex = [](const Eigen::Vector2d& p_mm) {
+      return std::complex<double>(p_mm.x(), p_mm.y());
+    };
+    const std::complex<double> begin = complex(router_.corrected.in_mm());
+    const std::complex<double> chord = complex(rout.corrected.in_mm()) - begin;
+    const std::complex<double> center = complex(rout.corrected_center.in_mm());
+    const std::complex<double> turned =
+        complex(from_mm) + (center - begin) / chord * complex(to_mm - from_mm);
+    center_mm = {turned.real(), turned.imag()};
+    sweep_rad = std::arg((begin + chord - center) / (begin - center));
+    const bool is_clockwise = rout.kind == RoutKind::Clockwise;
+    if (is_clockwise == (sweep_rad > 0)) sweep_rad += (is_clockwise ? -2 : 2) * std::numbers::pi;
+  }
+  const Eigen::Vector2d arm_mm = from_mm - center_mm;
+  const bool is_arc = sweep_rad != 0 && center_mm.allFinite();
+  const double length_mm = is_arc ? std::abs(sweep_rad) * arm_mm.norm() : (to_mm - from_mm).norm();
+  const int n = n_samples(length_mm);
+  for (int i = 1; i <= n; ++i) {
+    const double share = static_cast<double>(i) / n;
+    const Eigen::Vector2d at_mm =
+        is_arc ? Eigen::Vector2d(center_mm + Eigen::Rotation2Dd(share * sweep_rad) * arm_mm)
+               : Eigen::Vector2d(from_mm + share * (to_mm - from_mm));
+    add(counted,
+        operation,
+        rout.tool,
+        position_mm<frame::Nominal>(at_mm),
+        interpolate(router_cut_, rout.cut, share));
+  }
+}
+
+void DepthVerdict::add_line(Counted& counted, const Operation& operation, const Slot& slot) {
+  const Eigen::Vector2d from_mm = slot.start.nominal.in_mm();
+  const Eigen::Vector2d along_mm = slot.end.nominal.in_mm() - from_mm;
+  const int n = n_samples(along_mm.norm());
+  for (int i = 0; i <= n; ++i) {
+    const Eigen::Vector2d at_mm = from_mm + static_cast<double>(i) / n * along_mm;
+    add(counted, operation, slot.tool, position_mm<frame::Nominal>(at_mm), slot.cut);
+  }
+}
+
+/// Takes a place into account; of what counts once the worst place so far stays.
+void DepthVerdict::add(Counted& counted,
+                       const Operation& operation,
+                       int tool_number,
+                       const Position<frame::Nominal>& place,
+                       const DepthOfCut& cut) {
   if (!cut.depth && !cut.surface) return;
   const auto known = tools_.find(tool_number);
   const DepthTolerance tolerance = tolerances_.depth_of(
@@ -85,43 +151,61 @@ void DepthVerdict::put_place(const Operation& operation,
   ToolFigures& tool = figures(tool_number, tolerance);
   const std::optional<DepthError> error = error_at(place, cut);
   if (!error) {
-    ++tool.places.n_unjudged;
+    tool.places.n_unjudged += counted.is_unjudged ? 0 : 1;
+    counted.is_unjudged = true;
     return;
   }
-  const DepthRisk risk = depth_risk(*error, tolerance);
-  const bool is_held = !(risk.either() <= tolerances_.hold_above);
-  const bool is_warned = is_held || !(risk.either() <= tolerances_.warn_above);
-  ++tool.places.n_judged;
-  if (is_warned) ++tool.places.n_warned;
-  if (is_held) ++tool.places.n_held;
-  tool.places.expected_broken += risk.either();
-  tool.expected_too_shallow += risk.too_shallow;
-  tool.expected_too_deep += risk.too_deep;
   if (std::abs(error->mean.in_mm()) > std::abs(tool.largest_mean.in_mm())) {
     tool.largest_mean = error->mean;
   }
   tool.largest_sigma = std::max(tool.largest_sigma, error->sigma);
-  if (tool.places.n_judged > 1 && risk.either() <= tool.worst.risk.either()) return;
+  const DepthRisk risk = depth_risk(*error, tolerance);
+  if (counted.is_judged && risk.either() <= counted.risk.either()) return;
+  if (counted.is_judged) count(tool, counted.risk, -1);
+  count(tool, risk, 1);
+  counted.is_judged = true;
+  counted.risk = risk;
+  const bool is_first = tool.places.n_judged == 1;
+  if (!is_first && risk.either() <= tool.worst.risk.either()) return;
   tool.worst.line = operation.line;
   tool.worst.file = operation.file;
   tool.worst.path.assign(operation.path.begin(), operation.path.end());
-  tool.worst.nominal = place.nominal;
+  tool.worst.nominal = place;
   tool.worst.error = *error;
+  tool.worst.tolerance = tolerance;
   tool.worst.risk = risk;
 }
 
+void DepthVerdict::count(ToolFigures& tool, const DepthRisk& risk, int sign) const {
+  const bool is_held = !(risk.either() <= tolerances_.hold_above);
+  const bool is_warned = is_held || !(risk.either() <= tolerances_.warn_above);
+  tool.places.n_judged += sign;
+  if (is_warned) tool.places.n_warned += sign;
+  if (is_held) tool.places.n_held += sign;
+  tool.places.expected_broken += sign * risk.either();
+  tool.expected_too_shallow += sign * risk.too_shallow;
+  tool.expected_too_deep += sign * risk.too_deep;
+}
+
 /// Empty where nobody knows.
-std::optional<DepthError> DepthVerdict::error_at(const PlacedPoint& place,
+std::optional<DepthError> DepthVerdict::error_at(const Position<frame::Nominal>& place,
                                                  const DepthOfCut& cut) const {
   if (!cut.surface) {
     if (!(depth_sigma_ > Length())) return std::nullopt;
     return DepthError{{}, depth_sigma_};
   }
   if (!map_) return std::nullopt;
-  const auto found = map_->height_at(place.nominal);
+  const auto found = map_->height_at(place);
   if (!found) return std::nullopt;
-  return DepthError{found->height - *cut.surface,
-                    mm(std::hypot(found->sigma.in_mm(), depth_sigma_.in_mm()))};
+  Length mean = found->height - *cut.surface;
+  double sigma_mm = std::hypot(found->sigma.in_mm(), depth_sigma_.in_mm());
+  if (cut.reference) {
+    const auto at_reference = map_->height_at(cut.reference->place);
+    if (!at_reference) return std::nullopt;
+    mean = mean - (at_reference->height - cut.reference->height);
+    sigma_mm = std::hypot(sigma_mm, at_reference->sigma.in_mm());
+  }
+  return DepthError{mean, mm(sigma_mm)};
 }
 
 DepthVerdict::ToolFigures& DepthVerdict::figures(int tool, const DepthTolerance& tolerance) {
@@ -191,7 +275,8 @@ void DepthVerdict::report(const std::string& file, DiagnosticLog& log) const {
     has_said = true;
     const bool is_held = tool.places.n_held > 0;
     const WorstPlace& worst = tool.worst;
-    const bool is_deep = worst.risk.too_deep >= worst.risk.too_shallow;
+    const bool is_deep =
+        worst.risk.too_deep > worst.risk.too_shallow || !worst.tolerance.too_shallow;
     log.add({is_held ? Code::ToleranceHold : Code::ToleranceWarning,
              {worst.file.empty() ? file : worst.file, worst.line, 1},
              fmt::format("{} of {} depths of tool {} may break their tolerance; the worst, {}, is "
@@ -200,7 +285,9 @@ void DepthVerdict::report(const std::string& file, DiagnosticLog& log) const {
                          tool.places.n_judged,
                          number,
                          place_text(worst),
-                         (is_deep ? tool.tolerance.too_deep : tool.tolerance.too_shallow)->in_um(),
+                         (is_deep ? worst.tolerance.too_deep : worst.tolerance.too_shallow)
+                             .value_or(Length())
+                             .in_um(),
                          is_deep ? "deep" : "shallow",
                          risk_text(is_deep ? worst.risk.too_deep : worst.risk.too_shallow),
                          error_text(worst.error)),
@@ -214,7 +301,7 @@ void DepthVerdict::report(const std::string& file, DiagnosticLog& log) const {
                          count_of(sum.n_unjudged, "depth", "depths"),
                          sum.n_unjudged == 1 ? "it is" : "they are",
                          map_ ? "" : ": " + map_.error().what),
-             "three or more probes about them that state a sigma, or [uncertainty] depth_um where "
+             "twelve or more probes about them that state a sigma, or [uncertainty] depth_um where "
              "the machine finds the surface itself"});
   }
   const bool is_held = !(sum.expected_broken < kExpectedToHold);

@@ -31,7 +31,8 @@ struct DepthRisk {
 DepthRisk depth_risk(const DepthError& error, const DepthTolerance& tolerance);
 
 /// Holds the depths of a job against [tolerance] as it passes: of every hole, slot and contour that
-/// works to a depth below the board's surface. Memory does not grow with the job.
+/// works to a depth below the board's surface. Slots and contours are looked at all along their way
+/// and count once each, by their worst place. Memory does not grow with the job.
 ///
 /// What the machine is told counts on a height of the surface: one that was probed once for many
 /// strokes, or a grid's, interpolated. The map of all probes says how high the surface really is
@@ -39,9 +40,12 @@ DepthRisk depth_risk(const DepthError& error, const DepthTolerance& tolerance);
 ///
 ///   deeper = surface of the map - surface counted on + e,   e ~ N(0, map^2 + depth^2)
 ///
-/// with the map's sigma at that place and [uncertainty] depth_um. A stroke at which the machine
-/// finds the surface by itself is wrong by depth_um alone. Planes above the table that no probe has
-/// moved are not judged: nobody says how deep they are meant to be.
+/// with the map's sigma at that place and [uncertainty] depth_um. A plane that follows a grid
+/// counts from a reference (G78), which is measured like any probe: what it is off is taken away,
+/// and its sigma added, as if both were independent; they are not, so the sum is the larger of what
+/// it may be. A stroke at which the machine finds the surface by itself is wrong by depth_um alone.
+/// Planes above the table that no probe has moved are not judged: nobody says how deep they are
+/// meant to be. Of several Z axes the first is judged.
 ///
 /// A probe that does not fit the others is not in the map, but what the machine is told may count
 /// on it: the places about it break their tolerance.
@@ -55,6 +59,7 @@ class DepthVerdict final : public OperationSink {
     InstancePath path;
     Position<frame::Nominal> nominal;
     DepthError error;
+    DepthTolerance tolerance;
     DepthRisk risk;
   };
 
@@ -92,11 +97,24 @@ class DepthVerdict final : public OperationSink {
   void report(const std::string& file, DiagnosticLog& log) const;
 
  private:
-  void put_place(const Operation& operation,
-                 int tool,
-                 const PlacedPoint& place,
-                 const DepthOfCut& cut);
-  std::optional<DepthError> error_at(const PlacedPoint& place, const DepthOfCut& cut) const;
+  /// What counts once: a hole, a slot, or a contour from where the router goes down.
+  struct Counted {
+    bool is_judged = false;
+    bool is_unjudged = false;  ///< a part of it
+    DepthRisk risk;            ///< of its worst place
+  };
+
+  void add(Counted& counted,
+           const Operation& operation,
+           int tool,
+           const Position<frame::Nominal>& place,
+           const DepthOfCut& cut);
+  void add_way(Counted& counted, const Operation& operation, const Rout& rout);
+  void add_line(Counted& counted, const Operation& operation, const Slot& slot);
+  void count(ToolFigures& tool, const DepthRisk& risk, int sign) const;
+  int n_samples(double length_mm) const;
+  std::optional<DepthError> error_at(const Position<frame::Nominal>& place,
+                                     const DepthOfCut& cut) const;
   ToolFigures& figures(int tool, const DepthTolerance& tolerance);
 
   Tolerances tolerances_;
@@ -104,7 +122,10 @@ class DepthVerdict final : public OperationSink {
   Expected<HeightMap> map_;
   std::map<int, Tool> tools_;
   std::map<int, ToolFigures> by_tool_;
-  PlacedPoint router_;  ///< where it stands
+  // Where the router stands, how deep, and what it has routed since it went down.
+  PlacedPoint router_;
+  DepthOfCut router_cut_;
+  Counted contour_;
 };
 
 }  // namespace panelcal

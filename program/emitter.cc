@@ -29,7 +29,10 @@ DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double frac
   const auto between = [fraction](const std::optional<Length>& a, const std::optional<Length>& b) {
     return a && b ? std::optional(*a + fraction * (*b - *a)) : b;
   };
-  return {between(from.z, to.z), between(from.depth, to.depth), between(from.surface, to.surface)};
+  return {between(from.z, to.z),
+          between(from.depth, to.depth),
+          between(from.surface, to.surface),
+          to.reference};
 }
 
 Emitter::Emitter(const std::map<int, Tool>& header_tools,

@@ -43,11 +43,21 @@ struct PlacedPoint {
   std::optional<double> risk;
 };
 
+/// A measured height that planes count from, and where it was measured.
+struct PlaneReference {
+  Position<frame::Nominal> place;
+  Length height;
+
+  friend bool operator==(const PlaneReference&, const PlaneReference&) = default;
+};
+
 /// How deep a tool works, as far as the program says.
 struct DepthOfCut {
   std::optional<Length> z;        ///< of the tool's tip above the table plane
   std::optional<Length> depth;    ///< below the board's surface, under depth control
   std::optional<Length> surface;  ///< measured height of the surface that `depth` refers to
+  /// Of a grid that z follows: z was moved by surface - reference. Outputs do not have it.
+  std::optional<PlaneReference> reference = std::nullopt;
 
   friend bool operator==(const DepthOfCut&, const DepthOfCut&) = default;
 };

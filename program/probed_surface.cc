@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace panelcal {
 
 Expected<HeightMap> probed_surface(const Survey& survey, Length max_extrapolation) {
@@ -20,6 +22,13 @@ Expected<HeightMap> probed_surface(const Survey& survey, Length max_extrapolatio
            "a sigma above 0"});
     }
     points.push_back({request.nominal, height, describe(request), {request.file, request.line, 1}});
+  }
+  if (points.size() < kLeastForBow) {
+    return failure(
+        {Code::GridInvalid,
+         {},
+         fmt::format("{} probes do not tell how the board bends between them", points.size()),
+         fmt::format("{} or more", kLeastForBow)});
   }
   HeightMapOptions options;
   options.max_extrapolation = max_extrapolation;

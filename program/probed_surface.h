@@ -11,8 +11,9 @@ namespace panelcal {
 /// The surface as all probes of a job show it, on the first Z axis.
 ///
 /// In     max_extrapolation: how far outside of the probes' hull it is still believed
-/// Fails  grid-invalid (fewer than three probes found it, or as HeightMap::of_probes);
-///        measurement-invalid (a probe that states no sigma)
+/// Fails  grid-invalid (fewer than kLeastForBow probes found it: a plane through them says nothing
+///        of how the board bends between them; or as HeightMap::of_probes); measurement-invalid (a
+///        probe that states no sigma)
 /// See    tests/program/depth_verdict_test.cc
 Expected<HeightMap> probed_surface(const Survey& survey, Length max_extrapolation);
 

@@ -27,12 +27,6 @@ std::vector<std::string> surface_lines(const DepthVerdict& verdict) {
   if (!verdict.map()) return {"no map of the surface: " + verdict.map().error().what};
   const HeightMap& map = *verdict.map();
   std::vector<std::string> lines = {"surface: " + map.surface().summary()};
-  // No bow can be seen in so few, and none is expected then.
-  if (map.surface().left_out().size() < kLeastForBow) {
-    lines.push_back(fmt::format("{} probes do not tell a bow from a plane: {} would",
-                                map.surface().left_out().size(),
-                                kLeastForBow));
-  }
   for (const SurfaceOutlier& outlier : map.outliers()) {
     lines.push_back("not in the map: " + outlier.text());
   }

@@ -30,9 +30,14 @@ bool is_worst(const SeriesResult& series, std::size_t i_target) {
   });
 }
 
-template <class T>
-bool is_warned(const T* verdict) {
+bool is_warned(const JobVerdict* verdict) {
   return verdict != nullptr && verdict->decision() == JobDecision::DrillWithWarning;
+}
+
+/// Also of depths with a tolerance of which nobody knows how wrong they are.
+bool is_warned(const DepthVerdict* verdict) {
+  return verdict != nullptr &&
+         (verdict->decision() == JobDecision::DrillWithWarning || verdict->places().n_unjudged > 0);
 }
 
 }  // namespace

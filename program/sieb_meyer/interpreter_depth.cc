@@ -96,6 +96,7 @@ DepthOfCut Interpreter::surface_cut(int line, const Eigen::Vector2d& at_mm, cons
   DepthOfCut moved = cut;
   if (moved.z) *moved.z = *moved.z + *deviation;
   moved.surface = surface_.grid_reference_height() + *deviation;
+  moved.reference = surface_.measured_reference();
   return moved;
 }
 

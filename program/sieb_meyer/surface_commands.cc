@@ -132,6 +132,7 @@ void SurfaceSession::grid_reference(ProbeRequest request) {
   point_lines_.clear();
   grid_.reset();
   grid_reference_.clear();
+  grid_reference_place_ = request.nominal;
   if (auto heights = probe(std::move(request))) grid_reference_ = *std::move(heights);
 }
 
@@ -142,12 +143,20 @@ std::vector<Length> SurfaceSession::grid_references() const {
   return references;
 }
 
+std::optional<PlaneReference> SurfaceSession::measured_reference() const {
+  if (configured_reference_ || grid_reference_.empty()) return std::nullopt;
+  return PlaneReference{grid_reference_place_, grid_reference_.front().height};
+}
+
 void SurfaceSession::grid_point(ProbeRequest request) {
   const int line = request.line;
   const Eigen::Vector2d nominal_mm = request.nominal.in_mm();
   auto heights = probe(std::move(request));
   if (!heights) return;
-  if (grid_reference_.empty() && !configured_reference_) grid_reference_ = *heights;
+  if (grid_reference_.empty() && !configured_reference_) {
+    grid_reference_ = *heights;
+    grid_reference_place_ = position_mm<frame::Nominal>(nominal_mm);
+  }
   if (tolerance_) {
     const std::vector<Length> references = grid_references();
     const std::vector<Length> tolerances = {*tolerance_};

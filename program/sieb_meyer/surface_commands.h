@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/program/operation.h"
 #include "panelcal/program/probing.h"
 #include "panelcal/program/reporter.h"
 #include "panelcal/program/sieb_meyer/settings.h"
@@ -63,6 +64,8 @@ class SurfaceSession {
   std::optional<Length> deviation_at(int line, const Eigen::Vector2d& nominal_mm);
   /// What deviations count from. Precondition: has_grid().
   Length grid_reference_height() const { return grid_references().front(); }
+  /// The same where it was measured; empty if the control was told it.
+  std::optional<PlaneReference> measured_reference() const;
   /// The grid itself, to cut contours; null if there is none.
   const GridMap* grid(int line);
 
@@ -86,6 +89,7 @@ class SurfaceSession {
   std::vector<HeightEstimate> current_;  ///< reference of SLM; empty: none
   std::vector<HeightEstimate> last_;     ///< what was probed last
   std::vector<HeightEstimate> grid_reference_;
+  Position<frame::Nominal> grid_reference_place_;
   std::optional<Length> configured_reference_;
   std::optional<Length> tolerance_;
   std::string tolerance_name_ = "surface tolerance";

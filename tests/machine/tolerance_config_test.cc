@@ -82,6 +82,8 @@ position_um = 40
   EXPECT_FALSE(tolerances.radius(3, std::nullopt));
   EXPECT_EQ(tolerances.problem(3, std::nullopt), "");
   EXPECT_EQ(tolerances.radius(4, mm(0.3)), um(40));
+  // A row of the one kind does not hide a row of the other.
+  EXPECT_EQ(tolerances.radius(3, mm(0.3)), um(40));
 }
 
 TEST(ToleranceConfig, OfDepthsAloneAsksNoPositions) {

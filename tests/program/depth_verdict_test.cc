@@ -150,19 +150,82 @@ TEST(DepthVerdict, JudgesNoPlaneAboveTheTable) {
   EXPECT_TRUE(verdict.by_tool().empty());
 }
 
-TEST(DepthVerdict, JudgesRoutsAndSlotsByTheirEnds) {
-  const Drill at = counted_on(50, 50, mm(1.65));
-  RapidMove start{at};
-  Plunge plunge{.tool = 2, .cut = at.cut};
-  Rout rout{at};
+/// Probes of a dome of 0.3 mm on 100 mm about (50, 50).
+Survey probed_dome() {
+  Survey survey = probed(um(2), 7);
+  for (ProbeReading& reading : survey.probes) {
+    const Eigen::Vector2d p_mm = reading.request.nominal.in_mm() - Eigen::Vector2d(50, 50);
+    reading.heights[0].height = mm(1.9 - 0.3 * p_mm.squaredNorm() / 5000);
+  }
+  return survey;
+}
+
+TEST(DepthVerdict, LooksAtContoursAllAlongTheirWay) {
+  // The contour counts on the surface at its start, (0, 50), where the dome is 1.75 mm high; in the
+  // middle it is 150 um higher. Both ends are right.
+  const Drill start = counted_on(0, 50, mm(1.75)), end = counted_on(100, 50, mm(1.75));
+  Rout line{end};
+  line.tool = 1;
+  line.cut = end.cut;
+  DepthVerdict verdict(within(um(30), um(25)), um(3), map_of(probed_dome()));
+  put_all(verdict, {RapidMove{start}, Plunge{.tool = 1, .cut = start.cut}, line, Retract{}});
+  const auto& tool = only_tool(verdict);
+  EXPECT_NEAR(tool.largest_mean.in_um(), 150, 3);
+  EXPECT_EQ(tool.places.n_judged, 1);
+  EXPECT_EQ(tool.places.n_held, 1);
+  EXPECT_NEAR(tool.places.expected_broken, 1, 1e-6);
+  EXPECT_NEAR(tool.worst.nominal.in_mm().x(), 50, 5);
+}
+
+TEST(DepthVerdict, FollowsArcsAndNotTheirChords) {
+  // Half round (50, 50) from (20, 50) to (80, 50): the dome is as high all the way, 1.846 mm.
+  const Length surface = mm(1.9 - 0.3 * 900 / 5000);
+  const auto at = [&](double x_mm, double y_mm) {
+    Drill hole = counted_on(x_mm, y_mm, surface);
+    hole.corrected = position_mm<frame::Actual>(7 + x_mm, 3 + y_mm);  // the panel is shifted
+    return hole;
+  };
+  for (const RoutKind kind : {RoutKind::Clockwise, RoutKind::Counterclockwise}) {
+    Rout arc{at(80, 50)};
+    arc.tool = 1;
+    arc.kind = kind;
+    arc.corrected_center = position_mm<frame::Actual>(57, 53);
+    arc.cut = at(80, 50).cut;
+    DepthVerdict verdict(within(um(30), um(25)), um(3), map_of(probed_dome()));
+    put_all(verdict, {RapidMove{at(20, 50)}, Plunge{.tool = 1, .cut = arc.cut}, arc});
+    EXPECT_NEAR(only_tool(verdict).largest_mean.in_um(), 0, 5);
+    EXPECT_EQ(verdict.decision(), JobDecision::Drill);
+  }
+}
+
+TEST(DepthVerdict, CountsSlotsAndContoursOnce) {
+  const Drill at = counted_on(50, 50, mm(1.65)), far = counted_on(50, 90, mm(1.65));
+  Rout rout{far};
   rout.tool = 2;
-  rout.cut = at.cut;
-  Slot slot{.tool = 1, .start = at, .end = at, .cut = at.cut};
+  rout.cut = far.cut;
+  Rout back{at};
+  back.tool = 2;
+  back.cut = at.cut;
+  const Plunge plunge{.tool = 2, .cut = at.cut};
+  const Slot slot{.tool = 1, .start = at, .end = far, .cut = at.cut};
   DepthVerdict verdict(within(um(30), um(30)), um(3), map_of(probed(um(2))));
   verdict.begin(metric_info());
-  put_all(verdict, {start, plunge, rout, slot});
-  EXPECT_EQ(verdict.by_tool().at(1).places.n_judged, 2);
+  put_all(verdict, {RapidMove{at}, plunge, rout, back, RapidMove{far}, plunge, back, slot});
+  EXPECT_EQ(verdict.by_tool().at(1).places.n_judged, 1);
   EXPECT_EQ(verdict.by_tool().at(2).places.n_judged, 2);
+}
+
+TEST(DepthVerdict, TakesOffWhatAReferenceIsWrong) {
+  // The reading at (20, 20) is 80 um too high, so planes are moved by 80 um too little.
+  Drill hole = counted_on(50, 50, mm(1.65));
+  hole.cut = {mm(1.4),
+              std::nullopt,
+              mm(1.65),
+              PlaneReference{position_mm<frame::Nominal>(20, 20), mm(1.70)}};
+  DepthVerdict verdict(within(um(30), um(30)), um(3), map_of(probed(um(2))));
+  put_all(verdict, {hole});
+  EXPECT_NEAR(only_tool(verdict).largest_mean.in_um(), 80, 1);
+  EXPECT_EQ(verdict.decision(), JobDecision::Hold);
 }
 
 TEST(DepthVerdict, AsksOfEachToolWhatItsRowSays) {
@@ -212,10 +275,17 @@ TEST(ProbedSurface, NeedsProbesThatSayHowTheyScatter) {
   ASSERT_FALSE(exact);
   EXPECT_EQ(exact.error().code, Code::MeasurementInvalid);
   EXPECT_THAT(exact.error().text(), HasSubstr("G79 probe 0 (line 3) states a sigma of 0"));
-  Survey missed = probed(um(2), 2);
-  missed.probes[0].status = missed.probes[1].status = ProbeStatus::NotFound;
+}
+
+TEST(ProbedSurface, NeedsProbesEnoughToSeeABow) {
+  // Through four corners goes a plane, and in the middle the board may be anywhere.
+  EXPECT_TRUE(map_of(probed(um(2), 4)));
+  Survey missed = probed(um(2), 4);
+  for (std::size_t i = 0; i < 5; ++i) missed.probes[i].status = ProbeStatus::NotFound;
   ASSERT_FALSE(map_of(missed));
   EXPECT_EQ(map_of(missed).error().code, Code::GridInvalid);
+  EXPECT_THAT(map_of(missed).error().text(),
+              HasSubstr("11 probes do not tell how the board bends"));
 }
 
 }  // namespace
