@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/machine/json_line.h"
+#include "panelcal/calib/json_line.h"
 
 namespace panelcal {
 namespace {

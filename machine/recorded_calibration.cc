@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "panelcal/machine/json_line.h"
+#include "panelcal/calib/json_line.h"
 
 namespace panelcal::internal {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/base/digest.h"
+#include "panelcal/calib/json_line.h"
 #include "panelcal/calib/spindle_camera.h"
-#include "panelcal/machine/json_line.h"
 #include "panelcal/machine/table_outliers.h"
 
 namespace panelcal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/json_line.h"
+#include "panelcal/calib/json_line.h"
 
 #include <algorithm>
 #include <charconv>

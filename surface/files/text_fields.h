@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+
+// Not installed: part of surface/files/probe_file.h.
+namespace panelcal::internal {
+
+/// Text of one line and where it stands.
+struct TextField {
+  std::string_view text;
+  int line = 0;
+  int column = 1;  ///< of its first byte
+};
+
+/// The lines of a text; LF, CR and CR LF end one.
+class TextLines {
+ public:
+  /// `file` stands in the diagnostics. A UTF-8 mark at the beginning is no part of the text.
+  TextLines(std::string_view text, std::string file);
+
+  /// The next line, without its end; empty behind the last one.
+  ///
+  /// Fails  measurement-file: a line of more than 65536 bytes
+  Expected<std::optional<TextField>> next();
+  /// The next line that is not blank.
+  Expected<std::optional<TextField>> next_filled();
+  /// The next line, which must be there; `expected` says what it is.
+  Expected<TextField> require(std::string_view expected);
+
+  const std::string& file() const { return file_; }
+
+ private:
+  std::string_view rest_;
+  std::string file_;
+  int number_ = 0;
+};
+
+/// What is between blanks.
+std::vector<TextField> words_of(const TextField& line);
+/// What is between commas, without the blanks around it.
+std::vector<TextField> cells_of(const TextField& line);
+
+/// measurement-file, at a field: its text, and what was expected.
+Diagnostic unexpected_field(const std::string& file, const TextField& at, std::string expected);
+
+/// A number that is one from end to end and not beyond 1e6 of its unit, a kilometer.
+Expected<double> number_of(const std::string& file, const TextField& field);
+/// Digits of a whole number from low to high.
+Expected<int> count_of(const std::string& file, const TextField& field, int low, int high);
+
+}  // namespace panelcal::internal
