@@ -18,9 +18,11 @@ namespace {
 using Places = std::vector<Position<frame::Nominal>>;
 
 /// Places that the search looks at to begin with; others join when they turn out to be unsure.
-constexpr std::size_t kFirstPlaces = 700;
+constexpr std::size_t kFirstPlaces = 1100;
 constexpr std::size_t kJoining = 100;
 constexpr int kMostRounds = 12;
+/// Thinning works on some of the places; where others break the tolerance then, it is tried again.
+constexpr int kThinningRounds = 2;
 /// Places nearer than this are one.
 constexpr double kSamePlace_mm = 1e-6;
 
@@ -201,25 +203,32 @@ Expected<ProbePlan> plan_probes(const ProbePlanRequest& asked) {
   const std::vector<std::size_t> of_grid = join_grid(plan.grid, request);
   const internal::HeightBelief belief(request);
   Places places = some_of(request.places, kFirstPlaces);
+  std::vector<std::size_t> chosen;
   for (int round = 0; round < kMostRounds && !plan.is_reached; ++round) {
     const internal::ProbeSearch search(request, belief, places);
-    auto chosen = search.greedy();
-    if (chosen) search.prune(*chosen);
-    const bool has_grid = !of_grid.empty() && search.is_enough(of_grid);
-    if (has_grid && (!chosen || of_grid.size() < chosen->size())) {
-      chosen = of_grid;
-      search.prune(*chosen);
+    auto found = search.greedy();
+    if (found) search.prune(*found);
+    if (search.is_enough(of_grid) && (!found || of_grid.size() < found->size())) {
+      found = of_grid;
+      search.prune(*found);
     }
-    if (!chosen) break;
-    search.thin_out(*chosen);
-    const std::vector<HeightEstimate> heights = made_a_surface(request, search, *chosen);
-    plan.probes = places_of(request, *chosen);
-    const auto worst = worst_of(request, heights);
-    if (!worst) break;
-    plan.worst = *worst;
-    plan.is_reached = !join_unsure(request, heights, places);
+    if (!found) break;
+    chosen = *std::move(found);
+    plan.is_reached = !join_unsure(request, made_a_surface(request, search, chosen), places);
   }
+  for (int round = 0; round < kThinningRounds && plan.is_reached; ++round) {
+    const internal::ProbeSearch search(request, belief, places);
+    std::vector<std::size_t> fewer = chosen;
+    search.thin_out(fewer);
+    if (join_unsure(request, made_a_surface(request, search, fewer), places)) continue;
+    if (fewer.size() < chosen.size()) chosen = std::move(fewer);
+    break;
+  }
+  plan.probes = places_of(request, chosen);
+  const auto worst = worst_of(request, foretold(request, plan.probes));
+  plan.is_reached = plan.is_reached && worst;
   if (!plan.is_reached) return unreached(request, std::move(plan));
+  plan.worst = *worst;
   const std::vector<int> phases(plan.probes.size(), 0);
   const std::vector<std::size_t> order = short_order(plan.probes, phases);
   plan.way = way_length(plan.probes, order);

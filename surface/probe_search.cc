@@ -110,21 +110,31 @@ double ProbeSearch::excess(const VectorXd& variances) const {
   return (variances.array() - most_mm2_).max(0).sum();
 }
 
-ProbeSearch::Given ProbeSearch::given(const Indices& chosen) const {
-  Given out{believed_, variances_};
-  if (chosen.empty()) return out;
+MatrixXd ProbeSearch::made_independent(const Indices& chosen, Index n_with) const {
   const auto n = static_cast<Index>(chosen.size());
-  MatrixXd own(n, n), with_all(n, believed_.rows());
+  MatrixXd own(n, n), with(n, n_with);
   for (Index i = 0; i < n; ++i) {
     const auto candidate = static_cast<Index>(chosen[static_cast<std::size_t>(i)]);
-    with_all.row(i) = believed_.col(candidate).transpose();
+    with.row(i) = believed_.col(candidate).head(n_with).transpose();
     for (Index j = 0; j < n; ++j) {
       own(j, i) = believed_(
           variances_.size() + static_cast<Index>(chosen[static_cast<std::size_t>(j)]), candidate);
     }
     own(i, i) += noise_mm2_;
   }
-  const MatrixXd root = own.llt().matrixL().solve(with_all);
+  return own.llt().matrixL().solve(with);
+}
+
+VectorXd ProbeSearch::variances_given(const Indices& chosen) const {
+  if (chosen.empty()) return variances_;
+  const MatrixXd root = made_independent(chosen, variances_.size());
+  return variances_ - root.colwise().squaredNorm().transpose();
+}
+
+ProbeSearch::Given ProbeSearch::given(const Indices& chosen) const {
+  Given out{believed_, variances_};
+  if (chosen.empty()) return out;
+  const MatrixXd root = made_independent(chosen, believed_.rows());
   out.shared.noalias() -= root.transpose() * root.rightCols(believed_.cols());
   out.variances -= root.leftCols(variances_.size()).colwise().squaredNorm().transpose();
   return out;
@@ -158,7 +168,7 @@ std::optional<ProbeSearch::Indices> ProbeSearch::greedy() const {
 }
 
 bool ProbeSearch::is_enough(const Indices& chosen) const {
-  return !(excess(given(chosen).variances) > 0);
+  return !(excess(variances_given(chosen)) > 0);
 }
 
 /// A probe left out raises a place's variance by (V B)_i^2 / B_ii, B the inverse of the probes'
@@ -202,7 +212,7 @@ void ProbeSearch::prune(Indices& chosen) const {
 
 /// Moves probes until they are enough; false if that does not come about.
 bool ProbeSearch::repair(Indices& chosen, int& n_moves) const {
-  double now = excess(given(chosen).variances);
+  double now = excess(variances_given(chosen));
   bool has_moved = true;
   while (has_moved) {
     has_moved = false;

@@ -44,7 +44,7 @@ class ProbeSearch {
   using Indices = std::vector<std::size_t>;
   using Places = HeightBelief::Places;
 
-  static constexpr int kMostMoves = 600;
+  static constexpr int kMostMoves = 150;
 
   /// All must outlive it.
   ProbeSearch(const ProbePlanRequest& request, const HeightBelief& belief, const Places& places);
@@ -62,6 +62,10 @@ class ProbeSearch {
 
   double excess(const Eigen::VectorXd& variances) const;
   Given given(const Indices& chosen) const;
+  Eigen::VectorXd variances_given(const Indices& chosen) const;
+  /// The chosen probes' covariances with the first so many places and candidates, as if of
+  /// independent readings of variance 1.
+  Eigen::MatrixXd made_independent(const Indices& chosen, Eigen::Index n_with) const;
   std::size_t least_needed(const Indices& chosen) const;
   bool repair(Indices& chosen, int& n_moves) const;
 

@@ -28,6 +28,7 @@ constexpr double kStrip = 52;  ///< height of the colours below it
 constexpr double kGap = 16;
 /// Between labels, and the shortest line that has one.
 constexpr double kLabelRoom = 46;
+constexpr double kMarkRoom = 19;
 constexpr double kShortest = 60;
 constexpr int kArcSteps = 8;  ///< of a round corner's quarter
 
@@ -94,7 +95,12 @@ bool is_within(const std::vector<Vector2d>& outline, const Vector2d& p) {
 
 /// A figure on each line that is long enough, where no other one is near.
 std::string labels_of(const ContourMap& map, const View& view) {
-  std::vector<Vector2d> taken;
+  std::vector<Vector2d> taken, marks;
+  for (const Vector2d& place : map.marked) marks.push_back(view.at(place));
+  const auto is_free = [](const std::vector<Vector2d>& others, const Vector2d& at, double room) {
+    return std::ranges::all_of(others,
+                               [&](const Vector2d& other) { return (other - at).norm() > room; });
+  };
   std::string out;
   const int n_decimals = decimals_of(map.levels);
   for (const double level : map.levels) {
@@ -105,8 +111,7 @@ std::string labels_of(const ContourMap& map, const View& view) {
       for (std::size_t k = 0; k < n; ++k) {
         const std::size_t i = (n / 2 + (k % 2 == 0 ? k / 2 : n - k / 2 - 1)) % n;
         const Vector2d at = view.at(line.points[i]);
-        const bool has_room = std::ranges::all_of(
-            taken, [&](const Vector2d& other) { return (other - at).norm() > kLabelRoom; });
+        const bool has_room = is_free(taken, at, kLabelRoom) && is_free(marks, at, kMarkRoom);
         if (!has_room || !is_within(map.outline, line.points[i])) continue;
         out += fmt::format("<text class=\"figure\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>",
                            at.x(),

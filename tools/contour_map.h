@@ -29,6 +29,7 @@ struct ContourMap {
   std::vector<double> levels;  ///< rising
   Palette palette = Palette::Heights;
   std::vector<Eigen::Vector2d> outline;  ///< corners; mm, as the field's x and y
+  std::vector<Eigen::Vector2d> marked;   ///< places of marks that labels keep off
 };
 
 /// Styles of the classes that these drawings use; they are on white paper, whatever surrounds them.

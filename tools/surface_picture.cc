@@ -158,7 +158,10 @@ std::vector<Drawing> map_drawings(const MadeMap& made) {
       contours::widened(hull_of(stored.map), stored.map.options().max_extrapolation.in_mm());
   const View view = contours::view_of(outline);
   std::vector<Drawing> out;
-  for (const ContourMap& map : {heights_map(stored, outline), sigma_map(stored, outline)}) {
+  for (ContourMap map : {heights_map(stored, outline), sigma_map(stored, outline)}) {
+    for (const SurfaceOutlier& outlier : stored.map.outliers()) {
+      map.marked.push_back(stored.points[outlier.i_point].place.in_mm());
+    }
     out.push_back(contours::contour_drawing(
         map,
         view,

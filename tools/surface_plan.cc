@@ -154,9 +154,7 @@ std::string plan_json(const PlannedProbes& planned) {
                        plan.grid->n_rows,
                        worst_json(plan.grid->worst));
   }
-  return out + fmt::format(",\"way\":{:.9g},\"probes\":[{}]}}\n",
-                           plan.way.in_mm(),
-                           probes);
+  return out + fmt::format(",\"way\":{:.9g},\"probes\":[{}]}}\n", plan.way.in_mm(), probes);
 }
 
 std::string plan_csv(const PlannedProbes& planned) {
@@ -176,6 +174,7 @@ std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance)
   map.unit = "um";
   map.palette = contours::Palette::Sigmas;
   map.outline = planned.outline;
+  for (const auto& place : planned.plan.probes) map.marked.push_back(place.in_mm());
   map.field = contours::field_over(
       map.outline, kNodes, [&](const auto& places) { return sigmas_um(planned, places); });
   const auto [low, high] = std::ranges::minmax(map.field.values);
