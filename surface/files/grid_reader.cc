@@ -7,6 +7,12 @@
 #include <fmt/format.h>
 
 namespace panelcal::internal {
+namespace {
+
+/// In the file's unit. Closer nodes are none of a machine, and few digits would tell them apart.
+constexpr double kLeastStep = 0.001;
+
+}  // namespace
 
 Expected<void> check_grid(const std::string& file,
                           const TextField& at,
@@ -24,8 +30,9 @@ Expected<void> check_grid(const std::string& file,
                fmt::format("at most {} in all", kMaxFileProbes));
   }
   for (const LatticeAxis* axis : {&x, &y}) {
-    if (axis->step_mm > 0) continue;
-    return bad(fmt::format("nodes that are {:g} apart", axis->step_mm), "a distance above 0");
+    if (axis->step_mm >= kLeastStep) continue;
+    return bad(fmt::format("nodes that are {:g} apart", axis->step_mm),
+               fmt::format("at least {:g}", kLeastStep));
   }
   return {};
 }

@@ -43,7 +43,7 @@ TEST(BcncProbe, RefusesWhatBcncWouldSkip) {
           "autolevel.probe:1:1: error[measurement-file]: a line of 2 words, expected xmin");
   refused("0 20 1\n", ":1:6: error[measurement-file]: \"1\", expected a whole number from 2 to");
   refused("0 20 2.5\n", ":1:6: ");
-  refused("20 0 3\n-5 5 2\n-2 3 50\n", "nodes that are -10 apart, expected a distance above 0");
+  refused("20 0 3\n-5 5 2\n-2 3 50\n", "nodes that are -10 apart, expected at least 0.001");
   refused("0 20 99999\n-5 5 99999\n-2 3 50\n", "expected at most 100000 in all");
   refused(kHeader + "0 -5 0.1\n", "the file ends too early, expected x y z of 6 nodes, has 1");
   refused(kHeader + "1.1 -5 0.1\n",

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/surface/files/probe_file.h"
+#include "panelcal/surface/height_lattice.h"
+#include "panelcal/surface/height_map.h"
+
+namespace panelcal {
+
+/// Heights at evenly spaced nodes, for the files of programs that know only these.
+struct HeightGrid {
+  LatticeAxis x, y;
+  std::vector<std::optional<Length>> heights;  ///< row by row; empty: nothing is known
+
+  /// Fails  grid-invalid: fewer than two columns or rows, steps not above 0, another number of
+  ///        heights than nodes, a number that is none, no height at all
+  Expected<void> validate() const;
+};
+
+/// Which nodes a map gives a height.
+enum class GridFill : std::uint8_t {
+  Measured,  ///< where a probe vouches for it (HeightSource::Measured); the others stay missing
+  Filled,    ///< also where the map only foretells it between probes; never outside of their hull
+};
+
+/// A map's heights at the nodes of a grid.
+///
+/// Fails  grid-invalid: as HeightGrid::validate(); more than kMaxFileProbes nodes
+Expected<HeightGrid> height_grid(const HeightMap& map,
+                                 const LatticeAxis& x,
+                                 const LatticeAxis& y,
+                                 GridFill fill = GridFill::Measured);
+
+/// The heights of a file of a grid; missing nodes stay missing.
+///
+/// Fails  grid-invalid: the file's format is none of grids, or a point is none of its nodes
+Expected<HeightGrid> height_grid(const ProbeFile& file);
+
+}  // namespace panelcal
