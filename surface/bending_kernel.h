@@ -4,8 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-// Not installed: part of surface/surface_fit.h.
-namespace panelcal::internal {
+namespace panelcal {
 
 /// How alike the bendings of two places are.
 enum class BendingKernel : std::uint8_t {
@@ -39,4 +38,4 @@ inline double bending_covariance(BendingKernel kernel, double r) {
   return 0;
 }
 
-}  // namespace panelcal::internal
+}  // namespace panelcal

@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/convex_hull.h"
-#include "panelcal/surface/surface_choice.h"
 
 namespace panelcal {
 namespace {
@@ -314,16 +313,21 @@ void HeightMap::State::mark_cells() {
 Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
                                          const HeightMapOptions& options) {
   PANELCAL_CHECK(check(options));
-  std::optional<ChosenSurface> chosen;
-  if (options.model) {
-    PANELCAL_TRY(SoundSurface surface,
-                 fit_without_outliers(points, *options.model, options.outliers));
-    chosen = ChosenSurface{std::move(surface), "the model was given"};
-  } else {
-    PANELCAL_TRY(chosen, choose_surface(points, options.outliers));
+  if (!options.model) {
+    PANELCAL_TRY(ChosenSurface chosen, choose_surface(points, options.outliers));
+    return of_surface(points, std::move(chosen), options);
   }
+  PANELCAL_TRY(SoundSurface surface,
+               fit_without_outliers(points, *options.model, options.outliers));
+  return of_surface(points, {std::move(surface), "the model was given"}, options);
+}
+
+Expected<HeightMap> HeightMap::of_surface(std::span<const ProbePoint> points,
+                                          ChosenSurface chosen,
+                                          const HeightMapOptions& options) {
+  PANELCAL_CHECK(check(options));
   Places kept;
-  for (const std::size_t i : chosen->surface.kept) kept.push_back(points[i].place);
+  for (const std::size_t i : chosen.surface.kept) kept.push_back(points[i].place);
   Places hull = convex_hull(kept);
   if (!(width_mm(hull) > kSamePlace_mm)) {
     return failure(
@@ -342,12 +346,12 @@ Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
   // What is inside but for rounding lies in the lattice.
   const double border_mm = options.max_extrapolation.in_mm() + kSamePlace_mm;
   PANELCAL_TRY(Sampled sampled,
-               sample_finely(chosen->surface.fit,
+               sample_finely(chosen.surface.fit,
                              low_mm - Vector2d::Constant(border_mm),
                              high_mm + Vector2d::Constant(border_mm),
                              spacing_mm,
                              options.interpolation));
-  State state{*std::move(chosen),
+  State state{std::move(chosen),
               options,
               options.reach_mm.value_or(reach_of(points)),
               std::move(kept),
@@ -402,6 +406,20 @@ const SurfaceFit& HeightMap::surface() const {
 
 std::span<const SurfaceOutlier> HeightMap::outliers() const {
   return state_->chosen.surface.outliers;
+}
+
+std::span<const std::size_t> HeightMap::kept() const {
+  return state_->chosen.surface.kept;
+}
+
+std::span<const Position<frame::Nominal>> HeightMap::hull() const {
+  return state_->hull;
+}
+
+HeightMapOptions HeightMap::options() const {
+  HeightMapOptions options = state_->options;
+  options.reach_mm = state_->reach_mm;
+  return options;
 }
 
 const std::string& HeightMap::reason() const {

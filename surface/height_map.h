@@ -16,6 +16,7 @@
 #include "panelcal/calib/base/units.h"
 #include "panelcal/surface/height_lattice.h"
 #include "panelcal/surface/probe_point.h"
+#include "panelcal/surface/surface_choice.h"
 #include "panelcal/surface/surface_fit.h"
 #include "panelcal/surface/surface_outliers.h"
 
@@ -66,6 +67,13 @@ class HeightMap {
   static Expected<HeightMap> of_probes(std::span<const ProbePoint> points,
                                        const HeightMapOptions& options = {});
 
+  /// The same of a surface that was chosen before, from these points.
+  ///
+  /// Precondition: chosen.surface.kept are indices into points
+  static Expected<HeightMap> of_surface(std::span<const ProbePoint> points,
+                                        ChosenSurface chosen,
+                                        const HeightMapOptions& options);
+
   /// Fails  grid-invalid: farther outside than max_extrapolation; a number that is none
   Expected<HeightAt> height_at(const Position<frame::Nominal>& place) const;
 
@@ -83,6 +91,12 @@ class HeightMap {
 
   const SurfaceFit& surface() const;
   std::span<const SurfaceOutlier> outliers() const;
+  /// Indices of the probes that make the surface, rising.
+  std::span<const std::size_t> kept() const;
+  /// Corners of these probes' convex hull, counter-clockwise.
+  std::span<const Position<frame::Nominal>> hull() const;
+  /// As given, and how far a probe vouches for its surroundings where that was not.
+  HeightMapOptions options() const;
   /// Why this model, in words.
   const std::string& reason() const;
   const HeightLattice& lattice() const;

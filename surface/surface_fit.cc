@@ -23,7 +23,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using internal::Bending;
-using internal::BendingKernel;
 using internal::BendingLikelihood;
 using internal::Readings;
 
@@ -32,8 +31,6 @@ constexpr std::array kThinPlateKernels = {BendingKernel::ThinPlate};
 constexpr std::array kProcessKernels = {
     BendingKernel::Matern32, BendingKernel::Matern52, BendingKernel::Gaussian};
 
-constexpr Index kPlane = 3;
-constexpr Index kBowAndTwist = 6;
 /// Places of one matrix product.
 constexpr Index kAtOnce = 256;
 /// A probe whose left-out weight is less, by what it would be alone, is foretold by nothing.
@@ -59,6 +56,54 @@ Bending likeliest(const BendingLikelihood& likelihood, SurfaceModel model) {
   return likelihood.best_of(kProcessKernels);
 }
 
+SurfaceShape shape_of(const Bending& bending, const Readings& readings, Index n_trend) {
+  const bool bends = bending.kernel != BendingKernel::None;
+  return {bending.kernel,
+          mm(bends ? bending.length * readings.scale_mm : 0),
+          bending.strength_mm2,
+          bending.noise_factor,
+          static_cast<int>(n_trend)};
+}
+
+Bending bending_of(const SurfaceShape& shape, const Readings& readings) {
+  Bending bending;
+  bending.kernel = shape.kernel;
+  if (shape.kernel != BendingKernel::None) {
+    bending.length = shape.length.in_mm() / readings.scale_mm;
+  }
+  bending.strength_mm2 = shape.strength_mm2;
+  bending.noise_factor = shape.noise_factor;
+  return bending;
+}
+
+/// Bow and twist only of a Gaussian process, and if the probes tell.
+std::optional<BendingLikelihood> likelihood_of(const Readings& readings, SurfaceModel model) {
+  std::optional<BendingLikelihood> out;
+  const bool may_bow = model == SurfaceModel::GaussianProcess &&
+                       readings.heights_mm.size() >= static_cast<Index>(kLeastForBow);
+  if (may_bow) out = BendingLikelihood::of(readings, kBowTrend);
+  if (!out) out = BendingLikelihood::of(readings, kPlaneTrend);
+  return out;
+}
+
+Diagnostic undetermined(std::span<const ProbePoint> points) {
+  return {Code::GridInvalid,
+          points.front().from,
+          fmt::format("{} probes that coincide or lie in one line", points.size()),
+          "probes all over the surface"};
+}
+
+Expected<Readings> readings_of(std::span<const ProbePoint> points) {
+  for (const ProbePoint& point : points) {
+    if (auto problem = problem_of(point)) return failure(*std::move(problem));
+  }
+  if (points.size() >= kPlaneTrend && points.size() <= kMostProbes) return Readings::of(points);
+  return failure({Code::GridInvalid,
+                  points.empty() ? Place() : points.front().from,
+                  fmt::format("{} probes", points.size()),
+                  fmt::format("{} to {} for a surface", kPlaneTrend, kMostProbes)});
+}
+
 std::string_view name_of(BendingKernel kernel) {
   switch (kernel) {
     case BendingKernel::None:
@@ -77,7 +122,8 @@ std::string_view name_of(BendingKernel kernel) {
 
 }  // namespace
 
-/// In units of internal::Readings. With F^T F = P = W Q2 (1 + s B)^-1 Q2^T W and G the trend by the
+/// In units of internal::Readings; lengths pass through mm, so that a shape that was written down
+/// gives the same surface. With F^T F = P = W Q2 (1 + s B)^-1 Q2^T W and G the trend by the
 /// heights, in c(p) the covariances of a place with the probes and t(p) its trend,
 ///
 ///   height = t beta + s c^T P y             beta = G (y - s C P y)
@@ -88,7 +134,8 @@ std::string_view name_of(BendingKernel kernel) {
 /// nothing of the trend.
 struct SurfaceFit::State {
   SurfaceModel model = SurfaceModel::Plane;
-  Bending bending;
+  SurfaceShape shape;
+  Bending bending;  ///< the shape's
   Readings readings;
   VectorXd trend_mm;       ///< beta
   VectorXd weights;        ///< s P y
@@ -99,7 +146,10 @@ struct SurfaceFit::State {
   std::vector<LeftOutProbe> left_out;
   std::optional<internal::GridSurface> grid;  ///< of a grid model, which has none of the others
 
-  State(SurfaceModel of_model, Readings of, const BendingLikelihood& likelihood);
+  State(SurfaceModel of_model,
+        const SurfaceShape& of_shape,
+        Readings of,
+        const BendingLikelihood& likelihood);
   State(SurfaceModel of_model, internal::GridSurface of, std::span<const ProbePoint> points)
       : model(of_model),
         readings(Readings::of(points)),
@@ -116,13 +166,20 @@ struct SurfaceFit::State {
   }
   /// c(p)
   VectorXd covariances(const Eigen::Vector2d& p) const;
+  /// c and t, a column for each place.
+  std::pair<MatrixXd, MatrixXd> relations(std::span<const Position<frame::Nominal>> places) const;
   void append(std::span<const Position<frame::Nominal>> places,
               std::vector<HeightEstimate>& out) const;
+  MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
 };
 
-SurfaceFit::State::State(SurfaceModel of_model, Readings of, const BendingLikelihood& likelihood)
+SurfaceFit::State::State(SurfaceModel of_model,
+                         const SurfaceShape& of_shape,
+                         Readings of,
+                         const BendingLikelihood& likelihood)
     : model(of_model),
-      bending(likeliest(likelihood, of_model)),
+      shape(of_shape),
+      bending(bending_of(of_shape, of)),
       readings(std::move(of)),
       trend_root(likelihood.trend_root()) {
   const MatrixXd covariance = likelihood.covariance(bending.kernel, bending.length);
@@ -170,18 +227,14 @@ void SurfaceFit::State::leave_out(const MatrixXd& root, const VectorXd& residual
 VectorXd SurfaceFit::State::covariances(const Eigen::Vector2d& p) const {
   VectorXd out(readings.places.cols());
   for (Index i = 0; i < out.size(); ++i) {
-    out[i] = internal::bending_covariance(bending.kernel,
-                                          (readings.places.col(i) - p).norm() / bending.length);
+    out[i] =
+        bending_covariance(bending.kernel, (readings.places.col(i) - p).norm() / bending.length);
   }
   return out;
 }
 
-void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
-                               std::vector<HeightEstimate>& out) const {
-  if (grid) {
-    for (const Position<frame::Nominal>& place : places) out.push_back(grid->at(place.in_mm()));
-    return;
-  }
+std::pair<MatrixXd, MatrixXd> SurfaceFit::State::relations(
+    std::span<const Position<frame::Nominal>> places) const {
   const auto n_places = static_cast<Index>(places.size());
   const Index n_probes = readings.places.cols();
   const Index n_trend = trend_root.rows();
@@ -192,12 +245,24 @@ void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
     c.col(j) = covariances(p);
     t.col(j) = internal::trend_at(p, n_trend);
   }
+  return {std::move(c), std::move(t)};
+}
+
+void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
+                               std::vector<HeightEstimate>& out) const {
+  if (grid) {
+    for (const Position<frame::Nominal>& place : places) out.push_back(grid->at(place.in_mm()));
+    return;
+  }
+  const auto [c, t] = relations(places);
+  const Index n_places = c.cols();
+  const Index n_trend = t.rows();
   const MatrixXd by_contrasts = onto * c;
   const Index n_contrasts = onto.rows() - n_trend;
   const MatrixXd foretold = by_contrasts.topRows(n_contrasts) - root_of_trend * t;
   const MatrixXd missed = trend_bending * t - 2 * by_contrasts.bottomRows(n_trend);
   const MatrixXd trend = trend_root.transpose() * t;
-  const double itself = internal::bending_covariance(bending.kernel, 0);
+  const double itself = bending_covariance(bending.kernel, 0);
   for (Index j = 0; j < n_places; ++j) {
     const double height_mm = readings.mean_mm + t.col(j).dot(trend_mm) + c.col(j).dot(weights);
     const double bent = bending.strength_mm2 * (itself + t.col(j).dot(missed.col(j)));
@@ -225,6 +290,37 @@ std::string_view name_of(SurfaceModel model) {
       return "monotone bicubic";
   }
   return "";
+}
+
+MatrixXd SurfaceFit::State::covariance_mm2(std::span<const Position<frame::Nominal>> places) const {
+  if (grid) {
+    VectorXd variances(static_cast<Index>(places.size()));
+    for (Index i = 0; i < variances.size(); ++i) {
+      const double sigma_mm = grid->at(places[static_cast<std::size_t>(i)].in_mm()).sigma.in_mm();
+      variances[i] = sigma_mm * sigma_mm;
+    }
+    return variances.asDiagonal();
+  }
+  const auto [c, t] = relations(places);
+  const Index n_places = c.cols();
+  MatrixXd bent(n_places, n_places);
+  for (Index j = 0; j < n_places; ++j) {
+    for (Index i = 0; i <= j; ++i) {
+      const Eigen::Vector2d apart_mm =
+          (places[static_cast<std::size_t>(i)] - places[static_cast<std::size_t>(j)]).in_mm();
+      const double r = apart_mm.norm() / readings.scale_mm / bending.length;
+      bent(i, j) = bent(j, i) = bending_covariance(bending.kernel, r);
+    }
+  }
+  const MatrixXd by_contrasts = onto * c;
+  const MatrixXd foretold = by_contrasts.topRows(onto.rows() - t.rows()) - root_of_trend * t;
+  const MatrixXd crossed = t.transpose() * by_contrasts.bottomRows(t.rows());
+  const MatrixXd trend = trend_root.transpose() * t;
+  bent += t.transpose() * trend_bending * t - crossed - crossed.transpose();
+  bent = bending.strength_mm2 * bent + trend.transpose() * trend - foretold.transpose() * foretold;
+  // Products round to either side of the diagonal differently.
+  const double noise = bending.noise_factor;
+  return 0.5 * noise * noise * (bent + bent.transpose());
 }
 
 SurfaceModel SurfaceFit::model() const {
@@ -262,8 +358,16 @@ std::vector<double> SurfaceFit::heights_mm(std::span<const Position<frame::Nomin
   return out;
 }
 
+Eigen::MatrixXd SurfaceFit::covariance_mm2(std::span<const Position<frame::Nominal>> places) const {
+  return state_->covariance_mm2(places);
+}
+
+const SurfaceShape& SurfaceFit::shape() const {
+  return state_->shape;
+}
+
 double SurfaceFit::noise_factor() const {
-  return state_->bending.noise_factor;
+  return state_->shape.noise_factor;
 }
 
 double SurfaceFit::degrees_of_freedom() const {
@@ -271,18 +375,17 @@ double SurfaceFit::degrees_of_freedom() const {
 }
 
 Length SurfaceFit::amplitude() const {
-  const Bending& bending = state_->bending;
   if (model() != SurfaceModel::GaussianProcess) return mm(0);
-  return mm(bending.noise_factor * std::sqrt(bending.strength_mm2));
+  return mm(noise_factor() * std::sqrt(shape().strength_mm2));
 }
 
 Length SurfaceFit::length() const {
   if (!(amplitude() > mm(0))) return mm(0);
-  return mm(state_->bending.length * state_->readings.scale_mm);
+  return shape().length;
 }
 
 int SurfaceFit::n_trend() const {
-  return static_cast<int>(state_->trend_root.rows());
+  return shape().n_trend;
 }
 
 std::span<const LeftOutProbe> SurfaceFit::left_out() const {
@@ -305,7 +408,7 @@ std::optional<double> SurfaceFit::left_out_rms() const {
 
 std::string SurfaceFit::summary() const {
   const std::string noise = fmt::format("noise {:.2f} times what the probes say", noise_factor());
-  const std::string trend = n_trend() == kBowAndTwist ? "bow and twist" : "plane";
+  const std::string trend = n_trend() == kBowTrend ? "bow and twist" : "plane";
   if (model() == SurfaceModel::Plane) return fmt::format("plane; {}", noise);
   if (model() == SurfaceModel::ThinPlate) return fmt::format("thin plate; {}", noise);
   if (state_->grid) {
@@ -317,41 +420,37 @@ std::string SurfaceFit::summary() const {
     return fmt::format("{} without any further bending; {}", trend, noise);
   return fmt::format("{} and a {} bending of {:.3f} mm over {:.0f} mm; {}",
                      trend,
-                     name_of(state_->bending.kernel),
+                     name_of(shape().kernel),
                      amplitude().in_mm(),
                      length().in_mm(),
                      noise);
 }
 
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model) {
-  for (const ProbePoint& point : points) {
-    if (auto problem = problem_of(point)) return failure(*std::move(problem));
-  }
-  if (points.size() < kPlane || points.size() > kMostProbes) {
-    return failure({Code::GridInvalid,
-                    points.empty() ? Place() : points.front().from,
-                    fmt::format("{} probes", points.size()),
-                    fmt::format("{} to {} for a surface", kPlane, kMostProbes)});
-  }
+  PANELCAL_TRY(Readings readings, readings_of(points));
   if (is_of_grid(model)) {
     PANELCAL_TRY(internal::GridSurface grid,
                  internal::GridSurface::of(points, model == SurfaceModel::MonotoneBicubic));
     return SurfaceFit(std::make_shared<const SurfaceFit::State>(model, std::move(grid), points));
   }
-  Readings readings = Readings::of(points);
-  std::optional<BendingLikelihood> likelihood;
-  if (model == SurfaceModel::GaussianProcess && points.size() >= kLeastForBow) {
-    likelihood = BendingLikelihood::of(readings, kBowAndTwist);
-  }
-  if (!likelihood) likelihood = BendingLikelihood::of(readings, kPlane);
-  if (!likelihood) {
-    return failure({Code::GridInvalid,
-                    points.front().from,
-                    fmt::format("{} probes that coincide or lie in one line", points.size()),
-                    "probes all over the surface"});
-  }
+  const std::optional<BendingLikelihood> likelihood = likelihood_of(readings, model);
+  if (!likelihood) return failure(undetermined(points));
+  const SurfaceShape shape =
+      shape_of(likeliest(*likelihood, model), readings, likelihood->trend_root().rows());
   return SurfaceFit(
-      std::make_shared<const SurfaceFit::State>(model, std::move(readings), *likelihood));
+      std::make_shared<const SurfaceFit::State>(model, shape, std::move(readings), *likelihood));
+}
+
+Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
+                                 SurfaceModel model,
+                                 const SurfaceShape& shape) {
+  PANELCAL_CHECK(shape.validate(model));
+  if (is_of_grid(model)) return fit_surface(points, model);
+  PANELCAL_TRY(Readings readings, readings_of(points));
+  const auto likelihood = BendingLikelihood::of(readings, shape.n_trend);
+  if (!likelihood) return failure(undetermined(points));
+  return SurfaceFit(
+      std::make_shared<const SurfaceFit::State>(model, shape, std::move(readings), *likelihood));
 }
 
 }  // namespace panelcal

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,26 +10,15 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/calib/base/units.h"
 #include "panelcal/surface/probe_point.h"
+#include "panelcal/surface/surface_shape.h"
 
 namespace panelcal {
-
-/// What a surface may do between its probes.
-enum class SurfaceModel : std::uint8_t {
-  Plane,
-  ThinPlate,        ///< a plane, bent like a thin plate
-  GaussianProcess,  ///< bow and twist, and a smooth random bending on top
-  Bilinear,         ///< through every probe of a complete rectangular grid, not smoothed
-  MonotoneBicubic,  ///< the same, smooth, and within the range of each cell's four probes
-};
-
-/// Bilinear and MonotoneBicubic: every probe is believed, and none may be missing.
-constexpr bool is_of_grid(SurfaceModel model) {
-  return model == SurfaceModel::Bilinear || model == SurfaceModel::MonotoneBicubic;
-}
 
 /// `plane`, `thin plate`, `Gaussian process`, `bilinear`, `monotone bicubic`.
 std::string_view name_of(SurfaceModel model);
@@ -62,6 +50,11 @@ class SurfaceFit {
   /// The heights alone, mm: O(n) each, where sigma takes O(n^2).
   std::vector<double> heights_mm(std::span<const Position<frame::Nominal>> places) const;
 
+  /// Covariance of the surface's error from place to place, mm^2; its diagonal is sigma squared of
+  /// at(), but for rounding. Of a grid model as if errors of different places were independent.
+  Eigen::MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
+
+  const SurfaceShape& shape() const;
   /// How many times as much the probes scatter as they say.
   double noise_factor() const;
   /// Of the noise factor: what the probes tell of it, and what was believed before. Infinite for
@@ -84,6 +77,9 @@ class SurfaceFit {
  private:
   struct State;
   friend Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model);
+  friend Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
+                                          SurfaceModel model,
+                                          const SurfaceShape& shape);
   explicit SurfaceFit(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
   std::shared_ptr<const State> state_;
@@ -110,5 +106,15 @@ class SurfaceFit {
 ///        (leaving one out with a trend); Patterson and Thompson 1971 (restricted likelihood)
 /// See    tests/surface/surface_fit_test.cc, height_map_slow_test.cc
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model);
+
+/// The same of a known shape: that of an earlier fit of the same probes gives the same surface to
+/// the bit, one that is believed of a panel foretells how well probes would determine it.
+///
+/// Fails  as above, and as SurfaceShape::validate(); grid-invalid: the probes do not determine the
+///        shape's trend
+/// Cost   O(n^3); a height O(n^2)
+Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
+                                 SurfaceModel model,
+                                 const SurfaceShape& shape);
 
 }  // namespace panelcal

@@ -52,12 +52,6 @@ class Sorting {
   Indices aside_;
 };
 
-std::string name_of(const ProbePoint& point) {
-  if (!point.name.empty()) return point.name;
-  const Eigen::Vector2d p_mm = point.place.in_mm();
-  return fmt::format("probe at ({:.3f}, {:.3f})", p_mm.x(), p_mm.y());
-}
-
 double absolute_t(const LeftOutProbe& probe) {
   return probe.deviation ? std::abs(*probe.deviation / probe.sigma) : 0;
 }
@@ -138,6 +132,12 @@ Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
 }
 
 }  // namespace
+
+std::string name_of(const ProbePoint& point) {
+  if (!point.name.empty()) return point.name;
+  const Eigen::Vector2d p_mm = point.place.in_mm();
+  return fmt::format("probe at ({:.3f}, {:.3f})", p_mm.x(), p_mm.y());
+}
 
 std::string SurfaceOutlier::text() const {
   return fmt::format("{} is {:.3f} mm {} what the others foretell, {:.0f} sigma",

@@ -11,10 +11,13 @@
 
 namespace panelcal {
 
+/// A probe's name, else `probe at (x, y)`.
+std::string name_of(const ProbePoint& point);
+
 /// A probe that does not belong to the surface the others make.
 struct SurfaceOutlier {
   std::size_t i_point = 0;
-  std::string name;   ///< the probe's, else `probe at (x, y)`
+  std::string name;   ///< name_of() the probe
   Length deviation;   ///< measured minus what the others foretell
   Length sigma;       ///< of that for a good probe
   double chance = 0;  ///< that a good probe deviates more

@@ -24,5 +24,6 @@ ExitCode run_command(const SynthOptions& options, CommandContext& context);
 ExitCode run_command(const CalibrateOptions& options, CommandContext& context);
 ExitCode run_command(const NightlyOptions& options, CommandContext& context);
 ExitCode run_command(const HistoryOptions& options, CommandContext& context);
+ExitCode run_command(const SurfaceOptions& options, CommandContext& context);
 
 }  // namespace panelcal

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "panelcal/tools/help_calibrate.h"
+#include "panelcal/tools/help_surface.h"
 
 namespace panelcal {
 namespace {
@@ -240,7 +241,8 @@ Exit codes
 std::string_view command_footer(std::string_view command) {
   const auto found =
       std::ranges::find(kFooters, command, &std::pair<std::string_view, std::string_view>::first);
-  return found == kFooters.end() ? calibrate_footer(command) : found->second;
+  if (found != kFooters.end()) return found->second;
+  return command.starts_with("surface") ? surface_footer(command) : calibrate_footer(command);
 }
 
 }  // namespace panelcal

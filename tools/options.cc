@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only file that includes CLI11: it takes seconds to compile.
+// With surface_command_line.cc the only file that includes CLI11: it takes seconds to compile.
 #include "panelcal/tools/options.h"
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 
 #include "panelcal/tools/help_text.h"
 #include "panelcal/tools/help_topics.h"
+#include "panelcal/tools/surface_command_line.h"
 #include "panelcal/tools/version.h"
 
 namespace panelcal {
@@ -50,6 +51,8 @@ class CommandLine {
     add_calibrate();
     add_nightly();
     add_history();
+    surface_ = add("surface", "Map probed heights, ask the map, and plan where to probe");
+    add_surface_commands(*surface_, surface_options_);
     help_ = app_.add_subcommand("help",
                                 "Explain a command, or list diagnostics or a language's commands");
     help_->add_option("TOPIC", help_topic_, "A command, `diagnostics`, `excellon` or `sieb-meyer`");
@@ -73,6 +76,7 @@ class CommandLine {
     if (*calibrate_) options_.command = calibrate_options_;
     if (*nightly_) options_.command = nightly_options_;
     if (*history_) options_.command = history_options_;
+    if (*surface_) options_.command = surface_options_;
     return std::move(options_);
   }
 
@@ -535,7 +539,7 @@ class CommandLine {
   }
 
   static Diagnostic unknown_command(const std::string& word) {
-    constexpr std::array<std::string_view, 11> kCommands = {"check",
+    constexpr std::array<std::string_view, 12> kCommands = {"check",
                                                             "survey",
                                                             "plan",
                                                             "run",
@@ -545,6 +549,7 @@ class CommandLine {
                                                             "calibrate",
                                                             "nightly",
                                                             "history",
+                                                            "surface",
                                                             "help"};
     const std::string_view near = nearest_word(word, kCommands);
     return {Code::Usage,
@@ -552,7 +557,7 @@ class CommandLine {
             quoted(word) + " is no command",
             near.empty()
                 ? "check, survey, plan, run, translate, locate, synth, calibrate, nightly, "
-                  "history or help"
+                  "history, surface or help"
                 : "perhaps " + std::string(near)};
   }
 
@@ -568,6 +573,7 @@ class CommandLine {
   NightlyOptions nightly_options_;
   CalibrateOptions calibrate_options_;
   HistoryOptions history_options_;
+  SurfaceOptions surface_options_;
   std::string help_topic_;
   CLI::App* check_ = nullptr;
   CLI::App* survey_ = nullptr;
@@ -579,6 +585,7 @@ class CommandLine {
   CLI::App* nightly_ = nullptr;
   CLI::App* calibrate_ = nullptr;
   CLI::App* history_ = nullptr;
+  CLI::App* surface_ = nullptr;
   CLI::App* help_ = nullptr;
 };
 

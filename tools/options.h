@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "panelcal/calib/base/expected.h"
+#include "panelcal/tools/surface_options.h"
 
 namespace panelcal {
 
@@ -175,7 +176,8 @@ using CommandOptions = std::variant<DoneOptions,
                                     SynthOptions,
                                     CalibrateOptions,
                                     NightlyOptions,
-                                    HistoryOptions>;
+                                    HistoryOptions,
+                                    SurfaceOptions>;
 
 struct Options {
   CommonOptions common;

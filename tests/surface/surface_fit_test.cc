@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 
 #include "panelcal/surface/reference_plane.h"
@@ -212,6 +213,75 @@ TEST(SurfaceFit, IsTheSameForOneAndForManyPlaces) {
     EXPECT_NEAR(many[i].height.in_mm(), fit.at(places[i]).height.in_mm(), 1e-11);
     EXPECT_NEAR(many[i].sigma.in_mm(), fit.at(places[i]).sigma.in_mm(), 1e-9);
   }
+}
+
+TEST(SurfaceFit, IsTheSameToTheBitWhenItsShapeIsGiven) {
+  const Points points = warped(20);
+  for (const SurfaceModel model : kModels) {
+    const SurfaceFit once = fitted(points, model);
+    const auto again = fit_surface(points, model, once.shape());
+    ASSERT_TRUE(again) << again.error().text();
+    EXPECT_EQ(again->summary(), once.summary());
+    for (double x_mm = -160; x_mm <= 160; x_mm += 23) {
+      EXPECT_EQ(again->at(at(x_mm, 31)).height, once.at(at(x_mm, 31)).height);
+      EXPECT_EQ(again->at(at(x_mm, 31)).sigma, once.at(at(x_mm, 31)).sigma);
+    }
+  }
+}
+
+TEST(SurfaceFit, KnowsHowItsErrorsHangTogether) {
+  const std::vector<Position<frame::Nominal>> places = {
+      at(0, 0), at(8, -3), at(-140, 120), at(150, 150)};
+  for (const SurfaceModel model : kModels) {
+    const SurfaceFit fit = fitted(warped(21), model);
+    const Eigen::MatrixXd cov_mm2 = fit.covariance_mm2(places);
+    for (Eigen::Index i = 0; i < cov_mm2.rows(); ++i) {
+      const double sigma_mm = fit.at(places[static_cast<std::size_t>(i)]).sigma.in_mm();
+      EXPECT_NEAR(cov_mm2(i, i), sigma_mm * sigma_mm, 1e-9 * sigma_mm * sigma_mm);
+      for (Eigen::Index j = 0; j < i; ++j) EXPECT_EQ(cov_mm2(i, j), cov_mm2(j, i));
+    }
+    // Neighbours err alike, the corners of a panel do not.
+    const Eigen::VectorXd sigma_mm = cov_mm2.diagonal().cwiseSqrt();
+    EXPECT_GT(cov_mm2(0, 1) / (sigma_mm[0] * sigma_mm[1]), 0.8);
+    EXPECT_LT(cov_mm2(2, 3) / (sigma_mm[2] * sigma_mm[3]), 0.5);
+  }
+}
+
+TEST(SurfaceFit, CovarianceOfAPlaneIsThatOfLeastSquares) {
+  Points points = warped(22);
+  SurfaceShape shape;
+  shape.noise_factor = 2;
+  const auto fit = fit_surface(points, SurfaceModel::Plane, shape);
+  ASSERT_TRUE(fit) << fit.error().text();
+  Eigen::MatrixXd a(static_cast<Eigen::Index>(points.size()), 3);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector2d p_mm = points[i].place.in_mm();
+    a.row(static_cast<Eigen::Index>(i)) << 1, p_mm.x(), p_mm.y();
+  }
+  const double sigma_mm = 2 * points[0].measured.sigma.in_mm();
+  const Eigen::Matrix3d cov = sigma_mm * sigma_mm * (a.transpose() * a).inverse();
+  const Eigen::Vector3d one(1, 20, -70), other(1, -130, 44);
+  const std::vector<Position<frame::Nominal>> places = {at(20, -70), at(-130, 44)};
+  EXPECT_NEAR(fit->covariance_mm2(places)(0, 1), one.dot(cov * other), 1e-14);
+  EXPECT_NEAR(fit->at(places[0]).sigma.in_mm(), std::sqrt(one.dot(cov * one)), 1e-12);
+}
+
+TEST(SurfaceFit, RefusesShapesThatMakeNoSurface) {
+  const Points points = warped(23);
+  const auto with = [&](SurfaceModel model, const SurfaceShape& shape) {
+    return fit_surface(points, model, shape);
+  };
+  const SurfaceShape good = fitted(points, SurfaceModel::GaussianProcess).shape();
+  EXPECT_THAT(with(SurfaceModel::Plane, good), FailsWith(Code::ConfigValue, "kernel"));
+  SurfaceShape bad = good;
+  bad.length = mm(0);
+  EXPECT_THAT(with(SurfaceModel::GaussianProcess, bad), FailsWith(Code::ConfigValue, "length"));
+  bad = good;
+  bad.strength_mm2 = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(with(SurfaceModel::GaussianProcess, bad), FailsWith(Code::ConfigValue, "strength"));
+  bad = good;
+  bad.n_trend = 4;
+  EXPECT_THAT(with(SurfaceModel::GaussianProcess, bad), FailsWith(Code::ConfigValue, "trend"));
 }
 
 TEST(SurfaceFit, RefusesWhatMakesNoSurface) {

@@ -6,9 +6,10 @@ import subprocess
 from pathlib import Path
 
 
-def run(panelcal, *arguments, cwd=None, expect=0):
+def run(panelcal, *arguments, cwd=None, expect=0, input=None):
     """Runs panelcal; fails the test with its messages if the exit code is another one."""
-    result = subprocess.run([panelcal, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
+    result = subprocess.run([panelcal, *map(str, arguments)], cwd=cwd, capture_output=True, text=True,
+                            input=input)
     if result.returncode != expect:
         raise SystemExit(f"{arguments}: exit {result.returncode}, expected {expect}\n{result.stderr}")
     return result

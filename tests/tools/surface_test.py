@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""`panelcal surface` against least squares by hand, and against itself where that is all there is.
+
+    surface_test.py PANELCAL ROOT
+"""
+import json
+import math
+import sys
+import tempfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+from demo_job import run
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+PRIOR_READINGS = 10  # of the noise factor, surface/bending_likelihood.h
+
+
+def solve(a, b):
+    """Gaussian elimination with pivots."""
+    n = len(a)
+    rows = [list(row) + [value] for row, value in zip(a, b)]
+    for i in range(n):
+        pivot = max(range(i, n), key=lambda k: abs(rows[k][i]))
+        rows[i], rows[pivot] = rows[pivot], rows[i]
+        for k in range(n):
+            if k == i:
+                continue
+            factor = rows[k][i] / rows[i][i]
+            rows[k] = [x - factor * y for x, y in zip(rows[k], rows[i])]
+    return [rows[i][n] / rows[i][i] for i in range(n)]
+
+
+def plane_of(probes):
+    """Height and sigma at a place, of z = a + b x + c y by weighted least squares."""
+    normal = [[0.0] * 3 for _ in range(3)]
+    right = [0.0] * 3
+    for x, y, z, sigma in probes:
+        row = (1, x, y)
+        for i in range(3):
+            right[i] += row[i] * z / sigma**2
+            for j in range(3):
+                normal[i][j] += row[i] * row[j] / sigma**2
+    a = solve(normal, right)
+    chi_square = sum(((z - a[0] - a[1] * x - a[2] * y) / s)**2 for x, y, z, s in probes)
+    noise2 = (chi_square + PRIOR_READINGS) / (len(probes) - 3 + PRIOR_READINGS)
+
+    def at(x, y):
+        t = (1, x, y)
+        variance = sum(u * v for u, v in zip(t, solve(normal, t)))
+        return a[0] + a[1] * x + a[2] * y, math.sqrt(noise2 * variance)
+
+    return at
+
+
+def read(file):
+    lines = [json.loads(line) for line in file.read_text().splitlines()]
+    return [(*line["nominal"], line["height"], line["sigma"]) for line in lines]
+
+
+def pictures(panelcal, probes, folder):
+    """Every probe is in the picture: as one that makes the map, as left out, or as missing."""
+    svg, page = folder / "map.svg", folder / "map.html"
+    said = run(panelcal, "surface", "fit", probes, "-o", folder / "wild.json", "--plot", svg,
+               "--report", page).stdout
+    assert f"{probes}:17: probe 16 is 0.41" in said, said
+    assert f"{probes}:25: probe 24 at (40.000, 36.000): no contact" in said, said
+    for file in (svg, page):
+        root = ElementTree.parse(file).getroot()
+        drawn = [element.get("class") for element in root.iter()]
+        # In both pictures, heights and sigmas.
+        assert drawn.count("probe") == 2 * 40, drawn.count("probe")
+        assert drawn.count("missing") == 2
+        crosses = [element for element in root.iter(SVG + "path")
+                   if element.get("class") == "wrong"]
+        assert len(crosses) == 2
+        assert drawn.count("figure") > 10
+    return folder / "wild.json"
+
+
+def main():
+    panelcal, root = sys.argv[1:]
+    data = Path(root) / "tests/tools/surface"
+    probes = data / "plane.jsonl"
+    with tempfile.TemporaryDirectory() as folder:
+        map_file = Path(folder) / "map.json"
+        said = json.loads(run(panelcal, "surface", "fit", probes, "-o", map_file, "--model", "plane",
+                              "--json").stdout)
+        answers = run(panelcal, "surface", "query", map_file, "--grid", "9x7", "--json").stdout
+        plane = plane_of(read(probes))
+        answers = [json.loads(line) for line in answers.splitlines()]
+        assert len(answers) == 63
+        for answer in answers:
+            height, sigma = plane(*answer["place"])
+            assert abs(answer["height"] - height) < said["lattice_error"] + 1e-9, answer
+            # Between the lattice's nodes sigma is a little more than it must be.
+            assert 0 <= answer["sigma"] / sigma - 1 + 1e-6 < 0.01, (answer, sigma)
+        corner = plane(0, 0)
+        assert abs(said["worst_sigma"]["value"] / corner[1] - 1) < 0.01
+
+        # A program's places, standard input and arguments are one way to ask.
+        grid = [line["place"] for line in answers]
+        asked = "".join(f"{x},{y}\n" for x, y in grid)
+        again = run(panelcal, "surface", "query", map_file, "-", "--json", input=asked).stdout
+        assert [json.loads(line) for line in again.splitlines()] == answers
+
+        wild = pictures(panelcal, data / "wild.jsonl", Path(folder))
+        plot = Path(folder) / "plot.svg"
+        run(panelcal, "surface", "diff", map_file, wild, "--plot", plot)
+        ElementTree.parse(plot)
+        listed = Path(folder) / "plan.csv"
+        plan = json.loads(run(panelcal, "surface", "plan", wild, "--afresh", "--tolerance-um", 6, "-o",
+                              listed, "--plot", plot, "--json").stdout)
+        ElementTree.parse(plot)
+        assert plan["reached"] and plan["worst"]["sigma_um"] <= 6
+        assert len(plan["probes"]) <= plan["grid"]["columns"] * plan["grid"]["rows"]
+        rows = [[float(value) for value in row.split(",")]
+                for row in listed.read_text().splitlines()[1:]]
+        assert rows == plan["probes"], rows
+
+        # A map against itself has not changed.
+        same = run(panelcal, "surface", "diff", map_file, map_file, "--json").stdout
+        same = json.loads(same)
+        assert not same["changed"] and same["greatest_um"] == 0, same
+
+
+if __name__ == "__main__":
+    main()

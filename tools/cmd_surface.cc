@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/calib/base/clock.h"
+#include "panelcal/calib/base/digest.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/tools/output_paths.h"
+#include "panelcal/tools/program_input.h"
+#include "panelcal/tools/surface_command.h"
+#include "panelcal/tools/text_variables.h"
+#include "panelcal/tools/version.h"
+
+namespace panelcal {
+namespace surface {
+
+Diagnostic usage(const std::string& command, std::string what, std::string expected) {
+  return {Code::Usage, {command, 0, 0}, std::move(what), std::move(expected)};
+}
+
+Expected<void> check_extension(const std::string& command,
+                               const std::string& name,
+                               std::string_view extension) {
+  if (name.empty() || extension_of(name) == extension) return {};
+  return failure(usage(command,
+                       "no format belongs to the output's name " + quoted(name),
+                       "a name that ends in " + std::string(extension)));
+}
+
+Provenance provenance_of(const CommandContext& context, std::span<const std::string> files) {
+  Provenance out = {{"made by", std::string("panelcal ") + kVersion}};
+  std::string command_line = "panelcal";
+  const auto& words = context.options.command_line;
+  // Where panelcal is installed says nothing about the job.
+  for (std::size_t i = 1; i < words.size(); ++i) command_line += " " + words[i];
+  out.emplace_back("command line", command_line);
+  for (const std::string& file : files) {
+    if (const auto bytes = read_file(file)) out.emplace_back("sha256 " + file, sha256(*bytes));
+  }
+  return out;
+}
+
+Expected<std::vector<plan::PlannedPlace>> program_places(const SurfaceOptions& options,
+                                                         CommandContext& context) {
+  PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
+  config.walk.max_operations = options.max_operations;
+  // Targets that are where they are drawn speak for no model; a slot's ends say all about it.
+  config.walk.chooses_model = false;
+  config.walk.slots = config.walk.step_slots = Cycles::Kept;
+  PANELCAL_TRY(const std::string time, wall_time(options.clock, system_clock()()));
+  set_text_variables(options.program, time, config.walk.sieb_meyer.text);
+  DiagnosticLog log;
+  std::vector<plan::PlannedPlace> places;
+  const auto checked = read_and_check(options.program, config.reading, config.walk, log);
+  if (checked && !log.has_errors()) {
+    plan::PlaceSink sink(checked->nominal_survey, [&](const plan::PassingPlace& place) {
+      places.push_back(place.kept());
+    });
+    execute_nominal(*checked, config.walk, sink, log);
+  }
+  DiagnosticLog others;
+  std::optional<Diagnostic> first;
+  for (const Diagnostic& diagnostic : log.kept()) {
+    if (!first && diagnostic.severity() == Severity::Error) {
+      first = diagnostic;
+    } else {
+      others.add(diagnostic);
+    }
+  }
+  context.console.print(others);
+  if (first) return failure(*std::move(first));
+  if (!places.empty()) return places;
+  return failure(usage("panelcal surface",
+                       quoted(options.program) + " works at no place",
+                       "a program that drills or routs"));
+}
+
+namespace {
+
+Expected<Answer> answer_to(const SurfaceOptions& options, CommandContext& context) {
+  switch (options.what) {
+    case SurfaceOptions::What::Fit:
+      return fit(options, context);
+    case SurfaceOptions::What::Query:
+      return query(options, context);
+    case SurfaceOptions::What::Diff:
+      return diff(options, context);
+    case SurfaceOptions::What::Plan:
+      return plan(options, context);
+  }
+  return Answer{};
+}
+
+}  // namespace
+}  // namespace surface
+
+ExitCode run_command(const SurfaceOptions& options, CommandContext& context) {
+  const auto fail = [&](const Diagnostic& diagnostic) {
+    context.console.print(diagnostic);
+    return exit_code(diagnostic);
+  };
+  const Expected<surface::Answer> answer = surface::answer_to(options, context);
+  if (!answer) return fail(answer.error());
+  if (const auto written = context.output.write(answer->text); !written) {
+    return fail(written.error());
+  }
+  return answer->code;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/tools/help_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace panelcal {
+namespace {
+
+using Footer = std::pair<std::string_view, std::string_view>;
+
+constexpr auto kFooters = std::to_array<Footer>({
+    {"surface", R"(Example
+  $ panelcal surface fit heightmap.csv -o map.json --plot map.svg
+  $ panelcal surface query map.json 12.5,40
+  (12.500, 40.000)           1.6021 mm +- 2.31 um  measured
+
+A map knows how sure it is of every height and which heights nobody measured. Each part has its own
+page: `panelcal surface fit --help`; docs/howto/surface.md shows a whole job.
+
+Exit codes
+  0 done; 1 a map refuses what was asked; 2 bad input or usage; 3 the disk or the environment
+  failed)"},
+    {"surface fit", R"(Example
+  $ panelcal surface fit probes.jsonl -o map.json --plot map.svg --report map.html
+
+Probes that do not fit the others are left out and named; the others decide between a plane, a thin
+plate and a Gaussian process (a smooth random bending on top of bow and twist): the simplest that
+foretells left-out probes no worse than the best. None of them overshoots far from its probes without
+saying so: sigma, at every place, counts the scatter of the probes and how much the panel bends
+between them. "residuals" is how far the probes are from the surface; if that is much more than they
+are said to scatter, sigma grows with it.
+
+Places between the probes that none of them vouches for are "filled", places outside of their hull
+"extrapolated", at most --max-extrapolation-mm far; pictures hatch both. Missing probes of a grid are
+never made up. The scatter of a probe is what its file says, else --sigma-um: probe one place ten
+times to know it. Several files are taken as one panel, in the same coordinates.
+
+-o is the map (docs/formats/surface_map.md), --plot a picture of contours and sigmas, --report the
+same as a page with tables.
+
+Exit codes
+  0 a map was made; 1 too many probes do not fit the others; 2 the probes make no map, or bad usage;
+  3 the disk failed)"},
+    {"surface query", R"(Example
+  $ panelcal surface query map.json 12.5,40 -3,0
+  $ panelcal surface query map.json --program job.exc -m machine.toml --json > heights.jsonl
+  $ panelcal surface query map.json --grid 11x7
+
+Each line has the place, the height and its sigma, and whether it is measured, filled or
+extrapolated. Places farther outside of the probes than the map allows are refused: they get no
+height, and the exit code says so. --json: one object a line, lengths in mm:
+  {"place":[12.5,40],"height":1.6021,"sigma":0.00231,"source":"measured","outside":0}
+of a program also "line", "tool", "path". "source" is measured, filled, extrapolated or refused.
+
+Exit codes
+  0 done; 1 a place was refused; 2 bad input or usage)"},
+    {"surface diff", R"(Example
+  $ panelcal surface diff before.json after.json --plot change.svg
+
+Compares the probes of the later map with what the earlier one foretells of them: an offset, a tilt,
+bow and twist, and what is left. Each is judged by the chance that the scatter of the probes does as
+much by itself; below 0.01 it is called a change. The picture and the last two lines compare the maps
+themselves, over what both probed. The probes need not stand at the same places.
+
+Exit codes
+  0 done, whether anything changed or not; 2 bad input or usage)"},
+    {"surface plan", R"(Example
+  $ panelcal surface plan --program job.exc -m machine.toml --tolerance-um 10 \
+      --amplitude-mm 0.1 --length-mm 80 --probe-sigma-um 3 -o probes.csv --plot plan.svg
+  $ panelcal surface plan map.json --tolerance-um 10
+  $ panelcal surface plan map.json --afresh --program job.exc -m machine.toml --tolerance-um 10
+
+Finds few places to probe, after which the map's sigma is at most --tolerance-um at every place of
+the program, or all over the area: --area, else the rectangle of the program's places, else what MAP
+spans. How the panel bends is what a MAP found, or what you say: --amplitude-mm is the standard
+deviation of its bending about a plane, --length-mm the distance over which it changes. The probes of
+MAP count as done already, but with --afresh, for another panel of its kind.
+
+Printed are the places in a short order to visit, the worst sigma with them, and how many probes a
+regular grid would need. What is planned holds if the panel bends as it is believed to: fit its map,
+and look at its sigma.
+
+A tolerance below the scatter of a single probe is refused: only errors that average out could keep
+it, and nobody knows that they do.
+
+Exit codes
+  0 a plan was made, or nothing is missing; 1 the tolerance cannot be kept, and nothing was written;
+  2 bad input or usage)"},
+});
+
+}  // namespace
+
+std::string_view surface_footer(std::string_view command) {
+  const auto found = std::ranges::find(kFooters, command, &Footer::first);
+  return found == kFooters.end() ? std::string_view() : found->second;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+namespace panelcal {
+
+/// What `--help` says below the options of `surface` and its own commands; empty for another one.
+std::string_view surface_footer(std::string_view command);
+
+}  // namespace panelcal

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/calib/base/digest.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/surface/files/probe_file.h"
+#include "panelcal/surface/map_file.h"
+#include "panelcal/tools/output_paths.h"
+#include "panelcal/tools/surface_command.h"
+#include "panelcal/tools/surface_picture.h"
+#include "panelcal/tools/version.h"
+
+namespace panelcal::surface {
+namespace {
+
+const std::string kCommand = "panelcal surface fit";
+
+Expected<void> check_outputs(const SurfaceOptions& options) {
+  PANELCAL_CHECK(check_extension(kCommand, options.output, ".json"));
+  PANELCAL_CHECK(check_extension(kCommand, options.plot, ".svg"));
+  PANELCAL_CHECK(check_extension(kCommand, options.report, ".html"));
+  for (const std::string& file : options.files) {
+    PANELCAL_CHECK(check_output_paths(
+        kCommand, {file, options.machine}, {options.output, options.plot, options.report}));
+  }
+  return {};
+}
+
+/// All probes of all files, one after the other.
+struct Probes {
+  std::vector<ProbePoint> points;
+  std::vector<MissingProbe> missing;
+  std::vector<MapSource> sources;
+};
+
+Expected<Probes> read_all(const SurfaceOptions& options) {
+  ProbeFileOptions reading;
+  if (!options.format.empty()) reading.format = probe_format_from_name(options.format);
+  if (options.sigma_um) reading.sigma = um(*options.sigma_um);
+  if (options.unit == "inch") reading.unit = inch(1);
+  reading.z_axis = options.z_axis;
+  Probes out;
+  for (const std::string& file : options.files) {
+    PANELCAL_TRY(const std::string bytes, read_file(file, kMaxProbeFileBytes));
+    PANELCAL_TRY(ProbeFile read, parse_probe_file(bytes, file, reading));
+    std::ranges::move(read.points, std::back_inserter(out.points));
+    std::ranges::move(read.missing, std::back_inserter(out.missing));
+    out.sources.push_back({file, sha256(bytes)});
+  }
+  return out;
+}
+
+Expected<HeightMapOptions> map_options(const SurfaceOptions& options) {
+  HeightMapOptions out;
+  out.model = surface_model(options.model);
+  if (!options.machine.empty()) {
+    PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
+    out.max_extrapolation = config.walk.sieb_meyer.grid_hold;
+  }
+  if (options.max_extrapolation_mm) out.max_extrapolation = mm(*options.max_extrapolation_mm);
+  return out;
+}
+
+}  // namespace
+
+Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
+  PANELCAL_CHECK(check_outputs(options));
+  PANELCAL_TRY(const HeightMapOptions how, map_options(options));
+  PANELCAL_TRY(Probes probes, read_all(options));
+  context.console.progress("fitting a surface to the probes");
+  auto map = HeightMap::of_probes(probes.points, how);
+  context.console.end_progress();
+  if (!map) {
+    Diagnostic problem = std::move(map).error();
+    if (problem.place.file.empty()) problem.place.file = options.files.front();
+    return failure(std::move(problem));
+  }
+  StoredMap stored{std::move(probes.points),
+                   *std::move(map),
+                   std::move(probes.sources),
+                   std::string("panelcal ") + kVersion};
+  MapFacts facts = facts_of(stored);
+  const MadeMap made{
+      std::move(stored), std::move(facts), std::move(probes.missing), options.output};
+  PANELCAL_CHECK(write_file(options.output, map_file_text(made.stored)));
+  std::vector<std::string> inputs = options.files;
+  if (!options.machine.empty()) inputs.push_back(options.machine);
+  const Provenance provenance = provenance_of(context, inputs);
+  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, map_svg(made, provenance)));
+  if (!options.report.empty()) {
+    PANELCAL_CHECK(write_file(options.report, map_html(made, provenance)));
+  }
+  return Answer{options.json ? made_json(made) : made_text(made)};
+}
+
+}  // namespace panelcal::surface

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace panelcal {
+
+/// What `panelcal surface` is asked for.
+struct SurfaceOptions {
+  enum class What : std::uint8_t { Fit, Query, Diff, Plan };
+  What what = What::Fit;
+  std::vector<std::string> files;  ///< fit: of probes; diff: two maps
+  std::string map;                 ///< query; plan: whose shape is believed, may be empty
+  std::string machine;             ///< machine.toml; may be empty but with a program
+  std::string program;             ///< query, plan: whose places are asked for; may be empty
+  std::string output;              ///< fit: the map; plan: the list of places; may be empty
+  std::string plot;                ///< .svg; empty: none
+  std::string report;              ///< .html; empty: none
+  std::string clock;               ///< as CheckOptions
+  std::int64_t max_operations = 1'000'000'000;
+  bool json = false;
+  // fit
+  std::string model = "auto";                  ///< or a word of surface_model_words()
+  std::string format;                          ///< of the probes; empty: what the file tells
+  std::optional<double> sigma_um;              ///< empty: as the files say, or 5
+  std::string unit = "mm";                     ///< or inch, of files that do not say
+  std::optional<int> z_axis;                   ///< of probes with several
+  std::optional<double> max_extrapolation_mm;  ///< empty: [surface] grid_hold_mm, or 5
+  // query
+  std::vector<std::string> places;  ///< "X,Y", or "-" for standard input
+  std::string grid;                 ///< "NXxNY"; empty: none
+  // plan
+  std::optional<double> tolerance_um;  ///< of the map's sigma
+  std::vector<double> area_mm;         ///< x0, y0, x1, y1; empty: what is asked for
+  std::optional<double> amplitude_mm;  ///< these three: of the bending, instead of a map's
+  std::optional<double> length_mm;
+  std::optional<double> probe_sigma_um;
+  bool afresh = false;  ///< another panel of the map's kind: its probes do not count
+};
+
+}  // namespace panelcal

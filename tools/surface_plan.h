@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "panelcal/surface/probe_plan.h"
+#include "panelcal/tools/provenance.h"
+
+namespace panelcal::surface {
+
+/// A plan with what it was made for.
+struct PlannedProbes {
+  ProbePlanRequest request;
+  ProbePlan plan;
+  std::string belief;                    ///< where the panel's bending is known from
+  std::vector<Eigen::Vector2d> outline;  ///< of what may be probed, counter-clockwise, mm
+};
+
+std::string plan_text(const PlannedProbes& planned);
+/// One JSON object, docs/formats/surface.md.
+std::string plan_json(const PlannedProbes& planned);
+/// `x,y` and a line for each probe, in the order to visit them.
+std::string plan_csv(const PlannedProbes& planned);
+/// The sigma that the map will have, the places that count, and the way from probe to probe.
+std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance);
+
+}  // namespace panelcal::surface

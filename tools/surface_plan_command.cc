@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/calib/convex_hull.h"
+#include "panelcal/surface/map_file.h"
+#include "panelcal/tools/output_paths.h"
+#include "panelcal/tools/surface_command.h"
+#include "panelcal/tools/surface_plan.h"
+#include "panelcal/tools/surface_text.h"
+
+namespace panelcal::surface {
+namespace {
+
+using Eigen::Vector2d;
+using Places = std::vector<Position<frame::Nominal>>;
+
+const std::string kCommand = "panelcal surface plan";
+/// Of a fine grid over what may be probed, and of places where nothing else says which count.
+constexpr double kCandidates = 600;
+constexpr double kPlaces = 1000;
+/// Probes are planned in steps that any machine goes to.
+constexpr double kStep_mm = 0.01;
+/// Larger or smaller areas are no panels.
+constexpr double kMost_mm = 1e5;
+
+/// What the panel is believed to do, of --amplitude-mm and its kin.
+Expected<void> believe_options(const SurfaceOptions& options, PlannedProbes& out) {
+  if (!options.amplitude_mm || !options.length_mm || !options.probe_sigma_um) {
+    return failure(usage(kCommand,
+                         "nothing says how such panels bend",
+                         "a MAP, or --amplitude-mm, --length-mm and --probe-sigma-um"));
+  }
+  out.request.amplitude = mm(*options.amplitude_mm);
+  out.request.length = mm(*options.length_mm);
+  out.request.probe_sigma = um(*options.probe_sigma_um);
+  out.belief = fmt::format(
+      "believed to bend by {:g} mm over {:g} mm about a plane (Matern 5/2); a "
+      "probe scatters {}",
+      *options.amplitude_mm,
+      *options.length_mm,
+      um_text(out.request.probe_sigma));
+  return {};
+}
+
+Length median_sigma(const StoredMap& stored) {
+  std::vector<double> sigmas_mm;
+  for (const std::size_t i : stored.map.kept()) {
+    sigmas_mm.push_back(stored.points[i].measured.sigma.in_mm());
+  }
+  const auto middle = sigmas_mm.begin() + static_cast<std::ptrdiff_t>(sigmas_mm.size() / 2);
+  std::ranges::nth_element(sigmas_mm, middle);
+  return mm(*middle);
+}
+
+/// What the panel is believed to do, as a map found it.
+Expected<void> believe_map(const SurfaceOptions& options,
+                           const StoredMap& stored,
+                           PlannedProbes& out) {
+  const SurfaceFit& fit = stored.map.surface();
+  ProbePlanRequest& request = out.request;
+  if (fit.model() == SurfaceModel::ThinPlate) {
+    return failure({Code::ConfigValue,
+                    {options.map, 0, 0},
+                    "its model is a thin plate, which has neither an amplitude nor a length",
+                    "a map of --model gaussian-process, or --amplitude-mm and --length-mm"});
+  }
+  request.model = fit.model();
+  request.kernel = fit.shape().kernel;
+  request.amplitude = fit.amplitude();
+  request.length = fit.shape().length;
+  request.n_trend = fit.n_trend();
+  request.probe_sigma = options.probe_sigma_um ? um(*options.probe_sigma_um)
+                                               : fit.noise_factor() * median_sigma(stored);
+  out.belief = fmt::format("as {} found: {}; a probe scatters {}",
+                           options.map,
+                           fit.summary(),
+                           um_text(request.probe_sigma));
+  if (options.afresh) return {};
+  for (const std::size_t i : stored.map.kept()) {
+    request.present.push_back(stored.points[i]);
+    HeightEstimate& measured = request.present.back().measured;
+    measured.sigma = fit.noise_factor() * measured.sigma;
+  }
+  return {};
+}
+
+Places rectangle(const Vector2d& low_mm, const Vector2d& high_mm) {
+  return {position_mm<frame::Nominal>(low_mm),
+          position_mm<frame::Nominal>(high_mm.x(), low_mm.y()),
+          position_mm<frame::Nominal>(high_mm),
+          position_mm<frame::Nominal>(low_mm.x(), high_mm.y())};
+}
+
+/// --area, else the rectangle of the program's places, else what the map's probes span.
+Expected<Places> area_of(const SurfaceOptions& options,
+                         const Places& of_program,
+                         const std::optional<StoredMap>& stored) {
+  if (!options.area_mm.empty()) {
+    const Vector2d low_mm(options.area_mm[0], options.area_mm[1]);
+    const Vector2d high_mm(options.area_mm[2], options.area_mm[3]);
+    const bool is_area = low_mm.cwiseAbs().maxCoeff() <= kMost_mm &&
+                         high_mm.cwiseAbs().maxCoeff() <= kMost_mm &&
+                         (high_mm - low_mm).minCoeff() > kStep_mm;
+    if (is_area) return rectangle(low_mm, high_mm);
+    return failure(usage(kCommand, "--area is none", "X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, mm"));
+  }
+  if (!of_program.empty()) {
+    Vector2d low_mm = of_program.front().in_mm(), high_mm = low_mm;
+    for (const auto& place : of_program) {
+      low_mm = low_mm.cwiseMin(place.in_mm());
+      high_mm = high_mm.cwiseMax(place.in_mm());
+    }
+    if ((high_mm - low_mm).minCoeff() > kStep_mm) return rectangle(low_mm, high_mm);
+    return failure(
+        usage(kCommand, "the program's places lie in one line", "--area, for where one may probe"));
+  }
+  if (stored) return Places(stored->map.hull().begin(), stored->map.hull().end());
+  return failure(usage(kCommand, "no place counts", "a MAP, --program or --area"));
+}
+
+/// About n places of an even grid over a convex area, its corners among them.
+Places grid_over(const Places& corners, double n) {
+  Vector2d low_mm = corners.front().in_mm(), high_mm = low_mm;
+  for (const auto& corner : corners) {
+    low_mm = low_mm.cwiseMin(corner.in_mm());
+    high_mm = high_mm.cwiseMax(corner.in_mm());
+  }
+  const Vector2d size_mm = high_mm - low_mm;
+  const double step_mm = std::sqrt(size_mm.prod() / n);
+  const int nx = std::max(1, static_cast<int>(std::lround(size_mm.x() / step_mm)));
+  const int ny = std::max(1, static_cast<int>(std::lround(size_mm.y() / step_mm)));
+  Places out;
+  for (int j = 0; j <= ny; ++j) {
+    for (int i = 0; i <= nx; ++i) {
+      const Vector2d part(static_cast<double>(i) / nx, static_cast<double>(j) / ny);
+      Vector2d place_mm = low_mm + part.cwiseProduct(size_mm);
+      // Division makes 0.07 of 7, multiplication would not.
+      for (double& value_mm : place_mm) value_mm = std::round(value_mm / kStep_mm) / (1 / kStep_mm);
+      const auto place = position_mm<frame::Nominal>(place_mm);
+      if (distance_outside(corners, place) <= mm(kStep_mm)) out.push_back(place);
+    }
+  }
+  for (const auto& corner : corners) {
+    if (std::ranges::none_of(out, [&](const auto& place) {
+          return (place - corner).in_mm().norm() <= 2 * kStep_mm;
+        })) {
+      out.push_back(corner);
+    }
+  }
+  return out;
+}
+
+Expected<void> check_outputs(const SurfaceOptions& options) {
+  PANELCAL_CHECK(check_extension(kCommand, options.output, ".csv"));
+  PANELCAL_CHECK(check_extension(kCommand, options.plot, ".svg"));
+  return check_output_paths(
+      kCommand, {options.map, options.program, options.machine}, {options.output, options.plot});
+}
+
+}  // namespace
+
+Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
+  PANELCAL_CHECK(check_outputs(options));
+  PlannedProbes planned;
+  std::optional<StoredMap> stored;
+  if (options.map.empty()) {
+    PANELCAL_CHECK(believe_options(options, planned));
+  } else {
+    PANELCAL_TRY(StoredMap read, read_map_file(options.map));
+    PANELCAL_CHECK(believe_map(options, read, planned));
+    stored.emplace(std::move(read));
+  }
+  ProbePlanRequest& request = planned.request;
+  request.tolerance = um(*options.tolerance_um);
+  if (!options.program.empty()) {
+    PANELCAL_TRY(const auto places, program_places(options, context));
+    for (const panelcal::plan::PlannedPlace& place : places)
+      request.places.push_back(place.nominal);
+  }
+  PANELCAL_TRY(const Places area, area_of(options, request.places, stored));
+  for (const auto& corner : area) planned.outline.push_back(corner.in_mm());
+  if (request.places.empty()) request.places = grid_over(area, kPlaces);
+  request.candidates = grid_over(area, kCandidates);
+  context.console.progress("planning probes");
+  auto plan = plan_probes(request);
+  context.console.end_progress();
+  if (!plan) return failure(std::move(plan).error());
+  planned.plan = *std::move(plan);
+  const Answer answer{options.json ? plan_json(planned) : plan_text(planned),
+                      planned.plan.is_reached ? ExitCode::Done : ExitCode::GateFailed};
+  if (!planned.plan.is_reached) return answer;
+  if (!options.output.empty()) PANELCAL_CHECK(write_file(options.output, plan_csv(planned)));
+  if (!options.plot.empty()) {
+    const Provenance provenance = provenance_of(
+        context, std::vector<std::string>{options.map, options.program, options.machine});
+    PANELCAL_CHECK(write_file(options.plot, plan_svg(planned, provenance)));
+  }
+  return answer;
+}
+
+}  // namespace panelcal::surface
