@@ -11,6 +11,7 @@
 
 #include "panelcal/calib/calibration_file.h"
 #include "panelcal/calib/convex_hull.h"
+#include "panelcal/calib/table_calibration_file.h"
 #include "panelcal/tools/report_svg.h"
 
 namespace panelcal::history {
@@ -130,6 +131,40 @@ Expected<CalibrationChange> camera_change(const CalibrationEntry& before,
   return change;
 }
 
+/// The stage erred alike whichever calibration is believed; they differ in where they say that it
+/// stood.
+Expected<CalibrationChange> table_change(const CalibrationEntry& before,
+                                         const CalibrationEntry& after,
+                                         const std::string& file,
+                                         const LookingMachine& machine) {
+  const auto read =
+      [&](const CalibrationEntry& side) -> Expected<std::shared_ptr<const TableCorrection>> {
+    const std::string name = fmt::format("{} entry {}", file, side.entry.id);
+    PANELCAL_TRY(TableCalibration table, parse_table_calibration(side.result, name));
+    return std::make_shared<const TableCorrection>(std::move(table.map), machine.table_hold, name);
+  };
+  CalibrationChange change;
+  PANELCAL_TRY(change.table_before, read(before));
+  PANELCAL_TRY(change.table_after, read(after));
+  change.target_shift = [from = change.table_before,
+                         to = change.table_after,
+                         offset = machine.offset](const Measurement& target) -> Expected<Shift> {
+    const auto place = offset.spindle_to_see(target.request.expected_in_machine());
+    const auto command = from->command_for(place);
+    if (!command) return failure(from->refusal(place));
+    const auto now = to->place_of(*command);
+    if (!now) return failure(to->refusal(*command));
+    return displacement_mm<frame::Actual>((*now - place).in_mm());
+  };
+  change.notes = {
+      "A table calibration moves targets, by where it has the stage that looked at them, and "
+      "holes, "
+      "by what the machine is told for them.",
+      "How a table lies and is turned each calibration takes as it likes; panels that are measured "
+      "take that out, places that no target corrects do not."};
+  return change;
+}
+
 /// Answers as an earlier survey was answered, each target moved.
 class MovedTargets final : public MeasurementSource {
  public:
@@ -245,14 +280,23 @@ class GridSample {
   std::map<std::pair<int, int>, std::pair<double, MovedPlace>> nearest_;
 };
 
+Expected<void> first_error(const DiagnosticLog& log) {
+  for (const Diagnostic& diagnostic : log.kept()) {
+    if (diagnostic.severity() == Severity::Error) return failure(diagnostic);
+  }
+  return {};
+}
+
 /// Compares the job with either survey, window by window.
 class Comparison {
  public:
-  Comparison(const Program& program,
-             const WalkOptions& options,
-             const Survey& before,
-             const Survey& after)
-      : program_(program), options_(options), before_(before), after_(after) {}
+  /// A survey, and what it is executed with.
+  struct Side {
+    const Survey& survey;
+    const WalkOptions& options;
+  };
+  Comparison(const Program& program, const Side& before, const Side& after)
+      : program_(program), before_(before), after_(after) {}
 
   Expected<std::optional<JobShift>> compare() {
     PANELCAL_TRY(const bool is_same, compare_all());
@@ -281,7 +325,7 @@ class Comparison {
     statistics_ = HoleShiftStatistics();
     extent_ = {};
     longest_mm_ = -1;
-    look_over();
+    PANELCAL_CHECK(look_over());
     shift_.has_routs = has_routs_;
     GridSample sample(extent_);
     for (std::size_t first = 0; first < n_; first += kWindow) {
@@ -294,33 +338,38 @@ class Comparison {
   }
 
   /// Counts the places and finds where they lie.
-  void look_over() {
+  Expected<void> look_over() {
+    // Another table moves all.
+    const bool moves_all = before_.options.table != after_.options.table;
     HullBuilder hull;
     WorkedPlaces places(has_routs_, [&](const PassingPoint& at) {
       extent_.add(at.point.nominal.in_mm());
       hull.add(at.point.nominal);
       shift_.n_drilled += std::holds_alternative<Drill>(at.operation.what) ? 1 : 0;
-      shift_.n_still += is_corrected(at.operation) ? 0 : 1;
+      shift_.n_still += moves_all || is_corrected(at.operation) ? 0 : 1;
     });
-    walk(before_, places);
+    PANELCAL_CHECK(walk(before_, places));
     n_ = places.n();
     shift_.hull = hull.corners();
-    for (const Measurement& m : before_.measurements) shift_.targets.push_back(m.request.nominal);
+    for (const Measurement& m : before_.survey.measurements) {
+      shift_.targets.push_back(m.request.nominal);
+    }
+    return {};
   }
 
   Expected<bool> compare_window(std::size_t first, GridSample& sample) {
     struct Kept {
       Position<frame::Nominal> nominal;
-      Position<frame::Actual> corrected;
+      Displacement<frame::Machine> told;
     };
     std::vector<Kept> kept;
     kept.reserve(std::min(kWindow, n_ - first));
     WorkedPlaces places(has_routs_, [&](const PassingPoint& at) {
       if (at.i >= first && at.i - first < kWindow) {
-        kept.push_back({at.point.nominal, at.point.corrected});
+        kept.push_back({at.point.nominal, at.point.told});
       }
     });
-    walk(before_, places);
+    PANELCAL_CHECK(walk(before_, places));
     bool is_same = true;
     Expected<void> done;
     WorkedPlaces moved(has_routs_, [&](const PassingPoint& at) {
@@ -328,9 +377,10 @@ class Comparison {
       const Kept& old = kept[at.i - first];
       is_same = (at.point.nominal - old.nominal).in_mm().norm() < kSame_mm;
       if (!is_same) return;
-      done = take(at, at.point.corrected - old.corrected, sample);
+      const Displacement<frame::Machine> shift = at.point.told - old.told;
+      done = take(at, displacement_mm<frame::Actual>(shift.in_mm()), sample);
     });
-    walk(after_, moved);
+    PANELCAL_CHECK(walk(after_, moved));
     PANELCAL_CHECK(done);
     return is_same && moved.n() == places.n();
   }
@@ -346,15 +396,16 @@ class Comparison {
     return {};
   }
 
-  void walk(const Survey& survey, OperationSink& sink) const {
-    DiagnosticLog said_already;
-    execute(program_, options_, survey, sink, said_already);
+  /// Warnings were said already.
+  Expected<void> walk(const Side& side, OperationSink& sink) const {
+    DiagnosticLog log;
+    execute(program_, side.options, side.survey, sink, log);
+    return first_error(log);
   }
 
   const Program& program_;
-  const WalkOptions& options_;
-  const Survey& before_;
-  const Survey& after_;
+  Side before_;
+  Side after_;
   bool has_routs_ = true;
   std::size_t n_ = 0;
   double longest_mm_ = -1;
@@ -371,7 +422,8 @@ bool JobShift::is_uniform() const {
 
 Expected<CalibrationChange> change_between(const CalibrationEntry& before,
                                            const CalibrationEntry& after,
-                                           const std::string& file) {
+                                           const std::string& file,
+                                           const LookingMachine& machine) {
   const LedgerKey& key = before.entry.record.key;
   if (key != after.entry.record.key) {
     const auto words = [](const LedgerEntry& entry) {
@@ -389,13 +441,15 @@ Expected<CalibrationChange> change_between(const CalibrationEntry& before,
       return offset_change(before.entry, after.entry, file);
     case LedgerKind::Camera:
       return camera_change(before, after, file);
+    case LedgerKind::Table:
+      return table_change(before, after, file, machine);
     default:
       return failure(
           no_difference(file,
                         fmt::format("entry {} is of {}, which moves no hole of a program",
                                     before.entry.id,
                                     word(key.kind)),
-                        "spindle-camera or camera"));
+                        "spindle-camera, camera or table"));
   }
 }
 
@@ -418,11 +472,14 @@ Expected<std::optional<JobShift>> job_shift(const Program& program,
   without_limits.nested_limits = {};
   MovedTargets source(before, change);
   DiagnosticLog log;
-  const Survey after = survey(program, without_limits, source, log);
-  for (const Diagnostic& diagnostic : log.kept()) {
-    if (diagnostic.severity() == Severity::Error) return failure(diagnostic);
+  WalkOptions options_after = without_limits;
+  if (change.table_before != nullptr) {
+    without_limits.table = change.table_before;
+    options_after.table = change.table_after;
   }
-  return Comparison(program, without_limits, before, after).compare();
+  const Survey after = survey(program, options_after, source, log);
+  PANELCAL_CHECK(first_error(log));
+  return Comparison(program, {before, without_limits}, {after, options_after}).compare();
 }
 
 }  // namespace panelcal::history
