@@ -210,7 +210,7 @@ TEST(TableRun, AWildLookIsFoundWhicheverTurnItIsPredictedIn) {
       parse_plate_looks(looks(plate(), config, 5e-4, 5e-4, 7), "l.jsonl", config, plate());
   ASSERT_TRUE(sights);
   TableFitOptions options;
-  options.steps = 5;
+  options.steps = 6;
   for (std::size_t i_look = 38; i_look < 38 + internal::kTableFolds; ++i_look) {
     TableData data = sights->data;
     auto& place = data.seen[i_look].seen.position;

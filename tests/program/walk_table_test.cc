@@ -180,10 +180,10 @@ std::string written(const std::string& program, const WalkOptions& options) {
 }
 
 TEST(WalkTable, ProgramsForTheMachineSayTheCommand) {
-  // Sent to (399.92, ...) the stage stands at 400: 200 ppm of it.
+  // Sent to 400 / 1.0002 the stage stands at 400.
   const std::string program = metric("T1\nX300.Y200.\nM30\n");
-  EXPECT_THAT(written<ExcellonWriter>(program, on_table(0)), HasSubstr("X299.92002Y200.0"));
-  EXPECT_THAT(written<SiebMeyerWriter>(program, on_table(0)), HasSubstr("X299.92Y200"));
+  EXPECT_THAT(written<ExcellonWriter>(program, on_table(0)), HasSubstr("X299.920016Y200.0"));
+  EXPECT_THAT(written<SiebMeyerWriter>(program, on_table(0)), HasSubstr("X299.920016Y200."));
 }
 
 TEST(WalkTable, CountsTheMapAtTargetsAndAtHoles) {
