@@ -14,13 +14,14 @@ struct TargetTerms {
   Eigen::Matrix2d detector = Eigen::Matrix2d::Zero();
   Eigen::Matrix2d camera = Eigen::Matrix2d::Zero();
   Eigen::Matrix2d stage = Eigen::Matrix2d::Zero();
-  Eigen::Matrix2d table = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d table = Eigen::Matrix2d::Zero();  ///< without its map
+  Eigen::Matrix2d map = Eigen::Matrix2d::Zero();
 };
 
 ErrorBudget with_machine(const TargetTerms& targets,
                          SharedBy targets_shared,
                          const MachineUncertainty& machine) {
-  return {
+  ErrorBudget budget = {
       {"detector", targets_shared, targets.detector},
       {"camera calibration", SharedBy::Camera, targets.camera},
       {"stage at the targets", targets_shared, targets.stage},
@@ -28,9 +29,15 @@ ErrorBudget with_machine(const TargetTerms& targets,
       {"spindle-camera offset", SharedBy::AllHoles, machine.spindle_camera_mm2},
       {"its drift", SharedBy::AllHoles, machine.drift_mm2},
       {"stage at the hole", SharedBy::NoHole, machine.stage_mm2()},
-      {"table at the hole", SharedBy::NoHole, machine.table_mm2()},
+      {"table at the hole", SharedBy::NoHole, machine.residual_mm2()},
       {"drill wander", SharedBy::NoHole, machine.wander_mm2()},
   };
+  // Only a machine with a [table] has a map to be wrong.
+  if (machine.table_map > Length()) {
+    budget.push_back({"table map at the targets", targets_shared, targets.map});
+    budget.push_back({"table map at the hole", SharedBy::NoHole, machine.map_mm2()});
+  }
+  return budget;
 }
 
 /// Of the picture alone: what the machine adds at a target is taken out again.
@@ -48,7 +55,8 @@ void take(const Eigen::Matrix2d& by_measured,
   const Eigen::Matrix2d stage_mm2 = machine.stage_mm2() / target.n_arrivals;
   terms.detector += propagate(by_measured, seen_mm2(target, machine));
   terms.stage += propagate(by_measured, stage_mm2);
-  terms.table += propagate(by_measured, machine.table_mm2());
+  terms.table += propagate(by_measured, machine.residual_mm2());
+  terms.map += propagate(by_measured, machine.map_mm2());
 }
 
 /// A smooth fit: what its covariance has on top of the targets' errors is what nobody knows of the
@@ -72,7 +80,7 @@ ErrorBudget smooth_budget(const CorrectionStack& stack, const Position<frame::No
   ErrorBudget budget = with_machine(terms, SharedBy::Correction, machine);
   const Eigen::Matrix2d choice_mm2 = raw.choice(basis);
   if (raw.is_bent) {
-    const Eigen::Matrix2d noise_mm2 = terms.detector + terms.stage + terms.table;
+    const Eigen::Matrix2d noise_mm2 = terms.detector + terms.stage + terms.table + terms.map;
     budget.push_back(
         {"bending between targets", SharedBy::Correction, raw.cov(basis) - choice_mm2 - noise_mm2});
   }
@@ -169,7 +177,8 @@ ErrorBudget error_budget_at_target(const MachineUncertainty& machine,
   TargetTerms terms{.detector = seen_mm2,
                     .camera = by_camera * machine.camera_of(i_camera) * by_camera.transpose(),
                     .stage = machine.stage_mm2(),
-                    .table = machine.table_mm2()};
+                    .table = machine.residual_mm2(),
+                    .map = machine.map_mm2()};
   return with_machine(terms, SharedBy::NoHole, machine);
 }
 

@@ -29,13 +29,22 @@ struct OffsetUncertainty {
 ///   target: measured = true + stage + table + camera (shared) + offset (shared) + detector
 ///   hole:   drilled  = commanded + stage + table + wander
 ///
+/// The error that a [table] calibration leaves is smooth, so that neighbouring places err alike;
+/// here it is counted as if it were drawn anew at every target and every hole, like the rest of
+/// `table`. What a hole and the targets beside it have in common would cancel, so there sigma is
+/// too large, by up to all of this part. The camera stands by the spindle-camera offset beside the
+/// hole when it sees its target, so that even a hole at its own target cannot count on it. Targets
+/// that lie close together err alike and far from their holes, and averaging them helps less than
+/// is counted here: there this part's sigma is too small, by a factor of sqrt(2) at most.
+///
 /// "Shared" errors are the same for all targets and holes of a job and are never averaged; the
 /// others are drawn anew at every place. A shared error of the offset moves every measured place,
 /// and so every corrected hole, alike.
 /// See    docs/formulation.md, From the pixel to the hole
 struct MachineUncertainty {
   Length stage_repeatability;  ///< of every arrival
-  Length table_residual;       ///< what the table's map leaves at a place
+  Length table_residual;       ///< what no smooth map of the table has
+  Length table_map;            ///< of a place on a calibrated table ([table] calibration)
   Length drill_wander;         ///< of the drill's tip against its spindle
   Length depth;                ///< of a stroke's depth: the tool's length, the axis, the foot
   Eigen::Matrix2d spindle_camera_mm2 = Eigen::Matrix2d::Zero();  ///< of the offset as calibrated
@@ -64,7 +73,9 @@ struct MachineUncertainty {
   }
 
   Eigen::Matrix2d stage_mm2() const { return isotropic(stage_repeatability); }
-  Eigen::Matrix2d table_mm2() const { return isotropic(table_residual); }
+  Eigen::Matrix2d residual_mm2() const { return isotropic(table_residual); }
+  Eigen::Matrix2d map_mm2() const { return isotropic(table_map); }
+  Eigen::Matrix2d table_mm2() const { return residual_mm2() + map_mm2(); }
   Eigen::Matrix2d wander_mm2() const { return isotropic(drill_wander); }
   /// Of one target on top of what the picture says. Layers of one target lie side by side: the
   /// table is as wrong at one as at the next.

@@ -12,6 +12,7 @@
 #include "panelcal/machine/command_stage.h"
 #include "panelcal/machine/coupon.h"
 #include "panelcal/machine/sim/sim_coupon.h"
+#include "panelcal/machine/table_stage.h"
 
 namespace panelcal {
 namespace {
@@ -27,10 +28,10 @@ Time steady_now() {
 
 }  // namespace
 
-/// Either the one virtual machine that is all three, or the three.
+/// Stage, spindle and camera; of a virtual machine the one behind the stage is the other two.
 struct DeviceSet::Owned {
-  std::unique_ptr<SimCoupon> simulated;
-  std::unique_ptr<Stage> stage;
+  std::shared_ptr<SimCoupon> simulated;
+  std::shared_ptr<Stage> stage;
   std::unique_ptr<Spindle> spindle;
   std::unique_ptr<CameraDevice> camera;
 };
@@ -49,7 +50,9 @@ Expected<DeviceSet> DeviceSet::simulated(const MachineConfig& config) {
   }
   PANELCAL_TRY(SimCoupon machine, SimCoupon::create(config, options));
   auto owned = std::make_shared<Owned>();
-  owned->simulated = std::make_unique<SimCoupon>(std::move(machine));
+  owned->simulated = std::make_shared<SimCoupon>(std::move(machine));
+  owned->stage =
+      measuring_stage(simulated_stage(owned->simulated, config.sim->table), config.walk.table);
   return DeviceSet(std::move(owned), "the simulated machine of " + config.file.string());
 }
 
@@ -64,7 +67,7 @@ Expected<DeviceSet> DeviceSet::live(const MachineConfig& config, std::string_vie
   }
   auto owned = std::make_shared<Owned>();
   PANELCAL_TRY(owned->camera, open_camera(camera_uri));
-  owned->stage = std::make_unique<CommandStage>(config.stage);
+  owned->stage = measuring_stage(std::make_shared<CommandStage>(config.stage), config.walk.table);
   owned->spindle = std::make_unique<CommandSpindle>(config.stage.drill, config.stage.limit);
   std::string words = "the camera " + owned->camera->name();
   return DeviceSet(std::move(owned), std::move(words));
@@ -74,7 +77,7 @@ CalibrationDevices DeviceSet::devices(Prompt prompt) const {
   if (SimCoupon* const machine = owned_->simulated.get()) {
     // Nobody lays anything on a simulated coupon.
     if (!prompt) prompt = [](std::string_view) -> Expected<void> { return {}; };
-    return {*machine, *machine, *machine, {}, std::move(prompt)};
+    return {*owned_->stage, *machine, *machine, {}, std::move(prompt)};
   }
   return {*owned_->stage,
           *owned_->spindle,

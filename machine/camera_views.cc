@@ -11,12 +11,13 @@
 
 #include "panelcal/machine/camera_uri.h"
 #include "panelcal/machine/command_stage.h"
+#include "panelcal/machine/table_stage.h"
 
 namespace panelcal {
 
 CameraViews::CameraViews(SpindleCameraOffset offset,
                          std::unique_ptr<CameraDevice> camera,
-                         std::unique_ptr<Stage> stage,
+                         std::shared_ptr<Stage> stage,
                          Time settle,
                          Wait wait)
     : offset_(offset),
@@ -104,10 +105,11 @@ Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& co
          "are already taken"});
   }
   PANELCAL_TRY(std::unique_ptr<CameraDevice> camera, open_camera(camera_uri));
-  auto views = std::make_unique<CameraViews>(config.spindle_camera,
-                                             std::move(camera),
-                                             std::make_unique<CommandStage>(config.stage),
-                                             config.settle);
+  auto views = std::make_unique<CameraViews>(
+      config.spindle_camera,
+      std::move(camera),
+      measuring_stage(std::make_shared<CommandStage>(config.stage), config.walk.table),
+      config.settle);
   views->set_stated(config.vision);
   return views;
 }

@@ -32,7 +32,7 @@ class CameraViews final : public ViewTaker {
   /// Precondition: camera and stage are there.
   CameraViews(SpindleCameraOffset offset,
               std::unique_ptr<CameraDevice> camera,
-              std::unique_ptr<Stage> stage,
+              std::shared_ptr<Stage> stage,
               Time settle,
               Wait wait = {});
 
@@ -64,7 +64,7 @@ class CameraViews final : public ViewTaker {
 
   SpindleCameraOffset offset_;
   std::unique_ptr<CameraDevice> camera_;
-  std::unique_ptr<Stage> stage_;
+  std::shared_ptr<Stage> stage_;
   Time settle_;
   Wait wait_;
   VisionOptions stated_;                               ///< its lamp and focus

@@ -15,6 +15,7 @@
 #include "panelcal/machine/sim_config.h"
 #include "panelcal/machine/spindle_config.h"
 #include "panelcal/machine/stage_config.h"
+#include "panelcal/machine/table_config.h"
 #include "panelcal/machine/target_config.h"
 #include "panelcal/machine/tolerance_config.h"
 #include "panelcal/machine/toml_table.h"
@@ -30,7 +31,7 @@ using internal::TomlSource;
 using internal::TomlTable;
 using Words = std::string_view;
 
-constexpr std::array<Words, 15> kTopKeys = {"camera",
+constexpr std::array<Words, 16> kTopKeys = {"camera",
                                             "coupon",
                                             "diameter_page",
                                             "gates",
@@ -42,6 +43,7 @@ constexpr std::array<Words, 15> kTopKeys = {"camera",
                                             "sim",
                                             "spindle",
                                             "surface",
+                                            "table",
                                             "tolerance",
                                             "uncertainty",
                                             "vision"};
@@ -220,6 +222,7 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
   PANELCAL_CHECK(read_camera(top, config));
   PANELCAL_CHECK(internal::read_spindle_config(top, config));
   PANELCAL_CHECK(internal::read_ledger_config(top, config));
+  PANELCAL_CHECK(internal::read_table_config(top, config));
   PANELCAL_CHECK(internal::read_uncertainty_config(top, config));
   PANELCAL_TRY(config.coupon, internal::read_coupon_config(top, file.parent_path()));
   config.walk.has_coupon = config.coupon && config.camera;

@@ -22,6 +22,7 @@
 #include "panelcal/machine/coupon.h"
 #include "panelcal/machine/nightly/night_config.h"
 #include "panelcal/machine/sim/sim_coupon_options.h"
+#include "panelcal/machine/sim/sim_table.h"
 #include "panelcal/machine/sim/simulated_probe.h"
 #include "panelcal/machine/vision_options.h"
 #include "panelcal/program/job_check.h"
@@ -78,6 +79,7 @@ struct SimConfig {
   Length focus_depth = mm(0.1);   ///< so far from there edges are sqrt(2) times as wide
   SimulatedProbeOptions surface;  ///< of the board, and how well it is probed
   SimCouponOptions coupon;        ///< [sim.coupon], with the seed of [sim]
+  std::optional<SimTable> table;  ///< [sim.table]; absent: the stage stands where it is sent
 };
 
 /// When something was measured, and where the machine's file says so.
@@ -107,7 +109,8 @@ struct MachineConfig {
   std::optional<Travel> travel;
   ReadOptions reading;  ///< [program], [[diameter_page]]; without the program's own folder
   /// [vision] rotate, model, mode, cama, scale, default_tool; [gates]; [tolerance]; [program];
-  /// [surface]; [reference_scaling]; [uncertainty], with [spindle] and [camera], before any drift.
+  /// [surface]; [reference_scaling]; [table]; [uncertainty], with [spindle], [camera] and [table],
+  /// before any drift.
   /// What texts say of the date and the program's name is not in it.
   WalkOptions walk;
   LocateOptions locate;  ///< [vision] scores; centre and radius are set for each picture
@@ -116,6 +119,7 @@ struct MachineConfig {
   std::optional<CameraCalibration> camera;    ///< [camera] calibration, read from its own file
   std::filesystem::path camera_file;          ///< of `camera`; empty without
   std::map<double, CameraCalibration> zooms;  ///< [[camera.zoom]], by level
+  std::filesystem::path table_file;           ///< [table] calibration, of `walk.table`; or empty
   /// [camera] bayer: picture files are a colour sensor's mosaic as it is, of this pattern.
   std::optional<BayerPattern> bayer;
   SpindleCameraOffset spindle_camera;  ///< [spindle], or of the calibration that it names

@@ -10,6 +10,7 @@
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/base/digest.h"
 #include "panelcal/calib/spindle_camera.h"
+#include "panelcal/machine/table_stage.h"
 #include "panelcal/vision/bayer.h"
 #include "panelcal/vision/image_io.h"
 #include "panelcal/vision/locate.h"
@@ -335,6 +336,7 @@ Expected<MarkSights> look_at_folder(const MachineConfig& config,
     collector.sights().inputs.push_back({row.file, sha256(bytes), bytes.size()});
     collector.add(row.axis, collector.find(image, std::nullopt), row.file);
   }
+  PANELCAL_CHECK(correct_views(config, collector.sights()));
   return std::move(collector.sights());
 }
 

@@ -73,13 +73,13 @@ Expected<MarkSights> look_at_mark(const MachineConfig& config,
                                   const Position<frame::Machine>& place,
                                   const MarkViews& views);
 
-/// The same from recorded pictures, whose x, y say where the axis stood. Those of another vision
-/// tool or zoom are skipped.
+/// The same from recorded pictures, whose x, y say where the axis was sent to. Those of another
+/// vision tool or zoom are skipped.
 ///
 /// [camera] may be absent where the vision tool has its size in pixels: so a camera is calibrated
 /// for the first time.
-/// Fails  vision-tool-undefined; target-invalid; picture-mismatch (not all of one size); what
-///        reading a picture reports
+/// Fails  vision-tool-undefined; target-invalid; picture-mismatch (not all of one size);
+///        travel-exceeded; what reading a picture reports
 Expected<MarkSights> look_at_folder(const MachineConfig& config,
                                     const PictureFolder& folder,
                                     const MarkViews& views);

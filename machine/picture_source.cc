@@ -47,10 +47,27 @@ PictureSource::PictureSource(const MachineConfig& config,
     : procedure_(std::move(procedure)),
       folder_(std::move(folder)),
       bayer_(config.bayer),
+      table_(config.walk.table),
+      taken_with_(config.spindle_camera),
       job_(config) {
   for (std::size_t i = 0; i < folder_.rows.size(); ++i) {
     if (const auto seq = folder_.rows[i].seq) rows_by_seq_[*seq].push_back(i);
   }
+}
+
+Position<frame::Machine> PictureSource::axis_of(const PictureRow& row) const {
+  if (table_ == nullptr) return row.axis + shift_;
+  const auto command = taken_with_.spindle_to_see(row.axis);
+  return taken_with_.optical_axis(table_->nearest_place_of(command)) + shift_;
+}
+
+Expected<void> PictureSource::check_is_on_table(const PictureRow& row) const {
+  if (table_ == nullptr) return {};
+  const auto command = taken_with_.spindle_to_see(row.axis);
+  if (table_->place_of(command)) return {};
+  Diagnostic refusal = table_->refusal(command);
+  return failure(
+      problem(refusal.code, row.line, std::move(refusal.what), std::move(refusal.expected)));
 }
 
 Diagnostic PictureSource::problem(Code code,
@@ -142,6 +159,7 @@ Expected<TakenPicture> PictureSource::take(const MeasurementRequest& request, co
   PANELCAL_TRY(const std::size_t i_row,
                rows_by_seq_.empty() ? nearest_row(request, view) : next_row_of_seq(request, view));
   const PictureRow& row = folder_.rows[i_row];
+  PANELCAL_CHECK(check_is_on_table(row));
   PANELCAL_TRY(Image image, read_image(folder_.path_of(row)));
   if (bayer_) image = from_bayer(image, *bayer_);
   return TakenPicture{std::move(image), axis_of(row), row.file, folder_.path_of(row).string()};

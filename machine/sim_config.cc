@@ -10,7 +10,7 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 33> kSimKeys = {"background",
+constexpr std::array<std::string_view, 34> kSimKeys = {"background",
                                                        "bit_depth",
                                                        "blur_px",
                                                        "board_offset_sigma_um",
@@ -37,6 +37,7 @@ constexpr std::array<std::string_view, 33> kSimKeys = {"background",
                                                        "spindle_camera_offset_mm",
                                                        "stretch_ppm",
                                                        "surface",
+                                                       "table",
                                                        "target_level",
                                                        "tilt_axis_deg",
                                                        "tilt_deg",
@@ -64,10 +65,14 @@ constexpr std::array<std::string_view, 7> kDebrisKeys = {"brightest",
 constexpr std::array<std::string_view, 3> kCouponKeys = {
     "backlash_um", "drill_wander_um", "stage_repeatability_um"};
 
+constexpr std::array<std::string_view, 5> kTableKeys = {
+    "bow_radius_mm", "bow_um", "center_mm", "scale_ppm", "squareness_urad"};
+
 constexpr int kMaxPictureSide_px = 10'000;
 constexpr std::size_t kMaxSpindles = 64;
 constexpr Range kShare{0, 1};
 constexpr Range kPpm{-1e5, 1e5};
+constexpr Range kStage_ppm{-1e4, 1e4};
 constexpr Range kHeight_um{-1e5, 1e5};
 constexpr Range kScatter_um{0, 1e4};
 
@@ -283,6 +288,30 @@ Expected<void> read_surface(const TomlTable& sim, SimulatedProbeOptions& surface
   return {};
 }
 
+/// How the stage errs.
+Expected<void> read_sim_table(const TomlTable& sim, std::optional<SimTable>& out) {
+  PANELCAL_TRY(const auto table, sim.table("table", "[sim.table]", {kTableKeys, {}}));
+  if (!table) return {};
+  SimTable& error = out.emplace();
+  PANELCAL_TRY(const auto scale_ppm, table->pair("scale_ppm", kStage_ppm));
+  if (scale_ppm) {
+    error.scale_x_ppm = scale_ppm->x();
+    error.scale_y_ppm = scale_ppm->y();
+  }
+  PANELCAL_TRY(const double urad, table->number_or("squareness_urad", kStage_ppm, 0));
+  error.squareness = rad(urad * 1e-6);
+  PANELCAL_TRY(const auto bow_um, table->pair("bow_um", {-1e4, 1e4}));
+  if (bow_um) {
+    error.bow_x = um(bow_um->x());
+    error.bow_y = um(bow_um->y());
+  }
+  PANELCAL_TRY(const auto radius_mm, table->number("bow_radius_mm", {1, kMaxPlace_mm}));
+  if (radius_mm) error.bow_radius = mm(*radius_mm);
+  PANELCAL_TRY(const auto center_mm, table->pair("center_mm", {-kMaxPlace_mm, kMaxPlace_mm}));
+  if (center_mm) error.center = position_mm<frame::Machine>(*center_mm);
+  return {};
+}
+
 }  // namespace
 
 Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
@@ -308,6 +337,7 @@ Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
   PANELCAL_CHECK(read_surface(*table, sim.surface));
   sim.coupon.seed = sim.seed;
   PANELCAL_CHECK(read_sim_coupon(*table, sim.coupon));
+  PANELCAL_CHECK(read_sim_table(*table, sim.table));
   return sim;
 }
 

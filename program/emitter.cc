@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/emitter.h"
 
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -184,22 +185,33 @@ void Emitter::note_origin(const Eigen::Vector2d& at_mm,
   origin_.scaling = scaling;
 }
 
-PlacedPoint Emitter::place_of(const Position<frame::Nominal>& nominal,
-                              const PositionEstimate<frame::Actual>& corrected) const {
-  return {nominal,
-          corrected.position,
-          place_.work_zero + displacement_mm<frame::Machine>(corrected.position.in_mm()),
-          corrected.cov,
-          std::nullopt};
+/// Where the map does not reach the job is refused, by the first such place: all that follow would
+/// say the same.
+Displacement<frame::Machine> Emitter::told_on_table(int line,
+                                                    const Displacement<frame::Machine>& from_zero) {
+  const Position<frame::Machine> place = place_.work_zero + from_zero;
+  if (const auto command = options_.table->command_for(place)) return *command - place_.work_zero;
+  if (!std::exchange(is_off_table_, true)) {
+    const Diagnostic refusal = options_.table->refusal(place);
+    reporter_.report(refusal.code, line, 0, refusal.what, refusal.expected);
+  }
+  return from_zero;
 }
 
-PlacedPoint Emitter::placed(const Eigen::Vector2d& at_mm, Scaling scaling) {
+PlacedPoint Emitter::place_of(int line,
+                              const Position<frame::Nominal>& nominal,
+                              const PositionEstimate<frame::Actual>& corrected) {
+  const Displacement<frame::Machine> told = told_for(line, corrected.position);
+  return {nominal, corrected.position, told, place_.work_zero + told, corrected.cov, std::nullopt};
+}
+
+PlacedPoint Emitter::placed(int line, const Eigen::Vector2d& at_mm, Scaling scaling) {
   const bool is_scaled =
       scaling == Scaling::Applies && place_.is_scaled && options_.scaling.has_value();
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
   PlacedPoint point =
-      place_of(nominal, corrections_.stack.drilled(is_scaled ? scaling_(nominal) : nominal));
+      place_of(line, nominal, corrections_.stack.drilled(is_scaled ? scaling_(nominal) : nominal));
   if (is_correcting()) point.risk = risk_of(point.cov_mm2);
   return point;
 }
@@ -217,7 +229,8 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   auto& drill = *std::get_if<Drill>(&hole_.what);
   drill.nominal = nominal;
   drill.corrected = corrected.position;
-  drill.actual = place_.work_zero + displacement_mm<frame::Machine>(corrected.position.in_mm());
+  drill.told = told_for(line, corrected.position);
+  drill.actual = place_.work_zero + drill.told;
   drill.cov_mm2 = corrected.cov;
   drill.risk = is_correcting() ? risk_of(corrected.cov) : std::nullopt;
   drill.tool = tool_;
@@ -233,7 +246,7 @@ void Emitter::drill_at_target(int line,
   note_origin(at_mm, nullptr);
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   origin_.i_measurement = target.i_measurement;
-  Drill drill{place_of(nominal, target.place), tool_, cut_};
+  Drill drill{place_of(line, nominal, target.place), tool_, cut_};
   drill.risk = risk_of(drill.cov_mm2);
   send(line, drill);
   origin_.i_measurement.reset();
@@ -245,8 +258,8 @@ void Emitter::slot(int line,
                    std::int64_t n_hits) {
   if (!passes(line)) return;
   hit(line, n_hits);
-  const PlacedPoint end = placed(end_mm, Scaling::Applies);
-  send(line, Slot{tool_, placed(start_mm, Scaling::Applies), end, cut_});
+  const PlacedPoint end = placed(line, end_mm, Scaling::Applies);
+  send(line, Slot{tool_, placed(line, start_mm, Scaling::Applies), end, cut_});
 }
 
 void Emitter::step_slot(int line,
@@ -257,10 +270,10 @@ void Emitter::step_slot(int line,
                         std::optional<Feed> feed) {
   was_switched_off_ = true;
   if (!passes(line)) return;
-  const PlacedPoint end = placed(end_mm, Scaling::Never);
+  const PlacedPoint end = placed(line, end_mm, Scaling::Never);
   send(line,
        StepSlot{tool_,
-                placed(start_mm, Scaling::Never),
+                placed(line, start_mm, Scaling::Never),
                 end,
                 initial_depth,
                 increment,
@@ -270,9 +283,8 @@ void Emitter::step_slot(int line,
 
 void Emitter::autocalibration(int line, const Eigen::Vector2d& at_mm) {
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  put(line,
-      Autocalibration{nominal,
-                      place_.work_zero + displacement_mm<frame::Machine>(nominal.in_mm())});
+  const auto told = told_for(line, position_mm<frame::Actual>(nominal.in_mm()));
+  put(line, Autocalibration{nominal, told, place_.work_zero + told});
 }
 
 // --- routing -----------------------------------------------------------------------------------
@@ -281,12 +293,12 @@ void Emitter::move(int line, const Eigen::Vector2d& to_mm) {
   was_switched_off_ = true;  // by the control, during the move (G00)
   if (!passes(line)) return;
   stand_at(to_mm);
-  send(line, RapidMove{placed(to_mm, Scaling::Never)});
+  send(line, RapidMove{placed(line, to_mm, Scaling::Never)});
 }
 
-Rout Emitter::rout_to(const Eigen::Vector2d& at_mm, std::optional<Feed> feed) {
+Rout Emitter::rout_to(int line, const Eigen::Vector2d& at_mm, std::optional<Feed> feed) {
   Rout move;
-  static_cast<PlacedPoint&>(move) = placed(at_mm, Scaling::Never);
+  static_cast<PlacedPoint&>(move) = placed(line, at_mm, Scaling::Never);
   move.tool = tool_;
   move.feed = feed.value_or(kDefaultTableFeed);
   move.feed_is_default = !feed;
@@ -299,40 +311,50 @@ void Emitter::stand_at(const Eigen::Vector2d& at_mm) {
   stands_at_cut_ = cut_;
 }
 
-Eigen::Vector2d Emitter::actual_mm(const Eigen::Vector2d& at_mm) const {
+Eigen::Vector2d Emitter::told_mm(int line, const Eigen::Vector2d& at_mm) {
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  return corrections_.stack.actual_of(nominal).in_mm();
+  const auto told = told_for(line, corrections_.stack.actual_of(nominal));
+  // A job that is refused need not be cut into pieces.
+  if (is_off_table_) return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  return told.in_mm();
+}
+
+void Emitter::take_center(const Eigen::Vector2d& told_center_mm, Rout& move) const {
+  move.told_center = displacement_mm<frame::Machine>(told_center_mm);
+  move.center = place_.work_zero + move.told_center;
+  // A table errs at an arc's centre as at its end, as near as pictures of the job need it.
+  const Eigen::Vector2d error_mm = move.corrected.in_mm() - move.told.in_mm();
+  move.corrected_center = position_mm<frame::Actual>((told_center_mm + error_mm).eval());
 }
 
 void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed) {
-  if (corrections_.stack.is_bent() && sink_ != nullptr && stands_at_) {
+  if (is_bent() && sink_ != nullptr && stands_at_) {
     const Eigen::Vector2d from_mm = place_.placement.inverse()(*stands_at_).in_mm();
     const Arc path{from_mm, to_mm, 0.5 * (from_mm + to_mm), false, true};
     return rout_bent(line, path, feed, stands_at_cut_);
   }
   if (!passes(line)) return;
   stand_at(to_mm);
-  send(line, rout_to(to_mm, feed));
+  send(line, rout_to(line, to_mm, feed));
 }
 
-/// On a bent panel a path is cut into lines or arcs that keep as near to its image as arcs of a
-/// stretched panel do.
+/// On a bent panel, and on a table whose error bends it, a path is cut into lines or arcs that keep
+/// as near to its image as arcs of a stretched panel do.
 void Emitter::rout_bent(int line,
                         const Arc& path,
                         std::optional<Feed> feed,
                         const DepthOfCut& from) {
   const std::vector<BentPiece> pieces = carry_bent(
       path,
-      [this](const Eigen::Vector2d& at_mm) { return actual_mm(at_mm); },
+      [this, line](const Eigen::Vector2d& at_mm) { return told_mm(line, at_mm); },
       options_.arc_tolerance.in_mm());
   for (std::size_t i = 0; i < pieces.size() && passes(line); ++i) {
     const BentPiece& piece = pieces[i];
-    Rout move = rout_to(piece.end_mm, feed);
+    Rout move = rout_to(line, piece.end_mm, feed);
     if (i + 1 < pieces.size()) move.cut = interpolate(from, cut_, piece.share);
     if (!piece.image.straight) {
       move.kind = piece.image.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
-      move.corrected_center = position_mm<frame::Actual>(piece.image.center_mm);
-      move.center = place_.work_zero + displacement_mm<frame::Machine>(piece.image.center_mm);
+      take_center(piece.image.center_mm, move);
     }
     send(line, move);
   }
@@ -346,7 +368,7 @@ void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const Dep
     count_operations(1, line);
     return;
   }
-  if (corrections_.stack.is_bent()) return rout_bent(line, arc, feed, from);
+  if (is_bent()) return rout_bent(line, arc, feed, from);
   const auto& correction = corrections_.stack.actual_from_nominal().map;
   const auto whole = correction * place_.placement;
   const auto back = whole.inverse();
@@ -357,15 +379,14 @@ void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const Dep
     const bool is_last = i + 1 == pieces.size();
     const Eigen::Vector2d end_mm =
         is_last ? arc.end_mm : back(position_mm<frame::Actual>(piece.end_mm)).in_mm();
-    Rout move = rout_to(end_mm, feed);
+    Rout move = rout_to(line, end_mm, feed);
     if (!is_last) {
       const double fraction = static_cast<double>(i + 1) / static_cast<double>(pieces.size());
       move.cut = interpolate(from, cut_, fraction);
     }
     if (!piece.straight) {
       move.kind = piece.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
-      move.corrected_center = position_mm<frame::Actual>(piece.center_mm);
-      move.center = place_.work_zero + displacement_mm<frame::Machine>(piece.center_mm);
+      take_center(piece.center_mm, move);
     }
     send(line, move);
   }

@@ -114,13 +114,24 @@ class Emitter {
   }
   void expire(int line);
   CompensationSide placed_side(CompensationSide side) const;
-  Eigen::Vector2d actual_mm(const Eigen::Vector2d& at_mm) const;
+  Eigen::Vector2d told_mm(int line, const Eigen::Vector2d& at_mm);
   void rout_bent(int line, const Arc& path, std::optional<Feed> feed, const DepthOfCut& from);
   void stand_at(const Eigen::Vector2d& at_mm);
-  Rout rout_to(const Eigen::Vector2d& at_mm, std::optional<Feed> feed);
-  PlacedPoint placed(const Eigen::Vector2d& at_mm, Scaling scaling);
-  PlacedPoint place_of(const Position<frame::Nominal>& nominal,
-                       const PositionEstimate<frame::Actual>& corrected) const;
+  Rout rout_to(int line, const Eigen::Vector2d& at_mm, std::optional<Feed> feed);
+  PlacedPoint placed(int line, const Eigen::Vector2d& at_mm, Scaling scaling);
+  PlacedPoint place_of(int line,
+                       const Position<frame::Nominal>& nominal,
+                       const PositionEstimate<frame::Actual>& corrected);
+  /// What the machine is told to go there, from work zero.
+  Displacement<frame::Machine> told_for(int line, const Position<frame::Actual>& place) {
+    const auto from_zero = displacement_mm<frame::Machine>(place.in_mm());
+    return options_.table == nullptr ? from_zero : told_on_table(line, from_zero);
+  }
+  Displacement<frame::Machine> told_on_table(int line,
+                                             const Displacement<frame::Machine>& from_zero);
+  void take_center(const Eigen::Vector2d& told_center_mm, Rout& move) const;
+  /// Straight ways of the machine are bent on the panel.
+  bool is_bent() const { return corrections_.stack.is_bent() || options_.table != nullptr; }
   void take_tolerance(int line, const Tool& tool);
   bool is_correcting() const {
     return corrections_.stack.base() != nullptr || corrections_.stack.nested() != nullptr;
@@ -151,6 +162,7 @@ class Emitter {
   DepthOfCut cut_;
   CompensationSide side_ = CompensationSide::Off;  ///< as the control was told last
   bool was_switched_off_ = false;                  ///< by the control itself, since then
+  bool is_off_table_ = false;                      ///< and that was reported
   /// Where the tool went last, and how deep; on a bent panel the way from there is no line.
   std::optional<Position<frame::Nominal>> stands_at_;
   DepthOfCut stands_at_cut_;

@@ -174,6 +174,13 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
     if (!depth.empty()) fmt::format_to(to, "  depth       {}\n", depth);
   }
   fmt::format_to(to, "  work zero   {}\n", point(origin.work_zero->in_mm()));
+  if (const Eigen::Vector2d table_mm = place.told.in_mm() - place.corrected.in_mm();
+      !table_mm.isZero(0)) {
+    fmt::format_to(to,
+                   "  table map   ({:+.2f}, {:+.2f}) um to the command\n",
+                   table_mm.x() * 1e3,
+                   table_mm.y() * 1e3);
+  }
   fmt::format_to(to, "  machine     {}\n", point(place.actual.in_mm()));
 }
 

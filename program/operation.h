@@ -36,7 +36,10 @@ struct Tool {
 struct PlacedPoint {
   Position<frame::Nominal> nominal;   ///< after placement, before any correction
   Position<frame::Actual> corrected;  ///< relative to work zero
-  Position<frame::Machine> actual;    ///< what the machine is told
+  /// From work zero, what a program for the machine says: `corrected`, but for the error of a
+  /// calibrated table.
+  Displacement<frame::Machine> told;
+  Position<frame::Machine> actual;  ///< what the machine is told: work zero + told
   Eigen::Matrix2d cov_mm2 =
       Eigen::Matrix2d::Zero();  ///< of what is drilled; zero without a correction
   /// That the hole breaks its tolerance; absent without a tolerance or without a correction.
@@ -78,6 +81,7 @@ struct ToolRate {
 /// Asks the machine for its own camera calibration at a place that no correction moves (G39).
 struct Autocalibration {
   Position<frame::Nominal> nominal;
+  Displacement<frame::Machine> told;  ///< as of a PlacedPoint
   Position<frame::Machine> actual;
 };
 
@@ -116,7 +120,8 @@ struct Rout : PlacedPoint {
   int tool = 0;
   RoutKind kind = RoutKind::Line;
   Position<frame::Actual> corrected_center;  ///< of an arc
-  Position<frame::Machine> center;           ///< the same as the machine is told
+  Displacement<frame::Machine> told_center;  ///< the same as `told` is
+  Position<frame::Machine> center;  ///< and as the machine is told: work zero + told_center
   Feed feed;
   bool feed_is_default = false;  ///< the program sets none
   DepthOfCut cut;                ///< at the end; the tool goes there evenly

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "panelcal/calib/known_pads.h"
 #include "panelcal/calib/machine_uncertainty.h"
 #include "panelcal/calib/panel_fit.h"
+#include "panelcal/calib/table_correction.h"
 #include "panelcal/calib/tolerance.h"
 #include "panelcal/program/excellon/header.h"
 #include "panelcal/program/measurement.h"
@@ -80,7 +82,10 @@ struct WalkOptions {
   std::optional<ReferenceScaling> scaling;
   Cycles slots = Cycles::Expanded;       ///< G85
   Cycles step_slots = Cycles::Expanded;  ///< G87
-  /// A corrected arc stays one arc while it is this close to the true ellipse.
+  /// [table]: what the stage errs by, which commands take back. Null: nothing.
+  std::shared_ptr<const TableCorrection> table;
+  /// A corrected arc stays one arc while it is this close to the true ellipse;
+  /// on a bent panel and on a calibrated table lines are held to it as well.
   Length arc_tolerance = um(1);
   Structure structure = Structure::Expanded;
   sieb_meyer::Settings sieb_meyer;  ///< what only that language needs

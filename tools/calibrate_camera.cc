@@ -14,6 +14,7 @@
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/machine/camera_run.h"
 #include "panelcal/machine/plate_pictures.h"
+#include "panelcal/machine/table_stage.h"
 #include "panelcal/tools/arrow_plot.h"
 #include "panelcal/tools/calibrate.h"
 #include "panelcal/tools/calibrate_place.h"
@@ -75,6 +76,7 @@ Expected<CameraRun> look(const CalibrateOptions& options,
   PANELCAL_TRY(const CalibrationPlate plate, read_plate(options.plate));
   PANELCAL_TRY(const auto folders, read_plate_folders(options.images, plate));
   PANELCAL_TRY(MarkSights sights, look_at_plate(config, plate, folders, options.zoom));
+  PANELCAL_CHECK(correct_views(config, sights));
   PANELCAL_TRY(LedgerInput input, input_of(options.plate, kMaxPlateBytes));
   sights.inputs.push_back(std::move(input));
   return fit_camera_run(config, std::move(sights), run_options);

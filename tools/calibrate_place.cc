@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "panelcal/machine/camera_settings.h"
+#include "panelcal/machine/table_stage.h"
 #include "panelcal/tools/calibrate.h"
 
 namespace panelcal::calibrate {
@@ -31,15 +32,22 @@ Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
   if (config.sim) {
     plate.seed = config.sim->seed;
     plate.stage_repeatability = config.sim->coupon.stage_repeatability;
+    if (config.sim->table) {
+      plate.error_mm = [table = *config.sim->table](const Position<frame::Machine>& command) {
+        return table.error_mm(command);
+      };
+    }
   }
-  PANELCAL_TRY(out.sim_, SimPlate::create(config, std::move(plate)));
+  PANELCAL_TRY(SimPlate sim, SimPlate::create(config, std::move(plate)));
+  out.sim_ = std::make_shared<SimPlate>(std::move(sim));
+  out.sim_stage_ = measuring_stage(out.sim_, config.walk.table);
   PANELCAL_CHECK(set_camera_as_stated(config, out.devices()));
   return out;
 }
 
 CalibrationDevices PlaceDevices::devices() {
   if (live_) return live_->devices();
-  return CalibrationDevices{*sim_, *sim_, *sim_, {}, {}};
+  return CalibrationDevices{*sim_stage_, *sim_, *sim_, {}, {}};
 }
 
 }  // namespace panelcal::calibrate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "panelcal/calib/base/expected.h"
@@ -27,7 +28,8 @@ class PlaceDevices {
  private:
   Position<frame::Machine> place_;
   std::optional<DeviceSet> live_;
-  std::optional<SimPlate> sim_;
+  std::shared_ptr<SimPlate> sim_;
+  std::shared_ptr<Stage> sim_stage_;  ///< of `sim_`
 };
 
 }  // namespace panelcal::calibrate

@@ -26,9 +26,6 @@ namespace {
 
 constexpr std::string_view kCommand = "panelcal calibrate table";
 constexpr int kArrowsPerSide = 15;
-/// Whoever calibrates a table expects holes to move.
-constexpr std::string_view kNotApplied =
-    "  panelcal does not apply this map to holes: the control has to (--linuxcnc)\n";
 
 /// The map's error at places all over its rectangle.
 std::string svg(const TableRun& run) {
@@ -71,10 +68,36 @@ Expected<std::string> write_linuxcnc(const std::string& folder, const TableRun& 
                      1e3 * correction.left_largest_mm);
 }
 
+/// machine.toml names the file that the map was written to.
+bool is_applied(const CalibrateOptions& options, const MachineConfig& config, bool is_written) {
+  if (!is_written || config.table_file.empty()) return false;
+  std::error_code ignored;
+  return std::filesystem::equivalent(config.table_file, options.output, ignored);
+}
+
+/// Whoever calibrates a table expects holes to move.
+std::string applied_line(const CalibrateOptions& options,
+                         const MachineConfig& config,
+                         bool is_applied) {
+  if (is_applied) {
+    return std::string("  [table] names this file: panelcal looks and drills by this map") +
+           (options.linuxcnc.empty() ? "" : ", and the control is not to correct by it as well") +
+           "\n";
+  }
+  if (!config.table_file.empty()) {
+    return fmt::format("  panelcal looks and drills by another map, {} ([table] calibration)\n",
+                       config.table_file.string());
+  }
+  return "  panelcal does not apply this map: name it in machine.toml ([table] calibration), or "
+         "let "
+         "the control correct by it (--linuxcnc), not both\n";
+}
+
 std::string json_text(const TableRun& run,
                       const TableCalibration& calibration,
                       const std::string& refused,
-                      const std::optional<std::int64_t>& entry) {
+                      const std::optional<std::int64_t>& entry,
+                      bool is_applied) {
   nlohmann::ordered_json json;
   json["calibration"] = nlohmann::ordered_json::parse(table_calibration_text(calibration));
   json["looks"] = run.sights.data.seen.size();
@@ -88,7 +111,7 @@ std::string json_text(const TableRun& run,
     json["pictures_left_out"].push_back({{"picture", picture.picture}, {"reason", picture.reason}});
   }
   json["pictures_without_tag"] = run.sights.without_tag;
-  json["applied"] = false;
+  json["applied"] = is_applied;
   if (!refused.empty()) json["refusal"] = refused;
   if (entry) json["ledger"] = *entry;
   json["residuals_mm"] = nlohmann::ordered_json::array();
@@ -147,9 +170,11 @@ Expected<Answer> table(const CalibrateOptions& options, CommandContext& /*contex
     PANELCAL_TRY(const std::string line, write_linuxcnc(options.linuxcnc, run));
     text += line;
   }
-  text += verdict_line(refused, entry) + std::string(kNotApplied);
+  const bool is_written = !options.output.empty() && refused.empty();
+  const bool applies = is_applied(options, config, is_written);
+  text += verdict_line(refused, entry) + applied_line(options, config, applies);
   const ExitCode code = refused.empty() ? ExitCode::Done : ExitCode::GateFailed;
-  return Answer{options.json ? json_text(run, calibration, refused, entry) : text, code};
+  return Answer{options.json ? json_text(run, calibration, refused, entry, applies) : text, code};
 }
 
 }  // namespace panelcal::calibrate

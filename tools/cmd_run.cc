@@ -133,6 +133,7 @@ class Run {
                                 checked_->program,
                                 {options_.machine,
                                  config_.spindle_setting.file.string(),
+                                 config_.table_file.string(),
                                  options_.measurements,
                                  options_.probes});
     const bool drifts = config_.drift_um_per_sqrt_day > 0;

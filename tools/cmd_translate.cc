@@ -111,6 +111,7 @@ class Translation {
                           "`panelcal run`, or enabled = false"));
     }
     walk.scaling.reset();  // the other machine's reference scaling is not this one's
+    walk.table.reset();    // nor is its table: nothing is corrected here
     checked_ = read_and_check(options_.program, config_.reading, walk, log_);
     if (!checked_ || log_.has_errors()) return false;
     const bool is_excellon = checked_->program.dialect == Dialect::Excellon;

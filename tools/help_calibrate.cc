@@ -62,7 +62,9 @@ whose tags contradict the others are left out and said; if many do, nothing is f
 axis stood is checked in no picture without a tag: how many these are is said, and at least two
 others have to show tags.
 
-panelcal applies the map to nothing: machine.toml has no key for it. It is for the control:
+machine.toml `[table] calibration = "table.cal.json"` makes panelcal look and drill by the map: every
+place is told the command that leads there. Or the control corrects by it, and [table] stays away;
+both would correct twice. Whatever corrects, the looks have to be at the uncorrected stage.
 
 --linuxcnc writes panelcal.hal (matrixkins coefficients), joint0.comp and joint1.comp (COMP_FILE),
 and says how much of the error LinuxCNC cannot be told of.

@@ -182,11 +182,11 @@ Exit codes
   places, 1 series of targets; 1 thing left out
 
 Writes an Excellon program in SIEB & MEYER's format 5000, or the other way round. Nothing is measured
-and nothing corrected: patterns stay patterns (M25 to M08; M31 to M30 with M50 to M90), and targets
-are measured by the other control (G35, G36, G45; G32, G31, G36). Executed, the translation drills
-the same holes in the same order and routs the same contours; only drilled slots (G85) are left to
-the controls, which space their holes each in its own way: `panelcal run --slots expand` writes the
-holes out. Coordinates are written to a nanometre.
+and nothing corrected ([table] of the machine neither): patterns stay patterns (M25 to M08; M31 to
+M30 with M50 to M90), and targets are measured by the other control (G35, G36, G45; G32, G31, G36).
+Executed, the translation drills the same holes in the same order and routs the same contours; only
+drilled slots (G85) are left to the controls, which space their holes each in its own way: `panelcal
+run --slots expand` writes the holes out. Coordinates are written to a nanometre.
 
 What has no form in the other language is named, line by line. Settings, messages to the machine,
 dwells and peck parameters are left out with a warning. What decides where or how deep a tool goes

@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "panelcal/calib/calibration_file.h"
 #include "panelcal/calib/convex_hull.h"
 #include "panelcal/tools/report_svg.h"
 
@@ -24,111 +23,6 @@ constexpr std::size_t kWindow = std::size_t{1} << 22;
 constexpr int kCells = 20;
 constexpr double kSame_mm = 1e-6;
 constexpr double kNothing_mm = 1e-9;
-
-Diagnostic no_difference(const std::string& file, std::string what, std::string expected) {
-  return {Code::LedgerEntryInvalid, {file, 0, 0}, std::move(what), std::move(expected)};
-}
-
-Expected<Displacement<frame::Machine>> offset_of(const LedgerEntry& entry,
-                                                 const std::string& file) {
-  Eigen::Vector2d offset_mm;
-  for (int axis = 0; axis < 2; ++axis) {
-    const std::string name = axis == 0 ? "offset_x" : "offset_y";
-    const auto found = std::ranges::find(entry.record.parameters, name, &LedgerParameter::name);
-    if (found == entry.record.parameters.end() || found->unit != "mm") {
-      return failure(no_difference(
-          file, fmt::format("entry {} has no {} in mm", entry.id, name), "offset_x and offset_y"));
-    }
-    offset_mm[axis] = found->value;
-  }
-  return displacement_mm<frame::Machine>(offset_mm);
-}
-
-Expected<CalibrationChange> offset_change(const LedgerEntry& before,
-                                          const LedgerEntry& after,
-                                          const std::string& file) {
-  SpindleCameraOffset from;
-  SpindleCameraOffset to;
-  PANELCAL_TRY(from.offset, offset_of(before, file));
-  PANELCAL_TRY(to.offset, offset_of(after, file));
-  const HoleShift shift = shift_between(from, to);
-  CalibrationChange change;
-  change.target_shift = [shift](const Measurement& target) -> Expected<Shift> {
-    return shift(target.request.nominal);
-  };
-  change.notes = {
-      "The offset lies between what is seen and what is drilled, so it moves whatever is placed by "
-      "targets, and all of it alike, however they were fitted.",
-      "If work zero is set with the camera, places that no target corrects move by it as well."};
-  return change;
-}
-
-/// Whether a target is looked at with the camera that a subject of the ledger names: "zoom 3" is
-/// that of `$uvis,zoom,3`, any other name that of targets without a zoom level.
-bool is_seen_with(const std::string& subject, const std::optional<double>& zoom) {
-  if (!subject.starts_with("zoom ")) return !zoom;
-  return zoom && subject == fmt::format("zoom {}", *zoom);
-}
-
-/// The camera of one calibration, and what of its picture it may be asked about.
-struct SeenBy {
-  CameraModel model;
-  int width_px;
-  int height_px;
-
-  bool shows(const Position<frame::Image>& u) const {
-    const Eigen::Vector2d& u_px = u.in_px();
-    return u_px.minCoeff() >= -0.5 && u_px.x() <= width_px - 0.5 && u_px.y() <= height_px - 0.5;
-  }
-};
-
-/// Of a slot one coordinate is only assumed; a search measures from a view that it does not name.
-Expected<void> check_says_where_seen(const MeasurementRequest& request) {
-  const bool is_searched = request.settings.search.value_or(false);
-  if (!is_searched && request.axes == ObservedAxes::Both) return {};
-  return failure({Code::MeasurementMismatch,
-                  {request.file, request.line, 0},
-                  fmt::format("target {} {}: where in the picture it was seen is not recorded",
-                              request.seq,
-                              is_searched ? "was searched for" : "is a slot"),
-                  "targets that show both coordinates, without a search"});
-}
-
-Expected<CalibrationChange> camera_change(const CalibrationEntry& before,
-                                          const CalibrationEntry& after,
-                                          const std::string& file) {
-  const auto read = [&](const CalibrationEntry& side) {
-    return parse_camera_calibration(side.result, fmt::format("{} entry {}", file, side.entry.id));
-  };
-  PANELCAL_TRY(const CameraCalibration from, read(before));
-  PANELCAL_TRY(const CameraCalibration to, read(after));
-  const SeenBy old{from.model(), from.picture_width_px, from.picture_height_px};
-  const CameraModel now = to.model();
-  CalibrationChange change;
-  const std::string subject = before.entry.record.key.subject;
-  change.target_shift = [old, now, subject](const Measurement& target) -> Expected<Shift> {
-    if (!is_seen_with(subject, target.request.settings.zoom)) return Shift();
-    PANELCAL_CHECK(check_says_where_seen(target.request));
-    const Shift seen = target.measured.position - target.request.expected;
-    const auto u = old.model.image_of(position_mm<frame::Optical>(seen.in_mm()));
-    if (!u || !old.shows(*u) || !now.sees(*u)) {
-      return failure(
-          {Code::MeasurementMismatch,
-           {target.request.file, target.request.line, 0},
-           fmt::format("target {} was seen {:.3f} mm from where it was looked for, which "
-                       "is outside of the picture",
-                       target.request.seq,
-                       seen.in_mm().norm()),
-           "targets found without a search, or nobody knows where in the picture they "
-           "were"});
-    }
-    return displacement_mm<frame::Actual>(now(*u).in_mm() - old.model(*u).in_mm());
-  };
-  change.notes = {
-      "A camera calibration moves a target by where in the picture it is seen; on a perfect panel "
-      "all are on the optical axis. --measurements of a job says where they were."};
-  return change;
-}
 
 /// Answers as an earlier survey was answered, each target moved.
 class MovedTargets final : public MeasurementSource {
@@ -245,14 +139,23 @@ class GridSample {
   std::map<std::pair<int, int>, std::pair<double, MovedPlace>> nearest_;
 };
 
+Expected<void> first_error(const DiagnosticLog& log) {
+  for (const Diagnostic& diagnostic : log.kept()) {
+    if (diagnostic.severity() == Severity::Error) return failure(diagnostic);
+  }
+  return {};
+}
+
 /// Compares the job with either survey, window by window.
 class Comparison {
  public:
-  Comparison(const Program& program,
-             const WalkOptions& options,
-             const Survey& before,
-             const Survey& after)
-      : program_(program), options_(options), before_(before), after_(after) {}
+  /// A survey, and what it is executed with.
+  struct Side {
+    const Survey& survey;
+    const WalkOptions& options;
+  };
+  Comparison(const Program& program, const Side& before, const Side& after)
+      : program_(program), before_(before), after_(after) {}
 
   Expected<std::optional<JobShift>> compare() {
     PANELCAL_TRY(const bool is_same, compare_all());
@@ -281,7 +184,7 @@ class Comparison {
     statistics_ = HoleShiftStatistics();
     extent_ = {};
     longest_mm_ = -1;
-    look_over();
+    PANELCAL_CHECK(look_over());
     shift_.has_routs = has_routs_;
     GridSample sample(extent_);
     for (std::size_t first = 0; first < n_; first += kWindow) {
@@ -294,33 +197,38 @@ class Comparison {
   }
 
   /// Counts the places and finds where they lie.
-  void look_over() {
+  Expected<void> look_over() {
+    // Another table moves all.
+    const bool moves_all = before_.options.table != after_.options.table;
     HullBuilder hull;
     WorkedPlaces places(has_routs_, [&](const PassingPoint& at) {
       extent_.add(at.point.nominal.in_mm());
       hull.add(at.point.nominal);
       shift_.n_drilled += std::holds_alternative<Drill>(at.operation.what) ? 1 : 0;
-      shift_.n_still += is_corrected(at.operation) ? 0 : 1;
+      shift_.n_still += moves_all || is_corrected(at.operation) ? 0 : 1;
     });
-    walk(before_, places);
+    PANELCAL_CHECK(walk(before_, places));
     n_ = places.n();
     shift_.hull = hull.corners();
-    for (const Measurement& m : before_.measurements) shift_.targets.push_back(m.request.nominal);
+    for (const Measurement& m : before_.survey.measurements) {
+      shift_.targets.push_back(m.request.nominal);
+    }
+    return {};
   }
 
   Expected<bool> compare_window(std::size_t first, GridSample& sample) {
     struct Kept {
       Position<frame::Nominal> nominal;
-      Position<frame::Actual> corrected;
+      Displacement<frame::Machine> told;
     };
     std::vector<Kept> kept;
     kept.reserve(std::min(kWindow, n_ - first));
     WorkedPlaces places(has_routs_, [&](const PassingPoint& at) {
       if (at.i >= first && at.i - first < kWindow) {
-        kept.push_back({at.point.nominal, at.point.corrected});
+        kept.push_back({at.point.nominal, at.point.told});
       }
     });
-    walk(before_, places);
+    PANELCAL_CHECK(walk(before_, places));
     bool is_same = true;
     Expected<void> done;
     WorkedPlaces moved(has_routs_, [&](const PassingPoint& at) {
@@ -328,9 +236,10 @@ class Comparison {
       const Kept& old = kept[at.i - first];
       is_same = (at.point.nominal - old.nominal).in_mm().norm() < kSame_mm;
       if (!is_same) return;
-      done = take(at, at.point.corrected - old.corrected, sample);
+      const Displacement<frame::Machine> shift = at.point.told - old.told;
+      done = take(at, displacement_mm<frame::Actual>(shift.in_mm()), sample);
     });
-    walk(after_, moved);
+    PANELCAL_CHECK(walk(after_, moved));
     PANELCAL_CHECK(done);
     return is_same && moved.n() == places.n();
   }
@@ -346,15 +255,16 @@ class Comparison {
     return {};
   }
 
-  void walk(const Survey& survey, OperationSink& sink) const {
-    DiagnosticLog said_already;
-    execute(program_, options_, survey, sink, said_already);
+  /// Warnings were said already.
+  Expected<void> walk(const Side& side, OperationSink& sink) const {
+    DiagnosticLog log;
+    execute(program_, side.options, side.survey, sink, log);
+    return first_error(log);
   }
 
   const Program& program_;
-  const WalkOptions& options_;
-  const Survey& before_;
-  const Survey& after_;
+  Side before_;
+  Side after_;
   bool has_routs_ = true;
   std::size_t n_ = 0;
   double longest_mm_ = -1;
@@ -367,36 +277,6 @@ class Comparison {
 
 bool JobShift::is_uniform() const {
   return summary.max.in_mm() - summary.mean_shift.in_mm().norm() < kSame_mm;
-}
-
-Expected<CalibrationChange> change_between(const CalibrationEntry& before,
-                                           const CalibrationEntry& after,
-                                           const std::string& file) {
-  const LedgerKey& key = before.entry.record.key;
-  if (key != after.entry.record.key) {
-    const auto words = [](const LedgerEntry& entry) {
-      return fmt::format("entry {} is of {} {} of {}",
-                         entry.id,
-                         word(entry.record.key.kind),
-                         quoted(std::string_view(entry.record.key.subject)),
-                         quoted(std::string_view(entry.record.key.machine)));
-    };
-    return failure(no_difference(
-        file, words(before.entry) + ", " + words(after.entry), "two calibrations of one thing"));
-  }
-  switch (key.kind) {
-    case LedgerKind::SpindleCamera:
-      return offset_change(before.entry, after.entry, file);
-    case LedgerKind::Camera:
-      return camera_change(before, after, file);
-    default:
-      return failure(
-          no_difference(file,
-                        fmt::format("entry {} is of {}, which moves no hole of a program",
-                                    before.entry.id,
-                                    word(key.kind)),
-                        "spindle-camera or camera"));
-  }
 }
 
 Expected<std::optional<JobShift>> job_shift(const Program& program,
@@ -418,11 +298,14 @@ Expected<std::optional<JobShift>> job_shift(const Program& program,
   without_limits.nested_limits = {};
   MovedTargets source(before, change);
   DiagnosticLog log;
-  const Survey after = survey(program, without_limits, source, log);
-  for (const Diagnostic& diagnostic : log.kept()) {
-    if (diagnostic.severity() == Severity::Error) return failure(diagnostic);
+  WalkOptions options_after = without_limits;
+  if (change.table_before != nullptr) {
+    without_limits.table = change.table_before;
+    options_after.table = change.table_after;
   }
-  return Comparison(program, without_limits, before, after).compare();
+  const Survey after = survey(program, options_after, source, log);
+  PANELCAL_CHECK(first_error(log));
+  return Comparison(program, {before, without_limits}, {after, options_after}).compare();
 }
 
 }  // namespace panelcal::history

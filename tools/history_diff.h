@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +12,8 @@
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/hole_shift.h"
 #include "panelcal/calib/ledger_entry.h"
+#include "panelcal/calib/spindle_camera.h"
+#include "panelcal/calib/table_correction.h"
 #include "panelcal/program/walk.h"
 #include "panelcal/tools/plan_places.h"
 
@@ -24,6 +27,10 @@ using TargetShift = std::function<Expected<Displacement<frame::Actual>>(const Me
 /// Two calibrations of one thing.
 struct CalibrationChange {
   TargetShift target_shift;
+  /// Of two calibrations of the table, which place holes by themselves; otherwise null, and the
+  /// machine's own holds with either.
+  std::shared_ptr<const TableCorrection> table_before;
+  std::shared_ptr<const TableCorrection> table_after;
   std::vector<std::string> notes;  ///< what this rests on, a sentence each
 };
 
@@ -33,17 +40,27 @@ struct CalibrationEntry {
   const std::string& result;
 };
 
-/// What a target's place owes to a spindle-camera offset or a camera calibration.
+/// What of a machine decides where its stage stands when it looks.
+struct LookingMachine {
+  SpindleCameraOffset offset;
+  Length table_hold;  ///< [table] hold_mm
+};
+
+/// What a target's place owes to a spindle-camera offset, a camera or a table calibration.
 ///
 ///   spindle-camera  shift = d_after - d_before, the same for every target
 ///   camera          shift = K_after(u) - K_before(u), u where the target was seen in the picture:
 ///                   measured - expected, which slots and views that a search has moved do not say
+///   table           shift = E_after(c) - E_before(c), c the command by which it was seen; a hole
+///                   moves once more, since another command brings the spindle to it
 ///
+/// In     machine: asked of tables alone
 /// Fails  ledger-entry-invalid (of another kind; not both of one machine and subject; without an
-///        offset in mm); what calibration_file reports. `file` is the ledger's.
+///        offset in mm); what reading the calibrations reports. `file` is the ledger's.
 Expected<CalibrationChange> change_between(const CalibrationEntry& before,
                                            const CalibrationEntry& after,
-                                           const std::string& file);
+                                           const std::string& file,
+                                           const LookingMachine& machine = {});
 
 /// A place of the job and how far it would move.
 struct MovedPlace {
@@ -55,8 +72,10 @@ struct MovedPlace {
 struct JobShift {
   HoleShiftSummary summary;  ///< over all places: holes, ends of slots and of rout moves
   std::size_t n_drilled = 0;
-  bool has_routs = true;    ///< false: rout moves are left out, since they are cut differently
-  std::size_t n_still = 0;  ///< places that no target corrects; they count, with a shift of zero
+  bool has_routs = true;  ///< false: rout moves are left out, since they are cut differently
+  /// Places that no target corrects; they count, with a shift of zero. A table moves these too, so
+  /// that there are none.
+  std::size_t n_still = 0;
   MovedPlace worst;
   std::vector<MovedPlace> sample;  ///< all of them, or one in each cell of a grid
   std::vector<Position<frame::Nominal>> hull;
@@ -67,7 +86,8 @@ struct JobShift {
 };
 
 /// Measures the job once more with every target moved by `change`, fits again, and compares where
-/// each place comes to lie. So nested corrections, layers and models are what they are in a run.
+/// each place comes to lie, by what the machine is told. So nested corrections, layers and models
+/// are what they are in a run.
 ///
 /// In     before: a complete survey of `program` with `options`
 /// Out    empty if the program works nowhere

@@ -137,6 +137,11 @@ Expected<void> check_machine(const MachineConfig& config, const LedgerEntry& ent
                        "the file of that machine"));
 }
 
+LookingMachine machine_of(const MachineConfig& config) {
+  const auto& table = config.walk.table;
+  return {config.spindle_camera, table == nullptr ? Length() : table->hold()};
+}
+
 }  // namespace
 
 Expected<std::string> job_answer(const HistoryOptions& options,
@@ -144,9 +149,10 @@ Expected<std::string> job_answer(const HistoryOptions& options,
                                  const CalibrationEntry& before,
                                  const CalibrationEntry& after) {
   PANELCAL_CHECK(check_options(options, before));
-  PANELCAL_TRY(CalibrationChange change, change_between(before, after, options.ledger));
   JobRun job(options, context);
   PANELCAL_CHECK(job.read_job());
+  PANELCAL_TRY(CalibrationChange change,
+               change_between(before, after, options.ledger, machine_of(job.config())));
   PANELCAL_CHECK(check_machine(job.config(), before.entry));
   PANELCAL_CHECK(check_spindle(job.config(), before.entry));
   PANELCAL_TRY(const std::optional<JobShift> shift,

@@ -38,8 +38,17 @@ void TruthComparison::put(const Operation& operation) {
   if (drill == nullptr) return;
   const Eigen::Vector2d true_mm =
       truth_.actual_from_nominal(operation.path)(drill->nominal).in_mm();
-  const Eigen::Vector2d error_mm = drill->corrected.in_mm() - true_mm;
-  const double before_mm = (drill->nominal.in_mm() - true_mm).norm();
+  // Where the stage really goes that is told so, and one that is told the nominal place.
+  Eigen::Vector2d drilled_mm = drill->told.in_mm();
+  Eigen::Vector2d uncorrected_mm = drill->nominal.in_mm();
+  if (truth_.table) {
+    const Position<frame::Machine> work_zero = drill->actual - drill->told;
+    drilled_mm += truth_.table->error_mm(drill->actual);
+    uncorrected_mm +=
+        truth_.table->error_mm(work_zero + displacement_mm<frame::Machine>(drill->nominal.in_mm()));
+  }
+  const Eigen::Vector2d error_mm = drilled_mm - true_mm;
+  const double before_mm = (uncorrected_mm - true_mm).norm();
   for (Errors* errors : {&all_, &by_tool_[drill->tool]}) {
     errors->corrected.add(error_mm.norm());
     errors->uncorrected.add(before_mm);

@@ -8,6 +8,7 @@
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/machine/sim/synth_folder.h"
+#include "panelcal/machine/table_stage.h"
 #include "panelcal/machine/view_taker.h"
 #include "panelcal/machine/vision_procedure.h"
 #include "panelcal/vision/image_io.h"
@@ -25,8 +26,10 @@ std::string picture_name(const MeasurementRequest& request, const View& view) {
 /// The virtual machine, with a copy of every picture kept in a folder.
 class RecordingSource final : public MeasurementSource, public ViewTaker {
  public:
-  RecordingSource(const SimMachine& machine, const std::filesystem::path& folder)
-      : machine_(machine), procedure_(machine.procedure()), folder_(folder) {}
+  RecordingSource(const MachineConfig& config,
+                  const SimMachine& machine,
+                  const std::filesystem::path& folder)
+      : config_(config), machine_(machine), procedure_(machine.procedure()), folder_(folder) {}
 
   Expected<Measurement> measure(const MeasurementRequest& request) override {
     return procedure_.measure(request, *this);
@@ -44,7 +47,7 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
     PictureRow row;
     row.line = static_cast<int>(rows_.size()) + 2;  // behind the header
     row.file = picture.name;
-    row.axis = picture.axis;
+    PANELCAL_TRY(row.axis, listed_from_axis(config_, picture.axis));
     const std::vector<int>& tools = request.settings.tools;
     row.tool = tools[static_cast<std::size_t>(view.i_tool)];
     row.zoom = request.settings.zoom;
@@ -57,6 +60,7 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
   std::vector<PictureRow> take_rows() { return std::move(rows_); }
 
  private:
+  const MachineConfig& config_;
   const SimMachine& machine_;
   VisionProcedure procedure_;
   const std::filesystem::path& folder_;
@@ -71,7 +75,7 @@ Expected<Recording> record_pictures(const Program& program,
                                     const std::filesystem::path& folder,
                                     DiagnosticLog& log) {
   PANELCAL_CHECK(internal::prepare_synth_folder(folder));
-  RecordingSource source(machine, folder);
+  RecordingSource source(config, machine, folder);
   Recording recording;
   recording.survey = survey(program, config.walk, source, log);
   recording.rows = source.take_rows();

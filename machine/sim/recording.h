@@ -25,7 +25,7 @@ struct Recording {
 ///
 /// x and y are where the optical axis stood according to the calibration: the commanded spindle
 /// place plus the calibrated spindle-camera offset, since that is all a real machine could record.
-/// With an exact calibration it is where the axis really stood.
+/// With exact calibrations, and without a [table], it is where the axis really stood.
 ///
 /// images.csv is written last, and what an earlier recording left is removed first: a folder that
 /// has it is complete. Whatever the survey finds fault with goes into the log; the pictures are

@@ -9,6 +9,7 @@
 
 #include "panelcal/machine/sim/random_streams.h"
 #include "panelcal/machine/sim/sim_scene.h"
+#include "panelcal/machine/table_stage.h"
 #include "panelcal/program/survey.h"
 #include "panelcal/vision/scene_marks.h"
 
@@ -83,6 +84,7 @@ SimMachine::SimMachine(const MachineConfig& config, VisionProcedure procedure)
     : sim_(*config.sim),
       stated_focus_(config.vision.focus.value_or(Length())),
       stated_lamp_(config.vision.lamp),
+      table_(config.walk.table),
       true_offset_{config.sim->spindle_camera_offset.value_or(config.spindle_camera.offset), {}},
       job_(config),
       calibrated_camera_(config.camera->mapping()),
@@ -224,11 +226,21 @@ void SimMachine::set_light(const MeasurementRequest& request, Scene& scene) cons
   scene.lamp = *lamp / *sim_.lamp;
 }
 
+Expected<Position<frame::Machine>> SimMachine::stands_at(
+    const Position<frame::Machine>& spindle) const {
+  std::optional<Position<frame::Machine>> command = spindle;
+  if (table_ != nullptr) command = table_->command_for(spindle);
+  if (!command) return failure(table_->refusal(spindle));
+  if (!sim_.table) return *command;
+  return *command + displacement_mm<frame::Machine>(sim_.table->error_mm(*command));
+}
+
 Expected<TakenPicture> SimMachine::picture(const MeasurementRequest& request,
                                            const View& view) const {
   PANELCAL_TRY(const Camera camera, camera_for(request, view));
   const Position<frame::Machine> spindle = job_.offset().spindle_to_see(view.axis);
-  const Position<frame::Machine> true_axis = true_offset_.optical_axis(spindle);
+  PANELCAL_TRY(const Position<frame::Machine> standing, stands_at(spindle));
+  const Position<frame::Machine> true_axis = true_offset_.optical_axis(standing);
 
   Scene scene = internal::sim_scene(sim_);
   const std::vector<const Mark*> marks = marks_in_view(true_axis);
@@ -285,8 +297,11 @@ Expected<SimCoupon*> SimMachine::coupon_for(const CalibrationOrder& order) {
 Expected<std::optional<CalibrationAnswer>> SimMachine::calibrate(const CalibrationOrder& order) {
   if (order.correction) return job_.correct(order);
   PANELCAL_TRY(SimCoupon* const coupon, coupon_for(order));
+  // The map owns the coupon.
+  const auto exact = std::shared_ptr<Stage>(std::shared_ptr<Stage>(), coupon);
+  const auto stage = measuring_stage(simulated_stage(exact, sim_.table), table_);
   PANELCAL_TRY(CalibrationAnswer answer,
-               job_.calibrate(order, {*coupon, *coupon, *coupon, {}, {}, {}}));
+               job_.calibrate(order, {*stage, *coupon, *coupon, {}, {}, {}}));
   return answer;
 }
 

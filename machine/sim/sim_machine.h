@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -28,8 +29,9 @@ namespace panelcal {
 /// A virtual machine with a panel on its table.
 ///
 /// For each request it drives the camera to the expected place as a real machine would, with the
-/// calibrated spindle-camera offset, renders what the real camera then sees there, and locates the
-/// target with the calibrated camera. The truth never enters a measurement.
+/// calibrated spindle-camera offset and table on a stage that errs by [sim.table], renders what the
+/// real camera then sees there, and locates the target with the calibrated camera. The truth never
+/// enters a measurement.
 ///
 /// On the panel lie all targets of the program, each with its vision tool's shape and size (four
 /// marks around a target of four views) and the debris of [sim], and in each view `neighbors` other
@@ -84,11 +86,14 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
                  std::size_t i_mark) const;
   void set_light(const MeasurementRequest& request, Scene& scene) const;
   Expected<Camera> camera_for(const MeasurementRequest& request, const View& view) const;
+  /// Where the spindle stands that was sent to a place, by way of the calibrated table.
+  Expected<Position<frame::Machine>> stands_at(const Position<frame::Machine>& spindle) const;
   std::vector<const Mark*> marks_in_view(const Position<frame::Machine>& true_axis) const;
 
   SimConfig sim_;
-  Length stated_focus_;                ///< [camera] focus_mm, or 0
-  std::optional<double> stated_lamp_;  ///< [camera] lamp
+  Length stated_focus_;                           ///< [camera] focus_mm, or 0
+  std::optional<double> stated_lamp_;             ///< [camera] lamp
+  std::shared_ptr<const TableCorrection> table_;  ///< as calibrated; may be null
   SpindleCameraOffset true_offset_;
   JobCalibration job_;
   std::map<std::optional<double>, SimCoupon> coupons_;  ///< by zoom

@@ -24,10 +24,13 @@ using Map = Transform<frame::Actual, frame::Nominal>;
 
 constexpr Code kCode = Code::TruthInvalid;
 constexpr int kVersion = 1;
-constexpr std::array<std::string_view, 6> kTopKeys = {
-    "kind", "version", "seed", "panel", "instances", "targets"};
+constexpr std::array<std::string_view, 7> kErringKeys = {
+    "kind", "version", "seed", "panel", "instances", "targets", "table"};
+constexpr std::size_t kTopKeys = 6;  // of those above
 constexpr std::array<std::string_view, 2> kMapKeys = {"linear", "translation_mm"};
 constexpr std::array<std::string_view, 3> kInstanceKeys = {"path", "linear", "translation_mm"};
+constexpr std::array<std::string_view, 5> kTableKeys = {
+    "scale_ppm", "squareness_urad", "bow_um", "bow_radius_mm", "center_mm"};
 constexpr std::array<std::string_view, 4> kRingKeys = {"seq", "nominal", "actual", "hole_offset"};
 constexpr std::size_t kTargetKeys = 3;  // of those above
 
@@ -161,6 +164,43 @@ Expected<void> read_targets(const nlohmann::json& array, const std::string& file
   return {};
 }
 
+Expected<SimTable> read_table(const nlohmann::json& json, const std::string& file) {
+  PANELCAL_TRY(const StrictObject object,
+               StrictObject::make(json, "table", kTableKeys, kCode, file));
+  SimTable table;
+  PANELCAL_TRY(const std::vector<double> scale_ppm, object.numbers("scale_ppm", 2));
+  table.scale_x_ppm = scale_ppm[0];
+  table.scale_y_ppm = scale_ppm[1];
+  PANELCAL_TRY(const double urad, object.number("squareness_urad"));
+  table.squareness = rad(urad * 1e-6);
+  PANELCAL_TRY(const std::vector<double> bow_um, object.numbers("bow_um", 2));
+  table.bow_x = um(bow_um[0]);
+  table.bow_y = um(bow_um[1]);
+  PANELCAL_TRY(const double radius_mm, object.number("bow_radius_mm"));
+  table.bow_radius = mm(radius_mm);
+  if (!(radius_mm > 0)) {
+    return failure(invalid(
+        file, fmt::format("\"bow_radius_mm\" of table is {}", radius_mm), "a number above 0"));
+  }
+  PANELCAL_TRY(const std::vector<double> center_mm, object.numbers("center_mm", 2));
+  table.center = position_mm<frame::Machine>(center_mm[0], center_mm[1]);
+  return table;
+}
+
+std::string table_text(const SimTable& table) {
+  return fmt::format(
+      "\"table\":{{\"scale_ppm\":[{},{}],\"squareness_urad\":{},\"bow_um\":[{},{}],"
+      "\"bow_radius_mm\":{},\"center_mm\":[{},{}]}}",
+      table.scale_x_ppm,
+      table.scale_y_ppm,
+      table.squareness.in_rad() * 1e6,
+      table.bow_x.in_um(),
+      table.bow_y.in_um(),
+      table.bow_radius.in_mm(),
+      table.center.in_mm().x(),
+      table.center.in_mm().y());
+}
+
 }  // namespace
 
 const Map& Truth::actual_from_nominal(std::span<const int> path) const {
@@ -172,6 +212,7 @@ Truth make_truth(const SimConfig& sim, std::span<const MeasurementRequest> reque
   Truth truth;
   truth.seed = sim.seed;
   truth.panel = panel_map(sim);
+  truth.table = sim.table;
   for (const MeasurementRequest& request : requests) {
     if (!request.path.empty() && !truth.instances.contains(request.path)) {
       truth.instances.emplace(request.path, truth.panel * board_map(sim, request));
@@ -216,7 +257,9 @@ std::string truth_text(const Truth& truth) {
     out += '}';
     separator = ",\n";
   }
-  return out + "]}\n";
+  out += ']';
+  if (truth.table) out += ",\n" + table_text(*truth.table);
+  return out + "}\n";
 }
 
 Expected<void> write_truth_json(const std::filesystem::path& path, const Truth& truth) {
@@ -225,8 +268,10 @@ Expected<void> write_truth_json(const std::filesystem::path& path, const Truth& 
 
 Expected<Truth> parse_truth(std::string_view text, const std::string& file) {
   PANELCAL_TRY(const nlohmann::json document, internal::parse_strict_json(text, file));
+  const bool errs = document.is_object() && document.contains("table");
+  const auto keys = std::span(kErringKeys.data(), errs ? kErringKeys.size() : kTopKeys);
   PANELCAL_TRY(const StrictObject top,
-               StrictObject::make(document, "the truth", kTopKeys, kCode, file));
+               StrictObject::make(document, "the truth", keys, kCode, file));
   PANELCAL_CHECK(top.constant("kind", "truth"));
   PANELCAL_CHECK(top.integer("version", kVersion, kVersion));
   Truth truth;
@@ -238,6 +283,9 @@ Expected<Truth> parse_truth(std::string_view text, const std::string& file) {
   PANELCAL_TRY(truth.panel, read_map(panel, "panel", file));
   PANELCAL_CHECK(read_instances(top.member("instances"), file, truth));
   PANELCAL_CHECK(read_targets(top.member("targets"), file, truth));
+  if (errs) {
+    PANELCAL_TRY(truth.table, read_table(top.member("table"), file));
+  }
   return truth;
 }
 

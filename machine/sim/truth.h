@@ -14,6 +14,7 @@
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/sim/sim_table.h"
 #include "panelcal/program/measurement.h"
 
 namespace panelcal {
@@ -37,6 +38,8 @@ struct Truth {
   Transform<frame::Actual, frame::Nominal> panel;
   std::map<InstancePath, Transform<frame::Actual, frame::Nominal>> instances;  ///< whole maps
   std::vector<Target> targets;
+  /// How the stage errs that drills into it; absent: not at all.
+  std::optional<SimTable> table;
 
   /// The map at a path; a path that is not listed is on the panel.
   const Transform<frame::Actual, frame::Nominal>& actual_from_nominal(

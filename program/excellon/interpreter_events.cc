@@ -21,6 +21,11 @@ void Interpreter::stop(const Block& block, std::span<const Word> words, StopKind
     const auto place = displacement_mm<frame::Programmed>(*read.xy_mm[0], *read.xy_mm[1]);
     stop.from_absolute_zero = displacement_mm<frame::Machine>(axes_(place).in_mm());
     stop.actual = options_.absolute_zero + *stop.from_absolute_zero;
+    if (options_.table != nullptr) {
+      // Nothing is made where a machine waits, so that it may be beyond the table's map.
+      stop.actual = options_.table->nearest_command_for(*stop.actual);
+      stop.from_absolute_zero = *stop.actual - options_.absolute_zero;
+    }
   }
   emitter_.put(block.line, stop);
 }

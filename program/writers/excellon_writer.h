@@ -14,12 +14,12 @@
 namespace panelcal {
 
 /// A plain Excellon program: absolute coordinates with decimal points in the unit and the axis
-/// version of the source program. Coordinates are the corrected ones relative to work zero; a G93
-/// of the source is kept, so that the controller adds work zero exactly as before. Cycles must have
-/// been kept whole (WalkOptions::cycles): the passes of a step slot have no form of their own.
-/// Where structure is kept, patterns become M25 to M08 and vision commands G34 to G48; where it is
-/// not, there are neither repeats nor vision. What a SIEB & MEYER source has and Excellon has no
-/// form for is in losses().
+/// version of the source program. Coordinates are what the machine is told, relative to work zero;
+/// a G93 of the source is kept, so that the controller adds work zero exactly as before. Cycles
+/// must have been kept whole (WalkOptions::cycles): the passes of a step slot have no form of their
+/// own. Where structure is kept, patterns become M25 to M08 and vision commands G34 to G48; where
+/// it is not, there are neither repeats nor vision. What a SIEB & MEYER source has and Excellon has
+/// no form for is in losses().
 ///
 /// A pattern of a SIEB & MEYER source is kept in memory until its copies are known.
 ///
@@ -44,7 +44,7 @@ class ExcellonWriter final : public ProgramWriter {
   void append_length(char letter, Length length);
   /// A point or a difference of points in axis version 1.
   void append_point(const Eigen::Vector2d& p_mm, std::string_view letters = "XY");
-  void append_place(const PlacedPoint& place) { append_point(place.corrected.in_mm()); }
+  void append_place(const PlacedPoint& place) { append_point(place.told.in_mm()); }
   void close_header(std::string_view mark);
   void go_to_drill_mode();
   void put_table_feed(Feed feed, bool is_default);

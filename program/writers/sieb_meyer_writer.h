@@ -15,8 +15,8 @@ namespace panelcal {
 
 /// A SIEB & MEYER program in format 5000: absolute coordinates in mm with decimal points, in the
 /// axis version of the source program, lines of at most 64 characters, tool data in the $ table.
-/// Coordinates are the corrected ones relative to work zero. With structure kept, patterns become
-/// sections between M31 and M30, and vision commands G30 to G36.
+/// Coordinates are what the machine is told, relative to work zero. With structure kept, patterns
+/// become sections between M31 and M30, and vision commands G30 to G36.
 ///
 /// Contours begin and end with a T0 line, which is also what lowers and raises the cutter; a stop
 /// for inspection is a message. What has no form is in losses().

@@ -11,7 +11,8 @@ bool is_mirror(const Eigen::Matrix2d& linear) {
   return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) < 0;
 }
 
-/// Changes an operation in place.
+/// Changes an operation in place. A pattern is kept only where nothing is corrected, so that the
+/// machine is told where it is.
 struct Carrier {
   const WorkMap& map;
   std::vector<Position<frame::Nominal>>& targets;
@@ -21,21 +22,23 @@ struct Carrier {
     return position_mm<frame::Actual>(map(position_mm<frame::Nominal>(p.in_mm())).in_mm());
   }
   void move(PlacedPoint& point) const {
-    const Eigen::Vector2d work_zero_mm = point.actual.in_mm() - point.corrected.in_mm();
+    const Eigen::Vector2d work_zero_mm = point.actual.in_mm() - point.told.in_mm();
     point.nominal = map(point.nominal);
     point.corrected = moved(point.corrected);
-    point.actual = position_mm<frame::Machine>(work_zero_mm + point.corrected.in_mm());
+    point.told = displacement_mm<frame::Machine>(point.corrected.in_mm());
+    point.actual = position_mm<frame::Machine>(work_zero_mm + point.told.in_mm());
     point.cov_mm2 = map.linear() * point.cov_mm2 * map.linear().transpose();
   }
 
   void operator()(Drill& drill) const { move(drill); }
   void operator()(RapidMove& rapid) const { move(rapid); }
   void operator()(Rout& rout) const {
-    const Eigen::Vector2d work_zero_mm = rout.actual.in_mm() - rout.corrected.in_mm();
+    const Eigen::Vector2d work_zero_mm = rout.actual.in_mm() - rout.told.in_mm();
     move(rout);
     if (rout.kind == RoutKind::Line) return;
     rout.corrected_center = moved(rout.corrected_center);
-    rout.center = position_mm<frame::Machine>(work_zero_mm + rout.corrected_center.in_mm());
+    rout.told_center = displacement_mm<frame::Machine>(rout.corrected_center.in_mm());
+    rout.center = position_mm<frame::Machine>(work_zero_mm + rout.told_center.in_mm());
     if (!is_mirror(map.linear())) return;
     rout.kind = rout.kind == RoutKind::Clockwise ? RoutKind::Counterclockwise : RoutKind::Clockwise;
   }
@@ -53,9 +56,10 @@ struct Carrier {
                                                                     : CompensationSide::Left;
   }
   void operator()(Autocalibration& calibration) const {
-    const Eigen::Vector2d work_zero_mm = calibration.actual.in_mm() - calibration.nominal.in_mm();
+    const Eigen::Vector2d work_zero_mm = calibration.actual.in_mm() - calibration.told.in_mm();
     calibration.nominal = map(calibration.nominal);
-    calibration.actual = position_mm<frame::Machine>(work_zero_mm + calibration.nominal.in_mm());
+    calibration.told = displacement_mm<frame::Machine>(calibration.nominal.in_mm());
+    calibration.actual = position_mm<frame::Machine>(work_zero_mm + calibration.told.in_mm());
   }
   void operator()(TargetHole& hole) const { hole.nominal = map(hole.nominal); }
   void operator()(VisionSeries& series) const {

@@ -27,6 +27,7 @@ MachineUncertainty machine() {
   MachineUncertainty m;
   m.stage_repeatability = um(1.5);
   m.table_residual = um(2.5);
+  m.table_map = um(0.9);
   m.drill_wander = um(3);
   m.spindle_camera_mm2 = 0.8 * kUm2 * kOne;
   m.drift_mm2 = 0.3 * kUm2 * kOne;
@@ -98,10 +99,12 @@ TEST(ErrorBudget, AddsUpToTheCovarianceOfWhatIsDrilled) {
 }
 
 TEST(ErrorBudget, OfAnOffsetByTwoTargetsIsWhatOneWorksOutByHand) {
-  // Detector 2 um, stage 4 um, table 6 um at two targets: their mean has half the variances.
+  // Detector 2 um, stage 4 um, table 6 um and its map 2 um at two targets: their mean has half the
+  // variances.
   MachineUncertainty m;
   m.stage_repeatability = um(4);
   m.table_residual = um(6);
+  m.table_map = um(2);
   m.drill_wander = um(1);
   m.spindle_camera_mm2 = 9 * kUm2 * kOne;
   m.drift_mm2 = 25 * kUm2 * kOne;
@@ -126,7 +129,9 @@ TEST(ErrorBudget, OfAnOffsetByTwoTargetsIsWhatOneWorksOutByHand) {
   expect("stage at the hole", 16);
   expect("table at the hole", 36);
   expect("drill wander", 1);
-  EXPECT_THAT(total_mm2(budget), IsNearMatrix(115 * kUm2 * kOne, 1e-15));
+  expect("table map at the targets", 2);
+  expect("table map at the hole", 4);
+  EXPECT_THAT(total_mm2(budget), IsNearMatrix(121 * kUm2 * kOne, 1e-15));
 }
 
 /// Only what pictures say, as the budget has it at each place, whatever the machine adds.

@@ -10,6 +10,7 @@
 
 #include "panelcal/calib/base/random.h"
 #include "panelcal/machine/plate_config.h"
+#include "panelcal/machine/table_outliers.h"
 #include "tests/calib/simulated_table.h"
 #include "tests/machine/virtual_machine.h"
 #include "tests/support/matchers.h"
@@ -200,6 +201,25 @@ TEST(TableRun, ALookThatDoesNotFitTheOthersIsLeftOut) {
   const auto at = run->sights.data.views[40].axis_at;
   const Eigen::Vector2d change_mm = run->fit.map.error_mm(at) - honest->fit.map.error_mm(at);
   EXPECT_LT(change_mm.norm(), 4 * std::sqrt(run->fit.covariance_at(at).trace()));
+}
+
+/// Looks are predicted in turns, a fifth of them from the rest; no turn may be left out.
+TEST(TableRun, AWildLookIsFoundWhicheverTurnItIsPredictedIn) {
+  const MachineConfig config = machine();
+  const auto sights =
+      parse_plate_looks(looks(plate(), config, 5e-4, 5e-4, 7), "l.jsonl", config, plate());
+  ASSERT_TRUE(sights);
+  TableFitOptions options;
+  options.steps = 6;
+  for (std::size_t i_look = 38; i_look < 38 + internal::kTableFolds; ++i_look) {
+    TableData data = sights->data;
+    auto& place = data.seen[i_look].seen.position;
+    place = position_mm<frame::Optical>((place.in_mm() + Eigen::Vector2d(0, 0.1)).eval());
+    const std::vector<std::string> left_out = internal::leave_out_outliers(options, data);
+    ASSERT_EQ(left_out.size(), 1u) << "look " << i_look;
+    EXPECT_THAT(left_out[0], HasSubstr(fmt::format("dot {} from (", i_look)));
+    EXPECT_EQ(data.seen.size(), 80u);
+  }
 }
 
 TEST(TableRun, RefusesWhatAPersonShouldSee) {

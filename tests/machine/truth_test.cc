@@ -145,6 +145,30 @@ TEST(Truth, HolesOfRingsRoundTrip) {
       "an array of 2 numbers");
 }
 
+TEST(Truth, SaysHowTheStageErrs) {
+  SimConfig sim;
+  EXPECT_THAT(truth_text(make_truth(sim, {})), testing::Not(testing::HasSubstr("table")));
+  SimTable& table = sim.table.emplace();
+  table.scale_x_ppm = 100;
+  table.squareness = rad(50e-6);
+  table.bow_x = um(30);
+  table.bow_radius = mm(150);
+  table.center = position_mm<frame::Machine>(20, 30);
+  const std::string text = truth_text(make_truth(sim, {}));
+  const auto read = parse_truth(text, "truth.json");
+  ASSERT_TRUE(read) << read.error().text();
+  ASSERT_TRUE(read->table);
+  const auto at = position_mm<frame::Machine>(170, -20);
+  EXPECT_LT((read->table->error_mm(at) - table.error_mm(at)).norm(), 1e-12);
+  EXPECT_THAT(parse_truth(std::string(text).replace(
+                              text.find("bow_radius_mm\":150"), 18, "bow_radius_mm\":0"),
+                          "truth.json"),
+              FailsWith(Code::TruthInvalid, "\"bow_radius_mm\" of table is 0"));
+  EXPECT_THAT(parse_truth(std::string(text).replace(text.find("squareness_urad"), 15, "squareness"),
+                          "truth.json"),
+              FailsWith(Code::TruthInvalid, "squareness"));
+}
+
 TEST(Truth, RefusesWhatIsNoTruth) {
   EXPECT_EQ(
       refusal("\"truth\"", "\"camera\""),

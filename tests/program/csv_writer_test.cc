@@ -175,6 +175,7 @@ TEST(CsvWriter, HasRatesAndAutocalibrations) {
       row_of(ToolRate{2, mm_per_s(60), mm_per_s(300)}),
       (Row{{"op", "rate"}, {"line", "10"}, {"tool", "2"}, {"feed", "60"}, {"retract", "300"}}));
   EXPECT_EQ(row_of(Autocalibration{position_mm<frame::Nominal>(1, 2),
+                                   displacement_mm<frame::Machine>(1, 2),
                                    position_mm<frame::Machine>(101, 202)}),
             (Row{{"op", "autocalibration"},
                  {"line", "10"},

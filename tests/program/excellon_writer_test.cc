@@ -155,7 +155,9 @@ TEST(ExcellonWriter, LeavesRoutModeBeforeAToolsRate) {
 }
 
 TEST(ExcellonWriter, WritesAnAutocalibrationInItsOwnDigits) {
-  EXPECT_EQ(body_of({Autocalibration{position_mm<frame::Nominal>(1, 2), {}}}), "G39X1.0Y2.0\n");
+  EXPECT_EQ(body_of({Autocalibration{
+                position_mm<frame::Nominal>(1, 2), displacement_mm<frame::Machine>(1, 2), {}}}),
+            "G39X1.0Y2.0\n");
 }
 
 TEST(ExcellonWriter, EndsAHitLimitThatItWrote) {

@@ -99,6 +99,7 @@ TEST(JsonlWriter, WritesRatesAndAutocalibrations) {
   EXPECT_EQ(line_of(ToolRate{2, {}, mm_per_s(300)}),
             "{\"op\":\"rate\",\"line\":10,\"tool\":2,\"retract\":300}\n");
   EXPECT_EQ(line_of(Autocalibration{position_mm<frame::Nominal>(1, 2),
+                                    displacement_mm<frame::Machine>(1, 2),
                                     position_mm<frame::Machine>(101, 202)}),
             R"({"op":"autocalibration","line":10,"nominal":[1,2],"actual":[101,202]})"
             "\n");

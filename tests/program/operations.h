@@ -21,6 +21,7 @@ inline PlacedPoint place(double x_mm, double y_mm) {
   const Eigen::Vector2d at_mm(x_mm, y_mm);
   return {position_mm<frame::Nominal>(at_mm - Eigen::Vector2d(0.25, 0.5)),
           position_mm<frame::Actual>(at_mm),
+          displacement_mm<frame::Machine>(at_mm),
           position_mm<frame::Machine>(at_mm + Eigen::Vector2d(100, 200)),
           Eigen::Vector2d(4e-6, 9e-6).asDiagonal()};
 }
@@ -45,6 +46,7 @@ inline Rout rout_arc(
   Rout rout = rout_line(tool, x_mm, y_mm);
   rout.kind = kind;
   rout.corrected_center = position_mm<frame::Actual>(center_x_mm, center_y_mm);
+  rout.told_center = displacement_mm<frame::Machine>(center_x_mm, center_y_mm);
   rout.center = position_mm<frame::Machine>(center_x_mm + 100, center_y_mm + 200);
   return rout;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A program of its own: operator new is replaced by one that counts.
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <variant>
@@ -50,8 +51,10 @@ WalkOptions judged() {
 }
 
 /// Allocations of a walk that passes every hole with its covariance and its risk.
-std::int64_t allocations(std::string text, int n_holes, bool forgets_nothing = false) {
-  const WalkOptions options = judged();
+std::int64_t allocations(std::string text,
+                         int n_holes,
+                         bool forgets_nothing = false,
+                         const WalkOptions& options = judged()) {
   DiagnosticLog log;
   const Program program = load_program({"p.exc", std::move(text)}, log);
   bench::TurnedPanel panel;
@@ -84,6 +87,18 @@ TEST(Propagation, AllocatesNothingPerHoleOfStepAndRepeat) {
 TEST(Propagation, AllocatesNothingPerHoleOfSiebMeyer) {
   EXPECT_EQ(allocations(bench::plain_sieb_meyer_program(2 * kHoles), 2 * kHoles),
             allocations(bench::plain_sieb_meyer_program(kHoles), kHoles));
+}
+
+/// So it is on a table whose error is taken back.
+TEST(Propagation, AllocatesNothingPerHoleOnACalibratedTable) {
+  WalkOptions options = judged();
+  TableGrid grid;
+  grid.low_mm = Eigen::Vector2d::Constant(-1e4);
+  grid.high_mm = Eigen::Vector2d::Constant(1e4);
+  options.table = std::make_shared<const TableCorrection>(
+      TableMap(grid, std::vector<Eigen::Vector2d>(16, Eigen::Vector2d(0.03, -0.02))));
+  EXPECT_EQ(allocations(bench::plain_program(2 * kHoles), 2 * kHoles, false, options),
+            allocations(bench::plain_program(kHoles), kHoles, false, options));
 }
 
 /// A walk that does allocate is seen to.

@@ -10,7 +10,9 @@
 #include <nlohmann/json.hpp>
 
 #include "panelcal/calib/calibration_file.h"
+#include "panelcal/calib/table_calibration_file.h"
 #include "panelcal/tools/history_diff_picture.h"
+#include "tests/calib/table_of.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal::history {
@@ -128,6 +130,54 @@ TEST(HistoryDiff, CameraMovesTargetsByWhereTheyAreSeen) {
   constexpr double kRounding_mm = 1e-8;
   EXPECT_NEAR(shift->worst.shift.in_mm().x(), expected.real(), kRounding_mm);
   EXPECT_NEAR(shift->worst.shift.in_mm().y(), expected.imag(), kRounding_mm);
+}
+
+/// No error, and then 1000 ppm of scale. A target at n + t that was seen from n - d is at
+/// 1.001 (n - d) + d + t, which the panel's stretch takes up; what is told for a hole is a 1.001th
+/// of where that puts it, n + (t - 0.001 d) / 1.001. So all corrected holes move by -(t + d) /
+/// 1001.
+TEST(HistoryDiff, TableMovesTargetsAndWhatIsToldForHoles) {
+  const Job job = job_on({0.4, -0.3});
+  const auto table = [](double ppm) {
+    const TableGrid grid{Eigen::Vector2d(-1000, -1000), Eigen::Vector2d(1000, 1000), 2, 2};
+    TableCalibration calibration;
+    calibration.map = panelcal::test::table_of(
+        grid, [ppm](const Eigen::Vector2d& c_mm) -> Eigen::Vector2d { return ppm * 1e-6 * c_mm; });
+    calibration.geometry.cov.setIdentity();
+    calibration.sigma = calibration.rms = um(1);
+    calibration.provenance = "made up for a test";
+    return table_calibration_text(calibration);
+  };
+  LedgerEntry before = camera_entry(1, "table");
+  LedgerEntry after = camera_entry(2, "table");
+  before.record.key.kind = after.record.key.kind = LedgerKind::Table;
+  const std::string first = table(0);
+  const std::string second = table(1000);
+  const LookingMachine machine{{displacement_mm<frame::Machine>(50, -3), {}}, {}};
+  const auto change = change_between({before, first}, {after, second}, "x.ledger", machine);
+  ASSERT_TRUE(change) << change.error().text();
+  // Seen with the spindle at expected - offset.
+  const Measurement& target = job.before.measurements.at(1);
+  const auto shift = change->target_shift(target);
+  ASSERT_TRUE(shift) << shift.error().text();
+  const Eigen::Vector2d command_mm =
+      target.request.expected_in_machine().in_mm() - Eigen::Vector2d(50, -3);
+  EXPECT_LT((shift->in_mm() - 1e-3 * command_mm).norm(), 1e-9);
+  const auto moved = shift_of(job, change);
+  ASSERT_TRUE(moved) << moved.error().text();
+  EXPECT_EQ(moved->n_still, 0U);
+  const Eigen::Vector2d expected_mm = -Eigen::Vector2d(50.4, -3.3) / 1001;
+  EXPECT_LT((moved->worst.shift.in_mm() - expected_mm).norm(), 1e-7);
+  // The same calibration twice moves nothing; a place beyond it cannot be told.
+  const auto same = shift_of(job, change_between({before, first}, {after, first}, "x", machine));
+  ASSERT_TRUE(same) << same.error().text();
+  EXPECT_EQ(same->summary.max.in_mm(), 0);
+  EXPECT_THAT(shift_of(job,
+                       change_between({before, first},
+                                      {after, second},
+                                      "x",
+                                      {{displacement_mm<frame::Machine>(5000, 0), {}}, {}})),
+              FailsWith(Code::TravelExceeded, "x entry 1"));
 }
 
 TEST(HistoryDiff, ZoomMovesOnlyItsOwnTargets) {

@@ -27,6 +27,7 @@ Truth shifted_panel() {
 Drill hole(double x_mm, double corrected_x_mm) {
   return Drill{{position_mm<frame::Nominal>(x_mm, 0),
                 position_mm<frame::Actual>(corrected_x_mm, 0),
+                displacement_mm<frame::Machine>(corrected_x_mm, 0),
                 position_mm<frame::Machine>(corrected_x_mm, 0),
                 1e-6 * Eigen::Matrix2d::Identity()},
                1};
@@ -38,6 +39,19 @@ TEST(TruthComparison, MeasuresErrorWithAndWithoutCorrection) {
   comparison.put({1, {}, hole(10, 10.3)});
   EXPECT_NEAR(comparison.all().uncorrected.max().in_mm(), 0.5, 1e-12);
   EXPECT_NEAR(comparison.all().corrected.max().in_mm(), 0.4, 1e-12);
+}
+
+TEST(TruthComparison, DrillsWhereAStageThatErrsStands) {
+  Truth truth = shifted_panel();
+  truth.table.emplace().scale_x_ppm = 1000;
+  TruthComparison comparison(truth);
+  // Work zero is at (100, 0); told 11 mm from there, the stage stands at 111.111 mm.
+  Drill drill = hole(10, 10.3);
+  drill.told = displacement_mm<frame::Machine>(11, 0);
+  drill.actual = position_mm<frame::Machine>(111, 0);
+  comparison.put({1, {}, drill});
+  EXPECT_NEAR(comparison.all().corrected.max().in_mm(), std::hypot(11.111 - 10.3, 0.4), 1e-12);
+  EXPECT_NEAR(comparison.all().uncorrected.max().in_mm(), std::hypot(10.110 - 10.3, 0.4), 1e-12);
 }
 
 TEST(TruthComparison, TakesTheBoardOfTheHolesPath) {
