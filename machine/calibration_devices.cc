@@ -74,7 +74,7 @@ CalibrationDevices DeviceSet::devices(Prompt prompt) const {
   if (SimCoupon* const machine = owned_->simulated.get()) {
     // Nobody lays anything on a simulated coupon.
     if (!prompt) prompt = [](std::string_view) -> Expected<void> { return {}; };
-    return {*machine, *machine, *machine, {}, std::move(prompt)};
+    return machine->devices(std::move(prompt));
   }
   return {*owned_->stage,
           *owned_->spindle,

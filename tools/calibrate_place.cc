@@ -29,8 +29,8 @@ Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
   plate.vision_tool = options.tool;
   plate.marks = {out.place_};
   if (config.sim) {
+    static_cast<SimStops&>(plate) = config.sim->coupon;
     plate.seed = config.sim->seed;
-    plate.stage_repeatability = config.sim->coupon.stage_repeatability;
   }
   PANELCAL_TRY(out.sim_, SimPlate::create(config, std::move(plate)));
   PANELCAL_CHECK(set_camera_as_stated(config, out.devices()));
@@ -39,7 +39,13 @@ Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
 
 CalibrationDevices PlaceDevices::devices() {
   if (live_) return live_->devices();
-  return CalibrationDevices{*sim_, *sim_, *sim_, {}, {}};
+  return CalibrationDevices{*sim_,
+                            *sim_,
+                            *sim_,
+                            [this](Time time) { sim_->wait(time); },
+                            {},
+                            {},
+                            [this] { return sim_->now(); }};
 }
 
 }  // namespace panelcal::calibrate
