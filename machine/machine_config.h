@@ -116,6 +116,7 @@ struct MachineConfig {
   std::optional<CameraCalibration> camera;    ///< [camera] calibration, read from its own file
   std::filesystem::path camera_file;          ///< of `camera`; empty without
   std::map<double, CameraCalibration> zooms;  ///< [[camera.zoom]], by level
+  std::map<double, std::filesystem::path> zoom_files;  ///< of `zooms`
   /// [camera] bayer: picture files are a colour sensor's mosaic as it is, of this pattern.
   std::optional<BayerPattern> bayer;
   SpindleCameraOffset spindle_camera;  ///< [spindle], or of the calibration that it names
