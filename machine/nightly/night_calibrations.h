@@ -22,8 +22,12 @@ class NightCalibrations {
                                           const NightlyConfig& nightly);
 
   const std::vector<NightCalibration*>& all() const { return all_; }
+  /// The copy: as machine.toml has it, with the camera that is installed, and with the longer wait
+  /// where a settle time was found that machine.toml's is too short for.
+  const MachineConfig& config() const { return *config_; }
 
  private:
+  std::shared_ptr<MachineConfig> config_;
   std::vector<std::unique_ptr<NightCalibration>> owned_;
   std::vector<NightCalibration*> all_;
 };

@@ -12,7 +12,7 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 16> kKeys = {"calibrate",
+constexpr std::array<std::string_view, 17> kKeys = {"calibrate",
                                                     "camera",
                                                     "drift",
                                                     "focus",
@@ -27,6 +27,7 @@ constexpr std::array<std::string_view, 16> kKeys = {"calibrate",
                                                     "settle",
                                                     "temperature_command",
                                                     "temperature_file",
+                                                    "warm_up_limit_um",
                                                     "warm_up_s"};
 constexpr std::array<std::string_view, 7> kGateKeys = {"change_um",
                                                        "max_outliers",
@@ -141,6 +142,22 @@ Expected<void> read_surroundings(const TomlTable& table,
   return {};
 }
 
+Expected<void> read_warm_up(const TomlTable& table, NightlyConfig& config) {
+  PANELCAL_TRY(const double warm_up_s, table.number_or("warm_up_s", {0, kMostSeconds}, 0));
+  config.warm_up = seconds(warm_up_s);
+  PANELCAL_TRY(const auto limit_um, table.number("warm_up_limit_um", kAboveZero_um));
+  if (!limit_um) return {};
+  if (!(config.warm_up > Time())) {
+    return failure(table.problem("warm_up_limit_um", "warm_up_s as well, the longest it may take"));
+  }
+  if (!config.mark) {
+    return failure(
+        table.problem("warm_up_limit_um", "mark_mm as well", "there is no mark to look at"));
+  }
+  config.warm_up_limit = um(*limit_um);
+  return {};
+}
+
 Expected<void> read_gates(const TomlTable& nightly, NightLimits& limits) {
   PANELCAL_TRY(const auto table, nightly.table("gates", "[nightly.gates]", {kGateKeys, {}}));
   if (!table) return {};
@@ -246,8 +263,7 @@ Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
   PANELCAL_CHECK(read_what(*table, config));
   PANELCAL_CHECK(read_mark(*table, config));
   PANELCAL_CHECK(read_surroundings(*table, folder, config));
-  PANELCAL_TRY(const double warm_up_s, table->number_or("warm_up_s", {0, kMostSeconds}, 0));
-  config.warm_up = seconds(warm_up_s);
+  PANELCAL_CHECK(read_warm_up(*table, config));
   PANELCAL_TRY(config.min_disk_mb, table->number_or("min_disk_mb", {0, 1e9}, config.min_disk_mb));
   PANELCAL_TRY(const auto noon, table->integer("noon_utc_h", 0, 23));
   if (noon) config.noon_utc_h = static_cast<int>(*noon);

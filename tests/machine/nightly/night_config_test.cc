@@ -40,6 +40,7 @@ TEST(NightConfig, ReadsEveryKey) {
 calibrate = ["spindle-camera", "camera"]
 camera = "v4l2:/dev/video0"
 warm_up_s = 600
+warm_up_limit_um = 3
 mark_mm = [10, 20.5]
 mark_tool = 3
 reports = "nights"
@@ -82,6 +83,7 @@ tolerance_s = 0.1
   EXPECT_EQ(config.camera, "v4l2:/dev/video0");
   EXPECT_FALSE(config.is_simulated);
   EXPECT_EQ(config.warm_up, seconds(600));
+  EXPECT_EQ(config.warm_up_limit, um(3));
   EXPECT_EQ(config.mark->in_mm(), Eigen::Vector2d(10, 20.5));
   EXPECT_EQ(config.mark_tool, 3);
   EXPECT_EQ(config.reports, "there/nights");
@@ -136,6 +138,10 @@ TEST(NightConfig, DefaultsAreThoseOfTheLibrary) {
 TEST(NightConfig, RefusesWhatMakesNoSense) {
   EXPECT_EQ(refusal(""), "accepted");
   EXPECT_THAT(refusal("warmup_s = 3"), HasSubstr("warm_up_s"));
+  EXPECT_THAT(refusal("warm_up_limit_um = 3"), HasSubstr("warm_up_s as well"));
+  EXPECT_THAT(refusal("warm_up_s = 9\nwarm_up_limit_um = 3"), HasSubstr("mark_mm as well"));
+  EXPECT_THAT(refusal("warm_up_s = 9\nmark_mm = [1, 2]\nwarm_up_limit_um = 0"),
+              HasSubstr("warm_up_limit_um"));
   EXPECT_THAT(refusal("calibrate = [\"table\"]"), HasSubstr("spindle-camera"));
   EXPECT_THAT(refusal("calibrate = [\"spindle-camera\", \"spindle-camera\"]"), HasSubstr("once"));
   EXPECT_THAT(refusal("calibrate = []"), HasSubstr("spindle-camera"));
