@@ -35,12 +35,20 @@ Expected<NightCalibrations> NightCalibrations::make(const MachineConfig& config,
     out.owned_.push_back(std::move(trial));
   }
   if (is_wanted("camera")) {
-    PANELCAL_TRY(auto camera, internal::camera_night(shared, nightly));
-    out.owned_.push_back(std::move(camera));
+    std::vector<std::optional<double>> zooms = {std::nullopt};
+    for (const double level : internal::zooms_of_nights(config)) zooms.emplace_back(level);
+    for (const std::optional<double>& zoom : zooms) {
+      PANELCAL_TRY(auto camera, internal::camera_night(shared, nightly, zoom));
+      out.owned_.push_back(std::move(camera));
+    }
   }
   if (is_wanted("spindle-camera")) {
     PANELCAL_TRY(auto offset, internal::spindle_camera_night(shared, nightly));
     out.owned_.push_back(std::move(offset));
+  }
+  if (is_wanted("table")) {
+    PANELCAL_TRY(auto table, internal::table_night(shared, nightly));
+    out.owned_.push_back(std::move(table));
   }
   for (const auto& one : out.owned_) out.all_.push_back(one.get());
   return out;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,8 +45,16 @@ Expected<std::unique_ptr<NightCalibration>> spindle_camera_night(
 Expected<std::unique_ptr<NightCalibration>> trial_night(TrialKind kind,
                                                         std::shared_ptr<MachineConfig> config,
                                                         const NightlyConfig& nightly);
+/// Levels of [[camera.zoom]] that have a calibration of their own.
+std::vector<double> zooms_of_nights(const MachineConfig& config);
+/// In     zoom: absent: as the camera stands
 Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<MachineConfig> config,
-                                                         const NightlyConfig& nightly);
+                                                         const NightlyConfig& nightly,
+                                                         const std::optional<double>& zoom);
+
+/// The table, on a plate that is fixed to the machine.
+Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineConfig> config,
+                                                        const NightlyConfig& nightly);
 
 }  // namespace internal
 

@@ -76,6 +76,9 @@ levels = 13
 limit_um = 2
 longest_s = 3
 tolerance_s = 0.1
+[nightly.table]
+plate = "plate.toml"
+file = "table.cal.json"
 )");
   ASSERT_TRUE(read) << read.error().text();
   const NightlyConfig& config = **read;
@@ -116,6 +119,8 @@ tolerance_s = 0.1
   EXPECT_EQ(config.trials.settle_limit, um(2));
   EXPECT_EQ(config.trials.settle_longest, seconds(3));
   EXPECT_EQ(config.trials.settle_tolerance, seconds(0.1));
+  EXPECT_EQ(config.table.plate, "there/plate.toml");
+  EXPECT_EQ(config.table.file, "there/table.cal.json");
   EXPECT_TRUE(config.limits.validate());
   EXPECT_TRUE(config.drift.validate());
   EXPECT_TRUE(config.watch.validate());
@@ -142,7 +147,9 @@ TEST(NightConfig, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal("warm_up_s = 9\nwarm_up_limit_um = 3"), HasSubstr("mark_mm as well"));
   EXPECT_THAT(refusal("warm_up_s = 9\nmark_mm = [1, 2]\nwarm_up_limit_um = 0"),
               HasSubstr("warm_up_limit_um"));
-  EXPECT_THAT(refusal("calibrate = [\"table\"]"), HasSubstr("spindle-camera"));
+  EXPECT_THAT(refusal("calibrate = [\"tables\"]"), HasSubstr("\"table\", each once"));
+  EXPECT_THAT(refusal("calibrate = [\"table\"]"), HasSubstr("[nightly.table] plate and file"));
+  EXPECT_THAT(refusal("[nightly.table]\nplate = \"p\""), HasSubstr("file"));
   EXPECT_THAT(refusal("calibrate = [\"spindle-camera\", \"spindle-camera\"]"), HasSubstr("once"));
   EXPECT_THAT(refusal("calibrate = []"), HasSubstr("spindle-camera"));
   EXPECT_THAT(refusal("calibrate = [\"camera\"]"), HasSubstr("mark_mm"));
