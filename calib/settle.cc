@@ -49,11 +49,13 @@ std::optional<SettleTime> fit_settle(std::span<const SettleView> views,
   if (!(limit > mm(0))) return none(reason, "the limit of a settle time is not above 0");
   std::vector<DecaySample> samples;
   double last_s = 0;
+  double first_s = std::numeric_limits<double>::infinity();
   double best_sigma_mm = std::numeric_limits<double>::infinity();
   for (const SettleView& view : views) {
     const double sigma_mm = std::sqrt(0.5 * view.seen.cov.trace());
     samples.push_back({view.since_move.in_s(), view.seen.position.in_mm(), sigma_mm});
     last_s = std::max(last_s, view.since_move.in_s());
+    if (view.since_move > Time()) first_s = std::min(first_s, view.since_move.in_s());
     best_sigma_mm = std::min(best_sigma_mm, sigma_mm);
   }
   const std::optional<Decay> decay = internal::fit_decay(samples, true, reason);
@@ -74,6 +76,7 @@ std::optional<SettleTime> fit_settle(std::span<const SettleView> views,
                               best_sigma_mm * 1e3,
                               limit.in_um()));
     }
+    out.sigma = seconds(0.5 * first_s);
     return out;
   }
   const internal::DecayTime time = internal::time_to(*decay, limit.in_mm());

@@ -28,7 +28,7 @@ enum class SettleMotion : std::uint8_t {
 struct SettleTime {
   SettleMotion motion = SettleMotion::Still;
   Time wait;   ///< after which the error stays below the limit; 0 where it never is above
-  Time sigma;  ///< of that
+  Time sigma;  ///< of that; of a stage that is still, half of the shortest time above 0 of a view
   Time time_constant;
   double frequency_hz = 0;  ///< of a vibration
   Length amplitude;         ///< at most, at time 0

@@ -77,7 +77,7 @@ CalibrationDevices DeviceSet::devices(Prompt prompt) const {
   if (SimCoupon* const machine = owned_->simulated.get()) {
     // Nobody lays anything on a simulated coupon.
     if (!prompt) prompt = [](std::string_view) -> Expected<void> { return {}; };
-    return {*owned_->stage, *machine, *machine, {}, std::move(prompt)};
+    return machine->devices(*owned_->stage, std::move(prompt));
   }
   return {*owned_->stage,
           *owned_->spindle,

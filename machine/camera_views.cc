@@ -31,12 +31,21 @@ CameraViews::CameraViews(SpindleCameraOffset offset,
   };
 }
 
-Expected<void> CameraViews::set(const MeasurementRequest& request,
-                                CameraSetting setting,
-                                double value) {
-  const auto known = set_.find(setting);
-  if (known != set_.end() && known->second == value) return {};
-  if (!camera_->can_set(setting) && !stage_->can_set(setting)) {
+Expected<CameraViews::Settings> CameraViews::settings_for(const MeasurementRequest& request,
+                                                          const View& view) const {
+  Settings wanted;
+  const std::optional<double> lamp = request.settings.lamp ? request.settings.lamp : stated_.lamp;
+  if (lamp) wanted.emplace_back(CameraSetting::Lamp, *lamp);
+  if (request.settings.zoom) wanted.emplace_back(CameraSetting::Zoom, *request.settings.zoom);
+  // After an `$uvis,focus` that found nothing the axis stands at the last height tried.
+  const std::optional<Length> focus_z = view.focus_z ? view.focus_z : stated_.focus;
+  if (focus_z) wanted.emplace_back(CameraSetting::Focus, focus_z->in_mm());
+  std::erase_if(wanted, [this](const auto& one) {
+    const auto known = set_.find(one.first);
+    return known != set_.end() && known->second == one.second;
+  });
+  for (const auto& [setting, value] : wanted) {
+    if (camera_->can_set(setting) || stage_->can_set(setting)) continue;
     return failure({Code::ConfigValue,
                     {camera_->name(), 0, 0},
                     fmt::format("{} target {} (line {}) asks for {} {}, which this camera does not "
@@ -48,23 +57,23 @@ Expected<void> CameraViews::set(const MeasurementRequest& request,
                                 value),
                     fmt::format("[machine] {}_command", name(setting))});
   }
-  set_.erase(setting);
-  is_settled_ = false;
-  PANELCAL_CHECK(camera_->can_set(setting) ? camera_->set(setting, value)
-                                           : stage_->set(setting, value));
-  set_[setting] = value;
+  return wanted;
+}
+
+Expected<void> CameraViews::set(const Settings& settings) {
+  for (const auto& [setting, value] : settings) {
+    set_.erase(setting);
+    is_settled_ = false;
+    PANELCAL_CHECK(camera_->can_set(setting) ? camera_->set(setting, value)
+                                             : stage_->set(setting, value));
+    set_[setting] = value;
+  }
   return {};
 }
 
 Expected<void> CameraViews::prepare(const MeasurementRequest& request, const View& view) {
-  const VisionSettings& settings = request.settings;
-  const std::optional<double> lamp = settings.lamp ? settings.lamp : stated_.lamp;
-  if (lamp) PANELCAL_CHECK(set(request, CameraSetting::Lamp, *lamp));
-  if (settings.zoom) PANELCAL_CHECK(set(request, CameraSetting::Zoom, *settings.zoom));
-  // After an `$uvis,focus` that found nothing the axis stands at the last height tried.
-  const std::optional<Length> focus_z = view.focus_z ? view.focus_z : stated_.focus;
-  if (focus_z) PANELCAL_CHECK(set(request, CameraSetting::Focus, focus_z->in_mm()));
-  return {};
+  PANELCAL_TRY(const Settings settings, settings_for(request, view));
+  return set(settings);
 }
 
 Expected<void> CameraViews::drive(const Position<frame::Machine>& spindle) {
@@ -77,8 +86,9 @@ Expected<void> CameraViews::drive(const Position<frame::Machine>& spindle) {
 }
 
 Expected<TakenPicture> CameraViews::take(const MeasurementRequest& request, const View& view) {
-  PANELCAL_CHECK(prepare(request, view));
+  PANELCAL_TRY(const Settings settings, settings_for(request, view));
   PANELCAL_CHECK(drive(offset_.spindle_to_see(view.axis)));
+  PANELCAL_CHECK(set(settings));
   if (!is_settled_) wait_(settle_);
   is_settled_ = true;
   PANELCAL_TRY(Image image, camera_->take());

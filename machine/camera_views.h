@@ -5,6 +5,8 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/units.h"
@@ -16,8 +18,10 @@
 
 namespace panelcal {
 
-/// Shows the panel with a live camera on a stage: sets lamp, zoom and focus, drives, lets the
-/// machine come to rest, takes a picture.
+/// Shows the panel with a live camera on a stage: drives, sets lamp, zoom and focus, lets the
+/// machine come to rest, takes a picture. The focus comes after the drive, since the best height
+/// belongs to a place and the camera need not carry it to the next; what nobody can set is refused
+/// before anything moves.
 ///
 ///   spindle = place to look at - spindle-camera offset
 ///   axis    = where the stage says the spindle stands + spindle-camera offset
@@ -59,7 +63,11 @@ class CameraViews final : public ViewTaker {
   void forget_place() { commanded_.reset(); }
 
  private:
-  Expected<void> set(const MeasurementRequest& request, CameraSetting setting, double value);
+  using Settings = std::vector<std::pair<CameraSetting, double>>;
+
+  /// What a view asks for and is not so already.
+  Expected<Settings> settings_for(const MeasurementRequest& request, const View& view) const;
+  Expected<void> set(const Settings& settings);
   Expected<void> drive(const Position<frame::Machine>& spindle);
 
   SpindleCameraOffset offset_;

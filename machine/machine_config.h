@@ -119,7 +119,8 @@ struct MachineConfig {
   std::optional<CameraCalibration> camera;    ///< [camera] calibration, read from its own file
   std::filesystem::path camera_file;          ///< of `camera`; empty without
   std::map<double, CameraCalibration> zooms;  ///< [[camera.zoom]], by level
-  std::filesystem::path table_file;           ///< [table] calibration, of `walk.table`; or empty
+  std::map<double, std::filesystem::path> zoom_files;  ///< of `zooms`
+  std::filesystem::path table_file;  ///< [table] calibration, of `walk.table`; or empty
   /// [camera] bayer: picture files are a colour sensor's mosaic as it is, of this pattern.
   std::optional<BayerPattern> bayer;
   SpindleCameraOffset spindle_camera;  ///< [spindle], or of the calibration that it names

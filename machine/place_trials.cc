@@ -233,8 +233,9 @@ Expected<SettleRun> calibrate_settle(const MachineConfig& config,
         continue;
       }
       const Eigen::Vector2d from_axis_mm = sight.place.position.in_mm() - axis.in_mm();
-      run.views.push_back(
-          {asked - arrived, {position_mm<frame::Optical>(from_axis_mm), sight.place.cov}});
+      // Every view is of another stop.
+      const Eigen::Matrix2d cov = sight.place.cov + config.walk.uncertainty.stage_mm2();
+      run.views.push_back({asked - arrived, {position_mm<frame::Optical>(from_axis_mm), cov}});
     }
   }
   run.settle = fit_settle(run.views, trial.limit, &run.reason);

@@ -74,7 +74,8 @@ struct SettleRun {
 
 /// Moves away and back again and again, and takes a picture after another delay each time.
 ///
-/// A picture counts at the time it was asked for, by the devices' clock.
+/// A picture counts at the time it was asked for, by the devices' clock. To the detector's
+/// covariance comes [uncertainty] stage_repeatability_um.
 ///
 /// Fails  config-value (no [camera]; no way to wait, no clock; a trial outside its bounds);
 ///        vision-tool-undefined; travel-exceeded, before anything moves; device errors

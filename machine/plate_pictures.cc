@@ -34,6 +34,27 @@ constexpr double kMostBesideTags = 0.25;
 /// and more says that some were taken for their neighbours or that the axis was elsewhere.
 constexpr double kMostScatter = 0.1;
 
+/// From where every stop over a plate is come to.
+Displacement<frame::Machine> approach() {
+  return displacement_mm<frame::Machine>(1, 1);
+}
+/// Along each side at most so many dots are driven to.
+constexpr int kMostStops = 15;
+
+/// The dots that are driven to, row by row.
+std::vector<PlateDot> stops_of(const CalibrationPlate& plate) {
+  const std::vector<PlateDot> dots = plate.dots();
+  const int every_column = (plate.columns + kMostStops - 1) / kMostStops;
+  const int every_row = (plate.rows + kMostStops - 1) / kMostStops;
+  std::vector<PlateDot> stops;
+  for (int row = 0; row < plate.rows; row += every_row) {
+    for (int column = 0; column < plate.columns; column += every_column) {
+      stops.push_back(dots[plate.index(column, row)]);
+    }
+  }
+  return stops;
+}
+
 /// Goes through the pictures of all poses.
 class PlateLooks {
  public:
@@ -91,9 +112,57 @@ class PlateLooks {
     return check_scatter(folder, i_pose, pose, pairs);
   }
 
+  /// Drives over a plate that lies as its first pose says.
+  Expected<void> drive(const CalibrationDevices& devices) {
+    PlatePose pose = plate_.poses.front();
+    const std::vector<PlateDot> stops = stops_of(plate_);
+    for (const PlateDot& stop : stops) PANELCAL_CHECK(check_travel(place_in(pose, stop.place)));
+    std::vector<PlacePair> pairs;
+    for (const PlateDot& stop : stops) {
+      const auto spindle =
+          config_.spindle_camera.spindle_to_see(place_in(plate_.poses.front(), stop.place));
+      PANELCAL_CHECK(devices.stage.move_to(spindle - approach()));
+      PANELCAL_TRY(const Position<frame::Machine> standing, devices.stage.move_to(spindle));
+      if (devices.wait) devices.wait(config_.settle);
+      PANELCAL_TRY(const Image image, devices.camera.take());
+      PANELCAL_CHECK(check_size(image));
+      PictureRow row;
+      row.axis = config_.spindle_camera.optical_axis(standing);
+      const Eigen::Vector2d& axis_mm = row.axis.in_mm();
+      add_picture(
+          image, fmt::format("({:.3f}, {:.3f}) mm", axis_mm.x(), axis_mm.y()), row, pose, pairs);
+      pose = internal::best_pose(pairs, pose, kLeastLever * plate_.pitch);
+    }
+    ++n_poses_;
+    return check_scatter({plate_.file, {}}, 0, pose, pairs);
+  }
+
   MarkSights& sights() { return sights_; }
 
  private:
+  Expected<void> check_travel(const Position<frame::Machine>& axis) const {
+    const auto spindle = config_.spindle_camera.spindle_to_see(axis);
+    if (is_in_travel(config_, spindle) && is_in_travel(config_, spindle - approach())) return {};
+    const Eigen::Vector2d& p_mm = spindle.in_mm();
+    return failure(
+        {Code::TravelExceeded,
+         {plate_.file.string(), 0, 0},
+         fmt::format("a dot sends the spindle to ({:.3f}, {:.3f}) mm", p_mm.x(), p_mm.y()),
+         "a plate all of whose dots can be seen within [machine] travel"});
+  }
+
+  Expected<void> check_size(const Image& image) const {
+    if (image.width() == camera_.picture_width_px && image.height() == camera_.picture_height_px) {
+      return {};
+    }
+    return failure({Code::PictureMismatch,
+                    {config_.file.string(), 0, 0},
+                    fmt::format("a picture is {} x {} px", image.width(), image.height()),
+                    fmt::format("{} x {} px, for which [camera] is calibrated",
+                                camera_.picture_width_px,
+                                camera_.picture_height_px)});
+  }
+
   static std::string name_of(const PictureFolder& folder, const PictureRow& row) {
     return folder.folder.filename().string() + "/" + row.file;
   }
@@ -274,6 +343,27 @@ Expected<MarkSights> look_at_plate(const MachineConfig& config,
                                 : fmt::format("no dot was found: {}", missed.front().reason),
                  plate.tags ? "dots where [plate] and [tags] have them"
                             : "a [[pose]] that is right to a quarter of the pitch");
+}
+
+Expected<MarkSights> look_at_plate(const MachineConfig& config,
+                                   const CalibrationDevices& devices,
+                                   const CalibrationPlate& plate) {
+  if (!config.camera) {
+    return refused(Code::ConfigValue, config.file, "there is no [camera]", "[camera] calibration");
+  }
+  if (!(plate.dot_diameter > Length()) || plate.poses.empty()) {
+    return refused(Code::ConfigValue,
+                   plate.file,
+                   "nothing says how large the dots are, or how the plate lies",
+                   "dot_diameter_mm and a [[pose]]");
+  }
+  PlateLooks looks(config, plate, *config.camera, std::nullopt);
+  PANELCAL_CHECK(looks.drive(devices));
+  if (!looks.sights().data.seen.empty()) return std::move(looks.sights());
+  return refused(Code::CalibrationData,
+                 plate.file,
+                 "no dot was found",
+                 "a [[pose]] that is right to a quarter of the pitch");
 }
 
 TableSights table_sights(const MachineConfig& config, const MarkSights& seen) {

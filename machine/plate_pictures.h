@@ -45,6 +45,15 @@ Expected<MarkSights> look_at_plate(const MachineConfig& config,
                                    const std::vector<PictureFolder>& poses,
                                    const std::optional<double>& zoom = {});
 
+/// The same of a plate that is fixed to the machine, as its one [[pose]] says: the axis is driven
+/// over its dots, or evenly chosen ones of many, each come to from the same side.
+///
+/// Fails  travel-exceeded, before anything moves; device errors; else as above
+/// Cost   a picture a dot, at most 225
+Expected<MarkSights> look_at_plate(const MachineConfig& config,
+                                   const CalibrationDevices& devices,
+                                   const CalibrationPlate& plate);
+
 /// The same as looks for the table's fit, through the present calibration of the camera.
 TableSights table_sights(const MachineConfig& config, const MarkSights& seen);
 

@@ -62,12 +62,21 @@ constexpr std::array<std::string_view, 7> kDebrisKeys = {"brightest",
                                                          "scratches",
                                                          "size_um"};
 
-constexpr std::array<std::string_view, 3> kCouponKeys = {
-    "backlash_um", "drill_wander_um", "stage_repeatability_um"};
+constexpr std::array<std::string_view, 10> kCouponKeys = {"backlash_um",
+                                                          "cold_um",
+                                                          "drill_wander_um",
+                                                          "mark_mm",
+                                                          "mark_tool",
+                                                          "stage_repeatability_um",
+                                                          "swing_decay_s",
+                                                          "swing_hz",
+                                                          "swing_um",
+                                                          "warm_up_s"};
 
 constexpr std::array<std::string_view, 5> kTableKeys = {
     "bow_radius_mm", "bow_um", "center_mm", "scale_ppm", "squareness_urad"};
 
+constexpr int kMaxToolNumber = 1'000'000;
 constexpr int kMaxPictureSide_px = 10'000;
 constexpr std::size_t kMaxSpindles = 64;
 constexpr Range kShare{0, 1};
@@ -246,6 +255,34 @@ Expected<void> read_camera(const TomlTable& table,
   return {};
 }
 
+/// What is fixed to its table.
+Expected<void> read_sim_mark(const TomlTable& table, SimCouponOptions& coupon) {
+  PANELCAL_TRY(const auto mark_mm, table.pair("mark_mm", {-kMaxPlace_mm, kMaxPlace_mm}));
+  if (mark_mm) coupon.mark = position_mm<frame::Machine>(*mark_mm);
+  PANELCAL_TRY(const auto tool, table.integer("mark_tool", 1, kMaxToolNumber));
+  if (tool && !mark_mm) {
+    return failure(table.problem("mark_tool", "mark_mm as well", "there is no mark to show"));
+  }
+  if (tool) coupon.mark_tool = static_cast<int>(*tool);
+  return {};
+}
+
+/// How its stage comes to rest, and how it warms up: without a word, at once and not at all.
+Expected<void> read_sim_motion(const TomlTable& table, SimCouponOptions& coupon) {
+  PANELCAL_TRY(const double swing_um, table.number_or("swing_um", kScatter_um, 0));
+  coupon.swing = um(swing_um);
+  PANELCAL_TRY(const double decay_s,
+               table.number_or("swing_decay_s", {0, 3600, true}, coupon.swing_decay.in_s()));
+  coupon.swing_decay = seconds(decay_s);
+  PANELCAL_TRY(coupon.swing_hz, table.number_or("swing_hz", {0, 1e4}, coupon.swing_hz));
+  PANELCAL_TRY(const auto cold_um, table.pair("cold_um", kHeight_um));
+  if (cold_um) coupon.cold = displacement_mm<frame::Machine>(1e-3 * *cold_um);
+  PANELCAL_TRY(const double warm_up_s,
+               table.number_or("warm_up_s", {0, 1e6, true}, coupon.warm_up.in_s()));
+  coupon.warm_up = seconds(warm_up_s);
+  return {};
+}
+
 /// How badly it drills and stops: without a word, perfectly.
 Expected<void> read_sim_coupon(const TomlTable& sim, SimCouponOptions& coupon) {
   PANELCAL_TRY(const auto table, sim.table("coupon", "[sim.coupon]", {kCouponKeys, {}}));
@@ -256,7 +293,8 @@ Expected<void> read_sim_coupon(const TomlTable& sim, SimCouponOptions& coupon) {
   coupon.stage_repeatability = um(stage_um);
   PANELCAL_TRY(const auto backlash_um, table->pair("backlash_um", kScatter_um));
   if (backlash_um) coupon.backlash = displacement_mm<frame::Machine>(1e-3 * *backlash_um);
-  return {};
+  PANELCAL_CHECK(read_sim_mark(*table, coupon));
+  return read_sim_motion(*table, coupon);
 }
 
 /// The real surface: without a word it is flat, where it is expected, and probed without noise.

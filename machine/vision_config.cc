@@ -54,6 +54,10 @@ Expected<void> read_zoom_and_focus(const TomlTable& camera, MachineConfig& confi
   const Range heights =
       range_mm ? Range{range_mm->x(), range_mm->y()} : Range{-kMaxPlace_mm, kMaxPlace_mm};
   PANELCAL_TRY(const auto focus_mm, camera.number("focus_mm", heights));
+  if (focus_mm && !range_mm) {
+    return failure(camera.problem(
+        "focus_mm", "focus_range_mm as well", "nothing says between which heights it may go"));
+  }
   if (focus_mm) config.vision.focus = mm(*focus_mm);
   PANELCAL_TRY(config.vision.lamp, camera.number("lamp", {.low = 0, .high = kMaxLamp}));
 
@@ -65,11 +69,12 @@ Expected<void> read_zoom_and_focus(const TomlTable& camera, MachineConfig& confi
     if (!file || file->empty()) {
       return failure(zoom.missing("calibration", "calibration = \"NAME.cal.json\""));
     }
-    PANELCAL_TRY(const CameraCalibration calibration,
-                 read_camera_calibration(config.file.parent_path() / *file));
+    const std::filesystem::path path = config.file.parent_path() / *file;
+    PANELCAL_TRY(const CameraCalibration calibration, read_camera_calibration(path));
     if (!config.zooms.emplace(*level, calibration).second) {
       return failure(zoom.problem("level", "each level once", "another zoom has it"));
     }
+    config.zoom_files[*level] = path;
   }
   return {};
 }

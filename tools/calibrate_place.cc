@@ -30,8 +30,8 @@ Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
   plate.vision_tool = options.tool;
   plate.marks = {out.place_};
   if (config.sim) {
+    static_cast<SimStops&>(plate) = config.sim->coupon;
     plate.seed = config.sim->seed;
-    plate.stage_repeatability = config.sim->coupon.stage_repeatability;
     if (config.sim->table) {
       plate.error_mm = [table = *config.sim->table](const Position<frame::Machine>& command) {
         return table.error_mm(command);
@@ -47,7 +47,13 @@ Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
 
 CalibrationDevices PlaceDevices::devices() {
   if (live_) return live_->devices();
-  return CalibrationDevices{*sim_stage_, *sim_, *sim_, {}, {}};
+  return CalibrationDevices{*sim_stage_,
+                            *sim_,
+                            *sim_,
+                            [this](Time time) { sim_->wait(time); },
+                            {},
+                            {},
+                            [this] { return sim_->now(); }};
 }
 
 }  // namespace panelcal::calibrate

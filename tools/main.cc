@@ -4,6 +4,7 @@
 #include <iostream>
 #include <variant>
 
+#include "panelcal/calib/solver_log.h"
 #include "panelcal/tools/commands.h"
 
 namespace panelcal {
@@ -20,8 +21,12 @@ struct Dispatch {
 };
 
 int run(int argc, char** argv) {
-  // A closed pipe is an error of ours to report, not a reason to die without a word.
+  // A closed pipe, or a file that may not grow, is an error of ours to report, not a reason to die
+  // without a word.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  // Standard error is for diagnostics.
+  silence_solver_log();
   const Expected<Options> options = parse_options(argc, argv);
   if (!options) {
     Console(CommonOptions{}).print(options.error());

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "panelcal/calib/base/clock.h"
+#include "panelcal/machine/nightly/warm_up.h"
 #include "panelcal/tools/nightly_report.h"
 
 namespace panelcal::nightly {
@@ -176,6 +177,7 @@ std::string night_json(const NightRecord& r, const Provenance& provenance) {
               {"config_file", r.config_file.string()},
               {"ledger_file", r.ledger_file.string()},
               {"ledger_head", {{"id", r.head.id}, {"hash", r.head.hash}}}};
+  out["warm_up"] = r.warm_up ? Json::parse(warm_up_json(*r.warm_up)) : Json();
   out["provenance"] = Json::object();
   for (const auto& [key, value] : provenance) out["provenance"][key] = value;
   return out.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";

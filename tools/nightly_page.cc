@@ -300,6 +300,17 @@ std::string self_test(const NightRecord& record) {
   return out + "</table></div>\n</section>\n";
 }
 
+std::string warm_up(const NightRecord& record) {
+  if (!record.warm_up) return {};
+  const NightWarmUp& seen = *record.warm_up;
+  return fmt::format(
+      "<h2>Warming up{}</h2>\n<section>\n<p>{}</p>\n<div class=\"charts\">\n{}"
+      "</div>\n</section>\n",
+      chip(seen.is_warm ? "" : " refused", seen.is_warm ? "warm" : "not known"),
+      escaped(seen.text),
+      warm_up_figure(seen));
+}
+
 std::string footer(const NightRecord& record, const Provenance& provenance) {
   Provenance rows = {{"started", iso_8601(record.started)},
                      {"finished", iso_8601(record.finished)},
@@ -338,7 +349,8 @@ std::string night_html(const NightRecord& record, const Provenance& provenance) 
     out += "<h2>To know</h2>\n<section>\n" + list(record.notes) + "</section>\n";
   }
   for (const NightStep& step : record.steps) out += section(step);
-  return out + self_test(record) + footer(record, provenance) + "</main>\n</body>\n</html>\n";
+  return out + warm_up(record) + self_test(record) + footer(record, provenance) +
+         "</main>\n</body>\n</html>\n";
 }
 
 }  // namespace panelcal::nightly

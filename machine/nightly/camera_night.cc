@@ -7,11 +7,12 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/base/digest.h"
 #include "panelcal/calib/calibration_file.h"
 #include "panelcal/calib/drift/amount.h"
 #include "panelcal/machine/camera_run.h"
+#include "panelcal/machine/camera_settings.h"
 #include "panelcal/machine/nightly/night_calibrations.h"
+#include "panelcal/machine/nightly/night_file.h"
 
 namespace panelcal {
 namespace {
@@ -35,21 +36,36 @@ double half_diagonal_px(const CameraCalibration& camera) {
   return 0.5 * std::hypot(camera.picture_width_px, camera.picture_height_px);
 }
 
+/// The level that the camera stands at unless a program asks for another: its [[camera.zoom]] names
+/// the file of [camera].
+std::optional<double> usual_zoom(const MachineConfig& config) {
+  const auto found = std::ranges::find_if(config.zoom_files, [&](const auto& zoom) {
+    return zoom.second.lexically_normal() == config.camera_file.lexically_normal();
+  });
+  return found == config.zoom_files.end() ? std::nullopt : std::optional(found->first);
+}
+
+/// The camera as it stands, or at a zoom level.
 class CameraNight final : public NightCalibration {
  public:
-  CameraNight(std::shared_ptr<MachineConfig> config, const NightlyConfig& nightly)
+  CameraNight(std::shared_ptr<MachineConfig> config,
+              const NightlyConfig& nightly,
+              const std::optional<double>& zoom)
       : config_(std::move(config)),
+        zoom_(zoom),
         mark_(*nightly.mark),
         tool_(nightly.mark_tool),
         limits_(nightly.limits),
-        radius_px_(half_diagonal_px(*config_->camera)) {}
+        radius_px_(half_diagonal_px(camera())) {}
 
-  LedgerKey key() const override { return camera_key(*config_, std::nullopt); }
+  LedgerKey key() const override { return camera_key(*config_, zoom_); }
   std::vector<std::string> axes() const override { return {"corner radius", "corner turn"}; }
   std::string unit() const override { return "mm"; }
-  std::filesystem::path file() const override { return config_->camera_file; }
+  std::filesystem::path file() const override {
+    return zoom_ ? config_->zoom_files.at(*zoom_) : config_->camera_file;
+  }
   std::optional<Eigen::VectorXd> present() const override {
-    const CameraModel::Parameters parameters = config_->camera->model().parameters();
+    const CameraModel::Parameters parameters = camera().model().parameters();
     return corner(radius_px_,
                   parameters.scale_mm_per_px,
                   parameters.rotation_rad,
@@ -68,9 +84,11 @@ class CameraNight final : public NightCalibration {
   Expected<bool> install(const Ledger& ledger) override;
 
  private:
+  const CameraCalibration& camera() const { return *camera_at(*config_, zoom_); }
   std::vector<NightGate> gates_of(const CameraRun& run) const;
 
   std::shared_ptr<MachineConfig> config_;
+  std::optional<double> zoom_;
   Position<frame::Machine> mark_;
   int tool_;
   NightLimits limits_;
@@ -109,7 +127,7 @@ double corners_moved_mm(const CameraCalibration& before, const CameraCalibration
 /// Of the whole camera; its axes are scale and rotation only.
 std::vector<NightGate> CameraNight::gates_of(const CameraRun& run) const {
   const double sigma_mm = um(run.corner_sigma_um).in_mm();
-  const double moved_mm = corners_moved_mm(*config_->camera, run.calibration);
+  const double moved_mm = corners_moved_mm(camera(), run.calibration);
   const std::string why = refusal(run);
   return {
       {"corners",
@@ -129,7 +147,14 @@ Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& device
                                                 const NightWords& words) {
   CameraRunOptions options;
   options.views.tool = tool_;
-  PANELCAL_TRY(const CameraRun run, calibrate_camera(*config_, devices, mark_, options));
+  options.views.zoom = zoom_;
+  Expected<CameraRun> made = calibrate_camera(*config_, devices, mark_, options);
+  // Whatever came of it: the next calibration, and the first job, see as they did before.
+  if (zoom_) {
+    PANELCAL_CHECK(set_camera(*config_, devices, CameraSetting::Zoom, *usual_zoom(*config_)));
+  }
+  if (!made) return failure(std::move(made).error());
+  const CameraRun run = *std::move(made);
   RecordWords record;
   record.date = words.date;
   record.asked_by = words.asked_by;
@@ -159,45 +184,30 @@ Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& device
 }
 
 Expected<bool> CameraNight::is_installed(const Ledger& ledger) const {
-  PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key()));
-  if (!in_force) return true;
-  PANELCAL_TRY(const std::string text, ledger.result(in_force->id));
-  const Expected<std::string> present = read_file(file(), kMaxCalibrationBytes);
-  return present && *present == text;
+  return internal::says_what_is_in_force(ledger, key(), file());
 }
 
 Expected<std::string> CameraNight::by_hand(const Ledger& ledger) const {
-  PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key()));
   const Expected<std::string> bytes = read_file(file(), kMaxCalibrationBytes);
-  if (!in_force || !bytes) return std::string();
+  if (!bytes) return std::string();
   const auto camera = parse_camera_calibration(*bytes, "");
   if (!camera) return std::string();
-  LedgerFilter filter;
-  filter.machine = key().machine;
-  filter.kind = key().kind;
-  filter.subject = key().subject;
-  PANELCAL_TRY(std::vector<LedgerEntry> entries, ledger.list(filter));
-  std::erase_if(entries, [](const LedgerEntry& entry) {
-    return entry.record.verdict != LedgerVerdict::Installed;
-  });
-  const std::string digest = sha256(*bytes);
-  if (std::ranges::find(entries, digest, &LedgerEntry::result_sha256) != entries.end()) {
-    return std::string();
-  }
-  // The first installation may have been cut off before it replaced what was there without a
-  // ledger.
-  if (entries.size() == 1 && camera->date <= in_force->time) return std::string();
-  return std::string("a camera");
+  PANELCAL_TRY(const bool is_by_hand,
+               internal::is_past_the_ledger(ledger, key(), *bytes, camera->date));
+  return std::string(is_by_hand ? "a camera" : "");
 }
 
 Expected<bool> CameraNight::install(const Ledger& ledger) {
-  PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key()));
-  if (!in_force) return false;
-  PANELCAL_TRY(const std::string text, ledger.result(in_force->id));
-  PANELCAL_TRY(CameraCalibration camera, parse_camera_calibration(text, file().string()));
+  PANELCAL_TRY(const std::optional<std::string> text, internal::text_in_force(ledger, key()));
+  if (!text) return false;
+  PANELCAL_TRY(CameraCalibration camera, parse_camera_calibration(*text, file().string()));
   PANELCAL_TRY(const bool is_there, is_installed(ledger));
-  if (!is_there) PANELCAL_CHECK(write_file(file(), text));
-  config_->camera = std::move(camera);
+  if (!is_there) PANELCAL_CHECK(write_file(file(), *text));
+  if (zoom_) {
+    config_->zooms[*zoom_] = std::move(camera);
+  } else {
+    config_->camera = std::move(camera);
+  }
   return !is_there;
 }
 
@@ -205,8 +215,18 @@ Expected<bool> CameraNight::install(const Ledger& ledger) {
 
 namespace internal {
 
+std::vector<double> zooms_of_nights(const MachineConfig& config) {
+  std::vector<double> out;
+  const std::optional<double> usual = usual_zoom(config);
+  for (const auto& [level, file] : config.zoom_files) {
+    if (level != usual) out.push_back(level);
+  }
+  return out;
+}
+
 Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<MachineConfig> config,
-                                                         const NightlyConfig& nightly) {
+                                                         const NightlyConfig& nightly,
+                                                         const std::optional<double>& zoom) {
   const auto missing = [&](std::string what, std::string expected) {
     return failure({Code::ConfigValue, nightly.place, std::move(what), std::move(expected)});
   };
@@ -216,7 +236,11 @@ Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<Machine
   if (!config->vision_tools.contains(nightly.mark_tool)) {
     return missing(needs + "the mark's vision tool is not defined", "a [[vision.tool]]");
   }
-  return std::make_unique<CameraNight>(std::move(config), nightly);
+  if (zoom && !usual_zoom(*config)) {
+    return missing(needs + "nothing says which zoom it goes back to",
+                   "a [[camera.zoom]] that names the file of [camera] calibration as well");
+  }
+  return std::make_unique<CameraNight>(std::move(config), nightly, zoom);
 }
 
 }  // namespace internal

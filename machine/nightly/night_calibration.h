@@ -82,6 +82,10 @@ class NightCalibration {
   /// At most so many spreads and levels a measurement has.
   virtual int n_qualities() const = 0;
 
+  /// Whether bad pictures may come of what it measures: then it is measured when the self-test
+  /// found bad ones, for a person to see, and not installed.
+  virtual bool may_explain_pictures() const { return false; }
+
   /// What its results are held to: [nightly]'s limits, which are of lengths at a hole, or others.
   virtual NightlyConfig held_to(const NightlyConfig& nightly) const { return nightly; }
 

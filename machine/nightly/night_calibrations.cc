@@ -26,6 +26,7 @@ Expected<NightCalibrations> NightCalibrations::make(const MachineConfig& config,
     return std::ranges::find(nightly.calibrate, kind) != nightly.calibrate.end();
   };
   NightCalibrations out;
+  out.config_ = shared;
   constexpr std::array<std::pair<std::string_view, TrialKind>, 3> kTrials = {
       {{"focus", TrialKind::Focus}, {"light", TrialKind::Light}, {"settle", TrialKind::Settle}}};
   for (const auto& [name, kind] : kTrials) {
@@ -34,12 +35,20 @@ Expected<NightCalibrations> NightCalibrations::make(const MachineConfig& config,
     out.owned_.push_back(std::move(trial));
   }
   if (is_wanted("camera")) {
-    PANELCAL_TRY(auto camera, internal::camera_night(shared, nightly));
-    out.owned_.push_back(std::move(camera));
+    std::vector<std::optional<double>> zooms = {std::nullopt};
+    for (const double level : internal::zooms_of_nights(config)) zooms.emplace_back(level);
+    for (const std::optional<double>& zoom : zooms) {
+      PANELCAL_TRY(auto camera, internal::camera_night(shared, nightly, zoom));
+      out.owned_.push_back(std::move(camera));
+    }
   }
   if (is_wanted("spindle-camera")) {
     PANELCAL_TRY(auto offset, internal::spindle_camera_night(shared, nightly));
     out.owned_.push_back(std::move(offset));
+  }
+  if (is_wanted("table")) {
+    PANELCAL_TRY(auto table, internal::table_night(shared, nightly));
+    out.owned_.push_back(std::move(table));
   }
   for (const auto& one : out.owned_) out.all_.push_back(one.get());
   return out;
@@ -48,7 +57,19 @@ Expected<NightCalibrations> NightCalibrations::make(const MachineConfig& config,
 Expected<NightRecord> run_nightly(const NightJob& job) {
   PANELCAL_TRY(const NightCalibrations calibrations,
                NightCalibrations::make(job.config, job.nightly));
-  return run_nightly(job, calibrations.all());
+  const NightJob shared = {.config = calibrations.config(),
+                           .nightly = job.nightly,
+                           .devices = job.devices,
+                           .clock = job.clock,
+                           .software = job.software,
+                           .asked_by = job.asked_by,
+                           .is_dry_run = job.is_dry_run,
+                           .is_again = job.is_again,
+                           .temperature_c = job.temperature_c,
+                           .progress = job.progress,
+                           .lock = job.lock,
+                           .notes = job.notes};
+  return run_nightly(shared, calibrations.all());
 }
 
 }  // namespace panelcal

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,12 @@ class NightCalibrations {
                                           const NightlyConfig& nightly);
 
   const std::vector<NightCalibration*>& all() const { return all_; }
+  /// The copy: as machine.toml has it, with the camera that is installed, and with the longer wait
+  /// where a settle time was found that machine.toml's is too short for.
+  const MachineConfig& config() const { return *config_; }
 
  private:
+  std::shared_ptr<MachineConfig> config_;
   std::vector<std::unique_ptr<NightCalibration>> owned_;
   std::vector<NightCalibration*> all_;
 };
@@ -40,8 +45,16 @@ Expected<std::unique_ptr<NightCalibration>> spindle_camera_night(
 Expected<std::unique_ptr<NightCalibration>> trial_night(TrialKind kind,
                                                         std::shared_ptr<MachineConfig> config,
                                                         const NightlyConfig& nightly);
+/// Levels of [[camera.zoom]] that have a calibration of their own.
+std::vector<double> zooms_of_nights(const MachineConfig& config);
+/// In     zoom: absent: as the camera stands
 Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<MachineConfig> config,
-                                                         const NightlyConfig& nightly);
+                                                         const NightlyConfig& nightly,
+                                                         const std::optional<double>& zoom);
+
+/// The table, on a plate that is fixed to the machine.
+Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineConfig> config,
+                                                        const NightlyConfig& nightly);
 
 }  // namespace internal
 

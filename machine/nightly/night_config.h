@@ -32,6 +32,12 @@ struct NightTrials {
   double lamp_step() const { return (lamp_high - lamp_low) / (n_lamp_levels - 1); }
 };
 
+/// [nightly.table]: what "table" calibrates on, and where to.
+struct NightTable {
+  std::filesystem::path plate;  ///< fixed to the machine; empty without the table
+  std::filesystem::path file;   ///< of the calibration
+};
+
 /// [nightly] of a machine.toml: what is calibrated while nobody watches, and what it is held to.
 struct NightlyConfig {
   /// "focus", "light", "settle", "camera", "spindle-camera"; in this order, since an offset goes
@@ -41,8 +47,10 @@ struct NightlyConfig {
   /// address.
   bool is_simulated = false;
   std::string camera;
-  /// How long the stage moves to and fro before anything is measured.
+  /// How long the stage moves to and fro before anything is measured; with a limit, at most.
   Time warm_up;
+  /// The mark is looked at meanwhile, until what is still to come of its way is below this.
+  std::optional<Length> warm_up_limit;
   /// A mark fixed to the table, which the self-test looks at; absent: there is none.
   std::optional<Position<frame::Machine>> mark;
   int mark_tool = 1;                       ///< the vision tool that finds it
@@ -57,6 +65,7 @@ struct NightlyConfig {
   DriftOptions drift;  ///< [nightly.drift]
   WatchOptions watch;  ///< [nightly.drift]
   NightTrials trials;  ///< [nightly.focus], [nightly.light], [nightly.settle]
+  NightTable table;    ///< [nightly.table]
   Place place;         ///< of [nightly], for messages
 };
 

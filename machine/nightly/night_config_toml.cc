@@ -5,14 +5,17 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "panelcal/machine/sim_config.h"
 
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 16> kKeys = {"calibrate",
+constexpr std::array<std::string_view, 18> kKeys = {"calibrate",
                                                     "camera",
                                                     "drift",
                                                     "focus",
@@ -25,8 +28,10 @@ constexpr std::array<std::string_view, 16> kKeys = {"calibrate",
                                                     "noon_utc_h",
                                                     "reports",
                                                     "settle",
+                                                    "table",
                                                     "temperature_command",
                                                     "temperature_file",
+                                                    "warm_up_limit_um",
                                                     "warm_up_s"};
 constexpr std::array<std::string_view, 7> kGateKeys = {"change_um",
                                                        "max_outliers",
@@ -49,10 +54,11 @@ constexpr std::array<std::string_view, 11> kDriftKeys = {"drift_um",
 constexpr std::array<std::string_view, 1> kFocusKeys = {"tolerance_um"};
 constexpr std::array<std::string_view, 2> kLightKeys = {"levels", "range"};
 constexpr std::array<std::string_view, 3> kSettleKeys = {"limit_um", "longest_s", "tolerance_s"};
-constexpr std::array<std::string_view, 5> kCalibrations = {
-    "camera", "focus", "light", "settle", "spindle-camera"};
+constexpr std::array<std::string_view, 2> kTableKeys = {"file", "plate"};
+constexpr std::array<std::string_view, 6> kCalibrations = {
+    "camera", "focus", "light", "settle", "spindle-camera", "table"};
 constexpr std::string_view kCalibrationWords =
-    "\"camera\", \"focus\", \"light\", \"settle\", \"spindle-camera\", each once";
+    "\"camera\", \"focus\", \"light\", \"settle\", \"spindle-camera\", \"table\", each once";
 
 constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
 constexpr Range kAboveZero_um{0, 1e6, true};
@@ -138,6 +144,22 @@ Expected<void> read_surroundings(const TomlTable& table,
   if (program.has_parent_path() && program.is_relative()) {
     words.front() = (folder / program).string();
   }
+  return {};
+}
+
+Expected<void> read_warm_up(const TomlTable& table, NightlyConfig& config) {
+  PANELCAL_TRY(const double warm_up_s, table.number_or("warm_up_s", {0, kMostSeconds}, 0));
+  config.warm_up = seconds(warm_up_s);
+  PANELCAL_TRY(const auto limit_um, table.number("warm_up_limit_um", kAboveZero_um));
+  if (!limit_um) return {};
+  if (!(config.warm_up > Time())) {
+    return failure(table.problem("warm_up_limit_um", "warm_up_s as well, the longest it may take"));
+  }
+  if (!config.mark) {
+    return failure(
+        table.problem("warm_up_limit_um", "mark_mm as well", "there is no mark to look at"));
+  }
+  config.warm_up_limit = um(*limit_um);
   return {};
 }
 
@@ -227,10 +249,32 @@ Expected<void> read_settle_trial(const TomlTable& nightly, NightTrials& trials) 
   return {};
 }
 
+/// In     folder: where machine.toml is
+Expected<void> read_table(const TomlTable& nightly,
+                          const std::filesystem::path& folder,
+                          NightlyConfig& config) {
+  const bool is_asked = std::ranges::find(config.calibrate, "table") != config.calibrate.end();
+  PANELCAL_TRY(const auto table, nightly.table("table", "[nightly.table]", {kTableKeys, {}}));
+  if (!table && !is_asked) return {};
+  if (!table) {
+    return failure(nightly.missing("the plate that the table is calibrated on",
+                                   "[nightly.table] plate and file"));
+  }
+  for (const auto& [key, path] :
+       {std::pair("plate", &config.table.plate), std::pair("file", &config.table.file)}) {
+    PANELCAL_TRY(const auto name, table->text(key));
+    if (!name || name->empty()) {
+      return failure(table->missing(key, fmt::format("{} = \"NAME\"", key)));
+    }
+    *path = folder / *name;
+  }
+  return {};
+}
+
 /// Which of them needs a mark to look at; empty if none does.
 std::string_view needs_mark(const std::vector<std::string>& calibrate) {
   const auto found = std::ranges::find_if(
-      calibrate, [](std::string_view kind) { return kind != "spindle-camera"; });
+      calibrate, [](std::string_view kind) { return kind != "spindle-camera" && kind != "table"; });
   return found == calibrate.end() ? std::string_view() : std::string_view(*found);
 }
 
@@ -246,8 +290,7 @@ Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
   PANELCAL_CHECK(read_what(*table, config));
   PANELCAL_CHECK(read_mark(*table, config));
   PANELCAL_CHECK(read_surroundings(*table, folder, config));
-  PANELCAL_TRY(const double warm_up_s, table->number_or("warm_up_s", {0, kMostSeconds}, 0));
-  config.warm_up = seconds(warm_up_s);
+  PANELCAL_CHECK(read_warm_up(*table, config));
   PANELCAL_TRY(config.min_disk_mb, table->number_or("min_disk_mb", {0, 1e9}, config.min_disk_mb));
   PANELCAL_TRY(const auto noon, table->integer("noon_utc_h", 0, 23));
   if (noon) config.noon_utc_h = static_cast<int>(*noon);
@@ -256,6 +299,7 @@ Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
   PANELCAL_CHECK(read_focus_trial(*table, config.trials));
   PANELCAL_CHECK(read_light_trial(*table, config.trials));
   PANELCAL_CHECK(read_settle_trial(*table, config.trials));
+  PANELCAL_CHECK(read_table(*table, folder, config));
   const std::string_view looks_at_it = needs_mark(config.calibrate);
   if (!looks_at_it.empty() && !config.mark) {
     const std::string what = looks_at_it == "settle" ? "settle time" : std::string(looks_at_it);

@@ -14,6 +14,7 @@
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/calib/base/units.h"
 #include "panelcal/calib/drift/drift_monitor.h"
+#include "panelcal/calib/drift/warm_up.h"
 #include "panelcal/calib/ledger.h"
 #include "panelcal/calib/night_gates.h"
 
@@ -76,6 +77,16 @@ struct NightQuality {
   std::string text;  ///< "3.4 um, usually 3.1 um (42 nights)"
 };
 
+/// How the machine warmed up: where the mark was seen meanwhile.
+struct NightWarmUp {
+  /// Since the start; mean of some looks, machine mm; their scatter says the sigma.
+  std::vector<WarmUpSample> looks;
+  Length limit;               ///< less than this had still to come
+  std::optional<WarmUp> fit;  ///< absent if the looks do not tell; values in mm
+  bool is_warm = false;
+  std::string text;  ///< "warm after 14 min: ...", or why nobody can say that it is
+};
+
 /// For the picture of the coupon: a hole and where the drill went astray.
 struct NightHole {
   Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();  ///< machine
@@ -134,7 +145,8 @@ struct NightRecord {
   bool is_resumed = false;
   std::vector<std::string> notes;  ///< repaired files, a run that was cut off, lost rows, ...
 
-  Time warmed_up;  ///< how long
+  Time warmed_up;                      ///< how long
+  std::optional<NightWarmUp> warm_up;  ///< with [nightly] warm_up_limit_um
   std::vector<SelfTestCheck> checks;
   std::vector<NightStep> steps;
 

@@ -291,6 +291,9 @@ class Step {
                           "the ledger was damaged and begun anew: a person has to look, and mark a "
                           "fresh start"});
     }
+    if (!context_.untrusted.empty()) {
+      refusing.push_back({"self-test", false, context_.untrusted});
+    }
     QualityNight tonight;
     tonight.time = point_.time;
     tonight.spreads = measurement_.spreads;

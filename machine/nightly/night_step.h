@@ -23,6 +23,8 @@ struct NightContext {
   /// Why nothing is to be measured (the self-test did not pass); empty: measure. The one in force
   /// may stay if the forecast lets it.
   std::string no_measuring;
+  /// Why what is measured is not to be installed; empty: its gates decide.
+  std::string untrusted = {};
 };
 
 /// Makes one calibration of a night, from the history to the written file. Whatever fails is in the

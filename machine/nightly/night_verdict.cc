@@ -2,6 +2,7 @@
 #include "panelcal/machine/nightly/night_verdict.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "panelcal/calib/base/clock.h"
+#include "panelcal/machine/nightly/warm_up.h"
 
 namespace panelcal {
 namespace {
@@ -74,6 +76,11 @@ std::string words_of(const NightRecord& record) {
   if (std::ranges::any_of(record.steps, is_vague)) {
     words += ", until the next night: there are too few nights yet for a forecast";
   }
+  if (record.warm_up && record.warm_up->is_warm && record.warm_up->fit->is_seen) {
+    constexpr double kMinute_s = 60;
+    words += fmt::format("; after a cold start warm up for {:.0f} min first",
+                         std::ceil(record.warm_up->fit->wait.in_s() / kMinute_s));
+  }
   for (const NightStep& step : record.steps) {
     if (step.state == NightState::KeptOld)
       words += fmt::format("; {}: {}", title(step), step.summary);
@@ -127,16 +134,19 @@ LedgerDraft night_draft(const NightRecord& record, const std::string& machine) {
   for (const SelfTestCheck& check : record.checks) {
     checks.push_back({{"name", check.name}, {"passed", check.passed}, {"text", check.text}});
   }
-  const nlohmann::ordered_json document = {{"kind", "night"},
-                                           {"version", 1},
-                                           {"night", record.night},
-                                           {"started", iso_8601(record.started)},
-                                           {"exit_code", exit_code(record)},
-                                           {"may_drill", record.may_drill},
-                                           {"verdict", record.verdict},
-                                           {"steps", std::move(steps)},
-                                           {"checks", std::move(checks)},
-                                           {"notes", record.notes}};
+  nlohmann::ordered_json document = {{"kind", "night"},
+                                     {"version", 1},
+                                     {"night", record.night},
+                                     {"started", iso_8601(record.started)},
+                                     {"exit_code", exit_code(record)},
+                                     {"may_drill", record.may_drill},
+                                     {"verdict", record.verdict},
+                                     {"steps", std::move(steps)},
+                                     {"checks", std::move(checks)},
+                                     {"notes", record.notes}};
+  if (record.warm_up) {
+    document["warm_up"] = nlohmann::ordered_json::parse(warm_up_json(*record.warm_up));
+  }
   // What is no UTF-8 must not throw.
   draft.result = document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   return draft;

@@ -14,27 +14,16 @@
 #include "panelcal/machine/calibration_record.h"
 #include "panelcal/machine/camera_settings.h"
 #include "panelcal/machine/nightly/night_history.h"
+#include "panelcal/machine/nightly/night_ledger.h"
 #include "panelcal/machine/nightly/night_lock.h"
 #include "panelcal/machine/nightly/night_quality.h"
 #include "panelcal/machine/nightly/night_step.h"
 #include "panelcal/machine/nightly/night_verdict.h"
 #include "panelcal/machine/nightly/self_test.h"
+#include "panelcal/machine/nightly/warm_up.h"
 
 namespace panelcal {
 namespace {
-
-/// What Ledger::keep_aside has put beside a ledger; empty if nothing.
-std::filesystem::path newest_kept_aside(const std::filesystem::path& ledger) {
-  const std::filesystem::path folder = ledger.has_parent_path() ? ledger.parent_path() : ".";
-  const std::string begin = ledger.filename().string() + ".corrupt-";
-  std::filesystem::path newest;
-  std::error_code error;
-  for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end;
-       it.increment(error)) {
-    if (it->path().filename().string().starts_with(begin)) newest = std::max(newest, it->path());
-  }
-  return newest;
-}
 
 /// One run, from the lock to the record.
 class Night {
@@ -63,7 +52,9 @@ class Night {
       own.emplace(std::move(taken));
     }
     note_cut_off(own ? *own : *job_.lock);
-    PANELCAL_TRY(Ledger ledger, open_ledger());
+    PANELCAL_TRY(Ledger ledger,
+                 open_night_ledger(
+                     job_.config.ledger_file, job_.clock, record_.machine, words(), record_.notes));
     PANELCAL_CHECK(note_lost(ledger));
     repair(ledger);
     warm_up_and_test(ledger);
@@ -126,36 +117,6 @@ class Night {
     return {job_.clock(), job_.asked_by, job_.software, record_.temperature_c};
   }
 
-  Expected<Ledger> open_ledger() {
-    Expected<Ledger> ledger = open_and_verify();
-    if (!ledger && ledger.error().code == Code::LedgerCorrupt) {
-      const std::string why = ledger.error().what;
-      PANELCAL_TRY(const std::filesystem::path kept,
-                   Ledger::keep_aside(job_.config.ledger_file, job_.clock));
-      record_.notes.push_back(fmt::format(
-          "the ledger is damaged ({}) and kept as {}", why, quoted(kept.string(), 200)));
-      ledger = open_and_verify();
-    }
-    if (!ledger) return ledger;
-    // A run that was cut off between keeping one aside and beginning another has left no ledger; or
-    // it was that of another machine, which has noted it for itself.
-    const std::filesystem::path kept = newest_kept_aside(job_.config.ledger_file);
-    LedgerFilter filter;
-    filter.machine = record_.machine;
-    filter.last = 1;
-    PANELCAL_TRY(const std::vector<LedgerEntry> own, ledger->list(filter));
-    if (own.empty() && !kept.empty()) {
-      PANELCAL_CHECK(ledger->append(begun_anew_draft(record_.machine, kept, words())));
-    }
-    return ledger;
-  }
-
-  Expected<Ledger> open_and_verify() {
-    PANELCAL_TRY(Ledger ledger, Ledger::open(job_.config.ledger_file, job_.clock));
-    PANELCAL_CHECK(ledger.verify());
-    return ledger;
-  }
-
   /// What a run that was cut off has used up.
   Expected<void> note_lost(const Ledger& ledger) {
     for (const NightCalibration* calibration : calibrations_) {
@@ -212,11 +173,18 @@ class Night {
     }
     if (!blocked_.empty() || !held_.empty() || is_nothing_to_measure(ledger)) return;
     if (job_.nightly.warm_up > seconds(0)) say("warming up");
-    const Expected<Time> warm = warm_up(job_.config, job_.nightly, job_.devices, job_.clock);
-    if (!warm) return block(warm.error());
-    record_.warmed_up = *warm;
+    // Before the mark is looked at for the first time.
     const Expected<void> set = set_camera_as_stated(job_.config, job_.devices);
     if (!set) return block(set.error());
+    Expected<WarmUpRun> warm = warm_up(job_.config, job_.nightly, job_.devices, job_.clock);
+    if (!warm) return block(warm.error());
+    record_.warmed_up = warm->waited;
+    if (warm->seen) {
+      record_.checks.push_back(warm_up_check(*warm->seen));
+      if (!warm->seen->is_warm) no_measuring_ = warm->seen->text;
+      say(warm->seen->text);
+    }
+    record_.warm_up = std::move(warm->seen);
     if (!job_.nightly.mark) return;
     say("looking at the mark");
     const Expected<void> tested = test_and_record(ledger);
@@ -265,10 +233,10 @@ class Night {
       looks.checks.push_back(std::move(check));
     }
     for (const SelfTestCheck& check : looks.checks) {
-      if (!check.passed && no_measuring_.empty()) no_measuring_ = check.text;
+      if (!check.passed && bad_pictures_.empty()) bad_pictures_ = check.text;
     }
     PANELCAL_CHECK(
-        ledger.append(self_test_draft(record_.machine, looks.quality, words(), no_measuring_)));
+        ledger.append(self_test_draft(record_.machine, looks.quality, words(), bad_pictures_)));
     std::ranges::move(looks.checks, std::back_inserter(record_.checks));
     return {};
   }
@@ -276,8 +244,12 @@ class Night {
   void run_steps(Ledger& ledger) {
     for (NightCalibration* calibration : calibrations_) {
       const NightlyConfig held_to = calibration->held_to(nightly_);
-      const NightContext context = {
-          job_, held_to, record_.night, record_.temperature_c, no_measuring_};
+      NightContext context = {job_, held_to, record_.night, record_.temperature_c, no_measuring_};
+      if (calibration->may_explain_pictures() && !bad_pictures_.empty()) {
+        context.untrusted = bad_pictures_ + " (measured since it may be why, and not installed)";
+      } else if (no_measuring_.empty()) {
+        context.no_measuring = bad_pictures_;
+      }
       if (blocked_.empty() && !held_.empty()) {
         record_.steps.push_back(held_night_step(*calibration, held_));
         continue;
@@ -417,6 +389,7 @@ class Night {
   std::string blocked_;       ///< why no further step is begun
   std::string held_;          ///< why no step is begun, and a person has to see to it
   std::string no_measuring_;  ///< why nothing is measured, though the machine works
+  std::string bad_pictures_;  ///< why nothing is measured but what may explain them
 };
 
 }  // namespace

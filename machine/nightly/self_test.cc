@@ -9,8 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "panelcal/machine/mark_sights.h"
-#include "panelcal/machine/picture_locator.h"
+#include "panelcal/machine/nightly/mark_look.h"
 
 namespace panelcal {
 namespace {
@@ -18,37 +17,6 @@ namespace {
 constexpr int kLooks = 5;
 /// Of a picture's pixels that may be overexposed: a reflection, but not a lamp set too high.
 constexpr double kMostClipped = 0.02;
-
-/// The mark as a request that a locator understands; work zero is machine zero.
-MeasurementRequest request_of(const NightlyConfig& nightly) {
-  MeasurementRequest request;
-  request.line = nightly.place.line;
-  request.command = "mark";
-  request.settings.tools = {nightly.mark_tool};
-  request.nominal = position_mm<frame::Nominal>(nightly.mark->in_mm());
-  request.expected = position_mm<frame::Actual>(nightly.mark->in_mm());
-  return request;
-}
-
-double clipped_share(const Image& image) {
-  if (image.empty()) return 0;
-  const auto full = static_cast<float>(image.full_scale());
-  const auto n = std::ranges::count_if(image.pixels(), [&](float v) { return v >= full; });
-  return static_cast<double>(n) / static_cast<double>(image.pixels().size());
-}
-
-Expected<void> check_travel(const MachineConfig& config,
-                            const Position<frame::Machine>& place,
-                            const Place& at) {
-  if (is_in_travel(config, place)) return {};
-  const Eigen::Vector2d& p_mm = place.in_mm();
-  return failure(
-      {Code::TravelExceeded,
-       at,
-       fmt::format(
-           "[nightly] mark_mm sends the spindle to ({:.3f}, {:.3f}) mm", p_mm.x(), p_mm.y()),
-       "a mark that can be seen within [machine] travel"});
-}
 
 /// What the looks found so far.
 struct Looks {
@@ -59,34 +27,13 @@ struct Looks {
   std::string missed;
 };
 
-Expected<void> look(const MachineConfig& config,
-                    const NightlyConfig& nightly,
-                    const CalibrationDevices& devices,
-                    const PictureLocator& locator,
-                    Looks& looks) {
-  const Position<frame::Machine> spindle = config.spindle_camera.spindle_to_see(*nightly.mark);
-  const Displacement<frame::Machine> away = displacement_mm<frame::Machine>(1, 1);
-  PANELCAL_CHECK(devices.stage.move_to(spindle - away));
-  PANELCAL_TRY(const Position<frame::Machine> standing, devices.stage.move_to(spindle));
-  if (devices.wait) devices.wait(config.settle);
-  PANELCAL_TRY(Image image, devices.camera.take());
-  looks.clipped = std::max(looks.clipped, clipped_share(image));
-  const TakenPicture picture{
-      std::move(image), config.spindle_camera.optical_axis(standing), "", devices.camera.name()};
-  const MeasurementRequest request = request_of(nightly);
-  PANELCAL_TRY(const Target target, locator.target_of(request));
-  Look asked;
-  asked.view.axis = picture.axis;
-  asked.target = target;
-  asked.expected = asked.shown = *nightly.mark;
-  asked.radius = config.vision.search_radius;
-  PANELCAL_TRY(const Sight sight, locator.look(request, asked, picture));
-  if (!sight.is_found()) {
-    looks.missed = sight.reason.empty() ? std::string(name(sight.status)) : sight.reason;
-    return {};
+void add(const MarkLook& look, Looks& looks) {
+  looks.clipped = std::max(looks.clipped, look.clipped_share);
+  if (look.place_mm) {
+    looks.places_mm.push_back(*look.place_mm);
+  } else {
+    looks.missed = look.missed;
   }
-  looks.places_mm.push_back(sight.place.position.in_mm());
-  return {};
 }
 
 double variance_of(const std::vector<Eigen::Vector2d>& places_mm) {
@@ -161,14 +108,10 @@ Expected<MarkLooks> test_mark(const MachineConfig& config,
     looks.log_contrast += std::log(std::abs(fit.contrast) / seen.picture.image.full_scale());
     looks.log_blur += std::log(fit.blur_px);
   };
-  PANELCAL_TRY(const PictureLocator locator, PictureLocator::create(config, observer));
-  PANELCAL_CHECK(locator.check(request_of(nightly)));
-  const Position<frame::Machine> spindle = config.spindle_camera.spindle_to_see(*nightly.mark);
-  PANELCAL_CHECK(check_travel(config, spindle, nightly.place));
-  PANELCAL_CHECK(
-      check_travel(config, spindle - displacement_mm<frame::Machine>(1, 1), nightly.place));
+  PANELCAL_TRY(const MarkLooker looker, MarkLooker::make(config, nightly, observer));
   for (int i = 0; i < kLooks; ++i) {
-    PANELCAL_CHECK(look(config, nightly, devices, locator, looks));
+    PANELCAL_TRY(const MarkLook look, looker.look(devices));
+    add(look, looks);
   }
   MarkLooks out;
   out.checks = {found_check(looks), clipped_check(looks)};

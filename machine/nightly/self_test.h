@@ -36,17 +36,6 @@ Expected<MarkLooks> test_mark(const MachineConfig& config,
                               const NightlyConfig& nightly,
                               const CalibrationDevices& devices);
 
-/// Moves the stage to and fro for as long as [nightly] says, between the quarters of its travel, or
-/// where that is not known about the coupon.
-///
-/// In     clock: ends it sooner where moving itself takes long; one that stands still does no harm
-/// Out    how long was waited
-/// Fails  device-stage; config-value (neither [machine] travel nor [coupon])
-Expected<Time> warm_up(const MachineConfig& config,
-                       const NightlyConfig& nightly,
-                       const CalibrationDevices& devices,
-                       const Clock& clock);
-
 /// The temperature that [nightly] names a file or a program for.
 ///
 /// Out    empty: none is named

@@ -27,7 +27,8 @@ class TrialNight final : public NightCalibration {
       : kind_(kind),
         config_(std::move(config)),
         place_{*nightly.mark, nightly.mark_tool},
-        trials_(nightly.trials) {}
+        trials_(nightly.trials),
+        stated_wait_(config_->settle) {}
 
   LedgerKey key() const override { return trial_key(*config_, kind_); }
   std::vector<std::string> axes() const override { return {trial_parameter(kind_)}; }
@@ -38,6 +39,7 @@ class TrialNight final : public NightCalibration {
   std::optional<Eigen::VectorXd> present() const override { return std::nullopt; }
   Expected<std::vector<SelfTestCheck>> check() const override;
   int n_qualities() const override { return kind_ == TrialKind::Settle ? 0 : 1; }
+  bool may_explain_pictures() const override { return kind_ != TrialKind::Settle; }
   NightlyConfig held_to(const NightlyConfig& nightly) const override;
   std::optional<NightValue> value_of(const LedgerEntry& entry) const override {
     const auto number = trial_number(entry);
@@ -47,25 +49,31 @@ class TrialNight final : public NightCalibration {
   Expected<NightMeasurement> measure(const CalibrationDevices& devices,
                                      const NightWords& words) override;
   Expected<std::string> stated_otherwise(const Ledger& ledger) const override {
-    return panelcal::stated_otherwise(*config_, ledger, kind_);
+    MachineConfig as_written = *config_;
+    as_written.settle = stated_wait_;
+    return panelcal::stated_otherwise(as_written, ledger, kind_);
   }
   // There is no file that could say anything else.
   Expected<bool> is_installed(const Ledger& /*ledger*/) const override { return true; }
   Expected<std::string> by_hand(const Ledger& /*ledger*/) const override { return std::string(); }
-  Expected<bool> install(const Ledger& /*ledger*/) override { return false; }
+  Expected<bool> install(const Ledger& ledger) override;
 
  private:
+  /// What comes after this waits so long, if machine.toml waits less: more costs time and nothing
+  /// else, and of a table that swings nothing is measured.
+  void wait_at_least(Time wait) { config_->settle = std::max(config_->settle, wait); }
   double tolerance() const { return trial_tolerance(trials_, kind_); }
   SettleTrial settle_trial() const;
-  Expected<TrialValue> find(const CalibrationDevices& devices, NightMeasurement& out) const;
+  Expected<TrialValue> find(const CalibrationDevices& devices, NightMeasurement& out);
   Expected<TrialValue> find_focus(const CalibrationDevices& devices, NightMeasurement& out) const;
   Expected<TrialValue> find_light(const CalibrationDevices& devices, NightMeasurement& out) const;
-  Expected<TrialValue> find_settle(const CalibrationDevices& devices, NightMeasurement& out) const;
+  Expected<TrialValue> find_settle(const CalibrationDevices& devices, NightMeasurement& out);
 
   TrialKind kind_;
   std::shared_ptr<MachineConfig> config_;
   TrialPlace place_;
   NightTrials trials_;
+  Time stated_wait_;  ///< [machine] settle_s
 };
 
 SettleTrial TrialNight::settle_trial() const {
@@ -156,16 +164,21 @@ Expected<TrialValue> TrialNight::find_light(const CalibrationDevices& devices,
 }
 
 Expected<TrialValue> TrialNight::find_settle(const CalibrationDevices& devices,
-                                             NightMeasurement& out) const {
+                                             NightMeasurement& out) {
   PANELCAL_TRY(const SettleRun run,
                calibrate_settle(*config_, devices, place_.mark, settle_trial()));
+  wait_at_least(run.settle ? run.settle->safe_wait() : trials_.settle_longest);
+  if (config_->settle > stated_wait_) {
+    out.report.push_back(fmt::format("the rest of this night waits {:.3f} s, not {:.3f} s",
+                                     config_->settle.in_s(),
+                                     stated_wait_.in_s()));
+  }
   out.result.n_used = static_cast<int>(run.views.size());
   out.result.n_outliers = run.n_missed;
   return trial_value(run);
 }
 
-Expected<TrialValue> TrialNight::find(const CalibrationDevices& devices,
-                                      NightMeasurement& out) const {
+Expected<TrialValue> TrialNight::find(const CalibrationDevices& devices, NightMeasurement& out) {
   switch (kind_) {
     case TrialKind::Focus:
       return find_focus(devices, out);
@@ -208,6 +221,15 @@ Expected<NightMeasurement> TrialNight::measure(const CalibrationDevices& devices
   return out;
 }
 
+/// There is no file; but what is in force is how long this night waits at least.
+Expected<bool> TrialNight::install(const Ledger& ledger) {
+  if (kind_ != TrialKind::Settle) return false;
+  PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key()));
+  const auto number = in_force ? trial_number(*in_force) : std::nullopt;
+  if (number) wait_at_least(seconds(number->value + 2 * number->sigma));
+  return false;
+}
+
 std::string_view trial_words(TrialKind kind) {
   switch (kind) {
     case TrialKind::Focus:
@@ -224,12 +246,18 @@ std::string_view trial_words(TrialKind kind) {
 Diagnostic missing(TrialKind kind, const MachineConfig& config, const NightlyConfig& nightly) {
   Diagnostic out = {Code::ConfigValue, nightly.place, {}, {}};
   const VisionOptions& vision = config.vision;
-  if (nightly.is_simulated) {
+  const SimConfig* const sim = nightly.is_simulated && config.sim ? &*config.sim : nullptr;
+  const auto virtual_lacks = [&](std::string_view what, std::string_view key) {
     out.what = fmt::format(
-        "[nightly] calibrates the {}, and the virtual machine has neither a mark "
-        "nor a focus axis or a lamp, and stands still at once",
-        trial_words(kind));
-    out.expected = "camera = \"URI\" of a real machine";
+        "[nightly] calibrates the {}, and the virtual machine {}", trial_words(kind), what);
+    out.expected = key;
+  };
+  if (sim != nullptr && !sim->coupon.mark) {
+    virtual_lacks("has no mark", "[sim.coupon] mark_mm");
+  } else if (sim != nullptr && kind == TrialKind::Focus && !sim->focus_z) {
+    virtual_lacks("is sharp at any height", "[sim] focus_z_mm");
+  } else if (sim != nullptr && kind == TrialKind::Light && !sim->lamp) {
+    virtual_lacks("sees the same with any lamp", "[sim] lamp");
   } else if (kind == TrialKind::Focus && !vision.focus_range) {
     out.what = "[nightly] calibrates the focus, and nothing says between which heights to look";
     out.expected = "[camera] focus_range_mm";

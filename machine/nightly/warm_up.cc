@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "panelcal/machine/nightly/warm_up.h"
+
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/machine/external_program.h"
-#include "panelcal/machine/nightly/self_test.h"
+#include "panelcal/calib/drift/amount.h"
+#include "panelcal/machine/nightly/mark_look.h"
 
 namespace panelcal {
 namespace {
@@ -33,60 +35,203 @@ Expected<std::array<Position<frame::Machine>, 2>> ends_of(const MachineConfig& c
                   "[nightly] warm_up_s is given, and nothing says where the stage may move",
                   "[machine] travel_low_mm and travel_high_mm"});
 }
+/// At most so many times the mark is looked at in the whole time, so often each time.
+constexpr int kMostSamples = 60;
+constexpr int kLooksEach = 3;
+/// Fewer tell nothing of an exponential.
+constexpr std::size_t kFewest = 6;
+/// A way as long as so many standard deviations is seen for certain.
+constexpr double kSeen = 5;
+/// Nobody sees better; a simulation without noise has no scatter.
+constexpr Length kLeastSigma = um(0.01);
 
-std::optional<double> number_in(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return std::nullopt;
-  text = text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+std::string minutes(Time time) {
+  constexpr double kMinute_s = 60;
+  return fmt::format("{:.1f} min", time.in_s() / kMinute_s);
 }
+
+/// Whether two halves of the looks would differ by the limit without anybody seeing it.
+bool is_hidden(const NightWarmUp& seen) {
+  const double sigma_mm =
+      2 * seen.looks.front().sigma / std::sqrt(static_cast<double>(seen.looks.size()));
+  return kSeen * sigma_mm > seen.limit.in_mm();
+}
+
+std::string why_not_warm(NightWarmUp& seen, bool is_end) {
+  if (seen.looks.size() < kFewest) {
+    return fmt::format("the mark was seen {} times, and {} are needed", seen.looks.size(), kFewest);
+  }
+  std::string reason;
+  seen.fit = fit_warm_up(seen.looks, seen.limit.in_mm(), &reason);
+  if (!seen.fit) return reason;
+  const Time last = seen.looks.back().since_start;
+  if (seen.fit->is_seen) {
+    const Time needed = seen.fit->wait + 2 * seen.fit->wait_sigma;
+    if (needed <= last) return {};
+    return fmt::format("the looks end after {}, and it is surely warm only after {}",
+                       minutes(last),
+                       minutes(needed));
+  }
+  if (!is_end) return "it does not move yet as far as the looks tell";
+  if (!is_hidden(seen)) return {};
+  return fmt::format("looks that scatter by {} hide a way of {}",
+                     amount(std::sqrt(kLooksEach) * seen.looks.front().sigma, "mm"),
+                     amount(seen.limit.in_mm(), "mm"));
+}
+
+/// The looks at the mark of one warm-up.
+class WarmUpLooks {
+ public:
+  static Expected<WarmUpLooks> make(const MachineConfig& config,
+                                    const NightlyConfig& nightly,
+                                    const CalibrationDevices& devices) {
+    if (!devices.now) {
+      return failure({Code::ConfigValue,
+                      nightly.place,
+                      "[nightly] warm_up_limit_um needs to know the time, and these devices have "
+                      "no clock",
+                      "a machine with one"});
+    }
+    PANELCAL_TRY(MarkLooker looker, MarkLooker::make(config, nightly, devices.observer));
+    return WarmUpLooks(std::move(looker), *nightly.warm_up_limit, devices);
+  }
+
+  Time since_start() const { return devices_.now() - start_; }
+
+  /// Looks where the last time is long enough ago, and says whether the machine is warm.
+  Expected<bool> look(Time interval) {
+    if (last_ && since_start() < *last_ + interval) return false;
+    last_ = since_start();
+    std::vector<Eigen::Vector2d> places_mm;
+    Time middle;
+    for (int i = 0; i < kLooksEach; ++i) {
+      PANELCAL_TRY(const MarkLook look, looker_.look(devices_));
+      middle = middle + (1.0 / kLooksEach) * since_start();
+      if (look.place_mm) places_mm.push_back(*look.place_mm);
+    }
+    if (places_mm.size() < kLooksEach) return false;
+    add(middle, places_mm);
+    judge_warm_up(seen_, false);
+    return seen_.is_warm;
+  }
+
+  NightWarmUp end() {
+    judge_warm_up(seen_, true);
+    return std::move(seen_);
+  }
+
+ private:
+  WarmUpLooks(MarkLooker looker, Length limit, const CalibrationDevices& devices)
+      : looker_(std::move(looker)), devices_(devices), start_(devices.now()) {
+    seen_.limit = limit;
+  }
+
+  /// Of all looks the scatter about the means is one.
+  void add(Time time, const std::vector<Eigen::Vector2d>& places_mm) {
+    Eigen::Vector2d mean_mm = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& p : places_mm) mean_mm += p / kLooksEach;
+    for (const Eigen::Vector2d& p : places_mm) squares_mm2_ += (p - mean_mm).squaredNorm();
+    seen_.looks.push_back({time, mean_mm, 0});
+    const double degrees = 2.0 * (kLooksEach - 1) * static_cast<double>(seen_.looks.size());
+    const double sigma_mm = std::sqrt(squares_mm2_ / degrees / kLooksEach);
+    for (WarmUpSample& sample : seen_.looks) {
+      sample.sigma = std::max(kLeastSigma.in_mm(), sigma_mm);
+    }
+  }
+
+  MarkLooker looker_;
+  const CalibrationDevices& devices_;
+  Time start_;
+  std::optional<Time> last_;
+  double squares_mm2_ = 0;
+  NightWarmUp seen_;
+};
 
 }  // namespace
 
-Expected<Time> warm_up(const MachineConfig& config,
-                       const NightlyConfig& nightly,
-                       const CalibrationDevices& devices,
-                       const Clock& clock) {
-  if (!(nightly.warm_up > seconds(0))) return seconds(0);
+void judge_warm_up(NightWarmUp& seen, bool is_end) {
+  const std::string why = why_not_warm(seen, is_end);
+  seen.is_warm = why.empty();
+  if (!why.empty()) {
+    seen.text = "nobody can say that the machine is warm: " + why;
+  } else if (!seen.fit->is_seen) {
+    seen.text = fmt::format("no warming up is seen in {}", minutes(seen.looks.back().since_start));
+  } else {
+    seen.text = fmt::format("warm after {}: then less than {} of {} were still to come",
+                            minutes(seen.fit->wait),
+                            amount(seen.limit.in_mm(), "mm"),
+                            amount(seen.fit->cold_offset.norm(), "mm"));
+  }
+}
+
+SelfTestCheck warm_up_check(const NightWarmUp& seen) {
+  SelfTestCheck check;
+  check.name = "warm-up";
+  check.passed = seen.is_warm;
+  check.text = seen.text;
+  check.limit = seen.limit.in_mm();
+  check.unit = "mm";
+  if (!seen.fit || !seen.fit->is_seen) return check;
+  const double t_s = seen.looks.back().since_start.in_s();
+  check.value = seen.fit->cold_offset.norm() * std::exp(-t_s / seen.fit->time_constant.in_s());
+  return check;
+}
+
+std::string warm_up_json(const NightWarmUp& seen) {
+  nlohmann::ordered_json looks = nlohmann::ordered_json::array();
+  for (const WarmUpSample& look : seen.looks) {
+    looks.push_back({look.since_start.in_s(), look.value[0], look.value[1], look.sigma});
+  }
+  nlohmann::ordered_json json = {{"limit_mm", seen.limit.in_mm()},
+                                 {"warm", seen.is_warm},
+                                 {"text", seen.text},
+                                 {"looks", std::move(looks)}};
+  json["fit"] = nlohmann::ordered_json();
+  if (seen.fit && seen.fit->is_seen) {
+    const WarmUp& fit = *seen.fit;
+    json["fit"] = {{"warm_mm", {fit.warm[0], fit.warm[1]}},
+                   {"cold_offset_mm", {fit.cold_offset[0], fit.cold_offset[1]}},
+                   {"time_constant_s", fit.time_constant.in_s()},
+                   {"time_constant_sigma_s", fit.time_constant_sigma.in_s()},
+                   {"wait_s", fit.wait.in_s()},
+                   {"wait_sigma_s", fit.wait_sigma.in_s()}};
+  }
+  return json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+Expected<WarmUpRun> warm_up(const MachineConfig& config,
+                            const NightlyConfig& nightly,
+                            const CalibrationDevices& devices,
+                            const Clock& clock) {
+  WarmUpRun out;
+  if (!(nightly.warm_up > seconds(0))) return out;
   PANELCAL_TRY(const auto ends, ends_of(config, nightly));
+  std::optional<WarmUpLooks> looks;
+  if (nightly.warm_up_limit) {
+    PANELCAL_TRY(WarmUpLooks made, WarmUpLooks::make(config, nightly, devices));
+    looks.emplace(std::move(made));
+  }
+  const Time interval = std::max(kPause, (1.0 / kMostSamples) * nightly.warm_up);
   const std::chrono::sys_seconds started = clock();
   const auto n_moves = static_cast<long>(std::ceil(nightly.warm_up.in_s() / kPause.in_s()));
   double waited_s = 0;
-  for (long i = 0; i < n_moves; ++i) {
-    const double passed_s = static_cast<double>((clock() - started).count());
-    if (passed_s >= nightly.warm_up.in_s()) break;
+  const auto passed_s = [&] {
+    const double by_clock_s = static_cast<double>((clock() - started).count());
+    return std::max(by_clock_s, devices.wait ? waited_s : 0.0);
+  };
+  for (long i = 0; i < n_moves && passed_s() < nightly.warm_up.in_s(); ++i) {
+    if (looks) {
+      PANELCAL_TRY(const bool is_warm, looks->look(interval));
+      if (is_warm) break;
+    }
     PANELCAL_CHECK(devices.stage.move_to(ends[static_cast<std::size_t>(i % 2)]));
     const double pause_s = std::min(kPause.in_s(), nightly.warm_up.in_s() - waited_s);
     if (devices.wait) devices.wait(seconds(pause_s));
     waited_s += pause_s;
   }
-  const double passed_s = static_cast<double>((clock() - started).count());
-  return seconds(std::max(passed_s, devices.wait ? waited_s : 0.0));
-}
-
-Expected<std::optional<double>> read_temperature(const NightlyConfig& nightly) {
-  constexpr std::size_t kMostBytes = 4096;
-  std::optional<double> none;
-  std::string text;
-  if (!nightly.temperature_file.empty()) {
-    PANELCAL_TRY(text, read_file(nightly.temperature_file, kMostBytes));
-  } else if (!nightly.temperature_command.empty()) {
-    PANELCAL_TRY(text, internal::run_program(nightly.temperature_command, seconds(30)));
-  } else {
-    return none;
-  }
-  constexpr double kColdest = -50;
-  constexpr double kHottest = 100;
-  const std::optional<double> value = number_in(text);
-  if (value && *value >= kColdest && *value <= kHottest) return value;
-  return failure({Code::ConfigValue,
-                  nightly.place,
-                  "the temperature reads " + quoted(std::string_view(text)),
-                  fmt::format("one number from {} to {}, in degrees Celsius", kColdest, kHottest)});
+  if (looks) out.seen = looks->end();
+  out.waited = seconds(passed_s());
+  return out;
 }
 
 }  // namespace panelcal

@@ -2,6 +2,7 @@
 #include "panelcal/machine/sim/sim_coupon.h"
 
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "panelcal/machine/sim/sim_scene.h"
@@ -9,65 +10,74 @@
 namespace panelcal {
 namespace {
 
-Displacement<frame::Machine> draw(Random& random, Length sigma) {
-  const double x_mm = sigma.in_mm() * random.normal();
-  return displacement_mm<frame::Machine>(x_mm, sigma.in_mm() * random.normal());
-}
+constexpr std::uint64_t kMarkStream = 4;
+constexpr std::uint64_t kHoleStream = 100;  ///< of the first hole
 
 }  // namespace
 
-SimCoupon::SimCoupon(const MachineConfig& config, const SimCouponOptions& options, Target target)
-    : sim_(*config.sim),
-      options_(options),
+SimCoupon::SimCoupon(const MachineConfig& config,
+                     const SimCouponOptions& options,
+                     Target target,
+                     std::optional<Target> mark)
+    : options_(options),
       target_(std::move(target)),
-      calibrated_(config.camera->mapping()),
-      camera_(internal::sim_camera(*config.sim, calibrated_)),
-      offset_{config.sim->spindle_camera_offset.value_or(config.spindle_camera.offset), {}},
-      stops_(Random(options.seed).fork(1)),
-      drills_(Random(options.seed).fork(2)),
-      noise_(Random(options.seed).fork(3)) {
+      mark_(std::move(mark)),
+      warm_offset_{config.sim->spindle_camera_offset.value_or(config.spindle_camera.offset), {}},
+      motion_(options, Random(options.seed).fork(1)),
+      eye_(config, Random(options.seed).fork(3)),
+      drills_(Random(options.seed).fork(2)) {
 }
 
 Expected<SimCoupon> SimCoupon::create(const MachineConfig& config,
                                       const SimCouponOptions& options) {
-  PANELCAL_TRY(const Target target, internal::sim_target(config, options.vision_tool));
-  return SimCoupon(config, options, target);
-}
-
-Expected<Position<frame::Machine>> SimCoupon::move_to(const Position<frame::Machine>& spindle) {
-  const Eigen::Vector2d way_mm = (spindle - commanded_).in_mm();
-  for (int axis = 0; axis < 2; ++axis) {
-    if (way_mm[axis] != 0) direction_[axis] = way_mm[axis] > 0 ? 1 : -1;
+  PANELCAL_TRY(Target target, internal::sim_target(config, options.vision_tool));
+  std::optional<Target> mark;
+  if (options.mark) {
+    PANELCAL_TRY(mark, internal::sim_target(config, options.mark_tool));
   }
-  commanded_ = spindle;
-  const Eigen::Vector2d lag_mm = 0.5 * options_.backlash.in_mm().cwiseProduct(direction_);
-  standing_ = spindle - displacement_mm<frame::Machine>(lag_mm) +
-              draw(stops_, options_.stage_repeatability);
-  return commanded_;
+  return SimCoupon(config, options, std::move(target), std::move(mark));
 }
 
 Expected<void> SimCoupon::drill(int /*tool*/) {
-  holes_.push_back(standing_ + draw(drills_, options_.wander));
+  // A spindle goes down when the stage is at rest.
+  const double x_mm = options_.wander.in_mm() * drills_.normal();
+  const double y_mm = options_.wander.in_mm() * drills_.normal();
+  holes_.push_back(motion_.rest() + displacement_mm<frame::Machine>(x_mm, y_mm));
   return {};
 }
 
+SpindleCameraOffset SimCoupon::true_offset() const {
+  const double left = std::exp(-now().in_s() / options_.warm_up.in_s());
+  SpindleCameraOffset out = warm_offset_;
+  out.offset = out.offset + left * options_.cold;
+  return out;
+}
+
 Expected<Image> SimCoupon::take() {
-  const Position<frame::Machine> axis = offset_.optical_axis(standing_);
-  const double view_mm =
-      std::hypot(camera_.width, camera_.height) * camera_.mapping.parameters().scale_mm_per_px;
-  Scene scene = internal::sim_scene(sim_);
+  std::vector<internal::SimSeenMark> marks;
   for (std::size_t i = 0; i < holes_.size(); ++i) {
-    const Eigen::Vector2d from_axis_mm = (holes_[i] - axis).in_mm();
-    // Farther away than a whole picture nothing shows: tools are smaller than pictures.
-    if (from_axis_mm.norm() > view_mm) continue;
-    internal::SimMarkPlace place;
-    place.center = position_mm<frame::Optical>(from_axis_mm);
-    const Random burrs = Random(options_.seed).fork(100 + i);
-    for (Feature& feature : internal::sim_mark(sim_, target_, place, calibrated_, burrs)) {
-      scene.features.push_back(std::move(feature));
-    }
+    marks.push_back({target_, holes_[i], {}, Random(options_.seed).fork(kHoleStream + i)});
   }
-  return render(scene, camera_, noise_);
+  if (mark_) {
+    marks.push_back({*mark_, *options_.mark, {}, Random(options_.seed).fork(kMarkStream)});
+  }
+  return eye_.picture(true_offset().optical_axis(motion_.standing()), marks);
+}
+
+Expected<void> SimCoupon::set(CameraSetting setting, double value) {
+  if (!can_set(setting)) return Stage::set(setting, value);
+  eye_.set(setting, value);
+  return {};
+}
+
+CalibrationDevices SimCoupon::devices(Stage& stage, Prompt prompt) {
+  return {stage,
+          *this,
+          *this,
+          [this](Time time) { wait(time); },
+          std::move(prompt),
+          {},
+          [this] { return now(); }};
 }
 
 }  // namespace panelcal

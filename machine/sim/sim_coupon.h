@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/frames.h"
@@ -15,50 +14,60 @@
 #include "panelcal/machine/camera.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/sim/sim_coupon_options.h"
+#include "panelcal/machine/sim/sim_eye.h"
+#include "panelcal/machine/sim/sim_motion.h"
 #include "panelcal/machine/spindle.h"
+#include "panelcal/machine/spindle_camera_run.h"
 #include "panelcal/machine/stage.h"
-#include "panelcal/vision/render.h"
 #include "panelcal/vision/target.h"
 
 namespace panelcal {
 
 /// A virtual machine that drills holes and sees them: stage, spindle and camera over an empty
-/// coupon. What the camera sees are the holes that were drilled, where they really are, through the
-/// true offset of [sim] spindle_camera_offset_mm.
+/// coupon, and perhaps a mark. What the camera sees are the mark and the holes that were drilled,
+/// where they really are, through the true offset of [sim] spindle_camera_offset_mm, with the lamp
+/// and at the height of the camera that were set, as far as [sim] says what these do. Its clock is
+/// moved by `wait` alone.
 class SimCoupon final : public Stage, public CameraDevice, public Spindle {
  public:
   /// Fails  config-value (no [sim] or no [camera]); vision-tool-undefined
   static Expected<SimCoupon> create(const MachineConfig& config, const SimCouponOptions& options);
 
-  Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& spindle) override;
+  Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& spindle) override {
+    return motion_.move_to(spindle);
+  }
   Expected<void> drill(int tool) override;
   Expected<Image> take() override;
   std::string name() const override { return "sim"; }
-  // Holes look the same in any light and at any height of the camera.
+  // A machine.toml that states lamp and focus is obeyed, also where they change nothing.
   bool can_set(CameraSetting setting) const override { return setting != CameraSetting::Zoom; }
-  Expected<void> set(CameraSetting setting, double value) override {
-    return can_set(setting) ? Expected<void>() : Stage::set(setting, value);
-  }
+  Expected<void> set(CameraSetting setting, double value) override;
 
-  SpindleCameraOffset true_offset() const { return offset_; }
+  void wait(Time time) { motion_.wait(time); }
+  Time now() const { return motion_.now(); }
+  /// All that a calibration needs, while this lives where it is.
+  CalibrationDevices devices(Prompt prompt = {}) { return devices(*this, std::move(prompt)); }
+  /// The same through another stage, that drives this one.
+  CalibrationDevices devices(Stage& stage, Prompt prompt = {});
+
+  /// As it is now; that of the warm machine is approached.
+  SpindleCameraOffset true_offset() const;
   /// Where holes really are.
   const std::vector<Position<frame::Machine>>& holes() const { return holes_; }
 
  private:
-  SimCoupon(const MachineConfig& config, const SimCouponOptions& options, Target target);
+  SimCoupon(const MachineConfig& config,
+            const SimCouponOptions& options,
+            Target target,
+            std::optional<Target> mark);
 
-  SimConfig sim_;
   SimCouponOptions options_;
   Target target_;
-  CameraMapping calibrated_;
-  Camera camera_;
-  SpindleCameraOffset offset_;
-  Random stops_;
+  std::optional<Target> mark_;
+  SpindleCameraOffset warm_offset_;
+  internal::SimMotion motion_;
+  internal::SimEye eye_;
   Random drills_;
-  Random noise_;
-  Position<frame::Machine> commanded_;
-  Eigen::Vector2d direction_ = Eigen::Vector2d::Zero();  ///< of the last move, per axis
-  Position<frame::Machine> standing_;                    ///< really
   std::vector<Position<frame::Machine>> holes_;
 };
 

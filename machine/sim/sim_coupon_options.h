@@ -2,20 +2,26 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/calib/base/units.h"
+#include "panelcal/machine/sim/sim_motion.h"
 
 namespace panelcal {
 
-/// How badly a virtual machine drills and stops, on top of [sim]: [sim.coupon].
-struct SimCouponOptions {
+/// What a virtual machine over a coupon is like, on top of [sim]: [sim.coupon].
+struct SimCouponOptions : SimStops {
   std::uint64_t seed = 1;
-  Length wander;               ///< of the drill, per axis
-  Length stage_repeatability;  ///< of every stop, per axis
-  /// Per axis: it stops half of that too low when it moved up, too high when it moved down.
-  Displacement<frame::Machine> backlash;
+  Length wander;        ///< of the drill, per axis
   int vision_tool = 1;  ///< its drill makes holes of this vision tool's kind and size
+  /// Something fixed to the table, of a vision tool's look; absent: nothing is there.
+  std::optional<Position<frame::Machine>> mark;
+  int mark_tool = 1;
+  /// How far the spindle-camera offset of a machine that was just started is from that of the warm
+  /// one; what is left of it after a time t is cold exp(-t / warm_up).
+  Displacement<frame::Machine> cold;
+  Time warm_up = seconds(600);
 };
 
 }  // namespace panelcal

@@ -19,9 +19,6 @@ namespace {
 using internal::random_of;
 using internal::RandomStream;
 
-/// Beyond it a picture shows nothing any more, and rendering would take ever longer.
-constexpr double kWidestBlur_px = 20;
-
 Expected<std::vector<MeasurementRequest>> requests_of(const Program& program,
                                                       const WalkOptions& options) {
   NominalSource nominal;
@@ -210,12 +207,7 @@ Expected<Camera> SimMachine::camera_for(const MeasurementRequest& request, const
     camera.width = zoomed.width_px;
     camera.height = zoomed.height_px;
   }
-  if (sim_.focus_z) {
-    const Length stands_at = view.focus_z.value_or(stated_focus_);
-    const Length defocus = stands_at - *sim_.focus_z;
-    const double wider = std::hypot(1, defocus.in_mm() / sim_.focus_depth.in_mm());
-    camera.blur_px = std::min(kWidestBlur_px, wider * camera.blur_px);
-  }
+  camera.blur_px = internal::blur_px_at(sim_, view.focus_z.value_or(stated_focus_), camera);
   return camera;
 }
 
@@ -297,11 +289,12 @@ Expected<SimCoupon*> SimMachine::coupon_for(const CalibrationOrder& order) {
 Expected<std::optional<CalibrationAnswer>> SimMachine::calibrate(const CalibrationOrder& order) {
   if (order.correction) return job_.correct(order);
   PANELCAL_TRY(SimCoupon* const coupon, coupon_for(order));
+  const std::optional<double> lamp = order.lamp ? order.lamp : stated_lamp_;
+  if (lamp) PANELCAL_CHECK(coupon->set(CameraSetting::Lamp, *lamp));
   // The map owns the coupon.
   const auto exact = std::shared_ptr<Stage>(std::shared_ptr<Stage>(), coupon);
   const auto stage = measuring_stage(simulated_stage(exact, sim_.table), table_);
-  PANELCAL_TRY(CalibrationAnswer answer,
-               job_.calibrate(order, {*stage, *coupon, *coupon, {}, {}, {}}));
+  PANELCAL_TRY(CalibrationAnswer answer, job_.calibrate(order, coupon->devices(*stage)));
   return answer;
 }
 

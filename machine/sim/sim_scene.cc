@@ -20,6 +20,8 @@ constexpr double kLargest = 2.0;
 /// Copper is kept free around fiducials; nearer pads would be part of the target's rim.
 constexpr double kClearance_px = 15;
 constexpr int kMaxAttempts = 200;
+/// Pictures that are blurred more show nothing, and take long to draw.
+constexpr double kWidestBlur_px = 20;
 
 double mark_level(const SimConfig& sim, const Target& target) {
   return target.polarity == Polarity::Bright ? sim.target_level
@@ -84,6 +86,13 @@ Camera sim_camera(const SimConfig& sim, const CameraMapping& calibrated) {
   camera.tilt = sim.tilt;
   camera.tilt_axis = sim.tilt_axis;
   return camera;
+}
+
+double blur_px_at(const SimConfig& sim, Length focus, const Camera& camera) {
+  if (!sim.focus_z) return camera.blur_px;
+  const Length defocus = focus - *sim.focus_z;
+  const double wider = std::hypot(1, defocus.in_mm() / sim.focus_depth.in_mm());
+  return std::min(kWidestBlur_px, wider * camera.blur_px);
 }
 
 Scene sim_scene(const SimConfig& sim) {

@@ -22,6 +22,10 @@ Camera sim_camera(const SimConfig& sim, const CameraMapping& calibrated);
 /// Fails  config-value (no [sim] or no [camera]); vision-tool-undefined
 Expected<Target> sim_target(const MachineConfig& config, int vision_tool);
 
+/// How blurred pictures are while the focus axis stands at a height; `camera` has the blur of the
+/// height that [sim] focus_z_mm names.
+double blur_px_at(const SimConfig& sim, Length focus, const Camera& camera);
+
 /// Board and light as [sim] describes them, without anything on the board.
 Scene sim_scene(const SimConfig& sim);
 

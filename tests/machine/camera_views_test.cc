@@ -106,14 +106,14 @@ TEST_F(CameraViewsTest, TakesFurtherPicturesOfAPlaceWithoutMoving) {
   EXPECT_EQ(picture->axis, position_mm<frame::Machine>(100.25, 50));
 }
 
-TEST_F(CameraViewsTest, SetsLampAndFocusOnceAndWaitsAfterwards) {
+TEST_F(CameraViewsTest, SetsLampAndFocusOnceWhereItStandsAndWaitsAfterwards) {
   CameraViews views = this->views();
   request_.settings.lamp = 0.75;
   View view = at(100, 50);
   view.focus_z = mm(-2);
   ASSERT_TRUE(views.take(request_, view));
   EXPECT_THAT(take_orders(),
-              ElementsAre("stage lamp 0.75", "stage focus -2", "move 60 53", "wait 0.5", "take"));
+              ElementsAre("move 60 53", "stage lamp 0.75", "stage focus -2", "wait 0.5", "take"));
   ASSERT_TRUE(views.take(request_, view));
   EXPECT_THAT(take_orders(), ElementsAre("take"));
   view.focus_z = mm(-1.5);
@@ -129,7 +129,7 @@ TEST_F(CameraViewsTest, KeepsToWhatMachineTomlStatesUntilAProgramAsksForAnother)
   views.set_stated(stated);
   ASSERT_TRUE(views.take(request_, at(100, 50)));
   EXPECT_THAT(take_orders(),
-              ElementsAre("stage lamp 40", "stage focus 0.5", "move 60 53", "wait 0.5", "take"));
+              ElementsAre("move 60 53", "stage lamp 40", "stage focus 0.5", "wait 0.5", "take"));
   request_.settings.lamp = 0.75;
   View view = at(100, 50);
   view.focus_z = mm(-2);
@@ -145,7 +145,7 @@ TEST_F(CameraViewsTest, PrefersTheCamerasOwnLamp) {
   CameraViews views = this->views(true);
   request_.settings.lamp = 0.75;
   ASSERT_TRUE(views.take(request_, at(100, 50)));
-  EXPECT_EQ(take_orders().front(), "camera lamp 0.75");
+  EXPECT_THAT(take_orders(), ElementsAre("move 60 53", "camera lamp 0.75", "wait 0.5", "take"));
 }
 
 TEST_F(CameraViewsTest, AZoomThatNobodyHasIsRefusedBeforeAnythingMoves) {
@@ -164,6 +164,16 @@ TEST_F(CameraViewsTest, AfterAFailedMoveTheSamePlaceIsOrderedAgain) {
   EXPECT_THAT(take_orders(), ElementsAre("move 60 53"));
   EXPECT_TRUE(views.take(request_, at(100, 50)));
   EXPECT_THAT(take_orders(), ElementsAre("move 60 53", "wait 0.5", "take"));
+}
+
+TEST_F(CameraViewsTest, AfterAFailedMoveTheFocusIsStillToBeSet) {
+  CameraViews views = this->views(false, 1);
+  View view = at(100, 50);
+  view.focus_z = mm(-2);
+  EXPECT_FALSE(views.take(request_, view));
+  EXPECT_THAT(take_orders(), ElementsAre("move 60 53"));
+  EXPECT_TRUE(views.take(request_, view));
+  EXPECT_THAT(take_orders(), ElementsAre("move 60 53", "stage focus -2", "wait 0.5", "take"));
 }
 
 TEST(OpenCameraViews, SaysWhatMachineTomlLacks) {

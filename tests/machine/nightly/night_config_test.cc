@@ -40,6 +40,7 @@ TEST(NightConfig, ReadsEveryKey) {
 calibrate = ["spindle-camera", "camera"]
 camera = "v4l2:/dev/video0"
 warm_up_s = 600
+warm_up_limit_um = 3
 mark_mm = [10, 20.5]
 mark_tool = 3
 reports = "nights"
@@ -75,6 +76,9 @@ levels = 13
 limit_um = 2
 longest_s = 3
 tolerance_s = 0.1
+[nightly.table]
+plate = "plate.toml"
+file = "table.cal.json"
 )");
   ASSERT_TRUE(read) << read.error().text();
   const NightlyConfig& config = **read;
@@ -82,6 +86,7 @@ tolerance_s = 0.1
   EXPECT_EQ(config.camera, "v4l2:/dev/video0");
   EXPECT_FALSE(config.is_simulated);
   EXPECT_EQ(config.warm_up, seconds(600));
+  EXPECT_EQ(config.warm_up_limit, um(3));
   EXPECT_EQ(config.mark->in_mm(), Eigen::Vector2d(10, 20.5));
   EXPECT_EQ(config.mark_tool, 3);
   EXPECT_EQ(config.reports, "there/nights");
@@ -114,6 +119,8 @@ tolerance_s = 0.1
   EXPECT_EQ(config.trials.settle_limit, um(2));
   EXPECT_EQ(config.trials.settle_longest, seconds(3));
   EXPECT_EQ(config.trials.settle_tolerance, seconds(0.1));
+  EXPECT_EQ(config.table.plate, "there/plate.toml");
+  EXPECT_EQ(config.table.file, "there/table.cal.json");
   EXPECT_TRUE(config.limits.validate());
   EXPECT_TRUE(config.drift.validate());
   EXPECT_TRUE(config.watch.validate());
@@ -136,7 +143,13 @@ TEST(NightConfig, DefaultsAreThoseOfTheLibrary) {
 TEST(NightConfig, RefusesWhatMakesNoSense) {
   EXPECT_EQ(refusal(""), "accepted");
   EXPECT_THAT(refusal("warmup_s = 3"), HasSubstr("warm_up_s"));
-  EXPECT_THAT(refusal("calibrate = [\"table\"]"), HasSubstr("spindle-camera"));
+  EXPECT_THAT(refusal("warm_up_limit_um = 3"), HasSubstr("warm_up_s as well"));
+  EXPECT_THAT(refusal("warm_up_s = 9\nwarm_up_limit_um = 3"), HasSubstr("mark_mm as well"));
+  EXPECT_THAT(refusal("warm_up_s = 9\nmark_mm = [1, 2]\nwarm_up_limit_um = 0"),
+              HasSubstr("warm_up_limit_um"));
+  EXPECT_THAT(refusal("calibrate = [\"tables\"]"), HasSubstr("\"table\", each once"));
+  EXPECT_THAT(refusal("calibrate = [\"table\"]"), HasSubstr("[nightly.table] plate and file"));
+  EXPECT_THAT(refusal("[nightly.table]\nplate = \"p\""), HasSubstr("file"));
   EXPECT_THAT(refusal("calibrate = [\"spindle-camera\", \"spindle-camera\"]"), HasSubstr("once"));
   EXPECT_THAT(refusal("calibrate = []"), HasSubstr("spindle-camera"));
   EXPECT_THAT(refusal("calibrate = [\"camera\"]"), HasSubstr("mark_mm"));

@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
-#include <thread>
 
 #include <gmock/gmock.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
+#include "tests/machine/nightly/cut_night.h"
 #include "tests/machine/nightly/fake_night.h"
 
 namespace panelcal {
@@ -20,30 +17,9 @@ using std::chrono::steady_clock;
 
 class NightlyKill : public test::NightTest {
  protected:
-  /// All that the ledger has, as it stands there.
-  std::vector<std::string> entries() const {
-    const Ledger ledger = this->ledger();
-    const auto list = ledger.list({});
-    if (!list) ADD_FAILURE() << list.error().text();
-    std::vector<std::string> out;
-    for (const LedgerEntry& entry : *list) out.push_back(ledger_entry_json(entry) + entry.hash);
-    return out;
-  }
-
-  /// Runs a night in a process that is killed after a while; true if it was killed at work.
+  std::vector<std::string> entries() const { return test::ledger_lines(this->ledger()); }
   bool run_and_kill(std::chrono::microseconds after) {
-    const pid_t child = ::fork();
-    if (child == 0) {
-      const bool is_done = run(job()).has_value();
-      ::_exit(is_done ? 0 : 1);
-    }
-    EXPECT_GT(child, 0);
-    std::this_thread::sleep_for(after);
-    ::kill(child, SIGKILL);
-    int status = 0;
-    EXPECT_EQ(::waitpid(child, &status, 0), child);
-    EXPECT_TRUE(WIFSIGNALED(status) || WEXITSTATUS(status) == 0);
-    return WIFSIGNALED(status);
+    return test::is_killed(after, [this] { return run(job()).has_value(); });
   }
 };
 

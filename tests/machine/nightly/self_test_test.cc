@@ -24,49 +24,14 @@ TEST(SelfTest, AFullDiskDoesNotPass) {
   EXPECT_FALSE(check_disk("/nowhere/a.ledger", 0).passed);
 }
 
-/// Where the stage was sent, and how long was waited.
+/// Where the stage was sent.
 struct Log final : public Stage {
   Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& spindle) override {
     places_mm.push_back(spindle.in_mm());
     return spindle;
   }
   std::vector<Eigen::Vector2d> places_mm;
-  double waited_s = 0;
 };
-
-TEST(WarmUp, MovesToAndFroForAsLongAsWanted) {
-  MachineConfig config;
-  config.travel = Travel{position_mm<frame::Machine>(0, 0), position_mm<frame::Machine>(600, 400)};
-  NightlyConfig nightly;
-  nightly.warm_up = seconds(12);
-  Log log;
-  test::FakeDevices others;
-  const CalibrationDevices devices = {
-      log, others, others, [&](Time time) { log.waited_s += time.in_s(); }, {}};
-  const auto clock = fixed_clock(std::chrono::sys_seconds(std::chrono::seconds(0)));
-  const auto waited = warm_up(config, nightly, devices, clock);
-  ASSERT_TRUE(waited) << waited.error().text();
-  EXPECT_DOUBLE_EQ(waited->in_s(), 12);
-  EXPECT_DOUBLE_EQ(log.waited_s, 12);
-  EXPECT_THAT(log.places_mm,
-              testing::ElementsAre(
-                  Eigen::Vector2d(150, 100), Eigen::Vector2d(450, 300), Eigen::Vector2d(150, 100)));
-  nightly.warm_up = seconds(0);
-  log.places_mm.clear();
-  ASSERT_TRUE(warm_up(config, nightly, devices, clock));
-  EXPECT_TRUE(log.places_mm.empty());
-}
-
-TEST(WarmUp, NeedsToKnowWhereTheStageMayMove) {
-  const MachineConfig config;
-  NightlyConfig nightly;
-  nightly.warm_up = seconds(12);
-  test::FakeDevices all;
-  const auto clock = fixed_clock(std::chrono::sys_seconds(std::chrono::seconds(0)));
-  EXPECT_THAT(warm_up(config, nightly, {all, all, all, {}, {}}, clock),
-              FailsWith(Code::ConfigValue, "where the stage may move"));
-  EXPECT_EQ(all.n_moves, 0);
-}
 
 std::optional<double> temperature(const NightlyConfig& nightly) {
   const auto read = read_temperature(nightly);

@@ -117,7 +117,10 @@ focus_depth_mm = 0.2
                     {machine,
                      machine,
                      camera,
-                     [&](Time time) { machine.wait(time); },
+                     [&](Time time) {
+                       waits_.push_back(time);
+                       machine.wait(time);
+                     },
                      {},
                      {},
                      [&] { return machine.now(); }},
@@ -125,6 +128,7 @@ focus_depth_mm = 0.2
                     "panelcal test",
                     "timer"};
     job.is_dry_run = is_dry_run;
+    waits_.clear();
     auto record = run_nightly(job);
     left_focus_mm_ = camera.focus_mm;
     left_lamp_ = camera.lamp;
@@ -148,6 +152,7 @@ focus_depth_mm = 0.2
   test::TemporaryFolder folder_;
   std::optional<double> left_focus_mm_;
   std::optional<double> left_lamp_;
+  std::vector<Time> waits_;  ///< of the last night
 
  private:
   std::uint64_t seed_ = 0;
@@ -290,6 +295,65 @@ TEST_F(TrialNights, SettleTimesAreMeasuredAndATooShortOneIsSaid) {
   EXPECT_THAT(record.verdict, HasSubstr("write [machine] settle_s = 0.2"));
 }
 
+TEST_F(TrialNights, AWaitThatIsTooShortIsNotWhatTheRestOfTheNightWaits) {
+  calibrate = "\"settle\", \"camera\"";
+  focus_z_mm = 0.1;
+  plate.swing = um(40);
+  plate.swing_decay = seconds(0.06);
+  plate.swing_hz = 11;
+  nightly_lines = "[nightly.settle]\nlongest_s = 0.6\n";
+  settle_s = 0.1;
+  NightRecord record = run();
+  ASSERT_EQ(record.steps.at(1).kind, "camera");
+  const auto number = trial_number(*in_force(TrialKind::Settle));
+  ASSERT_TRUE(number);
+  const Time needed = seconds(number->value + 2 * number->sigma);
+  EXPECT_GE(waits_.back(), needed);
+  EXPECT_THAT(record.steps.at(0).fit_report,
+              testing::Contains(HasSubstr("the rest of this night waits 0.2")));
+  EXPECT_THAT(record.verdict, HasSubstr("write [machine] settle_s = 0.2"));
+  // Nor what the nights after it wait, while machine.toml is as it is.
+  next_night();
+  calibrate = "\"camera\", \"settle\"";
+  record = run();
+  EXPECT_GE(waits_.front(), needed);
+  EXPECT_THAT(record.verdict, HasSubstr("write [machine] settle_s = 0.2"));
+}
+
+TEST_F(TrialNights, AStageWithoutAnyMotionIsMeasuredToHalfTheShortestDelay) {
+  calibrate = "\"settle\"";
+  focus_z_mm = 0.1;
+  const NightRecord record = run();
+  EXPECT_EQ(record.steps.at(0).state, NightState::Installed) << record.verdict;
+  const auto number = trial_number(*in_force(TrialKind::Settle));
+  ASSERT_TRUE(number);
+  EXPECT_EQ(number->value, 0);
+  // Twelve delays up to 1 s, the shortest after the first is 1 s / 11^2.
+  EXPECT_NEAR(number->sigma, 0.5 / 121, 1e-9);
+}
+
+TEST_F(TrialNights, WhatMayExplainBadPicturesIsMeasuredButNotInstalled) {
+  calibrate = "\"focus\", \"light\", \"settle\"";
+  nightly_lines = "[nightly.drift]\nmin_nights = 6\n[nightly.settle]\nlongest_s = 0.6\n";
+  focus_z_mm = 0.1;
+  for (int night = 0; night < 8; ++night, next_night()) ASSERT_EQ(exit_code(run()), 0);
+  const auto before = in_force(TrialKind::Focus);
+  // Somebody has turned the lens: blurred twice as much.
+  focus_z_mm = 0.45;
+  const NightRecord record = run();
+  EXPECT_EQ(exit_code(record), 1);
+  const NightStep& focus = record.steps.at(0);
+  ASSERT_TRUE(focus.axes.at(0).new_value) << record.verdict;
+  EXPECT_NEAR(*focus.axes[0].new_value, 0.45, 0.05);
+  EXPECT_NE(focus.state, NightState::Installed);
+  EXPECT_THAT(focus.summary, HasSubstr("edge blur of the mark"));
+  EXPECT_THAT(focus.summary, HasSubstr("measured since it may be why, and not installed"));
+  EXPECT_TRUE(record.steps.at(1).axes.at(0).new_value);
+  // What only suffers from it is not measured.
+  EXPECT_FALSE(record.steps.at(2).axes.at(0).new_value);
+  EXPECT_EQ(in_force(TrialKind::Focus)->id, before->id);
+}
+
 TEST_F(TrialNights, ComeInTheirOrderWhateverTheListSays) {
   calibrate = "\"settle\", \"light\", \"focus\"";
   const auto config = this->config();
@@ -308,11 +372,11 @@ TEST_F(TrialNights, SayWhatMachineTomlLacks) {
     const auto record = try_run();
     return record ? "accepted" : record.error().text();
   };
-  EXPECT_THAT(refusal("focus", "focus_mm = 0\n"), HasSubstr("expected [camera] focus_range_mm"));
+  EXPECT_THAT(refusal("focus", "lamp = 1\n"), HasSubstr("expected [camera] focus_range_mm"));
   EXPECT_THAT(refusal("focus", "focus_range_mm = [-1, 1]\n"), HasSubstr("[camera] focus_mm"));
   EXPECT_THAT(refusal("light", ""), HasSubstr("expected [camera] lamp"));
   source = "machine_driver = \"sim\"";
-  EXPECT_THAT(refusal("settle", ""), HasSubstr("stands still at once"));
+  EXPECT_THAT(refusal("settle", ""), HasSubstr("expected [sim.coupon] mark_mm"));
 }
 
 }  // namespace

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/nightly/night_config.h"
+#include "panelcal/machine/picture_locator.h"
+#include "panelcal/machine/spindle_camera_run.h"
+
+namespace panelcal {
+
+/// One look at the mark of [nightly].
+struct MarkLook {
+  std::optional<Eigen::Vector2d> place_mm;  ///< machine, as the present calibrations have it
+  std::string missed;                       ///< why it was not found
+  double clipped_share = 0;                 ///< of the picture's pixels, at the scale's end
+};
+
+/// Looks at the mark of [nightly], coming each time anew from the same side.
+class MarkLooker {
+ public:
+  /// In     config, nightly: outlive this; observer: sees every picture
+  /// Fails  config-value (no mark, no [camera]); vision-tool-undefined; travel-exceeded. Nothing
+  ///        has moved then
+  static Expected<MarkLooker> make(const MachineConfig& config,
+                                   const NightlyConfig& nightly,
+                                   PictureObserver observer);
+
+  /// Fails  device-stage; device-frame; picture-mismatch
+  Expected<MarkLook> look(const CalibrationDevices& devices) const;
+
+ private:
+  MarkLooker(const MachineConfig& config, const NightlyConfig& nightly, PictureLocator locator)
+      : config_(config), nightly_(nightly), locator_(std::move(locator)) {}
+
+  const MachineConfig& config_;
+  const NightlyConfig& nightly_;
+  PictureLocator locator_;
+};
+
+}  // namespace panelcal

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/calib/drift/amount.h"
+#include "panelcal/calib/table_calibration_file.h"
+#include "panelcal/machine/nightly/night_calibrations.h"
+#include "panelcal/machine/nightly/night_file.h"
+#include "panelcal/machine/plate_pictures.h"
+#include "panelcal/machine/table_run.h"
+
+namespace panelcal {
+namespace {
+
+/// Of the dots that may be missing or wrong: plates get dirty.
+constexpr int kMostOutliers = 20;  ///< one in so many
+/// Places along each side of the plate at which two maps are compared.
+constexpr int kCompared = 11;
+
+/// Where the farthest dot is, from the middle of the plate along the machine's axes.
+Eigen::Vector2d half_sides_mm(const CalibrationPlate& plate) {
+  Eigen::AlignedBox2d box;
+  for (const PlateDot& dot : plate.dots()) {
+    box.extend(place_in(plate.poses.front(), dot.place).in_mm());
+  }
+  return 0.5 * box.sizes();
+}
+
+/// What drift is watched in: how far the stage errs at the plate's corner, of what is affine.
+///
+///   corner x = scale_x h_x + squareness h_y,   corner y = scale_y h_y,   h half of the plate
+NightValue corner(const Eigen::Vector2d& half_mm,
+                  const Eigen::Vector3d& scales_and_squareness,
+                  const Eigen::Matrix3d& cov) {
+  Eigen::Matrix<double, 2, 3> by_parameters;
+  by_parameters << half_mm.x(), 0, half_mm.y(), 0, half_mm.y(), 0;
+  return {by_parameters * scales_and_squareness, by_parameters * cov * by_parameters.transpose()};
+}
+
+NightValue corner(const Eigen::Vector2d& half_mm, const TableGeometry& geometry) {
+  const std::array<int, 3> rows = {
+      TableGeometry::ScaleX, TableGeometry::ScaleY, TableGeometry::Squareness};
+  return corner(half_mm, geometry.value(rows), geometry.cov(rows, rows));
+}
+
+/// By how much two maps differ on the plate, at most.
+double largest_change_mm(const CalibrationPlate& plate, const TableMap& a, const TableMap& b) {
+  double largest_mm = 0;
+  const double width_mm = (plate.columns - 1) * plate.pitch.in_mm();
+  const double height_mm = (plate.rows - 1) * plate.pitch.in_mm();
+  for (int i = 0; i < kCompared * kCompared; ++i) {
+    const Eigen::Vector2d part = Eigen::Vector2d(i % kCompared, i / kCompared) / (kCompared - 1.0);
+    const auto on_plate =
+        position_mm<frame::Plate>(part.cwiseProduct(Eigen::Vector2d(width_mm, height_mm)));
+    const Position<frame::Machine> at = place_in(plate.poses.front(), on_plate);
+    const double change_mm = (a.error_mm(at) - b.error_mm(at)).norm();
+    // One that is no number has to fail.
+    if (!(change_mm <= largest_mm)) largest_mm = change_mm;
+  }
+  return largest_mm;
+}
+
+class TableNight final : public NightCalibration {
+ public:
+  TableNight(std::shared_ptr<MachineConfig> config,
+             const NightlyConfig& nightly,
+             CalibrationPlate plate)
+      : config_(std::move(config)),
+        plate_(std::move(plate)),
+        table_(nightly.table),
+        limits_(nightly.limits),
+        half_mm_(half_sides_mm(plate_)) {}
+
+  LedgerKey key() const override { return table_key(*config_); }
+  std::vector<std::string> axes() const override { return {"corner x", "corner y"}; }
+  std::string unit() const override { return "mm"; }
+  std::filesystem::path file() const override { return table_.file; }
+  std::optional<Eigen::VectorXd> present() const override {
+    const auto calibration = read_table_calibration(table_.file);
+    if (!calibration) return std::nullopt;
+    return corner(half_mm_, calibration->geometry).value;
+  }
+  Expected<std::vector<SelfTestCheck>> check() const override {
+    return std::vector<SelfTestCheck>{};
+  }
+  int n_qualities() const override { return 1; }
+  NightlyConfig held_to(const NightlyConfig& nightly) const override {
+    NightlyConfig out = nightly;
+    out.limits.max_outliers =
+        std::max(out.limits.max_outliers, static_cast<int>(plate_.n_dots()) / kMostOutliers);
+    return out;
+  }
+  std::optional<NightValue> value_of(const LedgerEntry& entry) const override;
+  Expected<NightMeasurement> measure(const CalibrationDevices& devices,
+                                     const NightWords& words) override;
+  Expected<bool> is_installed(const Ledger& ledger) const override {
+    return internal::says_what_is_in_force(ledger, key(), file());
+  }
+  Expected<std::string> by_hand(const Ledger& ledger) const override;
+  Expected<bool> install(const Ledger& ledger) override;
+
+ private:
+  Expected<TableRun> look(const CalibrationDevices& devices, int& n_missed) const;
+  std::vector<NightGate> gates_of(const TableRun& run) const;
+
+  std::shared_ptr<MachineConfig> config_;
+  CalibrationPlate plate_;
+  NightTable table_;
+  NightLimits limits_;
+  Eigen::Vector2d half_mm_;
+};
+
+std::optional<NightValue> TableNight::value_of(const LedgerEntry& entry) const {
+  const std::vector<LedgerParameter>& all = entry.record.parameters;
+  const auto& cov = entry.record.covariance;
+  if (!cov) return std::nullopt;
+  Eigen::Vector3d value;
+  std::array<Eigen::Index, 3> rows = {};
+  Eigen::Index i = 0;
+  for (const std::string_view name : {"scale_x", "scale_y", "squareness"}) {
+    const auto found = std::ranges::find(all, name, &LedgerParameter::name);
+    if (found == all.end()) return std::nullopt;
+    value[i] = found->value;
+    rows[static_cast<std::size_t>(i++)] = found - all.begin();
+  }
+  return corner(half_mm_, value, (*cov)(rows, rows));
+}
+
+Expected<TableRun> TableNight::look(const CalibrationDevices& devices, int& n_missed) const {
+  PANELCAL_TRY(const MarkSights seen, look_at_plate(*config_, devices, plate_));
+  n_missed = static_cast<int>(seen.missed.size());
+  TableSights sights = table_sights(*config_, seen);
+  for (const std::filesystem::path& file : {config_->camera_file, plate_.file}) {
+    if (file.empty()) continue;
+    PANELCAL_TRY(LedgerInput input, input_of(file));
+    sights.inputs.push_back(std::move(input));
+  }
+  return calibrate_table(*config_, std::move(sights));
+}
+
+/// Of the whole map; its axes are what is affine.
+std::vector<NightGate> TableNight::gates_of(const TableRun& run) const {
+  const double sigma_mm = run.calibration.sigma.in_mm();
+  const std::string why = refusal(run);
+  std::vector<NightGate> gates = {
+      {"map",
+       sigma_mm <= limits_.sigma,
+       fmt::format("sigma of the map is {}, limit {}",
+                   amount(sigma_mm, unit()),
+                   amount(limits_.sigma, unit()))},
+      {"looks", why.empty(), why.empty() ? "the looks fit the map" : why}};
+  const auto before = read_table_calibration(table_.file);
+  if (!before) return gates;
+  const double change_mm = largest_change_mm(plate_, before->map, run.calibration.map);
+  gates.push_back({"change",
+                   change_mm <= limits_.change,
+                   fmt::format("the map is up to {} from the one in force, limit {}",
+                               amount(change_mm, unit()),
+                               amount(limits_.change, unit()))});
+  return gates;
+}
+
+Expected<NightMeasurement> TableNight::measure(const CalibrationDevices& devices,
+                                               const NightWords& words) {
+  int n_missed = 0;
+  PANELCAL_TRY(const TableRun run, look(devices, n_missed));
+  RecordWords record;
+  record.date = words.date;
+  record.asked_by = words.asked_by;
+  record.software = words.software;
+  record.temperature_degC = words.temperature_c;
+  NightMeasurement out;
+  PANELCAL_TRY(out.draft, table_draft(*config_, run, record));
+  const NightValue found = corner(half_mm_, run.fit.geometry);
+  out.result.point.value = found.value;
+  out.result.point.cov = found.cov;
+  out.result.used = "looks";
+  out.result.n_used = static_cast<int>(run.sights.data.seen.size());
+  out.result.n_outliers = n_missed + static_cast<int>(run.left_out.size());
+  if (run.fit.degrees_of_freedom > 0) {
+    const double squares = run.fit.rms_mm * run.fit.rms_mm * static_cast<double>(out.result.n_used);
+    out.spreads = {{"looks about the table's fit",
+                    "mm",
+                    squares / run.fit.degrees_of_freedom,
+                    run.fit.degrees_of_freedom}};
+  }
+  out.result.further = gates_of(run);
+  out.report = internal::lines_of(report(run));
+  return out;
+}
+
+Expected<std::string> TableNight::by_hand(const Ledger& ledger) const {
+  const Expected<std::string> bytes = read_file(file(), kMaxTableCalibrationBytes);
+  if (!bytes) return std::string();
+  const auto calibration = parse_table_calibration(*bytes, "");
+  if (!calibration) return std::string();
+  PANELCAL_TRY(const bool is_by_hand,
+               internal::is_past_the_ledger(ledger, key(), *bytes, calibration->date));
+  return std::string(is_by_hand ? "a table" : "");
+}
+
+Expected<bool> TableNight::install(const Ledger& ledger) {
+  PANELCAL_TRY(const bool is_there, is_installed(ledger));
+  PANELCAL_TRY(const std::optional<std::string> text, internal::text_in_force(ledger, key()));
+  if (is_there || !text) return false;
+  PANELCAL_CHECK(write_file(file(), *text));
+  return true;
+}
+
+}  // namespace
+
+namespace internal {
+
+Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineConfig> config,
+                                                        const NightlyConfig& nightly) {
+  const auto missing = [&](std::string_view what, std::string expected) {
+    return failure({Code::ConfigValue,
+                    nightly.place,
+                    fmt::format("[nightly] calibrates the table, and {}", what),
+                    std::move(expected)});
+  };
+  if (nightly.is_simulated) {
+    return missing("the virtual machine has no plate", "camera = \"URI\" of a real machine");
+  }
+  if (!config->camera) return missing("there is no camera", "[camera] calibration");
+  PANELCAL_TRY(CalibrationPlate plate, read_plate(nightly.table.plate));
+  if (plate.tags || plate.poses.size() != 1) {
+    return missing("the plate does not lie in one known way", "a plate's file with one [[pose]]");
+  }
+  if (!plate.is_certified) {
+    return missing("nobody has certified the plate: in one pose its errors are the table's",
+                   "certified = true");
+  }
+  return std::make_unique<TableNight>(std::move(config), nightly, std::move(plate));
+}
+
+}  // namespace internal
+
+}  // namespace panelcal

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "panelcal/calib/base/clock.h"
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/nightly/night_config.h"
+#include "panelcal/machine/nightly/night_record.h"
+#include "panelcal/machine/spindle_camera_run.h"
+
+namespace panelcal {
+
+struct WarmUpRun {
+  Time waited;
+  std::optional<NightWarmUp> seen;  ///< with a limit
+};
+
+/// Moves the stage to and fro for as long as [nightly] says, between the quarters of its travel, or
+/// where that is not known about the coupon.
+///
+/// With [nightly] warm_up_limit_um the mark is looked at again and again meanwhile, and it ends as
+/// soon as the looks tell that less than the limit is still to come. Each time there are three
+/// looks, whose scatter says how sure they are. A machine that does not move as far as they tell
+/// may have a long way before it: only the whole time ends that.
+///
+/// In     clock: ends it sooner where moving itself takes long; one that stands still does no harm
+/// Fails  device-stage; device-frame; config-value (neither [machine] travel nor [coupon]; a limit
+///        without a mark or a clock of the devices); as MarkLooker
+/// See    tests/machine/nightly/warm_up_test.cc; calib/drift/warm_up.h
+Expected<WarmUpRun> warm_up(const MachineConfig& config,
+                            const NightlyConfig& nightly,
+                            const CalibrationDevices& devices,
+                            const Clock& clock);
+
+/// Says in `seen` whether the machine is warm. Pure.
+///
+/// In     is_end: nothing more will be seen
+void judge_warm_up(NightWarmUp& seen, bool is_end);
+
+/// The same for the self-test's table.
+SelfTestCheck warm_up_check(const NightWarmUp& seen);
+
+/// An object of JSON: `limit_mm`, `warm`, `text`, `looks` of [seconds, x mm, y mm, sigma mm], and
+/// `fit`, or null.
+std::string warm_up_json(const NightWarmUp& seen);
+
+}  // namespace panelcal

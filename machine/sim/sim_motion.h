@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "panelcal/calib/base/frames.h"
+#include "panelcal/calib/base/random.h"
+#include "panelcal/calib/base/units.h"
+
+namespace panelcal {
+
+/// How the stage of a virtual machine stops.
+struct SimStops {
+  Length stage_repeatability;  ///< of every stop, per axis
+  /// Per axis: it stops half of that too low when it moved up, too high when it moved down.
+  Displacement<frame::Machine> backlash;
+  /// After a move it swings along it: amplitude exp(-t / decay) cos(2 pi frequency t).
+  Length swing;
+  Time swing_decay = seconds(0.05);
+  double swing_hz = 20;
+};
+
+namespace internal {
+
+/// The stage of a virtual machine, and its clock, which only `wait` moves.
+class SimMotion {
+ public:
+  SimMotion(const SimStops& stops, Random random) : stops_(stops), random_(random) {}
+
+  /// In     error_mm: of the stage at this place, on top of how it stops
+  /// Out    where it believes to stand: where it was sent
+  Position<frame::Machine> move_to(const Position<frame::Machine>& spindle,
+                                   const Eigen::Vector2d& error_mm = Eigen::Vector2d::Zero());
+  /// Where the spindle really is now, and where it comes to rest.
+  Position<frame::Machine> standing() const;
+  const Position<frame::Machine>& rest() const { return rest_; }
+
+  void wait(Time time) { now_ = now_ + time; }
+  Time now() const { return now_; }
+
+ private:
+  SimStops stops_;
+  Random random_;
+  Time now_;
+  Time arrived_;
+  Position<frame::Machine> commanded_;
+  Position<frame::Machine> rest_;
+  Eigen::Vector2d way_ = Eigen::Vector2d::Zero();        ///< direction of the last move
+  Eigen::Vector2d direction_ = Eigen::Vector2d::Zero();  ///< the same per axis: -1, 0, 1
+};
+
+}  // namespace internal
+
+}  // namespace panelcal
