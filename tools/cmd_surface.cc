@@ -89,6 +89,8 @@ Expected<Answer> answer_to(const SurfaceOptions& options, CommandContext& contex
       return diff(options, context);
     case SurfaceOptions::What::Plan:
       return plan(options, context);
+    case SurfaceOptions::What::Apply:
+      return apply(options, context);
   }
   return Answer{};
 }

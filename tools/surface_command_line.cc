@@ -114,6 +114,33 @@ void add_plan(CLI::App& surface, SurfaceOptions& o) {
   plan->add_option("--plot", o.plot, "Picture of the plan (.svg)");
 }
 
+void add_apply(CLI::App& surface, SurfaceOptions& o) {
+  CLI::App* apply = add(surface, o, "apply", "Make a G-code program follow a map", What::Apply);
+  apply->add_option("MAP", o.map, "The map (.json)")->required();
+  apply->add_option("GCODE", o.gcode, "The program")->required();
+  apply->add_option("-o,--output", o.output, "The levelled program; - is standard output")
+      ->required();
+  apply
+      ->add_option("--height-tolerance-um",
+                   o.height_tolerance_um,
+                   "How near to its height the tool has to be all along a move")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  apply
+      ->add_option("--safe-mm",
+                   o.safe_mm,
+                   "Moves at this Z or above stay (default: the lowest Z above the board at which "
+                   "the program travels)")
+      ->check(CLI::Range(-1e3, 1e3));
+  apply->add_option("--zero", o.zero_mm, "X,Y: where the tool's Z was set to 0, mm")
+      ->expected(2)
+      ->delimiter(',');
+  apply->add_option("--unit", o.gcode_unit, "Of a program that has neither G20 nor G21")
+      ->check(CLI::IsMember({"mm", "inch"}));
+  apply->add_option("--max-sigma-um", o.max_sigma_um, "Refuse where the map is less sure than this")
+      ->check(CLI::Range(1e-3, 1e6));
+}
+
 }  // namespace
 
 void add_surface_commands(CLI::App& surface, SurfaceOptions& options) {
@@ -122,6 +149,7 @@ void add_surface_commands(CLI::App& surface, SurfaceOptions& options) {
   add_query(surface, options);
   add_diff(surface, options);
   add_plan(surface, options);
+  add_apply(surface, options);
 }
 
 }  // namespace panelcal

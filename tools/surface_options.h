@@ -10,13 +10,14 @@ namespace panelcal {
 
 /// What `panelcal surface` is asked for.
 struct SurfaceOptions {
-  enum class What : std::uint8_t { Fit, Query, Diff, Plan };
+  enum class What : std::uint8_t { Fit, Query, Diff, Plan, Apply };
   What what = What::Fit;
   std::vector<std::string> files;  ///< fit: of probes; diff: two maps
-  std::string map;                 ///< query; plan: whose shape is believed, may be empty
+  std::string map;                 ///< query, apply; plan: whose shape is believed, may be empty
   std::string machine;             ///< machine.toml; may be empty but with a program
   std::string program;             ///< query, plan: whose places are asked for; may be empty
   std::string output;              ///< fit: the map; plan: the list of places; may be empty
+  std::string gcode;               ///< apply: the program, and `output` what becomes of it
   std::string plot;                ///< .svg; empty: none
   std::string report;              ///< .html; empty: none
   std::string clock;               ///< as CheckOptions
@@ -39,6 +40,12 @@ struct SurfaceOptions {
   std::optional<double> length_mm;
   std::optional<double> probe_sigma_um;
   bool afresh = false;  ///< another panel of the map's kind: its probes do not count
+  // apply
+  double height_tolerance_um = 10;
+  std::optional<double> safe_mm;       ///< empty: as the program travels
+  std::vector<double> zero_mm;         ///< where Z was set to 0; empty: the map's own 0
+  std::string gcode_unit;              ///< of a program that does not say: mm or inch
+  std::optional<double> max_sigma_um;  ///< of the surface under levelled moves
 };
 
 }  // namespace panelcal
