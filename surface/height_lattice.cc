@@ -24,6 +24,19 @@ std::vector<double> counted(int n_nodes) {
   return out;
 }
 
+/// What heights and slopes at 0 and 1 weigh at t.
+struct HermiteWeights {
+  float low, low_slope, high, high_slope;
+
+  explicit HermiteWeights(float t) {
+    const float rest = 1 - t;
+    high = t * t * (3 - 2 * t);
+    low = 1 - high;
+    low_slope = t * rest * rest;
+    high_slope = -t * t * rest;
+  }
+};
+
 Expected<void> check(const LatticeAxis& axis, const char* name) {
   const auto bad = [&](std::string what, const char* expected) {
     return failure(
@@ -71,83 +84,106 @@ HeightLattice::HeightLattice(const LatticeAxis& x,
                              LatticeInterpolation interpolation)
     : x_(x),
       y_(y),
-      cells_per_x_mm_(1 / x.step_mm),
-      cells_per_y_mm_(1 / y.step_mm),
-      below_n_columns_(std::nextafter(x.n_nodes - 1, 0)),
-      below_n_rows_(std::nextafter(y.n_nodes - 1, 0)),
       n_columns_(static_cast<std::size_t>(x.n_nodes - 1)),
-      n_rows_(static_cast<std::size_t>(y.n_nodes - 1)) {
+      n_rows_(static_cast<std::size_t>(y.n_nodes - 1)),
+      finder_{x.first_mm,
+              y.first_mm,
+              1 / x.step_mm,
+              1 / y.step_mm,
+              std::nextafter(x.n_nodes - 1, 0),
+              std::nextafter(y.n_nodes - 1, 0),
+              n_columns_} {
   if (interpolation == LatticeInterpolation::Bilinear) {
-    set_bilinear(heights_mm);
+    nodes_mm_.assign(heights_mm.begin(), heights_mm.end());
   } else {
     set_bicubic(heights_mm);
   }
 }
 
-void HeightLattice::set_bilinear(std::span<const double> heights_mm) {
-  const std::size_t n_x = n_columns_ + 1;
-  for (std::size_t j = 0; j < n_rows_; ++j) {
-    for (std::size_t i = 0; i < n_columns_; ++i) {
-      const double* node = &heights_mm[j * n_x + i];
-      bilinear_.push_back({node[0],
-                           node[1] - node[0],
-                           node[n_x] - node[0],
-                           node[n_x + 1] - node[n_x] - node[1] + node[0]});
-    }
-  }
-}
-
 void HeightLattice::set_bicubic(std::span<const double> heights_mm) {
-  const std::vector<internal::MonotoneNode> nodes =
-      internal::monotone_nodes(counted(x_.n_nodes), counted(y_.n_nodes), heights_mm);
-  const std::size_t n_x = n_columns_ + 1;
-  for (std::size_t j = 0; j < n_rows_; ++j) {
-    for (std::size_t i = 0; i < n_columns_; ++i) {
-      const internal::MonotoneNode* node = &nodes[j * n_x + i];
-      const Eigen::Array44d cell =
-          internal::bicubic_cell(node[0], node[1], node[n_x], node[n_x + 1], 1, 1);
-      for (Eigen::Index k = 0; k < 4; ++k) bicubic_.emplace_back(cell.col(k));
-    }
+  const auto [least_mm, most_mm] = std::ranges::minmax(heights_mm);
+  middle_mm_ = 0.5 * least_mm + 0.5 * most_mm;
+  std::vector<double> from_middle_mm;
+  for (const double height_mm : heights_mm) from_middle_mm.push_back(height_mm - middle_mm_);
+  for (const internal::MonotoneNode& node :
+       internal::monotone_nodes(counted(x_.n_nodes), counted(y_.n_nodes), from_middle_mm)) {
+    heights_.push_back(static_cast<float>(node.height));
+    heights_.push_back(static_cast<float>(node.by_x));
+    slopes_.push_back(static_cast<float>(node.by_y));
+    slopes_.push_back(static_cast<float>(node.twist));
   }
 }
 
-inline HeightLattice::Local HeightLattice::local(const Eigen::Vector2d& p_mm) const {
-  const double x = (p_mm.x() - x_.first_mm) * cells_per_x_mm_;
-  const double y = (p_mm.y() - y_.first_mm) * cells_per_y_mm_;
+inline HeightLattice::Local HeightLattice::Finder::local(const Eigen::Vector2d& p_mm) const {
+  const double x = (p_mm.x() - first_x_mm) * cells_per_x_mm;
+  const double y = (p_mm.y() - first_y_mm) * cells_per_y_mm;
   // In this order what is no number becomes 0. The last node counts as the end of the last cell.
-  const double x_inside = std::min(x > 0 ? x : 0, below_n_columns_);
-  const double y_inside = std::min(y > 0 ? y : 0, below_n_rows_);
+  // By hand, since std::min's references go through memory.
+  const double x_low = x > 0 ? x : 0, y_low = y > 0 ? y : 0;
+  const double x_inside = x_low < below_n_columns ? x_low : below_n_columns;
+  const double y_inside = y_low < below_n_rows ? y_low : below_n_rows;
   const auto i = static_cast<int>(x_inside);
   const auto j = static_cast<int>(y_inside);
-  return {static_cast<std::size_t>(j * static_cast<int>(n_columns_) + i),
+  const std::size_t cell = static_cast<std::size_t>(j) * n_columns + static_cast<std::size_t>(i);
+  return {cell,
+          cell + static_cast<std::size_t>(j),
           x_inside - i,
           y_inside - j,
-          !(std::abs(x - x_inside) <= kSameNode && std::abs(y - y_inside) <= kSameNode)};
+          !(std::abs(x - x_inside) + std::abs(y - y_inside) <= kSameNode)};
 }
 
-inline double HeightLattice::bilinear_mm(const Local& at) const {
-  const Bilinear& c = bilinear_[at.cell];
-  return (c[0] + at.u * c[1]) + at.v * (c[2] + at.u * c[3]);
+/// What interpolates, for a loop of its own: as Finder.
+struct HeightLattice::Bilinear {
+  const double* nodes_mm;
+  std::size_t n_x;
+
+  double operator()(const Local& at) const {
+    const double* const low = nodes_mm + at.node;
+    const double* const high = low + n_x;
+    const double low_mm = low[0] + at.u * (low[1] - low[0]);
+    const double high_mm = high[0] + at.u * (high[1] - high[0]);
+    return low_mm + at.v * (high_mm - low_mm);
+  }
+};
+
+/// Along y the two columns together, (height, slope, height, slope) at once; then along x.
+struct HeightLattice::Bicubic {
+  const float* heights;
+  const float* slopes;
+  std::size_t n_x;
+  double middle_mm;
+
+  double operator()(const Local& at) const {
+    using FourOf = Eigen::Map<const Eigen::Array4f>;
+    const std::size_t low = 2 * at.node, high = low + 2 * n_x;
+    const HermiteWeights y(static_cast<float>(at.v)), x(static_cast<float>(at.u));
+    const Eigen::Array4f columns =
+        (y.low * FourOf(heights + low) + y.low_slope * FourOf(slopes + low)) +
+        (y.high * FourOf(heights + high) + y.high_slope * FourOf(slopes + high));
+    return middle_mm + static_cast<double>((x.low * columns[0] + x.low_slope * columns[1]) +
+                                           (x.high * columns[2] + x.high_slope * columns[3]));
+  }
+};
+
+inline HeightLattice::Bilinear HeightLattice::bilinear() const {
+  return {nodes_mm_.data(), n_columns_ + 1};
 }
 
-inline double HeightLattice::bicubic_mm(const Local& at) const {
-  const Bicubic* c = &bicubic_[4 * at.cell];
-  const double v2 = at.v * at.v;
-  const Eigen::Array4d by_u = (c[0] + at.v * c[1]) + v2 * (c[2] + at.v * c[3]);
-  return (by_u[0] + at.u * by_u[1]) + at.u * at.u * (by_u[2] + at.u * by_u[3]);
+inline HeightLattice::Bicubic HeightLattice::bicubic() const {
+  return {heights_.data(), slopes_.data(), n_columns_ + 1, middle_mm_};
 }
 
 std::size_t HeightLattice::cell_of(const Eigen::Vector2d& p_mm) const {
-  return local(p_mm).cell;
+  return finder_.local(p_mm).cell;
 }
 
 bool HeightLattice::is_inside(const Eigen::Vector2d& p_mm) const {
-  return !local(p_mm).is_outside;
+  return !finder_.local(p_mm).is_outside;
 }
 
 double HeightLattice::height_mm(const Eigen::Vector2d& p_mm) const {
-  const Local at = local(p_mm);
-  return bicubic_.empty() ? bilinear_mm(at) : bicubic_mm(at);
+  const Local at = finder_.local(p_mm);
+  return heights_.empty() ? bilinear()(at) : bicubic()(at);
 }
 
 bool HeightLattice::heights_mm(std::span<const Eigen::Vector2d> places_mm,
@@ -156,21 +192,22 @@ bool HeightLattice::heights_mm(std::span<const Eigen::Vector2d> places_mm,
   const std::size_t n = std::min(places_mm.size(), heights_mm.size());
   const bool has_marks = cell_marks.size() == n_cells();
   const bool is_odd = places_mm.size() != heights_mm.size() || has_marks == cell_marks.empty();
-  const auto all = [&](const auto& height, const auto& mark) {
+  const auto all = [&](const auto height, const auto mark) {
+    const Finder finder = finder_;
     unsigned marks = is_odd ? 1 : 0;
     for (std::size_t k = 0; k < n; ++k) {
-      const Local at = local(places_mm[k]);
+      const Local at = finder.local(places_mm[k]);
       heights_mm[k] = height(at);
       marks |= static_cast<unsigned>(at.is_outside) | mark(at);
     }
     return marks != 0;
   };
-  const auto bilinear = [&](const Local& at) { return bilinear_mm(at); };
-  const auto bicubic = [&](const Local& at) { return bicubic_mm(at); };
-  const auto mark = [&](const Local& at) { return static_cast<unsigned>(cell_marks[at.cell]); };
+  const auto mark = [marks = cell_marks.data()](const Local& at) {
+    return static_cast<unsigned>(marks[at.cell]);
+  };
   const auto none = [](const Local&) { return 0U; };
-  if (bicubic_.empty()) return has_marks ? all(bilinear, mark) : all(bilinear, none);
-  return has_marks ? all(bicubic, mark) : all(bicubic, none);
+  if (heights_.empty()) return has_marks ? all(bilinear(), mark) : all(bilinear(), none);
+  return has_marks ? all(bicubic(), mark) : all(bicubic(), none);
 }
 
 }  // namespace panelcal

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -30,8 +29,9 @@ struct LatticeAxis {
 
 /// Heights at the nodes of an evenly spaced lattice, interpolated very fast.
 ///
-/// Each cell keeps its polynomial, so that a height takes one multiplication or three a coefficient
-/// from two cache lines that lie side by side.
+/// Speed is what memory gives, so the nodes are kept and no cell's polynomial: bilinear ones as
+/// they are, bicubic ones in single precision, as the difference to the middle of all heights. A
+/// bicubic height is right to a millionth of their range.
 ///
 /// A bicubic cell is Hermite's, with slopes and twists that keep it within the range of its nodes:
 /// parabolas', limited (surface/monotone_nodes.h).
@@ -70,29 +70,40 @@ class HeightLattice {
  private:
   struct Local {
     std::size_t cell;
-    double u, v;  // 0 to 1 within the cell
+    std::size_t node;  // the cell's first one
+    double u, v;       // 0 to 1 within the cell
     bool is_outside;
   };
-  using Bilinear = std::array<double, 4>;
-  using Bicubic = Eigen::Array4d;  // four of them a cell: coefficients of u^0 to u^3, for each v^k
+  /// Finds cells. Small and by itself: a loop has its own copy, which no height that is written
+  /// there could change.
+  struct Finder {
+    double first_x_mm, first_y_mm;
+    double cells_per_x_mm, cells_per_y_mm;
+    double below_n_columns, below_n_rows;
+    std::size_t n_columns;
+
+    Local local(const Eigen::Vector2d& p_mm) const;
+  };
+  struct Bilinear;
+  struct Bicubic;
 
   HeightLattice(const LatticeAxis& x,
                 const LatticeAxis& y,
                 std::span<const double> heights_mm,
                 LatticeInterpolation interpolation);
 
-  Local local(const Eigen::Vector2d& p_mm) const;
-  double bilinear_mm(const Local& at) const;
-  double bicubic_mm(const Local& at) const;
-  void set_bilinear(std::span<const double> heights_mm);
+  Bilinear bilinear() const;
+  Bicubic bicubic() const;
   void set_bicubic(std::span<const double> heights_mm);
 
   LatticeAxis x_, y_;
-  double cells_per_x_mm_, cells_per_y_mm_;
-  double below_n_columns_, below_n_rows_;
   std::size_t n_columns_, n_rows_;  // of cells
-  std::vector<Bilinear> bilinear_;
-  std::vector<Bicubic> bicubic_;
+  Finder finder_;
+  std::vector<double> nodes_mm_;  // if bilinear
+  // If bicubic, for each node, in units of a step: mm from the middle and slope along x; slope
+  // along y and twist.
+  double middle_mm_ = 0;
+  std::vector<float> heights_, slopes_;
 };
 
 }  // namespace panelcal

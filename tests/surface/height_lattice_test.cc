@@ -22,8 +22,13 @@ using Heights = std::vector<double>;
 
 constexpr auto kBilinear = LatticeInterpolation::Bilinear;
 constexpr auto kBicubic = LatticeInterpolation::MonotoneBicubic;
-/// Rounding of heights of about 1 mm.
+/// Rounding of heights of about 1 mm, and of bicubic ones, in single precision, of about 10 mm.
 constexpr double kRounding_mm = 1e-14;
+constexpr double kBicubicRounding_mm = 1e-5;
+
+double rounding_mm(LatticeInterpolation interpolation) {
+  return interpolation == kBicubic ? kBicubicRounding_mm : 10 * kRounding_mm;
+}
 
 constexpr LatticeAxis kX{-20, 5, 9};
 constexpr LatticeAxis kY{100, 4, 7};
@@ -58,7 +63,8 @@ TEST(HeightLattice, PassesThroughItsNodes) {
     for (int j = 0; j < kY.n_nodes; ++j) {
       for (int i = 0; i < kX.n_nodes; ++i) {
         const double node_mm = heights[static_cast<std::size_t>(j * kX.n_nodes + i)];
-        EXPECT_NEAR(lattice.height_mm({kX.at_mm(i), kY.at_mm(j)}), node_mm, kRounding_mm);
+        EXPECT_NEAR(
+            lattice.height_mm({kX.at_mm(i), kY.at_mm(j)}), node_mm, rounding_mm(interpolation));
       }
     }
   }
@@ -73,7 +79,7 @@ TEST(HeightLattice, IsExactForAPlaneAndForATwist) {
   for (int k = 0; k < 100; ++k) {
     const Vector2d p_mm = random_place(random);
     EXPECT_NEAR(bilinear.height_mm(p_mm), twisted(p_mm.x(), p_mm.y()), kRounding_mm * 10);
-    EXPECT_NEAR(bicubic.height_mm(p_mm), tilted(p_mm.x(), p_mm.y()), kRounding_mm * 10);
+    EXPECT_NEAR(bicubic.height_mm(p_mm), tilted(p_mm.x(), p_mm.y()), kBicubicRounding_mm);
   }
 }
 
@@ -92,8 +98,8 @@ TEST(HeightLattice, NeverLeavesTheRangeOfACellsNodes) {
         const std::size_t node = cell / 8 * 9 + cell % 8;
         const auto [low, high] =
             std::minmax({heights[node], heights[node + 1], heights[node + 9], heights[node + 10]});
-        ASSERT_GE(lattice.height_mm(p_mm), low - 10 * kRounding_mm);
-        ASSERT_LE(lattice.height_mm(p_mm), high + 10 * kRounding_mm);
+        ASSERT_GE(lattice.height_mm(p_mm), low - rounding_mm(interpolation));
+        ASSERT_LE(lattice.height_mm(p_mm), high + rounding_mm(interpolation));
       }
     }
   }
@@ -111,7 +117,7 @@ TEST(HeightLattice, RisesWhereItsNodesRise) {
     double before_mm = -1;
     for (double x_mm = kX.first_mm; x_mm <= kX.last_mm(); x_mm += 0.05) {
       const double height_mm = lattice.height_mm({x_mm, kY.at_mm(j)});
-      EXPECT_GE(height_mm, before_mm - kRounding_mm * 10);
+      EXPECT_GE(height_mm, before_mm - kBicubicRounding_mm);
       before_mm = height_mm;
     }
   }
@@ -142,12 +148,13 @@ TEST(HeightLattice, IsOfSecondAndOfThirdOrder) {
 TEST(HeightLattice, HasNoKinksBetweenCells) {
   const auto surface = [](double x, double y) { return std::exp(0.03 * x) * std::exp(0.01 * y); };
   const HeightLattice lattice = made(kX, kY, sampled(surface), kBicubic);
-  constexpr double kStep_mm = 1e-6;
+  // Rounding gives 2e-5 of slope, the bend 1.5e-4; slopes are 0.02 to 0.1.
+  constexpr double kStep_mm = 0.05;
   for (double y_mm = 101; y_mm < 120; y_mm += 2.5) {
     const double here = lattice.height_mm({0, y_mm});
     const double before = (here - lattice.height_mm({-kStep_mm, y_mm})) / kStep_mm;
     const double behind = (lattice.height_mm({kStep_mm, y_mm}) - here) / kStep_mm;
-    EXPECT_NEAR(before, behind, 1e-6);
+    EXPECT_NEAR(before, behind, 5e-4);
   }
 }
 
@@ -155,8 +162,8 @@ TEST(HeightLattice, TakesTheEdgeOutsideAndSaysSo) {
   Random random(36);
   const Heights heights = sampled([&](double, double) { return random.normal(); });
   const HeightLattice lattice = made(kX, kY, heights, kBicubic);
-  EXPECT_EQ(lattice.height_mm({-1e9, 99}), heights.front());
-  EXPECT_NEAR(lattice.height_mm({1e9, 1e300}), heights.back(), kRounding_mm);
+  EXPECT_NEAR(lattice.height_mm({-1e9, 99}), heights.front(), kBicubicRounding_mm);
+  EXPECT_NEAR(lattice.height_mm({1e9, 1e300}), heights.back(), kBicubicRounding_mm);
   EXPECT_TRUE(lattice.is_inside({kX.first_mm, kY.last_mm()}));
   EXPECT_TRUE(lattice.is_inside({kX.last_mm(), kY.first_mm}));
   EXPECT_FALSE(lattice.is_inside({kX.last_mm() + 1e-9, 101}));
@@ -196,7 +203,7 @@ TEST(HeightLattice, TakesNoMoreThanItIsGiven) {
   EXPECT_EQ(out[2], -1);
   EXPECT_TRUE(lattice.heights_mm(places_mm, out, {}));
   EXPECT_EQ(out[3], -1);
-  EXPECT_NEAR(out[2], 1, kRounding_mm * 10);
+  EXPECT_NEAR(out[2], 1, kBicubicRounding_mm);
   const std::vector<std::uint8_t> marks(3, 0);
   EXPECT_TRUE(lattice.heights_mm(places_mm, std::span(out).first(3), marks));
 }
