@@ -364,9 +364,16 @@ class Night {
     }
     if (ledger) fill_changes(*ledger);
     if (ledger) PANELCAL_CHECK(check_machine_toml(*ledger));
+    if (ledger) PANELCAL_CHECK(note_last_warm_up(*ledger));
     record_.finished = job_.clock();
     fill_verdict(record_);
     return std::move(record_);
+  }
+
+  Expected<void> note_last_warm_up(const Ledger& ledger) {
+    PANELCAL_TRY(std::string words, last_warm_up(ledger, record_.machine));
+    if (!words.empty()) record_.notes.push_back(std::move(words));
+    return {};
   }
 
   void note_repair(const NightCalibration& calibration, const Ledger& ledger) {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "panelcal/calib/drift/amount.h"
+#include "panelcal/calib/drift/rest_to_come.h"
 #include "panelcal/machine/nightly/mark_look.h"
 
 namespace panelcal {
@@ -18,6 +19,13 @@ namespace {
 
 /// Between two moves, so that the machine is moved and not hurried.
 constexpr Time kPause = seconds(5);
+/// At most so many times the mark is looked at in the whole time, so often each time.
+constexpr int kMostSamples = 60;
+constexpr int kLooksEach = 3;
+/// Fewer tell nothing of an exponential.
+constexpr std::size_t kFewest = 6;
+/// Nobody sees better; a simulation without noise has no scatter.
+constexpr Length kLeastSigma = um(0.01);
 
 /// Two places, far apart, that the stage can certainly reach.
 Expected<std::array<Position<frame::Machine>, 2>> ends_of(const MachineConfig& config,
@@ -35,47 +43,23 @@ Expected<std::array<Position<frame::Machine>, 2>> ends_of(const MachineConfig& c
                   "[nightly] warm_up_s is given, and nothing says where the stage may move",
                   "[machine] travel_low_mm and travel_high_mm"});
 }
-/// At most so many times the mark is looked at in the whole time, so often each time.
-constexpr int kMostSamples = 60;
-constexpr int kLooksEach = 3;
-/// Fewer tell nothing of an exponential.
-constexpr std::size_t kFewest = 6;
-/// A way as long as so many standard deviations is seen for certain.
-constexpr double kSeen = 5;
-/// Nobody sees better; a simulation without noise has no scatter.
-constexpr Length kLeastSigma = um(0.01);
 
 std::string minutes(Time time) {
   constexpr double kMinute_s = 60;
   return fmt::format("{:.1f} min", time.in_s() / kMinute_s);
 }
 
-/// Whether two halves of the looks would differ by the limit without anybody seeing it.
-bool is_hidden(const NightWarmUp& seen) {
-  const double sigma_mm =
-      2 * seen.looks.front().sigma / std::sqrt(static_cast<double>(seen.looks.size()));
-  return kSeen * sigma_mm > seen.limit.in_mm();
-}
-
-std::string why_not_warm(NightWarmUp& seen, bool is_end) {
+std::string why_not_warm(NightWarmUp& seen) {
   if (seen.looks.size() < kFewest) {
     return fmt::format("the mark was seen {} times, and {} are needed", seen.looks.size(), kFewest);
   }
   std::string reason;
   seen.fit = fit_warm_up(seen.looks, seen.limit.in_mm(), &reason);
   if (!seen.fit) return reason;
-  const Time last = seen.looks.back().since_start;
-  if (seen.fit->is_seen) {
-    const Time needed = seen.fit->wait + 2 * seen.fit->wait_sigma;
-    if (needed <= last) return {};
-    return fmt::format("the looks end after {}, and it is surely warm only after {}",
-                       minutes(last),
-                       minutes(needed));
-  }
-  if (!is_end) return "it does not move yet as far as the looks tell";
-  if (!is_hidden(seen)) return {};
-  return fmt::format("looks that scatter by {} hide a way of {}",
-                     amount(std::sqrt(kLooksEach) * seen.looks.front().sigma, "mm"),
+  const double most_mm = most_to_come(seen.looks);
+  if (most_mm <= seen.limit.in_mm()) return {};
+  return fmt::format("as far as the looks tell, {} may still be to come, limit {}",
+                     amount(most_mm, "mm"),
                      amount(seen.limit.in_mm(), "mm"));
 }
 
@@ -111,12 +95,12 @@ class WarmUpLooks {
     }
     if (places_mm.size() < kLooksEach) return false;
     add(middle, places_mm);
-    judge_warm_up(seen_, false);
+    judge_warm_up(seen_);
     return seen_.is_warm;
   }
 
   NightWarmUp end() {
-    judge_warm_up(seen_, true);
+    judge_warm_up(seen_);
     return std::move(seen_);
   }
 
@@ -149,13 +133,15 @@ class WarmUpLooks {
 
 }  // namespace
 
-void judge_warm_up(NightWarmUp& seen, bool is_end) {
-  const std::string why = why_not_warm(seen, is_end);
+void judge_warm_up(NightWarmUp& seen) {
+  const std::string why = why_not_warm(seen);
   seen.is_warm = why.empty();
   if (!why.empty()) {
     seen.text = "nobody can say that the machine is warm: " + why;
   } else if (!seen.fit->is_seen) {
-    seen.text = fmt::format("no warming up is seen in {}", minutes(seen.looks.back().since_start));
+    seen.text = fmt::format("no warming up is seen in {}: less than {} may still be to come",
+                            minutes(seen.looks.back().since_start),
+                            amount(seen.limit.in_mm(), "mm"));
   } else {
     seen.text = fmt::format("warm after {}: then less than {} of {} were still to come",
                             minutes(seen.fit->wait),
@@ -175,6 +161,25 @@ SelfTestCheck warm_up_check(const NightWarmUp& seen) {
   const double t_s = seen.looks.back().since_start.in_s();
   check.value = seen.fit->cold_offset.norm() * std::exp(-t_s / seen.fit->time_constant.in_s());
   return check;
+}
+
+Expected<std::string> last_warm_up(const Ledger& ledger, const std::string& machine) {
+  LedgerFilter filter;
+  filter.machine = machine;
+  filter.kind = LedgerKind::Night;
+  filter.subject = "night";
+  filter.last = 1;
+  PANELCAL_TRY(const std::vector<LedgerEntry> last, ledger.list(filter));
+  if (last.empty()) return std::string();
+  PANELCAL_TRY(const std::string text, ledger.result(last.front().id));
+  const auto night = nlohmann::json::parse(text, nullptr, false);
+  const auto word = [](const nlohmann::json& object, const char* key) {
+    return object.is_object() && object.contains(key) && object[key].is_string()
+               ? object[key].get<std::string>()
+               : std::string();
+  };
+  if (!night.is_object() || !night.contains("warm_up")) return std::string();
+  return fmt::format("night of {}: {}", word(night, "night"), word(night["warm_up"], "text"));
 }
 
 std::string warm_up_json(const NightWarmUp& seen) {

@@ -6,6 +6,7 @@
 
 #include "panelcal/calib/base/clock.h"
 #include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/ledger.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/nightly/night_config.h"
 #include "panelcal/machine/nightly/night_record.h"
@@ -23,8 +24,7 @@ struct WarmUpRun {
 ///
 /// With [nightly] warm_up_limit_um the mark is looked at again and again meanwhile, and it ends as
 /// soon as the looks tell that less than the limit is still to come. Each time there are three
-/// looks, whose scatter says how sure they are. A machine that does not move as far as they tell
-/// may have a long way before it: only the whole time ends that.
+/// looks, whose scatter says how sure they are (calib/drift/rest_to_come.h).
 ///
 /// In     clock: ends it sooner where moving itself takes long; one that stands still does no harm
 /// Fails  device-stage; device-frame; config-value (neither [machine] travel nor [coupon]; a limit
@@ -35,13 +35,18 @@ Expected<WarmUpRun> warm_up(const MachineConfig& config,
                             const CalibrationDevices& devices,
                             const Clock& clock);
 
-/// Says in `seen` whether the machine is warm. Pure.
-///
-/// In     is_end: nothing more will be seen
-void judge_warm_up(NightWarmUp& seen, bool is_end);
+/// Says in `seen` whether the machine is warm: whether less than the limit may still be to come, of
+/// looks that follow an exponential. Pure.
+void judge_warm_up(NightWarmUp& seen);
 
 /// The same for the self-test's table.
 SelfTestCheck warm_up_check(const NightWarmUp& seen);
+
+/// How the newest night that has measured it warmed up: "night of 2026-11-21: warm after ...".
+/// Empty where none has.
+///
+/// Fails  what the ledger reports
+Expected<std::string> last_warm_up(const Ledger& ledger, const std::string& machine);
 
 /// An object of JSON: `limit_mm`, `warm`, `text`, `looks` of [seconds, x mm, y mm, sigma mm], and
 /// `fit`, or null.

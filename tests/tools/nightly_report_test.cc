@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/tools/nightly_report.h"
 
+#include <cmath>
 #include <limits>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,26 @@ NightRecord hostile_night() {
   step.decision->reasons = {kHostile};
   step.problem = Diagnostic{Code::DeviceStage, {kHostile, 0, 0}, kHostile, kHostile};
   return record;
+}
+
+/// Ten looks at the mark of a machine that came 8 um nearer meanwhile.
+NightWarmUp sample_warm_up() {
+  NightWarmUp seen;
+  seen.limit = um(2);
+  seen.is_warm = true;
+  seen.text = "warm after 6.9 min: then less than 2.0 um of 8.0 um were still to come";
+  WarmUp& fit = seen.fit.emplace();
+  fit.is_seen = true;
+  fit.time_constant = seconds(300);
+  fit.wait = seconds(416);
+  fit.warm = Eigen::Vector2d(300, 200);
+  fit.cold_offset = Eigen::Vector2d(0.008, 0);
+  for (int i = 0; i < 10; ++i) {
+    const Time since = seconds(60.0 * i);
+    const Eigen::VectorXd at_mm = fit.warm + std::exp(-i / 5.0) * fit.cold_offset;
+    seen.looks.push_back({since, at_mm, 0.0003});
+  }
+  return seen;
 }
 
 /// Empty if every tag is closed in its order.
@@ -105,6 +126,24 @@ TEST(NightlyReport, DrawsEveryNight) {
   EXPECT_EQ(count(html, "<rect class=\"band\""), 2U + 1);
   EXPECT_EQ(count(html, "<g class=\"mark"), 9U);
   EXPECT_EQ(count(html, "<g class=\"mark refused"), 1U);
+}
+
+TEST(NightlyReport, DrawsHowTheMachineWarmedUp) {
+  NightRecord record = sample_night();
+  EXPECT_THAT(night_html(record, {}), Not(HasSubstr("Warming up")));
+  EXPECT_TRUE(nlohmann::json::parse(night_json(record, {}))["warm_up"].is_null());
+  record.warm_up = sample_warm_up();
+  const std::string html = night_html(record, {});
+  EXPECT_EQ(unclosed(html), "");
+  EXPECT_THAT(html, HasSubstr("Warming up<span class=\"chip\">warm</span>"));
+  EXPECT_THAT(html, HasSubstr("warm after 6.9 min"));
+  EXPECT_EQ(count(html, "<circle class=\"dot\""), 2U * (test::kNights - 1) + 1 + 10);
+  const auto json = nlohmann::json::parse(night_json(record, {}))["warm_up"];
+  EXPECT_EQ(json["looks"].size(), 10U);
+  EXPECT_EQ(json["fit"]["time_constant_s"], 300);
+  record.warm_up->looks.resize(1);
+  record.warm_up->is_warm = false;
+  EXPECT_THAT(night_html(record, {}), HasSubstr("<span class=\"chip refused\">not known</span>"));
 }
 
 TEST(NightlyReport, SurvivesWhatHasNoNumbers) {
