@@ -35,13 +35,13 @@ struct NightTrials {
 /// [nightly.table]: what "table" calibrates on, and where to.
 struct NightTable {
   std::filesystem::path plate;  ///< fixed to the machine; empty without the table
-  std::filesystem::path file;   ///< of the calibration
+  std::filesystem::path file;   ///< of the calibration; empty: that of [table]
 };
 
 /// [nightly] of a machine.toml: what is calibrated while nobody watches, and what it is held to.
 struct NightlyConfig {
-  /// "focus", "light", "settle", "camera", "spindle-camera", "table"; in this order, since an offset
-  /// goes with its camera, and looks at a plate with both.
+  /// "focus", "light", "settle", "camera", "spindle-camera", "table"; in this order, since an
+  /// offset goes with its camera, and looks at a plate with both.
   std::vector<std::string> calibrate = {"spindle-camera"};
   /// machine_driver = "sim": the virtual machine of [sim]. Otherwise `camera` is a camera's
   /// address.

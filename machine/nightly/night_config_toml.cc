@@ -257,17 +257,14 @@ Expected<void> read_table(const TomlTable& nightly,
   PANELCAL_TRY(const auto table, nightly.table("table", "[nightly.table]", {kTableKeys, {}}));
   if (!table && !is_asked) return {};
   if (!table) {
-    return failure(nightly.missing("the plate that the table is calibrated on",
-                                   "[nightly.table] plate and file"));
+    return failure(
+        nightly.missing("the plate that the table is calibrated on", "[nightly.table] plate"));
   }
-  for (const auto& [key, path] :
-       {std::pair("plate", &config.table.plate), std::pair("file", &config.table.file)}) {
-    PANELCAL_TRY(const auto name, table->text(key));
-    if (!name || name->empty()) {
-      return failure(table->missing(key, fmt::format("{} = \"NAME\"", key)));
-    }
-    *path = folder / *name;
-  }
+  PANELCAL_TRY(const auto plate, table->text("plate"));
+  if (!plate || plate->empty()) return failure(table->missing("plate", "plate = \"NAME\""));
+  config.table.plate = folder / *plate;
+  PANELCAL_TRY(const auto file, table->text("file"));
+  if (file && !file->empty()) config.table.file = folder / *file;
   return {};
 }
 

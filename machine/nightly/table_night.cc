@@ -71,21 +71,23 @@ double largest_change_mm(const CalibrationPlate& plate, const TableMap& a, const
 
 class TableNight final : public NightCalibration {
  public:
+  /// In     file: that is installed
   TableNight(std::shared_ptr<MachineConfig> config,
              const NightlyConfig& nightly,
-             CalibrationPlate plate)
+             CalibrationPlate plate,
+             std::filesystem::path file)
       : config_(std::move(config)),
         plate_(std::move(plate)),
-        table_(nightly.table),
+        file_(std::move(file)),
         limits_(nightly.limits),
         half_mm_(half_sides_mm(plate_)) {}
 
   LedgerKey key() const override { return table_key(*config_); }
   std::vector<std::string> axes() const override { return {"corner x", "corner y"}; }
   std::string unit() const override { return "mm"; }
-  std::filesystem::path file() const override { return table_.file; }
+  std::filesystem::path file() const override { return file_; }
   std::optional<Eigen::VectorXd> present() const override {
-    const auto calibration = read_table_calibration(table_.file);
+    const auto calibration = read_table_calibration(file_);
     if (!calibration) return std::nullopt;
     return corner(half_mm_, calibration->geometry).value;
   }
@@ -110,11 +112,12 @@ class TableNight final : public NightCalibration {
 
  private:
   Expected<TableRun> look(const CalibrationDevices& devices, int& n_missed) const;
+  Expected<void> take_back_correction(TableData& data) const;
   std::vector<NightGate> gates_of(const TableRun& run) const;
 
   std::shared_ptr<MachineConfig> config_;
   CalibrationPlate plate_;
-  NightTable table_;
+  std::filesystem::path file_;
   NightLimits limits_;
   Eigen::Vector2d half_mm_;
 };
@@ -139,12 +142,26 @@ Expected<TableRun> TableNight::look(const CalibrationDevices& devices, int& n_mi
   PANELCAL_TRY(const MarkSights seen, look_at_plate(*config_, devices, plate_));
   n_missed = static_cast<int>(seen.missed.size());
   TableSights sights = table_sights(*config_, seen);
+  PANELCAL_CHECK(take_back_correction(sights.data));
   for (const std::filesystem::path& file : {config_->camera_file, plate_.file}) {
     if (file.empty()) continue;
     PANELCAL_TRY(LedgerInput input, input_of(file));
     sights.inputs.push_back(std::move(input));
   }
   return calibrate_table(*config_, std::move(sights));
+}
+
+/// With a map in force the stage was sent to places; what the fit needs is what it was told, so
+/// that its map has the table's whole error and not what the other left.
+Expected<void> TableNight::take_back_correction(TableData& data) const {
+  const auto& table = config_->walk.table;
+  if (!table) return {};
+  for (PlateView& view : data.views) {
+    const auto command = table->command_for(view.axis_at);
+    if (!command) return failure(table->refusal(view.axis_at));
+    view.axis_at = *command;
+  }
+  return {};
 }
 
 /// Of the whole map; its axes are what is affine.
@@ -158,7 +175,7 @@ std::vector<NightGate> TableNight::gates_of(const TableRun& run) const {
                    amount(sigma_mm, unit()),
                    amount(limits_.sigma, unit()))},
       {"looks", why.empty(), why.empty() ? "the looks fit the map" : why}};
-  const auto before = read_table_calibration(table_.file);
+  const auto before = read_table_calibration(file_);
   if (!before) return gates;
   const double change_mm = largest_change_mm(plate_, before->map, run.calibration.map);
   gates.push_back({"change",
@@ -240,7 +257,16 @@ Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineC
     return missing("nobody has certified the plate: in one pose its errors are the table's",
                    "certified = true");
   }
-  return std::make_unique<TableNight>(std::move(config), nightly, std::move(plate));
+  std::filesystem::path file = config->table_file;
+  if (file.empty()) file = nightly.table.file;
+  if (file.empty()) {
+    return missing("nothing names its calibration", "[table] calibration, or [nightly.table] file");
+  }
+  if (!nightly.table.file.empty() && nightly.table.file != file) {
+    return missing("[table] calibration is another file than [nightly.table] file", "one of them");
+  }
+  return std::make_unique<TableNight>(
+      std::move(config), nightly, std::move(plate), std::move(file));
 }
 
 }  // namespace internal

@@ -148,8 +148,8 @@ TEST(NightConfig, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal("warm_up_s = 9\nmark_mm = [1, 2]\nwarm_up_limit_um = 0"),
               HasSubstr("warm_up_limit_um"));
   EXPECT_THAT(refusal("calibrate = [\"tables\"]"), HasSubstr("\"table\", each once"));
-  EXPECT_THAT(refusal("calibrate = [\"table\"]"), HasSubstr("[nightly.table] plate and file"));
-  EXPECT_THAT(refusal("[nightly.table]\nplate = \"p\""), HasSubstr("file"));
+  EXPECT_THAT(refusal("calibrate = [\"table\"]"), HasSubstr("[nightly.table] plate"));
+  EXPECT_THAT(refusal("[nightly.table]\nfile = \"f\""), HasSubstr("plate"));
   EXPECT_THAT(refusal("calibrate = [\"spindle-camera\", \"spindle-camera\"]"), HasSubstr("once"));
   EXPECT_THAT(refusal("calibrate = []"), HasSubstr("spindle-camera"));
   EXPECT_THAT(refusal("calibrate = [\"camera\"]"), HasSubstr("mark_mm"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nights that calibrate the table on a plate that is fixed to the machine.
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "panelcal/machine/nightly/nightly.h"
 #include "panelcal/machine/plate_pictures.h"
 #include "panelcal/machine/sim/sim_plate.h"
+#include "panelcal/machine/table_stage.h"
 #include "tests/machine/virtual_machine.h"
 #include "tests/support/matchers.h"
 
@@ -34,6 +36,7 @@ class TableNights : public ::testing::Test {
   std::string certified = "true";
   std::string more_poses;
   std::string source = "camera = \"gige://192.168.1.10\"";
+  std::string in_force;  ///< [table]
   std::string table = "[nightly.table]\nplate = \"plate.toml\"\nfile = \"table.cal.json\"\n";
 
   Expected<MachineConfig> config() const {
@@ -52,6 +55,7 @@ camera_offset_mm = [45.0, -3.0]
 calibrate = ["table"]
 min_disk_mb = 0
 {}
+{}
 [[vision.tool]]
 number = 1
 shape = "disc"
@@ -63,7 +67,8 @@ background = 0.6
 target_level = 0.9
 )",
                                          source,
-                                         table);
+                                         table,
+                                         in_force);
     PANELCAL_CHECK(write_file(folder_.path() / "machine.toml", toml));
     PANELCAL_CHECK(write_file(folder_.path() / "plate.toml",
                               fmt::format(R"([plate]
@@ -94,10 +99,12 @@ angle_deg = 0
       const Eigen::Vector2d c = p.in_mm() - Eigen::Vector2d(215, 153);
       return {1e-6 * (scale_x_ppm * c.x() + squareness_urad * c.y()), 0};
     };
-    PANELCAL_TRY(SimPlate machine, SimPlate::create(config, std::move(options)));
+    PANELCAL_TRY(SimPlate made, SimPlate::create(config, std::move(options)));
+    const auto machine = std::make_shared<SimPlate>(std::move(made));
+    const auto stage = measuring_stage(machine, config.walk.table);
     return run_nightly({config,
                         *config.nightly,
-                        {machine, machine, machine, {}, {}},
+                        {*stage, *machine, *machine, {}, {}},
                         [this] { return now_; },
                         "panelcal test",
                         "timer"});
@@ -139,6 +146,22 @@ TEST_F(TableNights, MeasureInstallAndFollowTheTable) {
   EXPECT_EQ(exit_code(record), 0) << record.verdict;
   EXPECT_NE(file(), "none");
   EXPECT_THAT(record.notes, testing::Contains(HasSubstr("written again from the ledger")));
+}
+
+// The stage is then sent to places, and told what leads there: what is measured must be the whole
+// error all the same, or every night would take back the one before.
+TEST_F(TableNights, FindTheWholeErrorThroughTheMapInForce) {
+  ASSERT_EQ(exit_code(run()), 0);
+  in_force = "[table]\ncalibration = \"table.cal.json\"\nhold_mm = 50\n";
+  table = "[nightly.table]\nplate = \"plate.toml\"\n";
+  for (int i = 0; i < 2; ++i) {
+    const NightRecord record = run();
+    ASSERT_EQ(exit_code(record), 0) << record.verdict;
+    EXPECT_LT(*record.steps.at(0).change, 0.002);
+    const auto installed = read_table_calibration(folder_.path() / "table.cal.json");
+    ASSERT_TRUE(installed) << installed.error().text();
+    EXPECT_NEAR(installed->geometry.value[TableGeometry::ScaleX], 200e-6, 10e-6);
+  }
 }
 
 TEST_F(TableNights, ATableThatHasJumpedIsNotTakenOver) {
