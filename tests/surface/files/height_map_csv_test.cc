@@ -112,7 +112,7 @@ TEST(HeightMapCsv, RefusesWhatIsNoHeightMap) {
   refused(grid("X,Y,0,10,0,10,-1,nan,10,2,2"), ":3:18: ");
   refused(grid("X,Y,0,10,0,10,-1,10,10,2,3"), "every 10");
   refused(grid("X,Y,0,10,0,10,-1,0,10,2,2"),
-          ":3:26: error[measurement-file]: \"2\", expected as many");
+          ":3:23: error[measurement-file]: \"2\", expected as many");
   refused(grid("X,Y,0,10,0,10,-1,10,10,2,1"),
           ":3:26: error[measurement-file]: \"1\", expected a who");
   refused(grid("X,Y,0,1e5,0,1e5,-1,1,1,100000,100000"), "expected at most 100000 in all");
