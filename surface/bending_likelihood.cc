@@ -2,12 +2,13 @@
 #include "panelcal/surface/bending_likelihood.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 
 namespace panelcal::internal {
 namespace {
@@ -34,9 +35,14 @@ constexpr double kLengthStep = 1.4142135623730951;
 constexpr double kLongest = 2;
 /// Shortest length by the mean spacing: shorter ones differ from noise in nothing.
 constexpr double kShortestBySpacing = 0.5;
-/// Of golden sections: strengths to 1e-4 of the interval, lengths to 1e-2.
+/// Of golden sections: strengths to 1e-4 of the interval.
 constexpr int kStrengthSteps = 20;
-constexpr int kLengthSteps = 10;
+/// Parabolas through the best lengths: the likelihood is one about its maximum, so that few do.
+constexpr int kLengthSteps = 4;
+/// Of a length; nobody sees less.
+constexpr double kSameLength = 0.003;
+/// A kernel that is worse by more at all lengths tried, in -2 log likelihood, is not refined.
+constexpr double kWorseKernel = 10;
 
 /// Where f is least between low and high.
 template <class Function>
@@ -59,6 +65,14 @@ double least(double low, double high, int n_steps, const Function& f) {
     }
   }
   return 0.5 * (low + high);
+}
+
+/// Where the parabola through three values, of which the middle one is least, is least.
+double parabola_least(const std::array<double, 3>& x, const std::array<double, 3>& f) {
+  const double before = (f[1] - f[0]) / (x[1] - x[0]);
+  const double behind = (f[2] - f[1]) / (x[2] - x[1]);
+  const double bend = (behind - before) / (x[2] - x[0]);
+  return bend > 0 ? 0.5 * (x[0] + x[1] - before / bend) : x[1];
 }
 
 /// Contrasts z ~ N(0, k^2 (1 + s T)) with T tridiagonal.
@@ -134,7 +148,12 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
   const Index n = readings.heights_mm.size();
   if (n < n_trend) return std::nullopt;
   BendingLikelihood out;
-  out.places_ = readings.places;
+  out.distances_.resize(n, n);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) {
+      out.distances_(i, j) = (readings.places.col(i) - readings.places.col(j)).norm();
+    }
+  }
   out.weights_per_mm_ = readings.sigmas_mm.cwiseInverse();
   MatrixXd trend(n, n_trend);
   for (Index i = 0; i < n; ++i) {
@@ -144,9 +163,9 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
   // Where the probes stand tells whether there is a bow to find, whatever they are said to scatter.
   if (n_trend > kPlane && !is_determined(trend, kDependentBow)) return std::nullopt;
   if (!is_determined(weighted, kDependent)) return std::nullopt;
-  const Eigen::HouseholderQR<MatrixXd> qr(weighted);
-  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(n, n);
-  const MatrixXd r = qr.matrixQR().topRows(n_trend).triangularView<Eigen::Upper>();
+  out.qr_.compute(weighted);
+  const MatrixXd q = out.qr_.householderQ() * MatrixXd::Identity(n, n);
+  const MatrixXd r = out.qr_.matrixQR().topRows(n_trend).triangularView<Eigen::Upper>();
   out.contrasts_ = q.rightCols(n - n_trend);
   out.trend_root_ = r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(n_trend, n_trend));
   out.trend_of_heights_ =
@@ -156,20 +175,21 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
 }
 
 MatrixXd BendingLikelihood::covariance(BendingKernel kernel, double length) const {
-  const Index n = places_.cols();
+  const Index n = distances_.rows();
   MatrixXd out(n, n);
-  for (Index i = 0; i < n; ++i) {
-    for (Index j = 0; j <= i; ++j) {
-      out(i, j) = out(j, i) =
-          bending_covariance(kernel, (places_.col(i) - places_.col(j)).norm() / length);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) {
+      out(i, j) = out(j, i) = bending_covariance(kernel, distances_(i, j) / length);
     }
   }
   return out;
 }
 
 MatrixXd BendingLikelihood::contrast_covariance(const MatrixXd& covariance) const {
-  const MatrixXd weighted = weights_per_mm_.asDiagonal() * contrasts_;
-  return weighted.transpose() * covariance * weighted;
+  MatrixXd all = weights_per_mm_.asDiagonal() * covariance * weights_per_mm_.asDiagonal();
+  all.applyOnTheLeft(qr_.householderQ().adjoint());
+  all.applyOnTheRight(qr_.householderQ());
+  return all.bottomRightCorner(n_contrasts(), n_contrasts());
 }
 
 Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) const {
@@ -210,28 +230,67 @@ Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) co
   return best;
 }
 
-Bending BendingLikelihood::best_length(BendingKernel kernel) const {
-  Bending best = best_strength(kernel, 1);
-  // A thin plate has no length of its own.
-  if (kernel == BendingKernel::None || kernel == BendingKernel::ThinPlate) return best;
-  const double spacing = kLongest / std::sqrt(static_cast<double>(places_.cols()));
+std::vector<double> BendingLikelihood::lengths() const {
+  const double spacing = kLongest / std::sqrt(static_cast<double>(distances_.rows()));
   const double shortest = std::min(1.0, kShortestBySpacing * spacing);
-  for (double length = kLongest; length >= shortest; length /= kLengthStep) {
-    const Bending tried = best_strength(kernel, length);
-    if (is_better(tried, best)) best = tried;
+  std::vector<double> out;
+  for (double length = kLongest; length >= shortest; length /= kLengthStep) out.push_back(length);
+  return out;
+}
+
+Bending BendingLikelihood::refined(std::span<const Bending> tried) const {
+  const auto best = std::ranges::min_element(tried, is_better);
+  if (tried.size() < 2 || !(best->strength_mm2 > 0)) return *best;
+  // Three lengths, falling, of which the middle one is best.
+  std::array<Bending, 3> around;
+  if (best != tried.begin() && std::next(best) != tried.end()) {
+    around = {*std::prev(best), *best, *std::next(best)};
+  } else {
+    const Bending& beside = best == tried.begin() ? *std::next(best) : *std::prev(best);
+    const Bending middle = best_strength(best->kernel, std::sqrt(best->length * beside.length));
+    if (!is_better(middle, *best)) return *best;
+    around = best == tried.begin() ? std::array{*best, middle, beside}
+                                   : std::array{beside, middle, *best};
   }
-  if (!(best.strength_mm2 > 0)) return best;
-  const double log_length = std::log(best.length);
-  const double step = std::log(kLengthStep);
-  const auto badness = [&](double t) {
-    return best_strength(kernel, std::exp(t)).minus_2_log_likelihood;
-  };
-  const double refined_log = least(std::max(std::log(shortest), log_length - step),
-                                   std::min(std::log(kLongest), log_length + step),
-                                   kLengthSteps,
-                                   badness);
-  const Bending refined = best_strength(kernel, std::exp(refined_log));
-  return is_better(refined, best) ? refined : best;
+  for (int i = 0; i < kLengthSteps; ++i) {
+    std::array<double, 3> logs = {}, badness = {};
+    for (std::size_t k = 0; k < around.size(); ++k) {
+      logs[k] = std::log(around[k].length);
+      badness[k] = around[k].minus_2_log_likelihood;
+    }
+    const double next_log = parabola_least(logs, badness);
+    if (std::abs(next_log - logs[1]) < kSameLength) break;
+    const Bending next = best_strength(best->kernel, std::exp(next_log));
+    const bool is_longer = next_log > logs[1];
+    if (is_better(next, around[1])) {
+      around[is_longer ? 2 : 0] = std::exchange(around[1], next);
+    } else {
+      around[is_longer ? 0 : 2] = next;
+    }
+  }
+  return around[1];
+}
+
+Bending BendingLikelihood::best_of(std::span<const BendingKernel> kernels) const {
+  std::vector<std::vector<Bending>> tried;
+  Bending best;
+  for (const BendingKernel kernel : kernels) {
+    // What does not bend, or like a thin plate, has no length of its own.
+    const bool has_length = kernel != BendingKernel::None && kernel != BendingKernel::ThinPlate;
+    tried.emplace_back();
+    for (const double length : has_length ? lengths() : std::vector<double>{1}) {
+      tried.back().push_back(best_strength(kernel, length));
+      if (is_better(tried.back().back(), best)) best = tried.back().back();
+    }
+  }
+  const double limit = best.minus_2_log_likelihood + kWorseKernel;
+  for (const std::vector<Bending>& of_kernel : tried) {
+    if (!(std::ranges::min_element(of_kernel, is_better)->minus_2_log_likelihood <= limit))
+      continue;
+    const Bending better = refined(of_kernel);
+    if (is_better(better, best)) best = better;
+  }
+  return best;
 }
 
 }  // namespace panelcal::internal

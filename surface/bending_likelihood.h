@@ -4,8 +4,10 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/QR>
 
 #include "panelcal/surface/bending_kernel.h"
 #include "panelcal/surface/probe_point.h"
@@ -68,19 +70,23 @@ class BendingLikelihood {
 
   /// Covariance of the readings' bendings for strength 1.
   Eigen::MatrixXd covariance(BendingKernel kernel, double length) const;
-  /// Q2^T W C W Q2
+  /// Q2^T W C W Q2, by the few reflections that Q is made of: O(n^2).
   Eigen::MatrixXd contrast_covariance(const Eigen::MatrixXd& covariance) const;
 
   /// The best strength for a kernel and a length, perhaps 0.
   Bending best_strength(BendingKernel kernel, double length) const;
-  /// The best length as well, between the readings' spacing and the size of the panel.
-  Bending best_length(BendingKernel kernel) const;
+  /// The best kernel and length as well, between the readings' spacing and the size of the panel.
+  Bending best_of(std::span<const BendingKernel> kernels) const;
 
  private:
   BendingLikelihood() = default;
+  /// The lengths that are tried at first, falling.
+  std::vector<double> lengths() const;
+  Bending refined(std::span<const Bending> tried) const;
 
-  Eigen::Matrix2Xd places_;
-  Eigen::VectorXd weights_per_mm_;  ///< 1 / sigma
+  Eigen::MatrixXd distances_;                 ///< of the readings' places; only the lower half
+  Eigen::VectorXd weights_per_mm_;            ///< 1 / sigma
+  Eigen::HouseholderQR<Eigen::MatrixXd> qr_;  ///< of W trend
   Eigen::MatrixXd contrasts_;
   Eigen::MatrixXd trend_root_;
   Eigen::MatrixXd trend_of_heights_;

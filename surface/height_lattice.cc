@@ -9,105 +9,19 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/surface/monotone_nodes.h"
+
 namespace panelcal {
 namespace {
-
-/// Slopes larger than this share of a neighbouring difference could leave the range of the nodes
-/// in the middle of a cell.
-constexpr double kMostSlope = 1.5;
 
 /// In steps: a place that lies outside by rounding is inside.
 constexpr double kSameNode = 1e-11;
 
-/// What Hermite's cell needs at a node, in units of a step.
-struct Node {
-  double height = 0;
-  double by_x = 0;
-  double by_y = 0;
-  double twist = 0;
-};
-
-struct Nodes {
-  int n_x;
-  int n_y;
-  std::vector<Node> all;
-
-  Node& at(int i, int j) { return all[static_cast<std::size_t>(j * n_x + i)]; }
-  const Node& at(int i, int j) const { return all[static_cast<std::size_t>(j * n_x + i)]; }
-};
-
-/// The slope at a node from the differences before and behind it.
-double monotone_slope(double before, double behind) {
-  if (!(before * behind > 0)) return 0;
-  const double most = kMostSlope * std::min(std::abs(before), std::abs(behind));
-  return std::clamp(0.5 * (before + behind), -most, most);
-}
-
-/// At node i of n: at an end the parabola through three nodes, limited by the only difference.
-template <class Value>
-double slope_at(int i, int n, const Value& value) {
-  const auto difference = [&](int k) { return value(k + 1) - value(k); };
-  if (n == 2) return difference(0);
-  if (i > 0 && i < n - 1) return monotone_slope(difference(i - 1), difference(i));
-  const double beside = i == 0 ? difference(0) : difference(n - 2);
-  const double next = i == 0 ? difference(1) : difference(n - 3);
-  const double parabola = beside + 0.5 * (beside - next);
-  if (!(parabola * beside > 0)) return 0;
-  const double most = kMostSlope * std::abs(beside);
-  return std::clamp(parabola, -most, most);
-}
-
-/// Cuts a twist to what keeps the control point of the node (i, j) in the cell beyond it, sign_x
-/// and sign_y away, within the range of the cell's nodes.
-void limit_twist(
-    const Nodes& nodes, int i, int j, int sign_x, int sign_y, double& low, double& high) {
-  const int k = i + sign_x, l = j + sign_y;
-  if (k < 0 || k >= nodes.n_x || l < 0 || l >= nodes.n_y) return;
-  const Node& node = nodes.at(i, j);
-  const auto [least, most] = std::minmax(
-      {node.height, nodes.at(k, j).height, nodes.at(i, l).height, nodes.at(k, l).height});
-  const double untwisted = node.height + (sign_x * node.by_x + sign_y * node.by_y) / 3;
-  double down = std::min(0.0, 9 * (least - untwisted));
-  double up = std::max(0.0, 9 * (most - untwisted));
-  if (sign_x * sign_y < 0) {
-    std::swap(down, up);
-    down = -down;
-    up = -up;
-  }
-  low = std::max(low, down);
-  high = std::min(high, up);
-}
-
-Nodes nodes_of(int n_x, int n_y, std::span<const double> heights_mm) {
-  Nodes nodes{n_x, n_y, std::vector<Node>(heights_mm.size())};
-  for (std::size_t i = 0; i < heights_mm.size(); ++i) nodes.all[i].height = heights_mm[i];
-  for (int j = 0; j < n_y; ++j) {
-    for (int i = 0; i < n_x; ++i) {
-      Node& node = nodes.at(i, j);
-      node.by_x = slope_at(i, n_x, [&](int k) { return nodes.at(k, j).height; });
-      node.by_y = slope_at(j, n_y, [&](int k) { return nodes.at(i, k).height; });
-    }
-  }
-  for (int j = 0; j < n_y; ++j) {
-    for (int i = 0; i < n_x; ++i) {
-      const int before = std::max(0, i - 1), behind = std::min(n_x - 1, i + 1);
-      const int below = std::max(0, j - 1), above = std::min(n_y - 1, j + 1);
-      const double mixed = nodes.at(behind, above).height - nodes.at(behind, below).height -
-                           nodes.at(before, above).height + nodes.at(before, below).height;
-      const double twist = mixed / ((behind - before) * (above - below));
-      double low = std::min(0.0, twist), high = std::max(0.0, twist);
-      for (const int sign_x : {-1, 1}) {
-        for (const int sign_y : {-1, 1}) limit_twist(nodes, i, j, sign_x, sign_y, low, high);
-      }
-      nodes.at(i, j).twist = std::clamp(twist, low, high);
-    }
-  }
-  return nodes;
-}
-
-/// Coefficients of 1, t, t^2, t^3 from the height and the slope at t = 0 and at t = 1.
-Eigen::Array4d cubic(double h0, double s0, double h1, double s1) {
-  return {h0, s0, 3 * (h1 - h0) - 2 * s0 - s1, 2 * (h0 - h1) + s0 + s1};
+/// Coordinates of nodes in steps.
+std::vector<double> counted(int n_nodes) {
+  std::vector<double> out;
+  for (int i = 0; i < n_nodes; ++i) out.push_back(i);
+  return out;
 }
 
 Expected<void> check(const LatticeAxis& axis, const char* name) {
@@ -184,21 +98,15 @@ void HeightLattice::set_bilinear(std::span<const double> heights_mm) {
 }
 
 void HeightLattice::set_bicubic(std::span<const double> heights_mm) {
-  const Nodes nodes = nodes_of(x_.n_nodes, y_.n_nodes, heights_mm);
-  for (int j = 0; j + 1 < y_.n_nodes; ++j) {
-    for (int i = 0; i + 1 < x_.n_nodes; ++i) {
-      const Node& a = nodes.at(i, j);
-      const Node& b = nodes.at(i + 1, j);
-      const Node& c = nodes.at(i, j + 1);
-      const Node& d = nodes.at(i + 1, j + 1);
-      const Eigen::Array4d low = cubic(a.height, a.by_x, b.height, b.by_x);
-      const Eigen::Array4d high = cubic(c.height, c.by_x, d.height, d.by_x);
-      const Eigen::Array4d low_by_y = cubic(a.by_y, a.twist, b.by_y, b.twist);
-      const Eigen::Array4d high_by_y = cubic(c.by_y, c.twist, d.by_y, d.twist);
-      bicubic_.push_back(low);
-      bicubic_.push_back(low_by_y);
-      bicubic_.emplace_back(3 * (high - low) - 2 * low_by_y - high_by_y);
-      bicubic_.emplace_back(2 * (low - high) + low_by_y + high_by_y);
+  const std::vector<internal::MonotoneNode> nodes =
+      internal::monotone_nodes(counted(x_.n_nodes), counted(y_.n_nodes), heights_mm);
+  const std::size_t n_x = n_columns_ + 1;
+  for (std::size_t j = 0; j < n_rows_; ++j) {
+    for (std::size_t i = 0; i < n_columns_; ++i) {
+      const internal::MonotoneNode* node = &nodes[j * n_x + i];
+      const Eigen::Array44d cell =
+          internal::bicubic_cell(node[0], node[1], node[n_x], node[n_x + 1], 1, 1);
+      for (Eigen::Index k = 0; k < 4; ++k) bicubic_.emplace_back(cell.col(k));
     }
   }
 }

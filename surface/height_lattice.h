@@ -33,15 +33,10 @@ struct LatticeAxis {
 /// Each cell keeps its polynomial, so that a height takes one multiplication or three a coefficient
 /// from two cache lines that lie side by side.
 ///
-/// A bicubic cell is Hermite's, in Bezier form with 16 control points. Those along the sides come
-/// from slopes of Fritsch and Carlson's kind: the parabola's through three nodes, 0 where the
-/// heights turn round, and at most 3/2 of either neighbouring difference. With a twist of 0 the
-/// control point inside of a corner is then a weighted mean of that corner and its two neighbours;
-/// the twist is the parabolas', cut to what keeps all four control points about a node within the
-/// range of their cells. A polynomial lies within the range of its control points, these lie within
-/// that of the nodes.
+/// A bicubic cell is Hermite's, with slopes and twists that keep it within the range of its nodes:
+/// parabolas', limited (surface/monotone_nodes.h).
 ///
-/// Source Fritsch and Carlson 1980; Carlson and Fritsch 1985 (bicubic); Farin 2002, 15 (range)
+/// Source Fritsch and Carlson 1980; Carlson and Fritsch 1985 (bicubic)
 /// See    tests/surface/height_lattice_test.cc
 class HeightLattice {
  public:

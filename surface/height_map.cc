@@ -34,6 +34,8 @@ constexpr std::size_t kMostTried = 60000;
 constexpr double kMostExtrapolation_mm = 1000;
 /// Probes stand in columns and rows if they do but for this share of their neighbours' distance.
 constexpr double kSameColumn = 0.2;
+/// By the side of the square that each probe has: probes that stand closer are of one place.
+constexpr double kAgain = 0.02;
 /// Reach of scattered probes by that distance: they cover the plane nearly.
 constexpr double kScatteredReach = 0.75;
 
@@ -95,13 +97,23 @@ Columns columns_of(std::span<const ProbePoint> points, int axis, double toleranc
   return out;
 }
 
+/// Over the nearest neighbours; what stands much closer than probes do on average is a place that
+/// was probed again.
 double median_neighbor_mm(std::span<const ProbePoint> points) {
+  Vector2d low_mm = points.front().place.in_mm(), high_mm = low_mm;
+  for (const ProbePoint& point : points) {
+    low_mm = low_mm.cwiseMin(point.place.in_mm());
+    high_mm = high_mm.cwiseMax(point.place.in_mm());
+  }
+  const double area_mm2 = (high_mm - low_mm).prod();
+  const double again_mm =
+      std::max(kSamePlace_mm, kAgain * std::sqrt(area_mm2 / static_cast<double>(points.size())));
   std::vector<double> nearest_mm;
   for (const ProbePoint& a : points) {
     double least_mm = std::numeric_limits<double>::infinity();
     for (const ProbePoint& b : points) {
       const double distance_mm = (a.place - b.place).in_mm().norm();
-      if (distance_mm > kSamePlace_mm) least_mm = std::min(least_mm, distance_mm);
+      if (distance_mm > again_mm) least_mm = std::min(least_mm, distance_mm);
     }
     nearest_mm.push_back(least_mm);
   }
@@ -142,13 +154,21 @@ LatticeAxis axis(double low_mm, double high_mm, double step_mm) {
   return {low_mm, (high_mm - low_mm) / n_cells, n_cells + 1};
 }
 
-/// A surface on a lattice.
+/// A surface on lattices. That of the heights is as fine as they need; sigma changes no faster than
+/// the probes stand.
 struct Sampled {
   HeightLattice heights;
   HeightLattice sigmas;
   double error_mm = 0;
-  bool is_good = false;
 };
+
+Places nodes_of(const LatticeAxis& x, const LatticeAxis& y) {
+  Places out;
+  for (int j = 0; j < y.n_nodes; ++j) {
+    for (int i = 0; i < x.n_nodes; ++i) out.push_back(nominal({x.at_mm(i), y.at_mm(j)}));
+  }
+  return out;
+}
 
 /// Places within the cells, all over them.
 Places tried_places(const LatticeAxis& x, const LatticeAxis& y) {
@@ -169,31 +189,31 @@ Places tried_places(const LatticeAxis& x, const LatticeAxis& y) {
   return out;
 }
 
-Expected<Sampled> sample(const SurfaceFit& surface,
-                         const LatticeAxis& x,
-                         const LatticeAxis& y,
-                         LatticeInterpolation interpolation) {
-  Places nodes;
-  for (int j = 0; j < y.n_nodes; ++j) {
-    for (int i = 0; i < x.n_nodes; ++i) nodes.push_back(nominal({x.at_mm(i), y.at_mm(j)}));
-  }
-  std::vector<double> heights_mm, sigmas_mm;
-  for (const HeightEstimate& node : surface.at(nodes)) {
-    heights_mm.push_back(node.height.in_mm());
+Expected<HeightLattice> sample_sigmas(const SurfaceFit& surface,
+                                      const LatticeAxis& x,
+                                      const LatticeAxis& y) {
+  std::vector<double> sigmas_mm;
+  for (const HeightEstimate& node : surface.at(nodes_of(x, y))) {
     sigmas_mm.push_back(node.sigma.in_mm());
   }
-  PANELCAL_TRY(HeightLattice heights, HeightLattice::make(x, y, heights_mm, interpolation));
-  PANELCAL_TRY(HeightLattice sigmas,
-               HeightLattice::make(x, y, sigmas_mm, LatticeInterpolation::Bilinear));
-  Sampled out{std::move(heights), std::move(sigmas)};
-  out.is_good = true;
-  const Places tried = tried_places(x, y);
-  const std::vector<HeightEstimate> right = surface.at(tried);
+  return HeightLattice::make(x, y, sigmas_mm, LatticeInterpolation::Bilinear);
+}
+
+/// What the lattice of heights misses: the most, and whether that is little everywhere.
+struct Missed {
+  double worst_mm = 0;
+  bool is_good = true;
+};
+
+Missed missed(const SurfaceFit& surface, const Sampled& sampled) {
+  const Places tried = tried_places(sampled.heights.x(), sampled.heights.y());
+  const std::vector<double> right_mm = surface.heights_mm(tried);
+  Missed out;
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const Vector2d& p_mm = tried[i].in_mm();
-    const double error_mm = std::abs(out.heights.height_mm(p_mm) - right[i].height.in_mm());
-    out.error_mm = std::max(out.error_mm, error_mm);
-    const double sigma_mm = right[i].sigma.in_mm();
+    const double error_mm = std::abs(sampled.heights.height_mm(p_mm) - right_mm[i]);
+    out.worst_mm = std::max(out.worst_mm, error_mm);
+    const double sigma_mm = sampled.sigmas.height_mm(p_mm);
     if (error_mm > std::max(kGoodLatticeError_mm, kMostLatticeError * sigma_mm)) {
       out.is_good = false;
     }
@@ -212,12 +232,20 @@ Expected<Sampled> sample_finely(const SurfaceFit& surface,
   double step_mm = std::max({spacing_mm / kFirstRefinement,
                              std::sqrt(size_mm.x() * size_mm.y() / kMostNodes),
                              size_mm.maxCoeff() / kMostNodes});
+  std::optional<HeightLattice> sigmas;
   while (true) {
     const LatticeAxis x = axis(low_mm.x(), high_mm.x(), step_mm);
     const LatticeAxis y = axis(low_mm.y(), high_mm.y(), step_mm);
-    PANELCAL_TRY(Sampled out, sample(surface, x, y, interpolation));
+    if (!sigmas) {
+      PANELCAL_TRY(sigmas, sample_sigmas(surface, x, y));
+    }
+    PANELCAL_TRY(HeightLattice heights,
+                 HeightLattice::make(x, y, surface.heights_mm(nodes_of(x, y)), interpolation));
+    Sampled out{std::move(heights), *sigmas};
+    const Missed error = missed(surface, out);
+    out.error_mm = error.worst_mm;
     const double next_nodes = 4 * (size_mm.x() / step_mm + 1) * (size_mm.y() / step_mm + 1);
-    if (out.is_good || next_nodes > kMostNodes) return out;
+    if (error.is_good || next_nodes > kMostNodes) return out;
     step_mm *= 0.5;
   }
 }

@@ -27,6 +27,7 @@ enum class HeightSource : std::uint8_t {
   Measured,      ///< a probe stands as near as probes do here
   Filled,        ///< between probes, but where one is missing or was left out
   Extrapolated,  ///< outside of the probes' hull
+  InVoid,        ///< in a hole or the like (surface/zoned_map.h): foretold, but nothing is there
 };
 
 /// A height of a map.

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,6 +15,9 @@
 
 namespace panelcal {
 namespace {
+
+/// Bent surfaces that miss more than this share of what a plane does hardly foretell anything.
+constexpr double kHardlyBetter = 0.8;
 
 /// Squares; empty where nothing is foretold.
 using Misses = std::vector<std::optional<double>>;
@@ -49,41 +55,88 @@ bool is_clearly_worse(const Misses& other, const Misses& best) {
   return mean > std::sqrt(std::max(0.0, squares / n - mean * mean) / n);
 }
 
-std::string comparison(const SurfaceFit& plane, const SurfaceFit& plate, const SurfaceFit& bent) {
+std::string comparison(std::span<const SurfaceFit> fits) {
   // A model that has as many coefficients as there are probes passes through all of them.
-  if (!plane.left_out_rms() || !plate.left_out_rms() || !bent.left_out_rms()) {
-    return "the other probes foretell none that is left out, so that nothing checks them";
+  std::string out;
+  for (const SurfaceFit& fit : fits) {
+    const std::optional<double> rms = fit.left_out_rms();
+    if (!rms) return "the other probes foretell none that is left out, so that nothing checks them";
+    const char* article = is_of_grid(fit.model()) ? "" : "a ";
+    out += out.empty()
+               ? fmt::format("probes left out are missed by {:.2f} sigma of a probe by {}{}",
+                             *rms,
+                             article,
+                             name_of(fit.model()))
+               : fmt::format(", {:.2f} by {}{}", *rms, article, name_of(fit.model()));
   }
-  return fmt::format(
-      "probes left out are missed by {:.2f} sigma of a probe by a plane, {:.2f} by a "
-      "thin plate, {:.2f} by a Gaussian process",
-      *plane.left_out_rms(),
-      *plate.left_out_rms(),
-      *bent.left_out_rms());
+  return out;
+}
+
+/// That the probes make a surface at all.
+Expected<void> check_smooth(const SurfaceFit& plane,
+                            std::span<const SurfaceFit> others,
+                            const ProbePoint& first,
+                            double most_noise) {
+  if (!(plane.noise_factor() > most_noise) || !plane.left_out_rms()) return {};
+  double least = std::numeric_limits<double>::infinity();
+  for (const SurfaceFit& other : others) least = std::min(least, other.left_out_rms().value_or(0));
+  if (!(least > kHardlyBetter * *plane.left_out_rms())) return {};
+  return failure({Code::SurfaceOutOfTolerance,
+                  first.from,
+                  fmt::format("probes left out are missed by {:.1f} sigma, hardly less than by a "
+                              "plane, {:.1f}: many are wild, or the surface is rougher than they "
+                              "are dense",
+                              least,
+                              *plane.left_out_rms()),
+                  fmt::format("at most {:g} times as much", kHardlyBetter)});
 }
 
 }  // namespace
 
 Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
                                        const OutlierOptions& options) {
-  PANELCAL_TRY(SoundSurface bent,
+  PANELCAL_TRY(SoundSurface sound,
                fit_without_outliers(points, SurfaceModel::GaussianProcess, options));
   std::vector<ProbePoint> kept;
-  for (const std::size_t i : bent.kept) kept.push_back(points[i]);
-  PANELCAL_TRY(SurfaceFit plane, fit_surface(kept, SurfaceModel::Plane));
-  PANELCAL_TRY(SurfaceFit plate, fit_surface(kept, SurfaceModel::ThinPlate));
-  std::string reason = comparison(plane, plate, bent.fit);
-  const Misses best = misses(bent.fit, kept);
-  if (!is_clearly_worse(misses(plane, kept), best)) {
-    bent.fit = std::move(plane);
+  for (const std::size_t i : sound.kept) kept.push_back(points[i]);
+  std::vector<SurfaceFit> fits;
+  for (const SurfaceModel model : {SurfaceModel::Plane, SurfaceModel::ThinPlate}) {
+    PANELCAL_TRY(SurfaceFit fit, fit_surface(kept, model));
+    fits.push_back(std::move(fit));
+  }
+  fits.push_back(sound.fit);
+  const std::size_t n_smooth = fits.size();
+  if (sound.outliers.empty()) {
+    for (const SurfaceModel model : {SurfaceModel::Bilinear, SurfaceModel::MonotoneBicubic}) {
+      // Most probes make no grid.
+      if (auto fit = fit_surface(kept, model)) fits.push_back(*std::move(fit));
+    }
+  }
+  const std::span<const SurfaceFit> smooth(fits.data(), n_smooth);
+  PANELCAL_CHECK(
+      check_smooth(smooth[0], smooth.subspan(1), points[sound.kept.front()], options.most_noise));
+  std::string reason = comparison(fits);
+  const Misses best = misses(sound.fit, kept);
+  const auto is_good = [&](const SurfaceFit& fit) {
+    return fit.noise_factor() <= options.most_noise && !is_clearly_worse(misses(fit, kept), best);
+  };
+  std::size_t chosen = 2;
+  if (is_good(smooth[0])) {
+    chosen = 0;
     reason += "; the plane is the simplest that is not clearly worse";
-  } else if (!is_clearly_worse(misses(plate, kept), best)) {
-    bent.fit = std::move(plate);
+  } else if (is_good(smooth[1])) {
+    chosen = 1;
     reason += "; the thin plate is not clearly worse";
   } else {
-    reason += ", which is the best";
+    reason += fmt::format("; the {} is the best of the smooth ones", name_of(sound.fit.model()));
   }
-  return ChosenSurface{std::move(bent), std::move(reason)};
+  for (std::size_t k = n_smooth; k < fits.size(); ++k) {
+    if (!is_clearly_worse(misses(fits[chosen], kept), misses(fits[k], kept))) continue;
+    chosen = k;
+    reason += fmt::format("; but {} misses clearly less", name_of(fits[k].model()));
+  }
+  sound.fit = fits[chosen];
+  return ChosenSurface{std::move(sound), std::move(reason)};
 }
 
 }  // namespace panelcal

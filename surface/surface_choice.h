@@ -17,11 +17,18 @@ struct ChosenSurface {
 
 /// Chooses the model that foretells probes best that were left out.
 ///
-/// All three are fitted to the probes that the most flexible of them keeps. A simpler model is
-/// taken if what it misses more, probe by probe, is within one standard error of nothing. A probe
-/// that only one of two models foretells counts against the other as the worst miss of either.
+/// Plane, thin plate and Gaussian process are fitted to the probes that the most flexible of them
+/// keeps. A simpler model is taken if what it misses more, probe by probe, is within one standard
+/// error of nothing, and the probes scatter about it as little as options.most_noise asks. A probe
+/// that only one of two models foretells counts against the other as the worst miss of either. A
+/// grid model is taken if the probes make a grid and what that choice misses more is beyond one
+/// standard error: it believes every probe, so something must speak for it.
 ///
-/// Fails  as fit_without_outliers()
+/// Where no model foretells left-out probes much better than a plane does, and the probes scatter
+/// more about that than options.most_noise allows, nobody can tell many wild probes from a surface
+/// that is rougher than the probes are dense.
+///
+/// Fails  as fit_without_outliers(); surface-out-of-tolerance: such probes
 /// Source Stone 1974 (cross-validation); Breiman et al. 1984, 3.4.3 (one standard error)
 /// See    tests/surface/height_map_test.cc
 Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,

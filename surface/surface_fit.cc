@@ -2,7 +2,9 @@
 #include "panelcal/surface/surface_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -12,6 +14,7 @@
 
 #include "panelcal/calib/drift/distributions.h"
 #include "panelcal/surface/bending_likelihood.h"
+#include "panelcal/surface/grid_surface.h"
 
 namespace panelcal {
 namespace {
@@ -22,6 +25,11 @@ using Eigen::VectorXd;
 using internal::Bending;
 using internal::BendingLikelihood;
 using internal::Readings;
+
+constexpr std::array kPlaneKernels = {BendingKernel::None};
+constexpr std::array kThinPlateKernels = {BendingKernel::ThinPlate};
+constexpr std::array kProcessKernels = {
+    BendingKernel::Matern32, BendingKernel::Matern52, BendingKernel::Gaussian};
 
 /// Places of one matrix product.
 constexpr Index kAtOnce = 256;
@@ -43,16 +51,13 @@ std::optional<Diagnostic> problem_of(const ProbePoint& point) {
 }
 
 Bending likeliest(const BendingLikelihood& likelihood, SurfaceModel model) {
-  if (model == SurfaceModel::Plane) return likelihood.best_strength(BendingKernel::None, 1);
-  if (model == SurfaceModel::ThinPlate) return likelihood.best_length(BendingKernel::ThinPlate);
-  Bending best;
-  for (const BendingKernel kernel :
-       {BendingKernel::Matern32, BendingKernel::Matern52, BendingKernel::Gaussian}) {
-    const Bending tried = likelihood.best_length(kernel);
-    if (tried.minus_2_log_likelihood < best.minus_2_log_likelihood) best = tried;
-  }
-  return best;
+  if (model == SurfaceModel::Plane) return likelihood.best_of(kPlaneKernels);
+  if (model == SurfaceModel::ThinPlate) return likelihood.best_of(kThinPlateKernels);
+  return likelihood.best_of(kProcessKernels);
 }
+
+/// Grid models have neither trend nor noise factor.
+constexpr SurfaceShape kGridShape = {BendingKernel::None, Length(), 0, 1, 0};
 
 SurfaceShape shape_of(const Bending& bending, const Readings& readings, Index n_trend) {
   const bool bends = bending.kernel != BendingKernel::None;
@@ -91,11 +96,11 @@ Diagnostic undetermined(std::span<const ProbePoint> points) {
           "probes all over the surface"};
 }
 
-Expected<Readings> readings_of(std::span<const ProbePoint> points) {
+Expected<void> check(std::span<const ProbePoint> points) {
   for (const ProbePoint& point : points) {
     if (auto problem = problem_of(point)) return failure(*std::move(problem));
   }
-  if (points.size() >= kPlaneTrend && points.size() <= kMostProbes) return Readings::of(points);
+  if (points.size() >= kPlaneTrend && points.size() <= kMostProbes) return {};
   return failure({Code::GridInvalid,
                   points.empty() ? Place() : points.front().from,
                   fmt::format("{} probes", points.size()),
@@ -142,16 +147,29 @@ struct SurfaceFit::State {
   MatrixXd trend_bending;  ///< G C G^T
   MatrixXd trend_root;     ///< R^-1
   std::vector<LeftOutProbe> left_out;
+  std::optional<internal::GridSurface> grid;  ///< of a grid model, which has none of the others
 
   State(SurfaceModel of_model,
         const SurfaceShape& of_shape,
         Readings of,
         const BendingLikelihood& likelihood);
+  State(SurfaceModel of_model, internal::GridSurface of, std::span<const ProbePoint> points)
+      : model(of_model),
+        shape(kGridShape),
+        readings(Readings::of(points)),
+        left_out(of.left_out(points)),
+        grid(std::move(of)) {}
   double degrees_of_freedom() const {
+    if (grid) return std::numeric_limits<double>::infinity();
     return static_cast<double>(readings.places.cols() - trend_root.rows()) +
            BendingLikelihood::kPriorReadings;
   }
   void leave_out(const MatrixXd& root, const VectorXd& residual_weights);
+  Eigen::Vector2d reduced(const Position<frame::Nominal>& place) const {
+    return (place.in_mm() - readings.center_mm) / readings.scale_mm;
+  }
+  /// c(p)
+  VectorXd covariances(const Eigen::Vector2d& p) const;
   /// Covariances with the probes for strength 1, and trends, a column for each place.
   std::pair<MatrixXd, MatrixXd> relations(std::span<const Position<frame::Nominal>> places) const;
   void append(std::span<const Position<frame::Nominal>> places,
@@ -210,27 +228,34 @@ void SurfaceFit::State::leave_out(const MatrixXd& root, const VectorXd& residual
   }
 }
 
+VectorXd SurfaceFit::State::covariances(const Eigen::Vector2d& p) const {
+  VectorXd out(readings.places.cols());
+  for (Index i = 0; i < out.size(); ++i) {
+    out[i] =
+        bending_covariance(bending.kernel, (readings.places.col(i) - p).norm() / bending.length);
+  }
+  return out;
+}
+
 std::pair<MatrixXd, MatrixXd> SurfaceFit::State::relations(
     std::span<const Position<frame::Nominal>> places) const {
   const auto n_places = static_cast<Index>(places.size());
-  const Index n_probes = readings.places.cols();
-  const Index n_trend = trend_root.rows();
-  MatrixXd c(n_probes, n_places);
-  MatrixXd t(n_trend, n_places);
+  MatrixXd c(readings.places.cols(), n_places);
+  MatrixXd t(trend_root.rows(), n_places);
   for (Index j = 0; j < n_places; ++j) {
-    const Eigen::Vector2d p =
-        (places[static_cast<std::size_t>(j)].in_mm() - readings.center_mm) / readings.scale_mm;
-    for (Index i = 0; i < n_probes; ++i) {
-      c(i, j) =
-          bending_covariance(bending.kernel, (readings.places.col(i) - p).norm() / bending.length);
-    }
-    t.col(j) = internal::trend_at(p, n_trend);
+    const Eigen::Vector2d p = reduced(places[static_cast<std::size_t>(j)]);
+    c.col(j) = covariances(p);
+    t.col(j) = internal::trend_at(p, t.rows());
   }
   return {std::move(c), std::move(t)};
 }
 
 void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
                                std::vector<HeightEstimate>& out) const {
+  if (grid) {
+    for (const Position<frame::Nominal>& place : places) out.push_back(grid->at(place.in_mm()));
+    return;
+  }
   const auto [c, t] = relations(places);
   const Index n_places = c.cols();
   const Index n_trend = t.rows();
@@ -276,6 +301,22 @@ MatrixXd SurfaceFit::State::covariance_mm2(std::span<const Position<frame::Nomin
   return 0.5 * noise * noise * (bent + bent.transpose());
 }
 
+std::string_view name_of(SurfaceModel model) {
+  switch (model) {
+    case SurfaceModel::Plane:
+      return "plane";
+    case SurfaceModel::ThinPlate:
+      return "thin plate";
+    case SurfaceModel::GaussianProcess:
+      return "Gaussian process";
+    case SurfaceModel::Bilinear:
+      return "bilinear";
+    case SurfaceModel::MonotoneBicubic:
+      return "monotone bicubic";
+  }
+  return "";
+}
+
 SurfaceModel SurfaceFit::model() const {
   return state_->model;
 }
@@ -291,6 +332,22 @@ std::vector<HeightEstimate> SurfaceFit::at(std::span<const Position<frame::Nomin
   out.reserve(places.size());
   for (std::size_t i = 0; i < places.size(); i += kAtOnce) {
     state_->append(places.subspan(i, std::min<std::size_t>(kAtOnce, places.size() - i)), out);
+  }
+  return out;
+}
+
+std::vector<double> SurfaceFit::heights_mm(std::span<const Position<frame::Nominal>> places) const {
+  std::vector<double> out;
+  out.reserve(places.size());
+  for (const Position<frame::Nominal>& place : places) {
+    if (state_->grid) {
+      out.push_back(state_->grid->at(place.in_mm()).height.in_mm());
+      continue;
+    }
+    const Eigen::Vector2d p = state_->reduced(place);
+    const internal::Trend trend = internal::trend_at(p, n_trend());
+    out.push_back(state_->readings.mean_mm + trend.dot(state_->trend_mm) +
+                  state_->covariances(p).dot(state_->weights));
   }
   return out;
 }
@@ -348,6 +405,11 @@ std::string SurfaceFit::summary() const {
   const std::string trend = n_trend() == kBowTrend ? "bow and twist" : "plane";
   if (model() == SurfaceModel::Plane) return fmt::format("plane; {}", noise);
   if (model() == SurfaceModel::ThinPlate) return fmt::format("thin plate; {}", noise);
+  if (state_->grid) {
+    return fmt::format("{} through every probe; in the middle of cells it misses {:.4f} mm usually",
+                       panelcal::name_of(model()),
+                       state_->grid->usually_missed().in_mm());
+  }
   if (!(amplitude() > mm(0)))
     return fmt::format("{} without any further bending; {}", trend, noise);
   return fmt::format("{} and a {} bending of {:.3f} mm over {:.0f} mm; {}",
@@ -359,7 +421,13 @@ std::string SurfaceFit::summary() const {
 }
 
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model) {
-  PANELCAL_TRY(Readings readings, readings_of(points));
+  PANELCAL_CHECK(check(points));
+  if (is_of_grid(model)) {
+    PANELCAL_TRY(internal::GridSurface grid,
+                 internal::GridSurface::of(points, model == SurfaceModel::MonotoneBicubic));
+    return SurfaceFit(std::make_shared<const SurfaceFit::State>(model, std::move(grid), points));
+  }
+  Readings readings = Readings::of(points);
   const std::optional<BendingLikelihood> likelihood = likelihood_of(readings, model);
   if (!likelihood) return failure(undetermined(points));
   const SurfaceShape shape =
@@ -372,7 +440,10 @@ Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
                                  SurfaceModel model,
                                  const SurfaceShape& shape) {
   PANELCAL_CHECK(shape.validate(model));
-  PANELCAL_TRY(Readings readings, readings_of(points));
+  // Of a grid model the probes say all.
+  if (is_of_grid(model)) return fit_surface(points, model);
+  PANELCAL_CHECK(check(points));
+  Readings readings = Readings::of(points);
   const auto likelihood = BendingLikelihood::of(readings, shape.n_trend);
   if (!likelihood) return failure(undetermined(points));
   return SurfaceFit(

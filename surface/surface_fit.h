@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,9 @@
 #include "panelcal/surface/surface_shape.h"
 
 namespace panelcal {
+
+/// `plane`, `thin plate`, `Gaussian process`, `bilinear`, `monotone bicubic`.
+std::string_view name_of(SurfaceModel model);
 
 /// A bent surface that is longer to fit than this many probes is refused: its cost grows with the
 /// cube of their number (600: some 10 s).
@@ -43,21 +47,26 @@ class SurfaceFit {
   HeightEstimate at(const Position<frame::Nominal>& place) const;
   /// The same for many places: faster, by matrix products.
   std::vector<HeightEstimate> at(std::span<const Position<frame::Nominal>> places) const;
+  /// The heights alone, mm: O(n) each, where sigma takes O(n^2).
+  std::vector<double> heights_mm(std::span<const Position<frame::Nominal>> places) const;
 
   /// Covariance of the surface's error from place to place, mm^2; its diagonal is sigma squared of
-  /// at(), but for rounding.
+  /// at(), but for rounding. Grid models do not know how errors hang together.
+  ///
+  /// Precondition: no grid model
   Eigen::MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
 
   const SurfaceShape& shape() const;
   /// How many times as much the probes scatter as they say.
   double noise_factor() const;
-  /// Of the noise factor: what the probes tell of it, and what was believed before.
+  /// Of the noise factor: what the probes tell of it, and what was believed before. Infinite for
+  /// grid models, which believe the probes.
   double degrees_of_freedom() const;
-  /// Standard deviation of the bending; 0 for a plane, and for a thin plate, which has none.
+  /// Standard deviation of the bending; 0 but for a Gaussian process.
   Length amplitude() const;
   /// Over which the bending changes; 0 where amplitude() is 0.
   Length length() const;
-  /// Coefficients of the trend: 3 for a plane, 6 with bow and twist.
+  /// Coefficients of the trend: 3 for a plane, 6 with bow and twist, 0 for grid models.
   int n_trend() const;
   /// In the order of the probes; trend, strength and length of the bending as they are.
   std::span<const LeftOutProbe> left_out() const;
@@ -88,9 +97,13 @@ class SurfaceFit {
 /// else a plane. Strength, length and k have the greatest restricted likelihood; with the trend's
 /// error they enter the sigma of every height, their own uncertainty does not.
 ///
+/// Grid models have neither trend nor noise factor: between the probes they interpolate, and sigma
+/// has what that misses, as far as probes left out tell (surface/grid_surface.h).
+///
 /// In     points: 3 or more; sigma above 0
-/// Fails  grid-invalid: too few or too many probes; a number that is none; probes in one line
-/// Cost   some 30 n^3 for a Gaussian process; a height O(n^2)
+/// Fails  grid-invalid: too few or too many probes; a number that is none; probes in one line; for
+///        grid models a node without a probe, two probes of one node, fewer than 3 columns or rows
+/// Cost   some 40 tridiagonal forms of an n x n matrix for a Gaussian process, one for a thin plate
 /// Source Rasmussen and Williams 2006, 2.7 (trend), 5.4.1, 5.4.2 (leaving one out); Dubrule 1983
 ///        (leaving one out with a trend); Patterson and Thompson 1971 (restricted likelihood)
 /// See    tests/surface/surface_fit_test.cc, height_map_slow_test.cc

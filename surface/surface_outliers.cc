@@ -166,7 +166,16 @@ Expected<SoundSurface> fit_without_outliers(std::span<const ProbePoint> points,
   Sorting sorting(points, options);
   const bool is_plane = model == SurfaceModel::Plane;
   PANELCAL_CHECK(sorting.search(is_plane ? SurfaceModel::Plane : SurfaceModel::ThinPlate));
-  return sorting.judge(model);
+  if (!is_of_grid(model)) return sorting.judge(model);
+  PANELCAL_TRY(SoundSurface out, sorting.judge(SurfaceModel::ThinPlate));
+  if (!out.outliers.empty()) {
+    return failure({Code::GridInvalid,
+                    points[out.outliers.front().i_point].from,
+                    out.outliers.front().text(),
+                    fmt::format("a good probe at each node for a {} surface", name_of(model))});
+  }
+  PANELCAL_TRY(out.fit, fit_surface(points, model));
+  return out;
 }
 
 }  // namespace panelcal

@@ -57,9 +57,13 @@ struct OutlierOptions {
 /// A third of wild probes all over the panel cannot be told from a rough surface; sigma between the
 /// probes is then as large as they are wild.
 ///
-/// Fails  as fit_surface() and OutlierOptions::validate(); surface-out-of-tolerance: more than
-///        `most` of the probes do not fit, or so many that fewer than 5 would be left, or the
-///        others scatter more than `most_noise` times what they say
+/// Grid models need every probe: there a thin plate judges, and if it names an outlier the grid has
+/// none for that node.
+///
+/// Fails  as fit_surface() and OutlierOptions::validate(); grid-invalid: a grid model with
+/// outliers; surface-out-of-tolerance:
+///        more than `most` of the probes do not fit, or so many that fewer than 5 would be left, or
+///        the others scatter more than `most_noise` times what they say
 /// Cost   a thin plate for each probe set aside, O(n^3); then some fits
 /// Source Hadi and Simonoff 1993 (a clean part judges the rest); Rasmussen and Williams 2006, 5.4.2
 /// See    tests/surface/surface_outliers_test.cc

@@ -17,7 +17,14 @@ enum class SurfaceModel : std::uint8_t {
   Plane,
   ThinPlate,        ///< a plane, bent like a thin plate
   GaussianProcess,  ///< bow and twist, and a smooth random bending on top
+  Bilinear,         ///< through every probe of a complete rectangular grid, not smoothed
+  MonotoneBicubic,  ///< the same, smooth, and within the range of each cell's four probes
 };
+
+/// Bilinear and MonotoneBicubic: every probe is believed, and none may be missing.
+constexpr bool is_of_grid(SurfaceModel model) {
+  return model == SurfaceModel::Bilinear || model == SurfaceModel::MonotoneBicubic;
+}
 
 /// Coefficients of a trend: (1, x, y), and with (x^2, x y, y^2).
 inline constexpr int kPlaneTrend = 3;
@@ -30,14 +37,15 @@ struct SurfaceShape {
   Length length;              ///< over which it bends, the unit of r; 0 if nothing bends
   double strength_mm2 = 0;    ///< variance of the bending by the noise factor's square
   double noise_factor = 1;    ///< scatter of the probes by what they say
-  int n_trend = kPlaneTrend;  ///< kPlaneTrend, or kBowTrend with bow and twist
+  int n_trend = kPlaneTrend;  ///< or kBowTrend with bow and twist; 0 of grid models
 
   /// Fails  config-value, without a place: a number that makes no surface of this model
   /// See    tests/surface/surface_fit_test.cc
   Expected<void> validate(SurfaceModel model) const;
 };
 
-/// "plane", "thin-plate", "gaussian-process", as files and options have them.
+/// "plane", "thin-plate", "gaussian-process", "bilinear", "monotone-bicubic", as files and options
+/// have them.
 std::string_view word(SurfaceModel model);
 std::optional<SurfaceModel> surface_model(std::string_view word);
 std::span<const std::string_view> surface_model_words();

@@ -40,6 +40,30 @@ std::optional<std::size_t> node_of(const LatticeAxis& axis, double value_mm) {
   return static_cast<std::size_t>(i);
 }
 
+bool is_wanted(HeightSource source, GridFill fill) {
+  if (source == HeightSource::Measured) return true;
+  return source != HeightSource::Extrapolated && fill == GridFill::Filled;
+}
+
+/// Where a map refuses nothing is known.
+template <class HeightAtPlace>
+Expected<HeightGrid> sampled(const LatticeAxis& x,
+                             const LatticeAxis& y,
+                             GridFill fill,
+                             const HeightAtPlace& height_at) {
+  PANELCAL_CHECK(check_axes(x, y));
+  HeightGrid out{x, y, {}};
+  for (int j = 0; j < y.n_nodes; ++j) {
+    for (int i = 0; i < x.n_nodes; ++i) {
+      const auto node = height_at(position_mm<frame::Nominal>(x.at_mm(i), y.at_mm(j)));
+      const bool is_known = node && is_wanted(node->source, fill);
+      out.heights.push_back(is_known ? std::optional(node->height) : std::nullopt);
+    }
+  }
+  PANELCAL_CHECK(out.validate());
+  return out;
+}
+
 }  // namespace
 
 Expected<void> HeightGrid::validate() const {
@@ -66,20 +90,17 @@ Expected<HeightGrid> height_grid(const HeightMap& map,
                                  const LatticeAxis& x,
                                  const LatticeAxis& y,
                                  GridFill fill) {
-  PANELCAL_CHECK(check_axes(x, y));
-  HeightGrid out{x, y, {}};
-  for (int j = 0; j < y.n_nodes; ++j) {
-    for (int i = 0; i < x.n_nodes; ++i) {
-      // Where a map refuses, or knows only from outside, nothing is known.
-      const auto node = map.height_at(position_mm<frame::Nominal>(x.at_mm(i), y.at_mm(j)));
-      const bool is_known =
-          node && (node->source == HeightSource::Measured ||
-                   (node->source == HeightSource::Filled && fill == GridFill::Filled));
-      out.heights.push_back(is_known ? std::optional(node->height) : std::nullopt);
-    }
-  }
-  PANELCAL_CHECK(out.validate());
-  return out;
+  return sampled(
+      x, y, fill, [&](const Position<frame::Nominal>& place) { return map.height_at(place); });
+}
+
+Expected<HeightGrid> height_grid(const ZonedMap& map,
+                                 const LatticeAxis& x,
+                                 const LatticeAxis& y,
+                                 GridFill fill) {
+  return sampled(x, y, fill, [&](const Position<frame::Nominal>& place) {
+    return map.height_at(place).map(&ZonedHeight::height);
+  });
 }
 
 Expected<HeightGrid> height_grid(const ProbeFile& file) {

@@ -10,6 +10,7 @@
 #include "panelcal/surface/files/probe_file.h"
 #include "panelcal/surface/height_lattice.h"
 #include "panelcal/surface/height_map.h"
+#include "panelcal/surface/zoned_map.h"
 
 namespace panelcal {
 
@@ -26,13 +27,19 @@ struct HeightGrid {
 /// Which nodes a map gives a height.
 enum class GridFill : std::uint8_t {
   Measured,  ///< where a probe vouches for it (HeightSource::Measured); the others stay missing
-  Filled,    ///< also where the map only foretells it between probes; never outside of their hull
+  Filled,    ///< also where it is only foretold, between probes; never outside of their hull
 };
 
 /// A map's heights at the nodes of a grid.
 ///
 /// Fails  grid-invalid: as HeightGrid::validate(); more than kMaxFileProbes nodes
 Expected<HeightGrid> height_grid(const HeightMap& map,
+                                 const LatticeAxis& x,
+                                 const LatticeAxis& y,
+                                 GridFill fill = GridFill::Measured);
+
+/// The same of a map of zones; what lies in a void is filled at best, what in no zone missing.
+Expected<HeightGrid> height_grid(const ZonedMap& map,
                                  const LatticeAxis& x,
                                  const LatticeAxis& y,
                                  GridFill fill = GridFill::Measured);

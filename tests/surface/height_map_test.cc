@@ -152,6 +152,23 @@ TEST(HeightMap, VouchesForMostBetweenScatteredProbes) {
   }
 }
 
+TEST(HeightMap, VouchesAsFarForPlacesThatWereProbedAgain) {
+  Points points = warped(48, 1);
+  const std::size_t n = points.size();
+  Random random(48);
+  // Twice more, each time some hundredths beside.
+  for (std::size_t i = 0; i < 2 * n; ++i) {
+    points.push_back(points[i % n]);
+    const Vector2d beside_mm(random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05));
+    points.back().place = at(points.back().place.in_mm().x() + beside_mm.x(),
+                             points.back().place.in_mm().y() + beside_mm.y());
+  }
+  const HeightMap map = made(points, {.model = SurfaceModel::ThinPlate});
+  // In the middle of a cell, 25 mm and 30 mm from its probes.
+  EXPECT_EQ(map.height_at(at(0, 0))->source, HeightSource::Measured);
+  EXPECT_EQ(map.height_at(at(25, 30))->source, HeightSource::Measured);
+}
+
 TEST(HeightMap, FillsWhereAWildProbeWasLeftOut) {
   Points points = warped(44);
   points[7 * 2 + 3].measured.height = points[7 * 2 + 3].measured.height + mm(0.5);

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/surface/zoned_map.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "panelcal/surface/files/height_grid.h"
+#include "tests/support/matchers.h"
+#include "tests/surface/simulated_warp.h"
+
+namespace panelcal {
+namespace {
+
+using test::FailsWith;
+using test::probed_lattice;
+using Points = std::vector<ProbePoint>;
+
+Position<frame::Nominal> at(double x_mm, double y_mm) {
+  return position_mm<frame::Nominal>(x_mm, y_mm);
+}
+
+/// 13 x 13 probes, 25 mm apart, of two panels side by side: tilted to the left, and 1 mm higher and
+/// level to the right.
+double two_panels(const Eigen::Vector2d& p_mm) {
+  return p_mm.x() < 5 ? 1.6 + 1e-3 * p_mm.y() : 2.6;
+}
+
+Points two_panels_probed() {
+  Random random(150);
+  return probed_lattice(random, two_panels, 13, 13);
+}
+
+const Zone kLeft = {rectangle(at(-151, -151), at(2, 151)), "left"};
+const Zone kRight = {rectangle(at(12, -151), at(151, 151)), "right"};
+
+TEST(ZonedMap, GivesEachZoneItsOwnSurface) {
+  const auto map = ZonedMap::of_probes(two_panels_probed(), {kLeft, kRight}, {});
+  ASSERT_TRUE(map) << map.error().text();
+  EXPECT_TRUE(map->unused().empty());
+  const auto left = map->height_at(at(-1, 100)), right = map->height_at(at(26, 100));
+  ASSERT_TRUE(left) << left.error().text();
+  ASSERT_TRUE(right) << right.error().text();
+  EXPECT_NEAR(left->height.height.in_mm(), 1.7, 0.005);
+  EXPECT_EQ(left->i_zone, 0U);
+  EXPECT_NEAR(right->height.height.in_mm(), 2.6, 0.005);
+  EXPECT_EQ(right->i_zone, 1U);
+  EXPECT_EQ(map->map(1).surface().model(), SurfaceModel::Plane);
+  EXPECT_THAT(map->height_at(at(7, 0)),
+              FailsWith(Code::GridInvalid, "(7.000, 0.000) lies in no zone"));
+}
+
+TEST(ZonedMap, TakesTheZoneDeclaredFirstWhereTwoOverlap) {
+  const Zone all = {rectangle(at(-151, -151), at(151, 151)),
+                    "all",
+                    {.model = SurfaceModel::Plane, .outliers = {.most_noise = 1e6}}};
+  const auto map = ZonedMap::of_probes(two_panels_probed(), {kRight, all}, {});
+  ASSERT_TRUE(map) << map.error().text();
+  EXPECT_EQ(map->height_at(at(100, 0))->i_zone, 0U);
+  EXPECT_EQ(map->height_at(at(-100, 0))->i_zone, 1U);
+  // The probes of the first one are not the second one's too.
+  EXPECT_NEAR(map->height_at(at(-100, 0))->height.height.in_mm(), 1.6, 0.005);
+}
+
+TEST(ZonedMap, DoesNotBelieveProbesInVoidsAndSaysWhich) {
+  Points points = two_panels_probed();
+  // Three holes of the left panel that probes fell into, too many near each other to be outliers.
+  std::vector<Void> holes;
+  for (const std::size_t i : {13 * 5 + 3, 13 * 5 + 4, 13 * 6 + 3}) {
+    points[i].measured.height = mm(0.1);
+    holes.push_back({Circle{points[i].place, mm(1.5)}, "hole of tool 3", {"panel.exc", 40, 1}});
+  }
+  auto voids = Voids::make(holes, mm(0.5));
+  ASSERT_TRUE(voids) << voids.error().text();
+  const auto map = ZonedMap::of_probes(points, {kLeft}, *std::move(voids));
+  ASSERT_TRUE(map) << map.error().text();
+  ASSERT_EQ(map->unused().size(), 3U + 6 * 13);
+  EXPECT_EQ(map->unused()[0].text, "column 7 row 0 lies in no zone");
+  const auto in_hole = std::ranges::find(map->unused(), 13U * 5 + 3, &UnusedProbe::i_point);
+  ASSERT_NE(in_hole, map->unused().end());
+  EXPECT_EQ(in_hole->text, "column 3 row 5 lies in \"hole of tool 3\"");
+  EXPECT_TRUE(map->map(0).outliers().empty());
+  const auto found = map->height_at(points[13 * 5 + 3].place);
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_EQ(found->height.source, HeightSource::InVoid);
+  EXPECT_EQ(found->void_name, "hole of tool 3");
+  // Foretold by its neighbours.
+  EXPECT_NEAR(found->height.height.in_mm(), two_panels(points[13 * 5 + 3].place.in_mm()), 0.005);
+  const auto beside = map->height_at(
+      at(points[13 * 5 + 3].place.in_mm().x() + 2.1, points[13 * 5 + 3].place.in_mm().y()));
+  EXPECT_NE(beside->height.source, HeightSource::InVoid);
+  EXPECT_TRUE(beside->void_name.empty());
+
+  const LatticeAxis x{-150, 25, 13}, y{-150, 25, 13};
+  const auto measured = height_grid(*map, x, y), filled = height_grid(*map, x, y, GridFill::Filled);
+  ASSERT_TRUE(measured && filled);
+  EXPECT_FALSE(measured->heights[13 * 5 + 3]);
+  EXPECT_TRUE(filled->heights[13 * 5 + 3]);
+  EXPECT_TRUE(measured->heights[13 * 5 + 2]);
+  EXPECT_FALSE(filled->heights[13 * 5 + 8]);
+}
+
+TEST(ZonedMap, IsOneMapWithoutZones) {
+  Random random(151);
+  const test::SimulatedWarp warp(random, 1);
+  const Points points = probed_lattice(random, warp, 7, 6);
+  const auto map = ZonedMap::of_probes(points, {}, {}, {.model = SurfaceModel::ThinPlate});
+  const auto plain = HeightMap::of_probes(points, {.model = SurfaceModel::ThinPlate});
+  ASSERT_TRUE(map) << map.error().text();
+  ASSERT_TRUE(plain) << plain.error().text();
+  EXPECT_EQ(map->height_at(at(20, 30))->height.height, plain->height_at(at(20, 30))->height);
+  EXPECT_THAT(map->height_at(at(500, 0)), FailsWith(Code::GridInvalid, "outside of what was prob"));
+}
+
+TEST(ZonedMap, NamesTheZoneInItsRefusals) {
+  const Points points = two_panels_probed();
+  const Zone empty = {rectangle(at(200, 200), at(300, 300)), "coupon"};
+  EXPECT_THAT(ZonedMap::of_probes(points, {kLeft, empty}, {}),
+              FailsWith(Code::GridInvalid, "zone \"coupon\": 0 probes"));
+  EXPECT_THAT(ZonedMap::of_probes(points, {kLeft, kLeft}, {}),
+              FailsWith(Code::ConfigValue, "a second zone \"left\""));
+  EXPECT_THAT(ZonedMap::of_probes(points, {{Circle{at(0, 0), mm(-1)}, "round"}}, {}),
+              FailsWith(Code::ConfigValue, "\"round\": a circle of radius -1 mm"));
+  const Zone wide = {rectangle(at(-300, -300), at(2, 300)), "wide"};
+  const auto map = ZonedMap::of_probes(points, {wide}, {});
+  ASSERT_TRUE(map) << map.error().text();
+  EXPECT_THAT(map->height_at(at(-290, 0)),
+              FailsWith(Code::GridInvalid, "zone \"wide\": (-290.000, 0.000) lies 140.000 mm out"));
+}
+
+}  // namespace
+}  // namespace panelcal
