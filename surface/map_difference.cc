@@ -144,6 +144,13 @@ bool look_over(const HeightMap& before, const HeightMap& after, MapDifference& o
 
 Expected<MapDifference> difference_of(const StoredMap& before, const StoredMap& after) {
   MapDifference out;
+  if (is_of_grid(before.map.surface().model())) {
+    return failure({Code::GridInvalid,
+                    {},
+                    "the earlier map is of a grid model, which does not know how its errors hang "
+                    "together",
+                    "a plane, a thin plate or a Gaussian process"});
+  }
   const Differences found = differences_of(before, after, out.n_outside);
   out.n_probes = found.places.size();
   const auto n = static_cast<Index>(found.places.size());

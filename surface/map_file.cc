@@ -112,7 +112,7 @@ Expected<SurfaceShape> read_shape(const StrictObject& top, const std::string& fi
   shape.length = mm(length_mm);
   PANELCAL_TRY(shape.strength_mm2, object.number("strength"));
   PANELCAL_TRY(shape.noise_factor, object.number("noise_factor"));
-  PANELCAL_TRY(shape.n_trend, object.integer("trend", kPlaneTrend, kBowTrend));
+  PANELCAL_TRY(shape.n_trend, object.integer("trend", 0, kBowTrend));
   return shape;
 }
 

@@ -163,8 +163,8 @@ Expected<void> check(const ProbePlanRequest& request) {
   if (request.places.empty() || request.candidates.empty()) {
     return bad("nothing to plan for", "places where heights matter, and where one may probe");
   }
-  if (request.model == SurfaceModel::ThinPlate) {
-    return bad("a thin plate has neither an amplitude nor a length",
+  if (request.model == SurfaceModel::ThinPlate || is_of_grid(request.model)) {
+    return bad(std::string(name_of(request.model)) + " has neither an amplitude nor a length",
                "a plane or a Gaussian process");
   }
   for (const Length sigma : {request.probe_sigma, request.tolerance}) {

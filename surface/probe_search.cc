@@ -85,7 +85,7 @@ struct ProbeSearch::Given {
 ProbeSearch::ProbeSearch(const ProbePlanRequest& request,
                          const HeightBelief& belief,
                          const Places& places)
-    : request_(request), belief_(belief), places_(places) {
+    : request_(request) {
   const double tolerance_mm = request.tolerance.in_mm() * (1 - kSameSigma);
   most_mm2_ = tolerance_mm * tolerance_mm;
   noise_mm2_ = request.probe_sigma.in_mm() * request.probe_sigma.in_mm();

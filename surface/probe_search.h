@@ -46,7 +46,7 @@ class ProbeSearch {
 
   static constexpr int kMostMoves = 150;
 
-  /// All must outlive it.
+  /// The request must outlive it.
   ProbeSearch(const ProbePlanRequest& request, const HeightBelief& belief, const Places& places);
 
   /// Empty if all candidates are not enough.
@@ -70,8 +70,6 @@ class ProbeSearch {
   bool repair(Indices& chosen, int& n_moves) const;
 
   const ProbePlanRequest& request_;
-  const HeightBelief& belief_;
-  const Places& places_;
   Eigen::MatrixXd believed_;   ///< of places and candidates with candidates, present probes known
   Eigen::VectorXd variances_;  ///< of places, the same
   double most_mm2_;

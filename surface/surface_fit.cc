@@ -56,6 +56,9 @@ Bending likeliest(const BendingLikelihood& likelihood, SurfaceModel model) {
   return likelihood.best_of(kProcessKernels);
 }
 
+/// Grid models have neither trend nor noise factor.
+constexpr SurfaceShape kGridShape = {BendingKernel::None, Length(), 0, 1, 0};
+
 SurfaceShape shape_of(const Bending& bending, const Readings& readings, Index n_trend) {
   const bool bends = bending.kernel != BendingKernel::None;
   return {bending.kernel,
@@ -93,11 +96,11 @@ Diagnostic undetermined(std::span<const ProbePoint> points) {
           "probes all over the surface"};
 }
 
-Expected<Readings> readings_of(std::span<const ProbePoint> points) {
+Expected<void> check(std::span<const ProbePoint> points) {
   for (const ProbePoint& point : points) {
     if (auto problem = problem_of(point)) return failure(*std::move(problem));
   }
-  if (points.size() >= kPlaneTrend && points.size() <= kMostProbes) return Readings::of(points);
+  if (points.size() >= kPlaneTrend && points.size() <= kMostProbes) return {};
   return failure({Code::GridInvalid,
                   points.empty() ? Place() : points.front().from,
                   fmt::format("{} probes", points.size()),
@@ -152,6 +155,7 @@ struct SurfaceFit::State {
         const BendingLikelihood& likelihood);
   State(SurfaceModel of_model, internal::GridSurface of, std::span<const ProbePoint> points)
       : model(of_model),
+        shape(kGridShape),
         readings(Readings::of(points)),
         left_out(of.left_out(points)),
         grid(std::move(of)) {}
@@ -166,7 +170,7 @@ struct SurfaceFit::State {
   }
   /// c(p)
   VectorXd covariances(const Eigen::Vector2d& p) const;
-  /// c and t, a column for each place.
+  /// Covariances with the probes for strength 1, and trends, a column for each place.
   std::pair<MatrixXd, MatrixXd> relations(std::span<const Position<frame::Nominal>> places) const;
   void append(std::span<const Position<frame::Nominal>> places,
               std::vector<HeightEstimate>& out) const;
@@ -236,14 +240,12 @@ VectorXd SurfaceFit::State::covariances(const Eigen::Vector2d& p) const {
 std::pair<MatrixXd, MatrixXd> SurfaceFit::State::relations(
     std::span<const Position<frame::Nominal>> places) const {
   const auto n_places = static_cast<Index>(places.size());
-  const Index n_probes = readings.places.cols();
-  const Index n_trend = trend_root.rows();
-  MatrixXd c(n_probes, n_places);
-  MatrixXd t(n_trend, n_places);
+  MatrixXd c(readings.places.cols(), n_places);
+  MatrixXd t(trend_root.rows(), n_places);
   for (Index j = 0; j < n_places; ++j) {
     const Eigen::Vector2d p = reduced(places[static_cast<std::size_t>(j)]);
     c.col(j) = covariances(p);
-    t.col(j) = internal::trend_at(p, n_trend);
+    t.col(j) = internal::trend_at(p, t.rows());
   }
   return {std::move(c), std::move(t)};
 }
@@ -276,31 +278,7 @@ void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
   }
 }
 
-std::string_view name_of(SurfaceModel model) {
-  switch (model) {
-    case SurfaceModel::Plane:
-      return "plane";
-    case SurfaceModel::ThinPlate:
-      return "thin plate";
-    case SurfaceModel::GaussianProcess:
-      return "Gaussian process";
-    case SurfaceModel::Bilinear:
-      return "bilinear";
-    case SurfaceModel::MonotoneBicubic:
-      return "monotone bicubic";
-  }
-  return "";
-}
-
 MatrixXd SurfaceFit::State::covariance_mm2(std::span<const Position<frame::Nominal>> places) const {
-  if (grid) {
-    VectorXd variances(static_cast<Index>(places.size()));
-    for (Index i = 0; i < variances.size(); ++i) {
-      const double sigma_mm = grid->at(places[static_cast<std::size_t>(i)].in_mm()).sigma.in_mm();
-      variances[i] = sigma_mm * sigma_mm;
-    }
-    return variances.asDiagonal();
-  }
   const auto [c, t] = relations(places);
   const Index n_places = c.cols();
   MatrixXd bent(n_places, n_places);
@@ -321,6 +299,22 @@ MatrixXd SurfaceFit::State::covariance_mm2(std::span<const Position<frame::Nomin
   // Products round to either side of the diagonal differently.
   const double noise = bending.noise_factor;
   return 0.5 * noise * noise * (bent + bent.transpose());
+}
+
+std::string_view name_of(SurfaceModel model) {
+  switch (model) {
+    case SurfaceModel::Plane:
+      return "plane";
+    case SurfaceModel::ThinPlate:
+      return "thin plate";
+    case SurfaceModel::GaussianProcess:
+      return "Gaussian process";
+    case SurfaceModel::Bilinear:
+      return "bilinear";
+    case SurfaceModel::MonotoneBicubic:
+      return "monotone bicubic";
+  }
+  return "";
 }
 
 SurfaceModel SurfaceFit::model() const {
@@ -427,12 +421,13 @@ std::string SurfaceFit::summary() const {
 }
 
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model) {
-  PANELCAL_TRY(Readings readings, readings_of(points));
+  PANELCAL_CHECK(check(points));
   if (is_of_grid(model)) {
     PANELCAL_TRY(internal::GridSurface grid,
                  internal::GridSurface::of(points, model == SurfaceModel::MonotoneBicubic));
     return SurfaceFit(std::make_shared<const SurfaceFit::State>(model, std::move(grid), points));
   }
+  Readings readings = Readings::of(points);
   const std::optional<BendingLikelihood> likelihood = likelihood_of(readings, model);
   if (!likelihood) return failure(undetermined(points));
   const SurfaceShape shape =
@@ -445,8 +440,10 @@ Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
                                  SurfaceModel model,
                                  const SurfaceShape& shape) {
   PANELCAL_CHECK(shape.validate(model));
+  // Of a grid model the probes say all.
   if (is_of_grid(model)) return fit_surface(points, model);
-  PANELCAL_TRY(Readings readings, readings_of(points));
+  PANELCAL_CHECK(check(points));
+  Readings readings = Readings::of(points);
   const auto likelihood = BendingLikelihood::of(readings, shape.n_trend);
   if (!likelihood) return failure(undetermined(points));
   return SurfaceFit(

@@ -51,7 +51,9 @@ class SurfaceFit {
   std::vector<double> heights_mm(std::span<const Position<frame::Nominal>> places) const;
 
   /// Covariance of the surface's error from place to place, mm^2; its diagonal is sigma squared of
-  /// at(), but for rounding. Of a grid model as if errors of different places were independent.
+  /// at(), but for rounding. Grid models do not know how errors hang together.
+  ///
+  /// Precondition: no grid model
   Eigen::MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
 
   const SurfaceShape& shape() const;

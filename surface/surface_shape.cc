@@ -38,27 +38,28 @@ Expected<void> SurfaceShape::validate(SurfaceModel model) const {
   };
   const bool is_plate = kernel == BendingKernel::ThinPlate;
   const bool is_flat = kernel == BendingKernel::None;
-  const bool is_straight = model == SurfaceModel::Plane || is_of_grid(model);
-  if (is_plate != (model == SurfaceModel::ThinPlate) || is_flat != is_straight) {
+  const bool is_grid = is_of_grid(model);
+  if (is_plate != (model == SurfaceModel::ThinPlate) ||
+      is_flat != (model == SurfaceModel::Plane || is_grid)) {
     return bad(fmt::format("the kernel {} is not one of a {}", word(kernel), word(model)),
                "the model's own");
   }
   const double length_mm = length.in_mm();
   if (is_flat ? length_mm != 0 : !(length_mm > 0 && length_mm <= kMostLength_mm)) {
     return bad(fmt::format("the bending's length is {} mm", length_mm),
-               is_flat ? "0 for a plane" : "above 0, at most a kilometre");
+               is_flat ? "0 if nothing bends" : "above 0, at most a kilometre");
   }
   if (!(strength_mm2 >= 0 && strength_mm2 <= kMostStrength_mm2) || (is_flat && strength_mm2 != 0)) {
     return bad(fmt::format("the bending's strength is {} mm^2", strength_mm2),
-               is_flat ? "0 for a plane" : "0 or more");
+               is_flat ? "0 if nothing bends" : "0 or more");
   }
   if (!(noise_factor > 0 && std::isfinite(noise_factor))) {
     return bad(fmt::format("the noise factor is {}", noise_factor), "above 0");
   }
   const bool bows = model == SurfaceModel::GaussianProcess && n_trend == kBowTrend;
-  if (n_trend == kPlaneTrend || bows) return {};
+  if (n_trend == (is_grid ? 0 : kPlaneTrend) || bows) return {};
   return bad(fmt::format("the trend has {} coefficients", n_trend),
-             "3, or 6 of a Gaussian process");
+             "3, or 6 of a Gaussian process, or 0 of a grid model");
 }
 
 std::string_view word(SurfaceModel model) {

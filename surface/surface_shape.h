@@ -31,13 +31,13 @@ inline constexpr int kPlaneTrend = 3;
 inline constexpr int kBowTrend = 6;
 
 /// How a surface bends and how much its probes scatter: all that a fit finds besides the surface
-/// itself, and all that it needs to be made again. Of a grid model, which finds nothing, as it is.
+/// itself, and all that it needs to be made again.
 struct SurfaceShape {
   BendingKernel kernel = BendingKernel::None;
   Length length;              ///< over which it bends, the unit of r; 0 if nothing bends
   double strength_mm2 = 0;    ///< variance of the bending by the noise factor's square
   double noise_factor = 1;    ///< scatter of the probes by what they say
-  int n_trend = kPlaneTrend;  ///< kPlaneTrend, or kBowTrend with bow and twist
+  int n_trend = kPlaneTrend;  ///< or kBowTrend with bow and twist; 0 of grid models
 
   /// Fails  config-value, without a place: a number that makes no surface of this model
   /// See    tests/surface/surface_fit_test.cc

@@ -7,14 +7,10 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/surface/surface_outliers.h"
+
 namespace panelcal {
 namespace {
-
-std::string name_of(const ProbePoint& point) {
-  if (!point.name.empty()) return point.name;
-  const Eigen::Vector2d& p_mm = point.place.in_mm();
-  return fmt::format("probe at ({:.3f}, {:.3f})", p_mm.x(), p_mm.y());
-}
 
 Expected<void> check_zones(std::span<const Zone> zones) {
   std::set<std::string_view> names;

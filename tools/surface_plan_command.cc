@@ -66,10 +66,11 @@ Expected<void> believe_map(const SurfaceOptions& options,
                            PlannedProbes& out) {
   const SurfaceFit& fit = stored.map.surface();
   ProbePlanRequest& request = out.request;
-  if (fit.model() == SurfaceModel::ThinPlate) {
+  if (fit.model() == SurfaceModel::ThinPlate || is_of_grid(fit.model())) {
     return failure({Code::ConfigValue,
                     {options.map, 0, 0},
-                    "its model is a thin plate, which has neither an amplitude nor a length",
+                    fmt::format("its model is {}, which has neither an amplitude nor a length",
+                                word(fit.model())),
                     "a map of --model gaussian-process, or --amplitude-mm and --length-mm"});
   }
   request.model = fit.model();

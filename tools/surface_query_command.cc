@@ -139,6 +139,8 @@ std::string_view word(HeightSource source) {
       return "measured";
     case HeightSource::Filled:
       return "filled";
+    case HeightSource::InVoid:
+      return "void";
     case HeightSource::Extrapolated:
       break;
   }

@@ -106,6 +106,15 @@ def main():
         again = run(panelcal, "surface", "query", map_file, "-", "--json", input=asked).stdout
         assert [json.loads(line) for line in again.splitlines()] == answers
 
+        # A log of LinuxCNC, which states no sigma, makes the same map.
+        log = Path(folder) / "probes.txt"
+        log.write_text("".join(f"{x} {y} {z}\n" for x, y, z, _ in read(probes)))
+        of_log = Path(folder) / "log.json"
+        run(panelcal, "surface", "fit", log, "--format", "linuxcnc", "--sigma-um", 3, "--model",
+            "plane", "-o", of_log)
+        again = run(panelcal, "surface", "query", of_log, "--grid", "9x7", "--json").stdout
+        assert [json.loads(line) for line in again.splitlines()] == answers
+
         wild = pictures(panelcal, data / "wild.jsonl", Path(folder))
         plot = Path(folder) / "plot.svg"
         run(panelcal, "surface", "diff", map_file, wild, "--plot", plot)
