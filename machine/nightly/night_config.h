@@ -40,8 +40,8 @@ struct NightTable {
 
 /// [nightly] of a machine.toml: what is calibrated while nobody watches, and what it is held to.
 struct NightlyConfig {
-  /// "focus", "light", "settle", "camera", "spindle-camera", "table"; in this order, since an offset
-  /// goes with its camera, and looks at a plate with both.
+  /// "focus", "light", "settle", "camera", "spindle-camera", "table"; in this order, since an
+  /// offset goes with its camera, and looks at a plate with both.
   std::vector<std::string> calibrate = {"spindle-camera"};
   /// machine_driver = "sim": the virtual machine of [sim]. Otherwise `camera` is a camera's
   /// address.
