@@ -19,8 +19,8 @@ namespace panelcal {
 /// Owns the stage, the spindle and the camera that a calibration works with.
 class DeviceSet {
  public:
-  /// The virtual machine of [sim] and [sim.coupon]. Waiting moves its own clock. What is random is a
-  /// function of [sim] seed and of the coupon's rows that are used up, so that two nights differ
+  /// The virtual machine of [sim] and [sim.coupon]. Waiting moves its own clock. What is random is
+  /// a function of [sim] seed and of the coupon's rows that are used up, so that two nights differ
   /// and one night repeats.
   ///
   /// Fails  config-value (no [sim] or no [camera]); vision-tool-undefined; what used_rows reports
