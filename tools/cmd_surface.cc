@@ -55,9 +55,8 @@ Expected<std::vector<plan::PlannedPlace>> program_places(const SurfaceOptions& o
   std::vector<plan::PlannedPlace> places;
   const auto checked = read_and_check(options.program, config.reading, config.walk, log);
   if (checked && !log.has_errors()) {
-    plan::PlaceSink sink(checked->nominal_survey, [&](const plan::PassingPlace& place) {
-      places.push_back(place.kept());
-    });
+    plan::PlaceSink sink(checked->nominal_survey,
+                         [&](const plan::PassingPlace& place) { places.push_back(place.kept()); });
     execute_nominal(*checked, config.walk, sink, log);
   }
   DiagnosticLog others;

@@ -41,8 +41,11 @@ std::string replaced(std::string text, std::string_view from, std::string_view t
 }
 
 TEST(MapFile, GivesTheSameHeightsAndSigmasToTheBit) {
-  for (const auto model :
-       {SurfaceModel::Plane, SurfaceModel::ThinPlate, SurfaceModel::GaussianProcess}) {
+  for (const auto model : {SurfaceModel::Plane,
+                           SurfaceModel::ThinPlate,
+                           SurfaceModel::GaussianProcess,
+                           SurfaceModel::Bilinear,
+                           SurfaceModel::MonotoneBicubic}) {
     // A plane does not go through a warped panel unless all of it is called noise.
     Random random(73);
     const double warp = model == SurfaceModel::Plane ? 0 : 1;
