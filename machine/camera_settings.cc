@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/camera_settings.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -24,9 +26,20 @@ Expected<void> set_camera(const MachineConfig& config,
                                          : devices.stage.set(setting, value);
 }
 
+std::optional<double> usual_zoom(const MachineConfig& config) {
+  const auto found = std::ranges::find_if(config.zoom_files, [&](const auto& zoom) {
+    return zoom.second.lexically_normal() == config.camera_file.lexically_normal();
+  });
+  return found == config.zoom_files.end() ? std::nullopt : std::optional(found->first);
+}
+
 Expected<void> set_camera_as_stated(const MachineConfig& config,
                                     const CalibrationDevices& devices) {
   const VisionOptions& vision = config.vision;
+  const std::optional<double> zoom = usual_zoom(config);
+  if (zoom && check_can_set(config, devices, CameraSetting::Zoom)) {
+    PANELCAL_CHECK(set_camera(config, devices, CameraSetting::Zoom, *zoom));
+  }
   if (vision.lamp) PANELCAL_CHECK(set_camera(config, devices, CameraSetting::Lamp, *vision.lamp));
   if (!vision.focus) return {};
   return set_camera(config, devices, CameraSetting::Focus, vision.focus->in_mm());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/machine/camera.h"
 #include "panelcal/machine/machine_config.h"
@@ -20,8 +22,13 @@ Expected<void> set_camera(const MachineConfig& config,
                           CameraSetting setting,
                           double value);
 
-/// Sets lamp and focus as [camera] lamp and focus_mm say, so that a calibration sees what jobs see.
-/// What they do not say stays as it is.
+/// The level that the camera stands at unless a program asks for another: its [[camera.zoom]] names
+/// the file of [camera].
+std::optional<double> usual_zoom(const MachineConfig& config);
+
+/// Sets lamp and focus as [camera] lamp and focus_mm say, so that a calibration sees what jobs see,
+/// and the usual zoom, where a calibration that was cut off may have left another. What they do not
+/// say stays as it is.
 ///
 /// Fails  as set_camera
 /// See    tests/machine/camera_settings_test.cc

@@ -22,7 +22,7 @@ constexpr std::string_view kKind = "surface-map";
 constexpr int kVersion = 1;
 constexpr Code kCode = Code::MeasurementFile;
 /// Farther away or higher nothing is probed: a wrong unit.
-constexpr double kMost_mm = 1e5;
+constexpr double kMost_mm = 3e7;
 constexpr int kMaxInt = std::numeric_limits<int>::max();
 
 Diagnostic invalid(const std::string& file, std::string what, std::string expected) {

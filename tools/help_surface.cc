@@ -99,7 +99,8 @@ drilling cycle gets its own Z and R. Feeds, comments and everything above the sa
 written.
 
 Heights count from where the map has its 0. If the tool's Z was set to 0 on the board afterwards,
---zero says where that was.
+--zero says where that was; a map of heights above the table needs it. What was levelled says so in
+comments, and is refused here: it would be levelled twice.
 
 Understood are programs of LinuxCNC, GRBL and their kind: G0 to G3 in the XY plane, G73, G81 to G83,
 G85, G86, G89, G20, G21, G90. Refused, with line and column, is whatever would leave open where the

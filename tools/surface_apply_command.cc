@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -68,12 +72,36 @@ std::string figures_json(const LevelFigures& figures) {
   return json.dump() + "\n";
 }
 
+constexpr std::string_view kLevelledBy = "(levelled by panelcal";
+
+/// Comments that say what made it, in front of the program, but behind a % that has to be first.
+std::string with_provenance(std::string text, const Provenance& provenance) {
+  std::string remarks;
+  for (const auto& [key, value] : provenance) {
+    std::string words = key + ": " + value;
+    std::ranges::replace(words, '(', '[');
+    std::ranges::replace(words, ')', ']');
+    std::ranges::replace_if(
+        words, [](char c) { return c == '\n' || c == '\r'; }, ' ');
+    remarks += fmt::format("{}: {})\n", kLevelledBy, words);
+  }
+  const bool has_percent = text.starts_with('%');
+  text.insert(has_percent ? text.find('\n') + 1 : 0, remarks);
+  return text;
+}
+
 }  // namespace
 
 Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
   PANELCAL_CHECK(check_output_paths(kCommand, {options.map, options.gcode}, {options.output}));
   PANELCAL_TRY(const StoredMap stored, read_map_file(options.map));
   PANELCAL_TRY(const SourceText program, read_source(options.gcode));
+  if (program.bytes.find(kLevelledBy) != std::string::npos) {
+    return failure({Code::ArgumentInvalid,
+                    {options.gcode, 0, 0},
+                    "a program that was levelled before",
+                    "the one that it was made of"});
+  }
   PANELCAL_TRY(const LevelledGcode levelled,
                level_gcode(program, stored.map, level_options(options)));
   const LevelFigures& figures = levelled.figures;
@@ -87,12 +115,14 @@ Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
                    fmt::format("at most {:g} um (--max-sigma-um)", *options.max_sigma_um)});
     return Answer{words, ExitCode::GateFailed};
   }
+  const std::vector<std::string> inputs = {options.map, options.gcode};
+  std::string text = with_provenance(levelled.text, provenance_of(context, inputs));
   if (options.output != "-") {
-    PANELCAL_CHECK(write_file(options.output, levelled.text));
+    PANELCAL_CHECK(write_file(options.output, text));
     return Answer{words};
   }
   context.console.say(words);
-  return Answer{levelled.text};
+  return Answer{std::move(text)};
 }
 
 }  // namespace panelcal::surface

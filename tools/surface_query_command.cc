@@ -21,7 +21,7 @@ namespace {
 
 const std::string kCommand = "panelcal surface query";
 constexpr std::size_t kMaxInputBytes = std::size_t{1} << 28;
-constexpr int kMostNodes = 10'000;  ///< of a grid, along either side
+constexpr int kMostNodes = 1000;  ///< of a grid, along either side
 /// Farther away no panel lies: a wrong unit.
 constexpr double kMost_mm = 1e6;
 

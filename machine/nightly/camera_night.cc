@@ -36,15 +36,6 @@ double half_diagonal_px(const CameraCalibration& camera) {
   return 0.5 * std::hypot(camera.picture_width_px, camera.picture_height_px);
 }
 
-/// The level that the camera stands at unless a program asks for another: its [[camera.zoom]] names
-/// the file of [camera].
-std::optional<double> usual_zoom(const MachineConfig& config) {
-  const auto found = std::ranges::find_if(config.zoom_files, [&](const auto& zoom) {
-    return zoom.second.lexically_normal() == config.camera_file.lexically_normal();
-  });
-  return found == config.zoom_files.end() ? std::nullopt : std::optional(found->first);
-}
-
 /// The camera as it stands, or at a zoom level.
 class CameraNight final : public NightCalibration {
  public:

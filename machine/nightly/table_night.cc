@@ -52,21 +52,42 @@ NightValue corner(const Eigen::Vector2d& half_mm, const TableGeometry& geometry)
   return corner(half_mm, geometry.value(rows), geometry.cov(rows, rows));
 }
 
-/// By how much two maps differ on the plate, at most.
-double largest_change_mm(const CalibrationPlate& plate, const TableMap& a, const TableMap& b) {
-  double largest_mm = 0;
-  const double width_mm = (plate.columns - 1) * plate.pitch.in_mm();
-  const double height_mm = (plate.rows - 1) * plate.pitch.in_mm();
+/// By how much two maps differ, at most.
+struct MapChange {
+  double error_mm = 0;  ///< of places
+  /// Of what the spindle-camera offset has taken up of it: an offset that was calibrated with the
+  /// one map is so wrong with the other.
+  double offset_mm = 0;
+};
+
+/// Over the earlier map's rectangle.
+MapChange change_of(const TableMap& before,
+                    const TableMap& after,
+                    const Displacement<frame::Machine>& offset) {
+  MapChange change;
+  const TableGrid& grid = before.grid();
+  const auto differ_mm = [&](const Position<frame::Machine>& at) -> Eigen::Vector2d {
+    return after.error_mm(at) - before.error_mm(at);
+  };
   for (int i = 0; i < kCompared * kCompared; ++i) {
     const Eigen::Vector2d part = Eigen::Vector2d(i % kCompared, i / kCompared) / (kCompared - 1.0);
-    const auto on_plate =
-        position_mm<frame::Plate>(part.cwiseProduct(Eigen::Vector2d(width_mm, height_mm)));
-    const Position<frame::Machine> at = place_in(plate.poses.front(), on_plate);
-    const double change_mm = (a.error_mm(at) - b.error_mm(at)).norm();
+    const auto at =
+        position_mm<frame::Machine>(grid.low_mm + part.cwiseProduct(grid.high_mm - grid.low_mm));
+    const double error_mm = differ_mm(at).norm();
+    const double offset_mm = (differ_mm(at) - differ_mm(at - offset)).norm();
     // One that is no number has to fail.
-    if (!(change_mm <= largest_mm)) largest_mm = change_mm;
+    if (!(error_mm <= change.error_mm)) change.error_mm = error_mm;
+    if (!(offset_mm <= change.offset_mm)) change.offset_mm = offset_mm;
   }
-  return largest_mm;
+  return change;
+}
+
+/// Whether jobs that the one map let through go on with the other; commands differ a little from
+/// night to night.
+bool covers(const TableGrid& grid, const TableGrid& before) {
+  constexpr double kSlack_mm = 1;
+  return (grid.low_mm.array() <= before.low_mm.array() + kSlack_mm).all() &&
+         (grid.high_mm.array() >= before.high_mm.array() - kSlack_mm).all();
 }
 
 class TableNight final : public NightCalibration {
@@ -177,12 +198,23 @@ std::vector<NightGate> TableNight::gates_of(const TableRun& run) const {
       {"looks", why.empty(), why.empty() ? "the looks fit the map" : why}};
   const auto before = read_table_calibration(file_);
   if (!before) return gates;
-  const double change_mm = largest_change_mm(plate_, before->map, run.calibration.map);
+  const MapChange change =
+      change_of(before->map, run.calibration.map, config_->spindle_camera.offset);
   gates.push_back({"change",
-                   change_mm <= limits_.change,
+                   change.error_mm <= limits_.change,
                    fmt::format("the map is up to {} from the one in force, limit {}",
-                               amount(change_mm, unit()),
+                               amount(change.error_mm, unit()),
                                amount(limits_.change, unit()))});
+  gates.push_back({"extent",
+                   covers(run.calibration.map.grid(), before->map.grid()),
+                   "the map is to reach as far as the one in force"});
+  if (!config_->walk.table) return gates;
+  gates.push_back({"offset",
+                   change.offset_mm <= limits_.sigma,
+                   fmt::format("with the map the spindle-camera offset would be up to {} wrong, "
+                               "limit {}",
+                               amount(change.offset_mm, unit()),
+                               amount(limits_.sigma, unit()))});
   return gates;
 }
 

@@ -119,7 +119,9 @@ class Leveller {
       PANELCAL_TRY(const HeightAt zero, map_.height_at(*options_.zero));
       zero_mm_ = zero.height.in_mm();
     }
-    figures_.board = highest_place();
+    const Range range = heights();
+    PANELCAL_CHECK(check_zero(range));
+    figures_.board = mm(range.highest_mm - zero_mm_);
     if (!options_.safe_height) {
       PANELCAL_TRY(figures_.safe_height, travel_height(program_, options_.unit_mm, figures_.board));
       return {};
@@ -135,14 +137,19 @@ class Leveller {
                     "a higher one"});
   }
 
+  struct Range {
+    double lowest_mm = std::numeric_limits<double>::infinity();
+    double highest_mm = -std::numeric_limits<double>::infinity();
+  };
+
   /// With three sigmas, in all cells that the probes' hull reaches: it ends between nodes.
-  Length highest_place() const {
+  Range heights() const {
     const HeightLattice& lattice = map_.lattice();
     const int n_x = lattice.x().n_nodes, n_y = lattice.y().n_nodes;
     const auto place = [&](int i, int j) {
       return position_mm<frame::Nominal>(lattice.x().at_mm(i), lattice.y().at_mm(j));
     };
-    double highest_mm = -std::numeric_limits<double>::infinity();
+    Range range;
     for (int j = 0; j < n_y; ++j) {
       for (int i = 0; i < n_x; ++i) {
         const auto found = map_.height_at(place(i, j));
@@ -151,11 +158,25 @@ class Leveller {
           const int to_i = std::clamp(i + k % 3 - 1, 0, n_x - 1);
           const int to_j = std::clamp(j + k / 3 - 1, 0, n_y - 1);
           const double height_mm = lattice.height_mm(place(to_i, to_j).in_mm());
-          highest_mm = std::max(highest_mm, height_mm + 3 * found->sigma.in_mm());
+          range.lowest_mm = std::min(range.lowest_mm, height_mm - 3 * found->sigma.in_mm());
+          range.highest_mm = std::max(range.highest_mm, height_mm + 3 * found->sigma.in_mm());
         }
       }
     }
-    return mm(highest_mm - zero_mm_);
+    return range;
+  }
+
+  /// A map of heights above the table would lift the tool by the board's thickness.
+  Expected<void> check_zero(const Range& range) const {
+    constexpr double kOff_mm = 1;
+    if (options_.zero || (range.lowest_mm < kOff_mm && range.highest_mm > -kOff_mm)) return {};
+    return failure({Code::ArgumentInvalid,
+                    {program_.file, 0, 0},
+                    fmt::format("the map's heights are {:.3f} to {:.3f} mm, so its 0 is not where "
+                                "the tool touches the board",
+                                range.lowest_mm,
+                                range.highest_mm),
+                    "where Z was set to 0 (--zero X,Y)"});
   }
 
   double safe_mm() const { return figures_.safe_height.in_mm(); }

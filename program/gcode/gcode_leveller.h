@@ -19,7 +19,8 @@ struct LevelOptions {
   /// Moves at or above this Z stay as they are. Empty: the lowest Z at which the program travels,
   /// of those above the board; rapid moves and cycles travel, if none does then any move.
   std::optional<Length> safe_height;
-  /// Where the tool was when its Z was set to 0. Empty: the map's heights count from there already.
+  /// Where the tool was when its Z was set to 0. Empty: the map's heights count from there already;
+  /// a map whose heights are all more than 1 mm from 0 is then refused.
   std::optional<Position<frame::Nominal>> zero;
   /// What coordinates count in before G20 and G21, mm; empty: such a program is refused.
   std::optional<double> unit_mm;
@@ -56,7 +57,8 @@ struct LevelledGcode {
 ///
 /// Fails  as read_gcode_block() and MotionReader; coordinate-missing: a move below the safe height
 ///        from or to nobody knows where; grid-invalid: the map does not reach; argument-invalid: a
-///        safe height that the board reaches, none at all, a tolerance that makes no sense
+///        safe height that the board reaches, none at all, a tolerance that makes no sense, a map
+///        whose 0 is not on the board
 /// See    tests/program/gcode/gcode_leveller_test.cc
 Expected<LevelledGcode> level_gcode(const SourceText& program,
                                     const HeightMap& map,

@@ -110,6 +110,7 @@ Expected<ProbeFile> Probes::finish(const std::string& file, const ProbeFileOptio
   ProbeFile out;
   out.format = ProbeFormat::RecordedProbes;
   out.file = file;
+  std::optional<int> z_axis = options.z_axis;  // chosen, or the only one so far
   for (const std::vector<Reading>& readings : probes_) {
     const Reading& first = readings.front();
     const auto place = position_mm<frame::Nominal>(first.nominal_mm);
@@ -124,15 +125,16 @@ Expected<ProbeFile> Probes::finish(const std::string& file, const ProbeFileOptio
                       fmt::format("probe {} has {} Z axes", first.probe, readings.size()),
                       "a choice of one of them"});
     }
+    if (!z_axis) z_axis = *first.z_axis;
     const Reading* chosen = nullptr;
     for (const Reading& reading : readings) {
-      if (*reading.z_axis == options.z_axis.value_or(*first.z_axis)) chosen = &reading;
+      if (*reading.z_axis == *z_axis) chosen = &reading;
     }
     if (chosen == nullptr) {
       return failure({kCode,
                       first.from,
-                      fmt::format("probe {} has no zaxis {}", first.probe, *options.z_axis),
-                      "the chosen one"});
+                      fmt::format("probe {} has no zaxis {}", first.probe, *z_axis),
+                      options.z_axis ? "the chosen one" : "that of the probes before it"});
     }
     out.points.push_back({place, chosen->height, std::move(name), chosen->from});
   }

@@ -63,6 +63,16 @@ TEST_F(CameraSettings, AreSetAsMachineTomlStatesThemAndTheCamerasOwnFirst) {
   EXPECT_THAT(orders_, ElementsAre("camera lamp 40", "stage focus -0.5"));
 }
 
+TEST_F(CameraSettings, BeginAtTheUsualZoom) {
+  config_.camera_file = "here/camera.cal.json";
+  config_.zoom_files = {{1, "here/wide.cal.json"}, {2, "here/./camera.cal.json"}};
+  ASSERT_TRUE(set_camera_as_stated(config_, devices_));
+  EXPECT_THAT(orders_, IsEmpty());  // nobody can set it
+  WrittenMachine zooming{"stage", {CameraSetting::Zoom}, orders_};
+  ASSERT_TRUE(set_camera_as_stated(config_, {zooming, zooming, camera_, {}, {}}));
+  EXPECT_THAT(orders_, ElementsAre("stage zoom 2"));
+}
+
 TEST_F(CameraSettings, StayAsTheyAreWhereNobodyStatesThem) {
   ASSERT_TRUE(set_camera_as_stated(config_, devices_));
   EXPECT_THAT(orders_, IsEmpty());

@@ -174,6 +174,15 @@ TEST(GcodeLeveller, RefusesASafeHeightThatTheBoardReaches) {
               HasSubstr("error[argument-invalid]: a height tolerance of 0 or less"));
 }
 
+TEST(GcodeLeveller, RefusesAMapThatCountsFromTheTable) {
+  const HeightMap map = probed_map([](double x, double) { return 1.6 + 1e-3 * x; }, 5);
+  const std::string text = std::string(kStart) + "G1 Z-0.1\n";
+  EXPECT_THAT(levelled(text, map), HasSubstr("so its 0 is not where the tool touches the board"));
+  LevelOptions options;
+  options.zero = position_mm<frame::Nominal>(10, 50);
+  EXPECT_THAT(levelled(text, map, options), HasSubstr("\nG1 Z-0.1\n"));
+}
+
 TEST(GcodeLeveller, TakesAUnitThatNobodyStates) {
   LevelOptions options;
   options.unit_mm = 1;
