@@ -2,14 +2,17 @@
 # panelcal_test(folder SOURCES ... DEPENDS ...): one test program per folder, each
 # TEST registered with CTest on its own so that they run in parallel.
 #
-# LABELS slow: statistics over many trials, for which CI has no time; not made with sanitizers.
+# LABELS slow: statistics over many trials, for which CI has no time; not made with sanitizers, nor
+# without PANELCAL_SLOW_TESTS.
 
 include(GoogleTest)
 include(panelcal_precompile)
 
+option(PANELCAL_SLOW_TESTS "Build the tests that are labelled slow as well" ON)
+
 function(panelcal_test folder)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LABELS;PROPERTIES" ${ARGN})
-  if(PANELCAL_SANITIZE AND arg_LABELS MATCHES slow)
+  if(arg_LABELS MATCHES slow AND (PANELCAL_SANITIZE OR NOT PANELCAL_SLOW_TESTS))
     return()
   endif()
   add_executable(${folder}_test ${arg_SOURCES})
