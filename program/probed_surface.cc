@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/probed_surface.h"
 
+#include <cstdint>
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "panelcal/program/job_decision.h"
 
 namespace panelcal {
 
@@ -24,11 +27,11 @@ Expected<HeightMap> probed_surface(const Survey& survey, Length max_extrapolatio
     points.push_back({request.nominal, height, describe(request), {request.file, request.line, 1}});
   }
   if (points.size() < kLeastForBow) {
-    return failure(
-        {Code::GridInvalid,
-         {},
-         fmt::format("{} probes do not tell how the board bends between them", points.size()),
-         fmt::format("{} or more", kLeastForBow)});
+    return failure({Code::GridInvalid,
+                    {},
+                    count_of(static_cast<std::int64_t>(points.size()), "probe does", "probes do") +
+                        " not tell how the board bends between them",
+                    fmt::format("{} or more", kLeastForBow)});
   }
   HeightMapOptions options;
   options.max_extrapolation = max_extrapolation;
