@@ -22,8 +22,9 @@ struct Job {
       drill.corrected = position_mm<frame::Actual>(off_mm, 0);
       drill.cov_mm2 = 16e-6 * Eigen::Matrix2d::Identity();
       drill.risk = std::exp(-0.5 * 36);
-      verdict.put({12, {}, drill, {}, nullptr});
-      comparison.put({12, {}, drill, {}, nullptr});
+      const Operation operation{12, {}, drill, {}, nullptr};
+      verdict.put(operation);
+      comparison.put(operation);
     }
   }
   Truth truth;
