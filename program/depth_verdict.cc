@@ -160,13 +160,19 @@ void DepthVerdict::add(Counted& counted,
   }
   tool.largest_sigma = std::max(tool.largest_sigma, error->sigma);
   const DepthRisk risk = depth_risk(*error, tolerance);
-  if (counted.is_judged && risk.either() <= counted.risk.either()) return;
-  if (counted.is_judged) count(tool, counted.risk, -1);
-  count(tool, risk, 1);
-  counted.is_judged = true;
-  counted.risk = risk;
-  const bool is_first = tool.places.n_judged == 1;
-  if (!is_first && risk.either() <= tool.worst.risk.either()) return;
+  const bool is_first = tool.places.n_judged == 0;
+  if (!counted.is_judged || risk.either() > counted.risk.either()) {
+    if (counted.is_judged) count(tool, counted.risk, -1);
+    count(tool, risk, 1);
+    counted.is_judged = true;
+    counted.risk = risk;
+  }
+  // Many places may be as sure to break; the farthest off says most.
+  const std::pair order(risk.either(), std::abs(error->mean.in_mm()));
+  if (!is_first &&
+      order <= std::pair(tool.worst.risk.either(), std::abs(tool.worst.error.mean.in_mm()))) {
+    return;
+  }
   tool.worst.line = operation.line;
   tool.worst.file = operation.file;
   tool.worst.path.assign(operation.path.begin(), operation.path.end());

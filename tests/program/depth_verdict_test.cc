@@ -86,8 +86,10 @@ TEST(DepthVerdict, HoldsAnOldProbeAgainstTheMapOfAll) {
   put_all(verdict, {counted_on(50, 50, mm(1.6))});
   const auto& tool = only_tool(verdict);
   EXPECT_NEAR(tool.largest_mean.in_um(), 50, 0.5);
-  // 36 probes of 2 um hold a plane to 2 / sqrt(36) in its middle, and the tool has 3 um.
-  EXPECT_NEAR(tool.largest_sigma.in_um(), std::hypot(2.0 / 6, 3), 0.05);
+  // 36 probes of 2 um hold a plane to 2 / sqrt(36) in its middle, what may bend is known no better
+  // than by one of them, and the tool has 3 um.
+  EXPECT_GT(tool.largest_sigma.in_um(), std::hypot(2.0 / 6, 3) - 0.01);
+  EXPECT_LT(tool.largest_sigma.in_um(), std::hypot(2, 3));
   EXPECT_GT(tool.worst.risk.too_deep, 0.99);
   EXPECT_LT(tool.worst.risk.too_shallow, 1e-12);
   EXPECT_EQ(verdict.decision(), JobDecision::Hold);
