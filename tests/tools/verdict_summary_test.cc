@@ -19,7 +19,8 @@ struct Job {
     for (const double off_mm : {0.010, 0.014}) {
       Drill drill;
       drill.tool = 3;
-      drill.corrected = drill.told = position_mm<frame::Actual>(off_mm, 0);
+      drill.corrected = position_mm<frame::Actual>(off_mm, 0);
+      drill.told = displacement_mm<frame::Machine>(off_mm, 0);
       drill.cov_mm2 = 16e-6 * Eigen::Matrix2d::Identity();
       drill.risk = std::exp(-0.5 * 36);
       const Operation operation{12, {}, drill, {}, nullptr};
