@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/probe_file_source.h"
 
-#include <array>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -10,6 +9,7 @@
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/json_line.h"
+#include "panelcal/surface/files/probe_keys.h"
 
 namespace panelcal {
 namespace {
@@ -17,22 +17,6 @@ namespace {
 using internal::JsonLine;
 
 constexpr Code kCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 16> kKeys = {"L",
-                                                    "command",
-                                                    "depth",
-                                                    "expected",
-                                                    "file",
-                                                    "height",
-                                                    "line",
-                                                    "nominal",
-                                                    "path",
-                                                    "probe",
-                                                    "reason",
-                                                    "reference",
-                                                    "sigma",
-                                                    "status",
-                                                    "tool",
-                                                    "zaxis"};
 
 constexpr int kMaxInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
@@ -96,7 +80,7 @@ Expected<HeightEstimate> read_height(const JsonLine& line) {
 }
 
 Expected<ProbeLine> read_line(const JsonLine& line) {
-  PANELCAL_CHECK(line.check_keys(kKeys, kCode));
+  PANELCAL_CHECK(line.check_keys(internal::kProbeKeys, kCode));
   ProbeLine read;
   PANELCAL_TRY(read.reading.request, read_request(line));
   PANELCAL_TRY(const std::string status, line.text("status", kCode));

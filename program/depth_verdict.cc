@@ -9,7 +9,6 @@
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "panelcal/calib/drift/distributions.h"
 #include "panelcal/program/emitter.h"
@@ -22,13 +21,6 @@ double chance_above(Length limit, Length mean, Length sigma) {
   const Length room = limit - mean;
   if (!(sigma > Length())) return room < Length() ? 1 : 0;
   return normal_exceedance(room / sigma);
-}
-
-std::string place_text(const DepthVerdict::WorstPlace& place) {
-  const Eigen::Vector2d& at_mm = place.nominal.in_mm();
-  const std::string path =
-      place.path.empty() ? "" : fmt::format(", copy [{}]", fmt::join(place.path, ","));
-  return fmt::format("at nominal ({:.3f}, {:.3f}) mm{}", at_mm.x(), at_mm.y(), path);
 }
 
 std::string error_text(const DepthError& error) {
@@ -264,8 +256,7 @@ std::string DepthVerdict::sentence() const {
         risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above),
         risk_text(sum.expected_broken),
         sum.n_judged,
-        worst->worst.file.empty() ? std::to_string(worst->worst.line)
-                                  : worst->worst.file + ":" + std::to_string(worst->worst.line),
+        line_text(worst->worst.file, worst->worst.line),
         error_text(worst->worst.error));
   }
   if (sum.n_unjudged > 0) {
@@ -290,7 +281,7 @@ void DepthVerdict::report(const std::string& file, DiagnosticLog& log) const {
                          is_held ? tool.places.n_held : tool.places.n_warned,
                          tool.places.n_judged,
                          number,
-                         place_text(worst),
+                         place_text(worst.nominal, worst.path),
                          (is_deep ? worst.tolerance.too_deep : worst.tolerance.too_shallow)
                              .value_or(Length())
                              .in_um(),
@@ -310,14 +301,7 @@ void DepthVerdict::report(const std::string& file, DiagnosticLog& log) const {
              "twelve or more probes about them that state a sigma, or [uncertainty] depth_um where "
              "the machine finds the surface itself"});
   }
-  const bool is_held = !(sum.expected_broken < kExpectedToHold);
-  if (sum.expected_broken < kExpectedToWarn || (is_held ? sum.n_held > 0 : has_said)) return;
-  log.add({is_held ? Code::ToleranceHold : Code::ToleranceWarning,
-           {file, 0, 0},
-           fmt::format("{} of {} depths are expected to break their tolerance",
-                       risk_text(sum.expected_broken),
-                       sum.n_judged),
-           fmt::format("fewer than {:g}", is_held ? kExpectedToHold : kExpectedToWarn)});
+  if (auto problem = sum_problem(sum, has_said, file, "depths")) log.add(*std::move(problem));
 }
 
 }  // namespace panelcal

@@ -2,8 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+
+#include "panelcal/calib/base/diagnostic.h"
+#include "panelcal/calib/base/frames.h"
 
 namespace panelcal {
 
@@ -35,6 +40,20 @@ JobDecision decide(const JudgedPlaces& places);
 
 /// A probability in two digits, "below 1e-12" where nobody cares any more.
 std::string risk_text(double risk);
+
+/// "at nominal (1.000, 2.000) mm, copy [0,3]".
+std::string place_text(const Position<frame::Nominal>& nominal, std::span<const int> path);
+/// "14", "pattern.exc:14" of a line in another file than the program.
+std::string line_text(std::string_view file, int line);
+
+/// tolerance-hold or tolerance-warning of risks that only hurt in sum; empty if they do not.
+///
+/// In     file: the program; things: "places"
+///        has_said: a tool has been warned of already, so that only what holds the job is new
+std::optional<Diagnostic> sum_problem(const JudgedPlaces& places,
+                                      bool has_said,
+                                      const std::string& file,
+                                      std::string_view things);
 
 /// "1 place", "7 places".
 std::string count_of(std::int64_t n, std::string_view one, std::string_view many);

@@ -3,19 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace panelcal {
 namespace {
-
-std::string place_text(const JobVerdict::WorstPlace& place) {
-  const Eigen::Vector2d& at_mm = place.nominal.in_mm();
-  const std::string path =
-      place.path.empty() ? "" : fmt::format(", copy [{}]", fmt::join(place.path, ","));
-  return fmt::format("at nominal ({:.3f}, {:.3f}) mm{}", at_mm.x(), at_mm.y(), path);
-}
 
 std::size_t decade_of(double risk) {
   constexpr double kLowest = 1e-12;
@@ -205,12 +198,12 @@ const JobVerdict::ToolFigures* JobVerdict::worst_tool() const {
   return worst;
 }
 
-JobDecision JobVerdict::decision() const {
-  return decide({.n_judged = n_judged(),
-                 .n_unjudged = n_unjudged(),
-                 .n_warned = n_warned(),
-                 .n_held = n_held(),
-                 .expected_broken = expected_broken()});
+JudgedPlaces JobVerdict::places() const {
+  return {.n_judged = n_judged(),
+          .n_unjudged = n_unjudged(),
+          .n_warned = n_warned(),
+          .n_held = n_held(),
+          .expected_broken = expected_broken()};
 }
 
 std::string JobVerdict::sentence() const {
@@ -234,9 +227,7 @@ std::string JobVerdict::sentence() const {
     out += fmt::format("; {} of {} expected to break; the worst is line {}, risk {}",
                        risk_text(expected_broken()),
                        n_judged(),
-                       worst->worst.file.empty()
-                           ? std::to_string(worst->worst.line)
-                           : worst->worst.file + ":" + std::to_string(worst->worst.line),
+                       line_text(worst->worst.file, worst->worst.line),
                        risk_text(worst->worst.risk));
   }
   if (worst != nullptr && n_uncorrected() > 0) {
@@ -263,7 +254,7 @@ void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
                          tool.n_judged,
                          number,
                          tool.tolerance ? tool.tolerance->in_um() : 0,
-                         place_text(worst),
+                         place_text(worst.nominal, worst.path),
                          risk_text(worst.risk)),
              "at most " + risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above)});
   }
@@ -277,14 +268,7 @@ void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
                      n_unjudged() == 1 ? "is" : "are"),
          "a fit in force where holes have a tolerance"});
   }
-  const bool is_held = !(expected_broken() < kExpectedToHold);
-  if (expected_broken() < kExpectedToWarn || (is_held ? n_held() > 0 : has_said)) return;
-  log.add({is_held ? Code::ToleranceHold : Code::ToleranceWarning,
-           {file, 0, 0},
-           fmt::format("{} of {} places are expected to break their tolerance",
-                       risk_text(expected_broken()),
-                       n_judged()),
-           fmt::format("fewer than {:g}", is_held ? kExpectedToHold : kExpectedToWarn)});
+  if (auto problem = sum_problem(places(), has_said, file, "places")) log.add(*std::move(problem));
 }
 
 }  // namespace panelcal

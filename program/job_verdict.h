@@ -99,7 +99,8 @@ class JobVerdict final : public OperationSink {
   double expected_broken() const;
   /// The tool whose worst place is the worst of the job; null if nothing was judged.
   const ToolFigures* worst_tool() const;
-  JobDecision decision() const;
+  JudgedPlaces places() const;
+  JobDecision decision() const { return decide(places()); }
   /// One line for people: "hold: ...".
   std::string sentence() const;
   /// tolerance-hold and tolerance-warning: one a tool, with its worst place.

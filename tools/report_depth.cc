@@ -11,10 +11,6 @@
 namespace panelcal::report {
 namespace {
 
-std::string cell(std::string_view text) {
-  return fmt::format("<td class=\"num\">{}</td>", text);
-}
-
 std::string risk_chip(const Tolerances& tolerances, double risk) {
   const std::string_view chip = risk > tolerances.hold_above   ? "chip refused"
                                 : risk > tolerances.warn_above ? "chip suspect"
@@ -23,12 +19,8 @@ std::string risk_chip(const Tolerances& tolerances, double risk) {
 }
 
 std::string worst_place(const DepthVerdict::WorstPlace& worst) {
-  const std::string path = path_text(worst.path);
-  return fmt::format("line {}{}{}, nominal {} mm: {} &#177; {} &#181;m",
-                     worst.line,
-                     worst.file.empty() ? "" : " of " + escaped(worst.file),
-                     path.empty() ? "" : ", board " + path,
-                     point_text(worst.nominal.in_mm()),
+  return fmt::format("{}: {} &#177; {} &#181;m",
+                     place_html(worst.line, worst.file, worst.path, worst.nominal.in_mm()),
                      fixed_signed(worst.error.mean.in_um(), 1),
                      fixed(worst.error.sigma.in_um(), 1));
 }
@@ -37,15 +29,16 @@ std::string row_html(const Tolerances& tolerances,
                      int number,
                      const DepthVerdict::ToolFigures& tool) {
   std::string out = fmt::format("<tr><td>T{}</td>", number) +
-                    cell(grouped(tool.places.n_judged + tool.places.n_unjudged)) +
-                    cell(depth_tolerance_text(tool.tolerance));
+                    number_cell(grouped(tool.places.n_judged + tool.places.n_unjudged)) +
+                    number_cell(depth_tolerance_text(tool.tolerance));
   if (tool.places.n_judged == 0) {
     return out + "<td colspan=\"7\" class=\"quiet\">not judged</td></tr>\n";
   }
-  out += cell(fixed_signed(tool.largest_mean.in_um(), 2)) +
-         cell(fixed(tool.largest_sigma.in_um(), 2)) +
-         cell(risk_text(tool.expected_too_shallow) + " / " + risk_text(tool.expected_too_deep)) +
-         cell(grouped(tool.places.n_warned) + " / " + grouped(tool.places.n_held));
+  out += number_cell(fixed_signed(tool.largest_mean.in_um(), 2)) +
+         number_cell(fixed(tool.largest_sigma.in_um(), 2)) +
+         number_cell(risk_text(tool.expected_too_shallow) + " / " +
+                     risk_text(tool.expected_too_deep)) +
+         number_cell(grouped(tool.places.n_warned) + " / " + grouped(tool.places.n_held));
   return out + fmt::format("<td>{}</td><td>{}</td><td class=\"quiet\">{}</td></tr>\n",
                            risk_chip(tolerances, tool.worst.risk.too_shallow),
                            risk_chip(tolerances, tool.worst.risk.too_deep),

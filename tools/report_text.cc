@@ -160,6 +160,22 @@ std::string path_text(std::span<const int> path) {
   return path.empty() ? std::string() : fmt::format("[{}]", fmt::join(path, ","));
 }
 
+std::string number_cell(std::string_view text) {
+  return fmt::format("<td class=\"num\">{}</td>", text);
+}
+
+std::string place_html(int line,
+                       std::string_view file,
+                       std::span<const int> path,
+                       const Eigen::Vector2d& nominal_mm) {
+  const std::string board = path_text(path);
+  return fmt::format("line {}{}{}, nominal {} mm",
+                     line,
+                     file.empty() ? "" : " of " + escaped(file),
+                     board.empty() ? "" : ", board " + board,
+                     point_text(nominal_mm));
+}
+
 std::string risk_html(double risk) {
   if (risk < 1e-12) return "&lt; 10<sup>-12</sup>";
   if (risk >= 0.001) return fmt::format("{:.2g}", risk);

@@ -37,6 +37,17 @@ std::string point_text(const Eigen::Vector2d& p_mm);
 /// "[0,1]", the step-and-repeat indices as everywhere else; empty for the panel itself.
 std::string path_text(std::span<const int> path);
 
+/// A cell of a table, set like a number; `text` is HTML already.
+std::string number_cell(std::string_view text);
+
+/// "line 14 of p.exc, board 2, nominal (1.000, 2.000) mm".
+///
+/// In     file: another one than the program's, or empty
+std::string place_html(int line,
+                       std::string_view file,
+                       std::span<const int> path,
+                       const Eigen::Vector2d& nominal_mm);
+
 /// A probability: "6.3 &#215; 10<sup>-5</sup>".
 std::string risk_html(double risk);
 

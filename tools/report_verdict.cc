@@ -18,19 +18,10 @@ std::string um_2(Length length) {
   return fixed(length.in_um(), 2);
 }
 
-std::string cell(std::string_view text) {
-  return fmt::format("<td class=\"num\">{}</td>", text);
-}
-
 std::string worst_place(const JobVerdict::ToolFigures& tool) {
   if (tool.n_judged == 0) return {};
   const JobVerdict::WorstPlace& worst = tool.worst;
-  const std::string path = path_text(worst.path);
-  return fmt::format("line {}{}{}, nominal {} mm",
-                     worst.line,
-                     worst.file.empty() ? "" : " of " + escaped(worst.file),
-                     path.empty() ? "" : ", board " + path,
-                     point_text(worst.nominal.in_mm()));
+  return place_html(worst.line, worst.file, worst.path, worst.nominal.in_mm());
 }
 
 std::string_view chip_class(const JobVerdict::ToolFigures& tool) {
@@ -46,20 +37,22 @@ std::string risk_chip(const JobVerdict::ToolFigures& tool) {
 std::string row_html(const ToolRow& row, bool has_truth) {
   const JobVerdict::ToolFigures& tool = *row.predicted;
   std::string out = fmt::format("<tr><td>T{}</td>", row.tool);
-  out += cell(grouped(tool.predicted.n + tool.n_uncorrected));
-  out += cell(tool.tolerance ? fixed(tool.tolerance->in_um(), 1) : "-");
-  out += cell(um_2(tool.largest_sigma)) + cell(um_2(tool.largest_radius_95));
-  out += cell(um_2(tool.predicted.mean())) + cell(um_2(tool.predicted.mean_plus_3_sigma()));
-  out += cell(cpk_text(tool.predicted, tool.tolerance));
+  out += number_cell(grouped(tool.predicted.n + tool.n_uncorrected));
+  out += number_cell(tool.tolerance ? fixed(tool.tolerance->in_um(), 1) : "-");
+  out += number_cell(um_2(tool.largest_sigma)) + number_cell(um_2(tool.largest_radius_95));
+  out += number_cell(um_2(tool.predicted.mean())) +
+         number_cell(um_2(tool.predicted.mean_plus_3_sigma()));
+  out += number_cell(cpk_text(tool.predicted, tool.tolerance));
   if (has_truth && row.actual != nullptr) {
     const RadialFigures actual = row.actual->radial();
-    out += cell("<b>" + um_2(row.actual->max()) + "</b>") +
-           cell("<b>" + um_2(actual.mean_plus_3_sigma()) + "</b>") +
-           cell("<b>" + cpk_text(actual, tool.tolerance) + "</b>");
+    out += number_cell("<b>" + um_2(row.actual->max()) + "</b>") +
+           number_cell("<b>" + um_2(actual.mean_plus_3_sigma()) + "</b>") +
+           number_cell("<b>" + cpk_text(actual, tool.tolerance) + "</b>");
   } else if (has_truth) {
-    out += cell("") + cell("") + cell("");
+    out += number_cell("") + number_cell("") + number_cell("");
   }
-  out += cell(tool.n_judged == 0 ? "" : grouped(tool.n_warned) + " / " + grouped(tool.n_held));
+  out +=
+      number_cell(tool.n_judged == 0 ? "" : grouped(tool.n_warned) + " / " + grouped(tool.n_held));
   return out + fmt::format("<td>{}</td><td class=\"quiet\">{}</td></tr>\n",
                            risk_chip(tool),
                            worst_place(tool));

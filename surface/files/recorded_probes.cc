@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
 #include <cstddef>
 #include <limits>
 #include <map>
@@ -8,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/json_line.h"
+#include "panelcal/surface/files/probe_keys.h"
 #include "panelcal/surface/files/probe_readers.h"
 #include "panelcal/surface/files/text_fields.h"
 
@@ -15,22 +15,6 @@ namespace panelcal::internal {
 namespace {
 
 constexpr Code kCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 16> kKeys = {"L",
-                                                    "command",
-                                                    "depth",
-                                                    "expected",
-                                                    "file",
-                                                    "height",
-                                                    "line",
-                                                    "nominal",
-                                                    "path",
-                                                    "probe",
-                                                    "reason",
-                                                    "reference",
-                                                    "sigma",
-                                                    "status",
-                                                    "tool",
-                                                    "zaxis"};
 /// More spindles than a machine has.
 constexpr int kMaxAxis = 63;
 
@@ -57,7 +41,7 @@ Expected<Reading> read_found(const JsonLine& line, Reading reading) {
 }
 
 Expected<Reading> read_line(const JsonLine& line, Place from) {
-  PANELCAL_CHECK(line.check_keys(kKeys, kCode));
+  PANELCAL_CHECK(line.check_keys(kProbeKeys, kCode));
   Reading out;
   out.from = std::move(from);
   PANELCAL_TRY(out.probe,
