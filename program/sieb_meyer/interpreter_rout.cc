@@ -354,7 +354,7 @@ std::vector<double> Interpreter::cuts_of(int line, const ContourPiece& piece) {
   const auto nominal = [this](const Eigen::Vector2d& p_mm) -> Eigen::Vector2d {
     return place_.placement(position_mm<frame::Programmed>(p_mm)).in_mm();
   };
-  const Length tolerance = settings_.height_tolerance;
+  const Length tolerance = options_.board.height_tolerance;
   std::vector<double> more;
   if (!piece.center_mm) {
     more = grid->split_line(nominal(piece.start_mm), nominal(piece.end_mm), tolerance);

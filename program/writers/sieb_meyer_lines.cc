@@ -112,7 +112,22 @@ void SiebMeyerWriter::say_tool() {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, Z, K, G6, G82, G83
 void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
   std::optional<Length> z = cut.z;
-  if (cut.depth && cut.surface) z = *cut.surface - *cut.depth;
+  if (cut.depth && cut.surface) {
+    z = *cut.surface - *cut.depth;
+    if (*z < Length()) {
+      refuse(
+          fmt::format("a plane {:.4g} mm below the table: the surface is said to be at {:.4g} mm",
+                      -z->in_mm(),
+                      cut.surface->in_mm()),
+          "heights above the table plane Z0, and Z of zero or more");
+      return;
+    }
+    if (pecks_) {
+      refuse("peck or pulse drilling below a measured surface, whose I counts from the board",
+             "drilling in one stroke, or depth control");
+      return;
+    }
+  }
   const bool is_controlled = cut.depth && !cut.surface;
   if (!is_controlled && !z) {
     // The control would go on with the depth that it was told last.
