@@ -273,6 +273,9 @@ TEST(DepthFollower, IsReadAgainAsWritten) {
   expect_same_heights(excellon("T1\nX010.Y020.\nX050.Y030.\nG00X005.Y010.\nM15\nG01X090.Y012.\n"
                                "G03X060.Y060.A060.\nM16\nG05\nX070.Y070.\n"),
                       on_hills({depth_of(1, 0.8)}));
+  // M14 follows the material by itself; here the program does.
+  expect_same_heights(excellon("T1\nG00X005.Y010.\nM14\nG01X090.Y012.\nM16\nG05\n"),
+                      on_hills({depth_of(1, 0.2)}));
 }
 
 TEST(DepthFollower, IsRefusedByAWriterBelowTheTable) {
