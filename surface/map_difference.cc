@@ -29,6 +29,12 @@ constexpr Index kLeastForCurves = 9;
 /// Places along either side of what both maps probed.
 constexpr int kAlong = 80;
 
+Expected<SurfaceFit> foreteller_of(const StoredMap& before) {
+  const SurfaceFit& fit = before.map.surface();
+  if (!is_of_grid(fit.model())) return fit;
+  return fit_surface(before.kept_points(), SurfaceModel::GaussianProcess);
+}
+
 /// Differences at the later probes, with their covariance, um.
 struct Differences {
   std::vector<Position<frame::Nominal>> places;
@@ -37,6 +43,7 @@ struct Differences {
 };
 
 Differences differences_of(const StoredMap& before,
+                           const SurfaceFit& foreteller,
                            const StoredMap& after,
                            std::size_t& n_outside) {
   Differences out;
@@ -52,8 +59,8 @@ Differences differences_of(const StoredMap& before,
     sigmas_mm.push_back(after.map.surface().noise_factor() * probe.measured.sigma.in_mm());
   }
   if (out.places.empty()) return out;
-  const std::vector<HeightEstimate> foretold = before.map.surface().at(out.places);
-  out.covariance_um2 = 1e6 * before.map.surface().covariance_mm2(out.places);
+  const std::vector<HeightEstimate> foretold = foreteller.at(out.places);
+  out.covariance_um2 = 1e6 * foreteller.covariance_mm2(out.places);
   out.values_um.resize(static_cast<Index>(out.places.size()));
   for (std::size_t i = 0; i < out.places.size(); ++i) {
     const auto at = static_cast<Index>(i);
@@ -144,14 +151,9 @@ bool look_over(const HeightMap& before, const HeightMap& after, MapDifference& o
 
 Expected<MapDifference> difference_of(const StoredMap& before, const StoredMap& after) {
   MapDifference out;
-  if (is_of_grid(before.map.surface().model())) {
-    return failure({Code::GridInvalid,
-                    {},
-                    "the earlier map is of a grid model, which does not know how its errors hang "
-                    "together",
-                    "a plane, a thin plate or a Gaussian process"});
-  }
-  const Differences found = differences_of(before, after, out.n_outside);
+  PANELCAL_TRY(const SurfaceFit foreteller, foreteller_of(before));
+  out.model = foreteller.model();
+  const Differences found = differences_of(before, foreteller, after, out.n_outside);
   out.n_probes = found.places.size();
   const auto n = static_cast<Index>(found.places.size());
   const auto nothing = [&]() {
@@ -181,7 +183,7 @@ Expected<MapDifference> difference_of(const StoredMap& before, const StoredMap& 
   const Whitened whitened{root.matrixL().solve(model), root.matrixL().solve(found.values_um)};
   if (!whitened.is_determined(kTilt)) return nothing();
   const double scatter_dof =
-      std::min(before.map.surface().degrees_of_freedom(), after.map.surface().degrees_of_freedom());
+      std::min(foreteller.degrees_of_freedom(), after.map.surface().degrees_of_freedom());
   const auto part = [&](double chi_square, Index dof) {
     return DifferencePart{
         chi_square,

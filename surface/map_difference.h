@@ -30,6 +30,8 @@ struct Measured {
 struct MapDifference {
   std::size_t n_probes = 0;   ///< of the later map, where the earlier one gives heights
   std::size_t n_outside = 0;  ///< its others
+  /// What the earlier map's probes were foretold with: its own model, or a Gaussian process of them
+  SurfaceModel model = SurfaceModel::GaussianProcess;
   Eigen::Vector2d center_mm = Eigen::Vector2d::Zero();  ///< of these probes' rectangle
   Eigen::Vector2d half_mm = Eigen::Vector2d::Zero();    ///< half of its sides
 
@@ -55,13 +57,16 @@ struct MapDifference {
 ///
 ///   d_i = height_i - before(place_i),   cov = C_before(place_i, place_j) + k^2 sigma_i^2 [i = j]
 ///
+/// A grid model does not know how its errors hang together: there a Gaussian process of the earlier
+/// map's probes foretells.
+///
 /// Readings and map err independently, so this needs nothing of how the later map fills its gaps.
 /// Offset, tilt, bow and twist are generalized least squares; what each takes from chi square,
 /// beyond those before it, is judged by an F distribution, for the probes' scatter is known only as
 /// well as the maps know it.
 ///
 /// Fails  grid-invalid: fewer than 3 later probes, or all in one line, where the earlier map gives
-///        heights; nothing that both maps probed
+///        heights; nothing that both maps probed; as fit_surface(), for a grid's probes
 /// Source Bjorck 1996 (generalized least squares); Rasmussen and Williams 2006, 2.2
 /// See    tests/surface/map_difference_test.cc
 Expected<MapDifference> difference_of(const StoredMap& before, const StoredMap& after);

@@ -250,6 +250,12 @@ Expected<StoredMap> parse_map_file(std::string_view text, const std::string& fil
   return StoredMap{std::move(points), *std::move(made), std::move(sources), made_by};
 }
 
+std::vector<ProbePoint> StoredMap::kept_points() const {
+  std::vector<ProbePoint> out;
+  for (const std::size_t i : map.kept()) out.push_back(points[i]);
+  return out;
+}
+
 Expected<StoredMap> read_map_file(const std::filesystem::path& path) {
   PANELCAL_TRY(const std::string text, read_file(path, kMaxMapBytes));
   return parse_map_file(text, path.string());

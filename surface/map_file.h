@@ -25,6 +25,9 @@ struct StoredMap {
   HeightMap map;                   ///< of these points
   std::vector<MapSource> sources;
   std::string made_by;  ///< "panelcal 0.1.0"
+
+  /// The probes that make the map.
+  std::vector<ProbePoint> kept_points() const;
 };
 
 /// Larger files are refused unread.

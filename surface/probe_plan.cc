@@ -90,7 +90,7 @@ std::optional<RegularGrid> smallest_grid(const ProbePlanRequest& request) {
   const Eigen::Vector2d size_mm = (corners.back() - corners.front()).in_mm();
   if (!(size_mm.minCoeff() > 0)) return std::nullopt;
   int n_columns = 2, n_rows = 2;
-  while (static_cast<std::size_t>(n_columns * n_rows) + request.present.size() <= kMostProbes) {
+  while (static_cast<std::size_t>(n_columns * n_rows) + request.present.size() <= kMostPlanned) {
     const Places probes = grid_places(request, n_columns, n_rows);
     const auto worst = worst_of(request, foretold(request, probes));
     if (worst && worst->sigma <= request.tolerance) return RegularGrid{n_columns, n_rows, *worst};
@@ -139,7 +139,7 @@ std::vector<HeightEstimate> made_a_surface(const ProbePlanRequest& request,
 /// Says how far all candidates together come.
 ProbePlan unreached(const ProbePlanRequest& request, ProbePlan plan) {
   plan.probes.clear();
-  const std::size_t n_free = kMostProbes - std::min(kMostProbes - 1, request.present.size());
+  const std::size_t n_free = kMostPlanned - request.present.size();
   const Places all = some_of(request.candidates, n_free);
   const auto worst = worst_of(request, foretold(request, all));
   if (!worst) {
@@ -197,6 +197,17 @@ Expected<ProbePlan> plan_probes(const ProbePlanRequest& asked) {
         asked.tolerance.in_um(),
         asked.probe_sigma.in_um());
     return plan;
+  }
+  if (plan.before && plan.before->sigma <= asked.tolerance) {
+    plan.is_reached = true;
+    plan.worst = *plan.before;
+    return plan;
+  }
+  if (asked.present.size() >= kMostPlanned) {
+    return failure({Code::ConfigValue,
+                    {},
+                    fmt::format("{} probes are there and not enough", asked.present.size()),
+                    fmt::format("fewer than {}, or a plan afresh", kMostPlanned)});
   }
   plan.grid = smallest_grid(asked);
   ProbePlanRequest request = asked;

@@ -14,6 +14,10 @@
 
 namespace panelcal {
 
+/// Larger plans are not looked for: the search takes as long as the cube of what is probed (600: a
+/// minute).
+inline constexpr std::size_t kMostPlanned = 600;
+
 /// What is believed of a panel before it is probed, and what is asked of its map.
 struct ProbePlanRequest {
   SurfaceModel model = SurfaceModel::GaussianProcess;  ///< a plane, or this
@@ -53,7 +57,7 @@ struct ProbePlan {
   WorstSigma worst;                              ///< with them
   std::optional<WorstSigma> before;  ///< with the present ones; empty: they tell nothing
   std::size_t n_pruned = 0;          ///< taken at first, and found not to be needed
-  std::optional<RegularGrid> grid;   ///< the smallest; empty: none of kMostProbes does
+  std::optional<RegularGrid> grid;   ///< the smallest; empty: none of kMostPlanned does
 };
 
 /// Chooses the fewest places that it finds whose probes make a map sure enough.
@@ -70,10 +74,10 @@ struct ProbePlan {
 /// Out    is_reached = false: a tolerance below the probe's own sigma, which only probes could
 /// bring
 ///        about that err independently, and that no map can know; or all candidates do not reach it
-/// Fails  config-value: numbers that make no request
-/// Cost   for n probes, q candidates and m places O(n q (m + q))
-/// Source Krause, McMahan, Guestrin and Gupta 2008 (truncated sums); Rasmussen and Williams
-/// 2006, 2.7 See    tests/surface/probe_plan_test.cc
+/// Fails  config-value: numbers that make no request; kMostPlanned probes that are there and not
+/// enough Cost   for n probes, q candidates and m places O(n q (m + q)) Source Krause, McMahan,
+/// Guestrin and Gupta 2008 (truncated sums); Rasmussen and Williams 2006, 2.7 See
+/// tests/surface/probe_plan_test.cc
 Expected<ProbePlan> plan_probes(const ProbePlanRequest& request);
 
 }  // namespace panelcal

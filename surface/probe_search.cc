@@ -155,7 +155,7 @@ std::optional<ProbeSearch::Indices> ProbeSearch::greedy() const {
       least = left;
       best = c;
     }
-    if (!best || out.size() + request_.present.size() >= kMostProbes) return std::nullopt;
+    if (!best || out.size() + request_.present.size() >= kMostPlanned) return std::nullopt;
     is_taken[static_cast<std::size_t>(*best)] = true;
     out.push_back(static_cast<std::size_t>(*best));
     const double variance = known.variance_at(*best) + noise_mm2_;

@@ -90,6 +90,8 @@ Expected<Answer> answer_to(const SurfaceOptions& options, CommandContext& contex
       return plan(options, context);
     case SurfaceOptions::What::Apply:
       return apply(options, context);
+    case SurfaceOptions::What::Export:
+      return export_map(options, context);
   }
   return Answer{};
 }

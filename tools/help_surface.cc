@@ -88,6 +88,22 @@ it, and nobody knows that they do.
 Exit codes
   0 a plan was made, or nothing is missing; 1 the tolerance cannot be kept, and nothing was written;
   2 bad input or usage)"},
+    {"surface export", R"(Example
+  $ panelcal surface export map.json --grid 11x7 -o heightmap.csv
+  $ panelcal surface export map.json --grid 21x15 --fill --zero 0,0 -o board.probe
+  $ panelcal surface export map.json --format linuxcnc -o probes.txt
+
+Writes what RepRapFirmware (heightmap), bCNC (bcnc), OpenCNCPilot (opencncpilot) and LinuxCNC's users
+(linuxcnc) read, or panelcal's own readings (probes). Grids are sampled from the map over the
+rectangle of its probes; without --grid the last two hold the probes themselves.
+
+A node that no probe vouches for stays missing, unless --fill foretells it; outside of the probes
+nothing is foretold. bCNC knows no missing nodes and is refused them. What these files do not say is
+printed: the worst sigma of a node, and how far straight lines from node to node, which is how those
+programs go, are off the map. --zero gives heights from where that program's Z is 0.
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the disk failed)"},
     {"surface apply", R"(Example
   $ panelcal surface apply map.json isolation.ngc -o levelled.ngc
   $ panelcal surface apply map.json drill.ngc -o levelled.ngc --zero 10,10 --max-sigma-um 15

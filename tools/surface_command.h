@@ -25,6 +25,7 @@ Expected<Answer> query(const SurfaceOptions& options, CommandContext& context);
 Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context);
 Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context);
 Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context);
+Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& context);
 
 /// Every place that --program works at on a perfect panel.
 ///

@@ -34,6 +34,11 @@ CLI::Option* add_program(CLI::App* command, SurfaceOptions& o, const char* what)
   return program;
 }
 
+void add_format(CLI::App* command, SurfaceOptions& o, const char* what) {
+  command->add_option("--format", o.format, what)
+      ->check(CLI::IsMember({"probes", "heightmap", "linuxcnc", "bcnc", "opencncpilot"}));
+}
+
 void add_fit(CLI::App& surface, SurfaceOptions& o) {
   CLI::App* fit = add(surface, o, "fit", "Make a map of probed heights", What::Fit);
   fit->add_option("PROBES",
@@ -56,8 +61,7 @@ void add_fit(CLI::App& surface, SurfaceOptions& o) {
                   o.max_extrapolation_mm,
                   "How far outside of the probes the map still gives heights (5)")
       ->check(CLI::Range(0.0, 1000.0));
-  fit->add_option("--format", o.format, "Of the files (default: as their names and texts tell)")
-      ->check(CLI::IsMember({"probes", "heightmap", "linuxcnc", "bcnc", "opencncpilot"}));
+  add_format(fit, o, "Of the files (default: as their names and texts tell)");
   fit->add_option("--unit", o.unit, "Of files that do not say")
       ->check(CLI::IsMember({"mm", "inch"}))
       ->capture_default_str();
@@ -141,6 +145,24 @@ void add_apply(CLI::App& surface, SurfaceOptions& o) {
       ->check(CLI::Range(1e-3, 1e6));
 }
 
+void add_export(CLI::App& surface, SurfaceOptions& o) {
+  CLI::App* command =
+      add(surface, o, "export", "Write a map as the file of another program", What::Export);
+  command->add_option("MAP", o.map, "The map (.json)")->required();
+  command
+      ->add_option("-o,--output",
+                   o.output,
+                   "heightmap.csv, .probe, .hmap, .jsonl, or any name with --format; - is standard "
+                   "output")
+      ->required();
+  add_format(command, o, "Of the file (default: by its name)");
+  command->add_option("--grid", o.grid, "NXxNY: columns and rows over the probes");
+  command->add_flag("--fill", o.fill, "Heights of nodes that no probe vouches for, too");
+  command->add_option("--zero", o.zero_mm, "X,Y: where heights are 0, mm (default: as in the map)")
+      ->expected(2)
+      ->delimiter(',');
+}
+
 }  // namespace
 
 void add_surface_commands(CLI::App& surface, SurfaceOptions& options) {
@@ -150,6 +172,7 @@ void add_surface_commands(CLI::App& surface, SurfaceOptions& options) {
   add_diff(surface, options);
   add_plan(surface, options);
   add_apply(surface, options);
+  add_export(surface, options);
 }
 
 }  // namespace panelcal

@@ -57,13 +57,15 @@ std::string point_json(const Eigen::Vector2d& p_mm) {
 
 std::string difference_text(const ComparedMaps& maps) {
   const MapDifference& d = maps.difference;
+  const bool stands_in = d.model != maps.before.map.surface().model();
   std::string out =
       line("compared",
            fmt::format(
-               "{} of {} with what {} foretells of them{}",
+               "{} of {} with what {} foretells of them{}{}",
                amount(d.n_probes, "probe"),
                maps.after_file,
                maps.before_file,
+               stands_in ? fmt::format(", as a {} of its probes", name_of(d.model)) : "",
                d.n_outside > 0 ? fmt::format("; {} more stand outside of it", d.n_outside) : ""));
   out +=
       line("panel",
@@ -109,9 +111,10 @@ std::string difference_json(const ComparedMaps& maps) {
   out += ",\"after\":";
   append_json_string(out, maps.after_file);
   out += fmt::format(
-      R"(,"changed":{},"probes":{},"outside":{},"center":{},"half":{},"all":{},"offset":{},"tilt":{},)"
+      R"(,"changed":{},"model":"{}","probes":{},"outside":{},"center":{},"half":{},"all":{},"offset":{},"tilt":{},)"
       R"("offset_um":{},"tilt_x_um_m":{},"tilt_y_um_m":{})",
       d.all.chance < kSignificant,
+      word(d.model),
       d.n_probes,
       d.n_outside,
       point_json(d.center_mm),

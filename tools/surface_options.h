@@ -10,29 +10,29 @@ namespace panelcal {
 
 /// What `panelcal surface` is asked for.
 struct SurfaceOptions {
-  enum class What : std::uint8_t { Fit, Query, Diff, Plan, Apply };
+  enum class What : std::uint8_t { Fit, Query, Diff, Plan, Apply, Export };
   What what = What::Fit;
   std::vector<std::string> files;  ///< fit: of probes; diff: two maps
-  std::string map;                 ///< query, apply; plan: whose shape is believed, may be empty
-  std::string machine;             ///< machine.toml; may be empty but with a program
-  std::string program;             ///< query, plan: whose places are asked for; may be empty
-  std::string output;              ///< fit: the map; plan: the list of places; may be empty
-  std::string gcode;               ///< apply: the program, and `output` what becomes of it
-  std::string plot;                ///< .svg; empty: none
-  std::string report;              ///< .html; empty: none
-  std::string clock;               ///< as CheckOptions
+  std::string map;      ///< query, apply, export; plan: whose shape is believed, may be empty
+  std::string machine;  ///< machine.toml; may be empty but with a program
+  std::string program;  ///< query, plan: whose places are asked for; may be empty
+  std::string output;   ///< fit: the map; plan: the list of places; may be empty; export
+  std::string gcode;    ///< apply: the program, and `output` what becomes of it
+  std::string plot;     ///< .svg; empty: none
+  std::string report;   ///< .html; empty: none
+  std::string clock;    ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;
   bool json = false;
   // fit
   std::string model = "auto";                  ///< or a word of surface_model_words()
-  std::string format;                          ///< of the probes; empty: what the file tells
+  std::string format;                          ///< of probes, export too; empty: by the file
   std::optional<double> sigma_um;              ///< empty: as the files say, or 5
   std::string unit = "mm";                     ///< or inch, of files that do not say
   std::optional<int> z_axis;                   ///< of probes with several
   std::optional<double> max_extrapolation_mm;  ///< empty: [surface] grid_hold_mm, or 5
   // query
   std::vector<std::string> places;  ///< "X,Y", or "-" for standard input
-  std::string grid;                 ///< "NXxNY"; empty: none
+  std::string grid;                 ///< export, too: "NXxNY"; empty: none
   // plan
   std::optional<double> tolerance_um;  ///< of the map's sigma
   std::vector<double> area_mm;         ///< x0, y0, x1, y1; empty: what is asked for
@@ -43,9 +43,11 @@ struct SurfaceOptions {
   // apply
   double height_tolerance_um = 10;
   std::optional<double> safe_mm;       ///< empty: as the program travels
-  std::vector<double> zero_mm;         ///< where Z was set to 0; empty: the map's own 0
+  std::vector<double> zero_mm;         ///< export, too: where Z is 0; empty: the map's own 0
   std::string gcode_unit;              ///< of a program that does not say: mm or inch
   std::optional<double> max_sigma_um;  ///< of the surface under levelled moves
+  // export
+  bool fill = false;  ///< nodes that no probe vouches for
 };
 
 }  // namespace panelcal

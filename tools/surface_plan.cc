@@ -114,7 +114,7 @@ std::string plan_text(const PlannedProbes& planned) {
                             plan.grid->n_rows,
                             worst_text(plan.grid->worst)));
   } else {
-    out += line("grid", fmt::format("no regular one of up to {} probes does it", kMostProbes));
+    out += line("grid", fmt::format("no regular one of up to {} probes does it", kMostPlanned));
   }
   out += line("way", fmt::format("{:.0f} mm from the first to the last", plan.way.in_mm()));
   for (std::size_t k = 0; k < plan.probes.size(); ++k) {

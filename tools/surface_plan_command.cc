@@ -50,11 +50,9 @@ Expected<void> believe_options(const SurfaceOptions& options, PlannedProbes& out
   return {};
 }
 
-Length median_sigma(const StoredMap& stored) {
+Length median_sigma(const std::vector<ProbePoint>& probes) {
   std::vector<double> sigmas_mm;
-  for (const std::size_t i : stored.map.kept()) {
-    sigmas_mm.push_back(stored.points[i].measured.sigma.in_mm());
-  }
+  for (const ProbePoint& probe : probes) sigmas_mm.push_back(probe.measured.sigma.in_mm());
   const auto middle = sigmas_mm.begin() + static_cast<std::ptrdiff_t>(sigmas_mm.size() / 2);
   std::ranges::nth_element(sigmas_mm, middle);
   return mm(*middle);
@@ -64,32 +62,31 @@ Length median_sigma(const StoredMap& stored) {
 Expected<void> believe_map(const SurfaceOptions& options,
                            const StoredMap& stored,
                            PlannedProbes& out) {
-  const SurfaceFit& fit = stored.map.surface();
+  const SurfaceModel model = stored.map.surface().model();
+  // Neither has an amplitude and a length that would hold for other panels and other probes.
+  const bool stands_in = model == SurfaceModel::ThinPlate || is_of_grid(model);
+  std::vector<ProbePoint> probes = stored.kept_points();
+  PANELCAL_TRY(const SurfaceFit fit,
+               stands_in ? fit_surface(probes, SurfaceModel::GaussianProcess)
+                         : Expected<SurfaceFit>(stored.map.surface()));
   ProbePlanRequest& request = out.request;
-  if (fit.model() == SurfaceModel::ThinPlate || is_of_grid(fit.model())) {
-    return failure({Code::ConfigValue,
-                    {options.map, 0, 0},
-                    fmt::format("its model is {}, which has neither an amplitude nor a length",
-                                word(fit.model())),
-                    "a map of --model gaussian-process, or --amplitude-mm and --length-mm"});
-  }
   request.model = fit.model();
   request.kernel = fit.shape().kernel;
   request.amplitude = fit.amplitude();
   request.length = fit.shape().length;
   request.n_trend = fit.n_trend();
   request.probe_sigma = options.probe_sigma_um ? um(*options.probe_sigma_um)
-                                               : fit.noise_factor() * median_sigma(stored);
-  out.belief = fmt::format("as {} found: {}; a probe scatters {}",
+                                               : fit.noise_factor() * median_sigma(probes);
+  out.belief = fmt::format("as {}{} found: {}; a probe scatters {}",
+                           stands_in ? "the probes of " : "",
                            options.map,
                            fit.summary(),
                            um_text(request.probe_sigma));
   if (options.afresh) return {};
-  for (const std::size_t i : stored.map.kept()) {
-    request.present.push_back(stored.points[i]);
-    HeightEstimate& measured = request.present.back().measured;
-    measured.sigma = fit.noise_factor() * measured.sigma;
+  for (ProbePoint& probe : probes) {
+    probe.measured.sigma = fit.noise_factor() * probe.measured.sigma;
   }
+  request.present = std::move(probes);
   return {};
 }
 

@@ -14,6 +14,7 @@
 #include "panelcal/program/json_text.h"
 #include "panelcal/surface/map_file.h"
 #include "panelcal/tools/surface_command.h"
+#include "panelcal/tools/surface_grid.h"
 #include "panelcal/tools/surface_text.h"
 
 namespace panelcal::surface {
@@ -21,7 +22,6 @@ namespace {
 
 const std::string kCommand = "panelcal surface query";
 constexpr std::size_t kMaxInputBytes = std::size_t{1} << 28;
-constexpr int kMostNodes = 1000;  ///< of a grid, along either side
 /// Farther away no panel lies: a wrong unit.
 constexpr double kMost_mm = 1e6;
 
@@ -75,36 +75,12 @@ Expected<std::vector<Asked>> read_places(std::string_view text) {
   return out;
 }
 
-/// Columns and rows over the rectangle of the probes, its edges included.
 Expected<std::vector<Asked>> grid_places(const std::string& text, const HeightMap& map) {
-  int n[2] = {0, 0};
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  bool is_good = true;
-  for (int axis = 0; axis < 2; ++axis) {
-    const auto read = std::from_chars(at, end, n[axis]);
-    is_good = is_good && read.ec == std::errc() && n[axis] >= 2 && n[axis] <= kMostNodes &&
-              (axis == 0 ? read.ptr != end && *read.ptr == 'x' : read.ptr == end);
-    if (!is_good) break;
-    at = read.ptr + 1;
-  }
-  if (!is_good) {
-    return failure(usage(kCommand,
-                         "--grid " + quoted(text),
-                         fmt::format("NXxNY, each 2 to {}, such as 11x7", kMostNodes)));
-  }
-  Eigen::Vector2d low_mm = map.hull().front().in_mm(), high_mm = low_mm;
-  for (const auto& corner : map.hull()) {
-    low_mm = low_mm.cwiseMin(corner.in_mm());
-    high_mm = high_mm.cwiseMax(corner.in_mm());
-  }
+  PANELCAL_TRY(const GridAxes axes, grid_axes(kCommand, text, map));
   std::vector<Asked> out;
-  for (int j = 0; j < n[1]; ++j) {
-    for (int i = 0; i < n[0]; ++i) {
-      const Eigen::Vector2d part(static_cast<double>(i) / (n[0] - 1),
-                                 static_cast<double>(j) / (n[1] - 1));
-      const Eigen::Vector2d place_mm = low_mm + part.cwiseProduct(high_mm - low_mm);
-      out.push_back({position_mm<frame::Nominal>(place_mm), std::nullopt});
+  for (int j = 0; j < axes.y.n_nodes; ++j) {
+    for (int i = 0; i < axes.x.n_nodes; ++i) {
+      out.push_back({position_mm<frame::Nominal>(axes.x.at_mm(i), axes.y.at_mm(j)), std::nullopt});
     }
   }
   return out;

@@ -84,6 +84,7 @@ class Interpreter {
     CompensationSide side = CompensationSide::Off;
     DepthOfCut from;  ///< differs from `to` on a ramp
     DepthOfCut to;
+    bool follows_grid = false;
     std::optional<Feed> feed;
     std::vector<std::pair<FunctionKind, std::string_view>> events;  ///< before it
   };
@@ -168,7 +169,7 @@ class Interpreter {
                  const ContourPiece& piece,
                  std::optional<Feed> feed,
                  const DepthOfCut& from);
-  std::vector<double> cuts_of(int line, const ContourPiece& piece);
+  std::vector<double> cuts_of(const PendingPiece& pending);
   void figure(const Block& block, const Order& order);
   tl::expected<FigurePath, std::string> figure_path(Command motion,
                                                     const Order& order,
@@ -181,10 +182,11 @@ class Interpreter {
   void check_peck(int line);
   static std::string parameter_text(const Order& order);
   void update_cut();
+  bool is_below_limit() const;
   bool uses_grid() const;
-  DepthOfCut surface_cut(int line, const Eigen::Vector2d& at_mm, const DepthOfCut& cut);
+  DepthOfCut grid_cut(int line, const Eigen::Vector2d& at_mm, const DepthOfCut& cut);
   DepthOfCut cut_at(int line, const Eigen::Vector2d& at_mm) {
-    return surface_cut(line, at_mm, base_cut_);
+    return uses_grid() ? grid_cut(line, at_mm, base_cut_) : base_cut_;
   }
   void surface_order(const Block& block, const Order& order);
   void take_surface(const Block& block, const Order& order);
@@ -252,7 +254,8 @@ class Interpreter {
 
   Modal modal_;
   std::optional<Tool> tool_;
-  bool needs_care_ = false;  ///< a scale, an area or a grid: a hole is more than its place
+  bool leaves_surface_on_ = false;  ///< G71 without G70 behind it in this copy of a section
+  bool needs_care_ = false;         ///< a scale, an area or a grid: a hole is more than its place
   Contour contour_ = Contour::None;
   std::optional<PendingPiece> piece_;
   std::optional<PendingPattern> pattern_;
@@ -264,8 +267,10 @@ class Interpreter {
   /// else may have moved it. Counts only between a T0 line and the next hole.
   std::optional<Eigen::Vector2d> machine_at_mm_;
   DepthOfCut routed_cut_;  ///< of the last piece, without the grid
+  bool routed_on_grid_ = false;
   bool has_coordinate_ = false;
   bool reported_surface_ = false;
+  bool reported_limit_ = false;
   std::vector<std::pair<FunctionKind, std::string_view>> waiting_events_;  ///< for the next piece
   std::int64_t n_blocks_ = 0;
   double step_mm_ = 0;                                  ///< rounding of the arc in hand
@@ -278,7 +283,10 @@ class Interpreter {
   DepthOfCut base_cut_;    ///< by planes and reference surface, without the grid
   DepthOfCut ramp_start_;  ///< what it was before this line
   bool depth_control_ = false;
-  bool skips_surface_ = false;  ///< G77, for one line
+  bool skips_surface_ = false;           ///< G77, for one line
+  bool takes_surface_late_ = false;      ///< L behind the last T0 line
+  std::optional<Length> probing_depth_;  ///< BOTK, TOPK
+  std::optional<int> probing_tool_;      ///< BOTL, TOPL
   struct Peck {
     bool is_on = false;
     bool is_pulsing = false;

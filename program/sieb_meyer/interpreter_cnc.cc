@@ -258,6 +258,24 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
       surface_.set_average(kKinds.at(at));
       break;
     }
+    case CncCode::DetectBottom:
+    case CncCode::DetectTop: {
+      const auto depth_mm = read_plain_number(argument);
+      if (!depth_mm || *depth_mm < 0) {
+        refuse_cnc(block, std::string(command.info->name) + " with a depth, mm");
+        return true;
+      }
+      probing_depth_ = mm(*depth_mm);
+      break;
+    }
+    case CncCode::ToolBottom:
+    case CncCode::ToolTop:
+      probing_tool_ = parse_count(argument);
+      if (!probing_tool_) {
+        refuse_cnc(block, std::string(command.info->name) + " with the number of a tool");
+        return true;
+      }
+      break;
     case CncCode::ReferenceBottom:
     case CncCode::ReferenceTop:
     case CncCode::ToleranceBottom:
@@ -272,7 +290,11 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
         return true;
       }
       if (is_reference) {
-        surface_.set_reference_height(mm(*value_mm));
+        if (!surface_.set_reference_height(mm(*value_mm))) {
+          // Which side a stroke probes is not in the program.
+          refuse_cnc(block, "the height that was set before: there is one reference");
+          return true;
+        }
       } else {
         surface_.set_tolerance(std::string(command.info->name), mm(*value_mm));
       }
@@ -295,6 +317,20 @@ bool Interpreter::is_decided(int line) {
                        1,
                        "a coordinate comes under G71 before any reference surface",
                        "L#, or G73, before it");
+    }
+    return false;
+  }
+  if (is_below_limit()) {
+    if (!std::exchange(reported_limit_, true)) {
+      reporter_.report(Code::ArgumentInvalid,
+                       line,
+                       1,
+                       fmt::format("{:.3f} mm below the surface, which was probed at {:.3f} mm, is "
+                                   "lower than Z{:.3f}, which limits the stroke",
+                                   base_cut_.depth->in_mm(),
+                                   base_cut_.surface->in_mm(),
+                                   *z_mm_),
+                       "a lower Z");
     }
     return false;
   }

@@ -30,8 +30,11 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
   const bool is_controlled = order.depth_control.value_or(depth_control_);
   const std::optional<double> k_mm = order.k_mm ? order.k_mm : k_mm_;
   const bool is_residual_web = !is_slm && k_mm && *k_mm < 0;
-  if (is_residual_web && (order.k_mm || (is_controlled && order.depth_control))) {
-    return report(Code::ArgumentInvalid, block, quoted(block.text), "K of zero or more");
+  if (is_residual_web && (order.k_mm || (is_controlled && (order.depth_control || order.slm)))) {
+    return report(Code::ArgumentInvalid,
+                  block,
+                  fmt::format("{} works with K{:.4g}", quoted(block.text), *k_mm),
+                  "K of zero or more, but under G71");
   }
   if (order.slm.value_or(false) && order.z_mm) {
     return report(
@@ -60,6 +63,7 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
   if (order.slm) {
     if (keeps_structure()) return refuse_kept(block);
     *order.slm ? surface_.switch_on() : surface_.switch_off();
+    leaves_surface_on_ = *order.slm;
   }
   const bool changes =
       order.z_mm || order.k_mm || order.depth_control || order.slm || order.skips_surface;
@@ -84,6 +88,14 @@ void Interpreter::update_cut() {
     base_cut_.z = mm(*z_mm_);
   }
   emitter_.set_cut(base_cut_);
+  emitter_.set_lowest(z_mm_ ? std::optional(mm(*z_mm_)) : std::nullopt);
+}
+
+/// "For the depth control (relative working plane) the Z-value is the minimum limit for lowering
+/// the Z-axis" (manual, Z). On a board that nobody has probed the height says nothing.
+bool Interpreter::is_below_limit() const {
+  if (!base_cut_.surface || !base_cut_.depth || !z_mm_ || !surface_.is_measured()) return false;
+  return *base_cut_.surface - *base_cut_.depth < mm(*z_mm_);
 }
 
 bool Interpreter::uses_grid() const {
@@ -91,8 +103,7 @@ bool Interpreter::uses_grid() const {
 }
 
 /// The measured grid raises and lowers the working plane with the surface.
-DepthOfCut Interpreter::surface_cut(int line, const Eigen::Vector2d& at_mm, const DepthOfCut& cut) {
-  if (!uses_grid()) return cut;
+DepthOfCut Interpreter::grid_cut(int line, const Eigen::Vector2d& at_mm, const DepthOfCut& cut) {
   const Eigen::Vector2d nominal_mm =
       place_.placement(position_mm<frame::Programmed>(at_mm)).in_mm();
   const auto surface = surface_.grid_surface_at(line, nominal_mm);
@@ -179,10 +190,11 @@ std::string Interpreter::parameter_text(const Order& order) {
 
 /// Says whether the partial strokes reach the working plane.
 void Interpreter::check_peck(int line) {
-  if (depth_control_ ? !k_mm_ : !z_mm_) return;
+  const bool is_below_board = depth_control_ || surface_.is_on();
+  if (is_below_board ? !k_mm_ : !z_mm_) return;
   // I is a height above the same surface that the working plane is measured from.
   const double distance_mm =
-      depth_control_ ? peck_.lowering_mm + *k_mm_ : peck_.lowering_mm - *z_mm_;
+      is_below_board ? peck_.lowering_mm + *k_mm_ : peck_.lowering_mm - *z_mm_;
   if (distance_mm < 0) return;
   const auto strokes = peck_strokes(distance_mm, peck_.first_stroke_mm, peck_.factor_permille);
   if (!strokes) {
@@ -209,9 +221,13 @@ ProbeRequest Interpreter::probe_request(const Block& block, const Order& order) 
   request.expected = measuring_.corrections().stack.actual_of(request.nominal);
   request.work_zero = place_.work_zero;
   request.path = place_.path;
+  // "If a tool is programmed in a block with G79, this tool has priority over BOTL/TOPL."
+  const bool is_own_tool = order.tool.has_value();
   request.tool = tool_ ? tool_->number : 0;
+  if (probing_tool_ && !is_own_tool) request.tool = *probing_tool_;
   request.memory = order.memory;
   if (depth_control_ && k_mm_) request.depth = mm(*k_mm_);
+  if (probing_depth_) request.depth = probing_depth_;
   return request;
 }
 
@@ -219,6 +235,7 @@ void Interpreter::take_surface(const Block& block, const Order& order) {
   if (is_routing()) {
     return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
   }
+  takes_surface_late_ = contour_ == Contour::Positioned;
   surface_.take_reference(block.line, *order.memory);
   update_cut();
 }
@@ -241,7 +258,16 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
                   quoted(block.text),
                   code_text(*order.surface) + " in a line without X, Y and T");
   }
-  if (order.is_tool_up && tool_) {  // for probing the tool is put away
+  const bool stores =
+      *order.surface == Command::SurfaceDetect || *order.surface == Command::SurfaceAverage;
+  if (order.memory && !stores) {
+    return report(Code::ArgumentInvalid,
+                  block,
+                  quoted(block.text),
+                  code_text(*order.surface) + " without L#, which G73 and G74 store under");
+  }
+  // For probing the tool is put away, and the dummy tool comes in its place.
+  if ((order.is_tool_up || order.is_dummy_tool) && tool_) {
     tool_.reset();
     emitter_.take(block.line, {Tool{}, std::nullopt});
   }

@@ -61,6 +61,7 @@ void Interpreter::position(const Block& block, const Order& order) {
   const Contour was = contour_;
   const bool has_place = move_to(block, order);
   contour_ = Contour::Positioned;
+  takes_surface_late_ = false;
   if (order.side) modal_.side = *order.side;
   if (!has_place || !has_tool(block.line) || !is_decided(block.line)) return;
   if (was == Contour::Figures && modal_.at_mm == before_mm) return;
@@ -91,6 +92,14 @@ void Interpreter::rout(const Block& block, const Order& order) {
   if (contour_ == Contour::None) {
     return report(Code::ContourUnopened, block, quoted(block.text), "X#Y#T0 before it");
   }
+  if (std::exchange(takes_surface_late_, false)) {
+    return report(Code::CommandMisplaced,
+                  block,
+                  quoted(block.text) +
+                      " begins a contour with an L# behind its T0 line: the control "
+                      "takes the surface value ahead of that",
+                  "L# before the T0 line");
+  }
   if (order.side) modal_.side = *order.side;
   if (order.motion) modal_.motion = order.motion;
   if (is_one_figure && order.has_xy()) return figure(block, order);
@@ -113,10 +122,11 @@ void Interpreter::rout(const Block& block, const Order& order) {
   if (modal_.at_mm == from_mm && !is_first && (order.z_mm || order.k_mm || order.depth_control)) {
     // Only deeper or higher, where the cutter stands (the example of G82 and G83).
     flush_piece(nullptr);
-    emitter_.set_cut(surface_cut(block.line, from_mm, base_cut_));
+    emitter_.set_cut(cut_at(block.line, from_mm));
     emitter_.plunge(block.line, PlungeKind::Plain, modal_.side, tool_diameter());
     emitter_.set_cut(base_cut_);
     routed_cut_ = base_cut_;
+    routed_on_grid_ = uses_grid();
     return;
   }
   if (modal_.at_mm == from_mm && !is_first) {
@@ -136,6 +146,7 @@ void Interpreter::rout(const Block& block, const Order& order) {
   next.from = next.to = base_cut_;
   next.feed = modal_.feed;
   if (order.is_ramp) next.from = ramp_start_;
+  next.follows_grid = uses_grid();
   next.events = std::exchange(waiting_events_, {});
   step_mm_ = std::max({from_step_mm, modal_.at_step_mm, modal_.arc_step_mm});
   if (motion != Command::RoutLine &&
@@ -291,19 +302,23 @@ void Interpreter::flush_piece(PendingPiece* next) {
 
 void Interpreter::send_piece(const PendingPiece& pending) {
   const int line = pending.line;
-  if (!is_plunged_) {
-    is_plunged_ = true;
-    if (machine_at_mm_ != pending.piece.start_mm) emitter_.move(line, pending.piece.start_mm);
-    emitter_.set_cut(surface_cut(line, pending.piece.start_mm, pending.from));
-    emitter_.plunge(line, PlungeKind::Plain, pending.side, tool_diameter());
-  } else if (pending.from != routed_cut_) {
-    // Another depth without G6: the cutter goes there where it stands.
-    emitter_.set_cut(surface_cut(line, pending.piece.start_mm, pending.from));
+  const auto cut_there = [&](const Eigen::Vector2d& at_mm, const DepthOfCut& cut) {
+    return pending.follows_grid ? grid_cut(line, at_mm, cut) : cut;
+  };
+  const bool starts = !std::exchange(is_plunged_, true);
+  if (starts && machine_at_mm_ != pending.piece.start_mm) {
+    emitter_.move(line, pending.piece.start_mm);
+  }
+  // Another depth without G6: the cutter goes there where it stands.
+  const bool changes = pending.from != routed_cut_ || pending.follows_grid != routed_on_grid_;
+  if (starts || changes) {
+    emitter_.set_cut(cut_there(pending.piece.start_mm, pending.from));
     emitter_.plunge(line, PlungeKind::Plain, pending.side, tool_diameter());
   } else {
     emitter_.compensate(line, pending.side, tool_diameter());
   }
   routed_cut_ = pending.to;
+  routed_on_grid_ = pending.follows_grid;
   for (const auto& [kind, text] : pending.events) {
     emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
   }
@@ -311,7 +326,7 @@ void Interpreter::send_piece(const PendingPiece& pending) {
     emitter_.put(line, Function{.kind = FunctionKind::FinishRouting, .text = "G11"});
   }
   const ContourPiece& piece = pending.piece;
-  std::vector<double> ends = cuts_of(line, piece);
+  std::vector<double> ends = cuts_of(pending);
   ends.push_back(1);
   double begin = 0;
   Eigen::Vector2d at_mm = piece.start_mm;
@@ -322,8 +337,8 @@ void Interpreter::send_piece(const PendingPiece& pending) {
                   : piece.center_mm
                       ? on_arc(piece, end)
                       : Eigen::Vector2d(piece.start_mm + end * (piece.end_mm - piece.start_mm));
-    const DepthOfCut from = surface_cut(line, at_mm, interpolate(pending.from, pending.to, begin));
-    emitter_.set_cut(surface_cut(line, part.end_mm, interpolate(pending.from, pending.to, end)));
+    const DepthOfCut from = cut_there(at_mm, interpolate(pending.from, pending.to, begin));
+    emitter_.set_cut(cut_there(part.end_mm, interpolate(pending.from, pending.to, end)));
     send_part(line, part, pending.feed, from);
     begin = end;
     at_mm = part.end_mm;
@@ -345,11 +360,12 @@ void Interpreter::send_part(int line,
 }
 
 /// Where a piece has to be cut so that the tool follows the measured grid, or a ramp its line.
-std::vector<double> Interpreter::cuts_of(int line, const ContourPiece& piece) {
+std::vector<double> Interpreter::cuts_of(const PendingPiece& pending) {
+  const ContourPiece& piece = pending.piece;
   std::vector<double> cuts;
   if (piece.center_mm && sweep_rad(piece) > std::numbers::pi) cuts.push_back(0.5);
-  if (!uses_grid()) return cuts;
-  const GridMap* const grid = surface_.grid(line);
+  if (!pending.follows_grid) return cuts;
+  const GridMap* const grid = surface_.grid(pending.line);
   if (grid == nullptr) return cuts;
   const auto nominal = [this](const Eigen::Vector2d& p_mm) -> Eigen::Vector2d {
     return place_.placement(position_mm<frame::Programmed>(p_mm)).in_mm();
@@ -365,8 +381,16 @@ std::vector<double> Interpreter::cuts_of(int line, const ContourPiece& piece) {
     const Eigen::Matrix2d& linear = place_.placement.linear();
     const double sense = linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) < 0 ? -1 : 1;
     const double sweep = (piece.clockwise ? -1 : 1) * sense * sweep_rad(piece);
-    more = grid->split_arc(
-        center_mm, std::atan2(from_mm.y(), from_mm.x()), sweep, from_mm.norm(), tolerance);
+    const double start_rad = std::atan2(from_mm.y(), from_mm.x());
+    // Between its ends, which are asked for anyway, an arc reaches farthest along an axis.
+    for (int quarter = -8; quarter <= 8; ++quarter) {
+      const double angle = quarter * std::numbers::pi / 2;
+      const double part = (angle - start_rad) / sweep;
+      if (!(part > 0 && part < 1)) continue;
+      const Eigen::Vector2d reach(std::cos(angle), std::sin(angle));
+      if (!surface_.grid_surface_at(pending.line, center_mm + from_mm.norm() * reach)) return cuts;
+    }
+    more = grid->split_arc(center_mm, start_rad, sweep, from_mm.norm(), tolerance);
   }
   cuts.insert(cuts.end(), more.begin(), more.end());
   std::ranges::sort(cuts);
@@ -399,7 +423,7 @@ void Interpreter::figure(const Block& block, const Order& order) {
     return report(Code::CycleInvalid, block, quoted(block.text) + ": " + path.error(), "");
   }
   emitter_.move(block.line, path->plunge_mm);
-  emitter_.set_cut(surface_cut(block.line, path->plunge_mm, base_cut_));
+  emitter_.set_cut(cut_at(block.line, path->plunge_mm));
   emitter_.plunge(block.line, PlungeKind::Plain, CompensationSide::Off, std::nullopt);
   if (order.finishes &&
       (modal_.motion == Command::DiskClockwise || modal_.motion == Command::DiskCounterclockwise)) {
@@ -408,9 +432,11 @@ void Interpreter::figure(const Block& block, const Order& order) {
   PendingPiece piece;
   piece.line = block.line;
   piece.from = piece.to = base_cut_;
+  piece.follows_grid = uses_grid();
   piece.feed = modal_.feed;
   is_plunged_ = true;
   routed_cut_ = base_cut_;
+  routed_on_grid_ = piece.follows_grid;
   piece.events = std::exchange(waiting_events_, {});
   for (const Arc& arc : path->pieces) {
     piece.piece = {arc.start_mm, arc.end_mm, std::nullopt, arc.clockwise};

@@ -137,6 +137,7 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
   modal_.feed = feed;  // carries on like tools and planes
   contour_ = Contour::None;
   const bool was_on = surface_.is_on();
+  const bool left_on = std::exchange(leaves_surface_on_, false);
   optical_.begin_copy();
   run_body(i_section);
   if (has_ended()) return;
@@ -157,13 +158,21 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
                      "a T0 line before the offsets");
   }
   end_contour(line);
-  if (surface_.is_on() && !was_on) {
+  if (leaves_surface_on_) {
     reporter_.report(Code::SurfaceUnfinished,
                      line,
                      1,
                      "the section ends with surface detection on (G71)",
                      "G70 before the offsets");
+  } else if (surface_.is_on() != was_on) {
+    reporter_.report(Code::SurfaceUnfinished,
+                     line,
+                     1,
+                     "the section ends with surface detection off (G70), and began with it on: its "
+                     "copies would not be alike",
+                     "G71 in the section, or G70 outside of it");
   }
+  leaves_surface_on_ = left_on;
   optical_.end_copy(line);
   if (std::exchange(kept_offset_, false)) {
     emitter_.put(line, CancelCorrection{CorrectionLevel::Nested});

@@ -13,6 +13,9 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
+/// The tolerance that no command of the program names.
+constexpr const char* kConfigured = "surface tolerance";
+
 std::vector<Length> heights_of(const std::vector<HeightEstimate>& estimates) {
   std::vector<Length> heights;
   for (const HeightEstimate& estimate : estimates) heights.push_back(estimate.height);
@@ -35,8 +38,8 @@ SurfaceSession::SurfaceSession(const Settings& settings,
       source_(source),
       reporter_(reporter),
       log_(log),
-      average_(settings.average),
-      tolerance_(settings.surface_tolerance) {
+      average_(settings.average) {
+  if (settings.surface_tolerance) tolerances_[kConfigured] = *settings.surface_tolerance;
 }
 
 void SurfaceSession::stop(Code code, int line, std::string what, std::string expected) {
@@ -44,9 +47,22 @@ void SurfaceSession::stop(Code code, int line, std::string what, std::string exp
   must_stop_ = true;
 }
 
-void SurfaceSession::set_tolerance(std::string name, Length tolerance) {
-  tolerance_name_ = std::move(name);
-  tolerance_ = tolerance;
+bool SurfaceSession::set_reference_height(Length height) {
+  if (configured_reference_ && *configured_reference_ != height) return false;
+  configured_reference_ = height;
+  return true;
+}
+
+/// What the configuration says holds until the program says anything.
+void SurfaceSession::set_tolerance(const std::string& name, Length tolerance) {
+  tolerances_.erase(kConfigured);
+  tolerances_[name] = tolerance;
+}
+
+/// "Clear all values in the surface memory", and the grid's are among them.
+void SurfaceSession::clear_memory() {
+  memory_.clear();
+  clear_grid();
 }
 
 // --- probing -----------------------------------------------------------------------------------
@@ -144,13 +160,40 @@ std::vector<Length> SurfaceSession::reference() const {
 
 /// A new reference begins a new grid; its own value is no node.
 void SurfaceSession::grid_reference(ProbeRequest request) {
+  clear_grid();
+  const int line = request.line;
+  grid_reference_place_ = request.nominal;
+  auto heights = probe(std::move(request));
+  if (!heights) return;
+  grid_reference_ = last_ = *std::move(heights);
+  holds_tolerances(line, grid_reference_place_.in_mm(), grid_reference_);
+}
+
+void SurfaceSession::clear_grid() {
   points_.clear();
   point_lines_.clear();
   filled_.clear();
   grid_.reset();
   grid_reference_.clear();
-  grid_reference_place_ = request.nominal;
-  if (auto heights = probe(std::move(request))) grid_reference_ = *std::move(heights);
+}
+
+/// Stops the walk where a height is too far from the reference.
+bool SurfaceSession::holds_tolerances(int line,
+                                      const Eigen::Vector2d& nominal_mm,
+                                      const std::vector<HeightEstimate>& heights) {
+  const std::vector<Length> references = grid_references();
+  for (const auto& [name, tolerance] : tolerances_) {
+    const std::vector<Length> tolerances = {tolerance};
+    const auto held = check_height(name, heights, references, tolerances);
+    if (held) continue;
+    stop(Code::SurfaceOutOfTolerance,
+         line,
+         fmt::format(
+             "at nominal ({:.4f}, {:.4f}) mm: {}", nominal_mm.x(), nominal_mm.y(), held.error()),
+         "");
+    return false;
+  }
+  return true;
 }
 
 std::vector<Length> SurfaceSession::grid_references() const {
@@ -174,19 +217,8 @@ void SurfaceSession::grid_point(ProbeRequest request) {
     grid_reference_ = *heights;
     grid_reference_place_ = position_mm<frame::Nominal>(nominal_mm);
   }
-  if (tolerance_) {
-    const std::vector<Length> references = grid_references();
-    const std::vector<Length> tolerances = {*tolerance_};
-    const auto held = check_height(tolerance_name_, *heights, references, tolerances);
-    if (!held) {
-      return stop(
-          Code::SurfaceOutOfTolerance,
-          line,
-          fmt::format(
-              "at nominal ({:.4f}, {:.4f}) mm: {}", nominal_mm.x(), nominal_mm.y(), held.error()),
-          "");
-    }
-  }
+  last_ = *heights;
+  if (!holds_tolerances(line, nominal_mm, *heights)) return;
   forget_filled();
   points_.push_back({nominal_mm, *std::move(heights)});
   point_lines_.push_back(line);

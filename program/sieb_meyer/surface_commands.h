@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -40,11 +41,11 @@ class SurfaceSession {
   void switch_on() { is_on_ = true; }    // G71
   void switch_off() { is_on_ = false; }  // G70
   bool is_on() const { return is_on_; }
-  void clear_memory() { memory_.clear(); }  // G72
+  void clear_memory();  // G72
 
   /// G73 with coordinates: probes, and stores under L or for averaging.
   void detect(ProbeRequest request);
-  /// G73 without coordinates: stores the last probed value once more.
+  /// G73 without coordinates: stores the surface that was probed last once more.
   void store_last(int line, std::optional<int> memory);
   void average(int line, int memory);         // G74
   void take_reference(int line, int memory);  // L alone
@@ -53,13 +54,16 @@ class SurfaceSession {
   void grid_point(ProbeRequest request);      // G79
 
   void set_average(AverageKind kind) { average_ = kind; }
-  /// BOTT, TOPT or MAPT, and how they name it.
-  void set_tolerance(std::string name, Length tolerance);
-  void set_reference_height(Length height) { configured_reference_ = height; }  // BOTR, TOPR
+  /// In     name: BOTT, TOPT or MAPT; each holds by itself
+  void set_tolerance(const std::string& name, Length tolerance);
+  /// BOTR or TOPR; false: another height was set before.
+  bool set_reference_height(Length height);
 
   /// The reference surface of SLM, one a Z axis; empty where none was taken, so that each stroke
   /// finds its own.
   std::vector<Length> reference() const;
+  /// Whether that was probed: a perfect board, of which a program is checked, has no sigma.
+  bool is_measured() const { return !current_.empty() && current_.front().sigma > Length(); }
   bool has_grid() const { return !points_.empty(); }
   /// The surface of the grid at a nominal place; stops the walk where the points make no grid, or
   /// far outside of it.
@@ -87,6 +91,10 @@ class SurfaceSession {
   void forget_filled();
   void store(int line, std::optional<int> memory, const std::vector<HeightEstimate>& heights);
   void stop(Code code, int line, std::string what, std::string expected);
+  void clear_grid();
+  bool holds_tolerances(int line,
+                        const Eigen::Vector2d& nominal_mm,
+                        const std::vector<HeightEstimate>& heights);
   std::vector<Length> grid_references() const;
   bool fill_gaps(int line);
   std::optional<Foretold> foretold_at(const GridHeight& found,
@@ -102,12 +110,11 @@ class SurfaceSession {
   SurfaceMemory memory_;
   AverageKind average_;
   std::vector<HeightEstimate> current_;  ///< reference of SLM; empty: none
-  std::vector<HeightEstimate> last_;     ///< what was probed last
+  std::vector<HeightEstimate> last_;     ///< the surface that was probed last
   std::vector<HeightEstimate> grid_reference_;
   Position<frame::Nominal> grid_reference_place_;
   std::optional<Length> configured_reference_;
-  std::optional<Length> tolerance_;
-  std::string tolerance_name_ = "surface tolerance";
+  std::map<std::string, Length> tolerances_;  ///< by name
   std::vector<GridPoint> points_;
   std::vector<int> point_lines_;
   std::optional<GridMap> grid_;

@@ -130,10 +130,16 @@ void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
   }
   const bool is_controlled = cut.depth && !cut.surface;
   if (!is_controlled && !z) {
-    // The control would go on with the depth that it was told last.
-    if (depth_.is_controlled) {
+    if (cut.surface) {
+      refuse("a measured surface under a depth that the program leaves to the control",
+             "Z# or K# for every hole and contour");
+    } else if (depth_.z) {
+      // The control would go on with the height that it was told last.
       refuse("a depth that the program leaves to the control, behind one that it states",
              "Z# or K# for every hole and contour");
+    } else if (depth_.is_controlled == true) {
+      line_ += "G82";  // back to the plane that was set by hand
+      depth_.is_controlled = false;
     }
     return;
   }

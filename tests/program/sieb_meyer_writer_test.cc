@@ -274,6 +274,18 @@ TEST(SiebMeyerWriter, ADepthBelowAMeasuredSurfaceIsAPlane) {
       "X1.Y2.Z2.65\n");
 }
 
+/// "If no Z-value is programmed, the manually entered Z-value is used as working plane": until one
+/// is.
+TEST(SiebMeyerWriter, GoesBackToThePlaneThatWasSetByHand) {
+  EXPECT_EQ(
+      from_sieb_meyer({drill_at(1, 0, below(2)), drill_at(2, 0, {}), drill_at(3, 0, {})}).body,
+      "X1.Y0.G83K2.\nX2.Y0.G82\nX3.Y0.\n");
+  EXPECT_THAT(from_sieb_meyer({drill_at(1, 0, z(1)), drill_at(2, 0, {})}).failure,
+              HasSubstr("a depth that the program leaves to the control"));
+  EXPECT_THAT(from_sieb_meyer({drill_at(1, 0, {.z = {}, .depth = {}, .surface = mm(1.8)})}).failure,
+              HasSubstr("a measured surface under a depth that the program leaves to the control"));
+}
+
 TEST(SiebMeyerWriter, WritesSlotsWhole) {
   EXPECT_EQ(from_sieb_meyer({take(1, 1), Slot{1, place(10, 10), place(20, 10), z(1)}}).body,
             "X10.Y10.T1G85Z1.\nX20.Y10.\n");

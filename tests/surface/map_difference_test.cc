@@ -20,13 +20,17 @@ using test::SimulatedWarp;
 
 /// A warped panel, with what `change(place_mm)` adds to it; 300 x 300 mm about the origin.
 template <class Change>
-StoredMap probed(std::uint64_t seed, int n_columns, int n_rows, const Change& change) {
+StoredMap probed(std::uint64_t seed,
+                 int n_columns,
+                 int n_rows,
+                 const Change& change,
+                 SurfaceModel model = SurfaceModel::GaussianProcess) {
   Random panel(81);
   const SimulatedWarp warp(panel, 3);
   Random random(seed);
   const auto surface = [&](const Vector2d& p_mm) { return warp(p_mm) + change(p_mm); };
   std::vector<ProbePoint> points = probed_lattice(random, surface, n_columns, n_rows);
-  auto map = HeightMap::of_probes(points, {.model = SurfaceModel::GaussianProcess});
+  auto map = HeightMap::of_probes(points, {.model = model});
   EXPECT_TRUE(map) << map.error().text();
   return {std::move(points), *std::move(map), {}, "panelcal test"};
 }
@@ -73,6 +77,20 @@ TEST(MapDifference, CallsNoiseNoise) {
   }
   EXPECT_LE(n_low, 9);
   EXPECT_GE(n_high, 6);
+}
+
+TEST(MapDifference, JudgesAGridModelByItsProbes) {
+  const StoredMap before = probed(1, 9, 8, nothing, SurfaceModel::Bilinear);
+  const auto same = difference_of(before, probed(2, 9, 8, nothing, SurfaceModel::Bilinear));
+  ASSERT_TRUE(same) << same.error().text();
+  EXPECT_EQ(same->model, SurfaceModel::GaussianProcess);
+  EXPECT_GT(same->all.chance, 0.01);
+  const auto raised = [](const Vector2d& /*p_mm*/) { return 0.02; };
+  const auto moved = difference_of(before, probed(3, 9, 8, raised, SurfaceModel::Bilinear));
+  ASSERT_TRUE(moved) << moved.error().text();
+  EXPECT_LT(moved->offset.chance, 1e-6);
+  EXPECT_NEAR(moved->offset_um.value, 20, 4 * moved->offset_um.sigma);
+  EXPECT_GT(moved->rest->chance, 1e-3);
 }
 
 TEST(MapDifference, FindsADentThatIsNoBow) {

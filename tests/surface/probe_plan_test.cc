@@ -137,6 +137,13 @@ TEST(ProbePlan, AsksForNothingThatIsKnown) {
   EXPECT_TRUE(done.probes.empty());
 }
 
+TEST(ProbePlan, RefusesToAddToTooMany) {
+  ProbePlanRequest request = bent();
+  const ProbePoint unsure{request.candidates.front(), {mm(1), mm(1)}, "", {}};
+  request.present.assign(kMostPlanned, unsure);
+  EXPECT_THAT(plan_probes(request), FailsWith(Code::ConfigValue, "600 probes are there"));
+}
+
 TEST(ProbePlan, ProbesNearHolesThatStandApart) {
   ProbePlanRequest request = bent();
   request.places = {position_mm<frame::Nominal>(20, 20), position_mm<frame::Nominal>(180, 130)};

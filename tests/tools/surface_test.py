@@ -80,6 +80,25 @@ def pictures(panelcal, probes, folder):
     return folder / "wild.json"
 
 
+def exports(panelcal, map_file, folder):
+    """What is written for others has the map's heights, counted from --zero, when read again:
+    within rounding (1 um in heightmap.csv) and the lattice's tenth of sigma."""
+    at_zero = json.loads(run(panelcal, "surface", "query", map_file, "10,10", "--json").stdout)
+    answers = run(panelcal, "surface", "query", map_file, "--grid", "7x6", "--json").stdout
+    wanted = {tuple(answer["place"]): answer["height"] - at_zero["height"]
+              for answer in map(json.loads, answers.splitlines())}
+    for name in ("x.csv", "x.probe", "x.hmap"):
+        run(panelcal, "surface", "export", map_file, "--grid", "7x6", "--zero", "10,10", "-o",
+            folder / name)
+        run(panelcal, "surface", "fit", folder / name, "--model", "bilinear", "-o",
+            folder / "again.json")
+        found = run(panelcal, "surface", "query", folder / "again.json", "--grid", "7x6",
+                    "--json").stdout
+        for answer in map(json.loads, found.splitlines()):
+            height = wanted[tuple(answer["place"])]
+            assert abs(answer["height"] - height) < 1e-3, (name, answer, height)
+
+
 def main():
     panelcal, root = sys.argv[1:]
     data = Path(root) / "tests/tools/surface"
@@ -128,6 +147,8 @@ def main():
         rows = [[float(value) for value in row.split(",")]
                 for row in listed.read_text().splitlines()[1:]]
         assert rows == plan["probes"], rows
+
+        exports(panelcal, map_file, Path(folder))
 
         # A map against itself has not changed.
         same = run(panelcal, "surface", "diff", map_file, map_file, "--json").stdout

@@ -213,6 +213,18 @@ TEST(ManualSlm, EveryPatternIsProbedByItself) {
 
 // In these listings `G71Z.4` and `G71Z.5` are slips for G71K.4 and G71K.5, which the text beside
 // them describes. Their L2 at the end belongs to lines that are left out: nothing was stored there.
+TEST(ManualG74, ItsSlipsAreRefused) {
+  const auto refuses = [](const std::string& production, int line, const std::string& expected) {
+    HeightSource probes = heights_in_order({1.4});
+    test::expect_refused(
+        run_probing("%%5000\nG71\nX130.Y120.G73\nG74L1\nL1\n" + production, probes),
+        line,
+        {expected});
+  };
+  refuses("G71Z.4\nX165.Y15.T1\nG70\n", 6, "G71K#");
+  refuses("G71K.4\nX165.Y15.T1\nL2\nG70\n", 8, "L2 takes a value that was never stored");
+}
+
 constexpr char kProduction[] =
     "(PRODUCTION)\nL1\nG71K.4\nX165.Y15.T1\nX170.Y15.\nG71K.5\nX125.Y125.T0T5\n"
     "X135.Y135.G1F1.5\nX135.Y135.T0\nG70\nXY\n";
@@ -287,7 +299,8 @@ TEST(ManualG74, ProtocolKeepsEveryScan) {
   HeightSource probes = heights_in_order({1.40, 1.54, 1.50, 1.80});
   const ProgramRun run = run_probing(
       averaging("G73L101\n", "G73L102\n", "G73L103\n", "G73L104\n") +
-          "(PRODUCTION)\nL1\nG71K.4\nX165.Y15.T1\nL101\nX1.Y1.\nL102\nX2.Y1.\nL103\nX3.Y1.\nL104\n"
+          "(PRODUCTION)\nL1\nG71K.4\nX165.Y15.T1\nX170.Y15.\nG71K.5\nX125.Y125.T0T5\n"
+          "X135.Y135.G1F1.5\nX135.Y135.T0\nL101\nX1.Y1.\nL102\nX2.Y1.\nL103\nX3.Y1.\nL104\n"
           "X4.Y1.\nG70\n",
       probes);
   expect_clean(run);
@@ -295,10 +308,16 @@ TEST(ManualG74, ProtocolKeepsEveryScan) {
   EXPECT_THAT(steps_of(run),
               ElementsAre("tool 1",
                           "drill 1 (165, 15) depth 0.4 surface 1.56",
-                          "drill 1 (1, 1) depth 0.4 surface 1.4",
-                          "drill 1 (2, 1) depth 0.4 surface 1.54",
-                          "drill 1 (3, 1) depth 0.4 surface 1.5",
-                          "drill 1 (4, 1) depth 0.4 surface 1.8"));
+                          "drill 1 (170, 15) depth 0.4 surface 1.56",
+                          "tool 5",
+                          "position (125, 125)",
+                          "plunge depth 0.5 surface 1.56",
+                          "rout 5 line (135, 135) depth 0.5 surface 1.56",
+                          "retract",
+                          "drill 5 (1, 1) depth 0.5 surface 1.4",
+                          "drill 5 (2, 1) depth 0.5 surface 1.54",
+                          "drill 5 (3, 1) depth 0.5 surface 1.5",
+                          "drill 5 (4, 1) depth 0.5 surface 1.8"));
 }
 
 // --- chapter 10.2, the grid ----------------------------------------------------------------------
@@ -396,11 +415,11 @@ TEST(ManualG79, ContoursFollowItInSteps) {
 
 // --- chapters 11 and 8.2 -------------------------------------------------------------------------
 
-/// The example repeats X40.Y30. in the line of G83, which chapter 3 forbids ("Double routing
-/// coordinates"); here that line goes to X50.Y30. Nothing moves in its first rout line.
+/// The example, with two holes behind it. Its line of G83 repeats X40.Y30.: the cutter only goes to
+/// another depth there. Nothing moves in its first rout line either.
 TEST(ManualG83, RoutsAtZThenAtADepthThenAtZAgain) {
   const ProgramRun run = run_program(
-      "%%5000\nX20.Y30.T5T0 Z3.\nX20.Y30.G1 F1.2\nX40.Y30.\nX50.Y30.G83K2.\nX60.Y50.\n"
+      "%%5000\nX20.Y30.T5T0 Z3.\nX20.Y30.G1 F1.2\nX40.Y30.\nX40.Y30.G83K2.\nX60.Y50.\n"
       "X90.Y80.T0 G82\nX95.Y80.\nX96.Y80.G83\n");
   expect_clean(run);
   Lines steps = steps_of(run);
@@ -411,7 +430,6 @@ TEST(ManualG83, RoutsAtZThenAtADepthThenAtZAgain) {
                           "plunge z 3",
                           "rout 5 line (40, 30) z 3",
                           "plunge depth 2",
-                          "rout 5 line (50, 30) depth 2",
                           "rout 5 line (60, 50) depth 2",
                           "retract",
                           "position (90, 80)",
