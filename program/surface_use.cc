@@ -80,11 +80,12 @@ void hold_against_map(const Survey& survey,
   log.add(
       {Code::SurfaceOutOfTolerance,
        {request.file.empty() ? file : request.file, request.line, 1},
-       fmt::format("{} of {} contradict the map of --surface; the worst, {}, is {:+.1f} um off it",
-                   n_contradicting,
-                   count_of(n, "probe", "probes"),
-                   describe(request),
-                   off_um),
+       fmt::format(
+           "the map of --surface is contradicted by {} of {}; the worst, {}, is {:+.1f} um off it",
+           n_contradicting,
+           count_of(n, "probe", "probes"),
+           describe(request),
+           off_um),
        fmt::format(
            "at most {:.1f} um, {:g} sigmas; or the map of this board", kMost * sigma_um, kMost)});
 }

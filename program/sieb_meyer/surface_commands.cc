@@ -256,7 +256,7 @@ bool SurfaceSession::fill_gaps(int line) {
   if (!filled) {
     stop(filled.error().code,
          line,
-         fmt::format("the grid has no point at {}, and it cannot be filled: {}",
+         fmt::format("the gaps of the grid cannot be filled, the first at {}: {}",
                      place_text(missing_mm.front()),
                      filled.error().what),
          filled.error().expected);

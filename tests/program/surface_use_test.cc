@@ -46,7 +46,10 @@ std::string held(std::vector<ProbeReading> probes, Length depth_sigma = {}) {
 
 TEST(HoldAgainstMap, NamesTheProbeThatContradictsMost) {
   const std::string text = held({probe(10, 1.601), probe(20, 1.63), probe(30, 1.7)});
-  EXPECT_THAT(text, HasSubstr("p:7:1: error[surface-out-of-tolerance]: 2 of 3 probes contradict"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("p:7:1: error[surface-out-of-tolerance]: the map of --surface is contradicted "
+                "by 2 of 3 probes; the worst, G73 probe 0 (line 7), is "));
   EXPECT_THAT(text, HasSubstr("+99.8 um off it, expected at most 10.2 um"));
 }
 
