@@ -82,7 +82,9 @@ std::string depth_map_figures(const DepthVerdict& verdict) {
   for (std::size_t axis = 0; axis < maps.size(); ++axis) {
     if (!maps[axis]) continue;
     contours::ContourMap picture = heights_of(*maps[axis], axis);
-    const View view = contours::view_of(picture.outline);
+    // Heights are believed so far outside, and worst places may lie there.
+    const View view = contours::view_of(
+        contours::widened(picture.outline, maps[axis]->options().max_extrapolation.in_mm()));
     const std::string marks = worst_marks(verdict, axis, view, picture.marked);
     out += "<figure>" +
            contours::inline_svg(contours::contour_drawing(picture, view, marks),
