@@ -9,11 +9,6 @@
 namespace panelcal {
 namespace {
 
-/// As in [[diameter_page]]: what inches and millimetres with few decimals make of one drill.
-bool is_same_drill(Length a, Length b) {
-  return std::abs((a - b).in_um()) <= 0.5;
-}
-
 Length room(const AnnularRing& ring, Length drill) {
   return (ring.pad - drill) / 2 - ring.least;
 }
@@ -27,6 +22,11 @@ bool says_depth(const ToolTolerance& row) {
 }
 
 }  // namespace
+
+/// As in [[diameter_page]].
+bool is_same_drill(Length a, Length b) {
+  return std::abs((a - b).in_um()) <= 0.5;
+}
 
 const ToolTolerance* Tolerances::row_of(int tool,
                                         std::optional<Length> diameter,

@@ -9,6 +9,9 @@
 
 namespace panelcal {
 
+/// Diameters are of one drill: in inches and in millimetres with few decimals they differ.
+bool is_same_drill(Length a, Length b);
+
 /// What is asked of a hole in a pad: a ring of copper all around it, at least this wide. The hole
 /// breaks it when it is further than (pad - drill) / 2 - least from the pad's middle.
 struct AnnularRing {

@@ -31,8 +31,9 @@ using internal::TomlSource;
 using internal::TomlTable;
 using Words = std::string_view;
 
-constexpr std::array<Words, 16> kTopKeys = {"camera",
+constexpr std::array<Words, 17> kTopKeys = {"camera",
                                             "coupon",
+                                            "depth",
                                             "diameter_page",
                                             "gates",
                                             "ledger",

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "panelcal/calib/tolerance.h"
 #include "panelcal/machine/sim_config.h"
 #include "panelcal/program/dot_font.h"
 #include "panelcal/program/sieb_meyer/settings.h"
@@ -28,8 +29,14 @@ constexpr std::array<Words, 13> kProgramKeys = {"absolute_zero_mm",
                                                 "search_path",
                                                 "spindle",
                                                 "work_zero_mm"};
-constexpr std::array<Words, 5> kSurfaceKeys = {
-    "average", "grid_hold_mm", "height_mm", "height_tolerance_um", "tolerance_mm"};
+constexpr std::array<Words, 7> kSurfaceKeys = {"average",
+                                               "fill_gaps",
+                                               "grid_hold_mm",
+                                               "height_mm",
+                                               "height_tolerance_um",
+                                               "max_sigma_um",
+                                               "tolerance_mm"};
+constexpr std::array<Words, 3> kDepthKeys = {"depth_mm", "drill_mm", "number"};
 constexpr std::array<Words, 4> kScalingKeys = {"about_mm", "enabled", "x", "y"};
 constexpr std::array<Words, 6> kDiameterKeys = {
     "depth_offset_mm", "diameter_mm", "infeed_mm_s", "max_hits", "retract_mm_s", "speed_rpm"};
@@ -40,6 +47,9 @@ constexpr Range kAboveZero{.low = 0, .low_is_open = true};
 constexpr Range kTolerance{0, 1000, true};
 /// A panel that shrinks or grows by a tenth is another panel.
 constexpr Range kScale{0.9, 1.1};
+/// No board is thicker, no drill wider.
+constexpr Range kDepth{.low = 0, .high = 100, .low_is_open = true};
+constexpr int kMaxTool = 1'000'000;
 constexpr int kMaxHits = 1'000'000'000;
 constexpr int kMaxCounter = 1'000'000'000;
 
@@ -113,9 +123,10 @@ Expected<void> read_average(const TomlTable& table, sieb_meyer::Settings& settin
   return {};
 }
 
-Expected<void> read_surface(const TomlTable& top, sieb_meyer::Settings& settings) {
+Expected<void> read_surface(const TomlTable& top, WalkOptions& walk) {
   PANELCAL_TRY(const auto table, top.table("surface", "[surface]", {kSurfaceKeys, {}}));
   if (!table) return {};
+  sieb_meyer::Settings& settings = walk.sieb_meyer;
   PANELCAL_CHECK(read_average(*table, settings));
   PANELCAL_TRY(const auto height_mm, table->number("height_mm", kPlace));
   if (height_mm) settings.surface_height = mm(*height_mm);
@@ -124,7 +135,44 @@ Expected<void> read_surface(const TomlTable& top, sieb_meyer::Settings& settings
   PANELCAL_TRY(const auto hold_mm, table->number("grid_hold_mm", {0, kMaxPlace_mm}));
   if (hold_mm) settings.grid_hold = mm(*hold_mm);
   PANELCAL_TRY(const auto height_um, table->number("height_tolerance_um", kTolerance));
-  if (height_um) settings.height_tolerance = um(*height_um);
+  if (height_um) walk.board.height_tolerance = um(*height_um);
+  PANELCAL_TRY(const auto sigma_um, table->number("max_sigma_um", kAboveZero));
+  if (sigma_um) walk.board.max_sigma = um(*sigma_um);
+  PANELCAL_TRY(const auto fills, table->truth("fill_gaps"));
+  settings.fills_gaps = fills.value_or(false);
+  return {};
+}
+
+Expected<ToolDepth> read_depth(const TomlTable& table) {
+  ToolDepth row;
+  PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxTool));
+  if (number) row.number = static_cast<int>(*number);
+  PANELCAL_TRY(const auto drill_mm, table.number("drill_mm", kDepth));
+  if (drill_mm) row.drill = mm(*drill_mm);
+  if (!number && !drill_mm) return failure(table.missing("number", "number, or drill_mm"));
+  if (number && drill_mm) {
+    return failure(table.problem("drill_mm", "number or drill_mm", "there are both"));
+  }
+  PANELCAL_TRY(const auto depth_mm, table.number("depth_mm", kDepth));
+  if (!depth_mm) return failure(table.missing("depth_mm", "depth_mm = 0.8"));
+  row.depth = mm(*depth_mm);
+  return row;
+}
+
+/// Rows that would both be a tool's are refused: one of them is wrong.
+Expected<void> read_depths(const TomlTable& top, BoardDepths& board) {
+  PANELCAL_TRY(const auto rows, top.tables("depth", "[[depth]]", {kDepthKeys, {}}));
+  for (const TomlTable& table : rows) {
+    PANELCAL_TRY(const ToolDepth row, read_depth(table));
+    for (const ToolDepth& other : board.tools) {
+      const bool is_same = row.number ? row.number == other.number
+                                      : other.drill && is_same_drill(*row.drill, *other.drill);
+      if (!is_same) continue;
+      return failure(table.problem(
+          row.number ? "number" : "drill_mm", "each tool once", "another row names it"));
+    }
+    board.tools.push_back(row);
+  }
   return {};
 }
 
@@ -165,7 +213,8 @@ Expected<Tool> read_diameter(const TomlTable& table) {
 
 Expected<void> read_program_config(const TomlTable& top, MachineConfig& config) {
   PANELCAL_CHECK(read_program(top, config));
-  PANELCAL_CHECK(read_surface(top, config.walk.sieb_meyer));
+  PANELCAL_CHECK(read_surface(top, config.walk));
+  PANELCAL_CHECK(read_depths(top, config.walk.board));
   PANELCAL_CHECK(read_scaling(top, config));
   PANELCAL_TRY(const auto rows,
                top.tables("diameter_page", "[[diameter_page]]", {kDiameterKeys, {}}));

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "panelcal/program/arc_path.h"
+
 namespace panelcal {
 namespace {
 
@@ -16,43 +18,6 @@ constexpr int kLeastSamples = 8;  // steps from a piece's begin to its end; even
 constexpr int kMostSamples = 8192;
 constexpr double kSampled_mm = 2;
 constexpr double kStraightSagitta_mm = 1e-9;
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-/// A path by the share of it that is done.
-class Path {
- public:
-  explicit Path(const Arc& arc) : arc_(arc) {
-    if (arc.straight) return;
-    const Vector2d start = arc.start_mm - arc.center_mm;
-    const Vector2d end = arc.end_mm - arc.center_mm;
-    turn_rad_ = std::atan2(cross(start, end), start.dot(end));
-    // Half a turn may come out on either side.
-    if ((turn_rad_ > 0) == arc.clockwise) turn_rad_ = -turn_rad_;
-  }
-
-  Vector2d at(double share) const {
-    if (share <= 0) return arc_.start_mm;
-    if (share >= 1) return arc_.end_mm;
-    if (arc_.straight) return arc_.start_mm + share * (arc_.end_mm - arc_.start_mm);
-    const double c = std::cos(share * turn_rad_);
-    const double s = std::sin(share * turn_rad_);
-    const Vector2d from_center = arc_.start_mm - arc_.center_mm;
-    return arc_.center_mm + Vector2d(c * from_center.x() - s * from_center.y(),
-                                     s * from_center.x() + c * from_center.y());
-  }
-
-  double length_mm() const {
-    return arc_.straight ? (arc_.end_mm - arc_.start_mm).norm()
-                         : std::abs(turn_rad_) * (arc_.start_mm - arc_.center_mm).norm();
-  }
-
- private:
-  const Arc& arc_;
-  double turn_rad_ = 0;
-};
 
 double distance_to_chord_mm(const Vector2d& p_mm, const Arc& line) {
   const Vector2d along = line.end_mm - line.start_mm;
@@ -94,7 +59,7 @@ struct Cut {
   double deviation_mm = 0;
 };
 
-Cut cut(const Path& path, const Map& map, bool is_line, int n_pieces) {
+Cut cut(const ArcPath& path, const Map& map, bool is_line, int n_pieces) {
   const int n_for_length =
       static_cast<int>(std::min(1.0 * kMostSamples, path.length_mm() / kSampled_mm)) / n_pieces;
   const int n_steps = 2 * (std::max(kLeastSamples, n_for_length) / 2);
@@ -125,7 +90,7 @@ Cut cut(const Path& path, const Map& map, bool is_line, int n_pieces) {
 }  // namespace
 
 std::vector<BentPiece> carry_bent(const Arc& path, const Map& map, double tolerance_mm) {
-  const Path way(path);
+  const ArcPath way(path);
   const Vector2d start_mm = map(path.start_mm);
   const Vector2d end_mm = map(path.end_mm);
   BentPiece whole{path.end_mm, 1, {start_mm, end_mm, 0.5 * (start_mm + end_mm), false, true}};

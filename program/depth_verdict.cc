@@ -10,44 +10,9 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "panelcal/calib/drift/distributions.h"
 #include "panelcal/program/emitter.h"
 
 namespace panelcal {
-namespace {
-
-/// That a normal error is above a limit. Without a sigma it is or is not.
-double chance_above(Length limit, Length mean, Length sigma) {
-  const Length room = limit - mean;
-  if (!(sigma > Length())) return room < Length() ? 1 : 0;
-  return normal_exceedance(room / sigma);
-}
-
-std::string error_text(const DepthError& error) {
-  return fmt::format("{:.1f} um too {} if the map is right, sigma {:.1f} um",
-                     std::abs(error.mean.in_um()),
-                     error.mean < Length() ? "shallow" : "deep",
-                     error.sigma.in_um());
-}
-
-}  // namespace
-
-DepthRisk depth_risk(const DepthError& error, const DepthTolerance& tolerance) {
-  DepthRisk risk;
-  if (tolerance.too_shallow) {
-    risk.too_shallow = chance_above(*tolerance.too_shallow, -error.mean, error.sigma);
-  }
-  if (tolerance.too_deep) {
-    risk.too_deep = chance_above(*tolerance.too_deep, error.mean, error.sigma);
-  }
-  return risk;
-}
-
-DepthVerdict::DepthVerdict(const Tolerances& tolerances,
-                           Length depth_sigma,
-                           Expected<HeightMap> map)
-    : tolerances_(tolerances), depth_sigma_(depth_sigma), map_(std::move(map)) {
-}
 
 // --- the passing job ---------------------------------------------------------------------------
 
@@ -71,16 +36,20 @@ void DepthVerdict::put(const Operation& operation) {
     add_line(whole, operation, *slot);
   } else if (const auto* change = std::get_if<ToolChange>(&operation.what)) {
     contour_ = {};
-    if (change->tool.number > 0) tools_[change->tool.number] = change->tool;
+    judge_.take(*change);
   }
 }
 
-/// One a cell of the map's lattice, so that no bend of the surface is overlooked.
+/// One a cell of the finest map's lattice, so that no bend of the surface is overlooked.
 int DepthVerdict::n_samples(double length_mm) const {
   constexpr double kMost = 1000;
-  if (!map_) return 1;
-  const double cell_mm = std::min(map_->lattice().x().step_mm, map_->lattice().y().step_mm);
-  return static_cast<int>(std::clamp(std::ceil(length_mm / cell_mm), 1.0, kMost));
+  double n = 1;
+  for (const Expected<HeightMap>& map : errors().maps()) {
+    if (!map) continue;
+    const double cell_mm = std::min(map->lattice().x().step_mm, map->lattice().y().step_mm);
+    n = std::max(n, std::ceil(length_mm / cell_mm));
+  }
+  return static_cast<int>(std::min(n, kMost));
 }
 
 /// The nominal way is the corrected one, turned and stretched onto the nominal ends.
@@ -135,13 +104,10 @@ void DepthVerdict::add(Counted& counted,
                        int tool_number,
                        const Position<frame::Nominal>& place,
                        const DepthOfCut& cut) {
-  if (!cut.depth && !cut.surface) return;
-  const auto known = tools_.find(tool_number);
-  const DepthTolerance tolerance = tolerances_.depth_of(
-      tool_number, known == tools_.end() ? std::nullopt : known->second.diameter);
+  const DepthTolerance tolerance = judge_.tolerance_of(tool_number, cut);
   if (tolerance.is_empty()) return;
   ToolFigures& tool = figures(tool_number, tolerance);
-  const std::optional<DepthError> error = error_at(place, cut);
+  const std::optional<DepthError> error = errors().worst_at(place, cut, tolerance);
   if (!error) {
     tool.places.n_unjudged += counted.is_unjudged ? 0 : 1;
     counted.is_unjudged = true;
@@ -175,35 +141,14 @@ void DepthVerdict::add(Counted& counted,
 }
 
 void DepthVerdict::count(ToolFigures& tool, const DepthRisk& risk, int sign) const {
-  const bool is_held = !(risk.either() <= tolerances_.hold_above);
-  const bool is_warned = is_held || !(risk.either() <= tolerances_.warn_above);
+  const bool is_held = !(risk.either() <= tolerances().hold_above);
+  const bool is_warned = is_held || !(risk.either() <= tolerances().warn_above);
   tool.places.n_judged += sign;
   if (is_warned) tool.places.n_warned += sign;
   if (is_held) tool.places.n_held += sign;
   tool.places.expected_broken += sign * risk.either();
   tool.expected_too_shallow += sign * risk.too_shallow;
   tool.expected_too_deep += sign * risk.too_deep;
-}
-
-/// Empty where nobody knows.
-std::optional<DepthError> DepthVerdict::error_at(const Position<frame::Nominal>& place,
-                                                 const DepthOfCut& cut) const {
-  if (!cut.surface) {
-    if (!(depth_sigma_ > Length())) return std::nullopt;
-    return DepthError{{}, depth_sigma_};
-  }
-  if (!map_) return std::nullopt;
-  const auto found = map_->height_at(place);
-  if (!found) return std::nullopt;
-  Length mean = found->height - *cut.surface;
-  double sigma_mm = std::hypot(found->sigma.in_mm(), depth_sigma_.in_mm());
-  if (cut.reference) {
-    const auto at_reference = map_->height_at(cut.reference->place);
-    if (!at_reference) return std::nullopt;
-    mean = mean - (at_reference->height - cut.reference->height);
-    sigma_mm = std::hypot(sigma_mm, at_reference->sigma.in_mm());
-  }
-  return DepthError{mean, mm(sigma_mm)};
 }
 
 DepthVerdict::ToolFigures& DepthVerdict::figures(int tool, const DepthTolerance& tolerance) {
@@ -253,7 +198,7 @@ std::string DepthVerdict::sentence() const {
         ": {} more likely than {} to be too shallow or too deep; {} of {} expected to be; the "
         "worst is line {}, {}",
         n == 0 ? "no depth is" : count_of(n, "depth is", "depths are"),
-        risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above),
+        risk_text(is_held ? tolerances().hold_above : tolerances().warn_above),
         risk_text(sum.expected_broken),
         sum.n_judged,
         line_text(worst->worst.file, worst->worst.line),
@@ -288,16 +233,20 @@ void DepthVerdict::report(const std::string& file, DiagnosticLog& log) const {
                          is_deep ? "deep" : "shallow",
                          risk_text(is_deep ? worst.risk.too_deep : worst.risk.too_shallow),
                          error_text(worst.error)),
-             "at most " + risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above)});
+             "at most " + risk_text(is_held ? tolerances().hold_above : tolerances().warn_above)});
   }
   const JudgedPlaces sum = places();
   if (sum.n_unjudged > 0) {
+    std::string problem;
+    for (const Expected<HeightMap>& map : errors().maps()) {
+      if (!map && problem.empty()) problem = ": " + map.error().what;
+    }
     log.add({Code::ToleranceWarning,
              {file, 0, 0},
              fmt::format("of {} with a tolerance nobody knows how wrong {}{}",
                          count_of(sum.n_unjudged, "depth", "depths"),
                          sum.n_unjudged == 1 ? "it is" : "they are",
-                         map_ ? "" : ": " + map_.error().what),
+                         problem),
              "twelve or more probes about them that state a sigma, or [uncertainty] depth_um where "
              "the machine finds the surface itself"});
   }

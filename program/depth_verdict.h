@@ -5,47 +5,24 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/tolerance.h"
+#include "panelcal/program/depth_errors.h"
 #include "panelcal/program/job_decision.h"
 #include "panelcal/program/operation.h"
 #include "panelcal/surface/height_map.h"
 
 namespace panelcal {
 
-/// How much deeper than wanted a tool works at a place: normal, of this mean and sigma.
-struct DepthError {
-  Length mean;
-  Length sigma;
-};
-
-/// That a depth breaks its tolerance to either side.
-struct DepthRisk {
-  double too_shallow = 0;
-  double too_deep = 0;
-
-  double either() const { return too_shallow + too_deep; }
-};
-DepthRisk depth_risk(const DepthError& error, const DepthTolerance& tolerance);
-
 /// Holds the depths of a job against [tolerance] as it passes: of every hole, slot and contour that
 /// works to a depth below the board's surface. Slots and contours are looked at all along their way
 /// and count once each, by their worst place. Memory does not grow with the job.
 ///
-/// What the machine is told counts on a height of the surface: one that was probed once for many
-/// strokes, or a grid's, interpolated. The map of all probes says how high the surface really is
-/// and how sure that is, so
-///
-///   deeper = surface of the map - surface counted on + e,   e ~ N(0, map^2 + depth^2)
-///
-/// with the map's sigma at that place and [uncertainty] depth_um. A plane that follows a grid
-/// counts from a reference (G78), which is measured like any probe: what it is off is taken away,
-/// and its sigma added, as if both were independent; they are not, so the sum is the larger of what
-/// it may be. A stroke at which the machine finds the surface by itself is wrong by depth_um alone.
-/// Planes above the table that no probe has moved are not judged: nobody says how deep they are
-/// meant to be. Of several Z axes the first is judged.
+/// How wrong each may be is what DepthErrors say, of several Z axes the one that is likeliest to
+/// break the tolerance. Planes above the table that no probe has moved are not judged.
 ///
 /// A probe that does not fit the others is not in the map, but what the machine is told may count
 /// on it: the places about it break their tolerance.
@@ -73,18 +50,19 @@ class DepthVerdict final : public OperationSink {
     WorstPlace worst;      ///< the likeliest to break, if places.n_judged > 0
   };
 
-  /// In     depth_sigma: [uncertainty] depth_um
-  ///        map: of the surface, or why there is none
-  DepthVerdict(const Tolerances& tolerances, Length depth_sigma, Expected<HeightMap> map);
+  DepthVerdict(const Tolerances& tolerances, DepthErrors errors)
+      : judge_(tolerances, std::move(errors)) {}
+  /// Of a machine with one Z axis.
+  DepthVerdict(const Tolerances& tolerances, Length depth_sigma, const Expected<HeightMap>& map)
+      : DepthVerdict(tolerances, DepthErrors(depth_sigma, {map})) {}
   DepthVerdict(const DepthVerdict&) = delete;
   DepthVerdict& operator=(const DepthVerdict&) = delete;
 
-  void begin(const ProgramInfo& info) override { tools_ = info.tools; }
+  void begin(const ProgramInfo& info) override { judge_.begin(info); }
   void put(const Operation& operation) override;
 
-  const Tolerances& tolerances() const { return tolerances_; }
-  const Expected<HeightMap>& map() const { return map_; }
-  Length depth_sigma() const { return depth_sigma_; }
+  const Tolerances& tolerances() const { return judge_.tolerances(); }
+  const DepthErrors& errors() const { return judge_.errors(); }
   /// Tools that work to a depth and have a tolerance for it.
   const std::map<int, ToolFigures>& by_tool() const { return by_tool_; }
   JudgedPlaces places() const;
@@ -113,14 +91,9 @@ class DepthVerdict final : public OperationSink {
   void add_line(Counted& counted, const Operation& operation, const Slot& slot);
   void count(ToolFigures& tool, const DepthRisk& risk, int sign) const;
   int n_samples(double length_mm) const;
-  std::optional<DepthError> error_at(const Position<frame::Nominal>& place,
-                                     const DepthOfCut& cut) const;
   ToolFigures& figures(int tool, const DepthTolerance& tolerance);
 
-  Tolerances tolerances_;
-  Length depth_sigma_;
-  Expected<HeightMap> map_;
-  std::map<int, Tool> tools_;
+  DepthJudge judge_;
   std::map<int, ToolFigures> by_tool_;
   // Where the router stands, how deep, and what it has routed since it went down.
   PlacedPoint router_;

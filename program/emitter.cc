@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/program/arc_path.h"
 #include "panelcal/program/bent_path.h"
 
 namespace panelcal {
@@ -24,6 +25,16 @@ Transform<frame::Nominal, frame::Nominal> scaling_map(const ReferenceScaling& sc
   return {factor.asDiagonal(), about_mm - factor.cwiseProduct(about_mm)};
 }
 
+std::vector<Length> between_all(const std::vector<Length>& from,
+                                const std::vector<Length>& to,
+                                double fraction) {
+  std::vector<Length> out = to;
+  for (std::size_t i = 0; from.size() == to.size() && i < to.size(); ++i) {
+    out[i] = from[i] + fraction * (to[i] - from[i]);
+  }
+  return out;
+}
+
 }  // namespace
 
 DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double fraction) {
@@ -33,7 +44,9 @@ DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double frac
   return {between(from.z, to.z),
           between(from.depth, to.depth),
           between(from.surface, to.surface),
-          to.reference};
+          to.reference,
+          between_all(from.other_surfaces, to.other_surfaces, fraction),
+          to.foretold};
 }
 
 Emitter::Emitter(const std::map<int, Tool>& header_tools,
@@ -46,7 +59,8 @@ Emitter::Emitter(const std::map<int, Tool>& header_tools,
       place_(place),
       corrections_(corrections),
       reporter_(reporter),
-      sink_(sink) {
+      sink_(sink),
+      depths_(options.board, reporter) {
   if (options.scaling) scaling_ = scaling_map(*options.scaling);
   tolerance_ = options.tolerances.position;
   origin_.placement = &place.placement;
@@ -123,6 +137,7 @@ void Emitter::take(int line, const ToolChange& change) {
   tool_ = fitted_tool_ = change.tool.number;
   origin_.tool_line = line;
   take_tolerance(line, change.tool);
+  depths_.take(line, change.tool);
   if (change.tool.max_hits) {
     max_hits_[tool_] = *change.tool.max_hits;
   } else {
@@ -234,7 +249,7 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   drill.cov_mm2 = corrected.cov;
   drill.risk = is_correcting() ? risk_of(corrected.cov) : std::nullopt;
   drill.tool = tool_;
-  drill.cut = cut_;
+  drill.cut = depths_.is_needed() ? cut_at(line, nominal) : cut_;
   sink_->put(hole_);
 }
 
@@ -246,7 +261,7 @@ void Emitter::drill_at_target(int line,
   note_origin(at_mm, nullptr);
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   origin_.i_measurement = target.i_measurement;
-  Drill drill{place_of(line, nominal, target.place), tool_, cut_};
+  Drill drill{place_of(line, nominal, target.place), tool_, cut_at(line, nominal)};
   drill.risk = risk_of(drill.cov_mm2);
   send(line, drill);
   origin_.i_measurement.reset();
@@ -259,7 +274,8 @@ void Emitter::slot(int line,
   if (!passes(line)) return;
   hit(line, n_hits);
   const PlacedPoint end = placed(line, end_mm, Scaling::Applies);
-  send(line, Slot{tool_, placed(line, start_mm, Scaling::Applies), end, cut_});
+  const PlacedPoint start = placed(line, start_mm, Scaling::Applies);
+  send(line, Slot{tool_, start, end, cut_at(line, start.nominal)});
 }
 
 void Emitter::step_slot(int line,
@@ -269,6 +285,7 @@ void Emitter::step_slot(int line,
                         Length increment,
                         std::optional<Feed> feed) {
   was_switched_off_ = true;
+  refuse_passes(line);
   if (!passes(line)) return;
   const PlacedPoint end = placed(line, end_mm, Scaling::Never);
   send(line,
@@ -296,13 +313,16 @@ void Emitter::move(int line, const Eigen::Vector2d& to_mm) {
   send(line, RapidMove{placed(line, to_mm, Scaling::Never)});
 }
 
-Rout Emitter::rout_to(int line, const Eigen::Vector2d& at_mm, std::optional<Feed> feed) {
+Rout Emitter::rout_to(int line,
+                      const Eigen::Vector2d& at_mm,
+                      std::optional<Feed> feed,
+                      const DepthOfCut& cut) {
   Rout move;
   static_cast<PlacedPoint&>(move) = placed(line, at_mm, Scaling::Never);
   move.tool = tool_;
   move.feed = feed.value_or(kDefaultTableFeed);
   move.feed_is_default = !feed;
-  move.cut = cut_;
+  move.cut = cut;
   return move;
 }
 
@@ -328,14 +348,63 @@ void Emitter::take_center(const Eigen::Vector2d& told_center_mm, Rout& move) con
 }
 
 void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed) {
-  if (is_bent() && sink_ != nullptr && stands_at_) {
+  const bool is_cut = is_bent() || depths_.follows_map(cut_);
+  if (is_cut && sink_ != nullptr && stands_at_) {
     const Eigen::Vector2d from_mm = place_.placement.inverse()(*stands_at_).in_mm();
     const Arc path{from_mm, to_mm, 0.5 * (from_mm + to_mm), false, true};
-    return rout_bent(line, path, feed, stands_at_cut_);
+    return rout_way(line, path, feed, stands_at_cut_);
   }
   if (!passes(line)) return;
   stand_at(to_mm);
-  send(line, rout_to(line, to_mm, feed));
+  send(line, rout_to(line, to_mm, feed, cut_at(line, *stands_at_)));
+}
+
+void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const DepthOfCut& from) {
+  if (sink_ == nullptr) {
+    count_operations(1, line);
+    return;
+  }
+  rout_way(line, arc, feed, from);
+}
+
+/// As deep as [[depth]] says; where that counts from a map, the way is cut so that the tool keeps
+/// to the surface.
+void Emitter::rout_way(int line,
+                       const Arc& path,
+                       std::optional<Feed> feed,
+                       const DepthOfCut& from) {
+  if (!depths_.is_needed()) {
+    rout_piece(line, path, feed, from, cut_);
+    return stand_at(path.end_mm);
+  }
+  const ArcPath way(path);
+  const auto place = [&](double share) {
+    return place_.placement(position_mm<frame::Programmed>(way.at(share)));
+  };
+  std::vector<double> ends = {1};
+  if (depths_.follows_map(cut_)) ends = depths_.cuts(line, place, way.length_mm());
+  const auto cut_after = [&](double share) {
+    return depths_.at(line, place(share), share < 1 ? interpolate(from, cut_, share) : cut_);
+  };
+  double begin = 0;
+  DepthOfCut begin_cut = cut_after(0);
+  for (const double end : ends) {
+    const DepthOfCut end_cut = cut_after(end);
+    rout_piece(line, ends.size() == 1 ? path : way.part(begin, end), feed, begin_cut, end_cut);
+    begin = end;
+    begin_cut = end_cut;
+  }
+  stand_at(path.end_mm);
+}
+
+void Emitter::rout_piece(int line,
+                         const Arc& path,
+                         std::optional<Feed> feed,
+                         const DepthOfCut& from,
+                         const DepthOfCut& to) {
+  if (is_bent()) return rout_bent(line, path, feed, from, to);
+  if (!path.straight) return rout_arc(line, path, feed, from, to);
+  if (passes(line)) send(line, rout_to(line, path.end_mm, feed, to));
 }
 
 /// On a bent panel, and on a table whose error bends it, a path is cut into lines or arcs that keep
@@ -343,32 +412,32 @@ void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> f
 void Emitter::rout_bent(int line,
                         const Arc& path,
                         std::optional<Feed> feed,
-                        const DepthOfCut& from) {
+                        const DepthOfCut& from,
+                        const DepthOfCut& to) {
   const std::vector<BentPiece> pieces = carry_bent(
       path,
       [this, line](const Eigen::Vector2d& at_mm) { return told_mm(line, at_mm); },
       options_.arc_tolerance.in_mm());
   for (std::size_t i = 0; i < pieces.size() && passes(line); ++i) {
     const BentPiece& piece = pieces[i];
-    Rout move = rout_to(line, piece.end_mm, feed);
-    if (i + 1 < pieces.size()) move.cut = interpolate(from, cut_, piece.share);
+    const bool is_last = i + 1 == pieces.size();
+    Rout move =
+        rout_to(line, piece.end_mm, feed, is_last ? to : interpolate(from, to, piece.share));
     if (!piece.image.straight) {
       move.kind = piece.image.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
       take_center(piece.image.center_mm, move);
     }
     send(line, move);
   }
-  stand_at(path.end_mm);
 }
 
 /// Stretch turns a circle into an ellipse, which takes several arcs (or lines where it is almost
 /// straight) within the tolerance; mirrors turn the sense round.
-void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const DepthOfCut& from) {
-  if (sink_ == nullptr) {
-    count_operations(1, line);
-    return;
-  }
-  if (is_bent()) return rout_bent(line, arc, feed, from);
+void Emitter::rout_arc(int line,
+                       const Arc& arc,
+                       std::optional<Feed> feed,
+                       const DepthOfCut& from,
+                       const DepthOfCut& to) {
   const auto& correction = corrections_.stack.actual_from_nominal().map;
   const auto whole = correction * place_.placement;
   const auto back = whole.inverse();
@@ -379,18 +448,37 @@ void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const Dep
     const bool is_last = i + 1 == pieces.size();
     const Eigen::Vector2d end_mm =
         is_last ? arc.end_mm : back(position_mm<frame::Actual>(piece.end_mm)).in_mm();
-    Rout move = rout_to(line, end_mm, feed);
-    if (!is_last) {
-      const double fraction = static_cast<double>(i + 1) / static_cast<double>(pieces.size());
-      move.cut = interpolate(from, cut_, fraction);
-    }
+    const double fraction = static_cast<double>(i + 1) / static_cast<double>(pieces.size());
+    Rout move = rout_to(line, end_mm, feed, is_last ? to : interpolate(from, to, fraction));
     if (!piece.straight) {
       move.kind = piece.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
       take_center(piece.center_mm, move);
     }
     send(line, move);
   }
-  stand_at(arc.end_mm);
+}
+
+DepthOfCut Emitter::cut_where_it_stands(int line) {
+  if (!stands_at_ && follows_map()) {
+    reporter_.report(Code::CoordinateMissing,
+                     line,
+                     0,
+                     "the router goes down, and nobody knows where",
+                     "a move to X#Y# before it");
+  }
+  return cut_at(line, stands_at_.value_or(Position<frame::Nominal>()));
+}
+
+/// No plain depth says how deep a single pass is.
+void Emitter::refuse_passes(int line) {
+  if (!depths_.has_tool_depth()) return;
+  reporter_.report(Code::NotSupported,
+                   line,
+                   0,
+                   fmt::format("a slot in deepening passes (G87) by tool {}, whose depth [[depth]] "
+                               "states",
+                               tool_),
+                   "a slot in one pass");
 }
 
 CompensationSide Emitter::placed_side(CompensationSide side) const {
@@ -420,7 +508,8 @@ void Emitter::plunge(int line,
   side_ = side;
   was_switched_off_ = false;
   stands_at_cut_ = cut_;
-  put(line, Plunge{tool_, kind, depth_offset, cut_});
+  if (depth_offset) refuse_passes(line);
+  if (passes(line)) send(line, Plunge{tool_, kind, depth_offset, cut_where_it_stands(line)});
 }
 
 }  // namespace panelcal

@@ -9,6 +9,7 @@
 
 #include "panelcal/calib/breaking_probability.h"
 #include "panelcal/program/arcs.h"
+#include "panelcal/program/depth_follower.h"
 #include "panelcal/program/measuring.h"
 #include "panelcal/program/reporter.h"
 #include "panelcal/program/tool_links.h"
@@ -65,6 +66,12 @@ class Emitter {
   /// How deep holes, plunges and rout moves go from here on.
   void set_cut(const DepthOfCut& cut) { cut_ = cut; }
   const DepthOfCut& cut() const { return cut_; }
+  /// What the tool in use does at a place: as deep as [[depth]] says, where the map says.
+  DepthOfCut cut_at(int line, const Position<frame::Nominal>& place) {
+    return depths_.at(line, place, cut_);
+  }
+  /// Every hole has a height of its own, so that no cycle can be passed on whole.
+  bool follows_map() const { return depths_.follows_map(cut_); }
 
   void drill(int line, const Eigen::Vector2d& at_mm) {
     if (count_operations(1, line) && sink_ != nullptr) drill_now(line, at_mm);
@@ -115,9 +122,29 @@ class Emitter {
   void expire(int line);
   CompensationSide placed_side(CompensationSide side) const;
   Eigen::Vector2d told_mm(int line, const Eigen::Vector2d& at_mm);
-  void rout_bent(int line, const Arc& path, std::optional<Feed> feed, const DepthOfCut& from);
+  void rout_way(int line, const Arc& path, std::optional<Feed> feed, const DepthOfCut& from);
+  void rout_piece(int line,
+                  const Arc& path,
+                  std::optional<Feed> feed,
+                  const DepthOfCut& from,
+                  const DepthOfCut& to);
+  void rout_bent(int line,
+                 const Arc& path,
+                 std::optional<Feed> feed,
+                 const DepthOfCut& from,
+                 const DepthOfCut& to);
+  void rout_arc(int line,
+                const Arc& arc,
+                std::optional<Feed> feed,
+                const DepthOfCut& from,
+                const DepthOfCut& to);
   void stand_at(const Eigen::Vector2d& at_mm);
-  Rout rout_to(int line, const Eigen::Vector2d& at_mm, std::optional<Feed> feed);
+  DepthOfCut cut_where_it_stands(int line);
+  void refuse_passes(int line);
+  Rout rout_to(int line,
+               const Eigen::Vector2d& at_mm,
+               std::optional<Feed> feed,
+               const DepthOfCut& cut);
   PlacedPoint placed(int line, const Eigen::Vector2d& at_mm, Scaling scaling);
   PlacedPoint place_of(int line,
                        const Position<frame::Nominal>& nominal,
@@ -159,7 +186,8 @@ class Emitter {
   ToolLinks links_;
   std::optional<Length> tolerance_;  ///< of the tool in use
   BreakingRisk breaking_risk_;
-  DepthOfCut cut_;
+  DepthOfCut cut_;  ///< as the program asks
+  DepthFollower depths_;
   CompensationSide side_ = CompensationSide::Off;  ///< as the control was told last
   bool was_switched_off_ = false;                  ///< by the control itself, since then
   bool is_off_table_ = false;                      ///< and that was reported

@@ -61,9 +61,40 @@ std::string depth_text(const DepthOfCut& cut) {
   if (cut.z) text = fmt::format("to {:.4f} mm above the table", cut.z->in_mm());
   if (cut.depth) text = fmt::format("{:.4f} mm below the board's surface", cut.depth->in_mm());
   if (!cut.surface) return text;
-  return text + fmt::format("{}surface measured {:.4f} mm above the table",
-                            text.empty() ? "" : ", ",
-                            cut.surface->in_mm());
+  text += fmt::format("{}surface measured {:.4f} mm above the table",
+                      text.empty() ? "" : ", ",
+                      cut.surface->in_mm());
+  if (!cut.foretold) return text;
+  return text + fmt::format(" by the map, sigma {:.2f} um ({})",
+                            cut.foretold->sigma.in_um(),
+                            name(cut.foretold->source));
+}
+
+/// The errors are independent, so their shares are of the variance.
+std::string depth_budget_text(const JudgedDepth& judged) {
+  const DepthError& error = judged.error;
+  std::string text = fmt::format("  budget      {:>23}{:>8}\n", "sigma um", "share %");
+  std::string unknown;
+  const auto row = [&](std::string_view source, Length sigma) {
+    if (!(sigma > Length())) {
+      unknown += fmt::format("{}{}", unknown.empty() ? "" : ", ", source);
+      return;
+    }
+    const double share = sigma / error.sigma;
+    text += fmt::format("    {:<24}{:>9.3f}{:>8.1f}\n", source, sigma.in_um(), 100 * share * share);
+  };
+  row("map of the surface", error.map_sigma);
+  if (error.reference_sigma > Length()) row("reference of the grid", error.reference_sigma);
+  row("depth_um", error.machine_sigma);
+  row("total", error.sigma);
+  if (!unknown.empty()) text += "    not stated: " + unknown + "\n";
+  const auto side = [](std::string_view word, const std::optional<Length>& limit, double risk) {
+    if (!limit) return std::string();
+    return fmt::format("; more than {:.4g} um too {}: {}", limit->in_um(), word, risk_text(risk));
+  };
+  return text + "  error       " + error_text(error) +
+         side("shallow", judged.tolerance.too_shallow, judged.risk.too_shallow) +
+         side("deep", judged.tolerance.too_deep, judged.risk.too_deep) + "\n";
 }
 
 std::string budget_row(std::string_view source,
@@ -125,7 +156,10 @@ std::optional<ExplainChoice> parse_explain_choice(std::string_view text) {
 }
 
 void Explainer::put(const Operation& operation) {
-  if (const auto* change = std::get_if<ToolChange>(&operation.what)) tool_ = change->tool;
+  if (const auto* change = std::get_if<ToolChange>(&operation.what)) {
+    tool_ = change->tool;
+    if (depths_) depths_->take(*change);
+  }
   const PlacedPoint* place = place_of(operation);
   if (place == nullptr || operation.origin == nullptr) return;
   ++n_places_;
@@ -169,10 +203,7 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
                  std::sqrt(place.cov_mm2(1, 1)) * 1e3);
   text_ += budget_text(error_budget(budget_place(place, origin), survey_, machine_));
   explain_risk(place);
-  if (const DepthOfCut* const cut = cut_of(operation)) {
-    const std::string depth = depth_text(*cut);
-    if (!depth.empty()) fmt::format_to(to, "  depth       {}\n", depth);
-  }
+  explain_depth(operation);
   fmt::format_to(to, "  work zero   {}\n", point(origin.work_zero->in_mm()));
   if (const Eigen::Vector2d table_mm = place.told.in_mm() - place.corrected.in_mm();
       !table_mm.isZero(0)) {
@@ -244,6 +275,15 @@ void Explainer::explain_risk(const PlacedPoint& place) {
                  "  tolerance   {:.4g} um, risk of breaking it {}\n",
                  radius->in_um(),
                  risk);
+}
+
+void Explainer::explain_depth(const Operation& operation) {
+  const DepthOfCut* const cut = cut_of(operation);
+  const std::string depth = cut == nullptr ? std::string() : depth_text(*cut);
+  if (depth.empty()) return;
+  text_ += "  depth       " + depth + "\n";
+  if (!depths_) return;
+  if (const auto judged = depths_->judge(operation)) text_ += depth_budget_text(*judged);
 }
 
 void PlaceNumber::put(const Operation& operation) {

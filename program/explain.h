@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "panelcal/program/depth_errors.h"
 #include "panelcal/program/job_verdict.h"
 #include "panelcal/program/walk.h"
 
@@ -28,18 +29,23 @@ class Explainer final : public OperationSink {
   static constexpr int kMost = 20;  ///< places of one line; the rest are counted
 
   /// Precondition: program and survey outlive this; `machine` and `tolerances` are what they were
-  /// walked with.
+  /// walked with. `depths`: empty if nothing is asked of depths.
   Explainer(ExplainChoice choice,
             const Program& program,
             const Survey& survey,
             MachineUncertainty machine = {},
-            Tolerances tolerances = {})
+            Tolerances tolerances = {},
+            std::optional<DepthJudge> depths = std::nullopt)
       : choice_(choice),
         program_(program),
         survey_(survey),
         machine_(std::move(machine)),
-        tolerances_(std::move(tolerances)) {}
+        tolerances_(std::move(tolerances)),
+        depths_(std::move(depths)) {}
 
+  void begin(const ProgramInfo& info) override {
+    if (depths_) depths_->begin(info);
+  }
   void put(const Operation& operation) override;
   /// The explanation, or that there is no such place.
   std::string text() const;
@@ -49,6 +55,7 @@ class Explainer final : public OperationSink {
   void explain(const Operation& operation, const PlacedPoint& point);
   void explain_correction(const Origin& origin);
   void explain_risk(const PlacedPoint& place);
+  void explain_depth(const Operation& operation);
   void explain_series(std::string_view name, std::size_t i_series);
 
   ExplainChoice choice_;
@@ -56,6 +63,7 @@ class Explainer final : public OperationSink {
   const Survey& survey_;
   MachineUncertainty machine_;
   Tolerances tolerances_;
+  std::optional<DepthJudge> depths_;
   Tool tool_;
   std::int64_t n_places_ = 0;
   std::int64_t n_matching_ = 0;

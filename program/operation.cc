@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/operation.h"
 
+#include "panelcal/surface/height_map.h"
+
 namespace panelcal {
 namespace {
 
@@ -98,6 +100,20 @@ std::string_view name(FunctionKind kind) {
       return "text_for_device";
   }
   return "";
+}
+
+std::string_view name(HeightSource source) {
+  switch (source) {
+    case HeightSource::Measured:
+      return "measured";
+    case HeightSource::Filled:
+      return "filled";
+    case HeightSource::Extrapolated:
+      return "extrapolated";
+    case HeightSource::InVoid:
+      return "void";
+  }
+  return {};
 }
 
 std::string_view name(Dialect dialect) {

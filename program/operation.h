@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -50,17 +51,33 @@ struct PlacedPoint {
 struct PlaneReference {
   Position<frame::Nominal> place;
   Length height;
+  std::vector<Length> other_heights = {};  ///< under the second Z axis and further ones
 
   friend bool operator==(const PlaneReference&, const PlaneReference&) = default;
 };
 
-/// How deep a tool works, as far as the program says.
+/// A measured height, a filled one and so on: surface/height_map.h.
+enum class HeightSource : std::uint8_t;
+
+/// How sure a height is that nobody probed at this place.
+struct Foretold {
+  Length sigma;
+  HeightSource source;
+
+  friend bool operator==(const Foretold&, const Foretold&) = default;
+};
+
+/// How deep a tool works, as far as the program or [[depth]] says.
 struct DepthOfCut {
   std::optional<Length> z;        ///< of the tool's tip above the table plane
   std::optional<Length> depth;    ///< below the board's surface, under depth control
   std::optional<Length> surface;  ///< measured height of the surface that `depth` refers to
   /// Of a grid that z follows: z was moved by surface - reference. Outputs do not have it.
   std::optional<PlaneReference> reference = std::nullopt;
+  /// The surface under the second Z axis and further ones; empty: there is one, or one map for all.
+  std::vector<Length> other_surfaces = {};
+  /// Of a surface that a map gives (--surface); absent where the program probed it.
+  std::optional<Foretold> foretold = std::nullopt;
 
   friend bool operator==(const DepthOfCut&, const DepthOfCut&) = default;
 };
@@ -312,6 +329,8 @@ std::string_view operation_name(const Operation& operation);
 std::string_view name(StopKind kind);
 std::string_view name(FunctionKind kind);
 std::string_view name(RoutKind kind);
+/// measured, filled, extrapolated or void: the `surface_source` of output files.
+std::string_view name(HeightSource source);
 
 /// The language of a part program.
 enum class Dialect : std::uint8_t {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/program/probed_surface.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -10,13 +11,15 @@
 
 namespace panelcal {
 
-Expected<HeightMap> probed_surface(const Survey& survey, Length max_extrapolation) {
+Expected<HeightMap> probed_surface(const Survey& survey,
+                                   Length max_extrapolation,
+                                   std::size_t axis) {
   std::vector<ProbePoint> points;
   points.reserve(survey.probes.size());
   for (const ProbeReading& reading : survey.probes) {
-    if (reading.status != ProbeStatus::Found || reading.heights.empty()) continue;
+    if (reading.status != ProbeStatus::Found || axis >= reading.heights.size()) continue;
     const ProbeRequest& request = reading.request;
-    const HeightEstimate& height = reading.heights.front();
+    const HeightEstimate& height = reading.heights[axis];
     if (!(height.sigma > Length())) {
       return failure(
           {Code::MeasurementInvalid,
@@ -36,6 +39,18 @@ Expected<HeightMap> probed_surface(const Survey& survey, Length max_extrapolatio
   HeightMapOptions options;
   options.max_extrapolation = max_extrapolation;
   return HeightMap::of_probes(points, options);
+}
+
+std::vector<Expected<HeightMap>> probed_surfaces(const Survey& survey, Length max_extrapolation) {
+  std::size_t n_axes = 1;
+  for (const ProbeReading& reading : survey.probes) {
+    n_axes = std::max(n_axes, reading.heights.size());
+  }
+  std::vector<Expected<HeightMap>> maps;
+  for (std::size_t axis = 0; axis < n_axes; ++axis) {
+    maps.push_back(probed_surface(survey, max_extrapolation, axis));
+  }
+  return maps;
 }
 
 }  // namespace panelcal

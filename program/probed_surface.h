@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/units.h"
 #include "panelcal/program/survey.h"
@@ -8,13 +11,19 @@
 
 namespace panelcal {
 
-/// The surface as all probes of a job show it, on the first Z axis.
+/// The surface as all probes of a job show it, on one Z axis.
 ///
 /// In     max_extrapolation: how far outside of the probes' hull it is still believed
+///        axis: from 0
 /// Fails  grid-invalid (fewer than kLeastForBow probes found it: a plane through them says nothing
 ///        of how the board bends between them; or as HeightMap::of_probes); measurement-invalid (a
 ///        probe that states no sigma)
 /// See    tests/program/depth_verdict_test.cc
-Expected<HeightMap> probed_surface(const Survey& survey, Length max_extrapolation);
+Expected<HeightMap> probed_surface(const Survey& survey,
+                                   Length max_extrapolation,
+                                   std::size_t axis = 0);
+
+/// The same on every Z axis that probed; at least on the first.
+std::vector<Expected<HeightMap>> probed_surfaces(const Survey& survey, Length max_extrapolation);
 
 }  // namespace panelcal

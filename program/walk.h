@@ -17,6 +17,7 @@
 #include "panelcal/calib/panel_fit.h"
 #include "panelcal/calib/table_correction.h"
 #include "panelcal/calib/tolerance.h"
+#include "panelcal/program/board_depths.h"
 #include "panelcal/program/excellon/header.h"
 #include "panelcal/program/measurement.h"
 #include "panelcal/program/operation.h"
@@ -88,6 +89,7 @@ struct WalkOptions {
   /// on a bent panel and on a calibrated table lines are held to it as well.
   Length arc_tolerance = um(1);
   Structure structure = Structure::Expanded;
+  BoardDepths board;                ///< --surface, [surface], [[depth]]
   sieb_meyer::Settings sieb_meyer;  ///< what only that language needs
   /// [camera] focus_range_mm: whoever measures is asked to focus; otherwise `$uvis,focus` is only
   /// passed on, with a warning.

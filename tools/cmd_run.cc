@@ -14,16 +14,19 @@
 #include "panelcal/calib/base/clock.h"
 #include "panelcal/machine/machine_config.h"
 #include "panelcal/machine/sim/truth.h"
+#include "panelcal/program/depth_errors.h"
 #include "panelcal/program/depth_verdict.h"
 #include "panelcal/program/explain.h"
 #include "panelcal/program/job_check.h"
 #include "panelcal/program/job_verdict.h"
 #include "panelcal/program/probed_surface.h"
+#include "panelcal/program/surface_use.h"
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
 #include "panelcal/program/writers/jsonl_writer.h"
 #include "panelcal/program/writers/sieb_meyer_writer.h"
 #include "panelcal/program/writers/svg_writer.h"
+#include "panelcal/surface/map_file.h"
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/depth_summary.h"
 #include "panelcal/tools/job_picture.h"
@@ -107,6 +110,7 @@ class Run {
                                   options_.machine,
                                   options_.measurements,
                                   options_.probes,
+                                  options_.surface,
                                   options_.truth},
                                  {options_.output,
                                   options_.save_measurements,
@@ -125,6 +129,7 @@ class Run {
       if (!take(read_truth_json(options_.truth), truth)) return false;
       truth_ = std::move(truth);
     }
+    if (!options_.surface.empty() && !take(read_surface_map())) return false;
     checked_ = read_and_check(options_.program, config_.reading, config_.walk, log_);
     if (log_.has_errors() || !checked_) return false;
     const bool measures = !checked_->nominal_survey.measurements.empty();
@@ -135,10 +140,39 @@ class Run {
                                  config_.spindle_setting.file.string(),
                                  config_.table_file.string(),
                                  options_.measurements,
-                                 options_.probes});
+                                 options_.probes,
+                                 options_.surface});
     const bool drifts = config_.drift_um_per_sqrt_day > 0;
     if (drills_the_time(checked_->program) || drifts) provenance_.emplace_back("clock", time);
     return true;
+  }
+
+  Expected<void> read_surface_map() {
+    PANELCAL_TRY(StoredMap stored, read_map_file(options_.surface));
+    config_.walk.board.map = std::make_shared<const HeightMap>(std::move(stored.map));
+    return {};
+  }
+
+  /// How wrong depths may be, by a map that was given, or by what the job's probes show.
+  const DepthErrors& depth_errors() {
+    if (!depth_errors_) {
+      const BoardDepths& board = config_.walk.board;
+      std::vector<Expected<HeightMap>> maps;
+      if (board.map != nullptr) {
+        maps.emplace_back(*board.map);
+      } else {
+        maps = probed_surfaces(measured_.survey, config_.walk.sieb_meyer.grid_hold);
+      }
+      depth_errors_.emplace(config_.walk.uncertainty.depth, std::move(maps));
+    }
+    return *depth_errors_;
+  }
+
+  /// Empty if nothing is asked of depths.
+  std::optional<DepthJudge> depth_judge() {
+    const Tolerances& tolerances = config_.walk.tolerances;
+    if (!tolerances.asks_depths()) return std::nullopt;
+    return DepthJudge(tolerances, depth_errors());
   }
 
   /// False if there is nothing to go on with; targets that were lost are something.
@@ -158,6 +192,13 @@ class Run {
       if (is_new) log_.add(diagnostic);
     }
     if (!has_source || (exit_code(found) > ExitCode::GateFailed)) return false;
+    if (config_.walk.board.map != nullptr) {
+      hold_against_map(measured_.survey,
+                       *config_.walk.board.map,
+                       config_.walk.uncertainty.depth,
+                       checked_->program.source.file,
+                       log_);
+    }
     context_.console.say(fits_summary(measured_.survey));
     return save_measurements() && save(options_.save_probes, measured_.survey.probes);
   }
@@ -168,10 +209,11 @@ class Run {
     return take(write_result(options_.save_measurements, measurement_lines(measured_.survey)));
   }
 
-  /// Only whoever measures knows that nobody calibrates.
+  /// Only whoever measures knows that nobody calibrates, and where a probe found nothing.
   bool is_unsaid(const Diagnostic& diagnostic) const {
-    return diagnostic.code == Code::CalibrationNotPerformed &&
-           std::ranges::none_of(log_.kept(), [&](const Diagnostic& said) {
+    const bool is_of_measuring =
+        diagnostic.code == Code::CalibrationNotPerformed || diagnostic.code == Code::GridFilled;
+    return is_of_measuring && std::ranges::none_of(log_.kept(), [&](const Diagnostic& said) {
              return said.text() == diagnostic.text();
            });
   }
@@ -230,10 +272,7 @@ class Run {
     std::vector<OperationSink*> sinks;
     if (tolerances.asks_positions()) sinks.push_back(&verdict_.emplace(tolerances));
     if (tolerances.asks_depths()) {
-      sinks.push_back(
-          &depth_.emplace(tolerances,
-                          config_.walk.uncertainty.depth,
-                          probed_surface(measured_.survey, config_.walk.sieb_meyer.grid_hold)));
+      sinks.push_back(&depth_.emplace(tolerances, depth_errors()));
     }
     return sinks;
   }
@@ -242,8 +281,12 @@ class Run {
   void explain() {
     if (!choice_) return;
     const WalkOptions walk = counting_walk();
-    Explainer explainer(
-        *choice_, checked_->program, measured_.survey, walk.uncertainty, walk.tolerances);
+    Explainer explainer(*choice_,
+                        checked_->program,
+                        measured_.survey,
+                        walk.uncertainty,
+                        walk.tolerances,
+                        depth_judge());
     std::vector<OperationSink*> sinks = {&explainer};
     const bool judges = options_.output.empty() && has_tolerances();
     if (judges) std::ranges::copy(make_verdicts(), std::back_inserter(sinks));
@@ -275,9 +318,9 @@ class Run {
 
   bool has_only_gate_failures() const { return exit_code(log_) == ExitCode::GateFailed; }
 
-  std::unique_ptr<TextWriter> make_writer(ByteSink& bytes) const {
-    if (format_ == "jsonl") return std::make_unique<JsonlWriter>(bytes);
-    if (format_ == "csv") return std::make_unique<CsvWriter>(bytes);
+  std::unique_ptr<TextWriter> make_writer(ByteSink& bytes) {
+    if (format_ == "jsonl") return std::make_unique<JsonlWriter>(bytes, depth_judge());
+    if (format_ == "csv") return std::make_unique<CsvWriter>(bytes, depth_judge());
     if (format_ == "svg") return std::make_unique<SvgWriter>(bytes, scene());
     return make_program_writer(bytes);
   }
@@ -338,7 +381,7 @@ class Run {
     }
     const auto writer = make_writer(*bytes);
     JobCheck job_check(config_.travel);
-    std::vector<OperationSink*> sinks = {writer.get(), &tally_, &job_check};
+    std::vector<OperationSink*> sinks = {writer.get(), &tally_, &job_check, &surface_use_};
     if (!is_judged) std::ranges::copy(judges(), std::back_inserter(sinks));
     Tee tee(std::move(sinks));
     DiagnosticLog walk_log;
@@ -358,6 +401,7 @@ class Run {
                     options_.output == "-" ? "standard output" : options_.output,
                     tally_.max_shift().in_um(),
                     tally_.max_sigma().in_um()));
+    if (config_.walk.board.map != nullptr) context_.console.say(surface_use_.summary());
     if (comparison_) context_.console.say("\nerror against truth\n" + comparison_->summary());
   }
 
@@ -447,7 +491,9 @@ class Run {
   Tally tally_;
   WorstHole worst_hole_;
   std::optional<JobVerdict> verdict_;
+  std::optional<DepthErrors> depth_errors_;
   std::optional<DepthVerdict> depth_;
+  SurfaceUse surface_use_;
   bool has_begun_ = false;  ///< something may have gone to the output
   bool is_written_ = false;
 };

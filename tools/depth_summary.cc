@@ -24,11 +24,19 @@ std::string depth_tolerance_text(const DepthTolerance& tolerance) {
 }
 
 std::vector<std::string> surface_lines(const DepthVerdict& verdict) {
-  if (!verdict.map()) return {"no map of the surface: " + verdict.map().error().what};
-  const HeightMap& map = *verdict.map();
-  std::vector<std::string> lines = {"surface: " + map.surface().summary()};
-  for (const SurfaceOutlier& outlier : map.outliers()) {
-    lines.push_back("not in the map: " + outlier.text());
+  const auto maps = verdict.errors().maps();
+  std::vector<std::string> lines;
+  for (std::size_t axis = 0; axis < maps.size(); ++axis) {
+    const std::string of_axis = maps.size() > 1 ? fmt::format("Z axis {}: ", axis) : "";
+    const Expected<HeightMap>& map = maps[axis];
+    if (!map) {
+      lines.push_back(of_axis + "no map of the surface: " + map.error().what);
+      continue;
+    }
+    lines.push_back(of_axis + "surface: " + map->surface().summary());
+    for (const SurfaceOutlier& outlier : map->outliers()) {
+      lines.push_back(of_axis + "not in the map: " + outlier.text());
+    }
   }
   return lines;
 }

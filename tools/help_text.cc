@@ -142,6 +142,12 @@ nothing is written, nor sent to standard output).
 A program that probes the surface (G73, G78, G79) needs --probes, or --machine-driver; --force does
 not help where a surface was not found or is out of tolerance.
 
+--surface MAP.json (of `panelcal surface fit`) says how high the board is: depths below it (K of G83,
+[[depth]]) count from the map at each place, contours are cut to [surface] height_tolerance_um, and
+SIEB & MEYER output states heights. What the program probes itself stays, and is held against the
+map. A place that the map does not reach, or knows worse than [surface] max_sigma_um, refuses the
+job (docs/howto/surface.md).
+
 G39 and $uvis,calib drill into [coupon], look, and measure with the new spindle-camera offset from
 there on; G39,SPOP and its kin take the offset that was measured last. Both hold for this job only;
 without a coupon or a drill the order is passed on with a warning.
@@ -164,7 +170,8 @@ is named, and nothing is written if a tool would go elsewhere without it.
 
 says how the holes of line 33 came about: programmed place, copy, scaling, fits with their fiducials
 and residuals, work zero, what the machine is told, and where the uncertainty comes from: an error
-budget with sigma, share and what other holes err alike, and its tolerance and risk. --explain 500
+budget with sigma, share and what other holes err alike, and its tolerance and risk; of a depth what
+it counts on, and the same of its error. --explain 500
 takes the 500th hole or move. Without -o the job is judged all the same.
 
 Stored patterns and subprograms (M99,NAME) are looked for beside the program, then in [program]

@@ -353,6 +353,17 @@ std::string probes_summary(const Survey& survey) {
   if (n_found > 0) {
     out += fmt::format(", surface from {:.4f} to {:.4f} mm above the table", low_mm, high_mm);
   }
+  for (const FilledNode& node : survey.filled_nodes) {
+    const HeightEstimate& height = node.heights.front();
+    out += fmt::format(
+        "\nnot probed, {}: ({:.4f}, {:.4f}) mm of the grid, {:.4f} mm high, sigma "
+        "{:.1f} um",
+        name(node.source),
+        node.place.in_mm().x(),
+        node.place.in_mm().y(),
+        height.height.in_mm(),
+        height.sigma.in_um());
+  }
   return out + "\n";
 }
 

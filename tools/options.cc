@@ -155,6 +155,10 @@ class CommandLine {
                        "gige://ADDRESS");
     source->require_option(0, 1);
     run_->add_option("--probes", o.probes, "Recorded probe readings (JSON Lines)");
+    run_->add_option("--surface",
+                     o.surface,
+                     "Map of the board (`panelcal surface fit`): depths below the board count from "
+                     "its heights");
     run_->add_option("-o,--output",
                      o.output,
                      "Corrected program or picture (.jsonl .csv .drl .exc .s5 .svg); - is "

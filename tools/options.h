@@ -39,6 +39,7 @@ struct RunOptions {
   std::string machine_driver;  ///< SOURCE: sim
   std::string camera;          ///< SOURCE: address of a live camera
   std::string probes;          ///< recorded probe readings
+  std::string surface;         ///< a map made before; empty: none
   std::string output;
   std::string format;  ///< empty: from the output's extension
   std::string report;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/tools/depth_summary.h"
+#include "panelcal/tools/report_depth_map.h"
 #include "panelcal/tools/report_text.h"
 
 namespace panelcal::report {
@@ -19,10 +20,13 @@ std::string risk_chip(const Tolerances& tolerances, double risk) {
 }
 
 std::string worst_place(const DepthVerdict::WorstPlace& worst) {
-  return fmt::format("{}: {} &#177; {} &#181;m",
+  const std::string axis =
+      worst.error.axis ? fmt::format(" on Z axis {}", *worst.error.axis) : std::string();
+  return fmt::format("{}: {} &#177; {} &#181;m{}",
                      place_html(worst.line, worst.file, worst.path, worst.nominal.in_mm()),
                      fixed_signed(worst.error.mean.in_um(), 1),
-                     fixed(worst.error.sigma.in_um(), 1));
+                     fixed(worst.error.sigma.in_um(), 1),
+                     axis);
 }
 
 std::string row_html(const Tolerances& tolerances,
@@ -75,6 +79,7 @@ std::string depth_section(const DepthVerdict* verdict) {
     }
     out += "</table></div>\n";
   }
+  out += depth_map_figures(*verdict);
   out += "<ul>\n";
   for (const std::string& line : surface_lines(*verdict)) {
     out += "<li>" + escaped(line) + "</li>\n";
@@ -84,7 +89,7 @@ std::string depth_section(const DepthVerdict* verdict) {
                    "The map of all probes says how high the board is at each place, and how sure "
                    "that is; what the machine is told counts on a probe or a grid. To the map's "
                    "sigma comes that of the machine's depth, {} &#181;m.</p>\n</section>\n",
-                   shortest(verdict->depth_sigma().in_um()));
+                   shortest(verdict->errors().depth_sigma().in_um()));
 }
 
 }  // namespace panelcal::report

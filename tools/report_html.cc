@@ -10,6 +10,7 @@
 
 #include "panelcal/tools/report_calibrations.h"
 #include "panelcal/tools/report_depth.h"
+#include "panelcal/tools/report_depth_map.h"
 #include "panelcal/tools/report_facts.h"
 #include "panelcal/tools/report_figures.h"
 #include "panelcal/tools/report_fits.h"
@@ -246,11 +247,13 @@ std::string report_html(const ReportInput& input) {
   std::string out = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head>\n"
       "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, "
-      "initial-scale=1\"/>\n<title>{}: {} - panelcal</title>\n<style>{}</style>\n</head>\n<body>\n"
+      "initial-scale=1\"/>\n<title>{}: {} - "
+      "panelcal</title>\n<style>{}{}</style>\n</head>\n<body>\n"
       "<main>\n",
       words_of(verdict_of(input)).word,
       escaped(input.program_file),
-      kStyle);
+      kStyle,
+      depth_map_style(input.depth));
   out += first_screen(input, facts);
   out += verdict_section(input);
   out += depth_section(input.depth);

@@ -40,6 +40,19 @@ std::string row_of(const ProbeReading& reading, std::size_t n_axes) {
   return out + fmt::format("<td class=\"num\">{}</td></tr>\n", fixed_signed(deviation.in_um(), 1));
 }
 
+std::string row_of(const FilledNode& node) {
+  std::string out = fmt::format(
+      "<tr><td></td><td><b>not probed</b>, {}: sigma {} &#181;m</td><td></td><td "
+      "class=\"num\">{}</td>",
+      name(node.source),
+      fixed(node.heights.front().sigma.in_um(), 1),
+      point_text(node.place.in_mm()));
+  for (const HeightEstimate& height : node.heights) {
+    out += fmt::format("<td class=\"num\">{}</td>", fixed(height.height.in_mm(), 4));
+  }
+  return out + "<td></td></tr>\n";
+}
+
 }  // namespace
 
 std::string surface_section(const Survey& survey) {
@@ -58,6 +71,7 @@ std::string surface_section(const Survey& survey) {
   out += "<th class=\"num\">from expected &#181;m</th></tr>\n";
   const std::size_t n_rows = std::min(survey.probes.size(), kMostRows);
   for (std::size_t i = 0; i < n_rows; ++i) out += row_of(survey.probes[i], n_axes);
+  for (const FilledNode& node : survey.filled_nodes) out += row_of(node);
   out += "</table></div>\n";
   if (n_rows < survey.probes.size()) {
     const auto n_more = static_cast<std::int64_t>(survey.probes.size() - n_rows);

@@ -238,7 +238,8 @@ void Interpreter::keep_target(const TargetPlace& target) {
   if (target.command == Command::HoleAtTarget || target.command == Command::NestedHoleAtTarget) {
     modal_.has_hole = false;
     if (!vision_.is_ready_to_drill(target.line) || !has_tool(target.line)) return;
-    return emitter_.put(target.line, TargetHole{level, target.nominal, tool_->number, {}});
+    const DepthOfCut cut = emitter_.cut_at(target.line, target.nominal);
+    return emitter_.put(target.line, TargetHole{level, target.nominal, tool_->number, cut});
   }
   const std::vector<Position<frame::Nominal>> targets = vision_.take_target(target);
   if (!targets.empty()) emitter_.put(target.line, VisionSeries{level, targets});

@@ -174,7 +174,8 @@ void Interpreter::run_cycle(const Block& block, const Cycle& cycle) {
 
 void Interpreter::drill_holes(int line, const Cycle& cycle) {
   const std::int64_t n = cycle.holes->size();
-  if (cycle.command == Command::CannedSlot && options_.slots == Cycles::Kept) {
+  if (cycle.command == Command::CannedSlot && options_.slots == Cycles::Kept &&
+      !emitter_.follows_map()) {
     return emitter_.slot(line, cycle.at_mm + cycle.shift_mm, cycle.end_mm + cycle.shift_mm, n);
   }
   if (is_first_walk()) {

@@ -77,7 +77,11 @@ void Interpreter::update_cut() {
   base_cut_ = {};
   if (surface_.is_on() && !skips_surface_) {
     if (k_mm_) base_cut_.depth = mm(*k_mm_);
-    base_cut_.surface = surface_.reference();
+    const std::vector<Length> reference = surface_.reference();
+    if (!reference.empty()) {
+      base_cut_.surface = reference.front();
+      base_cut_.other_surfaces.assign(reference.begin() + 1, reference.end());
+    }
   } else if (depth_control_) {
     if (k_mm_) base_cut_.depth = mm(*k_mm_);
   } else if (z_mm_) {
@@ -101,12 +105,14 @@ bool Interpreter::uses_grid() const {
 DepthOfCut Interpreter::grid_cut(int line, const Eigen::Vector2d& at_mm, const DepthOfCut& cut) {
   const Eigen::Vector2d nominal_mm =
       place_.placement(position_mm<frame::Programmed>(at_mm)).in_mm();
-  const auto deviation = surface_.deviation_at(line, nominal_mm);
-  if (!deviation) return cut;
+  const auto surface = surface_.grid_surface_at(line, nominal_mm);
+  if (!surface) return cut;
   DepthOfCut moved = cut;
-  if (moved.z) *moved.z = *moved.z + *deviation;
-  moved.surface = surface_.grid_reference_height() + *deviation;
+  if (moved.z) *moved.z = *moved.z + surface->deviation;
+  moved.surface = surface->heights.front();
+  moved.other_surfaces.assign(surface->heights.begin() + 1, surface->heights.end());
   moved.reference = surface_.measured_reference();
+  moved.foretold = surface->foretold;
   return moved;
 }
 

@@ -106,7 +106,8 @@ void Interpreter::end_pattern(const Block& block, const Order& order) {
     default: {
       const auto diameter_mm = tool_diameter_mm(block);
       if (!diameter_mm) return;
-      if (options_.slots == Cycles::Kept && areas_.empty() && !surface_.has_grid()) {
+      if (options_.slots == Cycles::Kept && areas_.empty() && !surface_.has_grid() &&
+          !emitter_.follows_map()) {
         const auto whole = nibbled_slot(pattern.first_mm, second_mm, *diameter_mm, nibbling_);
         if (!whole) return refuse(whole.error(), "");
         return emitter_.slot(block.line, pattern.first_mm, second_mm, whole->size());

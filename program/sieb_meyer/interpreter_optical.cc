@@ -93,9 +93,11 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
         return emitter_.put(block.line, VisionSeries{CorrectionLevel::Nested, targets});
       }
       if (has_tool(block.line)) {
-        emitter_.put(
-            block.line,
-            TargetHole{CorrectionLevel::Base, target.nominal, tool_->number, emitter_.cut()});
+        emitter_.put(block.line,
+                     TargetHole{CorrectionLevel::Base,
+                                target.nominal,
+                                tool_->number,
+                                emitter_.cut_at(target.line, target.nominal)});
       }
       return;
     case Command::CorrectionOn:

@@ -370,7 +370,7 @@ std::vector<double> Interpreter::cuts_of(const PendingPiece& pending) {
   const auto nominal = [this](const Eigen::Vector2d& p_mm) -> Eigen::Vector2d {
     return place_.placement(position_mm<frame::Programmed>(p_mm)).in_mm();
   };
-  const Length tolerance = settings_.height_tolerance;
+  const Length tolerance = options_.board.height_tolerance;
   std::vector<double> more;
   if (!piece.center_mm) {
     more = grid->split_line(nominal(piece.start_mm), nominal(piece.end_mm), tolerance);
@@ -388,7 +388,7 @@ std::vector<double> Interpreter::cuts_of(const PendingPiece& pending) {
       const double part = (angle - start_rad) / sweep;
       if (!(part > 0 && part < 1)) continue;
       const Eigen::Vector2d reach(std::cos(angle), std::sin(angle));
-      if (!surface_.deviation_at(pending.line, center_mm + from_mm.norm() * reach)) return cuts;
+      if (!surface_.grid_surface_at(pending.line, center_mm + from_mm.norm() * reach)) return cuts;
     }
     more = grid->split_arc(center_mm, start_rad, sweep, from_mm.norm(), tolerance);
   }

@@ -25,7 +25,9 @@ struct Settings {
   Length surface_height;                    ///< where the board's surface is expected, above Z0
   std::optional<Length> surface_tolerance;  ///< BOTT, MAPT: the most that a probe may differ
   Length grid_hold = mm(10);                ///< how far outside the grid its edge's value holds
-  Length height_tolerance = um(10);         ///< of a contour cut into pieces along the grid
+  /// [surface] fill_gaps: nodes of the grid that nobody probed get the height that the others
+  /// foretell; else they are an error.
+  bool fills_gaps = false;
 };
 
 }  // namespace panelcal::sieb_meyer

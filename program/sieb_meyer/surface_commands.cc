@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/program/sieb_meyer/grid_gaps.h"
+#include "panelcal/surface/height_map.h"
 #include "panelcal/surface/height_tolerance.h"
 
 namespace panelcal::sieb_meyer {
@@ -13,6 +15,16 @@ namespace {
 
 /// The tolerance that no command of the program names.
 constexpr const char* kConfigured = "surface tolerance";
+
+std::vector<Length> heights_of(const std::vector<HeightEstimate>& estimates) {
+  std::vector<Length> heights;
+  for (const HeightEstimate& estimate : estimates) heights.push_back(estimate.height);
+  return heights;
+}
+
+std::string place_text(const Eigen::Vector2d& nominal_mm) {
+  return fmt::format("({:.4f}, {:.4f}) mm", nominal_mm.x(), nominal_mm.y());
+}
 
 }  // namespace
 
@@ -55,7 +67,8 @@ void SurfaceSession::clear_memory() {
 
 // --- probing -----------------------------------------------------------------------------------
 
-std::optional<std::vector<HeightEstimate>> SurfaceSession::probe(ProbeRequest request) {
+std::optional<std::vector<HeightEstimate>> SurfaceSession::probe(ProbeRequest request,
+                                                                 Missing missing) {
   const std::size_t index = n_probed_++;
   if (source_ != nullptr) {
     request.seq = static_cast<std::int64_t>(index);
@@ -70,6 +83,7 @@ std::optional<std::vector<HeightEstimate>> SurfaceSession::probe(ProbeRequest re
   }
   const ProbeReading& reading = survey_.probes[index];
   if (reading.status == ProbeStatus::Found && !reading.heights.empty()) return reading.heights;
+  if (missing == Missing::LeavesGap && settings_.fills_gaps) return std::nullopt;
   stop(Code::SurfaceNotFound,
        request.line,
        fmt::format("{} at nominal ({:.4f}, {:.4f}) mm finds no surface{}{}",
@@ -138,9 +152,8 @@ void SurfaceSession::record(ProbeRequest request) {
   probe(std::move(request));
 }
 
-std::optional<Length> SurfaceSession::reference() const {
-  if (current_.empty()) return std::nullopt;
-  return current_.front().height;
+std::vector<Length> SurfaceSession::reference() const {
+  return heights_of(current_);
 }
 
 // --- the grid ----------------------------------------------------------------------------------
@@ -159,6 +172,7 @@ void SurfaceSession::grid_reference(ProbeRequest request) {
 void SurfaceSession::clear_grid() {
   points_.clear();
   point_lines_.clear();
+  filled_.clear();
   grid_.reset();
   grid_reference_.clear();
 }
@@ -184,20 +198,20 @@ bool SurfaceSession::holds_tolerances(int line,
 
 std::vector<Length> SurfaceSession::grid_references() const {
   if (configured_reference_) return {*configured_reference_};
-  std::vector<Length> references;
-  for (const HeightEstimate& height : grid_reference_) references.push_back(height.height);
-  return references;
+  return heights_of(grid_reference_);
 }
 
 std::optional<PlaneReference> SurfaceSession::measured_reference() const {
   if (configured_reference_ || grid_reference_.empty()) return std::nullopt;
-  return PlaneReference{grid_reference_place_, grid_reference_.front().height};
+  const std::vector<Length> heights = heights_of(grid_reference_);
+  return PlaneReference{
+      grid_reference_place_, heights.front(), {heights.begin() + 1, heights.end()}};
 }
 
 void SurfaceSession::grid_point(ProbeRequest request) {
   const int line = request.line;
   const Eigen::Vector2d nominal_mm = request.nominal.in_mm();
-  auto heights = probe(std::move(request));
+  auto heights = probe(std::move(request), Missing::LeavesGap);
   if (!heights) return;
   if (grid_reference_.empty() && !configured_reference_) {
     grid_reference_ = *heights;
@@ -205,14 +219,23 @@ void SurfaceSession::grid_point(ProbeRequest request) {
   }
   last_ = *heights;
   if (!holds_tolerances(line, nominal_mm, *heights)) return;
-  grid_.reset();
+  forget_filled();
   points_.push_back({nominal_mm, *std::move(heights)});
   point_lines_.push_back(line);
+}
+
+/// A further point may make another grid, so what was filled is to be foretold anew.
+void SurfaceSession::forget_filled() {
+  grid_.reset();
+  points_.resize(points_.size() - filled_.size());
+  point_lines_.resize(points_.size());
+  filled_.clear();
 }
 
 const GridMap* SurfaceSession::grid(int line) {
   if (points_.empty() || must_stop_) return nullptr;
   if (!grid_) {
+    if (settings_.fills_gaps && !fill_gaps(line)) return nullptr;
     auto map = GridMap::from_points(points_);
     if (!map) {
       const int at = map.error().i_point ? point_lines_[*map.error().i_point] : line;
@@ -224,17 +247,71 @@ const GridMap* SurfaceSession::grid(int line) {
   return &*grid_;
 }
 
-std::optional<Length> SurfaceSession::deviation_at(int line, const Eigen::Vector2d& nominal_mm) {
+/// Nodes that nobody probed get the height that the others foretell, each with a warning.
+bool SurfaceSession::fill_gaps(int line) {
+  filled_.clear();
+  const std::vector<Eigen::Vector2d> missing_mm = missing_nodes(points_);
+  if (missing_mm.empty()) return true;
+  auto filled = fill_nodes(points_, missing_mm, settings_.grid_hold);
+  if (!filled) {
+    stop(filled.error().code,
+         line,
+         fmt::format("the grid has no point at {}, and it cannot be filled: {}",
+                     place_text(missing_mm.front()),
+                     filled.error().what),
+         filled.error().expected);
+    return false;
+  }
+  for (FilledNode& node : *filled) {
+    node.line = line;
+    reporter_.report(
+        Code::GridFilled,
+        line,
+        1,
+        fmt::format("the grid has no point at {}; what the others foretell holds there",
+                    place_text(node.place.in_mm())),
+        "all nodes ([surface] fill_gaps lets some be missing)");
+    points_.push_back({node.place.in_mm(), node.heights});
+    point_lines_.push_back(line);
+    if (source_ != nullptr) survey_.filled_nodes.push_back(node);
+  }
+  filled_ = *std::move(filled);
+  return true;
+}
+
+/// Set where a node that was filled has a part in the height: within a cell of it.
+std::optional<Foretold> SurfaceSession::foretold_at(const GridHeight& found,
+                                                    const Eigen::Vector2d& nominal_mm) const {
+  std::optional<Foretold> foretold;
+  for (const FilledNode& node : filled_) {
+    const Eigen::Vector2d node_mm = node.place.in_mm();
+    const auto is_beside = [](std::span<const double> axis_mm, double at_mm, double node_at_mm) {
+      const double inside_mm = std::clamp(at_mm, axis_mm.front(), axis_mm.back());
+      const auto above = std::ranges::upper_bound(axis_mm, std::min(inside_mm, node_at_mm));
+      const auto below = std::ranges::lower_bound(axis_mm, std::max(inside_mm, node_at_mm));
+      // Nothing of the axis lies strictly between the place and the node.
+      return above >= below;
+    };
+    if (!is_beside(grid_->columns_mm(), nominal_mm.x(), node_mm.x()) ||
+        !is_beside(grid_->rows_mm(), nominal_mm.y(), node_mm.y())) {
+      continue;
+    }
+    const bool is_worse = foretold && foretold->source == HeightSource::Extrapolated;
+    foretold = Foretold{found.heights.front().sigma, is_worse ? foretold->source : node.source};
+  }
+  return foretold;
+}
+
+std::optional<SurfaceSession::GridSurface> SurfaceSession::grid_surface_at(
+    int line, const Eigen::Vector2d& nominal_mm) {
   const GridMap* const map = grid(line);
   const std::vector<Length> references = grid_references();
   if (map == nullptr || references.empty()) return std::nullopt;
   const GridHeight found = map->height_at(nominal_mm);
   const bool is_far = found.outside > settings_.grid_hold;
   if (!found.is_inside()) {
-    const std::string what = fmt::format("({:.4f}, {:.4f}) mm is {:.3f} mm outside the grid",
-                                         nominal_mm.x(),
-                                         nominal_mm.y(),
-                                         found.outside.in_mm());
+    const std::string what = fmt::format(
+        "{} is {:.3f} mm outside the grid", place_text(nominal_mm), found.outside.in_mm());
     if (is_far) {
       stop(Code::GridInvalid,
            line,
@@ -244,7 +321,11 @@ std::optional<Length> SurfaceSession::deviation_at(int line, const Eigen::Vector
     }
     reporter_.report(Code::GridOutside, line, 1, what + "; its edge holds");
   }
-  return found.heights.front().height - references.front();
+  GridSurface surface;
+  surface.heights = heights_of(found.heights);
+  surface.deviation = surface.heights.front() - references.front();
+  surface.foretold = foretold_at(found, nominal_mm);
+  return surface;
 }
 
 }  // namespace panelcal::sieb_meyer

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -58,16 +59,19 @@ class SurfaceSession {
   /// BOTR or TOPR; false: another height was set before.
   bool set_reference_height(Length height);
 
-  /// The reference surface of SLM; absent where none was taken.
-  std::optional<Length> reference() const;
+  /// The reference surface of SLM, one a Z axis; empty where none was taken.
+  std::vector<Length> reference() const;
   /// Whether that was probed: a perfect board, of which a program is checked, has no sigma.
   bool is_measured() const { return !current_.empty() && current_.front().sigma > Length(); }
   bool has_grid() const { return !points_.empty(); }
-  /// How much higher the surface is at a nominal place than the grid's reference; stops the walk
-  /// where the points make no grid, or far outside of it.
-  std::optional<Length> deviation_at(int line, const Eigen::Vector2d& nominal_mm);
-  /// What deviations count from. Precondition: has_grid().
-  Length grid_reference_height() const { return grid_references().front(); }
+  /// The surface of the grid at a nominal place; stops the walk where the points make no grid, or
+  /// far outside of it.
+  struct GridSurface {
+    std::vector<Length> heights;       ///< one a Z axis
+    Length deviation;                  ///< of the first axis: how much above the grid's reference
+    std::optional<Foretold> foretold;  ///< nobody probed a node about it: [surface] fill_gaps
+  };
+  std::optional<GridSurface> grid_surface_at(int line, const Eigen::Vector2d& nominal_mm);
   /// The same where it was measured; empty if the control was told it.
   std::optional<PlaneReference> measured_reference() const;
   /// The grid itself, to cut contours; null if there is none.
@@ -76,7 +80,14 @@ class SurfaceSession {
   bool must_stop() const { return must_stop_; }
 
  private:
-  std::optional<std::vector<HeightEstimate>> probe(ProbeRequest request);
+  /// What a probe that finds nothing means.
+  enum class Missing : std::uint8_t {
+    StopsTheJob,
+    LeavesGap,  ///< if [surface] fill_gaps allows it
+  };
+  std::optional<std::vector<HeightEstimate>> probe(ProbeRequest request,
+                                                   Missing missing = Missing::StopsTheJob);
+  void forget_filled();
   void store(int line, std::optional<int> memory, const std::vector<HeightEstimate>& heights);
   void stop(Code code, int line, std::string what, std::string expected);
   void clear_grid();
@@ -84,6 +95,9 @@ class SurfaceSession {
                         const Eigen::Vector2d& nominal_mm,
                         const std::vector<HeightEstimate>& heights);
   std::vector<Length> grid_references() const;
+  bool fill_gaps(int line);
+  std::optional<Foretold> foretold_at(const GridHeight& found,
+                                      const Eigen::Vector2d& nominal_mm) const;
 
   const Settings& settings_;
   Survey& survey_;
@@ -103,6 +117,7 @@ class SurfaceSession {
   std::vector<GridPoint> points_;
   std::vector<int> point_lines_;
   std::optional<GridMap> grid_;
+  std::vector<FilledNode> filled_;  ///< of that grid
   std::size_t n_probed_ = 0;
   bool must_stop_ = false;
 };

@@ -51,6 +51,11 @@ enum Column : std::size_t {
   kSurface,
   kRisk,
   kRiskEnd,
+  kSurfaceSigma,
+  kSurfaceSource,
+  kRiskShallow,
+  kRiskDeep,
+  kColumns,  ///< how many there are
 };
 
 constexpr std::string_view kHeader =
@@ -58,8 +63,8 @@ constexpr std::string_view kHeader =
     "text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,value,"
     "nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,initial_depth,"
     "increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,file,z,"
-    "depth,surface,risk,risk_end\n";
-static_assert(std::ranges::count(kHeader, ',') == kRiskEnd);
+    "depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep\n";
+static_assert(std::ranges::count(kHeader, ',') == kColumns - 1);
 
 /// Writes one row from left to right; columns that are passed over stay empty.
 class Row {
@@ -217,6 +222,9 @@ class Fields {
     }
     row_.risk(kRisk, risk_);
     row_.risk(kRiskEnd, risk_end_);
+    if (cut_ == nullptr || !cut_->foretold) return;
+    row_.length(kSurfaceSigma, cut_->foretold->sigma);
+    row_.word(kSurfaceSource, name(cut_->foretold->source));
   }
 
  private:
@@ -249,8 +257,12 @@ constexpr auto kBeforeRisk = [] {
   commas.fill(',');
   return commas;
 }();
-constexpr std::string_view kHoleEnd = ",\n";
-static_assert(kRiskEnd == kRisk + 1);
+constexpr auto kHoleEnd = [] {
+  std::array<char, kColumns - kRisk> end{};
+  end.fill(',');
+  end.back() = '\n';
+  return end;
+}();
 
 char* write_number(char* at, int n) {
   const fmt::format_int digits(n);
@@ -299,7 +311,8 @@ bool append_hole(std::string& out, const Operation& operation) {
 
 }  // namespace
 
-void CsvWriter::begin(const ProgramInfo&) {
+void CsvWriter::begin(const ProgramInfo& info) {
+  if (judge_) judge_->begin(info);
   text() += kHeader;
 }
 
@@ -319,7 +332,13 @@ void CsvWriter::put(const Operation& operation) {
   std::visit(fields, operation.what);
   row.text(kFile, operation.file);
   fields.depth_and_risk();
-  row.at(kRiskEnd);
+  if (judge_) {
+    if (const auto judged = judge_->judge(operation)) {
+      row.risk(kRiskShallow, judged->risk.too_shallow);
+      row.risk(kRiskDeep, judged->risk.too_deep);
+    }
+  }
+  row.at(static_cast<Column>(kColumns - 1));
   out += '\n';
   flush_if_large();
 }

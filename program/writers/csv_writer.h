@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+#include <utility>
+
+#include "panelcal/program/depth_errors.h"
 #include "panelcal/program/writers/text_writer.h"
 
 namespace panelcal {
@@ -10,9 +14,14 @@ namespace panelcal {
 /// A path is written with dots, outermost index first: 0.2.
 class CsvWriter final : public TextWriter {
  public:
-  using TextWriter::TextWriter;
+  /// In     judge: says how likely depths break their tolerance; empty: nobody asks
+  explicit CsvWriter(ByteSink& bytes, std::optional<DepthJudge> judge = std::nullopt)
+      : TextWriter(bytes), judge_(std::move(judge)) {}
   void begin(const ProgramInfo& info) override;
   void put(const Operation& operation) override;
+
+ private:
+  std::optional<DepthJudge> judge_;
 };
 
 }  // namespace panelcal

@@ -117,6 +117,13 @@ class Keys {
   void operator()(const CancelCorrection& cancel) { word("level", panelcal::word(cancel.level)); }
   void operator()(const VisionTool& tool) { number("tool", tool.number); }
 
+  void depth_risk(const DepthRisk& risk) {
+    key("risk_shallow");
+    append_risk(out_, risk.too_shallow);
+    key("risk_deep");
+    append_risk(out_, risk.too_deep);
+  }
+
  private:
   void key(std::string_view name) {
     out_ += ",\"";
@@ -159,6 +166,9 @@ class Keys {
     if (cut.z) length("z", *cut.z);
     if (cut.depth) length("depth", *cut.depth);
     if (cut.surface) length("surface", *cut.surface);
+    if (!cut.foretold) return;
+    length("surface_sigma", cut.foretold->sigma);
+    word("surface_source", panelcal::name(cut.foretold->source));
   }
   void place(const PlacedPoint& at) {
     point("nominal", at.nominal.in_mm());
@@ -195,7 +205,11 @@ void JsonlWriter::put(const Operation& operation) {
     out += ",\"file\":";
     append_json_string(out, operation.file);
   }
-  std::visit(Keys(out), operation.what);
+  Keys keys(out);
+  std::visit(keys, operation.what);
+  if (judge_) {
+    if (const auto judged = judge_->judge(operation)) keys.depth_risk(judged->risk);
+  }
   if (!operation.path.empty()) {
     fmt::format_to(std::back_inserter(out), ",\"path\":[{}]", fmt::join(operation.path, ","));
   }

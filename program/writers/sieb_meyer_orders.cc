@@ -72,6 +72,7 @@ bool is_obeyed(std::string_view command) {
 void SiebMeyerWriter::write(const Function& function) {
   if (function.text.empty()) return;  // the control does it by itself
   if (!is_foreign()) {
+    note_pecking(function.kind);
     if (function.kind == FunctionKind::FinishRouting) {
       rout_words_ = function.text;
       return;
@@ -88,6 +89,11 @@ void SiebMeyerWriter::write(const Function& function) {
     default:
       return lose(fmt::format("{} ({})", quoted(function.text), name(function.kind)));
   }
+}
+
+void SiebMeyerWriter::note_pecking(FunctionKind kind) {
+  if (kind == FunctionKind::PeckOn || kind == FunctionKind::PulseOn) pecks_ = true;
+  if (kind == FunctionKind::PeckOff || kind == FunctionKind::PulseOff) pecks_ = false;
 }
 
 void SiebMeyerWriter::write(const Setting& setting) {

@@ -116,7 +116,7 @@ void SiebMeyerWriter::write(const RapidMove& move) {
 /// The first rout line behind a T0 line lowers the cutter, but a ramp's begin has to be said
 /// before.
 void SiebMeyerWriter::write(const Plunge& plunge) {
-  if (plunge.kind == PlungeKind::Contouring) {
+  if (plunge.kind == PlungeKind::Contouring && !plunge.cut.depth) {
     refuse("M14, which lowers the router to a depth that follows the material", "M15");
   }
   if (plunge.depth_offset) refuse("a pass of a step slot", "step slots left whole");

@@ -79,6 +79,7 @@ class SiebMeyerWriter final : public ProgramWriter {
 
   // sieb_meyer_orders.cc
   void write(const Function& function);
+  void note_pecking(FunctionKind kind);
   void write(const Setting& setting);
   void write_foreign(const Setting& setting);
   void write(const PatternBegin& begin);
@@ -106,6 +107,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   CompensationSide told_side_ = CompensationSide::Off;  ///< T0 switches it off
   std::optional<std::string> feed_;                     ///< as written last
   Depth depth_;
+  bool pecks_ = false;      ///< G81 or G89 holds
   std::string rout_words_;  ///< of the next rout line
 
   int n_open_patterns_ = 0;

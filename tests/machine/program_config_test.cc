@@ -109,7 +109,7 @@ tolerance_mm = 0.15
   EXPECT_EQ(settings.average, AverageKind::TrimmedMean);
   EXPECT_EQ(settings.grid_hold, mm(4));
   EXPECT_EQ(settings.surface_height, mm(1.6));
-  EXPECT_EQ(settings.height_tolerance, um(25));
+  EXPECT_EQ(config->walk.board.height_tolerance, um(25));
   EXPECT_EQ(settings.surface_tolerance, mm(0.15));
 }
 

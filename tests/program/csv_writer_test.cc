@@ -56,7 +56,7 @@ TEST(CsvWriter, KeepsTheOrderOfItsColumns) {
       "speed,text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,"
       "value,nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,"
       "initial_depth,increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,"
-      "file,z,depth,surface,risk,risk_end\n");
+      "file,z,depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep\n");
 }
 
 TEST(CsvWriter, WritesAHoleAsOneRow) {
@@ -66,7 +66,7 @@ TEST(CsvWriter, WritesAHoleAsOneRow) {
   writer.put({14, path, drill(1, 5, 7), {}, nullptr});
   ASSERT_TRUE(writer.finish());
   EXPECT_EQ(bytes.text(),
-            "drill,14,0.2,1,4.75,6.5,105,207,0.002,0.003,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n");
+            "drill,14,0.2,1,4.75,6.5,105,207,0.002,0.003,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n");
 }
 
 TEST(CsvWriter, WritesHowDeepAHoleIs) {
@@ -77,7 +77,7 @@ TEST(CsvWriter, WritesHowDeepAHoleIs) {
   writer.put({14, {}, hole, {}, nullptr});
   ASSERT_TRUE(writer.finish());
   EXPECT_TRUE(bytes.text().starts_with("drill,14,,1,4.75,6.5,105,207,0.002,0.003,,"));
-  EXPECT_TRUE(bytes.text().ends_with(",1.5,0.4,3.25,,\n")) << bytes.text();
+  EXPECT_TRUE(bytes.text().ends_with(",1.5,0.4,3.25,,,,,,\n")) << bytes.text();
 }
 
 TEST(CsvWriter, WritesTheRiskOfAHole) {
@@ -230,7 +230,7 @@ TEST(CsvWriter, NamesTheStoredPattern) {
   CsvWriter writer(bytes);
   writer.put({3, {}, Dwell{seconds(1)}, "a,b.pat", nullptr});
   ASSERT_TRUE(writer.finish());
-  EXPECT_TRUE(bytes.text().ends_with(",\"a,b.pat\",,,,,\n")) << bytes.text();
+  EXPECT_TRUE(bytes.text().ends_with(",\"a,b.pat\",,,,,,,,,\n")) << bytes.text();
 }
 
 }  // namespace

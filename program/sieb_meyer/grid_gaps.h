@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/calib/base/units.h"
+#include "panelcal/program/survey.h"
+#include "panelcal/surface/grid_map.h"
+
+namespace panelcal::sieb_meyer {
+
+/// Nodes of the points' lattice that have no point, row by row.
+std::vector<Eigen::Vector2d> missing_nodes(std::span<const GridPoint> points);
+
+/// What the points foretell at these nodes, on every Z axis by a map of its own, with the sigma
+/// that such a height has.
+///
+/// In     max_extrapolation: how far outside of the points' hull a node may lie
+/// Fails  grid-invalid: fewer than kLeastForBow points: a plane through them says nothing of how
+/// the
+///        board bends between them; a node farther outside; as HeightMap::of_probes. The places of
+///        diagnostics are empty
+/// See    tests/program/sieb_meyer/grid_gaps_test.cc
+Expected<std::vector<FilledNode>> fill_nodes(std::span<const GridPoint> points,
+                                             std::span<const Eigen::Vector2d> nodes_mm,
+                                             Length max_extrapolation);
+
+}  // namespace panelcal::sieb_meyer

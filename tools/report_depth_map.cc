@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/tools/report_depth_map.h"
+
+#include <algorithm>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "panelcal/tools/contour_map.h"
+#include "panelcal/tools/report_text.h"
+#include "panelcal/tools/surface_picture.h"
+
+namespace panelcal::report {
+namespace {
+
+constexpr int kNodes = 90;  // along the longer side
+constexpr int kLevels = 8;
+
+contours::ContourMap heights_of(const HeightMap& map, std::size_t axis) {
+  contours::ContourMap out;
+  out.id = fmt::format("depth{}", axis);
+  out.title = "Height above the table, mm";
+  out.unit = "mm";
+  out.outline = surface::hull_of(map);
+  out.field = contours::field_over(out.outline, kNodes, [&](const auto& places) {
+    std::vector<double> heights_mm;
+    for (const auto& place : places) {
+      heights_mm.push_back(map.lattice().height_mm(place.in_mm()));
+    }
+    return heights_mm;
+  });
+  const auto [low, high] = std::ranges::minmax(out.field.values);
+  out.levels = contours::round_levels(low, high, kLevels);
+  return out;
+}
+
+/// A cross where each tool's likeliest depth to break its tolerance is.
+std::string worst_marks(const DepthVerdict& verdict,
+                        std::size_t axis,
+                        const View& view,
+                        std::vector<Eigen::Vector2d>& places_mm) {
+  constexpr double kArm_px = 5;
+  std::string out;
+  for (const auto& [number, tool] : verdict.by_tool()) {
+    if (tool.places.n_judged == 0 || tool.worst.error.axis.value_or(0) != axis) continue;
+    places_mm.push_back(tool.worst.nominal.in_mm());
+    const Eigen::Vector2d at = view.at(places_mm.back());
+    out += fmt::format(
+        "<g><title>{}</title><path class=\"wrong\" d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}m0 "
+        "{:.1f}l{:.1f} "
+        "{:.1f}\"/><text class=\"wrong\" x=\"{:.1f}\" y=\"{:.1f}\">T{}</text></g>\n",
+        escaped(place_text(tool.worst.nominal, tool.worst.path)),
+        at.x() - kArm_px,
+        at.y() - kArm_px,
+        2 * kArm_px,
+        2 * kArm_px,
+        -2 * kArm_px,
+        -2 * kArm_px,
+        2 * kArm_px,
+        at.x() + 2 * kArm_px,
+        at.y() + kArm_px,
+        number);
+  }
+  return out;
+}
+
+bool has_map(const DepthVerdict& verdict) {
+  return std::ranges::any_of(verdict.errors().maps(),
+                             [](const Expected<HeightMap>& map) { return map.has_value(); });
+}
+
+}  // namespace
+
+std::string_view depth_map_style(const DepthVerdict* verdict) {
+  return verdict != nullptr && has_map(*verdict) ? contours::kContourStyle : "";
+}
+
+std::string depth_map_figures(const DepthVerdict& verdict) {
+  if (!has_map(verdict)) return {};
+  const auto maps = verdict.errors().maps();
+  std::string out = fmt::format("<div class=\"figures{}\">", maps.size() == 1 ? " single" : "");
+  for (std::size_t axis = 0; axis < maps.size(); ++axis) {
+    if (!maps[axis]) continue;
+    contours::ContourMap picture = heights_of(*maps[axis], axis);
+    const View view = contours::view_of(picture.outline);
+    const std::string marks = worst_marks(verdict, axis, view, picture.marked);
+    out += "<figure>" +
+           contours::inline_svg(contours::contour_drawing(picture, view, marks),
+                                "The surface of the board") +
+           fmt::format(
+               "<figcaption>{}The surface that depths are judged by, within what was probed; "
+               "crosses are where each tool is likeliest to be too shallow or too deep."
+               "</figcaption></figure>\n",
+               maps.size() == 1 ? "" : fmt::format("Z axis {}. ", axis));
+  }
+  return out + "</div>\n";
+}
+
+}  // namespace panelcal::report
