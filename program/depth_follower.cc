@@ -65,16 +65,17 @@ DepthOfCut DepthFollower::at(int line,
     cut.depth = depth;
   }
   if (!follows_map(cut)) return cut;
-  if (*cut.depth < Length()) {
+  take_height(line, place, cut);
+  if (lowest_ && cut.surface && *cut.surface - *cut.depth < *lowest_) {
     refuse(Code::ArgumentInvalid,
            line,
-           fmt::format("a residual web of {:.4g} mm counts from a surface that the program probes, "
-                       "not from --surface",
-                       -cut.depth->in_mm()),
-           "G73 before it");
-    return cut;
+           fmt::format("{:.3f} mm below the surface, which is {:.4f} mm high by the map, is lower "
+                       "than Z{:.4g}, which limits the stroke",
+                       cut.depth->in_mm(),
+                       cut.surface->in_mm(),
+                       lowest_->in_mm()),
+           "a lower Z");
   }
-  take_height(line, place, cut);
   return cut;
 }
 

@@ -22,8 +22,8 @@ namespace panelcal {
 /// Each kind of problem is reported once: all that follow would say the same.
 ///
 /// Fails  into the reporter: grid-invalid (the map does not reach a place); tolerance-hold (it is
-///        not sure enough there); argument-invalid (program and [[depth]] contradict each other, or
-///        what is to follow the map lies above the surface, or a way that bends too much)
+///        not sure enough there); argument-invalid (program and [[depth]] contradict each other; a
+///        stroke below the plane that limits it; a way that bends too much)
 /// See    tests/program/depth_follower_test.cc
 class DepthFollower {
  public:
@@ -37,6 +37,8 @@ class DepthFollower {
   bool has_tool_depth() const { return tool_depth_.has_value(); }
 
   void take(int line, const Tool& tool);
+  /// The plane above the table that limits strokes (SIEB & MEYER, Z); absent: none.
+  void set_lowest(std::optional<Length> z) { lowest_ = z; }
   /// What a tool does at a place if it is asked to cut like this.
   DepthOfCut at(int line, const Position<frame::Nominal>& place, const DepthOfCut& asked);
   /// Its height at every place is the map's.
@@ -60,6 +62,7 @@ class DepthFollower {
   const Reporter& reporter_;
   int tool_ = 0;
   std::optional<Length> tool_depth_;
+  std::optional<Length> lowest_;
   bool has_refused_place_ = false;
   bool has_refused_tool_ = false;  ///< the one in use
 };

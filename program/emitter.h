@@ -66,6 +66,8 @@ class Emitter {
   /// How deep holes, plunges and rout moves go from here on.
   void set_cut(const DepthOfCut& cut) { cut_ = cut; }
   const DepthOfCut& cut() const { return cut_; }
+  /// Z under depth control: no tip goes below it.
+  void set_lowest(std::optional<Length> z) { depths_.set_lowest(z); }
   /// What the tool in use does at a place: as deep as [[depth]] says, where the map says.
   DepthOfCut cut_at(int line, const Position<frame::Nominal>& place) {
     return depths_.at(line, place, cut_);

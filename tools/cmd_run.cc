@@ -131,7 +131,7 @@ class Run {
     }
     if (!options_.surface.empty() && !take(read_surface_map())) return false;
     checked_ = read_and_check(options_.program, config_.reading, config_.walk, log_);
-    if (log_.has_errors() || !checked_) return false;
+    if (log_.has_errors() || !checked_ || !knows_depths()) return false;
     const bool measures = !checked_->nominal_survey.measurements.empty();
     if (measures && !take(check_spindle_is_calibrated(config_))) return false;
     provenance_ = provenance_of(context_.options,
@@ -145,6 +145,16 @@ class Run {
     const bool drifts = config_.drift_um_per_sqrt_day > 0;
     if (drills_the_time(checked_->program) || drifts) provenance_.emplace_back("clock", time);
     return true;
+  }
+
+  /// Heights belong to nominal places, so whether all depths have one shows before anything is
+  /// measured.
+  bool knows_depths() {
+    const BoardDepths& board = config_.walk.board;
+    if (board.map == nullptr && board.tools.empty()) return true;
+    SurfaceUse ignored;
+    execute_nominal(*checked_, config_.walk, ignored, log_);
+    return !log_.has_errors();
   }
 
   Expected<void> read_surface_map() {
@@ -381,7 +391,8 @@ class Run {
     }
     const auto writer = make_writer(*bytes);
     JobCheck job_check(config_.travel);
-    std::vector<OperationSink*> sinks = {writer.get(), &tally_, &job_check, &surface_use_};
+    std::vector<OperationSink*> sinks = {writer.get(), &tally_, &job_check};
+    if (config_.walk.board.map != nullptr) sinks.push_back(&surface_use_.emplace());
     if (!is_judged) std::ranges::copy(judges(), std::back_inserter(sinks));
     Tee tee(std::move(sinks));
     DiagnosticLog walk_log;
@@ -401,7 +412,7 @@ class Run {
                     options_.output == "-" ? "standard output" : options_.output,
                     tally_.max_shift().in_um(),
                     tally_.max_sigma().in_um()));
-    if (config_.walk.board.map != nullptr) context_.console.say(surface_use_.summary());
+    if (surface_use_) context_.console.say(surface_use_->summary());
     if (comparison_) context_.console.say("\nerror against truth\n" + comparison_->summary());
   }
 
@@ -455,6 +466,7 @@ class Run {
     if (!input.worst_hole) {
       input.worst_hole = worst_hole_.budget(measured_.survey, config_.walk.uncertainty);
     }
+    if (surface_use_) input.surface_use = surface_use_->summary();
     input.worst_number = worst_number();
     input.crops_png = std::move(measured_.crops_png);
     input.views = std::move(measured_.views);
@@ -493,7 +505,7 @@ class Run {
   std::optional<JobVerdict> verdict_;
   std::optional<DepthErrors> depth_errors_;
   std::optional<DepthVerdict> depth_;
-  SurfaceUse surface_use_;
+  std::optional<SurfaceUse> surface_use_;
   bool has_begun_ = false;  ///< something may have gone to the output
   bool is_written_ = false;
 };

@@ -263,7 +263,7 @@ std::string report_html(const ReportInput& input) {
   out += budget_section(input.worst_hole);
   out += calibrations_section(survey_of(input));
   out += focus_section(survey_of(input));
-  out += surface_section(survey_of(input));
+  out += surface_section(survey_of(input), input.surface_use);
   out += "<h2>Messages</h2>\n<section>\n" + messages(input.diagnostics) + "</section>\n";
   if (input.truth != nullptr) out += truth_section(*input.truth);
   return out + foot(input) + "</main>\n</body>\n</html>\n";

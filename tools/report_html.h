@@ -32,6 +32,7 @@ struct ReportInput {
   const TruthComparison* truth = nullptr;  ///< null without --truth
   const JobVerdict* verdict = nullptr;     ///< null if [tolerance] asks for no positions
   const DepthVerdict* depth = nullptr;     ///< null if it asks for no depths
+  std::string surface_use;                 ///< what depths took from --surface; empty without it
   /// Of the verdict's worst place, by which `run --explain` knows it; empty: its line says enough.
   std::optional<std::int64_t> worst_number;
   std::optional<HoleBudget> worst_hole;           ///< of the job, held or not

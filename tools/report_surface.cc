@@ -55,15 +55,18 @@ std::string row_of(const FilledNode& node) {
 
 }  // namespace
 
-std::string surface_section(const Survey& survey) {
-  if (survey.probes.empty()) return {};
+std::string surface_section(const Survey& survey, const std::string& use) {
+  if (survey.probes.empty() && use.empty()) return {};
+  const std::string head = "<h2 id=\"surface\">Surface</h2>\n<section>" +
+                           (use.empty() ? "" : "<p>" + escaped(use) + ".</p>\n");
+  if (survey.probes.empty()) return head + "</section>\n";
   std::size_t n_axes = 1;
   for (const ProbeReading& reading : survey.probes) {
     n_axes = std::max(n_axes, reading.heights.size());
   }
-  std::string out =
-      "<h2 id=\"surface\">Surface</h2>\n<section><div class=\"scroll\"><table class=\"grid\">"
-      "<tr><th>probe</th><th>asked by</th><th></th><th class=\"num\">nominal mm</th>";
+  std::string out = head +
+                    "<div class=\"scroll\"><table class=\"grid\">"
+                    "<tr><th>probe</th><th>asked by</th><th></th><th class=\"num\">nominal mm</th>";
   for (std::size_t axis = 0; axis < n_axes; ++axis) {
     out += fmt::format("<th class=\"num\">height{} mm</th>",
                        n_axes == 1 ? "" : fmt::format(", Z axis {},", axis));

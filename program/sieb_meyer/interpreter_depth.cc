@@ -88,6 +88,7 @@ void Interpreter::update_cut() {
     base_cut_.z = mm(*z_mm_);
   }
   emitter_.set_cut(base_cut_);
+  emitter_.set_lowest(z_mm_ ? std::optional(mm(*z_mm_)) : std::nullopt);
 }
 
 /// "For the depth control (relative working plane) the Z-value is the minimum limit for lowering

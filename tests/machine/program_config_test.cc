@@ -99,9 +99,11 @@ TEST(ProgramConfig, ReadsTheSurface) {
   const auto config = parse(R"(
 [surface]
 average = "T"
+fill_gaps = true
 grid_hold_mm = 4
 height_mm = 1.6
 height_tolerance_um = 25
+max_sigma_um = 12
 tolerance_mm = 0.15
 )");
   ASSERT_TRUE(config) << config.error().text();
@@ -109,7 +111,9 @@ tolerance_mm = 0.15
   EXPECT_EQ(settings.average, AverageKind::TrimmedMean);
   EXPECT_EQ(settings.grid_hold, mm(4));
   EXPECT_EQ(settings.surface_height, mm(1.6));
+  EXPECT_TRUE(settings.fills_gaps);
   EXPECT_EQ(config->walk.board.height_tolerance, um(25));
+  EXPECT_EQ(config->walk.board.max_sigma, um(12));
   EXPECT_EQ(settings.surface_tolerance, mm(0.15));
 }
 
@@ -150,6 +154,43 @@ TEST(ProgramConfig, RefusesWhatNoControlKnows) {
   EXPECT_EQ(refusal("[surface]\ngrid_hold = 1\n"),
             "shop/machine.toml:2:1: error[config-key-unknown]: unknown key \"grid_hold\" in "
             "[surface], expected \"grid_hold_mm\"");
+}
+
+TEST(ProgramConfig, ReadsHowDeepToolsWork) {
+  const auto config = parse(R"(
+[[depth]]
+drill_mm = 0.8
+depth_mm = 0.6
+[[depth]]
+number = 3
+depth_mm = 0.3
+)");
+  ASSERT_TRUE(config) << config.error().text();
+  const BoardDepths& board = config->walk.board;
+  EXPECT_EQ(board.map, nullptr);
+  EXPECT_EQ(board.depth_of(1, mm(0.8003)), mm(0.6));
+  EXPECT_EQ(board.depth_of(3, mm(0.8)), mm(0.3));
+  EXPECT_EQ(board.depth_of(3, std::nullopt), mm(0.3));
+  EXPECT_FALSE(board.depth_of(1, std::nullopt));
+  EXPECT_FALSE(board.depth_of(1, mm(0.81)));
+}
+
+TEST(ProgramConfig, RefusesDepthsOfNoToolOrOfOneTwice) {
+  EXPECT_EQ(refusal("[[depth]]\ndepth_mm = 1\n"),
+            "shop/machine.toml:1:1: error[config-value]: [[depth]] has no number, expected number, "
+            "or drill_mm");
+  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\ndrill_mm = 1\ndepth_mm = 1\n"),
+            "shop/machine.toml:3:12: error[config-value]: drill_mm in [[depth]]: there are both, "
+            "expected number or drill_mm");
+  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\n"),
+            "shop/machine.toml:1:1: error[config-value]: [[depth]] has no depth_mm, expected "
+            "depth_mm = 0.8");
+  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\ndepth_mm = 0\n"),
+            "shop/machine.toml:3:12: error[config-value]: depth_mm in [[depth]] is 0, expected a "
+            "finite number above 0 and at most 100");
+  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\ndepth_mm = 1\n[[depth]]\nnumber = 1\ndepth_mm = 2\n"),
+            "shop/machine.toml:5:10: error[config-value]: number in [[depth]]: another row names "
+            "it, expected each tool once");
 }
 
 TEST(ProgramConfig, ReadsReferenceScaling) {

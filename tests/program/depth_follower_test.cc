@@ -158,7 +158,7 @@ TEST(DepthFollower, WithoutAMapOnlySaysTheDepth) {
 
 TEST(DepthFollower, LeavesHeightsAboveTheTableAndProbedOnesAlone) {
   const Outcome out = outcome(
-      "%%5000\nG71K.4\nX10.Y10.T1G73L1\nL1\nX30.Y30.T1\nG70\nX40.Y40.Z3.\nX50.Y50.G83K2.\n$\nT1D1."
+      "%%5000\nG71K.4\nX10.Y10.T1G73L1\nL1\nX30.Y30.T1\nG70\nX40.Y40.Z1.\nX50.Y50.G83K.5\n$\nT1D1."
       "\n$\n",
       on_hills());
   const auto holes = all<Drill>(out);
@@ -166,9 +166,9 @@ TEST(DepthFollower, LeavesHeightsAboveTheTableAndProbedOnesAlone) {
   ASSERT_EQ(holes.size(), 3U);
   EXPECT_EQ(holes[0].cut.surface, mm(0));  // where a perfect board is
   EXPECT_FALSE(holes[0].cut.foretold);
-  EXPECT_EQ(holes[1].cut.z, mm(3));
+  EXPECT_EQ(holes[1].cut.z, mm(1));
   EXPECT_FALSE(holes[1].cut.surface);
-  EXPECT_EQ(holes[2].cut.depth, mm(2));
+  EXPECT_EQ(holes[2].cut.depth, mm(0.5));
   EXPECT_EQ(holes[2].cut.surface->in_mm(), map_mm(holes[2].nominal));
 }
 
@@ -273,6 +273,9 @@ TEST(DepthFollower, IsReadAgainAsWritten) {
   expect_same_heights(excellon("T1\nX010.Y020.\nX050.Y030.\nG00X005.Y010.\nM15\nG01X090.Y012.\n"
                                "G03X060.Y060.A060.\nM16\nG05\nX070.Y070.\n"),
                       on_hills({depth_of(1, 0.8)}));
+  // M14 follows the material by itself; here the program does.
+  expect_same_heights(excellon("T1\nG00X005.Y010.\nM14\nG01X090.Y012.\nM16\nG05\n"),
+                      on_hills({depth_of(1, 0.2)}));
 }
 
 TEST(DepthFollower, IsRefusedByAWriterBelowTheTable) {
@@ -335,12 +338,12 @@ TEST(DepthFollower, RefusesWhatContradictsTheProgram) {
       IsEmpty());
 }
 
-TEST(DepthFollower, RefusesAResidualWeb) {
-  const Outcome out = outcome(
-      "%%5000\nG83K.4\nG71K-.4\nX10.Y10.G73L1\nL1\nX20.Y10.T1\nG70\nX30.Y10.\n$\nT1D1.\n$\n",
-      on_hills());
+TEST(DepthFollower, RefusesAStrokeBelowItsLimit) {
+  const Outcome out =
+      outcome("%%5000\nX10.Y10.Z1.3T1\nX20.Y10.G83K.2\nX30.Y10.K.5\n$\nT1D1.\n$\n", on_hills());
   ASSERT_EQ(out.errors.size(), 1U);
-  EXPECT_THAT(out.errors[0], HasSubstr("p:8: error[argument-invalid]: a residual web of 0.4 mm"));
+  EXPECT_THAT(out.errors[0], HasSubstr("p:4: error[argument-invalid]: 0.500 mm below the surface"));
+  EXPECT_THAT(out.errors[0], HasSubstr("is lower than Z1.3, which limits the stroke"));
 }
 
 TEST(DepthFollower, HasNoFormInExcellon) {

@@ -607,13 +607,15 @@ TEST(ReportHtml, ShowsEveryProbedSurface) {
   request.seq = 4;
   request.memory.reset();
   survey.probes.push_back({request, ProbeStatus::NotFound, {}, "no <contact>"});
-  const std::string html = report::surface_section(survey);
+  const std::string html = report::surface_section(survey, "");
   EXPECT_THAT(html,
               HasSubstr("<tr><td>#3</td><td>G73 in line 12</td><td>L7</td><td class=\"num\">"
                         "(20.000, 30.000)</td><td class=\"num\">1.6125</td><td class=\"num\">"
                         "1.5000</td><td class=\"num\">+12.5</td></tr>"));
   EXPECT_THAT(html, HasSubstr("<td colspan=\"3\"><b>not found</b> no &lt;contact&gt;</td></tr>"));
-  EXPECT_EQ(report::surface_section(Survey()), "");
+  EXPECT_EQ(report::surface_section(Survey(), ""), "");
+  EXPECT_THAT(report::surface_section(Survey(), "2 depths count from the map"),
+              HasSubstr("<p>2 depths count from the map.</p>"));
 }
 
 }  // namespace
