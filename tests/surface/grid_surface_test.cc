@@ -186,6 +186,18 @@ TEST(GridSurface, IsHeldAgainstTheOthersAndTakenOnlyIfBetter) {
   EXPECT_THAT(without->reason, ::testing::Not(::testing::HasSubstr("bilinear")));
 }
 
+TEST(SurfaceChoice, TakesAGridModelOfMoreProbesThanAreSolvedFor) {
+  Points points = warped(115, 60, 52);
+  ASSERT_GT(points.size(), kMostBentProbes);
+  const auto chosen = choose_surface(points);
+  ASSERT_TRUE(chosen) << chosen.error().text();
+  EXPECT_TRUE(is_of_grid(chosen->surface.fit.model()));
+  EXPECT_THAT(chosen->reason, ::testing::HasSubstr("3120 probes are too many for other models"));
+  points.erase(points.begin() + 20);
+  EXPECT_THAT(choose_surface(points),
+              FailsWith(Code::GridInvalid, "3119 probes, expected 3 to 3000"));
+}
+
 TEST(SurfaceChoice, RefusesWhereEveryThirdProbeIsWild) {
   struct Case {
     int n_columns, n_rows;
@@ -203,6 +215,15 @@ TEST(SurfaceChoice, RefusesWhereEveryThirdProbeIsWild) {
       }
       EXPECT_THAT(choose_surface(points), FailsWith(Code::SurfaceOutOfTolerance, ""))
           << n_columns << " x " << n_rows << ", seed " << seed;
+      // No less so if somebody insists on a model.
+      if (seed > 121) continue;
+      for (const SurfaceModel model : {SurfaceModel::Plane,
+                                       SurfaceModel::ThinPlate,
+                                       SurfaceModel::GaussianProcess,
+                                       SurfaceModel::Bilinear}) {
+        EXPECT_THAT(fit_without_outliers(points, model), FailsWith(Code::SurfaceOutOfTolerance, ""))
+            << name_of(model) << " " << n_columns << " x " << n_rows << ", seed " << seed;
+      }
     }
   }
 }
