@@ -78,8 +78,8 @@ TEST(GcodeConfig, OnlyTheSafeHeightIsRequired) {
 TEST(GcodeConfig, HeightsAreInOrder) {
   const std::string safe = "[gcode]\nsafe_z_mm = 5\n";
   EXPECT_THAT(refusal(safe + "approach_z_mm = 5.1\n"),
-              HasSubstr("machine.toml:3:17: error[config-value]: approach_z_mm = 5.1, expected at "
-                        "most safe_z_mm"));
+              HasSubstr("machine.toml:3:17: error[config-value]: approach_z_mm in [gcode] is 5.1, "
+                        "expected at most safe_z_mm"));
   EXPECT_EQ(refusal(safe + "approach_z_mm = 5\n"), "accepted");
   EXPECT_THAT(refusal(safe + "change_z_mm = 4\n"), HasSubstr("expected at least safe_z_mm"));
   for (const std::string key : {"drill_z_mm", "rout_z_mm", "board_z_mm", "table_z_mm"}) {
