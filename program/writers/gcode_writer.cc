@@ -155,14 +155,11 @@ void GcodeWriter::write(const Plunge& plunge) {
   const auto z = working_z(plunge.cut, work_.rout_z, offset, "rout_z_mm");
   const auto feed = infeed();
   if (!start_spindle() || !z || !feed) return;
-  if (height_ != Height::Down && at_) go_to(*at_);
+  if (!at_) {
+    return fail({Code::Internal, place(), "a plunge nobody knows where", "a move before it"});
+  }
+  if (height_ != Height::Down) go_to(*at_);
   go_down(*z, *feed);
-}
-
-/// A contour is left out only where somebody was told why.
-void GcodeWriter::check_was_refused() {
-  if (losses().has_errors()) return;
-  fail({Code::Internal, place(), "a contour without a plunge", "a plunge before it"});
 }
 
 /// A move that says no depth keeps the one that the tool was lowered to.
@@ -174,7 +171,11 @@ void GcodeWriter::write(const Rout& rout) {
     z = working_z(rout.cut, work_.rout_z, tool_.depth_offset, "rout_z_mm");
   }
   at_ = to;
-  if (!feed || !z || height_ != Height::Down || !told_) return check_was_refused();
+  if (!feed || !z || height_ != Height::Down || !told_) {
+    // A contour is left out only where somebody was told why.
+    if (losses().has_errors()) return;
+    return fail({Code::Internal, place(), "a contour without a plunge", "a plunge before it"});
+  }
   const std::string z_word = z != told_z_ ? ' ' + word('Z', *z) : "";
   if (to == *told_ && z_word.empty()) return;
   const bool is_line = rout.kind == RoutKind::Line || !write_arc(rout, to, *feed, z_word);
@@ -216,8 +217,9 @@ bool GcodeWriter::write_arc(const Rout& rout, const Place& to, Feed feed, std::s
   return true;
 }
 
+/// The tool may be up already: M16 and M17 may stand anywhere.
 void GcodeWriter::write(const Retract&) {
-  if (height_ != Height::Down) return check_was_refused();
+  if (height_ != Height::Down) return;
   if (!work_.retract) return rise();
   say_move("G1", word('Z', steps(setting_.safe_z.in_mm())), *work_.retract);
   height_ = Height::Safe;

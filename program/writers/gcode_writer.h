@@ -74,7 +74,6 @@ class GcodeWriter final : public ProgramWriter {
   void go_down(Steps z, Feed infeed);
   bool write_arc(const Rout& rout, const Place& to, Feed feed, std::string_view z_word);
   std::string_view cycle_code();
-  void check_was_refused();
 
   // gcode_depths.cc
   std::optional<Steps> working_z(const DepthOfCut& cut,

@@ -287,6 +287,11 @@ TEST(GcodeWriter, RoutsAContour) {
             "M2\n");
 }
 
+TEST(GcodeWriter, ARaisedToolIsNotRaisedAgain) {
+  EXPECT_EQ(write_out({take(1), Retract{true}, drill(1, 1, 2), Retract{}}).text,
+            "T1 M6 ; 1 mm\nS30000 M3\nG0 Z5\nG81 X1 Y2 Z-1.8 R5 F1200\nG80\nM5\nM2\n");
+}
+
 TEST(GcodeWriter, RampsAndStepsOfAContour) {
   Rout ramp = rout_line(2, 5, 0);
   ramp.cut = z(0.5);
@@ -498,6 +503,8 @@ TEST(GcodeWriter, RefusesWhatWouldCutElsewhere) {
   EXPECT_THAT(refusal({PatternBegin{}}), HasSubstr("error[internal]"));
   EXPECT_THAT(refusal({take(2), rapid_move(0, 0), rout_line(2, 1, 0)}),
               HasSubstr("error[internal]: a contour without a plunge"));
+  EXPECT_THAT(refusal({take(2), plunge()}),
+              HasSubstr("error[internal]: a plunge nobody knows where"));
 }
 
 }  // namespace
