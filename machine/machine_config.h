@@ -27,6 +27,7 @@
 #include "panelcal/machine/vision_options.h"
 #include "panelcal/program/job_check.h"
 #include "panelcal/program/walk.h"
+#include "panelcal/program/writers/gcode_setting.h"
 #include "panelcal/vision/bayer.h"
 #include "panelcal/vision/locate.h"
 #include "panelcal/vision/scene_debris.h"
@@ -133,6 +134,7 @@ struct MachineConfig {
   double drift_um_per_sqrt_day = 0;      ///< [uncertainty]: random walk of the offset, per axis
   StageCommands stage;                   ///< [machine] stage_command and its kin, for --camera
   Time settle;                           ///< [machine] settle_s: from an arrival to a picture
+  std::optional<GcodeSetting> gcode;     ///< [gcode], for `run --to gcode`
   std::optional<SimConfig> sim;          ///< [sim]
 };
 

@@ -161,14 +161,15 @@ class CommandLine {
                      "its heights");
     run_->add_option("-o,--output",
                      o.output,
-                     "Corrected program or picture (.jsonl .csv .drl .exc .s5 .svg); - is "
+                     "Corrected program or picture (.jsonl .csv .drl .exc .s5 .ngc .svg); - is "
                      "standard output");
     run_->add_option("--to", o.format, "Output format (default: from the output's extension)")
-        ->check(CLI::IsMember({"jsonl", "csv", "excellon", "sieb-meyer", "svg"}));
+        ->check(CLI::IsMember({"jsonl", "csv", "excellon", "sieb-meyer", "gcode", "svg"}));
     run_->add_option("--slots",
                      o.slots,
                      "Pass slots (G85, G87) on whole, or as holes and passes (default: keep for "
-                     "programs and svg, expand otherwise; programs keep G87 in any case)")
+                     "excellon, sieb-meyer and svg, expand otherwise; the first two keep G87 in "
+                     "any case)")
         ->check(CLI::IsMember({"keep", "expand"}));
     run_->add_option("--explain",
                      o.explain,
