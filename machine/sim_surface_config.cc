@@ -69,7 +69,8 @@ Expected<void> read_chip(const TomlTable& table, SimTableSurface& surface) {
   if (std::ranges::none_of(kAll, has)) return {};
   for (const std::string_view key : kAll) {
     if (!has(key)) {
-      return failure(table.missing("a part of the chip", std::string(key) + " as well"));
+      return failure(
+          table.missing(key, "all of chip_depth_um, chip_mm, chip_radius_mm, chip_since"));
     }
   }
   surface.chip =

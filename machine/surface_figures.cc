@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <fmt/format.h>
 
@@ -48,7 +49,13 @@ MatrixXd figures_by_heights() {
   return heights_by_figures.completeOrthogonalDecomposition().pseudoInverse();
 }
 
-Expected<void> not_over(const HeightMap& map, const SurfaceArea& area) {
+/// To a tenth, of which zero has no sign.
+double shown(double value) {
+  return std::round(10 * value) / 10 + 0.0;
+}
+
+/// Whether the map gives heights at all corners.
+Expected<void> reaches_over(const HeightMap& map, const SurfaceArea& area) {
   for (const double x : {-1.0, 1.0}) {
     for (const double y : {-1.0, 1.0}) {
       const Vector2d corner_mm = area.center_mm + Vector2d(x, y).cwiseProduct(area.half_mm);
@@ -69,7 +76,7 @@ Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& are
                                 name_of(map.surface().model())),
                     "a Gaussian process, a thin plate or a plane"});
   }
-  PANELCAL_CHECK(not_over(map, area));
+  PANELCAL_CHECK(reaches_over(map, area));
   const auto places = places_of(area);
   const std::vector<double> heights_mm = map.surface().heights_mm(places);
   const MatrixXd by_heights = figures_by_heights();
@@ -78,8 +85,12 @@ Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& are
   out.value_mm = by_heights * VectorXd::Map(heights_mm.data(), by_heights.cols());
   const MatrixXd cov_mm2 =
       by_heights * map.surface().covariance_mm2(places) * by_heights.transpose();
-  // Exactly symmetric, as a covariance has to be.
-  out.cov_mm2 = 0.5 * (cov_mm2 + cov_mm2.transpose());
+  // What a model leaves no room for (the bow of a plane) has no variance, and by rounding less.
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (cov_mm2 + cov_mm2.transpose()));
+  const MatrixXd root =
+      solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  out.cov_mm2 = root * root.transpose();
+  out.cov_mm2 = 0.5 * (out.cov_mm2 + out.cov_mm2.transpose()).eval();
   return out;
 }
 
@@ -108,11 +119,12 @@ std::string report(const SurfaceFigures& figures) {
   for (int i = 0; i < SurfaceFigures::kSize; ++i) {
     std::string name(SurfaceFigures::kNames[static_cast<std::size_t>(i)]);
     std::ranges::replace(name, '_', ' ');
-    const double value_um = 1e3 * figures.value_mm[i];
+    const double value_um = shown(1e3 * figures.value_mm[i]);
     const double sigma_um = 1e3 * std::sqrt(figures.cov_mm2(i, i));
     std::string slope;
     if (i == 1 || i == 2) {
-      slope = fmt::format(" ({:+.1f} um/m)", 1e3 * value_um / figures.area.half_mm[i - 1]);
+      const double slope_um_m = 1e6 * figures.value_mm[i] / figures.area.half_mm[i - 1];
+      slope = fmt::format(" ({:+.1f} um/m)", shown(slope_um_m));
     }
     out += fmt::format("{:<11}{:+.1f} um +- {:.1f}{}\n", name, value_um, sigma_um, slope);
   }

@@ -69,7 +69,7 @@ Expected<void> read_night_surface(const TomlTable& nightly,
   PANELCAL_TRY(const auto table, nightly.table("surface", "[nightly.surface]", {kSurfaceKeys, {}}));
   if (!table && !is_asked) return {};
   if (!table) {
-    return failure(nightly.missing("what is probed of the table", "[nightly.surface]"));
+    return failure(nightly.missing("rectangle of the table to probe", "[nightly.surface]"));
   }
   NightSurface& surface = config.surface;
   PANELCAL_TRY(const auto file, table->text("file"));

@@ -244,10 +244,10 @@ Expected<std::unique_ptr<NightCalibration>> surface_night(std::shared_ptr<Machin
   };
   if (nightly.surface.file.empty()) return missing("nothing says where", "[nightly.surface]");
   if (nightly.is_simulated && !(config->sim && config->sim->table_surface)) {
-    return missing("the virtual machine has none", "[sim.table_surface]");
+    return missing("the virtual machine has no table to probe", "[sim.table_surface]");
   }
   if (!nightly.is_simulated && config->stage.probe.empty()) {
-    return missing("nothing probes this machine",
+    return missing("this machine has no probe",
                    "[machine] probe_command = [\"PROGRAM\", \"{x}\", \"{y}\"]");
   }
   return std::make_unique<SurfaceNight>(std::move(config), nightly);

@@ -230,7 +230,7 @@ TEST(SurfaceNightConfig, NamesWhatIsWrong) {
   };
   const std::string table = "[nightly.surface]\nfile = \"m.json\"\n";
   const std::string area = table + "low_mm = [0, 0]\nhigh_mm = [100, 60]\n";
-  EXPECT_THAT(config("", ""), FailsWith(Code::ConfigValue, "what is probed of the table"));
+  EXPECT_THAT(config("", ""), FailsWith(Code::ConfigValue, "rectangle of the table to probe"));
   EXPECT_THAT(config("[nightly.surface]\n", ""), FailsWith(Code::ConfigValue, "file"));
   EXPECT_THAT(config(table, ""), FailsWith(Code::ConfigValue, "low_mm"));
   EXPECT_THAT(config(table + "low_mm = [0, 0]\nhigh_mm = [0, 60]\n", ""),
@@ -256,7 +256,7 @@ TEST(SurfaceNightConfig, NamesWhatIsWrong) {
                            [] { return std::chrono::sys_seconds(); },
                            "panelcal test",
                            "timer"}),
-              FailsWith(Code::ConfigValue, "nothing probes this machine"));
+              FailsWith(Code::ConfigValue, "this machine has no probe"));
 }
 
 }  // namespace
