@@ -13,7 +13,7 @@ std::string surface_figures(const NightStep& step) {
   }
   return out +
          "</div>\n<p class=\"quiet\">Dots: probes; red crosses: probes left out, with how far they "
-         "are off in mm; hatched: extrapolated.</p>\n";
+         "are off in mm; hatched: extrapolated, or filled where a probe is missing.</p>\n";
 }
 
 }  // namespace panelcal::nightly

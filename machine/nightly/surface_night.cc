@@ -160,13 +160,21 @@ std::vector<NightGate> SurfaceNight::gates_of(const SurfaceChange& change) const
   }
   const std::string where =
       fmt::format("({:.1f}, {:.1f})", change.greatest_at_mm.x(), change.greatest_at_mm.y());
-  const std::string probe =
-      change.greatest_probe.empty() ? "" : ", the probe at " + change.greatest_probe;
-  gates.push_back(limit(
-      fmt::format("the surface has moved most at {}{},", where, probe),
-      change.greatest_mm.value,
-      surface_.anywhere,
-      fmt::format("sigma {}, {}", amount(change.greatest_mm.sigma, unit()), words_of(d.all))));
+  const std::string sigma = "sigma " + amount(change.greatest_mm.sigma, unit());
+  if (change.greatest_probe.empty()) {
+    gates.push_back(limit(fmt::format("the surface has moved most at {},", where),
+                          change.greatest_mm.value,
+                          surface_.anywhere,
+                          fmt::format("{}, {}", sigma, words_of(d.all))));
+  } else {
+    gates.push_back(limit(fmt::format("the surface has moved most at {}, the probe at {} that is "
+                                      "left out,",
+                                      where,
+                                      change.greatest_probe),
+                          change.greatest_mm.value,
+                          surface_.anywhere,
+                          sigma));
+  }
   return gates;
 }
 
