@@ -274,6 +274,7 @@ class CommandLine {
     add_calibrate_spindle_camera();
     add_calibrate_camera();
     add_calibrate_table();
+    add_calibrate_surface();
     add_calibrate_place();
   }
 
@@ -393,6 +394,18 @@ class CommandLine {
     command->add_option(
         "--linuxcnc", o.linuxcnc, "Folder for matrixkins coefficients and compensation files");
     add_install_by_force(command, "Record it in [ledger] file as the one in force");
+  }
+
+  void add_calibrate_surface() {
+    CalibrateOptions& o = calibrate_options_;
+    CLI::App* command =
+        add_calibration("surface",
+                        "Record a map of the table's own surface that was probed by hand",
+                        CalibrateOptions::What::Surface);
+    command->add_option("MAP", o.map, "The map, of `panelcal surface fit`")->required();
+    add_install_by_force(command,
+                         "Put it in force: into [ledger] file, then into -o or [nightly.surface] "
+                         "file");
   }
 
   void add_calibrate_spindle_camera() {
