@@ -88,7 +88,7 @@ double length_mm(const Motion& motion) {
 
 class Leveller {
  public:
-  Leveller(const SourceText& program, const HeightMap& map, const LevelOptions& options)
+  Leveller(const SourceText& program, const ZonedMap& map, const LevelOptions& options)
       : program_(program), map_(map), options_(options), reader_(program.file, options.unit_mm) {}
 
   Expected<LevelledGcode> level() {
@@ -116,8 +116,8 @@ class Leveller {
                       "one above 0"});
     }
     if (options_.zero) {
-      PANELCAL_TRY(const HeightAt zero, map_.height_at(*options_.zero));
-      zero_mm_ = zero.height.in_mm();
+      PANELCAL_TRY(const ZonedHeight zero, map_.height_at(*options_.zero));
+      zero_mm_ = zero.height.height.in_mm();
     }
     const Range range = heights();
     PANELCAL_CHECK(check_zero(range));
@@ -142,17 +142,22 @@ class Leveller {
     double highest_mm = -std::numeric_limits<double>::infinity();
   };
 
-  /// With three sigmas, in all cells that the probes' hull reaches: it ends between nodes.
+  /// With three sigmas, in all cells that the probes' hulls reach: they end between nodes.
   Range heights() const {
-    const HeightLattice& lattice = map_.lattice();
+    Range range;
+    for (const HeightMap& map : map_.maps()) widen(range, map);
+    return range;
+  }
+
+  static void widen(Range& range, const HeightMap& map) {
+    const HeightLattice& lattice = map.lattice();
     const int n_x = lattice.x().n_nodes, n_y = lattice.y().n_nodes;
     const auto place = [&](int i, int j) {
       return position_mm<frame::Nominal>(lattice.x().at_mm(i), lattice.y().at_mm(j));
     };
-    Range range;
     for (int j = 0; j < n_y; ++j) {
       for (int i = 0; i < n_x; ++i) {
-        const auto found = map_.height_at(place(i, j));
+        const auto found = map.height_at(place(i, j));
         if (!found || found->outside > Length()) continue;
         for (int k = 0; k < 9; ++k) {
           const int to_i = std::clamp(i + k % 3 - 1, 0, n_x - 1);
@@ -163,7 +168,6 @@ class Leveller {
         }
       }
     }
-    return range;
   }
 
   /// A map of heights above the table would lift the tool by the board's thickness.
@@ -209,11 +213,12 @@ class Leveller {
       return {};
     }
     ++figures_.n_levelled;
-    is_filled_ = is_extrapolated_ = false;
+    is_filled_ = is_extrapolated_ = is_over_void_ = false;
     PANELCAL_CHECK(motion->kind == MotionKind::Cycle ? put_cycle(block, *motion)
                                                      : put_way(block, *motion));
     figures_.n_filled += is_filled_ ? 1 : 0;
     figures_.n_extrapolated += is_extrapolated_ ? 1 : 0;
+    figures_.n_over_voids += is_over_void_ ? 1 : 0;
     return {};
   }
 
@@ -221,14 +226,16 @@ class Leveller {
 
   /// What is added to Z at a place, and what a report says of it.
   Expected<double> shift_mm(const GcodeBlock& block, const Eigen::Vector2d& p_mm) {
-    const auto found = map_.height_at(position_mm<frame::Nominal>(p_mm));
-    if (!found) return failure(placed(found.error(), block));
+    const auto zoned = map_.height_at(position_mm<frame::Nominal>(p_mm));
+    if (!zoned) return failure(placed(zoned.error(), block));
+    const HeightAt* const found = &zoned->height;
     if (found->sigma > figures_.largest_sigma) {
       figures_.largest_sigma = found->sigma;
       figures_.line_of_largest_sigma = block.line;
     }
     is_filled_ = is_filled_ || found->source == HeightSource::Filled;
     is_extrapolated_ = is_extrapolated_ || found->source == HeightSource::Extrapolated;
+    is_over_void_ = is_over_void_ || found->source == HeightSource::InVoid;
     const Length added = found->height - mm(zero_mm_);
     // Outside of the probes the board may be higher than its highest place inside.
     if (!(added < figures_.safe_height)) {
@@ -246,6 +253,34 @@ class Leveller {
     return added.in_mm();
   }
 
+  /// A tool that goes evenly does not follow a step from one zone to another.
+  Expected<void> check_step(const GcodeBlock& block,
+                            const Eigen::Vector2d& from_mm,
+                            const Eigen::Vector2d& to_mm) const {
+    if (map_.zones().size() < 2) return {};
+    const auto from = position_mm<frame::Nominal>(from_mm), to = position_mm<frame::Nominal>(to_mm);
+    const auto zone = map_.zone_at(from), next = map_.zone_at(to);
+    if (!zone || !next || zone == next) return {};
+    // At one place, if the first zone's map reaches so far: else at the two beside the border.
+    auto before = map_.map(*zone).height_at(to);
+    if (!before) before = map_.map(*zone).height_at(from);
+    const auto after = map_.map(*next).height_at(to);
+    if (!before || !after) return {};
+    const Length step = after->height - before->height;
+    if (mm(std::abs(step.in_mm())) <= options_.height_tolerance) return {};
+    return failure(problem(block,
+                           Code::ArgumentInvalid,
+                           fmt::format("the surface steps by {:+.4f} mm from zone {} to zone {}, "
+                                       "near ({:.3f}, {:.3f})",
+                                       step.in_mm(),
+                                       quoted(map_.zones()[*zone].name),
+                                       quoted(map_.zones()[*next].name),
+                                       to_mm.x(),
+                                       to_mm.y()),
+                           "a move above the safe height between zones, or a wider height "
+                           "tolerance"));
+  }
+
   /// The first profile looks at everything, finer ones at heights alone.
   Expected<std::vector<double>> profile_mm(const GcodeBlock& block,
                                            const Motion& motion,
@@ -257,7 +292,9 @@ class Leveller {
       const double share = static_cast<double>(i) / static_cast<double>(n);
       const double t = i == n ? stretch.end : stretch.begin + share * (stretch.end - stretch.begin);
       places_mm_.push_back(place_mm(motion, t));
-      if (is_first) PANELCAL_CHECK(shift_mm(block, places_mm_.back()));
+      if (!is_first) continue;
+      PANELCAL_CHECK(shift_mm(block, places_mm_.back()));
+      if (i > 0) PANELCAL_CHECK(check_step(block, places_mm_[i - 1], places_mm_[i]));
     }
     std::vector<double> heights_mm(n + 1);
     PANELCAL_CHECK(map_.heights_at(places_mm_, heights_mm));
@@ -268,7 +305,10 @@ class Leveller {
   Expected<std::vector<double>> ends_of(const GcodeBlock& block,
                                         const Motion& motion,
                                         const Stretch& stretch) {
-    const double cell_mm = std::min(map_.lattice().x().step_mm, map_.lattice().y().step_mm);
+    double cell_mm = std::numeric_limits<double>::infinity();
+    for (const HeightMap& map : map_.maps()) {
+      cell_mm = std::min({cell_mm, map.lattice().x().step_mm, map.lattice().y().step_mm});
+    }
     const double span_mm = (stretch.end - stretch.begin) * length_mm(motion);
     const auto least =
         static_cast<std::size_t>(std::clamp(std::ceil(kSamplesPerCell * span_mm / cell_mm),
@@ -417,7 +457,7 @@ class Leveller {
   }
 
   const SourceText& program_;
-  const HeightMap& map_;
+  const ZonedMap& map_;
   const LevelOptions& options_;
   MotionReader reader_;
   GcodeLines lines_;
@@ -426,15 +466,22 @@ class Leveller {
   bool has_shifted_ = false;
   bool is_filled_ = false;  ///< the present move
   bool is_extrapolated_ = false;
+  bool is_over_void_ = false;
   LevelFigures figures_;
 };
 
 }  // namespace
 
 Expected<LevelledGcode> level_gcode(const SourceText& program,
-                                    const HeightMap& map,
+                                    const ZonedMap& map,
                                     const LevelOptions& options) {
   return Leveller(program, map, options).level();
+}
+
+Expected<LevelledGcode> level_gcode(const SourceText& program,
+                                    const HeightMap& map,
+                                    const LevelOptions& options) {
+  return level_gcode(program, ZonedMap::of_map(map), options);
 }
 
 }  // namespace panelcal
