@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "panelcal/tools/depth_summary.h"
+#include "panelcal/tools/report_depth_map.h"
 
 namespace panelcal {
 namespace {
@@ -50,6 +51,50 @@ TEST(ReportDepth, ShowsWhichSideIsAtRisk) {
 TEST(ReportDepth, IsNotThereWhereNothingIsAsked) {
   EXPECT_EQ(report::depth_section(nullptr), "");
   EXPECT_EQ(report::depth_tile(nullptr), "");
+}
+
+/// A board that rises 20 um in 100 mm along x.
+HeightMap sloping() {
+  std::vector<ProbePoint> points;
+  for (int i = 0; i < 36; ++i) {
+    const Eigen::Vector2d p_mm = 20.0 * Eigen::Vector2d(i % 6, i / 6);
+    const double wobble_mm = i % 2 == 0 ? 0.001 : -0.001;
+    points.push_back({position_mm<frame::Nominal>(p_mm),
+                      {mm(1.6 + 2e-4 * p_mm.x() + wobble_mm), um(2)},
+                      "probe",
+                      {}});
+  }
+  HeightMapOptions options;
+  options.model = SurfaceModel::Plane;
+  return HeightMap::of_probes(points, options).value();
+}
+
+TEST(ReportDepth, DrawsTheSurfaceOfEveryAxisWithWorstPlaces) {
+  Drill drill;
+  drill.nominal = position_mm<frame::Nominal>(80, 50);
+  drill.tool = 3;
+  drill.cut.depth = mm(0.2);
+  drill.cut.surface = mm(1.6);
+  drill.cut.other_surfaces = {mm(1.7)};
+  DepthVerdict verdict(within(um(20), um(20)), DepthErrors(um(3), {sloping(), sloping()}));
+  verdict.put({.line = 7, .path = {}, .what = drill, .file = {}, .origin = nullptr});
+  const std::string html = report::depth_section(&verdict);
+  EXPECT_THAT(html, HasSubstr("Z axis 0. The surface that depths are judged by"));
+  EXPECT_THAT(html, HasSubstr("Z axis 1. The surface that depths are judged by"));
+  // The second axis counts on a height that is 84 um too high there: much too shallow.
+  EXPECT_THAT(html, HasSubstr(" on Z axis 1</td>"));
+  const auto second = html.find("Height above", html.find("Height above") + 1);
+  const auto mark = html.find("<title>");
+  EXPECT_GT(mark, second);
+  EXPECT_EQ(html.find("<title>", mark + 1), std::string::npos);
+  EXPECT_FALSE(report::depth_map_style(&verdict).empty());
+}
+
+TEST(ReportDepth, HasNoPictureOfWhatNobodyKnows) {
+  DepthVerdict verdict(within(um(20), um(60)), um(10), no_map());
+  EXPECT_EQ(report::depth_map_figures(verdict), "");
+  EXPECT_TRUE(report::depth_map_style(&verdict).empty());
+  EXPECT_TRUE(report::depth_map_style(nullptr).empty());
 }
 
 TEST(ReportDepth, EscapesNamesOfFiles) {
