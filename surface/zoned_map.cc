@@ -2,6 +2,7 @@
 #include "panelcal/surface/zoned_map.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <set>
 #include <string_view>
@@ -107,11 +108,32 @@ Expected<ZonedMap> ZonedMap::of_probes(std::span<const ProbePoint> points,
   return of_maps(std::move(zones), std::move(voids), std::move(sorted), std::move(maps));
 }
 
-ZonedMap ZonedMap::of_map(HeightMap map) {
+ZonedMap::ZonedMap(HeightMap map) {
   SortedProbes sorted{{{}}, {}};
   sorted.by_zone[0].resize(map.kept().size() + map.outliers().size());
   std::iota(sorted.by_zone[0].begin(), sorted.by_zone[0].end(), 0);
-  return of_maps({}, {}, std::move(sorted), {std::move(map)});
+  *this = of_maps({}, {}, std::move(sorted), {std::move(map)});
+}
+
+Length ZonedMap::finest_cell() const {
+  double least_mm = std::numeric_limits<double>::infinity();
+  for (const HeightMap& map : maps()) {
+    least_mm = std::min({least_mm, map.lattice().x().step_mm, map.lattice().y().step_mm});
+  }
+  return mm(least_mm);
+}
+
+std::optional<ZoneStep> ZonedMap::step_between(const Position<frame::Nominal>& from,
+                                               const Position<frame::Nominal>& to) const {
+  if (zones().size() < 2) return std::nullopt;
+  const auto zone = zone_at(from), next = zone_at(to);
+  if (!zone || !next || zone == next) return std::nullopt;
+  // At one place, if the first zone's map reaches so far: else at the two beside the border.
+  auto before = map(*zone).height_at(to);
+  if (!before) before = map(*zone).height_at(from);
+  const auto after = map(*next).height_at(to);
+  if (!before || !after) return std::nullopt;
+  return ZoneStep{after->height - before->height, *zone, *next};
 }
 
 ZonedMap ZonedMap::of_maps(std::vector<Zone> zones,

@@ -52,6 +52,16 @@ struct ZonedHeight {
   std::string in_void;  ///< text_of() the void that the place lies in; else empty
 };
 
+/// How much higher one zone's surface is than its neighbour's.
+struct ZoneStep {
+  Length height;
+  std::size_t i_from = 0, i_to = 0;  ///< zones
+
+  bool is_within(Length tolerance) const {
+    return height <= tolerance && mm(0) - tolerance <= height;
+  }
+};
+
 /// Height maps of several zones, and voids in which no probe is believed.
 ///
 /// Each zone has the surface of its own probes. Where zones overlap, the one declared first holds,
@@ -61,15 +71,15 @@ struct ZonedHeight {
 /// See    tests/surface/zoned_map_test.cc
 class ZonedMap {
  public:
+  /// One map all over the table, without voids.
+  ZonedMap(HeightMap map);
+
   /// Fails  config-value: as check_area(), two zones of one name; grid-invalid: a zone without
   ///        probes; as HeightMap::of_probes(), the zone named
   static Expected<ZonedMap> of_probes(std::span<const ProbePoint> points,
                                       std::vector<Zone> zones,
                                       Voids voids,
                                       const HeightMapOptions& without_zones = {});
-
-  /// One map all over the table, without voids.
-  static ZonedMap of_map(HeightMap map);
 
   /// The same of maps that were made before, one for each zone, or one if there are none.
   ///
@@ -95,6 +105,12 @@ class ZonedMap {
   /// One for each zone, or one without.
   std::span<const HeightMap> maps() const;
   const HeightMap& map(std::size_t i_zone) const { return maps()[i_zone]; }
+  /// Of all lattices: what a way is looked at in, so that no bend is overlooked.
+  Length finest_cell() const;
+  /// Between two places close to each other that lie in different zones; empty of one zone, and
+  /// where a map does not reach.
+  std::optional<ZoneStep> step_between(const Position<frame::Nominal>& from,
+                                       const Position<frame::Nominal>& to) const;
   /// Indices of a zone's probes, rising: what HeightMap::kept() and outliers() count in.
   std::span<const std::size_t> probes(std::size_t i_zone) const;
   /// In the order of the probes.

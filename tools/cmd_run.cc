@@ -161,8 +161,8 @@ class Run {
   }
 
   Expected<void> read_surface_map() {
-    PANELCAL_TRY(StoredMap stored, read_map_file(options_.surface));
-    config_.walk.board.map = std::make_shared<const HeightMap>(std::move(stored.map));
+    PANELCAL_TRY(StoredZones stored, read_zoned_map_file(options_.surface));
+    config_.walk.board.map = std::make_shared<const ZonedMap>(std::move(stored.map));
     return {};
   }
 
@@ -170,7 +170,7 @@ class Run {
   const DepthErrors& depth_errors() {
     if (!depth_errors_) {
       const BoardDepths& board = config_.walk.board;
-      std::vector<Expected<HeightMap>> maps;
+      std::vector<Expected<ZonedMap>> maps;
       if (board.map != nullptr) {
         maps.emplace_back(*board.map);
       } else {

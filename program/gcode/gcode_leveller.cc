@@ -257,24 +257,16 @@ class Leveller {
   Expected<void> check_step(const GcodeBlock& block,
                             const Eigen::Vector2d& from_mm,
                             const Eigen::Vector2d& to_mm) const {
-    if (map_.zones().size() < 2) return {};
-    const auto from = position_mm<frame::Nominal>(from_mm), to = position_mm<frame::Nominal>(to_mm);
-    const auto zone = map_.zone_at(from), next = map_.zone_at(to);
-    if (!zone || !next || zone == next) return {};
-    // At one place, if the first zone's map reaches so far: else at the two beside the border.
-    auto before = map_.map(*zone).height_at(to);
-    if (!before) before = map_.map(*zone).height_at(from);
-    const auto after = map_.map(*next).height_at(to);
-    if (!before || !after) return {};
-    const Length step = after->height - before->height;
-    if (mm(std::abs(step.in_mm())) <= options_.height_tolerance) return {};
+    const auto step =
+        map_.step_between(position_mm<frame::Nominal>(from_mm), position_mm<frame::Nominal>(to_mm));
+    if (!step || step->is_within(options_.height_tolerance)) return {};
     return failure(problem(block,
                            Code::ArgumentInvalid,
                            fmt::format("the surface steps by {:+.4f} mm from zone {} to zone {}, "
                                        "near ({:.3f}, {:.3f})",
-                                       step.in_mm(),
-                                       quoted(map_.zones()[*zone].name),
-                                       quoted(map_.zones()[*next].name),
+                                       step->height.in_mm(),
+                                       quoted(map_.zones()[step->i_from].name),
+                                       quoted(map_.zones()[step->i_to].name),
                                        to_mm.x(),
                                        to_mm.y()),
                            "a move above the safe height between zones, or a wider height "
@@ -305,10 +297,7 @@ class Leveller {
   Expected<std::vector<double>> ends_of(const GcodeBlock& block,
                                         const Motion& motion,
                                         const Stretch& stretch) {
-    double cell_mm = std::numeric_limits<double>::infinity();
-    for (const HeightMap& map : map_.maps()) {
-      cell_mm = std::min({cell_mm, map.lattice().x().step_mm, map.lattice().y().step_mm});
-    }
+    const double cell_mm = map_.finest_cell().in_mm();
     const double span_mm = (stretch.end - stretch.begin) * length_mm(motion);
     const auto least =
         static_cast<std::size_t>(std::clamp(std::ceil(kSamplesPerCell * span_mm / cell_mm),
@@ -476,12 +465,6 @@ Expected<LevelledGcode> level_gcode(const SourceText& program,
                                     const ZonedMap& map,
                                     const LevelOptions& options) {
   return Leveller(program, map, options).level();
-}
-
-Expected<LevelledGcode> level_gcode(const SourceText& program,
-                                    const HeightMap& map,
-                                    const LevelOptions& options) {
-  return level_gcode(program, ZonedMap::of_map(map), options);
 }
 
 }  // namespace panelcal

@@ -67,9 +67,5 @@ struct LevelledGcode {
 Expected<LevelledGcode> level_gcode(const SourceText& program,
                                     const ZonedMap& map,
                                     const LevelOptions& options = {});
-/// The same by a map without zones and voids.
-Expected<LevelledGcode> level_gcode(const SourceText& program,
-                                    const HeightMap& map,
-                                    const LevelOptions& options = {});
 
 }  // namespace panelcal
