@@ -122,9 +122,9 @@ Exit codes
 
 The tool follows the board: to Z comes the map's height at X, Y. Lines and arcs (which become
 helices) below the safe height are cut into as few pieces as keep the tool within
---height-tolerance-um of the map; a ramp through the safe height is cut there first; every hole of a
-drilling cycle gets its own Z and R. Feeds, comments and everything above the safe height stay as
-written.
+--height-tolerance-um of the map; a ramp or helix through the safe height is cut there first; every
+hole of a drilling cycle gets its own Z and R; steps (G91) lead to the surface and back. Feeds,
+comments and everything above the safe height stay as written.
 
 Heights count from where the map has its 0. If the tool's Z was set to 0 on the board afterwards,
 --zero says where that was; a map of heights above the table needs it. What was levelled says so in
@@ -135,10 +135,10 @@ outside of all zones is refused, and so is one from zone to zone where the surfa
 --height-tolerance-um.
 
 Understood are programs of LinuxCNC, GRBL and their kind: G0 to G3 in the XY plane, G73, G81 to G83,
-G85, G86, G89, G20, G21, G90. Refused, with line and column, is whatever would leave open where the
-tool is: G91, subprograms, variables, lines behind a slash or behind M2, offsets that change on the
-way, moves that nobody knows the beginning of (behind M6, G28), a safe height that the board reaches,
-and places that the map does not.
+G85, G86, G89, G20, G21, G90, G91. Refused, with line and column, is whatever would leave open where
+the tool is: cycles in G91, subprograms, variables, lines behind a slash or behind M2, offsets that
+change on the way, moves that nobody knows the beginning of (behind M6, G28), a safe height that the
+board reaches, and places that the map does not.
 
 Exit codes
   0 done; 1 the map is less sure than --max-sigma-um, and nothing was written; 2 bad input or usage;

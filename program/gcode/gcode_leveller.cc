@@ -17,14 +17,19 @@
 namespace panelcal {
 namespace {
 
+using gcode::Counting;
 using gcode::GcodeBlock;
 using gcode::GcodeLines;
 using gcode::Motion;
 using gcode::MotionKind;
 using gcode::MotionReader;
+using gcode::Standing;
 
 /// Of a cell of the map's lattice, so that no bend of the surface is overlooked.
 constexpr double kSamplesPerCell = 4;
+
+/// Over so much of an arc the tool goes from the surface to the safe height or back.
+constexpr double kLeastArc_mm = 0.01;
 
 /// Calls visit(block, move) for every line; move is absent for lines that make none.
 template <class Visit>
@@ -64,26 +69,6 @@ Expected<Length> travel_height(const SourceText& program,
                               "place is at {:.3f} mm",
                               board.in_mm()),
                   "a safe height (--safe-mm Z)"});
-}
-
-/// Where a move is at a part of its way.
-Eigen::Vector2d place_mm(const Motion& motion, double t) {
-  const Eigen::Vector2d from_mm = motion.from.xy_mm(), to_mm = motion.to.xy_mm();
-  if (t == 1) return to_mm;
-  if (!motion.is_arc()) return from_mm + t * (to_mm - from_mm);
-  const Eigen::Vector2d begin_mm = from_mm - motion.center_mm;
-  const double angle_rad = std::atan2(begin_mm.y(), begin_mm.x()) + t * motion.sweep_rad;
-  // The radii at both ends may differ by what the control forgives.
-  const double radius_mm =
-      begin_mm.norm() + t * ((to_mm - motion.center_mm).norm() - begin_mm.norm());
-  return motion.center_mm + radius_mm * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad));
-}
-
-double length_mm(const Motion& motion) {
-  if (motion.is_arc()) {
-    return std::abs(motion.sweep_rad) * (motion.from.xy_mm() - motion.center_mm).norm();
-  }
-  return (motion.to.xy_mm() - motion.from.xy_mm()).norm();
 }
 
 class Leveller {
@@ -204,18 +189,23 @@ class Leveller {
       return {};
     }
     ++figures_.n_moves;
+    const bool is_cycle = motion->kind == MotionKind::Cycle;
+    const Standing end = {motion->to.x_mm,
+                          motion->to.y_mm,
+                          is_cycle ? std::optional(motion->travel_mm) : motion->to.z_mm};
     if (!motion->to.z_mm && motion->kind != MotionKind::Rapid) {
       return failure(problem(
           block, Code::CoordinateMissing, "a move at nobody knows what height", "Z before it"));
     }
     if (!is_below(motion->from.z_mm) && !is_below(motion->to.z_mm)) {
       lines_.put(block);
+      reader_.counting().is_incremental ? lines_.step(*motion) : lines_.stand_at(end);
       return {};
     }
     ++figures_.n_levelled;
     is_filled_ = is_extrapolated_ = is_over_void_ = false;
-    PANELCAL_CHECK(motion->kind == MotionKind::Cycle ? put_cycle(block, *motion)
-                                                     : put_way(block, *motion));
+    PANELCAL_CHECK(is_cycle ? put_cycle(block, *motion) : put_way(block, *motion));
+    if (is_cycle) lines_.stand_at(end);
     figures_.n_filled += is_filled_ ? 1 : 0;
     figures_.n_extrapolated += is_extrapolated_ ? 1 : 0;
     figures_.n_over_voids += is_over_void_ ? 1 : 0;
@@ -283,7 +273,7 @@ class Leveller {
     for (std::size_t i = 0; i <= n; ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(n);
       const double t = i == n ? stretch.end : stretch.begin + share * (stretch.end - stretch.begin);
-      places_mm_.push_back(place_mm(motion, t));
+      places_mm_.push_back(gcode::place_mm(motion, t));
       if (!is_first) continue;
       PANELCAL_CHECK(shift_mm(block, places_mm_.back()));
       if (i > 0) PANELCAL_CHECK(check_step(block, places_mm_[i - 1], places_mm_[i]));
@@ -298,7 +288,7 @@ class Leveller {
                                         const Motion& motion,
                                         const Stretch& stretch) {
     const double cell_mm = map_.finest_cell().in_mm();
-    const double span_mm = (stretch.end - stretch.begin) * length_mm(motion);
+    const double span_mm = (stretch.end - stretch.begin) * gcode::length_mm(motion);
     const auto least =
         static_cast<std::size_t>(std::clamp(std::ceil(kSamplesPerCell * span_mm / cell_mm),
                                             kSamplesPerCell,
@@ -326,13 +316,13 @@ class Leveller {
                                          safe_mm()),
                              "G98 after a move to the safe height, or a safe height of R or less"));
     }
-    const double unit_mm = reader_.unit_mm();
+    const Counting counting = reader_.counting();
     lines_.begin_block(block);
-    if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, unit_mm);
-    if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, unit_mm);
-    lines_.put_height('Z', *motion.to.z_mm + added_mm, unit_mm);
+    if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, counting);
+    if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, counting);
+    lines_.put_height('Z', *motion.to.z_mm + added_mm, counting);
     const double retract_mm = motion.retract_mm + (is_below(motion.retract_mm) ? added_mm : 0);
-    lines_.put_height('R', retract_mm, unit_mm);
+    lines_.put_height('R', retract_mm, counting);
     lines_.end_block(block);
     ++figures_.n_pieces;
     return {};
@@ -340,13 +330,7 @@ class Leveller {
 
   Expected<void> put_way(const GcodeBlock& block, const Motion& motion) {
     const bool is_known = motion.from.has_xy() && motion.to.has_xy() && motion.from.z_mm;
-    if (!is_known || !(length_mm(motion) > 0)) return put_end(block, motion);
-    if (motion.is_arc() && is_below(motion.from.z_mm) != is_below(motion.to.z_mm)) {
-      return failure(problem(block,
-                             Code::NotSupported,
-                             "an arc through the safe height",
-                             "arcs above it or below it"));
-    }
+    if (!is_known || !(gcode::length_mm(motion) > 0)) return put_end(block, motion);
     std::vector<std::pair<double, double>> knots;  // part of the way, Z
     for (const Stretch& stretch : stretches(motion)) {
       PANELCAL_CHECK(append_knots(block, motion, stretch, knots));
@@ -376,14 +360,20 @@ class Leveller {
       }
       PANELCAL_TRY(added_mm, shift_mm(block, motion.to.xy_mm()));
     }
-    const double unit_mm = reader_.unit_mm();
+    const Counting counting = reader_.counting();
     lines_.begin_block(block);
-    if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, unit_mm);
-    if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, unit_mm);
-    lines_.put_height('Z', *motion.to.z_mm + added_mm, unit_mm);
+    if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, counting);
+    if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, counting);
+    lines_.put_height('Z', *motion.to.z_mm + added_mm, counting);
     lines_.end_block(block);
     ++figures_.n_pieces;
     return {};
+  }
+
+  /// The shortest piece that a move may have. A line may go straight up; an arc of no length would
+  /// be a full circle.
+  static double least_share(const Motion& motion) {
+    return motion.is_arc() ? kLeastArc_mm / gcode::length_mm(motion) : 0;
   }
 
   /// What is below the safe height, and what is above.
@@ -393,7 +383,9 @@ class Leveller {
     const bool begins_below = is_below(motion.from.z_mm), ends_below = is_below(motion.to.z_mm);
     if (begins_below == ends_below) return {{0, 1, true}};
     const double from_mm = *motion.from.z_mm, to_mm = *motion.to.z_mm;
-    const double at = std::clamp((safe_mm() - from_mm) / (to_mm - from_mm), 0.0, 1.0);
+    const double least = least_share(motion);
+    if (least > 0.5) return {{0, 1, ends_below}};
+    const double at = std::clamp((safe_mm() - from_mm) / (to_mm - from_mm), least, 1 - least);
     if (begins_below) return {{0, at, true}, {at, 1, false}};
     return {{0, at, false}, {at, 1, true}};
   }
@@ -410,7 +402,7 @@ class Leveller {
       if (stretch.end == 1) {
         knots.emplace_back(1, *motion.to.z_mm);
       } else {
-        PANELCAL_TRY(const double added_mm, shift_mm(block, place_mm(motion, stretch.end)));
+        PANELCAL_TRY(const double added_mm, shift_mm(block, gcode::place_mm(motion, stretch.end)));
         knots.emplace_back(stretch.end, z_mm(stretch.end) + added_mm);
       }
       return {};
@@ -420,7 +412,7 @@ class Leveller {
       PANELCAL_TRY(ends, ends_of(block, motion, stretch));
     }
     for (const double end : ends) {
-      PANELCAL_TRY(const double added_mm, shift_mm(block, place_mm(motion, end)));
+      PANELCAL_TRY(const double added_mm, shift_mm(block, gcode::place_mm(motion, end)));
       knots.emplace_back(end, z_mm(end) + added_mm);
     }
     return {};
@@ -431,18 +423,18 @@ class Leveller {
                  const Motion& motion,
                  double begin,
                  const std::pair<double, double>& end) {
-    const double unit_mm = reader_.unit_mm();
-    const Eigen::Vector2d to_mm = place_mm(motion, end.first);
+    const Counting counting = reader_.counting();
+    const Eigen::Vector2d to_mm = gcode::place_mm(motion, end.first);
     // A line that leaves out an axis does not move along it.
-    if (motion.is_arc() || block.has('X')) lines_.put_place('X', to_mm.x(), unit_mm);
-    if (motion.is_arc() || block.has('Y')) lines_.put_place('Y', to_mm.y(), unit_mm);
-    lines_.put_height('Z', end.second, unit_mm);
+    if (motion.is_arc() || block.has('X')) lines_.put_place('X', to_mm.x(), counting);
+    if (motion.is_arc() || block.has('Y')) lines_.put_place('Y', to_mm.y(), counting);
+    lines_.put_height('Z', end.second, counting);
     if (!motion.is_arc()) return;
-    const Eigen::Vector2d from_mm = place_mm(motion, begin);
+    const Eigen::Vector2d from_mm = gcode::place_mm(motion, begin);
     const Eigen::Vector2d origin_mm =
         reader_.arcs_are_absolute() ? Eigen::Vector2d(Eigen::Vector2d::Zero()) : from_mm;
-    lines_.put_place('I', motion.center_mm.x() - origin_mm.x(), unit_mm);
-    lines_.put_place('J', motion.center_mm.y() - origin_mm.y(), unit_mm);
+    lines_.put_offset('I', motion.center_mm.x() - origin_mm.x(), counting);
+    lines_.put_offset('J', motion.center_mm.y() - origin_mm.y(), counting);
   }
 
   const SourceText& program_;

@@ -53,11 +53,11 @@ struct LevelledGcode {
 /// Every move below the safe height is levelled, at its ends and between them: lines and arcs
 /// (which become helices) are cut into as few pieces as keep to height_tolerance; one that passes
 /// the safe height is cut there first, and above it stays as it is. Rapid moves below it are no
-/// exception. Drilling cycles get a Z and an R of their own at every hole. Everything else,
-/// comments and feeds too, stays as written. Over a void the foretold height holds, as a tool cuts
-/// across what was drilled before; from one zone to another it goes where both have one height. A
-/// move whose place is not known, or lies where the map does not reach, is refused: the tool would
-/// go through the board, or through the table.
+/// exception. Steps (G91) lead to the surface and back. Drilling cycles get a Z and an R of their
+/// own at every hole. Everything else, comments and feeds too, stays as written. Over a void the
+/// foretold height holds, as a tool cuts across what was drilled before; from one zone to another
+/// it goes where both have one height. A move whose place is not known, or lies where the map does
+/// not reach, is refused: the tool would go through the board, or through the table.
 ///
 /// Fails  as read_gcode_block() and MotionReader; coordinate-missing: a move below the safe height
 ///        from or to nobody knows where; grid-invalid: the map does not reach; argument-invalid: a
