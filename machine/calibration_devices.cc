@@ -8,6 +8,7 @@
 
 #include "panelcal/calib/base/random.h"
 #include "panelcal/machine/camera_uri.h"
+#include "panelcal/machine/command_probe.h"
 #include "panelcal/machine/command_spindle.h"
 #include "panelcal/machine/command_stage.h"
 #include "panelcal/machine/coupon.h"
@@ -28,19 +29,21 @@ Time steady_now() {
 
 }  // namespace
 
-/// Stage, spindle and camera; of a virtual machine the one behind the stage is the other two.
+/// Stage, spindle, camera and probe; of a virtual machine the one behind the stage is the next two.
 struct DeviceSet::Owned {
   std::shared_ptr<SimCoupon> simulated;
   std::shared_ptr<Stage> stage;
   std::unique_ptr<Spindle> spindle;
   std::unique_ptr<CameraDevice> camera;
+  std::unique_ptr<ProbeSource> probe;  ///< null: the machine cannot probe
 };
 
 DeviceSet::DeviceSet(std::shared_ptr<Owned> owned, std::string words)
     : owned_(std::move(owned)), words_(std::move(words)) {
 }
 
-Expected<DeviceSet> DeviceSet::simulated(const MachineConfig& config) {
+Expected<DeviceSet> DeviceSet::simulated(const MachineConfig& config,
+                                         std::chrono::sys_seconds now) {
   SimCouponOptions options = config.sim ? config.sim->coupon : SimCouponOptions{};
   if (config.coupon) {
     PANELCAL_TRY(const int n_used, used_rows(*config.coupon));
@@ -53,6 +56,10 @@ Expected<DeviceSet> DeviceSet::simulated(const MachineConfig& config) {
   owned->simulated = std::make_shared<SimCoupon>(std::move(machine));
   owned->stage =
       measuring_stage(simulated_stage(owned->simulated, config.sim->table), config.walk.table);
+  if (config.sim->table_surface) {
+    PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(config.sim->table_surface->at(now)));
+    owned->probe = std::make_unique<SimulatedProbe>(std::move(probe));
+  }
   return DeviceSet(std::move(owned), "the simulated machine of " + config.file.string());
 }
 
@@ -69,6 +76,7 @@ Expected<DeviceSet> DeviceSet::live(const MachineConfig& config, std::string_vie
   PANELCAL_TRY(owned->camera, open_camera(camera_uri));
   owned->stage = measuring_stage(std::make_shared<CommandStage>(config.stage), config.walk.table);
   owned->spindle = std::make_unique<CommandSpindle>(config.stage.drill, config.stage.limit);
+  if (!config.stage.probe.empty()) owned->probe = std::make_unique<CommandProbe>(config.stage);
   std::string words = "the camera " + owned->camera->name();
   return DeviceSet(std::move(owned), std::move(words));
 }
@@ -77,7 +85,9 @@ CalibrationDevices DeviceSet::devices(Prompt prompt) const {
   if (SimCoupon* const machine = owned_->simulated.get()) {
     // Nobody lays anything on a simulated coupon.
     if (!prompt) prompt = [](std::string_view) -> Expected<void> { return {}; };
-    return machine->devices(*owned_->stage, std::move(prompt));
+    CalibrationDevices out = machine->devices(*owned_->stage, std::move(prompt));
+    out.probe = owned_->probe.get();
+    return out;
   }
   return {*owned_->stage,
           *owned_->spindle,
@@ -85,7 +95,8 @@ CalibrationDevices DeviceSet::devices(Prompt prompt) const {
           sleep_for,
           std::move(prompt),
           {},
-          steady_now};
+          steady_now,
+          owned_->probe.get()};
 }
 
 }  // namespace panelcal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -21,13 +22,14 @@ class DeviceSet {
  public:
   /// The virtual machine of [sim] and [sim.coupon]. Waiting moves its own clock. What is random is
   /// a function of [sim] seed and of the coupon's rows that are used up, so that two nights differ
-  /// and one night repeats.
+  /// and one night repeats. The table's surface is that of `now`.
   ///
   /// Fails  config-value (no [sim] or no [camera]); vision-tool-undefined; what used_rows reports
-  static Expected<DeviceSet> simulated(const MachineConfig& config);
+  static Expected<DeviceSet> simulated(const MachineConfig& config,
+                                       std::chrono::sys_seconds now = {});
 
-  /// [machine] stage_command, drill_command (which may be absent: then the spindle cannot drill)
-  /// and a camera by its address.
+  /// [machine] stage_command, drill_command and probe_command (which may be absent: then the
+  /// spindle cannot drill, and nothing is probed) and a camera by its address.
   ///
   /// Fails  camera-uri; config-value (no stage_command); what open_camera reports
   static Expected<DeviceSet> live(const MachineConfig& config, std::string_view camera_uri);

@@ -112,23 +112,14 @@ Expected<bool> is_by_hand(const MachineConfig& config,
   const LedgerKey key = {machine_name(config), LedgerKind::SpindleCamera, subject(at)};
   PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key));
   if (!in_force) return false;
-  LedgerFilter filter;
-  filter.machine = key.machine;
-  filter.kind = key.kind;
-  filter.subject = key.subject;
-  PANELCAL_TRY(std::vector<LedgerEntry> entries, ledger.list(filter));
-  std::erase_if(entries, [](const LedgerEntry& entry) {
-    return entry.record.verdict != LedgerVerdict::Installed;
-  });
+  PANELCAL_TRY(const std::vector<LedgerEntry> entries, installed_entries(ledger, key));
   for (const LedgerEntry& entry : entries) {
     PANELCAL_TRY(const std::string result, ledger.result(entry.id));
     const auto installed = parse_spindle_calibration(result, "");
     const SpindleCameraOffset* const offset = installed ? installed->offsets.find(at) : nullptr;
     if (offset != nullptr && is_same(*offset, *file.offsets.find(at))) return false;
   }
-  // The first installation may have been cut off before it replaced what was there without a
-  // ledger.
-  return entries.size() != 1 || file.date_of(at) > in_force->time;
+  return is_since_the_ledger(entries, *in_force, file.date_of(at));
 }
 
 /// What the file should be; empty if nothing is in force.
@@ -167,6 +158,24 @@ LedgerRecord record_of(LedgerKey key, const RecordWords& words) {
 Expected<LedgerInput> input_of(const std::filesystem::path& file) {
   PANELCAL_TRY(const std::string bytes, read_file(file, kMaxCalibrationBytes));
   return LedgerInput{file.filename().string(), sha256(bytes), bytes.size()};
+}
+
+Expected<std::vector<LedgerEntry>> installed_entries(const Ledger& ledger, const LedgerKey& key) {
+  LedgerFilter filter;
+  filter.machine = key.machine;
+  filter.kind = key.kind;
+  filter.subject = key.subject;
+  PANELCAL_TRY(std::vector<LedgerEntry> entries, ledger.list(filter));
+  std::erase_if(entries, [](const LedgerEntry& entry) {
+    return entry.record.verdict != LedgerVerdict::Installed;
+  });
+  return entries;
+}
+
+bool is_since_the_ledger(const std::vector<LedgerEntry>& installed,
+                         const LedgerEntry& in_force,
+                         std::chrono::sys_seconds date) {
+  return installed.size() != 1 || date > in_force.time;
 }
 
 std::string by_whom(const RecordWords& words) {

@@ -37,6 +37,16 @@ LedgerRecord record_of(LedgerKey key, const RecordWords& words);
 /// Fails  file-unreadable
 Expected<LedgerInput> input_of(const std::filesystem::path& file);
 
+/// All of a key that were ever installed, in their order.
+Expected<std::vector<LedgerEntry>> installed_entries(const Ledger& ledger, const LedgerKey& key);
+
+/// Whether a calibration of `date`, which is none of the installed ones, was made since there is a
+/// ledger: the first installation may have been cut off before it replaced what was there without
+/// one.
+bool is_since_the_ledger(const std::vector<LedgerEntry>& installed,
+                         const LedgerEntry& in_force,
+                         std::chrono::sys_seconds date);
+
 /// ", for NAME, by SOFTWARE", as far as they are known: the end of a calibration's provenance.
 std::string by_whom(const RecordWords& words);
 

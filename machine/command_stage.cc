@@ -22,27 +22,10 @@ constexpr std::array<std::string_view, 6> kPlaceholders = {
 /// No machine has axes of a kilometre: such a number is a mistake, or in another unit.
 constexpr double kFarthest_mm = 1e6;
 
-/// A nanometre; never "-0.000000", which some controllers refuse.
-std::string place_text(double v_mm) {
-  std::string text = fmt::format("{:.6f}", v_mm);
-  return text == "-0.000000" ? "0.000000" : text;
-}
-
-/// Takes a number from the front of `text`.
-std::optional<double> take_number(std::string_view& text) {
-  text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || !(std::abs(value) <= kFarthest_mm)) return std::nullopt;
-  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  const bool ends = text.empty() || std::string_view(" \t\r\n").find(text[0]) != text.npos;
-  return ends ? std::optional(value) : std::nullopt;
-}
-
 std::optional<Position<frame::Machine>> parse_place(std::string_view text) {
-  const auto x_mm = take_number(text);
+  const auto x_mm = internal::take_number(text);
   if (!x_mm) return std::nullopt;
-  const auto y_mm = take_number(text);
+  const auto y_mm = internal::take_number(text);
   if (!y_mm || !text.empty()) return std::nullopt;
   return position_mm<frame::Machine>(*x_mm, *y_mm);
 }
@@ -55,6 +38,22 @@ bool contains(const CommandWords& words, std::string_view placeholder) {
 }  // namespace
 
 namespace internal {
+
+std::string place_text(double v_mm) {
+  std::string text = fmt::format("{:.6f}", v_mm);
+  // Some controllers refuse a negative zero.
+  return text == "-0.000000" ? "0.000000" : text;
+}
+
+std::optional<double> take_number(std::string_view& text) {
+  text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || !(std::abs(value) <= kFarthest_mm)) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  const bool ends = text.empty() || std::string_view(" \t\r\n").find(text[0]) != text.npos;
+  return ends ? std::optional(value) : std::nullopt;
+}
 
 CommandWords filled(CommandWords words,
                     const std::vector<std::pair<std::string_view, std::string>>& values) {
@@ -93,9 +92,9 @@ std::string placeholder_problem(const CommandWords& words, const std::vector<std
 }
 
 Expected<Position<frame::Machine>> CommandStage::move_to(const Position<frame::Machine>& spindle) {
-  const CommandWords words = internal::filled(
-      commands_.move,
-      {{"{x}", place_text(spindle.in_mm().x())}, {"{y}", place_text(spindle.in_mm().y())}});
+  const CommandWords words = internal::filled(commands_.move,
+                                              {{"{x}", internal::place_text(spindle.in_mm().x())},
+                                               {"{y}", internal::place_text(spindle.in_mm().y())}});
   PANELCAL_TRY(const std::string answer, internal::run_program(words, commands_.limit));
   if (answer.empty()) return spindle;
   if (const auto place = parse_place(answer)) return *place;
@@ -122,7 +121,7 @@ Expected<void> CommandStage::set(CameraSetting setting, double value) {
   if (command.empty()) return Stage::set(setting, value);
   const bool is_place = setting == CameraSetting::Focus;
   const std::string placeholder = is_place ? "{z}" : fmt::format("{{{}}}", name(setting));
-  const std::string text = is_place ? place_text(value) : fmt::format("{}", value);
+  const std::string text = is_place ? internal::place_text(value) : fmt::format("{}", value);
   PANELCAL_CHECK(
       internal::run_program(internal::filled(command, {{placeholder, text}}), commands_.limit));
   return {};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,6 +24,7 @@ struct StageCommands {
   CommandWords lamp;         ///< needs {lamp}; empty: there is none to set
   CommandWords zoom;         ///< needs {zoom}
   CommandWords focus;        ///< needs {z}
+  CommandWords probe;        ///< needs {x} and {y}; empty: the machine cannot probe
   Time limit = seconds(30);  ///< for one order
 };
 
@@ -35,6 +37,12 @@ namespace internal {
 /// The words of a command with the values of its placeholders.
 CommandWords filled(CommandWords words,
                     const std::vector<std::pair<std::string_view, std::string>>& values);
+
+/// A place as commands get it: in mm, to a nanometre.
+std::string place_text(double v_mm);
+/// Takes a number from the front of what a program answered; empty if there is none, or none that
+/// a machine has.
+std::optional<double> take_number(std::string_view& text);
 
 }  // namespace internal
 

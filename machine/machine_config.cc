@@ -10,6 +10,7 @@
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/machine/coupon_config.h"
+#include "panelcal/machine/gcode_config.h"
 #include "panelcal/machine/nightly/night_config_toml.h"
 #include "panelcal/machine/program_config.h"
 #include "panelcal/machine/sim_config.h"
@@ -36,6 +37,7 @@ constexpr std::array<Words, 17> kTopKeys = {"camera",
                                             "depth",
                                             "diameter_page",
                                             "gates",
+                                            "gcode",
                                             "ledger",
                                             "machine",
                                             "nightly",
@@ -48,11 +50,12 @@ constexpr std::array<Words, 17> kTopKeys = {"camera",
                                             "tolerance",
                                             "uncertainty",
                                             "vision"};
-constexpr std::array<Words, 10> kMachineKeys = {"command_limit_s",
+constexpr std::array<Words, 11> kMachineKeys = {"command_limit_s",
                                                 "drill_command",
                                                 "focus_command",
                                                 "lamp_command",
                                                 "name",
+                                                "probe_command",
                                                 "settle_s",
                                                 "stage_command",
                                                 "travel_high_mm",
@@ -232,6 +235,7 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
   PANELCAL_CHECK(read_vision(top, config));
   PANELCAL_CHECK(read_gates(top, config));
   PANELCAL_TRY(config.walk.tolerances, internal::read_tolerances(top));
+  PANELCAL_TRY(config.gcode, internal::read_gcode_config(top));
   PANELCAL_CHECK(internal::read_program_config(top, config));
   PANELCAL_TRY(
       config.sim,

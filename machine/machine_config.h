@@ -23,10 +23,12 @@
 #include "panelcal/machine/nightly/night_config.h"
 #include "panelcal/machine/sim/sim_coupon_options.h"
 #include "panelcal/machine/sim/sim_table.h"
+#include "panelcal/machine/sim/sim_table_surface.h"
 #include "panelcal/machine/sim/simulated_probe.h"
 #include "panelcal/machine/vision_options.h"
 #include "panelcal/program/job_check.h"
 #include "panelcal/program/walk.h"
+#include "panelcal/program/writers/gcode_setting.h"
 #include "panelcal/vision/bayer.h"
 #include "panelcal/vision/locate.h"
 #include "panelcal/vision/scene_debris.h"
@@ -78,6 +80,8 @@ struct SimConfig {
   std::optional<Length> focus_z;
   Length focus_depth = mm(0.1);   ///< so far from there edges are sqrt(2) times as wide
   SimulatedProbeOptions surface;  ///< of the board, and how well it is probed
+  /// [sim.table_surface]: of the table itself, which a night probes.
+  std::optional<SimTableSurface> table_surface;
   SimCouponOptions coupon;        ///< [sim.coupon], with the seed of [sim]
   std::optional<SimTable> table;  ///< [sim.table]; absent: the stage stands where it is sent
 };
@@ -133,6 +137,7 @@ struct MachineConfig {
   double drift_um_per_sqrt_day = 0;      ///< [uncertainty]: random walk of the offset, per axis
   StageCommands stage;                   ///< [machine] stage_command and its kin, for --camera
   Time settle;                           ///< [machine] settle_s: from an arrival to a picture
+  std::optional<GcodeSetting> gcode;     ///< [gcode], for `run --to gcode`
   std::optional<SimConfig> sim;          ///< [sim]
 };
 

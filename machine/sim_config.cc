@@ -7,10 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/machine/sim_surface_config.h"
+
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 34> kSimKeys = {"background",
+constexpr std::array<std::string_view, 35> kSimKeys = {"background",
                                                        "bit_depth",
                                                        "blur_px",
                                                        "board_offset_sigma_um",
@@ -38,6 +40,7 @@ constexpr std::array<std::string_view, 34> kSimKeys = {"background",
                                                        "stretch_ppm",
                                                        "surface",
                                                        "table",
+                                                       "table_surface",
                                                        "target_level",
                                                        "tilt_axis_deg",
                                                        "tilt_deg",
@@ -46,14 +49,6 @@ constexpr std::array<std::string_view, 34> kSimKeys = {"background",
                                                        "weave_period_mm"};
 constexpr std::array<std::string_view, 4> kCameraKeys = {
     "axis_px", "k1_per_px2", "rotation_rad", "scale_mm_per_px"};
-constexpr std::array<std::string_view, 7> kSurfaceKeys = {"axis_offsets_um",
-                                                          "bow_center_mm",
-                                                          "bow_radius_mm",
-                                                          "bow_um",
-                                                          "height_mm",
-                                                          "noise_um",
-                                                          "slope_ppm"};
-
 constexpr std::array<std::string_view, 7> kDebrisKeys = {"brightest",
                                                          "darkest",
                                                          "rim_share",
@@ -78,7 +73,6 @@ constexpr std::array<std::string_view, 5> kTableKeys = {
 
 constexpr int kMaxToolNumber = 1'000'000;
 constexpr int kMaxPictureSide_px = 10'000;
-constexpr std::size_t kMaxSpindles = 64;
 constexpr Range kShare{0, 1};
 constexpr Range kPpm{-1e5, 1e5};
 constexpr Range kStage_ppm{-1e4, 1e4};
@@ -297,35 +291,6 @@ Expected<void> read_sim_coupon(const TomlTable& sim, SimCouponOptions& coupon) {
   return read_sim_motion(*table, coupon);
 }
 
-/// The real surface: without a word it is flat, where it is expected, and probed without noise.
-Expected<void> read_surface(const TomlTable& sim, SimulatedProbeOptions& surface) {
-  PANELCAL_TRY(const auto table, sim.table("surface", "[sim.surface]", {kSurfaceKeys, {}}));
-  if (!table) return {};
-  PANELCAL_TRY(const auto height_mm, table->number("height_mm", {-kMaxPlace_mm, kMaxPlace_mm}));
-  if (height_mm) surface.height = mm(*height_mm);
-  PANELCAL_TRY(const auto slope_ppm, table->pair("slope_ppm", kPpm));
-  if (slope_ppm) {
-    surface.slope_x_ppm = slope_ppm->x();
-    surface.slope_y_ppm = slope_ppm->y();
-  }
-  PANELCAL_TRY(const double bow_um, table->number_or("bow_um", kHeight_um, 0));
-  surface.bow = um(bow_um);
-  PANELCAL_TRY(const auto center_mm, table->pair("bow_center_mm", {-kMaxPlace_mm, kMaxPlace_mm}));
-  if (center_mm) surface.bow_center = position_mm<frame::Actual>(*center_mm);
-  PANELCAL_TRY(const auto radius_mm, table->number("bow_radius_mm", {0, kMaxPlace_mm, true}));
-  if (radius_mm) surface.bow_radius = mm(*radius_mm);
-  PANELCAL_TRY(const double noise_um, table->number_or("noise_um", {0, 1e5}, 0));
-  surface.noise_sigma = um(noise_um);
-  PANELCAL_TRY(const auto offsets_um, table->numbers("axis_offsets_um", kHeight_um));
-  if (!offsets_um) return {};
-  if (offsets_um->empty() || offsets_um->size() > kMaxSpindles) {
-    return failure(table->problem("axis_offsets_um", "one for each Z axis, 1 to 64 of them"));
-  }
-  surface.axis_offsets.clear();
-  for (const double offset_um : *offsets_um) surface.axis_offsets.push_back(um(offset_um));
-  return {};
-}
-
 /// How the stage errs.
 Expected<void> read_sim_table(const TomlTable& sim, std::optional<SimTable>& out) {
   PANELCAL_TRY(const auto table, sim.table("table", "[sim.table]", {kTableKeys, {}}));
@@ -372,7 +337,8 @@ Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
   sim.surface.seed = sim.seed;
   sim.surface.height = surface_height;
   sim.surface.noise_sigma = Length();
-  PANELCAL_CHECK(read_surface(*table, sim.surface));
+  PANELCAL_CHECK(read_sim_surface(*table, sim.surface));
+  PANELCAL_CHECK(read_sim_table_surface(*table, sim.seed, sim.table_surface));
   sim.coupon.seed = sim.seed;
   PANELCAL_CHECK(read_sim_coupon(*table, sim.coupon));
   PANELCAL_CHECK(read_sim_table(*table, sim.table));

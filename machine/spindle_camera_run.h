@@ -14,6 +14,7 @@
 #include "panelcal/machine/spindle.h"
 #include "panelcal/machine/spindle_calibration.h"
 #include "panelcal/machine/stage.h"
+#include "panelcal/program/probing.h"
 
 namespace panelcal {
 
@@ -27,6 +28,7 @@ struct CalibrationDevices {
   PictureObserver observer = {};
   /// A clock that never goes back, for what is timed; empty: nothing can be.
   std::function<Time()> now = {};
+  ProbeSource* probe = nullptr;  ///< null: the machine cannot probe
 };
 
 /// One calibration of the spindle-camera offset. Nothing is installed.

@@ -48,6 +48,7 @@ Expected<void> read_stage_config(const TomlTable& table, MachineConfig& config) 
   PANELCAL_TRY(stage.lamp, read_command(table, "lamp_command", {"{lamp}"}, folder));
   PANELCAL_TRY(stage.zoom, read_command(table, "zoom_command", {"{zoom}"}, folder));
   PANELCAL_TRY(stage.focus, read_command(table, "focus_command", {"{z}"}, folder));
+  PANELCAL_TRY(stage.probe, read_command(table, "probe_command", {"{x}", "{y}"}, folder));
   PANELCAL_TRY(
       const double limit_s,
       table.number_or("command_limit_s", {0, kLongest_s, true}, config.stage.limit.in_s()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/vision_config.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -70,6 +71,13 @@ Expected<void> read_zoom_and_focus(const TomlTable& camera, MachineConfig& confi
       return failure(zoom.missing("calibration", "calibration = \"NAME.cal.json\""));
     }
     const std::filesystem::path path = config.file.parent_path() / *file;
+    // A night would calibrate the one level over the other.
+    const auto is_same = [&](const auto& other) {
+      return other.second.lexically_normal() == path.lexically_normal();
+    };
+    if (std::ranges::any_of(config.zoom_files, is_same)) {
+      return failure(zoom.problem("calibration", "a file for each level", "another zoom has it"));
+    }
     PANELCAL_TRY(const CameraCalibration calibration, read_camera_calibration(path));
     if (!config.zooms.emplace(*level, calibration).second) {
       return failure(zoom.problem("level", "each level once", "another zoom has it"));

@@ -9,7 +9,7 @@
 
 namespace panelcal {
 
-class HeightMap;
+class ZonedMap;
 
 /// How deep one tool works, or all tools of one diameter: [[depth]].
 struct ToolDepth {
@@ -22,7 +22,7 @@ struct ToolDepth {
 struct BoardDepths {
   /// --surface: the board as it was probed before, above the table plane, on the first Z axis.
   /// Null: nobody knows it.
-  std::shared_ptr<const HeightMap> map;
+  std::shared_ptr<const ZonedMap> map;
   std::vector<ToolDepth> tools;  ///< [[depth]]; rows with a number go before those with a diameter
   /// [surface] height_tolerance_um: how near to the surface lines and arcs keep that follow it, the
   /// map's or a probed grid's.

@@ -56,22 +56,22 @@ DepthRisk depth_risk(const DepthError& error, const DepthTolerance& tolerance) {
 std::optional<DepthError> DepthErrors::at(const Position<frame::Nominal>& place,
                                           const DepthOfCut& cut,
                                           std::size_t axis) const {
-  const Expected<HeightMap>& map = maps_[axis];
+  const Expected<ZonedMap>& map = maps_[axis];
   const std::optional<Length> counted_on = surface_of(cut, axis);
   if (!map || !counted_on) return std::nullopt;
   const auto found = map->height_at(place);
   if (!found) return std::nullopt;
   DepthError error;
-  error.mean = found->height - *counted_on;
-  error.map_sigma = found->sigma;
+  error.mean = found->height.height - *counted_on;
+  error.map_sigma = found->height.sigma;
   error.machine_sigma = depth_sigma_;
   if (maps_.size() > 1) error.axis = axis;
   if (cut.reference) {
     const auto at_reference = map->height_at(cut.reference->place);
     const std::optional<Length> reference = height_of(*cut.reference, axis);
     if (!at_reference || !reference) return std::nullopt;
-    error.mean = error.mean - (at_reference->height - *reference);
-    error.reference_sigma = at_reference->sigma;
+    error.mean = error.mean - (at_reference->height.height - *reference);
+    error.reference_sigma = at_reference->height.sigma;
   }
   error.sigma = mm(std::hypot(
       error.map_sigma.in_mm(), error.reference_sigma.in_mm(), error.machine_sigma.in_mm()));

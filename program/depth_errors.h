@@ -11,7 +11,7 @@
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/tolerance.h"
 #include "panelcal/program/operation.h"
-#include "panelcal/surface/height_map.h"
+#include "panelcal/surface/zoned_map.h"
 
 namespace panelcal {
 
@@ -60,11 +60,11 @@ class DepthErrors {
   /// In     depth_sigma: [uncertainty] depth_um
   ///        maps: of the surface, one for each Z axis, or why there is none
   /// Precondition: at least one
-  DepthErrors(Length depth_sigma, std::vector<Expected<HeightMap>> maps)
+  DepthErrors(Length depth_sigma, std::vector<Expected<ZonedMap>> maps)
       : depth_sigma_(depth_sigma), maps_(std::move(maps)) {}
 
   Length depth_sigma() const { return depth_sigma_; }
-  std::span<const Expected<HeightMap>> maps() const { return maps_; }
+  std::span<const Expected<ZonedMap>> maps() const { return maps_; }
 
   /// On the axis that is likeliest to break the tolerance; empty where nobody knows, if only of one
   /// axis, and for planes above the table that no probe has moved: nobody says how deep those are
@@ -79,7 +79,7 @@ class DepthErrors {
                                std::size_t axis) const;
 
   Length depth_sigma_;
-  std::vector<Expected<HeightMap>> maps_;
+  std::vector<Expected<ZonedMap>> maps_;
 };
 
 /// What a depth is asked, and how sure it is.

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "panelcal/surface/height_map.h"
 #include "panelcal/surface/way_cuts.h"
+#include "panelcal/surface/zoned_map.h"
 
 namespace panelcal {
 namespace {
@@ -83,25 +83,44 @@ DepthOfCut DepthFollower::at(int line,
 void DepthFollower::take_height(int line, const Position<frame::Nominal>& place, DepthOfCut& cut) {
   const auto found = board_.map->height_at(place);
   if (!found) return refuse(found.error().code, line, found.error().what, found.error().expected);
-  if (found->sigma > board_.max_sigma) {
+  if (found->height.sigma > board_.max_sigma) {
     return refuse(
         Code::ToleranceHold,
         line,
         fmt::format("the map is sure of its height at nominal ({:.4f}, {:.4f}) mm to {:.1f} um",
                     place.in_mm().x(),
                     place.in_mm().y(),
-                    found->sigma.in_um()),
+                    found->height.sigma.in_um()),
         fmt::format("at most {:.4g} um ([surface] max_sigma_um)", board_.max_sigma.in_um()));
   }
-  cut.surface = found->height;
-  cut.foretold = Foretold{found->sigma, found->source};
+  cut.surface = found->height.height;
+  cut.foretold = Foretold{found->height.sigma, found->height.source};
+}
+
+/// A tool that goes evenly does not follow a step from one zone to another.
+void DepthFollower::refuse_step(int line,
+                                const Position<frame::Nominal>& from,
+                                const Position<frame::Nominal>& to) {
+  const ZonedMap& map = *board_.map;
+  const auto step = map.step_between(from, to);
+  if (!step || step->is_within(board_.height_tolerance)) return;
+  refuse(
+      Code::ArgumentInvalid,
+      line,
+      fmt::format("the surface steps by {:+.4f} mm from zone {} to zone {}, near ({:.3f}, {:.3f})",
+                  step->height.in_mm(),
+                  quoted(map.zones()[step->i_from].name),
+                  quoted(map.zones()[step->i_to].name),
+                  to.in_mm().x(),
+                  to.in_mm().y()),
+      "contours that stay in one zone");
 }
 
 std::vector<double> DepthFollower::cuts(
     int line,
     const std::function<Position<frame::Nominal>(double share)>& place,
     double length_mm) {
-  const HeightMap& map = *board_.map;
+  const ZonedMap& map = *board_.map;
   std::vector<Eigen::Vector2d> places_mm;
   const auto profile_mm = [&](std::size_t n) -> Expected<std::vector<double>> {
     places_mm.clear();
@@ -112,14 +131,18 @@ std::vector<double> DepthFollower::cuts(
     PANELCAL_CHECK(map.heights_at(places_mm, heights_mm));
     return heights_mm;
   };
-  const double cell_mm = std::min(map.lattice().x().step_mm, map.lattice().y().step_mm);
+  const double cell_mm = map.finest_cell().in_mm();
   const auto least =
       static_cast<std::size_t>(std::clamp(std::ceil(kSamplesPerCell * length_mm / cell_mm),
                                           kSamplesPerCell,
                                           static_cast<double>(kMostWaySamples)));
-  for (std::size_t i = 1; i < least && !has_refused_place_; ++i) {
+  Position<frame::Nominal> before = place(0);
+  for (std::size_t i = 1; i <= least && !has_refused_place_; ++i) {
+    const auto here = place(static_cast<double>(i) / static_cast<double>(least));
     DepthOfCut ignored;
-    take_height(line, place(static_cast<double>(i) / static_cast<double>(least)), ignored);
+    if (i < least) take_height(line, here, ignored);
+    refuse_step(line, before, here);
+    before = here;
   }
   std::vector<double> ends;
   if (!has_refused_place_) {

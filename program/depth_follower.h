@@ -23,7 +23,8 @@ namespace panelcal {
 ///
 /// Fails  into the reporter: grid-invalid (the map does not reach a place); tolerance-hold (it is
 ///        not sure enough there); argument-invalid (program and [[depth]] contradict each other; a
-///        stroke below the plane that limits it; a way that bends too much)
+///        stroke below the plane that limits it; a way that bends too much, or
+///        over a step from zone to zone)
 /// See    tests/program/depth_follower_test.cc
 class DepthFollower {
  public:
@@ -55,6 +56,9 @@ class DepthFollower {
 
  private:
   void take_height(int line, const Position<frame::Nominal>& place, DepthOfCut& cut);
+  void refuse_step(int line,
+                   const Position<frame::Nominal>& from,
+                   const Position<frame::Nominal>& to);
   void refuse(Code code, int line, std::string what, std::string expected);
   void refuse_contradiction(int line, const std::string& said);
 

@@ -44,10 +44,8 @@ void DepthVerdict::put(const Operation& operation) {
 int DepthVerdict::n_samples(double length_mm) const {
   constexpr double kMost = 1000;
   double n = 1;
-  for (const Expected<HeightMap>& map : errors().maps()) {
-    if (!map) continue;
-    const double cell_mm = std::min(map->lattice().x().step_mm, map->lattice().y().step_mm);
-    n = std::max(n, std::ceil(length_mm / cell_mm));
+  for (const Expected<ZonedMap>& map : errors().maps()) {
+    if (map) n = std::max(n, std::ceil(length_mm / map->finest_cell().in_mm()));
   }
   return static_cast<int>(std::min(n, kMost));
 }
@@ -238,7 +236,7 @@ void DepthVerdict::report(const std::string& file, DiagnosticLog& log) const {
   const JudgedPlaces sum = places();
   if (sum.n_unjudged > 0) {
     std::string problem;
-    for (const Expected<HeightMap>& map : errors().maps()) {
+    for (const Expected<ZonedMap>& map : errors().maps()) {
       if (!map && problem.empty()) problem = ": " + map.error().what;
     }
     log.add({Code::ToleranceWarning,

@@ -53,7 +53,7 @@ class DepthVerdict final : public OperationSink {
   DepthVerdict(const Tolerances& tolerances, DepthErrors errors)
       : judge_(tolerances, std::move(errors)) {}
   /// Of a machine with one Z axis.
-  DepthVerdict(const Tolerances& tolerances, Length depth_sigma, const Expected<HeightMap>& map)
+  DepthVerdict(const Tolerances& tolerances, Length depth_sigma, const Expected<ZonedMap>& map)
       : DepthVerdict(tolerances, DepthErrors(depth_sigma, {map})) {}
   DepthVerdict(const DepthVerdict&) = delete;
   DepthVerdict& operator=(const DepthVerdict&) = delete;

@@ -41,12 +41,12 @@ Expected<HeightMap> probed_surface(const Survey& survey,
   return HeightMap::of_probes(points, options);
 }
 
-std::vector<Expected<HeightMap>> probed_surfaces(const Survey& survey, Length max_extrapolation) {
+std::vector<Expected<ZonedMap>> probed_surfaces(const Survey& survey, Length max_extrapolation) {
   std::size_t n_axes = 1;
   for (const ProbeReading& reading : survey.probes) {
     n_axes = std::max(n_axes, reading.heights.size());
   }
-  std::vector<Expected<HeightMap>> maps;
+  std::vector<Expected<ZonedMap>> maps;
   for (std::size_t axis = 0; axis < n_axes; ++axis) {
     maps.push_back(probed_surface(survey, max_extrapolation, axis));
   }

@@ -8,6 +8,7 @@
 #include "panelcal/calib/base/units.h"
 #include "panelcal/program/survey.h"
 #include "panelcal/surface/height_map.h"
+#include "panelcal/surface/zoned_map.h"
 
 namespace panelcal {
 
@@ -24,6 +25,6 @@ Expected<HeightMap> probed_surface(const Survey& survey,
                                    std::size_t axis = 0);
 
 /// The same on every Z axis that probed; at least on the first.
-std::vector<Expected<HeightMap>> probed_surfaces(const Survey& survey, Length max_extrapolation);
+std::vector<Expected<ZonedMap>> probed_surfaces(const Survey& survey, Length max_extrapolation);
 
 }  // namespace panelcal

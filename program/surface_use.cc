@@ -27,6 +27,7 @@ void SurfaceUse::add(const Operation& operation, const DepthOfCut& cut) {
   highest_ = is_first ? *cut.surface : std::max(highest_, *cut.surface);
   if (cut.foretold->source == HeightSource::Filled) ++n_filled_;
   if (cut.foretold->source == HeightSource::Extrapolated) ++n_extrapolated_;
+  if (cut.foretold->source == HeightSource::InVoid) ++n_in_void_;
   if (!is_first && cut.foretold->sigma <= largest_sigma_) return;
   largest_sigma_ = cut.foretold->sigma;
   line_of_largest_sigma_ = operation.line;
@@ -44,11 +45,13 @@ std::string SurfaceUse::summary() const {
                   line_text(file_of_largest_sigma_, line_of_largest_sigma_));
   if (n_filled_ > 0) out += fmt::format("; {} where a probe is missing", n_filled_);
   if (n_extrapolated_ > 0) out += fmt::format("; {} outside of what was probed", n_extrapolated_);
+  if (n_in_void_ > 0)
+    out += fmt::format("; {} in voids, where the surface is not there", n_in_void_);
   return out;
 }
 
 void hold_against_map(const Survey& survey,
-                      const HeightMap& map,
+                      const ZonedMap& map,
                       Length depth_sigma,
                       const std::string& file,
                       DiagnosticLog& log) {
@@ -63,9 +66,9 @@ void hold_against_map(const Survey& survey,
     if (!found) continue;
     ++n;
     const HeightEstimate& probed = reading.heights.front();
-    const double d_um = (probed.height - found->height).in_um();
-    const double of_both_um =
-        std::hypot(std::hypot(probed.sigma.in_um(), found->sigma.in_um()), depth_sigma.in_um());
+    const double d_um = (probed.height - found->height.height).in_um();
+    const double of_both_um = std::hypot(
+        std::hypot(probed.sigma.in_um(), found->height.sigma.in_um()), depth_sigma.in_um());
     const double times = std::abs(d_um) / of_both_um;
     if (!(times > kMost)) continue;
     ++n_contradicting;

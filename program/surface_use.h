@@ -8,7 +8,7 @@
 #include "panelcal/calib/base/units.h"
 #include "panelcal/program/operation.h"
 #include "panelcal/program/survey.h"
-#include "panelcal/surface/height_map.h"
+#include "panelcal/surface/zoned_map.h"
 
 namespace panelcal {
 
@@ -27,6 +27,7 @@ class SurfaceUse final : public OperationSink {
   std::int64_t n_depths_ = 0;
   std::int64_t n_filled_ = 0;
   std::int64_t n_extrapolated_ = 0;
+  std::int64_t n_in_void_ = 0;
   Length lowest_;
   Length highest_;
   Length largest_sigma_;
@@ -44,7 +45,7 @@ class SurfaceUse final : public OperationSink {
 /// Fails  into the log: surface-out-of-tolerance
 /// See    tests/program/surface_use_test.cc
 void hold_against_map(const Survey& survey,
-                      const HeightMap& map,
+                      const ZonedMap& map,
                       Length depth_sigma,
                       const std::string& file,
                       DiagnosticLog& log);

@@ -16,7 +16,9 @@ namespace {
 using Eigen::Vector2d;
 using Corners = std::vector<Position<frame::Nominal>>;
 
-constexpr std::size_t kMostCorners = 10'000;
+/// Of a polygon each side is held against each other one.
+constexpr std::size_t kMostCorners = 2000;
+constexpr std::size_t kMostPoints = 10'000;
 /// A kilometer: no table is larger.
 constexpr double kFarthest_mm = 1e6;
 
@@ -117,9 +119,9 @@ Problem problem_of(const Polygon& polygon) {
 }
 
 Problem problem_of(const Track& track) {
-  if (track.points.empty() || track.points.size() > kMostCorners) {
+  if (track.points.empty() || track.points.size() > kMostPoints) {
     return {fmt::format("a track of {} points", track.points.size()),
-            fmt::format("1 to {}", kMostCorners)};
+            fmt::format("1 to {}", kMostPoints)};
   }
   if (!all_near(track.points)) return {"a point that is none", "numbers up to 1e6 mm"};
   if (is_size(track.width)) return {};

@@ -40,7 +40,7 @@ using Area = std::variant<Circle, Polygon, Track, Outside>;
 Polygon rectangle(const Position<frame::Nominal>& low, const Position<frame::Nominal>& high);
 
 /// That an area is one: numbers up to 1e6 mm, a radius or width above 0, a track of 1 to 10,000
-/// points, a polygon of 3 to 10,000 corners whose sides do not cross.
+/// points, a polygon of 3 to 2000 corners whose sides do not cross.
 ///
 /// In     name: who it is, for the message
 /// Fails  config-value

@@ -75,6 +75,12 @@ double parabola_least(const std::array<double, 3>& x, const std::array<double, 3
   return bend > 0 ? 0.5 * (x[0] + x[1] - before / bend) : x[1];
 }
 
+/// k^2 of so many contrasts.
+double noise_variance(double chi_square, Index n_contrasts) {
+  constexpr double kPrior = BendingLikelihood::kPriorReadings;
+  return (chi_square + kPrior) / (static_cast<double>(n_contrasts) + kPrior);
+}
+
 /// Contrasts z ~ N(0, k^2 (1 + s T)) with T tridiagonal.
 struct Tridiagonal {
   VectorXd diagonal;
@@ -94,10 +100,11 @@ struct Tridiagonal {
       log_determinant += std::log(pivot);
       chi_square += carried * carried / pivot;
     }
-    const double n = static_cast<double>(z.size()) + BendingLikelihood::kPriorReadings;
-    const double variance = (chi_square + BendingLikelihood::kPriorReadings) / n;
+    const double variance = noise_variance(chi_square, z.size());
     out.noise_factor = std::sqrt(variance);
-    out.minus_2_log_likelihood = log_determinant + n * std::log(variance);
+    out.minus_2_log_likelihood =
+        log_determinant +
+        (static_cast<double>(z.size()) + BendingLikelihood::kPriorReadings) * std::log(variance);
     return out;
   }
 };
@@ -190,6 +197,10 @@ MatrixXd BendingLikelihood::contrast_covariance(const MatrixXd& covariance) cons
   all.applyOnTheLeft(qr_.householderQ().adjoint());
   all.applyOnTheRight(qr_.householderQ());
   return all.bottomRightCorner(n_contrasts(), n_contrasts());
+}
+
+double BendingLikelihood::noise_factor(double chi_square) const {
+  return std::sqrt(noise_variance(chi_square, n_contrasts()));
 }
 
 Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) const {

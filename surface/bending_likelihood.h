@@ -73,6 +73,8 @@ class BendingLikelihood {
   /// Q2^T W C W Q2, by the few reflections that Q is made of: O(n^2).
   Eigen::MatrixXd contrast_covariance(const Eigen::MatrixXd& covariance) const;
 
+  /// The likeliest one, of contrasts whose squares by what is believed of them sum up to this.
+  double noise_factor(double chi_square) const;
   /// The best strength for a kernel and a length, perhaps 0.
   Bending best_strength(BendingKernel kernel, double length) const;
   /// The best kernel and length as well, between the readings' spacing and the size of the panel.

@@ -136,6 +136,27 @@ void GridSurface::learn() {
     curvature_per_mm_[axis] = std::sqrt(bent / n);
   }
   slope_ = std::sqrt(slopes / static_cast<double>(n_slopes));
+  double together = 0, n_inner = 0;
+  for (std::size_t j = 1; j + 1 < y.size(); ++j) {
+    for (std::size_t i = 1; i + 1 < x.size(); ++i, ++n_inner) {
+      const Foretold along_x = foretold(i, j, 0), along_y = foretold(i, j, 1);
+      const HeightEstimate here = node(i, j);
+      const double product =
+          (here.height.in_mm() - along_x.height_mm) * (here.height.in_mm() - along_y.height_mm);
+      // The node's own scatter is in both.
+      together +=
+          (product - squared(here.sigma.in_mm())) / (along_x.product_mm2 * along_y.product_mm2);
+    }
+  }
+  const double most = curvature_per_mm_.prod();
+  curvatures_together_ = std::clamp(together / n_inner, -most, most);
+}
+
+double GridSurface::missed_variance_mm2(double x_product_mm2, double y_product_mm2) const {
+  const double along_x_mm = curvature_per_mm_.x() * x_product_mm2;
+  const double along_y_mm = curvature_per_mm_.y() * y_product_mm2;
+  return squared(along_x_mm) + squared(along_y_mm) +
+         2 * curvatures_together_ * x_product_mm2 * y_product_mm2;
 }
 
 GridSurface::Foretold GridSurface::foretold(std::size_t i, std::size_t j, int axis) const {
@@ -259,10 +280,10 @@ HeightEstimate GridSurface::at(const Vector2d& p_mm) const {
       variance_mm2 += squared(by_x.of[k] * by_y.of[l] * sigma_mm);
     }
   }
-  const double missed_mm = curvature_per_mm_.x() * squared(cell.width_mm) * cell.u * (1 - cell.u) +
-                           curvature_per_mm_.y() * squared(cell.height_mm) * cell.v * (1 - cell.v);
+  const double missed_mm2 = missed_variance_mm2(squared(cell.width_mm) * cell.u * (1 - cell.u),
+                                                squared(cell.height_mm) * cell.v * (1 - cell.v));
   const double outside_mm = slope_ * (p_mm - inside_mm).norm();
-  return {mm(height_mm), mm(std::sqrt(variance_mm2 + squared(missed_mm) + squared(outside_mm)))};
+  return {mm(height_mm), mm(std::sqrt(variance_mm2 + missed_mm2 + squared(outside_mm)))};
 }
 
 Length GridSurface::usually_missed() const {
@@ -271,8 +292,8 @@ Length GridSurface::usually_missed() const {
     for (std::size_t k = 1; k < all.size(); ++k) out = std::max(out, all[k] - all[k - 1]);
     return out;
   };
-  return mm(0.25 * (curvature_per_mm_.x() * squared(widest(map_.columns_mm())) +
-                    curvature_per_mm_.y() * squared(widest(map_.rows_mm()))));
+  return mm(std::sqrt(missed_variance_mm2(0.25 * squared(widest(map_.columns_mm())),
+                                          0.25 * squared(widest(map_.rows_mm())))));
 }
 
 }  // namespace panelcal::internal

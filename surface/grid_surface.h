@@ -24,9 +24,10 @@ namespace panelcal::internal {
 ///
 ///   e(u, v) = c_x w^2 u (1 - u) + c_y h^2 v (1 - v)     in a cell of width w and height h
 ///
-/// the error of a parabola with second derivatives 2 c. c_x is the root mean square of what the two
-/// neighbours along x foretell wrongly of a node, by the product of their distances, without what
-/// scatter explains but for a standard error of that. Outside of the grid the edge holds, and sigma
+/// the error of a parabola with second derivatives 2 c. c_x and c_y are random, of mean 0: their
+/// mean squares and their mean product are those of what the two neighbours along x, and along y,
+/// foretell wrongly of a node, by the product of their distances, without what scatter explains;
+/// but for a standard error of that in the squares. Outside of the grid the edge holds, and sigma
 /// grows with the usual slope between neighbours.
 class GridSurface {
  public:
@@ -49,6 +50,8 @@ class GridSurface {
     return {mm(nodes_[k].height), mm(sigmas_mm_[k])};
   }
   void learn();
+  /// What interpolation misses, of u (1 - u) w^2 and v (1 - v) h^2.
+  double missed_variance_mm2(double x_product_mm2, double y_product_mm2) const;
   Cell cell_of(const Eigen::Vector2d& inside_mm) const;
   /// What the others along x, or along y, foretell of a node between them; the variance is that of
   /// their scatter. Precondition: it is no first and no last one.
@@ -62,7 +65,8 @@ class GridSurface {
   bool is_bicubic_ = false;
   std::vector<MonotoneNode> nodes_;
   std::vector<double> sigmas_mm_;
-  Eigen::Vector2d curvature_per_mm_ = Eigen::Vector2d::Zero();  ///< c_x, c_y
+  Eigen::Vector2d curvature_per_mm_ = Eigen::Vector2d::Zero();  ///< root mean squares of c_x, c_y
+  double curvatures_together_ = 0;                              ///< their mean product
   double slope_ = 0;  ///< root mean square between neighbours
 };
 

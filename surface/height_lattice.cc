@@ -14,9 +14,6 @@
 namespace panelcal {
 namespace {
 
-/// In steps: a place that lies outside by rounding is inside.
-constexpr double kSameNode = 1e-11;
-
 /// Coordinates of nodes in steps.
 std::vector<double> counted(int n_nodes) {
   std::vector<double> out;
@@ -26,10 +23,10 @@ std::vector<double> counted(int n_nodes) {
 
 /// What heights and slopes at 0 and 1 weigh at t.
 struct HermiteWeights {
-  float low, low_slope, high, high_slope;
+  double low, low_slope, high, high_slope;
 
-  explicit HermiteWeights(float t) {
-    const float rest = 1 - t;
+  explicit HermiteWeights(double t) {
+    const double rest = 1 - t;
     high = t * t * (3 - 2 * t);
     low = 1 - high;
     low_slope = t * rest * rest;
@@ -101,16 +98,10 @@ HeightLattice::HeightLattice(const LatticeAxis& x,
 }
 
 void HeightLattice::set_bicubic(std::span<const double> heights_mm) {
-  const auto [least_mm, most_mm] = std::ranges::minmax(heights_mm);
-  middle_mm_ = 0.5 * least_mm + 0.5 * most_mm;
-  std::vector<double> from_middle_mm;
-  for (const double height_mm : heights_mm) from_middle_mm.push_back(height_mm - middle_mm_);
   for (const internal::MonotoneNode& node :
-       internal::monotone_nodes(counted(x_.n_nodes), counted(y_.n_nodes), from_middle_mm)) {
-    heights_.push_back(static_cast<float>(node.height));
-    heights_.push_back(static_cast<float>(node.by_x));
-    slopes_.push_back(static_cast<float>(node.by_y));
-    slopes_.push_back(static_cast<float>(node.twist));
+       internal::monotone_nodes(counted(x_.n_nodes), counted(y_.n_nodes), heights_mm)) {
+    heights_mm_.insert(heights_mm_.end(), {node.height, node.by_x});
+    slopes_mm_.insert(slopes_mm_.end(), {node.by_y, node.twist});
   }
 }
 
@@ -148,20 +139,19 @@ struct HeightLattice::Bilinear {
 
 /// Along y the two columns together, (height, slope, height, slope) at once; then along x.
 struct HeightLattice::Bicubic {
-  const float* heights;
-  const float* slopes;
+  const double* heights_mm;
+  const double* slopes_mm;
   std::size_t n_x;
-  double middle_mm;
 
   double operator()(const Local& at) const {
-    using FourOf = Eigen::Map<const Eigen::Array4f>;
+    using FourOf = Eigen::Map<const Eigen::Array4d>;
     const std::size_t low = 2 * at.node, high = low + 2 * n_x;
-    const HermiteWeights y(static_cast<float>(at.v)), x(static_cast<float>(at.u));
-    const Eigen::Array4f columns =
-        (y.low * FourOf(heights + low) + y.low_slope * FourOf(slopes + low)) +
-        (y.high * FourOf(heights + high) + y.high_slope * FourOf(slopes + high));
-    return middle_mm + static_cast<double>((x.low * columns[0] + x.low_slope * columns[1]) +
-                                           (x.high * columns[2] + x.high_slope * columns[3]));
+    const HermiteWeights y(at.v), x(at.u);
+    const Eigen::Array4d columns =
+        (y.low * FourOf(heights_mm + low) + y.low_slope * FourOf(slopes_mm + low)) +
+        (y.high * FourOf(heights_mm + high) + y.high_slope * FourOf(slopes_mm + high));
+    return (x.low * columns[0] + x.low_slope * columns[1]) +
+           (x.high * columns[2] + x.high_slope * columns[3]);
   }
 };
 
@@ -170,7 +160,7 @@ inline HeightLattice::Bilinear HeightLattice::bilinear() const {
 }
 
 inline HeightLattice::Bicubic HeightLattice::bicubic() const {
-  return {heights_.data(), slopes_.data(), n_columns_ + 1, middle_mm_};
+  return {heights_mm_.data(), slopes_mm_.data(), n_columns_ + 1};
 }
 
 std::size_t HeightLattice::cell_of(const Eigen::Vector2d& p_mm) const {
@@ -183,7 +173,7 @@ bool HeightLattice::is_inside(const Eigen::Vector2d& p_mm) const {
 
 double HeightLattice::height_mm(const Eigen::Vector2d& p_mm) const {
   const Local at = finder_.local(p_mm);
-  return heights_.empty() ? bilinear()(at) : bicubic()(at);
+  return heights_mm_.empty() ? bilinear()(at) : bicubic()(at);
 }
 
 bool HeightLattice::heights_mm(std::span<const Eigen::Vector2d> places_mm,
@@ -191,11 +181,13 @@ bool HeightLattice::heights_mm(std::span<const Eigen::Vector2d> places_mm,
                                std::span<const std::uint8_t> cell_marks) const {
   const std::size_t n = std::min(places_mm.size(), heights_mm.size());
   const bool has_marks = cell_marks.size() == n_cells();
-  const bool is_odd = places_mm.size() != heights_mm.size() || has_marks == cell_marks.empty();
-  const auto all = [&](const auto height, const auto mark) {
+  bool is_due = places_mm.size() != heights_mm.size() || has_marks == cell_marks.empty();
+  const std::size_t n_taken = heights_in_fours(
+      places_mm.first(n), heights_mm.data(), has_marks ? cell_marks.data() : nullptr, is_due);
+  const auto others = [&](const auto height, const auto mark) {
     const Finder finder = finder_;
-    unsigned marks = is_odd ? 1 : 0;
-    for (std::size_t k = 0; k < n; ++k) {
+    unsigned marks = is_due ? 1 : 0;
+    for (std::size_t k = n_taken; k < n; ++k) {
       const Local at = finder.local(places_mm[k]);
       heights_mm[k] = height(at);
       marks |= static_cast<unsigned>(at.is_outside) | mark(at);
@@ -206,8 +198,8 @@ bool HeightLattice::heights_mm(std::span<const Eigen::Vector2d> places_mm,
     return static_cast<unsigned>(marks[at.cell]);
   };
   const auto none = [](const Local&) { return 0U; };
-  if (heights_.empty()) return has_marks ? all(bilinear(), mark) : all(bilinear(), none);
-  return has_marks ? all(bicubic(), mark) : all(bicubic(), none);
+  if (heights_mm_.empty()) return has_marks ? others(bilinear(), mark) : others(bilinear(), none);
+  return has_marks ? others(bicubic(), mark) : others(bicubic(), none);
 }
 
 }  // namespace panelcal

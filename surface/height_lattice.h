@@ -29,9 +29,8 @@ struct LatticeAxis {
 
 /// Heights at the nodes of an evenly spaced lattice, interpolated very fast.
 ///
-/// Speed is what memory gives, so the nodes are kept and no cell's polynomial: bilinear ones as
-/// they are, bicubic ones in single precision, as the difference to the middle of all heights. A
-/// bicubic height is right to a millionth of their range.
+/// Speed is what memory gives, so the nodes are kept and no cell's polynomial. Processors with AVX2
+/// take four places at once; heights are the same to the bit on every machine.
 ///
 /// A bicubic cell is Hermite's, with slopes and twists that keep it within the range of its nodes:
 /// parabolas', limited (surface/monotone_nodes.h).
@@ -77,6 +76,9 @@ class HeightLattice {
   /// Finds cells. Small and by itself: a loop has its own copy, which no height that is written
   /// there could change.
   struct Finder {
+    /// In steps: a place that lies outside by rounding is inside.
+    static constexpr double kSameNode = 1e-11;
+
     double first_x_mm, first_y_mm;
     double cells_per_x_mm, cells_per_y_mm;
     double below_n_columns, below_n_rows;
@@ -86,6 +88,7 @@ class HeightLattice {
   };
   struct Bilinear;
   struct Bicubic;
+  struct Fours;
 
   HeightLattice(const LatticeAxis& x,
                 const LatticeAxis& y,
@@ -95,15 +98,22 @@ class HeightLattice {
   Bilinear bilinear() const;
   Bicubic bicubic() const;
   void set_bicubic(std::span<const double> heights_mm);
+  /// heights_mm() of the first places, in fours, on a processor that can
+  /// (surface/height_lattice_avx2.cc).
+  ///
+  /// In     cell_marks: null, or one for each cell
+  /// Out    how many places; is_due: whether a second look at any of them is
+  std::size_t heights_in_fours(std::span<const Eigen::Vector2d> places_mm,
+                               double* heights_mm,
+                               const std::uint8_t* cell_marks,
+                               bool& is_due) const;
 
   LatticeAxis x_, y_;
   std::size_t n_columns_, n_rows_;  // of cells
   Finder finder_;
   std::vector<double> nodes_mm_;  // if bilinear
-  // If bicubic, for each node, in units of a step: mm from the middle and slope along x; slope
-  // along y and twist.
-  double middle_mm_ = 0;
-  std::vector<float> heights_, slopes_;
+  // If bicubic, for each node, mm by step: height and slope along x; slope along y and twist.
+  std::vector<double> heights_mm_, slopes_mm_;
 };
 
 }  // namespace panelcal

@@ -22,9 +22,14 @@ constexpr double kSamePlace_mm = 1e-3;
 /// What the lattice may add to a sigma, and what is always good enough.
 constexpr double kMostLatticeError = 0.1;
 constexpr double kGoodLatticeError_mm = 1e-5;
-/// Cells by the side of the square that each probe has, at first; nodes at most, but for the edges.
+/// Cells by the side of the square that each probe has, at first; nodes at most, but for the edges:
+/// of surfaces that are solved for, where each takes long, and for each probe of a grid.
 constexpr double kFirstRefinement = 4;
 constexpr double kMostNodes = 60000;
+constexpr double kMostNodesOfGridProbe = 20;
+/// Sigma of many probes is tried at so many places; at all but a tenth it may miss this share.
+constexpr std::size_t kTriedSigmas = 300;
+constexpr double kMostSigmaError = 0.1;
 /// Where a lattice is tried in a cell, along either side: Hermite's polynomials miss most in the
 /// middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are not.
 constexpr double kTried[] = {0.2113, 0.5, 0.7887};
@@ -59,6 +64,10 @@ Expected<void> check(const HeightMapOptions& options) {
     }
   }
   return options.outliers.validate();
+}
+
+double by_x(const Vector2d& p_mm) {
+  return p_mm.x();
 }
 
 /// The lower one of two in the middle. Precondition: not empty.
@@ -108,13 +117,20 @@ double median_neighbor_mm(std::span<const ProbePoint> points) {
   const double area_mm2 = (high_mm - low_mm).prod();
   const double again_mm =
       std::max(kSamePlace_mm, kAgain * std::sqrt(area_mm2 / static_cast<double>(points.size())));
+  std::vector<Vector2d> sorted_mm;
+  for (const ProbePoint& point : points) sorted_mm.push_back(point.place.in_mm());
+  std::ranges::sort(sorted_mm, {}, by_x);
   std::vector<double> nearest_mm;
-  for (const ProbePoint& a : points) {
+  for (std::size_t i = 0; i < sorted_mm.size(); ++i) {
     double least_mm = std::numeric_limits<double>::infinity();
-    for (const ProbePoint& b : points) {
-      const double distance_mm = (a.place - b.place).in_mm().norm();
+    const auto is_over = [&](std::size_t k) {
+      const Vector2d apart_mm = sorted_mm[k] - sorted_mm[i];
+      const double distance_mm = apart_mm.norm();
       if (distance_mm > again_mm) least_mm = std::min(least_mm, distance_mm);
-    }
+      return std::abs(apart_mm.x()) > least_mm;
+    };
+    for (std::size_t k = i; k-- > 0 && !is_over(k);) continue;
+    for (std::size_t k = i + 1; k < sorted_mm.size() && !is_over(k); ++k) continue;
     nearest_mm.push_back(least_mm);
   }
   return median(std::move(nearest_mm));
@@ -189,14 +205,40 @@ Places tried_places(const LatticeAxis& x, const LatticeAxis& y) {
   return out;
 }
 
-Expected<HeightLattice> sample_sigmas(const SurfaceFit& surface,
-                                      const LatticeAxis& x,
-                                      const LatticeAxis& y) {
-  std::vector<double> sigmas_mm;
-  for (const HeightEstimate& node : surface.at(nodes_of(x, y))) {
-    sigmas_mm.push_back(node.sigma.in_mm());
+bool is_fine(const SurfaceFit& surface, const HeightLattice& sigmas) {
+  const Places all = tried_places(sigmas.x(), sigmas.y());
+  Places tried;
+  for (std::size_t k = 0; k < kTriedSigmas; ++k) {
+    tried.push_back(all[k * all.size() / kTriedSigmas]);
   }
-  return HeightLattice::make(x, y, sigmas_mm, LatticeInterpolation::Bilinear);
+  std::size_t n_off = 0;
+  for (std::size_t k = 0; const HeightEstimate& right : surface.at(tried)) {
+    const double sigma_mm = right.sigma.in_mm();
+    const double error_mm = std::abs(sigmas.height_mm(tried[k++].in_mm()) - sigma_mm);
+    if (error_mm > kMostSigmaError * sigma_mm) ++n_off;
+  }
+  return n_off <= kTriedSigmas / 10;
+}
+
+/// Where each sigma takes long, as coarse as it may be, and not finer than step_mm.
+Expected<HeightLattice> sample_sigmas(const SurfaceFit& surface,
+                                      const Vector2d& low_mm,
+                                      const Vector2d& high_mm,
+                                      double step_mm) {
+  const bool is_quick = is_of_grid(surface.model()) || surface.left_out().size() <= kMostProbes;
+  double wide_mm = is_quick ? step_mm : kFirstRefinement * step_mm;
+  while (true) {
+    const LatticeAxis x = axis(low_mm.x(), high_mm.x(), wide_mm);
+    const LatticeAxis y = axis(low_mm.y(), high_mm.y(), wide_mm);
+    std::vector<double> sigmas_mm;
+    for (const HeightEstimate& node : surface.at(nodes_of(x, y))) {
+      sigmas_mm.push_back(node.sigma.in_mm());
+    }
+    PANELCAL_TRY(HeightLattice sigmas,
+                 HeightLattice::make(x, y, sigmas_mm, LatticeInterpolation::Bilinear));
+    if (wide_mm <= step_mm || is_fine(surface, sigmas)) return sigmas;
+    wide_mm *= 0.5;
+  }
 }
 
 /// What the lattice of heights misses: the most, and whether that is little everywhere.
@@ -228,24 +270,25 @@ Expected<Sampled> sample_finely(const SurfaceFit& surface,
                                 double spacing_mm,
                                 LatticeInterpolation interpolation) {
   const Vector2d size_mm = high_mm - low_mm;
+  const auto n_probes = static_cast<double>(surface.left_out().size());
+  const double most_nodes = is_of_grid(surface.model())
+                                ? std::max(kMostNodes, kMostNodesOfGridProbe * n_probes)
+                                : kMostNodes;
   // Probes that stand close may be few on what is extrapolated about them.
   double step_mm = std::max({spacing_mm / kFirstRefinement,
-                             std::sqrt(size_mm.x() * size_mm.y() / kMostNodes),
-                             size_mm.maxCoeff() / kMostNodes});
-  std::optional<HeightLattice> sigmas;
+                             std::sqrt(size_mm.x() * size_mm.y() / most_nodes),
+                             size_mm.maxCoeff() / most_nodes});
+  PANELCAL_TRY(const HeightLattice sigmas, sample_sigmas(surface, low_mm, high_mm, step_mm));
   while (true) {
     const LatticeAxis x = axis(low_mm.x(), high_mm.x(), step_mm);
     const LatticeAxis y = axis(low_mm.y(), high_mm.y(), step_mm);
-    if (!sigmas) {
-      PANELCAL_TRY(sigmas, sample_sigmas(surface, x, y));
-    }
     PANELCAL_TRY(HeightLattice heights,
                  HeightLattice::make(x, y, surface.heights_mm(nodes_of(x, y)), interpolation));
-    Sampled out{std::move(heights), *sigmas};
+    Sampled out{std::move(heights), sigmas};
     const Missed error = missed(surface, out);
     out.error_mm = error.worst_mm;
     const double next_nodes = 4 * (size_mm.x() / step_mm + 1) * (size_mm.y() / step_mm + 1);
-    if (error.is_good || next_nodes > kMostNodes) return out;
+    if (error.is_good || next_nodes > most_nodes) return out;
     step_mm *= 0.5;
   }
 }
@@ -256,7 +299,7 @@ struct HeightMap::State {
   ChosenSurface chosen;
   HeightMapOptions options;
   Vector2d reach_mm;
-  Places kept;
+  std::vector<Vector2d> kept_mm;  ///< by rising x
   Places hull;
   Sampled sampled;
   std::vector<std::uint8_t> marks;  ///< cells that are not within the hull
@@ -290,10 +333,14 @@ Expected<Length> HeightMap::State::check(const Vector2d& p_mm) const {
 HeightSource HeightMap::State::source_of(const Vector2d& p_mm, Length outside) const {
   if (outside > mm(0)) return HeightSource::Extrapolated;
   const Vector2d reach = reach_mm + Vector2d::Constant(kSamePlace_mm);
-  const auto is_near = [&](const Position<frame::Nominal>& probe) {
-    return ((probe.in_mm() - p_mm).cwiseAbs().array() <= reach.array()).all();
+  const auto is_near = [&](const Vector2d& probe_mm) {
+    return ((probe_mm - p_mm).cwiseAbs().array() <= reach.array()).all();
   };
-  return std::ranges::any_of(kept, is_near) ? HeightSource::Measured : HeightSource::Filled;
+  // Wider than the reach by more than rounding.
+  const double aside_mm = reach.x() + kSamePlace_mm;
+  const auto first = std::ranges::lower_bound(kept_mm, p_mm.x() - aside_mm, {}, by_x);
+  const auto behind = std::ranges::upper_bound(kept_mm, p_mm.x() + aside_mm, {}, by_x);
+  return std::any_of(first, behind, is_near) ? HeightSource::Measured : HeightSource::Filled;
 }
 
 /// A cell whose four corners are within the hull is so itself: the hull is convex.
@@ -351,10 +398,13 @@ Expected<HeightMap> HeightMap::of_surface(std::span<const ProbePoint> points,
                              high_mm + Vector2d::Constant(border_mm),
                              spacing_mm,
                              options.interpolation));
+  std::vector<Vector2d> kept_mm;
+  for (const auto& place : kept) kept_mm.push_back(place.in_mm());
+  std::ranges::sort(kept_mm, {}, by_x);
   State state{std::move(chosen),
               options,
               options.reach_mm.value_or(reach_of(points)),
-              std::move(kept),
+              std::move(kept_mm),
               std::move(hull),
               std::move(sampled),
               {}};

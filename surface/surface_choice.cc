@@ -2,9 +2,9 @@
 #include "panelcal/surface/surface_choice.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,9 +15,6 @@
 
 namespace panelcal {
 namespace {
-
-/// Bent surfaces that miss more than this share of what a plane does hardly foretell anything.
-constexpr double kHardlyBetter = 0.8;
 
 /// Squares; empty where nothing is foretold.
 using Misses = std::vector<std::optional<double>>;
@@ -72,29 +69,32 @@ std::string comparison(std::span<const SurfaceFit> fits) {
   return out;
 }
 
-/// That the probes make a surface at all.
-Expected<void> check_smooth(const SurfaceFit& plane,
-                            std::span<const SurfaceFit> others,
-                            const ProbePoint& first,
-                            double most_noise) {
-  if (!(plane.noise_factor() > most_noise) || !plane.left_out_rms()) return {};
-  double least = std::numeric_limits<double>::infinity();
-  for (const SurfaceFit& other : others) least = std::min(least, other.left_out_rms().value_or(0));
-  if (!(least > kHardlyBetter * *plane.left_out_rms())) return {};
-  return failure({Code::SurfaceOutOfTolerance,
-                  first.from,
-                  fmt::format("probes left out are missed by {:.1f} sigma, hardly less than by a "
-                              "plane, {:.1f}: many are wild, or the surface is rougher than they "
-                              "are dense",
-                              least,
-                              *plane.left_out_rms()),
-                  fmt::format("at most {:g} times as much", kHardlyBetter)});
+/// Of more probes than are solved for.
+Expected<ChosenSurface> choose_grid(std::span<const ProbePoint> points,
+                                    const OutlierOptions& options) {
+  // What is no grid is too many probes.
+  if (!fit_surface(points, SurfaceModel::Bilinear)) {
+    PANELCAL_CHECK(check_probes(points, SurfaceModel::GaussianProcess));
+  }
+  PANELCAL_TRY(SoundSurface sound, fit_without_outliers(points, SurfaceModel::Bilinear, options));
+  PANELCAL_TRY(SurfaceFit bicubic, fit_surface(points, SurfaceModel::MonotoneBicubic));
+  const std::array fits = {sound.fit, std::move(bicubic)};
+  std::string reason = comparison(fits);
+  if (is_clearly_worse(misses(fits[0], points), misses(fits[1], points))) {
+    sound.fit = fits[1];
+    reason += "; monotone bicubic misses clearly less";
+  } else {
+    reason += "; bilinear is not clearly worse";
+  }
+  reason += fmt::format("; {} probes are too many for other models", points.size());
+  return ChosenSurface{std::move(sound), std::move(reason)};
 }
 
 }  // namespace
 
 Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
                                        const OutlierOptions& options) {
+  if (points.size() > kMostBentProbes) return choose_grid(points, options);
   PANELCAL_TRY(SoundSurface sound,
                fit_without_outliers(points, SurfaceModel::GaussianProcess, options));
   std::vector<ProbePoint> kept;
@@ -113,8 +113,6 @@ Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
     }
   }
   const std::span<const SurfaceFit> smooth(fits.data(), n_smooth);
-  PANELCAL_CHECK(
-      check_smooth(smooth[0], smooth.subspan(1), points[sound.kept.front()], options.most_noise));
   std::string reason = comparison(fits);
   const Misses best = misses(sound.fit, kept);
   const auto is_good = [&](const SurfaceFit& fit) {

@@ -24,11 +24,9 @@ struct ChosenSurface {
 /// grid model is taken if the probes make a grid and what that choice misses more is beyond one
 /// standard error: it believes every probe, so something must speak for it.
 ///
-/// Where no model foretells left-out probes much better than a plane does, and the probes scatter
-/// more about that than options.most_noise allows, nobody can tell many wild probes from a surface
-/// that is rougher than the probes are dense.
+/// Of more than kMostBentProbes only grid models are tried.
 ///
-/// Fails  as fit_without_outliers(); surface-out-of-tolerance: such probes
+/// Fails  as fit_without_outliers()
 /// Source Stone 1974 (cross-validation); Breiman et al. 1984, 3.4.3 (one standard error)
 /// See    tests/surface/height_map_test.cc
 Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,

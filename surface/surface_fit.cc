@@ -14,6 +14,7 @@
 
 #include "panelcal/calib/drift/distributions.h"
 #include "panelcal/surface/bending_likelihood.h"
+#include "panelcal/surface/even_part.h"
 #include "panelcal/surface/grid_surface.h"
 
 namespace panelcal {
@@ -96,17 +97,6 @@ Diagnostic undetermined(std::span<const ProbePoint> points) {
           "probes all over the surface"};
 }
 
-Expected<void> check(std::span<const ProbePoint> points) {
-  for (const ProbePoint& point : points) {
-    if (auto problem = problem_of(point)) return failure(*std::move(problem));
-  }
-  if (points.size() >= kPlaneTrend && points.size() <= kMostProbes) return {};
-  return failure({Code::GridInvalid,
-                  points.empty() ? Place() : points.front().from,
-                  fmt::format("{} probes", points.size()),
-                  fmt::format("{} to {} for a surface", kPlaneTrend, kMostProbes)});
-}
-
 std::string_view name_of(BendingKernel kernel) {
   switch (kernel) {
     case BendingKernel::None:
@@ -151,6 +141,7 @@ struct SurfaceFit::State {
 
   State(SurfaceModel of_model,
         const SurfaceShape& of_shape,
+        Noise noise,
         Readings of,
         const BendingLikelihood& likelihood);
   State(SurfaceModel of_model, internal::GridSurface of, std::span<const ProbePoint> points)
@@ -179,6 +170,7 @@ struct SurfaceFit::State {
 
 SurfaceFit::State::State(SurfaceModel of_model,
                          const SurfaceShape& of_shape,
+                         Noise noise,
                          Readings of,
                          const BendingLikelihood& likelihood)
     : model(of_model),
@@ -187,24 +179,36 @@ SurfaceFit::State::State(SurfaceModel of_model,
       readings(std::move(of)),
       trend_root(likelihood.trend_root()) {
   const MatrixXd covariance = likelihood.covariance(bending.kernel, bending.length);
-  const Index n_contrasts = likelihood.n_contrasts();
-  const MatrixXd noise_and_bending =
-      MatrixXd::Identity(n_contrasts, n_contrasts) +
-      bending.strength_mm2 * likelihood.contrast_covariance(covariance);
-  const MatrixXd contrasts =
+  const bool bends = bending.strength_mm2 > 0;
+  MatrixXd root =
       likelihood.contrasts().transpose() * readings.sigmas_mm.cwiseInverse().asDiagonal();
-  const MatrixXd root = noise_and_bending.llt().matrixL().solve(contrasts);
+  if (bends) {
+    MatrixXd noise_and_bending = bending.strength_mm2 * likelihood.contrast_covariance(covariance);
+    noise_and_bending.diagonal().array() += 1;
+    // In place: of many probes each matrix is large.
+    const Eigen::LLT<Eigen::Ref<MatrixXd>> decomposed(noise_and_bending);
+    decomposed.matrixL().solveInPlace(root);
+  }
   const MatrixXd& lift = likelihood.trend_of_heights();
   const VectorXd& y = readings.heights_mm;
   const VectorXd residual_weights = root.transpose() * (root * y);
+  if (noise == Noise::Learned) {
+    bending.noise_factor = shape.noise_factor = likelihood.noise_factor(y.dot(residual_weights));
+  }
   weights = bending.strength_mm2 * residual_weights;
   trend_mm = lift * (y - covariance * weights);
-  onto.resize(n_contrasts + lift.rows(), y.size());
-  onto << bending.strength_mm2 * root, lift;
   const MatrixXd bending_of_trend = covariance * lift.transpose();
-  root_of_trend = bending.strength_mm2 * root * bending_of_trend;
   trend_bending = lift * bending_of_trend;
   leave_out(root, residual_weights);
+  // What does not bend is foretold by the trend alone.
+  if (bends) {
+    root *= bending.strength_mm2;
+  } else {
+    root.resize(0, y.size());
+  }
+  root_of_trend = root * bending_of_trend;
+  onto.resize(root.rows() + lift.rows(), y.size());
+  onto << root, lift;
 }
 
 /// A probe left out is missed by [P y]_i / P_ii, of variance k^2 / P_ii; k is then that of the
@@ -420,20 +424,42 @@ std::string SurfaceFit::summary() const {
                      noise);
 }
 
+Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel model) {
+  for (const ProbePoint& point : points) {
+    if (auto problem = problem_of(point)) return failure(*std::move(problem));
+  }
+  const std::size_t most = is_of_grid(model) ? kMostGridProbes : kMostBentProbes;
+  if (points.size() >= kPlaneTrend && points.size() <= most) return {};
+  return failure({Code::GridInvalid,
+                  points.empty() ? Place() : points.front().from,
+                  fmt::format("{} probes", points.size()),
+                  is_of_grid(model)
+                      ? fmt::format("{} to {} for a grid", kPlaneTrend, most)
+                      : fmt::format("{} to {} for a surface that is solved for (fewer probes, or a "
+                                    "complete grid and a grid model)",
+                                    kPlaneTrend,
+                                    most)});
+}
+
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model) {
-  PANELCAL_CHECK(check(points));
+  PANELCAL_CHECK(check_probes(points, model));
   if (is_of_grid(model)) {
     PANELCAL_TRY(internal::GridSurface grid,
                  internal::GridSurface::of(points, model == SurfaceModel::MonotoneBicubic));
     return SurfaceFit(std::make_shared<const SurfaceFit::State>(model, std::move(grid), points));
+  }
+  if (points.size() > kMostProbes) {
+    const auto part = internal::even_part(points, kMostProbes);
+    PANELCAL_TRY(const SurfaceFit of_part, fit_surface(part, model));
+    return SurfaceFit::solved(points, model, of_part.shape(), SurfaceFit::Noise::Learned);
   }
   Readings readings = Readings::of(points);
   const std::optional<BendingLikelihood> likelihood = likelihood_of(readings, model);
   if (!likelihood) return failure(undetermined(points));
   const SurfaceShape shape =
       shape_of(likeliest(*likelihood, model), readings, likelihood->trend_root().rows());
-  return SurfaceFit(
-      std::make_shared<const SurfaceFit::State>(model, shape, std::move(readings), *likelihood));
+  return SurfaceFit(std::make_shared<const SurfaceFit::State>(
+      model, shape, SurfaceFit::Noise::Given, std::move(readings), *likelihood));
 }
 
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
@@ -442,12 +468,19 @@ Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
   PANELCAL_CHECK(shape.validate(model));
   // Of a grid model the probes say all.
   if (is_of_grid(model)) return fit_surface(points, model);
-  PANELCAL_CHECK(check(points));
+  PANELCAL_CHECK(check_probes(points, model));
+  return SurfaceFit::solved(points, model, shape, SurfaceFit::Noise::Given);
+}
+
+Expected<SurfaceFit> SurfaceFit::solved(std::span<const ProbePoint> points,
+                                        SurfaceModel model,
+                                        const SurfaceShape& shape,
+                                        Noise noise) {
   Readings readings = Readings::of(points);
   const auto likelihood = BendingLikelihood::of(readings, shape.n_trend);
   if (!likelihood) return failure(undetermined(points));
   return SurfaceFit(
-      std::make_shared<const SurfaceFit::State>(model, shape, std::move(readings), *likelihood));
+      std::make_shared<const State>(model, shape, noise, std::move(readings), *likelihood));
 }
 
 }  // namespace panelcal

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -23,12 +24,24 @@ namespace panelcal {
 /// `plane`, `thin plate`, `Gaussian process`, `bilinear`, `monotone bicubic`.
 std::string_view name_of(SurfaceModel model);
 
-/// A bent surface that is longer to fit than this many probes is refused: its cost grows with the
-/// cube of their number (600: some 10 s).
+/// A surface of more probes than this learns its shape from so many of them, and no plan has more:
+/// the cost grows with the cube of their number (600: some seconds).
 inline constexpr std::size_t kMostProbes = 600;
+
+/// Of a surface that is solved for: memory grows with the square of their number, 600 MB.
+inline constexpr std::size_t kMostBentProbes = 3000;
+
+/// Of a grid model, which solves nothing.
+inline constexpr std::size_t kMostGridProbes = 100'000;
 
 /// Fewer probes than this are not asked for bow and twist.
 inline constexpr std::size_t kLeastForBow = 12;
+
+/// Whether a model takes so many probes, and all of them are numbers.
+///
+/// Fails  grid-invalid: too few or too many probes; a number that is none
+/// See    tests/surface/surface_fit_test.cc
+Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel model);
 
 /// What the other probes foretell at the place of one probe.
 struct LeftOutProbe {
@@ -78,11 +91,17 @@ class SurfaceFit {
 
  private:
   struct State;
+  enum class Noise : std::uint8_t { Given, Learned };
   friend Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model);
   friend Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
                                           SurfaceModel model,
                                           const SurfaceShape& shape);
   explicit SurfaceFit(std::shared_ptr<const State> state) : state_(std::move(state)) {}
+  /// Of no grid model. A noise factor that is learned takes the place of the shape's.
+  static Expected<SurfaceFit> solved(std::span<const ProbePoint> points,
+                                     SurfaceModel model,
+                                     const SurfaceShape& shape,
+                                     Noise noise);
 
   std::shared_ptr<const State> state_;
 };
@@ -97,13 +116,18 @@ class SurfaceFit {
 /// else a plane. Strength, length and k have the greatest restricted likelihood; with the trend's
 /// error they enter the sigma of every height, their own uncertainty does not.
 ///
+/// Of more than kMostProbes, an even part tells kernel, trend, strength and length: half of it all
+/// over the panel, each with its nearest neighbour beside it, so that short lengths are seen too.
+/// All of them make the surface of that shape, and tell k.
+///
 /// Grid models have neither trend nor noise factor: between the probes they interpolate, and sigma
 /// has what that misses, as far as probes left out tell (surface/grid_surface.h).
 ///
 /// In     points: 3 or more; sigma above 0
-/// Fails  grid-invalid: too few or too many probes; a number that is none; probes in one line; for
-///        grid models a node without a probe, two probes of one node, fewer than 3 columns or rows
-/// Cost   some 40 tridiagonal forms of an n x n matrix for a Gaussian process, one for a thin plate
+/// Fails  as check_probes(); grid-invalid: probes in one line; for grid models a node without a
+/// probe, two probes of one node, fewer than 3 columns or rows Cost   some 40 tridiagonal forms of
+/// an m x m matrix for a Gaussian process, one for a thin plate,
+///        m the probes that tell the shape; O(n^3) to solve
 /// Source Rasmussen and Williams 2006, 2.7 (trend), 5.4.1, 5.4.2 (leaving one out); Dubrule 1983
 ///        (leaving one out with a trend); Patterson and Thompson 1971 (restricted likelihood)
 /// See    tests/surface/surface_fit_test.cc, height_map_slow_test.cc

@@ -54,17 +54,21 @@ struct OutlierOptions {
 /// probe is an outlier if, left out, it deviates by more than one of n good ones does with the
 /// chance false_alarm / n (Bonferroni); whatever was set aside and does not, is taken back.
 ///
-/// A third of wild probes all over the panel cannot be told from a rough surface; sigma between the
-/// probes is then as large as they are wild.
+/// A third of wild probes all over the panel cannot be told from a surface that is rougher than the
+/// probes are dense: refused is one that foretells probes left out hardly better than a plane does,
+/// if they scatter about that by more than `most_noise`.
 ///
 /// Grid models need every probe: there a thin plate judges, and if it names an outlier the grid has
 /// none for that node.
 ///
+/// Of more than kMostProbes the search, and what judges a grid, sees about 100 neighbours at a
+/// time.
+///
 /// Fails  as fit_surface() and OutlierOptions::validate(); grid-invalid: a grid model with
-/// outliers; surface-out-of-tolerance:
-///        more than `most` of the probes do not fit, or so many that fewer than 5 would be left, or
-///        the others scatter more than `most_noise` times what they say
-/// Cost   a thin plate for each probe set aside, O(n^3); then some fits
+///        outliers; surface-out-of-tolerance: more than `most` of the probes, or of such
+///        neighbours, do not fit, or so many that fewer than 5 would be left; the others scatter
+///        more than `most_noise` times what they say, or make no surface
+/// Cost   a thin plate for each probe set aside, O(m^3) of m probes or neighbours; then some fits
 /// Source Hadi and Simonoff 1993 (a clean part judges the rest); Rasmussen and Williams 2006, 5.4.2
 /// See    tests/surface/surface_outliers_test.cc
 Expected<SoundSurface> fit_without_outliers(std::span<const ProbePoint> points,

@@ -41,6 +41,7 @@ Expected<std::chrono::sys_seconds> time_of(const CalibrateOptions& options);
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> table(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> surface(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> light(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> settle(const CalibrateOptions& options, CommandContext& context);

@@ -48,6 +48,15 @@ Expected<Recorder> Recorder::open(const CalibrateOptions& options,
   return recorder;
 }
 
+Expected<std::optional<std::string>> Recorder::text_in_force(const LedgerKey& key) const {
+  std::optional<std::string> text;
+  if (!ledger_) return text;
+  PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger_->in_force(key));
+  if (!in_force) return text;
+  PANELCAL_TRY(text, ledger_->result(in_force->id));
+  return text;
+}
+
 Expected<std::int64_t> Recorder::record(const LedgerDraft& draft,
                                         const std::filesystem::path& file) {
   // The ledger first: whatever happens then, it says which file should be there.

@@ -37,6 +37,9 @@ class Recorder {
                                  std::chrono::sys_seconds date,
                                  bool drives);
 
+  /// The calibration in force, byte for byte; empty where none is, and without --install.
+  Expected<std::optional<std::string>> text_in_force(const LedgerKey& key) const;
+
   /// Records an entry, and writes what is in force to `file` from the ledger if the entry's verdict
   /// is that it is installed; an empty name writes nothing. Returns the entry's number.
   ///

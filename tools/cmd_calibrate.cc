@@ -49,6 +49,8 @@ Expected<Answer> answer_to(const CalibrateOptions& options, CommandContext& cont
       return camera(options, context);
     case What::Table:
       return table(options, context);
+    case What::Surface:
+      return surface(options, context);
     case What::Focus:
       return focus(options, context);
     case What::Light:

@@ -13,6 +13,7 @@
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/history_job.h"
 #include "panelcal/tools/history_plot.h"
+#include "panelcal/tools/history_surface.h"
 #include "panelcal/tools/history_text.h"
 #include "panelcal/tools/provenance.h"
 #include "panelcal/tools/version.h"
@@ -123,15 +124,26 @@ class History {
     PANELCAL_TRY(const auto changes, history::changes_between(before, after, options_.ledger));
     std::string text = options_.json ? history::changes_json(before, after, changes)
                                      : history::changes_text(changes);
-    if (options_.program.empty()) return text;
+    const bool is_of_surfaces = before.record.key.kind == LedgerKind::Surface;
+    if (options_.program.empty() && !is_of_surfaces) return text;
     PANELCAL_TRY(const std::string result_before, ledger_.result(before.id));
     PANELCAL_TRY(const std::string result_after, ledger_.result(after.id));
-    PANELCAL_TRY(
-        const std::string job,
-        history::job_answer(options_, context_, {before, result_before}, {after, result_after}));
-    if (!options_.json) return text + job;
+    const history::CalibrationEntry was = {before, result_before}, is = {after, result_after};
+    if (is_of_surfaces && options_.program.empty()) {
+      PANELCAL_TRY(const std::string maps,
+                   history::surface_answer(was, is, options_.ledger, options_.json));
+      return joined(std::move(text), "surface", maps);
+    }
+    PANELCAL_TRY(const std::string job, history::job_answer(options_, context_, was, is));
+    return joined(std::move(text), "job", job);
+  }
+
+  /// More about a difference: further lines, or a further key.
+  std::string joined(std::string text, std::string_view key, std::string more) const {
+    if (!options_.json) return text + more;
     text.resize(text.rfind('}'));
-    return text + ",\"job\":" + job + "}\n";
+    if (more.ends_with('\n')) more.pop_back();
+    return fmt::format("{},\"{}\":{}}}\n", text, key, more);
   }
 
   Expected<std::string> roll_back() {

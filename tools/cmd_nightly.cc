@@ -138,7 +138,7 @@ class NightlyRun {
     }
     PANELCAL_CHECK(read_or_restore());
     PANELCAL_TRY(const DeviceSet devices,
-                 config_.nightly->is_simulated ? DeviceSet::simulated(config_)
+                 config_.nightly->is_simulated ? DeviceSet::simulated(config_, clock_())
                                                : DeviceSet::live(config_, config_.nightly->camera));
     return run_nightly(job(devices.devices(), lock ? &*lock : nullptr));
   }
@@ -159,7 +159,7 @@ class NightlyRun {
     const std::string& file = problem.place.file;
     std::error_code ignored;
     if (is_read_) return false;
-    return file == files_.camera.string() || file == files_.spindle.string() ||
+    return files_.has_calibration(file) ||
            (!files_.spindle.empty() && !std::filesystem::exists(files_.spindle, ignored));
   }
 

@@ -23,6 +23,7 @@
 #include "panelcal/program/surface_use.h"
 #include "panelcal/program/writers/csv_writer.h"
 #include "panelcal/program/writers/excellon_writer.h"
+#include "panelcal/program/writers/gcode_writer.h"
 #include "panelcal/program/writers/jsonl_writer.h"
 #include "panelcal/program/writers/sieb_meyer_writer.h"
 #include "panelcal/program/writers/svg_writer.h"
@@ -46,13 +47,14 @@ namespace {
 
 Expected<std::string> output_format(const RunOptions& options) {
   if (!options.format.empty()) return options.format;
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kByExtension = {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kByExtension = {
       {{".jsonl", "jsonl"},
        {".csv", "csv"},
        {".drl", "excellon"},
        {".exc", "excellon"},
        {".s5", "sieb-meyer"},
        {".sm", "sieb-meyer"},
+       {".ngc", "gcode"},
        {".svg", "svg"}}};
   const std::string extension = extension_of(options.output);
   for (const auto& [known, format] : kByExtension) {
@@ -61,7 +63,7 @@ Expected<std::string> output_format(const RunOptions& options) {
   return failure({Code::Usage,
                   {"panelcal run", 0, 0},
                   "no format belongs to the output's name " + quoted(options.output),
-                  ".jsonl, .csv, .drl, .exc, .s5, .sm or .svg, or --to"});
+                  ".jsonl, .csv, .drl, .exc, .s5, .sm, .ngc or .svg, or --to"});
 }
 
 /// One run, stage by stage. Every stage leaves its problems in log_.
@@ -105,6 +107,7 @@ class Run {
     set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
     if (!take(read_choice())) return false;
     if (!options_.output.empty() && !take(output_format(options_), format_)) return false;
+    if (!take(check_gcode())) return false;
     if (!take(check_output_paths("panelcal run",
                                  {options_.program,
                                   options_.machine,
@@ -158,8 +161,8 @@ class Run {
   }
 
   Expected<void> read_surface_map() {
-    PANELCAL_TRY(StoredMap stored, read_map_file(options_.surface));
-    config_.walk.board.map = std::make_shared<const HeightMap>(std::move(stored.map));
+    PANELCAL_TRY(StoredZones stored, read_zoned_map_file(options_.surface));
+    config_.walk.board.map = std::make_shared<const ZonedMap>(std::move(stored.map));
     return {};
   }
 
@@ -167,7 +170,7 @@ class Run {
   const DepthErrors& depth_errors() {
     if (!depth_errors_) {
       const BoardDepths& board = config_.walk.board;
-      std::vector<Expected<HeightMap>> maps;
+      std::vector<Expected<ZonedMap>> maps;
       if (board.map != nullptr) {
         maps.emplace_back(*board.map);
       } else {
@@ -265,6 +268,14 @@ class Run {
                     "-o OUTPUT, or --explain"});
   }
 
+  Expected<void> check_gcode() const {
+    if (format_ != "gcode" || config_.gcode) return {};
+    return failure({Code::ConfigValue,
+                    {options_.machine, 0, 0},
+                    "[gcode] is missing, which says how high and how deep tools go in G-code",
+                    "[gcode] with safe_z_mm, drill_z_mm and others (docs/formats/gcode.md)"});
+  }
+
   /// As places are counted for --explain: numbers must not depend on the output's format.
   WalkOptions counting_walk() const {
     WalkOptions walk = config_.walk;
@@ -341,6 +352,7 @@ class Run {
                                        .absolute_zero = config_.walk.absolute_zero,
                                        .work_zero = config_.walk.work_zero};
     if (format_ == "sieb-meyer") return std::make_unique<SiebMeyerWriter>(bytes, writing);
+    if (format_ == "gcode") return std::make_unique<GcodeWriter>(bytes, writing, *config_.gcode);
     return std::make_unique<ExcellonWriter>(bytes, writing);
   }
 

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/base/clock.h"
@@ -12,6 +16,7 @@
 #include "panelcal/tools/surface_command.h"
 #include "panelcal/tools/text_variables.h"
 #include "panelcal/tools/version.h"
+#include "panelcal/tools/void_sink.h"
 
 namespace panelcal {
 namespace surface {
@@ -42,23 +47,25 @@ Provenance provenance_of(const CommandContext& context, std::span<const std::str
   return out;
 }
 
-Expected<std::vector<plan::PlannedPlace>> program_places(const SurfaceOptions& options,
-                                                         CommandContext& context) {
+namespace {
+
+using Execute = std::function<void(const CheckedProgram&, const WalkOptions&, DiagnosticLog&)>;
+
+/// Calls `execute` with a program that has no errors, to pass its job on the perfect panel.
+Expected<void> walk_program(const std::string& program,
+                            const SurfaceOptions& options,
+                            CommandContext& context,
+                            const Execute& execute) {
   PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
   config.walk.max_operations = options.max_operations;
   // Targets that are where they are drawn speak for no model; a slot's ends say all about it.
   config.walk.chooses_model = false;
   config.walk.slots = config.walk.step_slots = Cycles::Kept;
   PANELCAL_TRY(const std::string time, wall_time(options.clock, system_clock()()));
-  set_text_variables(options.program, time, config.walk.sieb_meyer.text);
+  set_text_variables(program, time, config.walk.sieb_meyer.text);
   DiagnosticLog log;
-  std::vector<plan::PlannedPlace> places;
-  const auto checked = read_and_check(options.program, config.reading, config.walk, log);
-  if (checked && !log.has_errors()) {
-    plan::PlaceSink sink(checked->nominal_survey,
-                         [&](const plan::PassingPlace& place) { places.push_back(place.kept()); });
-    execute_nominal(*checked, config.walk, sink, log);
-  }
+  const auto checked = read_and_check(program, config.reading, config.walk, log);
+  if (checked && !log.has_errors()) execute(*checked, config.walk, log);
   DiagnosticLog others;
   std::optional<Diagnostic> first;
   for (const Diagnostic& diagnostic : log.kept()) {
@@ -70,10 +77,72 @@ Expected<std::vector<plan::PlannedPlace>> program_places(const SurfaceOptions& o
   }
   context.console.print(others);
   if (first) return failure(*std::move(first));
+  return {};
+}
+
+}  // namespace
+
+Expected<std::vector<plan::PlannedPlace>> program_places(const SurfaceOptions& options,
+                                                         CommandContext& context) {
+  std::vector<plan::PlannedPlace> places;
+  PANELCAL_CHECK(walk_program(
+      options.program,
+      options,
+      context,
+      [&](const CheckedProgram& checked, const WalkOptions& walk, DiagnosticLog& log) {
+        plan::PlaceSink sink(checked.nominal_survey, [&](const plan::PassingPlace& place) {
+          places.push_back(place.kept());
+        });
+        execute_nominal(checked, walk, sink, log);
+      }));
   if (!places.empty()) return places;
   return failure(usage("panelcal surface",
                        quoted(options.program) + " works at no place",
                        "a program that drills or routs"));
+}
+
+Expected<std::vector<Void>> program_voids(const std::string& program,
+                                          const SurfaceOptions& options,
+                                          CommandContext& context) {
+  VoidSink sink(program);
+  PANELCAL_CHECK(
+      walk_program(program,
+                   options,
+                   context,
+                   [&](const CheckedProgram& checked, const WalkOptions& walk, DiagnosticLog& log) {
+                     execute_nominal(checked, walk, sink, log);
+                   }));
+  return sink.take();
+}
+
+Expected<std::size_t> zone_of(const StoredZones& stored,
+                              const std::string& file,
+                              const std::string& command,
+                              const SurfaceOptions& options) {
+  const auto zones = stored.map.zones();
+  if (zones.size() <= 1 && options.zone.empty()) return 0;
+  std::vector<std::string_view> names;
+  for (const Zone& zone : zones) names.push_back(zone.name);
+  const auto found = std::ranges::find(names, options.zone);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  const std::string_view nearest = nearest_word(options.zone, names);
+  std::vector<std::string> shown;
+  for (const std::string_view name : names) shown.push_back(quoted(name));
+  return failure(
+      usage(command,
+            options.zone.empty() ? fmt::format("{} has {} zones", file, zones.size())
+                                 : fmt::format("{} has no zone {}", file, quoted(options.zone)),
+            zones.empty()      ? std::string("no --zone: it has one surface all over")
+            : !nearest.empty() ? "--zone " + quoted(nearest)
+                               : fmt::format("--zone with one of {}", fmt::join(shown, ", "))));
+}
+
+Expected<StoredMap> read_zone_of(const std::string& file,
+                                 const std::string& command,
+                                 const SurfaceOptions& options) {
+  PANELCAL_TRY(const StoredZones stored, read_zoned_map_file(file));
+  PANELCAL_TRY(const std::size_t i_zone, zone_of(stored, file, command, options));
+  return stored.zone(i_zone);
 }
 
 namespace {

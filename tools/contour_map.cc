@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numbers>
 #include <span>
 
@@ -28,6 +29,7 @@ constexpr double kStrip = 52;  ///< height of the colours below it
 constexpr double kGap = 16;
 /// Between labels, and the shortest line that has one.
 constexpr double kLabelRoom = 46;
+constexpr double kLetter = 7;  ///< of the strip, px
 constexpr double kMarkRoom = 19;
 constexpr double kShortest = 60;
 constexpr int kArcSteps = 8;  ///< of a round corner's quarter
@@ -113,6 +115,7 @@ std::string labels_of(const ContourMap& map, const View& view) {
         const Vector2d at = view.at(line.points[i]);
         const bool has_room = is_free(taken, at, kLabelRoom) && is_free(marks, at, kMarkRoom);
         if (!has_room || !is_within(map.outline, line.points[i])) continue;
+        if (map.is_covered && map.is_covered(line.points[i])) continue;
         out += fmt::format("<text class=\"figure\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>",
                            at.x(),
                            at.y() + 4,
@@ -129,6 +132,12 @@ std::string labels_of(const ContourMap& map, const View& view) {
 std::string strip(const ContourMap& map, const std::vector<std::string>& colors, double width) {
   const int n_decimals = decimals_of(map.levels);
   const double step = std::min(46.0, (width - 110) / static_cast<double>(colors.size()));
+  std::size_t n_letters = 0;
+  for (const double level : map.levels) {
+    n_letters = std::max(n_letters, report::fixed(level, n_decimals).size());
+  }
+  const double room = kLetter * static_cast<double>(n_letters) + 8;
+  const auto every = static_cast<std::size_t>(std::ceil(room / step));
   std::string out;
   for (std::size_t k = 0; k < colors.size(); ++k) {
     const double x = 46 + step * static_cast<double>(k);
@@ -137,9 +146,8 @@ std::string strip(const ContourMap& map, const std::vector<std::string>& colors,
                     x,
                     step,
                     colors[k]);
-    if (k == map.levels.size()) continue;
-    // Of narrow bands only every second one has room.
-    if (step < 34 && k % 2 == 1) continue;
+    // Of narrow bands only some have room for their level.
+    if (k == map.levels.size() || k % every != 0) continue;
     out += fmt::format("<text class=\"mid\" x=\"{:.1f}\" y=\"34\">{}</text>",
                        x + step,
                        report::fixed(map.levels[k], n_decimals));
@@ -168,6 +176,9 @@ const std::string_view kContourStyle = R"css(
 .contour circle.probe{fill:#1b2530;stroke:#fff;stroke-width:1}
 .contour circle.old{fill:#8b96a2;stroke:#fff;stroke-width:1}
 .contour .wrong{stroke:#b3261e;stroke-width:2.2}
+.contour path.blank{fill:#fff;fill-rule:evenodd}.contour path.gap{stroke:#fff}
+.contour path.edge{stroke:#5b6774;stroke-width:1.6}
+.contour path.zone{stroke:#0a5ea8;stroke-width:1;stroke-opacity:.6}.contour path.own{stroke-width:2;stroke-opacity:1}
 .contour .missing{stroke:#7a1f6e;stroke-width:1.6}
 .contour text.wrong{fill:#b3261e;font-weight:700;stroke:#fff;stroke-width:3.5px;paint-order:stroke}
 .contour .way{stroke:#0a5ea8;stroke-width:1.4;stroke-opacity:.8}
@@ -175,6 +186,20 @@ const std::string_view kContourStyle = R"css(
 .contour text.number{font-size:9.5px;text-anchor:middle;fill:#0a5ea8}.contour text.first{fill:#fff}
 .contour .dots{stroke:#1b2530;stroke-opacity:.5;stroke-width:2.2}
 )css";
+
+void set_levels(ContourMap& map, int n) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  const Field& field = map.field;
+  for (std::size_t j = 0; j < field.y.size(); ++j) {
+    for (std::size_t i = 0; i < field.x.size(); ++i) {
+      const Vector2d node(field.x[i], field.y[j]);
+      if (!is_within(map.outline, node) || (map.is_covered && map.is_covered(node))) continue;
+      low = std::min(low, field.at(i, j));
+      high = std::max(high, field.at(i, j));
+    }
+  }
+  if (low < high) map.levels = round_levels(low, high, n);
+}
 
 View view_of(const std::vector<Vector2d>& outline) {
   report::Extent extent;
@@ -203,7 +228,10 @@ Drawing contour_drawing(const ContourMap& map, const View& view, const std::stri
 <g clip-path="url(#{4}-outline)">
 {6}<path class="level" d="{7}"/>
 </g>
-{8}{9}{10}{11}</g>
+{8}<clipPath id="{4}-frame"><path d="{14}"/></clipPath>
+<g clip-path="url(#{4}-frame)">
+{9}</g>
+{10}{11}</g>
 <g transform="translate(0 {12:.0f})">{13}</g>
 )svg",
       out.width,
@@ -219,8 +247,17 @@ Drawing contour_drawing(const ContourMap& map, const View& view, const std::stri
       labels_of(map, view),
       view.scale_bar(),
       kTitle + view.height() + 4,
-      strip(map, colors, out.width));
+      strip(map, colors, out.width),
+      frame_path(view));
   return out;
+}
+
+std::string frame_path(const View& view) {
+  return polygon_path(view,
+                      {view.shown().low_mm,
+                       {view.shown().high_mm.x(), view.shown().low_mm.y()},
+                       view.shown().high_mm,
+                       {view.shown().low_mm.x(), view.shown().high_mm.y()}});
 }
 
 std::string polygon_path(const View& view, const std::vector<Vector2d>& corners) {
@@ -248,16 +285,21 @@ std::vector<Vector2d> widened(const std::vector<Vector2d>& corners, double by_mm
 }
 
 std::string sheet_svg(std::string_view title,
-                      const std::vector<Drawing>& drawings,
+                      const std::vector<std::vector<Drawing>>& rows,
                       const std::vector<std::pair<std::string, std::string>>& provenance) {
   constexpr double kHead = 44;
   std::string content, description;
-  double x = kGap, height = 0;
-  for (const Drawing& drawing : drawings) {
-    content += fmt::format(
-        "<g transform=\"translate({:.0f} {:.0f})\">\n{}</g>\n", x, kHead, drawing.content);
-    x += drawing.width + kGap;
-    height = std::max(height, drawing.height);
+  double y = kHead, width = 0;
+  for (const std::vector<Drawing>& row : rows) {
+    double x = kGap, height = 0;
+    for (const Drawing& drawing : row) {
+      content += fmt::format(
+          "<g transform=\"translate({:.0f} {:.0f})\">\n{}</g>\n", x, y, drawing.content);
+      x += drawing.width + kGap;
+      height = std::max(height, drawing.height);
+    }
+    y += height + kGap;
+    width = std::max(width, x);
   }
   for (const auto& [key, value] : provenance) {
     description += report::escaped(key + ": " + value) + "\n";
@@ -271,8 +313,8 @@ std::string sheet_svg(std::string_view title,
 <text class="title" x="{5:.0f}" y="30" style="font-size:18px">{2}</text>
 {6}</svg>
 )",
-      x,
-      kHead + height + kGap,
+      width,
+      y,
       report::escaped(title),
       description,
       kContourStyle,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -30,19 +32,28 @@ struct ContourMap {
   Palette palette = Palette::Heights;
   std::vector<Eigen::Vector2d> outline;  ///< corners; mm, as the field's x and y
   std::vector<Eigen::Vector2d> marked;   ///< places of marks that labels keep off
+  /// Whether marks cover a place; empty: none does. Labels keep off.
+  std::function<bool(const Eigen::Vector2d&)> is_covered = {};
 };
 
 /// Styles of the classes that these drawings use; they are on white paper, whatever surrounds them.
 extern const std::string_view kContourStyle;
 
+/// Gives a map at least n round levels of what its field has within the outline, but for what is
+/// covered. None if that is all one height.
+void set_levels(ContourMap& map, int n);
+
 /// The view of a map of this outline.
 report::View view_of(const std::vector<Eigen::Vector2d>& outline);
 
 /// The map with axes and a strip of its colours; `marks` are drawn above the bands and below the
-/// labels, and do not reach beyond the frame.
+/// labels, as far as the frame reaches.
 plan::Drawing contour_drawing(const ContourMap& map,
                               const report::View& view,
                               const std::string& marks);
+
+/// Path data of all that the frame holds.
+std::string frame_path(const report::View& view);
 
 /// Path data of a closed polygon.
 std::string polygon_path(const report::View& view, const std::vector<Eigen::Vector2d>& corners);
@@ -73,9 +84,9 @@ Field field_over(const std::vector<Eigen::Vector2d>& outline, int n_along, const
   return out;
 }
 
-/// Several drawings side by side on one sheet.
+/// Rows of drawings side by side on one sheet.
 std::string sheet_svg(std::string_view title,
-                      const std::vector<plan::Drawing>& drawings,
+                      const std::vector<std::vector<plan::Drawing>>& rows,
                       const std::vector<std::pair<std::string, std::string>>& provenance);
 
 /// A drawing as a picture of its own within a page.

@@ -28,14 +28,19 @@ std::vector<std::string> surface_lines(const DepthVerdict& verdict) {
   std::vector<std::string> lines;
   for (std::size_t axis = 0; axis < maps.size(); ++axis) {
     const std::string of_axis = maps.size() > 1 ? fmt::format("Z axis {}: ", axis) : "";
-    const Expected<HeightMap>& map = maps[axis];
+    const Expected<ZonedMap>& map = maps[axis];
     if (!map) {
       lines.push_back(of_axis + "no map of the surface: " + map.error().what);
       continue;
     }
-    lines.push_back(of_axis + "surface: " + map->surface().summary());
-    for (const SurfaceOutlier& outlier : map->outliers()) {
-      lines.push_back(of_axis + "not in the map: " + outlier.text());
+    for (std::size_t i = 0; i < map->maps().size(); ++i) {
+      const bool is_whole = map->zones().empty();
+      const std::string of_zone =
+          is_whole ? of_axis : of_axis + "zone " + quoted(map->zones()[i].name) + ": ";
+      lines.push_back(of_zone + "surface: " + map->map(i).surface().summary());
+      for (const SurfaceOutlier& outlier : map->map(i).outliers()) {
+        lines.push_back(of_zone + "not in the map: " + outlier.text());
+      }
     }
   }
   return lines;

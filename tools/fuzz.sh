@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# fuzz.sh SECONDS [excellon|gcode|sieb_meyer|picture|probe_file]: fuzzes one reader, or all, each for
-# that long. A finding goes to tests/fuzz/fixed/ once it is mended.
+# fuzz.sh SECONDS [excellon|gcode|sieb_meyer|picture|probe_file|map_file]: fuzzes one reader, or all,
+# each for that long. A finding goes to tests/fuzz/fixed/ once it is mended.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 seconds=${1:-60}
-dialects=${2:-excellon gcode sieb_meyer picture probe_file}
+dialects=${2:-excellon gcode sieb_meyer picture probe_file map_file}
 # No input may take more than 256 MiB, a picture (up to 4 megapixels) 512; freed memory that the
 # sanitizer keeps back would count as well.
 for dialect in $dialects; do

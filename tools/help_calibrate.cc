@@ -78,6 +78,27 @@ machine.toml, the looks and the plate; then `history diff` and `history export` 
 Exit codes
   0 done; 1 it is refused; 2 bad input, or looks that determine no table; 3 the ledger failed, or a
   file cannot be written)"},
+    {"calibrate surface", R"(Example
+  $ panelcal surface fit probes.jsonl --model gaussian-process -o table.json
+  $ panelcal calibrate surface table.json -m machine.toml --install --reason "new backing plate"
+
+Takes a map of the table's own surface, of the bare backing plate or of a reference plate that stays
+on the machine, probed by hand or by another machine's probe; places are machine coordinates. Prints
+its figures over the area of [nightly.surface], else over its own probes: the height of the middle,
+and how high tilt, bow and twist lift an edge or a corner above it, each with its sigma. With
+--install also what `surface diff` says of the map in force; the map goes into [ledger] file, and
+from there into FILE, or into [nightly.surface] file. Nights to come are held against it.
+
+A map that a night refused is installed the same way, once somebody has looked:
+  $ panelcal history show 12 --result -l drill1.ledger -o tonight.json
+  $ panelcal calibrate surface tonight.json -m machine.toml --install --reason "chip at the edge"
+
+Refused (exit 1) is a map whose sigma is above [nightly.surface] sigma_um; --force installs it. A
+map of a grid model does not know how its errors hang together, and is bad input.
+
+Exit codes
+  0 done; 1 it is refused; 2 bad input, or a map that does not reach over the area; 3 the ledger
+  failed, or a file cannot be written)"},
     {"calibrate focus", R"(Example
   $ panelcal calibrate focus -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --range -2,2
 

@@ -162,9 +162,13 @@ Cameras  folder:DIR and video:FILE give their pictures in order;
 v4l2:/dev/video0?width=1280&height=960, rtsp://HOST/PATH and gige://ADDRESS?packet=1500&exposure_us=..
 &gain=..&format=mono8&timeout_ms=1000&retries=20&resend=on|off are live.
 
-Formats  .jsonl .csv .drl .exc .s5 .sm .svg, or --to jsonl|csv|excellon|sieb-meyer|svg; .svg is a
-picture of the job. Either language can be written from either; what the other one has no form for
-is named, and nothing is written if a tool would go elsewhere without it.
+Formats  .jsonl .csv .drl .exc .s5 .sm .ngc .svg, or --to jsonl|csv|excellon|sieb-meyer|gcode|svg;
+.svg is a picture of the job. Either language can be written from either; what the other one has no
+form for is named, and nothing is written if a tool would go elsewhere without it.
+
+.ngc is G-code for LinuxCNC. [gcode] of machine.toml says how high the tool moves and, where the
+program does not, how deep and how fast it works (docs/formats/gcode.md); what nobody says is an
+error.
 
   $ panelcal run job.exc -m machine.toml --measurements m.jsonl --explain L33
 

@@ -7,8 +7,10 @@
 
 #include "panelcal/calib/base/clock.h"
 #include "panelcal/calib/drift/amount.h"
+#include "panelcal/tools/contour_map.h"
 #include "panelcal/tools/nightly_figures.h"
 #include "panelcal/tools/nightly_report.h"
+#include "panelcal/tools/nightly_surface.h"
 #include "panelcal/tools/report_style.h"
 #include "panelcal/tools/report_text.h"
 
@@ -80,6 +82,17 @@ std::string steps_text(const NightRecord& record) {
   return out.empty() ? "none" : out;
 }
 
+/// Of a night that probed the table.
+std::string surface_tile(const NightRecord& record) {
+  const auto step = std::ranges::find(record.steps, word(LedgerKind::Surface), &NightStep::kind);
+  if (step == record.steps.end() || step->axes.empty() || !step->axes.front().new_value) return {};
+  const std::string& unit = step->axes.front().unit;
+  if (!step->change) return tile("table's surface", "mapped", "for the first time");
+  return tile("table's surface",
+              amount(*step->change, unit) + " moved",
+              fmt::format("sigma {}, by all its figures", amount(*step->change_sigma, unit)));
+}
+
 std::string tiles(const NightRecord& record) {
   const auto n_checks = static_cast<std::int64_t>(record.checks.size());
   const auto n_passed = std::ranges::count(record.checks, true, &SelfTestCheck::passed);
@@ -93,7 +106,7 @@ std::string tiles(const NightRecord& record) {
          tile("self-test",
               fmt::format("{} of {}", n_passed, n_checks),
               n_passed == n_checks ? "checks passed" : "checks passed: see below") +
-         tile("temperature", temperature, "of the machine") + "</dl>\n";
+         surface_tile(record) + tile("temperature", temperature, "of the machine") + "</dl>\n";
 }
 
 /// What a person does now; nothing where all is well.
@@ -228,7 +241,7 @@ std::string figures(const NightStep& step) {
   std::string charts;
   for (std::size_t i = 0; i < step.axes.size(); ++i) charts += drift_figure(step, i);
   const std::string holes = holes_figure(step);
-  std::string out;
+  std::string out = surface_figures(step);
   if (!charts.empty()) {
     out += fmt::format("<h3>The last {}</h3>\n<div class=\"charts\">\n{}</div>\n",
                        counted(static_cast<std::int64_t>(step.series.size()), "night"),
@@ -343,7 +356,7 @@ std::string night_html(const NightRecord& record, const Provenance& provenance) 
       record.may_drill ? "drill" : "hold",
       report::kStyle,
       kFigureStyle,
-      kPageStyle);
+      std::string(contours::kContourStyle) + std::string(kPageStyle));
   out += verdict(record) + changes(record);
   if (!record.notes.empty()) {
     out += "<h2>To know</h2>\n<section>\n" + list(record.notes) + "</section>\n";

@@ -161,14 +161,15 @@ class CommandLine {
                      "its heights");
     run_->add_option("-o,--output",
                      o.output,
-                     "Corrected program or picture (.jsonl .csv .drl .exc .s5 .svg); - is "
+                     "Corrected program or picture (.jsonl .csv .drl .exc .s5 .ngc .svg); - is "
                      "standard output");
     run_->add_option("--to", o.format, "Output format (default: from the output's extension)")
-        ->check(CLI::IsMember({"jsonl", "csv", "excellon", "sieb-meyer", "svg"}));
+        ->check(CLI::IsMember({"jsonl", "csv", "excellon", "sieb-meyer", "gcode", "svg"}));
     run_->add_option("--slots",
                      o.slots,
                      "Pass slots (G85, G87) on whole, or as holes and passes (default: keep for "
-                     "programs and svg, expand otherwise; programs keep G87 in any case)")
+                     "excellon, sieb-meyer and svg, expand otherwise; the first two keep G87 in "
+                     "any case)")
         ->check(CLI::IsMember({"keep", "expand"}));
     run_->add_option("--explain",
                      o.explain,
@@ -273,6 +274,7 @@ class CommandLine {
     add_calibrate_spindle_camera();
     add_calibrate_camera();
     add_calibrate_table();
+    add_calibrate_surface();
     add_calibrate_place();
   }
 
@@ -392,6 +394,18 @@ class CommandLine {
     command->add_option(
         "--linuxcnc", o.linuxcnc, "Folder for matrixkins coefficients and compensation files");
     add_install_by_force(command, "Record it in [ledger] file as the one in force");
+  }
+
+  void add_calibrate_surface() {
+    CalibrateOptions& o = calibrate_options_;
+    CLI::App* command =
+        add_calibration("surface",
+                        "Record a map of the table's own surface that was probed by hand",
+                        CalibrateOptions::What::Surface);
+    command->add_option("MAP", o.map, "The map, of `panelcal surface fit`")->required();
+    add_install_by_force(command,
+                         "Put it in force: into [ledger] file, then into -o or [nightly.surface] "
+                         "file");
   }
 
   void add_calibrate_spindle_camera() {

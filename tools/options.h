@@ -120,7 +120,7 @@ struct HistoryOptions {
 };
 
 struct CalibrateOptions {
-  enum class What : std::uint8_t { SpindleCamera, Camera, Table, Focus, Light, Settle };
+  enum class What : std::uint8_t { SpindleCamera, Camera, Table, Surface, Focus, Light, Settle };
   What what = What::SpindleCamera;
   std::string machine;
   std::string machine_driver;  ///< SOURCE: sim
@@ -147,6 +147,7 @@ struct CalibrateOptions {
   int per_side = 5;           ///< of the lattice of views
   std::string plate;          ///< the plate's file
   std::string measurements;   ///< looks at it
+  std::string map;            ///< of the table's surface
   std::vector<double> range;  ///< of focus heights, mm, or of lamp levels; empty: see help
   int n_levels = 10;          ///< of the lamp
   double limit_um = 1;        ///< settle: an error that a picture may still see

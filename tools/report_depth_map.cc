@@ -16,9 +16,9 @@ namespace {
 constexpr int kNodes = 90;  // along the longer side
 constexpr int kLevels = 8;
 
-contours::ContourMap heights_of(const HeightMap& map, std::size_t axis) {
+contours::ContourMap heights_of(const HeightMap& map, std::size_t i_picture) {
   contours::ContourMap out;
-  out.id = fmt::format("depth{}", axis);
+  out.id = fmt::format("depth{}", i_picture);
   out.title = "Height above the table, mm";
   out.unit = "mm";
   out.outline = surface::hull_of(map);
@@ -34,15 +34,17 @@ contours::ContourMap heights_of(const HeightMap& map, std::size_t axis) {
   return out;
 }
 
-/// A cross where each tool's likeliest depth to break its tolerance is.
+/// A cross where each tool's likeliest depth to break its tolerance is, if that is in the zone.
 std::string worst_marks(const DepthVerdict& verdict,
                         std::size_t axis,
+                        std::size_t i_zone,
                         const View& view,
                         std::vector<Eigen::Vector2d>& places_mm) {
   constexpr double kArm_px = 5;
   std::string out;
   for (const auto& [number, tool] : verdict.by_tool()) {
     if (tool.places.n_judged == 0 || tool.worst.error.axis.value_or(0) != axis) continue;
+    if (verdict.errors().maps()[axis]->zone_at(tool.worst.nominal) != i_zone) continue;
     places_mm.push_back(tool.worst.nominal.in_mm());
     const Eigen::Vector2d at = view.at(places_mm.back());
     out += fmt::format(
@@ -66,7 +68,7 @@ std::string worst_marks(const DepthVerdict& verdict,
 
 bool has_map(const DepthVerdict& verdict) {
   return std::ranges::any_of(verdict.errors().maps(),
-                             [](const Expected<HeightMap>& map) { return map.has_value(); });
+                             [](const Expected<ZonedMap>& map) { return map.has_value(); });
 }
 
 }  // namespace
@@ -78,24 +80,31 @@ std::string_view depth_map_style(const DepthVerdict* verdict) {
 std::string depth_map_figures(const DepthVerdict& verdict) {
   if (!has_map(verdict)) return {};
   const auto maps = verdict.errors().maps();
-  std::string out = fmt::format("<div class=\"figures{}\">", maps.size() == 1 ? " single" : "");
+  std::string figures;
+  std::size_t n_figures = 0;
   for (std::size_t axis = 0; axis < maps.size(); ++axis) {
     if (!maps[axis]) continue;
-    contours::ContourMap picture = heights_of(*maps[axis], axis);
-    // Heights are believed so far outside, and worst places may lie there.
-    const View view = contours::view_of(
-        contours::widened(picture.outline, maps[axis]->options().max_extrapolation.in_mm()));
-    const std::string marks = worst_marks(verdict, axis, view, picture.marked);
-    out += "<figure>" +
-           contours::inline_svg(contours::contour_drawing(picture, view, marks),
-                                "The surface of the board") +
-           fmt::format(
-               "<figcaption>{}The surface that depths are judged by, within what was probed; "
-               "crosses are where each tool is likeliest to be too shallow or too deep."
-               "</figcaption></figure>\n",
-               maps.size() == 1 ? "" : fmt::format("Z axis {}. ", axis));
+    for (std::size_t i_zone = 0; i_zone < maps[axis]->maps().size(); ++i_zone) {
+      const HeightMap& map = maps[axis]->map(i_zone);
+      contours::ContourMap picture = heights_of(map, n_figures++);
+      // Heights are believed so far outside, and worst places may lie there.
+      const View view = contours::view_of(
+          contours::widened(picture.outline, map.options().max_extrapolation.in_mm()));
+      const std::string marks = worst_marks(verdict, axis, i_zone, view, picture.marked);
+      const auto zones = maps[axis]->zones();
+      figures += "<figure>" +
+                 contours::inline_svg(contours::contour_drawing(picture, view, marks),
+                                      "The surface of the board") +
+                 fmt::format(
+                     "<figcaption>{}{}The surface that depths are judged by, within what was "
+                     "probed; crosses are where each tool is likeliest to be too shallow or too "
+                     "deep.</figcaption></figure>\n",
+                     maps.size() == 1 ? "" : fmt::format("Z axis {}. ", axis),
+                     zones.empty() ? "" : fmt::format("Zone {}. ", escaped(zones[i_zone].name)));
+    }
   }
-  return out + "</div>\n";
+  return fmt::format(
+      "<div class=\"figures{}\">{}</div>\n", n_figures == 1 ? " single" : "", figures);
 }
 
 }  // namespace panelcal::report

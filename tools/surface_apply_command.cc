@@ -53,6 +53,10 @@ std::string figures_text(const LevelFigures& figures) {
   if (figures.n_extrapolated > 0) {
     out += fmt::format("{} moves go outside of the probes\n", figures.n_extrapolated);
   }
+  if (figures.n_over_voids > 0) {
+    out +=
+        fmt::format("{} moves go over voids, at the height foretold there\n", figures.n_over_voids);
+  }
   return out;
 }
 
@@ -69,6 +73,7 @@ std::string figures_json(const LevelFigures& figures) {
   json["largest_sigma_line"] = figures.line_of_largest_sigma;
   json["filled"] = figures.n_filled;
   json["extrapolated"] = figures.n_extrapolated;
+  json["over_voids"] = figures.n_over_voids;
   return json.dump() + "\n";
 }
 
@@ -94,7 +99,7 @@ std::string with_provenance(std::string text, const Provenance& provenance) {
 
 Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
   PANELCAL_CHECK(check_output_paths(kCommand, {options.map, options.gcode}, {options.output}));
-  PANELCAL_TRY(const StoredMap stored, read_map_file(options.map));
+  PANELCAL_TRY(const StoredZones stored, read_zoned_map_file(options.map));
   PANELCAL_TRY(const SourceText program, read_source(options.gcode));
   if (program.bytes.find(kLevelledBy) != std::string::npos) {
     return failure({Code::ArgumentInvalid,

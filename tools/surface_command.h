@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "panelcal/calib/base/expected.h"
+#include "panelcal/surface/map_file.h"
+#include "panelcal/surface/voids.h"
 #include "panelcal/tools/commands.h"
 #include "panelcal/tools/plan_places.h"
 #include "panelcal/tools/provenance.h"
@@ -32,6 +35,27 @@ Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& conte
 /// Fails  as reading and walking through a program does; usage: it works at none
 Expected<std::vector<plan::PlannedPlace>> program_places(const SurfaceOptions& options,
                                                          CommandContext& context);
+
+/// What a program takes away from a panel, each as wide as its tool.
+///
+/// Fails  as reading and walking through a program does; as VoidSink::take()
+Expected<std::vector<Void>> program_voids(const std::string& program,
+                                          const SurfaceOptions& options,
+                                          CommandContext& context);
+
+/// The map of --zone, or the only one of `file`.
+///
+/// Fails  as read_zoned_map_file(); usage: no such zone, or several and none named
+Expected<StoredMap> read_zone_of(const std::string& file,
+                                 const std::string& command,
+                                 const SurfaceOptions& options);
+/// The same of a map that was read.
+///
+/// Out    which one
+Expected<std::size_t> zone_of(const StoredZones& stored,
+                              const std::string& file,
+                              const std::string& command,
+                              const SurfaceOptions& options);
 
 /// Version, command line and digests, for what is written.
 Provenance provenance_of(const CommandContext& context, std::span<const std::string> files);

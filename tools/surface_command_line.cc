@@ -24,13 +24,20 @@ CLI::App* add(
   return command;
 }
 
+constexpr const char* kClock = "Date and time for texts, such as 2026-11-21T13:45:00";
+
+/// Of a map of several zones one is taken.
+void add_zone(CLI::App* command, SurfaceOptions& o) {
+  command->add_option("--zone", o.zone, "Name of the zone, of a map that has several");
+}
+
 /// A program's places are asked for, as a job would work at them.
 CLI::Option* add_program(CLI::App* command, SurfaceOptions& o, const char* what) {
   CLI::Option* program = command->add_option("--program", o.program, what);
   CLI::Option* machine = command->add_option("-m,--machine", o.machine, "machine.toml");
   program->needs(machine);
   machine->needs(program);
-  command->add_option("--clock", o.clock, "Date and time for texts, such as 2026-11-21T13:45:00");
+  command->add_option("--clock", o.clock, kClock);
   return program;
 }
 
@@ -47,9 +54,10 @@ void add_fit(CLI::App& surface, SurfaceOptions& o) {
                   ".hmap")
       ->required();
   fit->add_option("-o,--output", o.output, "The map (.json)")->required();
-  fit->add_option("-m,--machine",
-                  o.machine,
-                  "machine.toml, whose [surface] grid_hold_mm is how far heights are extrapolated");
+  CLI::Option* machine = fit->add_option(
+      "-m,--machine",
+      o.machine,
+      "machine.toml, whose [surface] grid_hold_mm is how far heights are extrapolated");
   std::vector<std::string> models = {"auto"};
   for (const std::string_view word : surface_model_words()) models.emplace_back(word);
   fit->add_option("--model", o.model, "What the surface may do between probes")
@@ -61,6 +69,18 @@ void add_fit(CLI::App& surface, SurfaceOptions& o) {
                   o.max_extrapolation_mm,
                   "How far outside of the probes the map still gives heights (5)")
       ->check(CLI::Range(0.0, 1000.0));
+  fit->add_option("--zones", o.zones, "Zones, clamps, cut-outs and the panel's edge (.toml)");
+  fit->add_option("--voids-of",
+                  o.voids_of,
+                  "A program whose holes, slots and contours are there already; may be repeated")
+      ->needs(machine)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  fit->add_option("--probe-tip-mm",
+                  o.probe_tip_mm,
+                  "Diameter of the probe's tip: what it may touch of a void does not count (1)")
+      ->check(CLI::Range(1e-3, 100.0));
+  fit->add_option("--clock", o.clock, kClock);
   add_format(fit, o, "Of the files (default: as their names and texts tell)");
   fit->add_option("--unit", o.unit, "Of files that do not say")
       ->check(CLI::IsMember({"mm", "inch"}))
@@ -86,6 +106,7 @@ void add_query(CLI::App& surface, SurfaceOptions& o) {
 void add_diff(CLI::App& surface, SurfaceOptions& o) {
   CLI::App* diff = add(surface, o, "diff", "Say what changed from one map to another", What::Diff);
   diff->add_option("MAP", o.files, "Two maps: before and after")->required()->expected(2);
+  add_zone(diff, o);
   diff->add_option("--plot", o.plot, "Picture of the difference (.svg)");
 }
 
@@ -93,6 +114,7 @@ void add_plan(CLI::App& surface, SurfaceOptions& o) {
   CLI::App* plan = add(surface, o, "plan", "Say where to probe, and where not to", What::Plan);
   CLI::Option* map = plan->add_option(
       "MAP", o.map, "A map of this panel, or with --afresh of one like it (.json)");
+  add_zone(plan, o);
   plan->add_option("--tolerance-um", o.tolerance_um, "The sigma that the map may have at any place")
       ->required()
       ->check(CLI::Range(1e-3, 1e6));
@@ -114,7 +136,9 @@ void add_plan(CLI::App& surface, SurfaceOptions& o) {
   amplitude->needs(length)->excludes(map);
   length->needs(amplitude)->excludes(map);
   amplitude->needs(sigma);
-  plan->add_option("-o,--output", o.output, "List of the places, in the order to probe (.csv)");
+  plan->add_option("-o,--output",
+                   o.output,
+                   "List of the places, in the order to probe (.csv), or the plan (.json)");
   plan->add_option("--plot", o.plot, "Picture of the plan (.svg)");
 }
 

@@ -19,8 +19,8 @@ Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context) {
   const std::string& after = options.files.at(1);
   PANELCAL_CHECK(check_extension(kCommand, options.plot, ".svg"));
   PANELCAL_CHECK(check_output_paths(kCommand, {before, after}, {options.plot}));
-  PANELCAL_TRY(StoredMap earlier, read_map_file(before));
-  PANELCAL_TRY(StoredMap later, read_map_file(after));
+  PANELCAL_TRY(StoredMap earlier, read_zone_of(before, kCommand, options));
+  PANELCAL_TRY(StoredMap later, read_zone_of(after, kCommand, options));
   auto difference = difference_of(earlier, later);
   if (!difference) {
     Diagnostic problem = std::move(difference).error();

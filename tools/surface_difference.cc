@@ -157,18 +157,17 @@ std::string difference_svg(const ComparedMaps& maps, const Provenance& provenanc
     }
     return values;
   });
-  const auto [low, high] = std::ranges::minmax(map.field.values);
-  map.levels = contours::round_levels(low, high, kLevels);
+  contours::set_levels(map, kLevels);
   const report::View view = contours::view_of(map.outline);
   const Eigen::Vector2d at = view.at(maps.difference.greatest_at.in_mm());
   const std::string greatest =
       fmt::format("<circle class=\"wrong\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"9\"/>", at.x(), at.y());
   return contours::sheet_svg(
       fmt::format("From {} to {}", maps.before_file, maps.after_file),
-      {contours::contour_drawing(
-          map,
-          view,
-          probe_dots(maps.before, view, "old") + probe_dots(maps.after, view, "probe") + greatest)},
+      {{contours::contour_drawing(map,
+                                  view,
+                                  probe_dots(maps.before, view, "old") +
+                                      probe_dots(maps.after, view, "probe") + greatest)}},
       provenance);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -53,13 +54,14 @@ Expected<ProbeFormat> format_of(const SurfaceOptions& options) {
 }
 
 /// Of --zero, 0 without.
-Expected<Length> zero_of(const SurfaceOptions& options, const HeightMap& map) {
+Expected<Length> zero_of(const SurfaceOptions& options, const ZonedMap& map) {
   if (options.zero_mm.empty()) return mm(0);
   const auto place = position_mm<frame::Nominal>(options.zero_mm[0], options.zero_mm[1]);
-  return map.height_at(place).map(&HeightAt::height);
+  PANELCAL_TRY(const ZonedHeight found, map.height_at(place));
+  return found.height.height;
 }
 
-Length worst_between(const HeightMap& map, const HeightGrid& grid, Length zero) {
+Length worst_between(const ZonedMap& map, const HeightGrid& grid, Length zero) {
   const auto n_columns = static_cast<std::size_t>(grid.x.n_nodes);
   double worst_mm = 0;
   for (int row = 0; row + 1 < grid.y.n_nodes; ++row) {
@@ -76,14 +78,14 @@ Length worst_between(const HeightMap& map, const HeightGrid& grid, Length zero) 
         const Length low = (1 - u) * *first[0] + u * *first[1];
         const Length high = (1 - u) * *above[0] + u * *above[1];
         const Length between = (1 - v) * low + v * high;
-        worst_mm = std::max(worst_mm, std::abs((between - (found->height - zero)).in_mm()));
+        worst_mm = std::max(worst_mm, std::abs((between - (found->height.height - zero)).in_mm()));
       }
     }
   }
   return mm(worst_mm);
 }
 
-Length worst_sigma(const HeightMap& map, const HeightGrid& grid) {
+Length worst_sigma(const ZonedMap& map, const HeightGrid& grid) {
   Length out;
   std::size_t k = 0;
   for (int row = 0; row < grid.y.n_nodes; ++row) {
@@ -91,14 +93,14 @@ Length worst_sigma(const HeightMap& map, const HeightGrid& grid) {
       if (!grid.heights[k++]) continue;
       const auto found =
           map.height_at(position_mm<frame::Nominal>(grid.x.at_mm(column), grid.y.at_mm(row)));
-      if (found) out = std::max(out, found->sigma);
+      if (found) out = std::max(out, found->height.sigma);
     }
   }
   return out;
 }
 
 Expected<std::string> grid_text(const SurfaceOptions& options,
-                                const HeightMap& map,
+                                const ZonedMap& map,
                                 Length zero,
                                 Exported& out) {
   PANELCAL_TRY(out.axes, grid_axes(kCommand, options.grid, map));
@@ -115,8 +117,11 @@ Expected<std::string> grid_text(const SurfaceOptions& options,
   return probe_file_text(out.format, grid);
 }
 
-Expected<std::string> points_text(const StoredMap& stored, Length zero, Exported& out) {
-  std::vector<ProbePoint> points = stored.kept_points();
+Expected<std::string> points_text(const StoredZones& stored, Length zero, Exported& out) {
+  std::vector<ProbePoint> points;
+  for (std::size_t i = 0; i < stored.map.maps().size(); ++i) {
+    std::ranges::move(stored.zone(i).kept_points(), std::back_inserter(points));
+  }
   for (ProbePoint& point : points) {
     point.measured.height = point.measured.height - zero;
     out.worst_sigma = std::max(out.worst_sigma, point.measured.sigma);
@@ -182,7 +187,7 @@ Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& conte
                          fmt::format("a file of format {} is a grid", name_of(made.format)),
                          "--grid NXxNY, such as 11x7"));
   }
-  PANELCAL_TRY(const StoredMap stored, read_map_file(options.map));
+  PANELCAL_TRY(const StoredZones stored, read_zoned_map_file(options.map));
   PANELCAL_TRY(const Length zero, zero_of(options, stored.map));
   auto text = options.grid.empty() ? points_text(stored, zero, made)
                                    : grid_text(options, stored.map, zero, made);

@@ -20,7 +20,8 @@ using Cell = std::optional<HeightAt>;
 struct Raster {
   Eigen::Vector2d low_mm, step_mm;
   int n_columns = 0, n_rows = 0;
-  std::vector<Cell> cells;  ///< row by row
+  std::vector<Cell> cells;    ///< row by row
+  std::size_t n_without = 0;  ///< within the hull, without a surface
 
   Position<frame::Nominal> middle(std::size_t i) const {
     const auto column = static_cast<double>(i % static_cast<std::size_t>(n_columns));
@@ -31,7 +32,9 @@ struct Raster {
   double cell_mm2() const { return step_mm.prod(); }
 };
 
-Raster raster_of(const HeightMap& map) {
+using IsSurface = std::function<bool(const Position<frame::Nominal>&)>;
+
+Raster raster_of(const HeightMap& map, const IsSurface& is_surface) {
   Raster out;
   out.low_mm = map.hull().front().in_mm();
   Eigen::Vector2d high_mm = out.low_mm;
@@ -47,7 +50,11 @@ Raster raster_of(const HeightMap& map) {
   const auto n = static_cast<std::size_t>(out.n_columns) * static_cast<std::size_t>(out.n_rows);
   for (std::size_t i = 0; i < n; ++i) {
     const auto found = map.height_at(out.middle(i));
-    const bool is_inside = found && found->source != HeightSource::Extrapolated;
+    bool is_inside = found && found->source != HeightSource::Extrapolated;
+    if (is_inside && is_surface && !is_surface(out.middle(i))) {
+      is_inside = false;
+      ++out.n_without;
+    }
     out.cells.push_back(is_inside ? Cell(*found) : std::nullopt);
   }
   return out;
@@ -106,7 +113,7 @@ double MapFacts::filled_share() const {
   return std::min(1.0, sum_mm2 / hull_mm2);
 }
 
-MapFacts facts_of(const StoredMap& stored) {
+MapFacts facts_of(const StoredMap& stored, const IsSurface& is_surface) {
   const HeightMap& map = stored.map;
   MapFacts out;
   std::vector<double> sigmas_mm;
@@ -129,7 +136,7 @@ MapFacts facts_of(const StoredMap& stored) {
   const auto n = static_cast<double>(map.kept().size());
   out.residual_rms = mm(std::sqrt(sum_mm2 / n));
   out.stated_rms = mm(std::sqrt(stated_mm2 / n));
-  const Raster raster = raster_of(map);
+  const Raster raster = raster_of(map, is_surface);
   for (std::size_t i = 0; i < raster.cells.size(); ++i) {
     if (!raster.cells[i]) continue;
     look(raster.middle(i), *raster.cells[i]);
@@ -140,7 +147,9 @@ MapFacts facts_of(const StoredMap& stored) {
     std::ranges::nth_element(sigmas_mm, middle);
     out.usual_sigma = mm(*middle);
   }
-  out.hull_mm2 = area_mm2(map.hull());
+  // A raster may count more than there is.
+  const double without_mm2 = static_cast<double>(raster.n_without) * raster.cell_mm2();
+  out.hull_mm2 = std::max(raster.cell_mm2(), area_mm2(map.hull()) - without_mm2);
   out.filled = filled_areas(raster);
   return out;
 }

@@ -10,6 +10,7 @@
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/base/digest.h"
 #include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/zones_file.h"
 #include "panelcal/surface/files/probe_file.h"
 #include "panelcal/surface/map_file.h"
 #include "panelcal/tools/output_paths.h"
@@ -21,14 +22,25 @@ namespace panelcal::surface {
 namespace {
 
 const std::string kCommand = "panelcal surface fit";
+/// Diameter of a usual probe's ball.
+constexpr Length kUsualTip = mm(1);
+
+std::vector<std::string> inputs_of(const SurfaceOptions& options) {
+  std::vector<std::string> out = options.files;
+  out.insert(out.end(), options.voids_of.begin(), options.voids_of.end());
+  for (const std::string& file : {options.zones, options.machine}) {
+    if (!file.empty()) out.push_back(file);
+  }
+  return out;
+}
 
 Expected<void> check_outputs(const SurfaceOptions& options) {
   PANELCAL_CHECK(check_extension(kCommand, options.output, ".json"));
   PANELCAL_CHECK(check_extension(kCommand, options.plot, ".svg"));
   PANELCAL_CHECK(check_extension(kCommand, options.report, ".html"));
-  for (const std::string& file : options.files) {
-    PANELCAL_CHECK(check_output_paths(
-        kCommand, {file, options.machine}, {options.output, options.plot, options.report}));
+  for (const std::string& file : inputs_of(options)) {
+    PANELCAL_CHECK(
+        check_output_paths(kCommand, {file}, {options.output, options.plot, options.report}));
   }
   return {};
 }
@@ -68,31 +80,64 @@ Expected<HeightMapOptions> map_options(const SurfaceOptions& options) {
   return out;
 }
 
+/// Zones and voids of --zones, and voids of --voids-of behind them.
+struct Layout {
+  std::vector<Zone> zones;
+  Voids voids;
+};
+
+Expected<Layout> read_layout(const SurfaceOptions& options,
+                             const HeightMapOptions& defaults,
+                             CommandContext& context) {
+  ZonesFile file;
+  if (!options.zones.empty()) {
+    PANELCAL_TRY(file, read_zones_file(options.zones, defaults));
+  }
+  for (const std::string& program : options.voids_of) {
+    PANELCAL_TRY(auto voids, program_voids(program, options, context));
+    std::ranges::move(voids, std::back_inserter(file.voids));
+  }
+  const Length tip =
+      options.probe_tip_mm ? mm(*options.probe_tip_mm) : file.probe_tip.value_or(kUsualTip);
+  PANELCAL_TRY(Voids voids, Voids::make(std::move(file.voids), 0.5 * tip));
+  return Layout{std::move(file.zones), std::move(voids)};
+}
+
+/// What was made would be read by nobody.
+Expected<void> check_size(const std::string& text) {
+  if (text.size() <= kMaxMapBytes) return {};
+  return failure({Code::NotSupported,
+                  {},
+                  fmt::format("a map of {} bytes", text.size()),
+                  fmt::format("at most {}: fewer voids", kMaxMapBytes)});
+}
+
 }  // namespace
 
 Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
   PANELCAL_CHECK(check_outputs(options));
   PANELCAL_TRY(const HeightMapOptions how, map_options(options));
+  PANELCAL_TRY(Layout layout, read_layout(options, how, context));
   PANELCAL_TRY(Probes probes, read_all(options));
   context.console.progress("fitting a surface to the probes");
-  auto map = HeightMap::of_probes(probes.points, how);
+  auto map =
+      ZonedMap::of_probes(probes.points, std::move(layout.zones), std::move(layout.voids), how);
   context.console.end_progress();
   if (!map) {
     Diagnostic problem = std::move(map).error();
     if (problem.place.file.empty()) problem.place.file = options.files.front();
     return failure(std::move(problem));
   }
-  StoredMap stored{std::move(probes.points),
-                   *std::move(map),
-                   std::move(probes.sources),
-                   std::string("panelcal ") + kVersion};
-  MapFacts facts = facts_of(stored);
-  const MadeMap made{
-      std::move(stored), std::move(facts), std::move(probes.missing), options.output};
-  PANELCAL_CHECK(write_file(options.output, map_file_text(made.stored)));
-  std::vector<std::string> inputs = options.files;
-  if (!options.machine.empty()) inputs.push_back(options.machine);
-  const Provenance provenance = provenance_of(context, inputs);
+  const MadeMap made = made_map({std::move(probes.points),
+                                 *std::move(map),
+                                 std::move(probes.sources),
+                                 std::string("panelcal ") + kVersion},
+                                std::move(probes.missing),
+                                options.output);
+  const std::string text = map_file_text(made.stored);
+  PANELCAL_CHECK(check_size(text));
+  PANELCAL_CHECK(write_file(options.output, text));
+  const Provenance provenance = provenance_of(context, inputs_of(options));
   if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, map_svg(made, provenance)));
   if (!options.report.empty()) {
     PANELCAL_CHECK(write_file(options.report, map_html(made, provenance)));

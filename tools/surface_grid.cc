@@ -35,17 +35,19 @@ std::optional<std::array<int, 2>> grid_size(const std::string& text) {
 
 Expected<GridAxes> grid_axes(const std::string& command,
                              const std::string& text,
-                             const HeightMap& map) {
+                             const ZonedMap& map) {
   const auto size = grid_size(text);
   if (!size) {
     return failure(usage(command,
                          "--grid " + quoted(text),
                          fmt::format("NXxNY, each 2 to {}, such as 11x7", kMostNodes)));
   }
-  Eigen::Vector2d low_mm = map.hull().front().in_mm(), high_mm = low_mm;
-  for (const auto& corner : map.hull()) {
-    low_mm = low_mm.cwiseMin(corner.in_mm());
-    high_mm = high_mm.cwiseMax(corner.in_mm());
+  Eigen::Vector2d low_mm = map.map(0).hull().front().in_mm(), high_mm = low_mm;
+  for (const HeightMap& zone : map.maps()) {
+    for (const auto& corner : zone.hull()) {
+      low_mm = low_mm.cwiseMin(corner.in_mm());
+      high_mm = high_mm.cwiseMax(corner.in_mm());
+    }
   }
   const auto axis = [&](int i) {
     const int n = (*size)[static_cast<std::size_t>(i)];

@@ -5,7 +5,7 @@
 
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/surface/height_lattice.h"
-#include "panelcal/surface/height_map.h"
+#include "panelcal/surface/zoned_map.h"
 
 namespace panelcal::surface {
 
@@ -19,6 +19,6 @@ struct GridAxes {
 /// Fails  usage, of `command`: no such text
 Expected<GridAxes> grid_axes(const std::string& command,
                              const std::string& text,
-                             const HeightMap& map);
+                             const ZonedMap& map);
 
 }  // namespace panelcal::surface

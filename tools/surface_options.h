@@ -14,7 +14,7 @@ struct SurfaceOptions {
   What what = What::Fit;
   std::vector<std::string> files;  ///< fit: of probes; diff: two maps
   std::string map;      ///< query, apply, export; plan: whose shape is believed, may be empty
-  std::string machine;  ///< machine.toml; may be empty but with a program
+  std::string machine;  ///< machine.toml; may be empty but with programs
   std::string program;  ///< query, plan: whose places are asked for; may be empty
   std::string output;   ///< fit: the map; plan: the list of places; may be empty; export
   std::string gcode;    ///< apply: the program, and `output` what becomes of it
@@ -30,9 +30,14 @@ struct SurfaceOptions {
   std::string unit = "mm";                     ///< or inch, of files that do not say
   std::optional<int> z_axis;                   ///< of probes with several
   std::optional<double> max_extrapolation_mm;  ///< empty: [surface] grid_hold_mm, or 5
+  std::string zones;                           ///< zones.toml; may be empty
+  std::vector<std::string> voids_of;           ///< programs whose holes and routs are voids
+  std::optional<double> probe_tip_mm;          ///< diameter; empty: as the zones say, or 1
   // query
   std::vector<std::string> places;  ///< "X,Y", or "-" for standard input
   std::string grid;                 ///< export, too: "NXxNY"; empty: none
+  // diff, plan
+  std::string zone;  ///< of a map of zones; empty: there is only one
   // plan
   std::optional<double> tolerance_um;  ///< of the map's sigma
   std::vector<double> area_mm;         ///< x0, y0, x1, y1; empty: what is asked for

@@ -25,7 +25,7 @@ std::string tile(std::string_view name, std::string_view value, std::string_view
                      escaped(note));
 }
 
-std::string tiles(const MadeMap& made) {
+std::string tiles(const MadeZone& made) {
   const MapFacts& facts = made.facts;
   const HeightMap& map = made.stored.map;
   return "<dl class=\"tiles\">\n" +
@@ -59,7 +59,7 @@ std::string source_text(const Place& from) {
   return from.file.empty() ? "" : fmt::format("{}:{}", from.file, from.line);
 }
 
-std::string left_out_table(const MadeMap& made) {
+std::string left_out_table(const MadeZone& made) {
   if (made.stored.map.outliers().empty()) return "<p>No probe was left out.</p>\n";
   std::string out =
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>probe</th><th>read at</th>"
@@ -91,7 +91,7 @@ std::string missing_table(const MadeMap& made) {
 }
 
 /// What the others foretell of each probe that makes the surface.
-std::string probes_table(const MadeMap& made) {
+std::string probes_table(const MadeZone& made) {
   std::string out =
       "<details><summary>All probes that make the surface</summary><div class=\"scroll\">"
       "<table class=\"grid\"><tr><th>probe</th><th>read at</th><th class=\"num\">place mm</th>"
@@ -112,39 +112,75 @@ std::string probes_table(const MadeMap& made) {
   return out + "</table></div></details>\n";
 }
 
+std::string unused_table(const MadeMap& made) {
+  const auto unused = made.stored.map.unused();
+  if (unused.empty()) return {};
+  std::string out =
+      "<h2>Probes not used</h2>\n<section>\n<div class=\"scroll\"><table class=\"grid\"><tr>"
+      "<th>probe</th><th>read at</th><th class=\"num\">place mm</th>"
+      "<th class=\"num\">height mm</th><th>why</th></tr>\n";
+  for (const UnusedProbe& one : unused) {
+    const ProbePoint& probe = made.stored.points[one.i_point];
+    out += "<tr>" + cell(probe.name, false) + cell(source_text(probe.from), false) +
+           cell(place_text(probe.place)) + cell(report::fixed(probe.measured.height.in_mm(), 4)) +
+           cell(one.reason, false) + "</tr>\n";
+  }
+  return out + "</table></div>\n</section>\n";
+}
+
+/// Figures, pictures and probes of one zone, or of the map without zones.
+std::string zone_sections(const MadeMap& made, std::size_t i_zone) {
+  const MadeZone& zone = made.zones[i_zone];
+  const HeightMap& map = zone.stored.map;
+  const std::string of_zone = made.has_zones() ? " of zone " + escaped(zone.name) : "";
+  std::string out;
+  if (made.has_zones()) out += fmt::format("<h2>Zone {}</h2>\n", escaped(zone.name));
+  out += fmt::format(
+      "<section>\n<p><b>{}</b></p>\n<p class=\"quiet\">{}.</p>\n{}</section>\n"
+      "<h2>Pictures{}</h2>\n<section>\n<div class=\"maps\">\n",
+      escaped(map.surface().summary()),
+      escaped(map.reason()),
+      tiles(zone),
+      of_zone);
+  for (const plan::Drawing& drawing : zone_drawings(made, i_zone)) {
+    out += contours::inline_svg(drawing, "Contours over the panel");
+  }
+  const bool has_blanks = made.has_zones() || !made.stored.map.voids().all().empty();
+  out += fmt::format(
+      "</div>\n<p class=\"quiet\">Dots: probes; red crosses: probes left out, with how far they "
+      "are off in mm; dashes: the probes' hull. Thin grey hatching: extrapolated, up to {:g} mm "
+      "outside; no heights beyond. Dense violet hatching: filled between probes, where none "
+      "vouches "
+      "for the height. {}{}.</p>\n</section>\n",
+      map.options().max_extrapolation.in_mm(),
+      has_blanks ? "White: voids, and what belongs to another zone or none; blue: borders of "
+                   "zones; violet crosses: probes not used. "
+                 : "",
+      escaped("Coverage: " + coverage_text(zone.facts)));
+  out += fmt::format(
+      "<h2>Probes left out{}</h2>\n<section>\n{}</section>\n", of_zone, left_out_table(zone));
+  out += fmt::format("<h2>Probes{}</h2>\n<section>\n{}</section>\n", of_zone, probes_table(zone));
+  return out;
+}
+
 }  // namespace
 
 std::string map_html(const MadeMap& made, const Provenance& provenance) {
-  const HeightMap& map = made.stored.map;
   std::string out = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head>\n"
       "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, "
       "initial-scale=1\"/>\n<title>Surface map {0} - panelcal</title>\n"
-      "<style>{1}{2}{3}</style>\n</head>\n<body>\n<main>\n<h1>Surface map <b>{0}</b></h1>\n"
-      "<section>\n<p><b>{4}</b></p>\n<p class=\"quiet\">{5}.</p>\n{6}</section>\n",
+      "<style>{1}{2}{3}</style>\n</head>\n<body>\n<main>\n<h1>Surface map <b>{0}</b></h1>\n",
       escaped(made.file),
       report::kStyle,
       contours::kContourStyle,
-      kPageStyle,
-      escaped(map.surface().summary()),
-      escaped(map.reason()),
-      tiles(made));
-  out += "<h2>Pictures</h2>\n<section>\n<div class=\"maps\">\n";
-  for (const plan::Drawing& drawing : map_drawings(made)) {
-    out += contours::inline_svg(drawing, "Contours over the panel");
+      kPageStyle);
+  const Voids& voids = made.stored.map.voids();
+  if (!voids.all().empty()) {
+    out += fmt::format("<section>\n<p>Voids: {}.</p>\n</section>\n", escaped(voids_text(voids)));
   }
-  out += fmt::format(
-      "</div>\n<p class=\"quiet\">Dots: probes; red crosses: probes left out, with how far they "
-      "are "
-      "off in mm; dashes: the probes' hull. Thin grey hatching: extrapolated, up to {:g} mm "
-      "outside; "
-      "no heights beyond. Dense violet hatching: filled between probes, where none vouches for the "
-      "height. {}.</p>\n</section>\n",
-      map.options().max_extrapolation.in_mm(),
-      escaped("Coverage: " + coverage_text(made.facts)));
-  out += "<h2>Probes left out</h2>\n<section>\n" + left_out_table(made) + "</section>\n";
-  out += missing_table(made);
-  out += "<h2>Probes</h2>\n<section>\n" + probes_table(made) + "</section>\n";
+  for (std::size_t i = 0; i < made.zones.size(); ++i) out += zone_sections(made, i);
+  out += unused_table(made) + missing_table(made);
   out += "<footer>\n<dl>\n";
   for (const auto& [key, value] : provenance) {
     out += fmt::format("<dt>{}</dt><dd class=\"mono\">{}</dd>\n", escaped(key), escaped(value));

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/tools/report_text.h"
+#include "panelcal/tools/surface_blanks.h"
 
 namespace panelcal::surface {
 namespace {
@@ -20,6 +21,8 @@ constexpr int kHeightNodes = 110;
 constexpr int kSigmaNodes = 70;
 constexpr int kHeightLevels = 8;
 constexpr int kSigmaLevels = 5;
+/// Borders of zones are shown this far beyond the map, by its size.
+constexpr double kNearBorder = 0.3;
 /// Of probes, red crosses have room for so many names.
 constexpr std::size_t kMostNames = 12;
 
@@ -37,12 +40,12 @@ std::string mark(const std::string& title, const std::string& shape) {
   return fmt::format("<g><title>{}</title>{}</g>\n", report::escaped(title), shape);
 }
 
-/// Probes that were left out, and places without a height.
-std::string problems(const MadeMap& made, const View& view) {
+/// Probes that were left out or are not used, and places without a height.
+std::string problems(const MadeMap& made, const MadeZone& zone, const View& view) {
   std::string out;
-  const auto& outliers = made.stored.map.outliers();
+  const auto& outliers = zone.stored.map.outliers();
   for (const SurfaceOutlier& outlier : outliers) {
-    const Vector2d at = view.at(made.stored.points[outlier.i_point].place.in_mm());
+    const Vector2d at = view.at(zone.stored.points[outlier.i_point].place.in_mm());
     std::string shape = cross(at, 5, "wrong");
     if (outliers.size() <= kMostNames) {
       shape += fmt::format("<text class=\"wrong\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>",
@@ -50,7 +53,11 @@ std::string problems(const MadeMap& made, const View& view) {
                            at.y() + 4,
                            report::fixed_signed(outlier.deviation.in_mm(), 3));
     }
-    out += mark("left out: " + left_out_text(made.stored, outlier), shape);
+    out += mark("left out: " + left_out_text(zone.stored, outlier), shape);
+  }
+  for (const UnusedProbe& unused : made.stored.map.unused()) {
+    const Vector2d at = view.at(made.stored.points[unused.i_point].place.in_mm());
+    out += mark("not used: " + unused_text(made.stored, unused), cross(at, 4, "missing"));
   }
   for (const MissingProbe& missing : made.missing) {
     out += mark(missing.name + ": " + missing.reason,
@@ -74,8 +81,6 @@ ContourMap heights_map(const StoredMap& stored, const std::vector<Vector2d>& out
     }
     return values;
   });
-  const auto [low, high] = std::ranges::minmax(out.field.values);
-  out.levels = contours::round_levels(low, high, kHeightLevels);
   return out;
 }
 
@@ -93,9 +98,25 @@ ContourMap sigma_map(const StoredMap& stored, const std::vector<Vector2d>& outli
     }
     return values;
   });
-  const auto [low, high] = std::ranges::minmax(out.field.values);
-  out.levels = contours::round_levels(low, high, kSigmaLevels);
   return out;
+}
+
+/// An outline with its zone's border, as far as that is near.
+std::vector<Vector2d> with_border(std::vector<Vector2d> outline,
+                                  const ZonedMap& map,
+                                  std::size_t i_zone) {
+  if (map.zones().empty()) return outline;
+  Vector2d low_mm = outline.front(), high_mm = low_mm;
+  for (const Vector2d& corner_mm : outline) {
+    low_mm = low_mm.cwiseMin(corner_mm);
+    high_mm = high_mm.cwiseMax(corner_mm);
+  }
+  const Vector2d near_mm = kNearBorder * (high_mm - low_mm);
+  const AreaBox box = box_of(map.zones()[i_zone].area);
+  for (const Vector2d& corner_mm : {box.low_mm, box.high_mm}) {
+    outline.push_back(corner_mm.cwiseMax(low_mm - near_mm).cwiseMin(high_mm + near_mm));
+  }
+  return outline;
 }
 
 }  // namespace
@@ -152,26 +173,40 @@ std::string probe_dots(const StoredMap& stored, const View& view, std::string_vi
   return out;
 }
 
-std::vector<Drawing> map_drawings(const MadeMap& made) {
-  const StoredMap& stored = made.stored;
+std::vector<Drawing> zone_drawings(const MadeMap& made, std::size_t i_zone) {
+  const MadeZone& zone = made.zones[i_zone];
+  const ZonedMap& zoned = made.stored.map;
+  const StoredMap& stored = zone.stored;
   const std::vector<Vector2d> outline =
       contours::widened(hull_of(stored.map), stored.map.options().max_extrapolation.in_mm());
-  const View view = contours::view_of(outline);
+  const View view = contours::view_of(with_border(outline, zoned, i_zone));
   std::vector<Drawing> out;
   for (ContourMap map : {heights_map(stored, outline), sigma_map(stored, outline)}) {
+    if (made.has_zones()) {
+      map.id += fmt::format("-{}", i_zone);
+      map.title = fmt::format("{}: {}", zone.name, map.title);
+    }
     for (const SurfaceOutlier& outlier : stored.map.outliers()) {
       map.marked.push_back(stored.points[outlier.i_point].place.in_mm());
     }
+    map.is_covered = [&](const Vector2d& p_mm) {
+      return is_blank(zoned, i_zone, position_mm<frame::Nominal>(p_mm));
+    };
+    contours::set_levels(map,
+                         map.palette == contours::Palette::Heights ? kHeightLevels : kSigmaLevels);
     out.push_back(contours::contour_drawing(
         map,
         view,
-        hatching(stored, view, map.id) + probe_dots(stored, view, "probe") + problems(made, view)));
+        hatching(stored, view, map.id) + blanks(zoned, i_zone, view) +
+            probe_dots(stored, view, "probe") + problems(made, zone, view)));
   }
   return out;
 }
 
 std::string map_svg(const MadeMap& made, const Provenance& provenance) {
-  return contours::sheet_svg("Surface map " + made.file, map_drawings(made), provenance);
+  std::vector<std::vector<Drawing>> rows;
+  for (std::size_t i = 0; i < made.zones.size(); ++i) rows.push_back(zone_drawings(made, i));
+  return contours::sheet_svg("Surface map " + made.file, rows, provenance);
 }
 
 }  // namespace panelcal::surface

@@ -21,9 +21,11 @@ std::string probe_dots(const StoredMap& stored,
                        const report::View& view,
                        std::string_view css_class);
 
-/// Heights with contours, and sigmas; probes, those left out (red) and those that are missing.
-std::vector<plan::Drawing> map_drawings(const MadeMap& made);
+/// Of one zone, heights with contours, and sigmas; probes, those left out (red), and those that are
+/// missing or not used. Voids and other zones are blank.
+std::vector<plan::Drawing> zone_drawings(const MadeMap& made, std::size_t i_zone);
 
+/// A row for each zone.
 std::string map_svg(const MadeMap& made, const Provenance& provenance);
 /// The pictures with tables, on one page that needs no other file.
 std::string map_html(const MadeMap& made, const Provenance& provenance);

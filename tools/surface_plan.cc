@@ -36,6 +36,17 @@ std::string worst_json(const WorstSigma& worst) {
   return fmt::format(R"({{"sigma_um":{:.9g},"at":{}}})", worst.sigma.in_um(), point_json(worst.at));
 }
 
+std::string provenance_json(const Provenance& provenance) {
+  std::string out;
+  for (const auto& [key, value] : provenance) {
+    out += out.empty() ? "{" : ",";
+    append_json_string(out, key);
+    out += ":";
+    append_json_string(out, value);
+  }
+  return out + "}";
+}
+
 std::vector<double> sigmas_um(const PlannedProbes& planned,
                               const std::vector<Position<frame::Nominal>>& places) {
   std::vector<ProbePoint> points = planned.request.present;
@@ -123,7 +134,7 @@ std::string plan_text(const PlannedProbes& planned) {
   return out;
 }
 
-std::string plan_json(const PlannedProbes& planned) {
+std::string plan_json(const PlannedProbes& planned, const Provenance& provenance) {
   const ProbePlan& plan = planned.plan;
   const ProbePlanRequest& request = planned.request;
   std::string probes;
@@ -154,7 +165,9 @@ std::string plan_json(const PlannedProbes& planned) {
                        plan.grid->n_rows,
                        worst_json(plan.grid->worst));
   }
-  return out + fmt::format(",\"way\":{:.9g},\"probes\":[{}]}}\n", plan.way.in_mm(), probes);
+  out += fmt::format(",\"way\":{:.9g},\"probes\":[{}]", plan.way.in_mm(), probes);
+  if (!provenance.empty()) out += ",\"provenance\":" + provenance_json(provenance);
+  return out + "}\n";
 }
 
 std::string plan_csv(const PlannedProbes& planned) {
@@ -177,8 +190,7 @@ std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance)
   for (const auto& place : planned.plan.probes) map.marked.push_back(place.in_mm());
   map.field = contours::field_over(
       map.outline, kNodes, [&](const auto& places) { return sigmas_um(planned, places); });
-  const auto [low, high] = std::ranges::minmax(map.field.values);
-  map.levels = contours::round_levels(low, high, kLevels);
+  contours::set_levels(map, kLevels);
   const report::View view = contours::view_of(map.outline);
   std::string present;
   for (const ProbePoint& probe : planned.request.present) {
@@ -186,8 +198,8 @@ std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance)
   }
   return contours::sheet_svg(
       "Where to probe",
-      {contours::contour_drawing(
-          map, view, dots(planned.request.places, view) + present + tour(planned, view))},
+      {{contours::contour_drawing(
+          map, view, dots(planned.request.places, view) + present + tour(planned, view))}},
       provenance);
 }
 

@@ -156,8 +156,17 @@ Places grid_over(const Places& corners, double n) {
   return out;
 }
 
+/// Leaves places where a probe would touch the surface of a zone and no void.
+void drop_blank(const ZonedMap& map, std::size_t i_zone, Places& places) {
+  std::erase_if(places, [&](const Position<frame::Nominal>& place) {
+    return map.zone_at(place) != i_zone || map.voids().touched_at(place) != nullptr;
+  });
+}
+
 Expected<void> check_outputs(const SurfaceOptions& options) {
-  PANELCAL_CHECK(check_extension(kCommand, options.output, ".csv"));
+  if (extension_of(options.output) != ".json") {
+    PANELCAL_CHECK(check_extension(kCommand, options.output, ".csv"));
+  }
   PANELCAL_CHECK(check_extension(kCommand, options.plot, ".svg"));
   return check_output_paths(
       kCommand, {options.map, options.program, options.machine}, {options.output, options.plot});
@@ -169,12 +178,15 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   PANELCAL_CHECK(check_outputs(options));
   PlannedProbes planned;
   std::optional<StoredMap> stored;
+  std::optional<std::pair<ZonedMap, std::size_t>> zoned;
   if (options.map.empty()) {
     PANELCAL_CHECK(believe_options(options, planned));
   } else {
-    PANELCAL_TRY(StoredMap read, read_map_file(options.map));
-    PANELCAL_CHECK(believe_map(options, read, planned));
-    stored.emplace(std::move(read));
+    PANELCAL_TRY(const StoredZones read, read_zoned_map_file(options.map));
+    PANELCAL_TRY(const std::size_t i_zone, zone_of(read, options.map, kCommand, options));
+    stored.emplace(read.zone(i_zone));
+    PANELCAL_CHECK(believe_map(options, *stored, planned));
+    zoned.emplace(read.map, i_zone);
   }
   ProbePlanRequest& request = planned.request;
   request.tolerance = um(*options.tolerance_um);
@@ -185,8 +197,20 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   }
   PANELCAL_TRY(const Places area, area_of(options, request.places, stored));
   for (const auto& corner : area) planned.outline.push_back(corner.in_mm());
-  if (request.places.empty()) request.places = grid_over(area, kPlaces);
+  const bool are_places_free = request.places.empty();
+  if (are_places_free) request.places = grid_over(area, kPlaces);
   request.candidates = grid_over(area, kCandidates);
+  if (zoned) {
+    const auto& [map, i_zone] = *zoned;
+    // Where a program works heights matter, whatever is there already.
+    if (are_places_free) drop_blank(map, i_zone, request.places);
+    drop_blank(map, i_zone, request.candidates);
+    if (request.places.empty() || request.candidates.empty()) {
+      return failure(usage(kCommand,
+                           "all of the area lies in voids or in other zones",
+                           "an --area that has a surface"));
+    }
+  }
   context.console.progress("planning probes");
   auto plan = plan_probes(request);
   context.console.end_progress();
@@ -195,10 +219,14 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   const Answer answer{options.json ? plan_json(planned) : plan_text(planned),
                       planned.plan.is_reached ? ExitCode::Done : ExitCode::GateFailed};
   if (!planned.plan.is_reached) return answer;
-  if (!options.output.empty()) PANELCAL_CHECK(write_file(options.output, plan_csv(planned)));
+  const Provenance provenance = provenance_of(
+      context, std::vector<std::string>{options.map, options.program, options.machine});
+  if (!options.output.empty()) {
+    const bool is_json = extension_of(options.output) == ".json";
+    PANELCAL_CHECK(
+        write_file(options.output, is_json ? plan_json(planned, provenance) : plan_csv(planned)));
+  }
   if (!options.plot.empty()) {
-    const Provenance provenance = provenance_of(
-        context, std::vector<std::string>{options.map, options.program, options.machine});
     PANELCAL_CHECK(write_file(options.plot, plan_svg(planned, provenance)));
   }
   return answer;

@@ -75,7 +75,7 @@ Expected<std::vector<Asked>> read_places(std::string_view text) {
   return out;
 }
 
-Expected<std::vector<Asked>> grid_places(const std::string& text, const HeightMap& map) {
+Expected<std::vector<Asked>> grid_places(const std::string& text, const ZonedMap& map) {
   PANELCAL_TRY(const GridAxes axes, grid_axes(kCommand, text, map));
   std::vector<Asked> out;
   for (int j = 0; j < axes.y.n_nodes; ++j) {
@@ -87,7 +87,7 @@ Expected<std::vector<Asked>> grid_places(const std::string& text, const HeightMa
 }
 
 Expected<std::vector<Asked>> all_asked(const SurfaceOptions& options,
-                                       const HeightMap& map,
+                                       const ZonedMap& map,
                                        CommandContext& context) {
   if (!options.grid.empty()) return grid_places(options.grid, map);
   std::vector<Asked> out;
@@ -123,40 +123,69 @@ std::string_view word(HeightSource source) {
   return "extrapolated";
 }
 
-std::string json_line(const Asked& asked, const Expected<HeightAt>& found, Length outside) {
+/// What a map answers.
+struct Found {
+  std::optional<ZonedHeight> height;  ///< empty: refused
+  std::optional<std::string> zone;    ///< empty: in none, or there are none
+  std::optional<Length> outside;      ///< of the zone's probes; empty: in no zone
+};
+
+Found ask(const ZonedMap& map, const Position<frame::Nominal>& place) {
+  Found out;
+  const auto zone = map.zone_at(place);
+  if (!zone) return out;
+  if (!map.zones().empty()) out.zone = map.zones()[*zone].name;
+  if (auto height = map.height_at(place)) out.height = *std::move(height);
+  out.outside =
+      out.height ? out.height->height.outside : distance_outside(map.map(*zone).hull(), place);
+  return out;
+}
+
+std::string json_line(const Asked& asked, const Found& found) {
   std::string out =
       fmt::format(R"({{"place":[{},{}])", asked.place.in_mm().x(), asked.place.in_mm().y());
+  const auto add_text = [&](std::string_view key, std::string_view text) {
+    out += fmt::format(",\"{}\":", key);
+    append_json_string(out, text);
+  };
   if (asked.from) {
     out += fmt::format(R"(,"line":{})", asked.from->line);
-    if (!asked.from->file.empty()) {
-      out += ",\"file\":";
-      append_json_string(out, asked.from->file);
-    }
+    if (!asked.from->file.empty()) add_text("file", asked.from->file);
     if (asked.from->tool > 0) out += fmt::format(R"(,"tool":{})", asked.from->tool);
     out += fmt::format(R"(,"path":[{}])", fmt::join(asked.from->path, ","));
   }
-  if (found) {
+  if (found.height) {
+    const HeightAt& height = found.height->height;
     out += fmt::format(R"(,"height":{},"sigma":{},"source":"{}")",
-                       found->height.in_mm(),
-                       found->sigma.in_mm(),
-                       word(found->source));
+                       height.height.in_mm(),
+                       height.sigma.in_mm(),
+                       word(height.source));
   } else {
     out += R"(,"source":"refused")";
   }
-  return out + fmt::format(",\"outside\":{}}}\n", outside.in_mm());
+  if (found.zone) add_text("zone", *found.zone);
+  if (found.height && !found.height->in_void.empty()) add_text("void", found.height->in_void);
+  if (found.outside) out += fmt::format(",\"outside\":{}", found.outside->in_mm());
+  return out + "}\n";
 }
 
-std::string text_line(const Asked& asked, const Expected<HeightAt>& found, Length outside) {
+std::string text_line(const Asked& asked, const Found& found) {
   std::string out = fmt::format("{:<24}", place_text(asked.place));
-  if (found) {
+  if (found.height) {
+    const HeightAt& height = found.height->height;
     out += fmt::format("{:9.4f} mm +- {:<9} {}",
-                       found->height.in_mm(),
-                       um_text(found->sigma),
-                       word(found->source));
+                       height.height.in_mm(),
+                       um_text(height.sigma),
+                       word(height.source));
+    if (!found.height->in_void.empty()) out += ": " + found.height->in_void;
   } else {
     out += "  refused";
   }
-  if (outside > mm(0)) out += fmt::format(", {:.3f} mm outside of the probes", outside.in_mm());
+  if (!found.outside) out += ", in no zone";
+  if (found.zone) out += ", zone " + quoted(*found.zone);
+  if (found.outside && *found.outside > mm(0)) {
+    out += fmt::format(", {:.3f} mm outside of the probes", found.outside->in_mm());
+  }
   if (asked.from) {
     out += fmt::format(
         ", {}line {}", asked.from->file.empty() ? "" : asked.from->file + " ", asked.from->line);
@@ -164,28 +193,30 @@ std::string text_line(const Asked& asked, const Expected<HeightAt>& found, Lengt
   return out + "\n";
 }
 
+std::string refused_text(std::size_t n_refused, std::size_t n_asked, const ZonedMap& map) {
+  std::string why = "outside of all zones, or farther outside of the probes than their zone allows";
+  if (map.zones().empty()) {
+    why = fmt::format("farther outside of the probes than {:g} mm",
+                      map.map(0).options().max_extrapolation.in_mm());
+  }
+  return fmt::format("{} of {} refused: {}", n_refused, amount(n_asked, "place"), why);
+}
+
 }  // namespace
 
 Expected<Answer> query(const SurfaceOptions& options, CommandContext& context) {
-  PANELCAL_TRY(const StoredMap stored, read_map_file(options.map));
-  const HeightMap& map = stored.map;
-  PANELCAL_TRY(const std::vector<Asked> asked, all_asked(options, map, context));
-  const std::vector<Position<frame::Nominal>> hull(map.hull().begin(), map.hull().end());
+  PANELCAL_TRY(const StoredZones stored, read_zoned_map_file(options.map));
+  PANELCAL_TRY(const std::vector<Asked> asked, all_asked(options, stored.map, context));
   Answer answer;
   std::size_t n_refused = 0;
   for (const Asked& place : asked) {
-    const Expected<HeightAt> found = map.height_at(place.place);
-    const Length outside = found ? found->outside : distance_outside(hull, place.place);
-    if (!found) ++n_refused;
-    answer.text +=
-        options.json ? json_line(place, found, outside) : text_line(place, found, outside);
+    const Found found = ask(stored.map, place.place);
+    if (!found.height) ++n_refused;
+    answer.text += options.json ? json_line(place, found) : text_line(place, found);
   }
   if (n_refused > 0) {
     answer.code = ExitCode::GateFailed;
-    context.console.say(fmt::format("{} of {} refused: farther outside of the probes than {:g} mm",
-                                    n_refused,
-                                    amount(asked.size(), "place"),
-                                    map.options().max_extrapolation.in_mm()));
+    context.console.say(refused_text(n_refused, asked.size(), stored.map));
   }
   return answer;
 }

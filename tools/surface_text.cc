@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 #include <string_view>
+#include <utility>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -30,6 +32,10 @@ std::string size_text(const StoredMap& stored) {
     high_mm = high_mm.cwiseMax(corner.in_mm());
   }
   return fmt::format("{:.1f} x {:.1f} mm", high_mm.x() - low_mm.x(), high_mm.y() - low_mm.y());
+}
+
+std::string from_text(const Place& from) {
+  return from.file.empty() ? "" : fmt::format("{}:{}: ", from.file, from.line);
 }
 
 std::string and_more(std::size_t n) {
@@ -68,11 +74,36 @@ std::string place_text(const Position<frame::Nominal>& place) {
 }
 
 std::string left_out_text(const StoredMap& stored, const SurfaceOutlier& outlier) {
-  const Place& from = stored.points[outlier.i_point].from;
-  const std::string place = from.file.empty() ? "" : fmt::format("{}:{}: ", from.file, from.line);
   const std::string chance = outlier.chance < kLeastChance ? std::string("below 1e-9")
                                                            : fmt::format("{:.2g}", outlier.chance);
-  return fmt::format("{}{}; chance of that {}", place, outlier.text(), chance);
+  return fmt::format("{}{}; chance of that {}",
+                     from_text(stored.points[outlier.i_point].from),
+                     outlier.text(),
+                     chance);
+}
+
+std::string unused_text(const StoredZones& stored, const UnusedProbe& unused) {
+  const ProbePoint& probe = stored.points[unused.i_point];
+  return fmt::format("{}{} at {}: {}",
+                     from_text(probe.from),
+                     probe.name.empty() ? "probe" : probe.name,
+                     place_text(probe.place),
+                     unused.reason);
+}
+
+std::string voids_text(const Voids& voids) {
+  std::size_t n_round = 0, n_routed = 0;
+  for (const Void& one : voids.all()) {
+    n_round += std::holds_alternative<Circle>(one.area) ? 1 : 0;
+    n_routed += std::holds_alternative<Track>(one.area) ? 1 : 0;
+  }
+  const std::size_t n = voids.all().size();
+  return fmt::format("{}: {} round, {} routed, {} other; no probe counts within {:g} mm of one",
+                     n,
+                     n_round,
+                     n_routed,
+                     n - n_round - n_routed,
+                     voids.margin().in_mm());
 }
 
 std::string coverage_text(const MapFacts& facts) {
@@ -90,17 +121,13 @@ std::string coverage_text(const MapFacts& facts) {
   return text + (facts.filled.size() > 3 ? ", ..." : "");
 }
 
-std::string made_text(const MadeMap& made) {
-  const StoredMap& stored = made.stored;
+namespace {
+
+std::string zone_text(const MadeZone& zone) {
+  const StoredMap& stored = zone.stored;
   const HeightMap& map = stored.map;
-  const MapFacts& facts = made.facts;
-  std::string out = line("map",
-                         fmt::format("{} over {}{}{}",
-                                     amount(stored.points.size(), "probe"),
-                                     size_text(stored),
-                                     made.file.empty() ? "" : ", written to ",
-                                     made.file));
-  out += line("model", map.surface().summary());
+  const MapFacts& facts = zone.facts;
+  std::string out = line("model", map.surface().summary());
   out += line("why", map.reason());
   out += line("heights",
               fmt::format("{:.3f} to {:.3f} mm, a range of {}; lowest at {}, highest at {}",
@@ -128,9 +155,22 @@ std::string made_text(const MadeMap& made) {
   for (std::size_t i = 0; i < std::min(map.outliers().size(), kShown); ++i) {
     out += "  " + left_out_text(stored, map.outliers()[i]) + "\n";
   }
-  out += and_more(map.outliers().size());
-  if (made.missing.empty()) return out;
-  out += line("not probed", amount(made.missing.size(), "place"));
+  return out + and_more(map.outliers().size());
+}
+
+std::string unused_lines(const MadeMap& made) {
+  const auto unused = made.stored.map.unused();
+  if (unused.empty()) return {};
+  std::string out = line("not used", amount(unused.size(), "probe"));
+  for (std::size_t i = 0; i < std::min(unused.size(), kShown); ++i) {
+    out += "  " + unused_text(made.stored, unused[i]) + "\n";
+  }
+  return out + and_more(unused.size());
+}
+
+std::string missing_lines(const MadeMap& made) {
+  if (made.missing.empty()) return {};
+  std::string out = line("not probed", amount(made.missing.size(), "place"));
   for (std::size_t i = 0; i < std::min(made.missing.size(), kShown); ++i) {
     const MissingProbe& missing = made.missing[i];
     out += fmt::format("  {}:{}: {} at {}: {}\n",
@@ -143,10 +183,12 @@ std::string made_text(const MadeMap& made) {
   return out + and_more(made.missing.size());
 }
 
-std::string made_json(const MadeMap& made) {
-  const HeightMap& map = made.stored.map;
-  const MapFacts& facts = made.facts;
-  std::string filled, left_out, missing;
+/// The keys that a map has for each of its zones, without braces.
+std::string zone_json(const MadeZone& zone) {
+  const StoredMap& stored = zone.stored;
+  const HeightMap& map = stored.map;
+  const MapFacts& facts = zone.facts;
+  std::string filled, left_out;
   for (const FilledArea& area : facts.filled) {
     filled += fmt::format(R"({}{{"area_mm2":{},"middle":{}}})",
                           filled.empty() ? "" : ",",
@@ -154,7 +196,7 @@ std::string made_json(const MadeMap& made) {
                           point_json(area.middle));
   }
   for (const SurfaceOutlier& outlier : map.outliers()) {
-    const ProbePoint& probe = made.stored.points[outlier.i_point];
+    const ProbePoint& probe = stored.points[outlier.i_point];
     left_out += fmt::format(
         R"({}{{"name":{},"file":{},"line":{},"place":{},"deviation":{},"sigma":{},"chance":{}}})",
         left_out.empty() ? "" : ",",
@@ -166,22 +208,11 @@ std::string made_json(const MadeMap& made) {
         number(outlier.sigma.in_mm()),
         number(outlier.chance));
   }
-  for (const MissingProbe& probe : made.missing) {
-    missing += fmt::format(R"({}{{"name":{},"file":{},"line":{},"place":{},"reason":{}}})",
-                           missing.empty() ? "" : ",",
-                           text_json(probe.name),
-                           text_json(probe.from.file),
-                           probe.from.line,
-                           point_json(probe.place),
-                           text_json(probe.reason));
-  }
   return fmt::format(
-      R"({{"map":{},"probes":{},"model":"{}","summary":{},"reason":{},"lowest":{},"highest":{},)"
+      R"("probes":{},"model":"{}","summary":{},"reason":{},"lowest":{},"highest":{},)"
       R"("residual_rms":{},"stated_rms":{},"worst_sigma":{},"usual_sigma":{},"filled_share":{},)"
-      R"("filled":[{}],"max_extrapolation":{},"lattice_error":{},"left_out":[{}],"missing":[{}]}})"
-      "\n",
-      text_json(made.file),
-      made.stored.points.size(),
+      R"("filled":[{}],"max_extrapolation":{},"lattice_error":{},"left_out":[{}])",
+      stored.points.size(),
       word(map.surface().model()),
       text_json(map.surface().summary()),
       text_json(map.reason()),
@@ -195,7 +226,87 @@ std::string made_json(const MadeMap& made) {
       filled,
       number(map.options().max_extrapolation.in_mm()),
       number(map.lattice_error().in_mm()),
-      left_out,
+      left_out);
+}
+
+/// A probe that makes no surface, and why.
+std::string refused_json(std::string_view name,
+                         const Place& from,
+                         const Position<frame::Nominal>& place,
+                         std::string_view reason) {
+  return fmt::format(R"({{"name":{},"file":{},"line":{},"place":{},"reason":{}}})",
+                     text_json(name),
+                     text_json(from.file),
+                     from.line,
+                     point_json(place),
+                     text_json(reason));
+}
+
+}  // namespace
+
+MadeMap made_map(StoredZones stored, std::vector<MissingProbe> missing, std::string file) {
+  MadeMap out{std::move(stored), {}, std::move(missing), std::move(file)};
+  const ZonedMap& map = out.stored.map;
+  for (std::size_t i = 0; i < map.maps().size(); ++i) {
+    StoredMap zone = out.stored.zone(i);
+    MapFacts facts = facts_of(zone, [&](const Position<frame::Nominal>& place) {
+      return map.zone_at(place) == i && map.voids().at(place) == nullptr;
+    });
+    out.zones.push_back({map.zones().empty() ? std::string() : map.zones()[i].name,
+                         std::move(zone),
+                         std::move(facts)});
+  }
+  return out;
+}
+
+std::string made_text(const MadeMap& made) {
+  const Voids& voids = made.stored.map.voids();
+  std::string out = line("map",
+                         fmt::format("{} {}{}{}",
+                                     amount(made.stored.points.size(), "probe"),
+                                     made.has_zones() ? "in " + amount(made.zones.size(), "zone")
+                                                      : "over " + size_text(made.zones[0].stored),
+                                     made.file.empty() ? "" : ", written to ",
+                                     made.file));
+  if (!voids.all().empty()) out += line("voids", voids_text(voids));
+  if (!made.has_zones()) out += zone_text(made.zones[0]);
+  out += unused_lines(made) + missing_lines(made);
+  if (!made.has_zones()) return out;
+  for (const MadeZone& zone : made.zones) {
+    out += "\n" + line("zone",
+                       fmt::format("{}: {} over {}",
+                                   zone.name,
+                                   amount(zone.stored.points.size(), "probe"),
+                                   size_text(zone.stored)));
+    out += zone_text(zone);
+  }
+  return out;
+}
+
+std::string made_json(const MadeMap& made) {
+  std::string zones, unused, missing;
+  for (const MadeZone& zone : made.zones) {
+    zones += fmt::format(
+        R"({}{{"name":{},{}}})", zones.empty() ? "" : ",", text_json(zone.name), zone_json(zone));
+  }
+  for (const UnusedProbe& one : made.stored.map.unused()) {
+    const ProbePoint& probe = made.stored.points[one.i_point];
+    unused +=
+        (unused.empty() ? "" : ",") + refused_json(probe.name, probe.from, probe.place, one.reason);
+  }
+  for (const MissingProbe& probe : made.missing) {
+    missing += (missing.empty() ? "" : ",") +
+               refused_json(probe.name, probe.from, probe.place, probe.reason);
+  }
+  return fmt::format(
+      R"({{"map":{},{},"voids":{},"unused":[{}],"missing":[{}]}})"
+      "\n",
+      text_json(made.file),
+      made.has_zones()
+          ? fmt::format(R"("probes":{},"zones":[{}])", made.stored.points.size(), zones)
+          : zone_json(made.zones[0]),
+      made.stored.map.voids().all().size(),
+      unused,
       missing);
 }
 

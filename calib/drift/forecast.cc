@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/calib/drift/forecast.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -27,6 +28,38 @@ double chance_at(const DriftModel& model,
       model.forecast(time, limits.temperature_c, std::nullopt), in_force, limits.tolerance);
 }
 
+/// Of one or two axes.
+double chance_of_length(const DriftPrediction& prediction,
+                        const Eigen::VectorXd& center,
+                        double radius) {
+  const NormalMixture first = prediction.axes[0].condensed(kParts);
+  const bool is_flat = prediction.axes.size() > 1;
+  const NormalMixture second =
+      is_flat ? prediction.axes[1].condensed(kParts) : NormalMixture{{{1, 0, 0}}};
+  const Eigen::Index n = is_flat ? 2 : 1;
+  double sum = 0;
+  for (const NormalMixture::Part& a : first.parts) {
+    for (const NormalMixture::Part& b : second.parts) {
+      Eigen::VectorXd mean(n);
+      Eigen::MatrixXd cov(n, n);
+      mean(0) = a.mean - center(0);
+      cov(0, 0) = a.variance;
+      if (is_flat) {
+        mean(1) = b.mean - center(1);
+        cov(1, 1) = b.variance;
+        cov(0, 1) = cov(1, 0) = prediction.correlation(0, 1) * std::sqrt(a.variance * b.variance);
+      }
+      sum += a.weight * b.weight * exceedance_about(mean, cov, radius);
+    }
+  }
+  return sum;
+}
+
+/// What a tolerance is held against.
+double size_of(const Eigen::VectorXd& error) {
+  return error.size() <= 2 ? error.norm() : error.lpNorm<Eigen::Infinity>();
+}
+
 }  // namespace
 
 Expected<void> ForecastLimits::validate() const {
@@ -51,27 +84,13 @@ Expected<void> ForecastLimits::validate() const {
 double chance_beyond(const DriftPrediction& prediction,
                      const Eigen::VectorXd& center,
                      double radius) {
-  const NormalMixture first = prediction.axes[0].condensed(kParts);
-  const bool is_flat = prediction.axes.size() > 1;
-  const NormalMixture second =
-      is_flat ? prediction.axes[1].condensed(kParts) : NormalMixture{{{1, 0, 0}}};
-  const Eigen::Index n = is_flat ? 2 : 1;
+  if (prediction.axes.size() <= 2) return chance_of_length(prediction, center, radius);
   double sum = 0;
-  for (const NormalMixture::Part& a : first.parts) {
-    for (const NormalMixture::Part& b : second.parts) {
-      Eigen::VectorXd mean(n);
-      Eigen::MatrixXd cov(n, n);
-      mean(0) = a.mean - center(0);
-      cov(0, 0) = a.variance;
-      if (is_flat) {
-        mean(1) = b.mean - center(1);
-        cov(1, 1) = b.variance;
-        cov(0, 1) = cov(1, 0) = prediction.correlation(0, 1) * std::sqrt(a.variance * b.variance);
-      }
-      sum += a.weight * b.weight * exceedance_about(mean, cov, radius);
-    }
+  for (std::size_t i = 0; i < prediction.axes.size(); ++i) {
+    const DriftPrediction axis = {{prediction.axes[i]}, Eigen::MatrixXd::Identity(1, 1)};
+    sum += chance_of_length(axis, center.segment<1>(static_cast<Eigen::Index>(i)), radius);
   }
-  return sum;
+  return std::min(1.0, sum);
 }
 
 Expected<DrillForecast> may_drill(const DriftModel& model,
@@ -79,9 +98,9 @@ Expected<DrillForecast> may_drill(const DriftModel& model,
                                   std::chrono::sys_seconds now,
                                   const ForecastLimits& limits) {
   PANELCAL_CHECK(limits.validate());
-  if (model.n_axes() > 2 || in_force.size() != model.n_axes() || !in_force.allFinite()) {
+  if (in_force.size() != model.n_axes() || !in_force.allFinite()) {
     return failure(invalid("the value in force does not have the series' axes",
-                           "1 or 2 numbers, as many as the nights have"));
+                           "as many numbers as the nights have"));
   }
   if (model.last() && now < *model.last()) {
     return failure(invalid("a forecast is asked for before the last night", "a time after it"));
@@ -122,7 +141,7 @@ std::string words_of(const DrillForecast& forecast,
   const std::string bound = amount(limits.tolerance, unit);
   const std::string now = fmt::format(
       "the calibration in force is {} off, and off by more than {} with a probability of {:.2g}",
-      amount(forecast.error.norm(), unit),
+      amount(size_of(forecast.error), unit),
       bound,
       forecast.chance_now);
   switch (forecast.answer) {

@@ -16,7 +16,8 @@ namespace panelcal {
 
 /// What the calibration in force has to keep to.
 struct ForecastLimits {
-  double tolerance = 0.010;              ///< of its error's length, in the series' unit (here mm)
+  /// Of its error's length, or of more than two axes of the largest; in the series' unit (here mm).
+  double tolerance = 0.010;
   double probability = 0.001;            ///< with which the error may be larger
   Time horizon = seconds(30 * 86400.0);  ///< beyond which nothing is said
   std::optional<double> temperature_c;   ///< expected; a noted one makes the forecast surer
@@ -42,8 +43,10 @@ struct DrillForecast {
   std::chrono::sys_seconds until{};  ///< for Until: to the minute, rounded down
 };
 
-/// The chance that the length of (value foretold - center) exceeds a radius; 1 or 2 axes. Of the
-/// mixtures five parts each are kept, so that an uncertain sigma counts in the tail.
+/// The chance that the length of (value foretold - center) exceeds a radius; of more than two axes
+/// the chance that any of them does so by itself, or rather more (the sum of their chances:
+/// Bonferroni). Of the mixtures five parts each are kept, so that an uncertain sigma counts in the
+/// tail.
 double chance_beyond(const DriftPrediction& prediction,
                      const Eigen::VectorXd& center,
                      double radius);
@@ -51,7 +54,7 @@ double chance_beyond(const DriftPrediction& prediction,
 /// The time until which the value in force is right within the tolerance, with the probability that
 /// the limits ask for.
 ///
-/// In     in_force: in the model's axes, 1 or 2; now: not before the last night learned
+/// In     in_force: in the model's axes; now: not before the last night learned
 /// Fails  calibration-invalid: limits, number of axes, time; in_force not finite
 /// See    tests/calib/drift/forecast_test.cc, forecast_slow_test.cc (how often it keeps its word)
 Expected<DrillForecast> may_drill(const DriftModel& model,

@@ -179,27 +179,21 @@ Expected<bool> CameraNight::is_installed(const Ledger& ledger) const {
 }
 
 Expected<std::string> CameraNight::by_hand(const Ledger& ledger) const {
-  const Expected<std::string> bytes = read_file(file(), kMaxCalibrationBytes);
-  if (!bytes) return std::string();
-  const auto camera = parse_camera_calibration(*bytes, "");
-  if (!camera) return std::string();
-  PANELCAL_TRY(const bool is_by_hand,
-               internal::is_past_the_ledger(ledger, key(), *bytes, camera->date));
-  return std::string(is_by_hand ? "a camera" : "");
+  return internal::by_hand_in(
+      ledger, key(), file(), "a camera", internal::date_by(parse_camera_calibration));
 }
 
 Expected<bool> CameraNight::install(const Ledger& ledger) {
   PANELCAL_TRY(const std::optional<std::string> text, internal::text_in_force(ledger, key()));
   if (!text) return false;
   PANELCAL_TRY(CameraCalibration camera, parse_camera_calibration(*text, file().string()));
-  PANELCAL_TRY(const bool is_there, is_installed(ledger));
-  if (!is_there) PANELCAL_CHECK(write_file(file(), *text));
+  PANELCAL_TRY(const bool is_written, internal::write_what_is_in_force(ledger, key(), file()));
   if (zoom_) {
     config_->zooms[*zoom_] = std::move(camera);
   } else {
     config_->camera = std::move(camera);
   }
-  return !is_there;
+  return is_written;
 }
 
 }  // namespace

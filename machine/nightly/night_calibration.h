@@ -39,6 +39,7 @@ struct NightMeasurement {
   std::vector<NightSpread> spreads;
   std::vector<NightLevel> levels;
   std::vector<NightHole> holes;
+  std::optional<StoredMap> surface;
   std::vector<std::string> report;  ///< lines
   /// For the ledger, without a verdict: key, inputs, parameters, covariance and the file's bytes.
   LedgerDraft draft;
@@ -65,7 +66,7 @@ class NightCalibration {
   virtual ~NightCalibration() = default;
 
   virtual LedgerKey key() const = 0;
-  /// 1 or 2 axes.
+  /// 1 to 12 axes, all lengths at a hole or at an edge, or all of another unit.
   virtual std::vector<std::string> axes() const = 0;
   virtual std::string unit() const = 0;
   /// The calibration file; empty for one that has none: to install it is to record it.

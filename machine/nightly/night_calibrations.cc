@@ -50,6 +50,10 @@ Expected<NightCalibrations> NightCalibrations::make(const MachineConfig& config,
     PANELCAL_TRY(auto table, internal::table_night(shared, nightly));
     out.owned_.push_back(std::move(table));
   }
+  if (is_wanted("surface")) {
+    PANELCAL_TRY(auto surface, internal::surface_night(shared, nightly));
+    out.owned_.push_back(std::move(surface));
+  }
   for (const auto& one : out.owned_) out.all_.push_back(one.get());
   return out;
 }

@@ -56,6 +56,10 @@ Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<Machine
 Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineConfig> config,
                                                         const NightlyConfig& nightly);
 
+/// The table's surface, by probing.
+Expected<std::unique_ptr<NightCalibration>> surface_night(std::shared_ptr<MachineConfig> config,
+                                                          const NightlyConfig& nightly);
+
 }  // namespace internal
 
 }  // namespace panelcal

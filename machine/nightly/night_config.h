@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "panelcal/calib/base/diagnostic.h"
 #include "panelcal/calib/base/frames.h"
 #include "panelcal/calib/base/units.h"
@@ -38,10 +40,29 @@ struct NightTable {
   std::filesystem::path file;   ///< of the calibration; empty: that of [table]
 };
 
+/// [nightly.surface]: where "surface" probes the table, and what its map is held to.
+struct NightSurface {
+  std::filesystem::path file;                        ///< of the map; empty without the surface
+  Eigen::Vector2d low_mm = Eigen::Vector2d::Zero();  ///< corners of the probed rectangle, machine
+  Eigen::Vector2d high_mm = Eigen::Vector2d::Zero();
+  int n_columns = 0;  ///< of places, the outermost on the rectangle's sides
+  int n_rows = 0;
+  int n_repeats = 2;           ///< readings at each place
+  Length height;               ///< where the surface is expected, above Z0
+  Length probe_sigma = um(3);  ///< of a reading that does not say it
+  Length sigma = um(10);       ///< largest one of the map within the rectangle
+  /// Largest changes against the map in force: of the middle's height; of an edge's against the
+  /// middle by tilt, and by bow or twist; at any place that is probed.
+  Length offset = um(50);
+  Length tilt = um(50);
+  Length bow = um(50);
+  Length anywhere = um(50);
+};
+
 /// [nightly] of a machine.toml: what is calibrated while nobody watches, and what it is held to.
 struct NightlyConfig {
-  /// "focus", "light", "settle", "camera", "spindle-camera", "table"; in this order, since an
-  /// offset goes with its camera, and looks at a plate with both.
+  /// "focus", "light", "settle", "camera", "spindle-camera", "table", "surface"; in this order,
+  /// since an offset goes with its camera, and looks at a plate with both.
   std::vector<std::string> calibrate = {"spindle-camera"};
   /// machine_driver = "sim": the virtual machine of [sim]. Otherwise `camera` is a camera's
   /// address.
@@ -61,12 +82,13 @@ struct NightlyConfig {
   double min_disk_mb = 100;  ///< free where the ledger lies; with less nothing is begun
   /// The hour of UTC at which a night ends and the next begins: noon where the machine stands.
   int noon_utc_h = 12;
-  NightLimits limits;  ///< [nightly.gates], and the forecast's of [nightly.drift]
-  DriftOptions drift;  ///< [nightly.drift]
-  WatchOptions watch;  ///< [nightly.drift]
-  NightTrials trials;  ///< [nightly.focus], [nightly.light], [nightly.settle]
-  NightTable table;    ///< [nightly.table]
-  Place place;         ///< of [nightly], for messages
+  NightLimits limits;    ///< [nightly.gates], and the forecast's of [nightly.drift]
+  DriftOptions drift;    ///< [nightly.drift]
+  WatchOptions watch;    ///< [nightly.drift]
+  NightTrials trials;    ///< [nightly.focus], [nightly.light], [nightly.settle]
+  NightTable table;      ///< [nightly.table]
+  NightSurface surface;  ///< [nightly.surface]
+  Place place;           ///< of [nightly], for messages
 };
 
 }  // namespace panelcal

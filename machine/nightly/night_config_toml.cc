@@ -10,12 +10,13 @@
 
 #include <fmt/format.h>
 
+#include "panelcal/machine/nightly/night_surface_toml.h"
 #include "panelcal/machine/sim_config.h"
 
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 18> kKeys = {"calibrate",
+constexpr std::array<std::string_view, 19> kKeys = {"calibrate",
                                                     "camera",
                                                     "drift",
                                                     "focus",
@@ -28,6 +29,7 @@ constexpr std::array<std::string_view, 18> kKeys = {"calibrate",
                                                     "noon_utc_h",
                                                     "reports",
                                                     "settle",
+                                                    "surface",
                                                     "table",
                                                     "temperature_command",
                                                     "temperature_file",
@@ -55,13 +57,13 @@ constexpr std::array<std::string_view, 1> kFocusKeys = {"tolerance_um"};
 constexpr std::array<std::string_view, 2> kLightKeys = {"levels", "range"};
 constexpr std::array<std::string_view, 3> kSettleKeys = {"limit_um", "longest_s", "tolerance_s"};
 constexpr std::array<std::string_view, 2> kTableKeys = {"file", "plate"};
-constexpr std::array<std::string_view, 6> kCalibrations = {
-    "camera", "focus", "light", "settle", "spindle-camera", "table"};
+constexpr std::array<std::string_view, 7> kCalibrations = {
+    "camera", "focus", "light", "settle", "spindle-camera", "surface", "table"};
 constexpr std::string_view kCalibrationWords =
-    "\"camera\", \"focus\", \"light\", \"settle\", \"spindle-camera\", \"table\", each once";
+    "\"camera\", \"focus\", \"light\", \"settle\", \"spindle-camera\", \"surface\", "
+    "\"table\", each once";
 
 constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
-constexpr Range kAboveZero_um{0, 1e6, true};
 constexpr Range kNights{20, 1e5};
 /// Of all charts together: each of ten is within kNights then.
 constexpr Range kNightsOfAll{20, 1e4};
@@ -71,13 +73,6 @@ constexpr int kMaxToolNumber = 1'000'000;
 constexpr int kMaxHoles = 1'000'000;
 constexpr Range kLampLevel{0, 1e6};
 constexpr Range kTrialSeconds{1e-3, 3600};
-
-/// A number in um, stored in mm, where it is given.
-Expected<void> read_um(const TomlTable& table, std::string_view key, double& value_mm) {
-  PANELCAL_TRY(const double read_um, table.number_or(key, kAboveZero_um, mm(value_mm).in_um()));
-  value_mm = um(read_um).in_mm();
-  return {};
-}
 
 Expected<void> read_what(const TomlTable& table, NightlyConfig& config) {
   if (table.has("calibrate")) {
@@ -166,8 +161,8 @@ Expected<void> read_warm_up(const TomlTable& table, NightlyConfig& config) {
 Expected<void> read_gates(const TomlTable& nightly, NightLimits& limits) {
   PANELCAL_TRY(const auto table, nightly.table("gates", "[nightly.gates]", {kGateKeys, {}}));
   if (!table) return {};
-  PANELCAL_CHECK(read_um(*table, "sigma_um", limits.sigma));
-  PANELCAL_CHECK(read_um(*table, "change_um", limits.change));
+  PANELCAL_CHECK(read_um_in_mm(*table, "sigma_um", limits.sigma));
+  PANELCAL_CHECK(read_um_in_mm(*table, "change_um", limits.change));
   PANELCAL_TRY(const auto holes, table->integer("min_holes", 1, kMaxHoles));
   if (holes) limits.min_used = static_cast<int>(*holes);
   PANELCAL_TRY(const auto outliers, table->integer("max_outliers", 0, kMaxHoles));
@@ -190,7 +185,7 @@ Expected<void> read_drift(const TomlTable& nightly, NightlyConfig& config) {
   PANELCAL_TRY(const auto table, nightly.table("drift", "[nightly.drift]", {kDriftKeys, {}}));
   if (!table) return {};
   ForecastLimits& old = config.limits.old;
-  PANELCAL_CHECK(read_um(*table, "tolerance_um", old.tolerance));
+  PANELCAL_CHECK(read_um_in_mm(*table, "tolerance_um", old.tolerance));
   PANELCAL_TRY(old.probability, table->number_or("probability", {1e-6, 0.4}, old.probability));
   constexpr double kDay_s = 86400;
   PANELCAL_TRY(const double days,
@@ -198,9 +193,9 @@ Expected<void> read_drift(const TomlTable& nightly, NightlyConfig& config) {
   old.horizon = seconds(days * kDay_s);
   PANELCAL_TRY(old.temperature_c, table->number("expected_c", kTemperature_c));
   DriftOptions& drift = config.drift;
-  PANELCAL_CHECK(read_um(*table, "drift_um", drift.priors.drift));
-  PANELCAL_CHECK(read_um(*table, "repeatability_um", drift.priors.repeatability));
-  PANELCAL_CHECK(read_um(*table, "per_kelvin_um", drift.priors.per_kelvin));
+  PANELCAL_CHECK(read_um_in_mm(*table, "drift_um", drift.priors.drift));
+  PANELCAL_CHECK(read_um_in_mm(*table, "repeatability_um", drift.priors.repeatability));
+  PANELCAL_CHECK(read_um_in_mm(*table, "per_kelvin_um", drift.priors.per_kelvin));
   PANELCAL_TRY(drift.reference_c,
                table->number_or("reference_c", kTemperature_c, drift.reference_c));
   PANELCAL_TRY(const auto nights, table->integer("min_nights", 5, 1000));
@@ -208,14 +203,14 @@ Expected<void> read_drift(const TomlTable& nightly, NightlyConfig& config) {
   PANELCAL_TRY(config.watch.nights_per_false_alarm,
                table->number_or(
                    "nights_per_false_alarm", kNightsOfAll, config.watch.nights_per_false_alarm));
-  return read_um(*table, "moved_um", *config.watch.moved);
+  return read_um_in_mm(*table, "moved_um", *config.watch.moved);
 }
 
 Expected<void> read_focus_trial(const TomlTable& nightly, NightTrials& trials) {
   PANELCAL_TRY(const auto table, nightly.table("focus", "[nightly.focus]", {kFocusKeys, {}}));
   if (!table) return {};
   double tolerance_mm = trials.focus_tolerance.in_mm();
-  PANELCAL_CHECK(read_um(*table, "tolerance_um", tolerance_mm));
+  PANELCAL_CHECK(read_um_in_mm(*table, "tolerance_um", tolerance_mm));
   trials.focus_tolerance = mm(tolerance_mm);
   return {};
 }
@@ -238,7 +233,7 @@ Expected<void> read_settle_trial(const TomlTable& nightly, NightTrials& trials) 
   PANELCAL_TRY(const auto table, nightly.table("settle", "[nightly.settle]", {kSettleKeys, {}}));
   if (!table) return {};
   double limit_mm = trials.settle_limit.in_mm();
-  PANELCAL_CHECK(read_um(*table, "limit_um", limit_mm));
+  PANELCAL_CHECK(read_um_in_mm(*table, "limit_um", limit_mm));
   trials.settle_limit = mm(limit_mm);
   PANELCAL_TRY(const double longest_s,
                table->number_or("longest_s", kTrialSeconds, trials.settle_longest.in_s()));
@@ -270,12 +265,19 @@ Expected<void> read_table(const TomlTable& nightly,
 
 /// Which of them needs a mark to look at; empty if none does.
 std::string_view needs_mark(const std::vector<std::string>& calibrate) {
-  const auto found = std::ranges::find_if(
-      calibrate, [](std::string_view kind) { return kind != "spindle-camera" && kind != "table"; });
+  const auto found = std::ranges::find_if(calibrate, [](std::string_view kind) {
+    return kind != "spindle-camera" && kind != "table" && kind != "surface";
+  });
   return found == calibrate.end() ? std::string_view() : std::string_view(*found);
 }
 
 }  // namespace
+
+Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm) {
+  PANELCAL_TRY(const double read_um, table.number_or(key, kAboveZero_um, mm(value_mm).in_um()));
+  value_mm = um(read_um).in_mm();
+  return {};
+}
 
 Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
                                                            const std::filesystem::path& folder) {
@@ -297,6 +299,7 @@ Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
   PANELCAL_CHECK(read_light_trial(*table, config.trials));
   PANELCAL_CHECK(read_settle_trial(*table, config.trials));
   PANELCAL_CHECK(read_table(*table, folder, config));
+  PANELCAL_CHECK(read_night_surface(*table, folder, config));
   const std::string_view looks_at_it = needs_mark(config.calibrate);
   if (!looks_at_it.empty() && !config.mark) {
     const std::string what = looks_at_it == "settle" ? "settle time" : std::string(looks_at_it);

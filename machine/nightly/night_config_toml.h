@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string_view>
 
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/machine/nightly/night_config.h"
@@ -20,5 +21,10 @@ namespace panelcal::internal {
 /// See    tests/machine/nightly/night_config_test.cc
 Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
                                                            const std::filesystem::path& folder);
+
+inline constexpr Range kAboveZero_um{0, 1e6, true};
+
+/// A number in um, stored in mm, where it is given.
+Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm);
 
 }  // namespace panelcal::internal

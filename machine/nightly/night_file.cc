@@ -2,11 +2,12 @@
 #include "panelcal/machine/nightly/night_file.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/base/digest.h"
-#include "panelcal/calib/table_calibration_file.h"
+#include "panelcal/machine/calibration_record.h"
 
 namespace panelcal::internal {
 
@@ -24,32 +25,37 @@ Expected<bool> says_what_is_in_force(const Ledger& ledger,
                                      const std::filesystem::path& file) {
   PANELCAL_TRY(const std::optional<std::string> text, text_in_force(ledger, key));
   if (!text) return true;
-  // The largest of all calibrations.
-  const Expected<std::string> present = read_file(file, kMaxTableCalibrationBytes);
+  const Expected<std::string> present = read_file(file, kMaxLedgerResultBytes);
   return present && *present == *text;
 }
 
-Expected<bool> is_past_the_ledger(const Ledger& ledger,
-                                  const LedgerKey& key,
-                                  const std::string& bytes,
-                                  std::chrono::sys_seconds date) {
+Expected<std::string> by_hand_in(const Ledger& ledger,
+                                 const LedgerKey& key,
+                                 const std::filesystem::path& file,
+                                 std::string words,
+                                 const DateOfBytes& date_of) {
+  const std::string nothing;
+  const Expected<std::string> bytes = read_file(file, kMaxLedgerResultBytes);
+  const auto date = bytes ? date_of(*bytes) : std::nullopt;
   PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key));
-  if (!in_force) return false;
-  LedgerFilter filter;
-  filter.machine = key.machine;
-  filter.kind = key.kind;
-  filter.subject = key.subject;
-  PANELCAL_TRY(std::vector<LedgerEntry> entries, ledger.list(filter));
-  std::erase_if(entries, [](const LedgerEntry& entry) {
-    return entry.record.verdict != LedgerVerdict::Installed;
-  });
-  const std::string digest = sha256(bytes);
+  if (!date || !in_force) return nothing;
+  PANELCAL_TRY(const std::vector<LedgerEntry> entries, installed_entries(ledger, key));
+  const std::string digest = sha256(*bytes);
   if (std::ranges::find(entries, digest, &LedgerEntry::result_sha256) != entries.end()) {
-    return false;
+    return nothing;
   }
-  // The first installation may have been cut off before it replaced what was there without a
-  // ledger.
-  return entries.size() != 1 || date > in_force->time;
+  return is_since_the_ledger(entries, *in_force, *date) ? words : nothing;
+}
+
+Expected<bool> write_what_is_in_force(const Ledger& ledger,
+                                      const LedgerKey& key,
+                                      const std::filesystem::path& file) {
+  PANELCAL_TRY(const bool is_there, says_what_is_in_force(ledger, key, file));
+  if (is_there) return false;
+  PANELCAL_TRY(const std::optional<std::string> text, text_in_force(ledger, key));
+  if (!text) return false;
+  PANELCAL_CHECK(write_file(file, *text));
+  return true;
 }
 
 }  // namespace panelcal::internal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panelcal/machine/nightly/night_files.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -12,9 +13,11 @@
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/calibration_file.h"
 #include "panelcal/calib/ledger.h"
+#include "panelcal/calib/table_calibration_file.h"
 #include "panelcal/machine/calibration_record.h"
 #include "panelcal/machine/camera_run.h"
 #include "panelcal/machine/machine_config.h"
+#include "panelcal/machine/table_run.h"
 #include "panelcal/machine/toml_table.h"
 
 namespace panelcal {
@@ -28,16 +31,37 @@ std::string why(const path& file, const Diagnostic& problem) {
                      problem.what);
 }
 
-/// Empty if there was nothing to do.
-Expected<std::string> restore_camera(const MachineConfig& config, const Ledger& ledger) {
-  const auto present = read_camera_calibration(config.camera_file);
+/// A file that is its entry's result, byte for byte. Empty if there was nothing to do.
+///
+/// In     parse: of bytes, and what messages call them
+template <class Parse>
+Expected<std::string> restore(const path& file,
+                              const LedgerKey& key,
+                              std::size_t most_bytes,
+                              const Parse& parse,
+                              const Ledger& ledger) {
+  const Expected<std::string> bytes = read_file(file, most_bytes);
+  Expected<void> present;
+  if (!bytes) {
+    present = failure(bytes.error());
+  } else if (const auto parsed = parse(*bytes, file.string()); !parsed) {
+    present = failure(parsed.error());
+  }
   if (present) return std::string();
-  PANELCAL_TRY(const auto in_force, ledger.in_force(camera_key(config, std::nullopt)));
+  PANELCAL_TRY(const auto in_force, ledger.in_force(key));
   if (!in_force) return std::string();
   PANELCAL_TRY(const std::string text, ledger.result(in_force->id));
-  PANELCAL_CHECK(parse_camera_calibration(text, fmt::format("ledger entry {}", in_force->id)));
-  PANELCAL_CHECK(write_file(config.camera_file, text));
-  return why(config.camera_file, present.error());
+  PANELCAL_CHECK(parse(text, fmt::format("ledger entry {}", in_force->id)));
+  PANELCAL_CHECK(write_file(file, text));
+  return why(file, present.error());
+}
+
+Expected<std::string> restore_camera(const MachineConfig& config,
+                                     const std::optional<double>& zoom,
+                                     const path& file,
+                                     const Ledger& ledger) {
+  return restore(
+      file, camera_key(config, zoom), kMaxCalibrationBytes, parse_camera_calibration, ledger);
 }
 
 Expected<std::string> restore_spindle(const MachineConfig& config, const Ledger& ledger) {
@@ -48,6 +72,12 @@ Expected<std::string> restore_spindle(const MachineConfig& config, const Ledger&
 }
 
 }  // namespace
+
+bool NightFiles::has_calibration(const path& file) const {
+  const auto is_it = [&](const auto& zoom) { return zoom.second == file; };
+  return !file.empty() &&
+         (file == camera || file == spindle || file == table || std::ranges::any_of(zooms, is_it));
+}
 
 Expected<NightFiles> find_night_files(const path& machine_toml) {
   PANELCAL_TRY(const std::string text, read_file(machine_toml, kMaxConfigBytes));
@@ -66,6 +96,15 @@ Expected<NightFiles> find_night_files(const path& machine_toml) {
   files.reports = file_of("nightly", "reports");
   files.camera = file_of("camera", "calibration");
   files.spindle = file_of("spindle", "calibration");
+  files.table = file_of("table", "calibration");
+  if (const toml::array* const zooms = document["camera"]["zoom"].as_array()) {
+    for (const toml::node& zoom : *zooms) {
+      const toml::node_view<const toml::node> entry(zoom);
+      const auto level = entry["level"].value<double>();
+      const auto name = entry["calibration"].value<std::string>();
+      if (level && name && !name->empty()) files.zooms[*level] = machine_toml.parent_path() / *name;
+    }
+  }
   const auto noon = document["nightly"]["noon_utc_h"].value<std::int64_t>();
   if (noon && *noon >= 0 && *noon <= 23) files.noon_utc_h = static_cast<int>(*noon);
   return files;
@@ -81,13 +120,26 @@ Expected<std::vector<std::string>> restore_damaged_files(const NightFiles& files
   config.name = files.machine;
   config.camera_file = files.camera;
   config.spindle_setting.file = files.spindle;
+  const auto note = [&](Expected<std::string> line) -> Expected<void> {
+    if (!line) return failure(std::move(line).error());
+    if (!line->empty()) done.push_back(*std::move(line));
+    return {};
+  };
   if (!files.camera.empty()) {
-    PANELCAL_TRY(std::string line, restore_camera(config, ledger));
-    if (!line.empty()) done.push_back(std::move(line));
+    PANELCAL_CHECK(note(restore_camera(config, std::nullopt, files.camera, ledger)));
   }
-  if (!files.spindle.empty()) {
-    PANELCAL_TRY(std::string line, restore_spindle(config, ledger));
-    if (!line.empty()) done.push_back(std::move(line));
+  for (const auto& [level, file] : files.zooms) {
+    // That of [camera] is one of them where the camera says at which level it stands.
+    if (file.lexically_normal() == files.camera.lexically_normal()) continue;
+    PANELCAL_CHECK(note(restore_camera(config, level, file, ledger)));
+  }
+  if (!files.spindle.empty()) PANELCAL_CHECK(note(restore_spindle(config, ledger)));
+  if (!files.table.empty()) {
+    PANELCAL_CHECK(note(restore(files.table,
+                                table_key(config),
+                                kMaxTableCalibrationBytes,
+                                parse_table_calibration,
+                                ledger)));
   }
   return done;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,13 @@ struct NightFiles {
   std::filesystem::path ledger;
   std::filesystem::path reports;
   std::filesystem::path camera;
+  std::map<double, std::filesystem::path> zooms;  ///< [[camera.zoom]], by level
   std::filesystem::path spindle;
+  std::filesystem::path table;
   int noon_utc_h = 12;
+
+  /// Whether a file is one of the calibrations.
+  bool has_calibration(const std::filesystem::path& file) const;
 };
 
 /// Fails  file-unreadable; toml-syntax

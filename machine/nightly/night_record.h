@@ -17,6 +17,7 @@
 #include "panelcal/calib/drift/warm_up.h"
 #include "panelcal/calib/ledger.h"
 #include "panelcal/calib/night_gates.h"
+#include "panelcal/surface/map_file.h"
 
 // What a night did and found: plain data, everything that a report shows. Who makes it: nightly.h.
 
@@ -114,6 +115,7 @@ struct NightStep {
   std::string since_when;                 ///< what changed in the series and since when; or empty
   std::vector<NightPlotPoint> series;     ///< the last 60 nights, tonight included
   std::vector<NightHole> holes;
+  std::optional<StoredMap> surface;       ///< what was probed
   std::vector<std::string> fit_report;    ///< lines
   std::filesystem::path file;             ///< the calibration file
   std::optional<std::int64_t> ledger_id;  ///< of tonight's entry

@@ -278,6 +278,7 @@ class Step {
                           point.cov.cols() == point.value.size();
     if (is_sound) fill_new({point.value, point.cov}, in_force_, step_);
     step_.holes = measurement_.holes;
+    step_.surface = measurement_.surface;
     step_.fit_report = measurement_.report;
     step_.summary = summary_of(step_);
     PANELCAL_CHECK(record(std::move(measurement_.draft), &measurement_));

@@ -128,8 +128,13 @@ class TableNight final : public NightCalibration {
   Expected<bool> is_installed(const Ledger& ledger) const override {
     return internal::says_what_is_in_force(ledger, key(), file());
   }
-  Expected<std::string> by_hand(const Ledger& ledger) const override;
-  Expected<bool> install(const Ledger& ledger) override;
+  Expected<std::string> by_hand(const Ledger& ledger) const override {
+    return internal::by_hand_in(
+        ledger, key(), file(), "a table", internal::date_by(parse_table_calibration));
+  }
+  Expected<bool> install(const Ledger& ledger) override {
+    return internal::write_what_is_in_force(ledger, key(), file());
+  }
 
  private:
   Expected<TableRun> look(const CalibrationDevices& devices, int& n_missed) const;
@@ -245,24 +250,6 @@ Expected<NightMeasurement> TableNight::measure(const CalibrationDevices& devices
   out.result.further = gates_of(run);
   out.report = internal::lines_of(report(run));
   return out;
-}
-
-Expected<std::string> TableNight::by_hand(const Ledger& ledger) const {
-  const Expected<std::string> bytes = read_file(file(), kMaxTableCalibrationBytes);
-  if (!bytes) return std::string();
-  const auto calibration = parse_table_calibration(*bytes, "");
-  if (!calibration) return std::string();
-  PANELCAL_TRY(const bool is_by_hand,
-               internal::is_past_the_ledger(ledger, key(), *bytes, calibration->date));
-  return std::string(is_by_hand ? "a table" : "");
-}
-
-Expected<bool> TableNight::install(const Ledger& ledger) {
-  PANELCAL_TRY(const bool is_there, is_installed(ledger));
-  PANELCAL_TRY(const std::optional<std::string> text, internal::text_in_force(ledger, key()));
-  if (is_there || !text) return false;
-  PANELCAL_CHECK(write_file(file(), *text));
-  return true;
 }
 
 }  // namespace

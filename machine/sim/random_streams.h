@@ -16,6 +16,7 @@ enum class RandomStream : std::uint64_t {
   Marks = 5,
   Debris = 6,
   Samples = 7,
+  Nights = 8,
 };
 
 /// The generator of one kind of thing at one measurement request, whatever was drawn before.

@@ -39,6 +39,10 @@ Expected<void> SimulatedProbeOptions::validate() const {
   if (!is_finite(noise_sigma) || !(noise_sigma >= Length())) {
     return invalid(fmt::format("noise_sigma is {} um", noise_sigma.in_um()), "0 or more");
   }
+  if (chip && !(chip->place.in_mm().allFinite() && is_finite(chip->radius) &&
+                chip->radius > Length() && is_finite(chip->depth) && chip->depth > Length())) {
+    return invalid("the chip has no place, radius or depth", "radius and depth above 0");
+  }
   if (axis_offsets.empty()) return invalid("axis_offsets is empty", "one for each Z axis");
   return {};
 }
@@ -57,8 +61,10 @@ Length SimulatedProbe::true_height(const Position<frame::Actual>& place, std::si
       kPpm * (options_.slope_x_ppm * p_mm.x() + options_.slope_y_ppm * p_mm.y());
   const double from_center =
       (place - options_.bow_center).in_mm().norm() / options_.bow_radius.in_mm();
+  const bool is_chipped = options_.chip && (place - options_.chip->place).in_mm().norm() <
+                                               options_.chip->radius.in_mm();
   return options_.height + mm(slope_mm) + from_center * from_center * options_.bow +
-         options_.axis_offsets[axis];
+         options_.axis_offsets[axis] - (is_chipped ? options_.chip->depth : Length());
 }
 
 Expected<ProbeReading> SimulatedProbe::probe(const ProbeRequest& request) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "panelcal/calib/base/expected.h"
@@ -11,6 +12,13 @@
 #include "panelcal/program/probing.h"
 
 namespace panelcal {
+
+/// Where something is broken out of a surface.
+struct SimulatedChip {
+  Position<frame::Actual> place;
+  Length radius;
+  Length depth;
+};
 
 /// What a simulated board is like, and the probe that touches it.
 struct SimulatedProbeOptions {
@@ -23,6 +31,7 @@ struct SimulatedProbeOptions {
   Length bow;
   Position<frame::Actual> bow_center;  ///< relative to work zero
   Length bow_radius = mm(300);         ///< above 0
+  std::optional<SimulatedChip> chip;   ///< radius and depth above 0
   /// What every Z axis reads too high, one per Z axis; at least one.
   std::vector<Length> axis_offsets = {Length()};
   Length noise_sigma = um(2);  ///< of one reading; 0 or more
@@ -33,11 +42,11 @@ struct SimulatedProbeOptions {
 
 /// A probe over a hidden surface.
 ///
-///   z = height + slope_x x + slope_y y + bow (|p - bow_center| / bow_radius)^2 + offset + noise
+///   z = height + slope_x x + slope_y y + bow (|p - bow_center| / bow_radius)^2 + offset + noise,
 ///
-/// p is the expected place of the request, where the machine drives to, relative to work zero.
-/// Readings carry noise_sigma as their sigma. The noise is a function of the seed, of the request's
-/// seq and of the Z axis, so the order of requests does not matter.
+/// and `depth` less within a chip; p is the expected place of the request, where the machine drives
+/// to, relative to work zero. Readings carry noise_sigma as their sigma. The noise is a function of
+/// the seed, of the request's seq and of the Z axis, so the order of requests does not matter.
 class SimulatedProbe final : public ProbeSource {
  public:
   /// Fails  config-value, without a place

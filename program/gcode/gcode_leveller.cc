@@ -17,14 +17,19 @@
 namespace panelcal {
 namespace {
 
+using gcode::Counting;
 using gcode::GcodeBlock;
 using gcode::GcodeLines;
 using gcode::Motion;
 using gcode::MotionKind;
 using gcode::MotionReader;
+using gcode::Standing;
 
 /// Of a cell of the map's lattice, so that no bend of the surface is overlooked.
 constexpr double kSamplesPerCell = 4;
+
+/// Over so much of an arc the tool goes from the surface to the safe height or back.
+constexpr double kLeastArc_mm = 0.01;
 
 /// Calls visit(block, move) for every line; move is absent for lines that make none.
 template <class Visit>
@@ -66,29 +71,9 @@ Expected<Length> travel_height(const SourceText& program,
                   "a safe height (--safe-mm Z)"});
 }
 
-/// Where a move is at a part of its way.
-Eigen::Vector2d place_mm(const Motion& motion, double t) {
-  const Eigen::Vector2d from_mm = motion.from.xy_mm(), to_mm = motion.to.xy_mm();
-  if (t == 1) return to_mm;
-  if (!motion.is_arc()) return from_mm + t * (to_mm - from_mm);
-  const Eigen::Vector2d begin_mm = from_mm - motion.center_mm;
-  const double angle_rad = std::atan2(begin_mm.y(), begin_mm.x()) + t * motion.sweep_rad;
-  // The radii at both ends may differ by what the control forgives.
-  const double radius_mm =
-      begin_mm.norm() + t * ((to_mm - motion.center_mm).norm() - begin_mm.norm());
-  return motion.center_mm + radius_mm * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad));
-}
-
-double length_mm(const Motion& motion) {
-  if (motion.is_arc()) {
-    return std::abs(motion.sweep_rad) * (motion.from.xy_mm() - motion.center_mm).norm();
-  }
-  return (motion.to.xy_mm() - motion.from.xy_mm()).norm();
-}
-
 class Leveller {
  public:
-  Leveller(const SourceText& program, const HeightMap& map, const LevelOptions& options)
+  Leveller(const SourceText& program, const ZonedMap& map, const LevelOptions& options)
       : program_(program), map_(map), options_(options), reader_(program.file, options.unit_mm) {}
 
   Expected<LevelledGcode> level() {
@@ -116,8 +101,8 @@ class Leveller {
                       "one above 0"});
     }
     if (options_.zero) {
-      PANELCAL_TRY(const HeightAt zero, map_.height_at(*options_.zero));
-      zero_mm_ = zero.height.in_mm();
+      PANELCAL_TRY(const ZonedHeight zero, map_.height_at(*options_.zero));
+      zero_mm_ = zero.height.height.in_mm();
     }
     const Range range = heights();
     PANELCAL_CHECK(check_zero(range));
@@ -142,17 +127,22 @@ class Leveller {
     double highest_mm = -std::numeric_limits<double>::infinity();
   };
 
-  /// With three sigmas, in all cells that the probes' hull reaches: it ends between nodes.
+  /// With three sigmas, in all cells that the probes' hulls reach: they end between nodes.
   Range heights() const {
-    const HeightLattice& lattice = map_.lattice();
+    Range range;
+    for (const HeightMap& map : map_.maps()) widen(range, map);
+    return range;
+  }
+
+  static void widen(Range& range, const HeightMap& map) {
+    const HeightLattice& lattice = map.lattice();
     const int n_x = lattice.x().n_nodes, n_y = lattice.y().n_nodes;
     const auto place = [&](int i, int j) {
       return position_mm<frame::Nominal>(lattice.x().at_mm(i), lattice.y().at_mm(j));
     };
-    Range range;
     for (int j = 0; j < n_y; ++j) {
       for (int i = 0; i < n_x; ++i) {
-        const auto found = map_.height_at(place(i, j));
+        const auto found = map.height_at(place(i, j));
         if (!found || found->outside > Length()) continue;
         for (int k = 0; k < 9; ++k) {
           const int to_i = std::clamp(i + k % 3 - 1, 0, n_x - 1);
@@ -163,7 +153,6 @@ class Leveller {
         }
       }
     }
-    return range;
   }
 
   /// A map of heights above the table would lift the tool by the board's thickness.
@@ -200,20 +189,26 @@ class Leveller {
       return {};
     }
     ++figures_.n_moves;
+    const bool is_cycle = motion->kind == MotionKind::Cycle;
+    const Standing end = {motion->to.x_mm,
+                          motion->to.y_mm,
+                          is_cycle ? std::optional(motion->travel_mm) : motion->to.z_mm};
     if (!motion->to.z_mm && motion->kind != MotionKind::Rapid) {
       return failure(problem(
           block, Code::CoordinateMissing, "a move at nobody knows what height", "Z before it"));
     }
     if (!is_below(motion->from.z_mm) && !is_below(motion->to.z_mm)) {
       lines_.put(block);
+      reader_.counting().is_incremental ? lines_.step(*motion) : lines_.stand_at(end);
       return {};
     }
     ++figures_.n_levelled;
-    is_filled_ = is_extrapolated_ = false;
-    PANELCAL_CHECK(motion->kind == MotionKind::Cycle ? put_cycle(block, *motion)
-                                                     : put_way(block, *motion));
+    is_filled_ = is_extrapolated_ = is_over_void_ = false;
+    PANELCAL_CHECK(is_cycle ? put_cycle(block, *motion) : put_way(block, *motion));
+    if (is_cycle) lines_.stand_at(end);
     figures_.n_filled += is_filled_ ? 1 : 0;
     figures_.n_extrapolated += is_extrapolated_ ? 1 : 0;
+    figures_.n_over_voids += is_over_void_ ? 1 : 0;
     return {};
   }
 
@@ -221,14 +216,16 @@ class Leveller {
 
   /// What is added to Z at a place, and what a report says of it.
   Expected<double> shift_mm(const GcodeBlock& block, const Eigen::Vector2d& p_mm) {
-    const auto found = map_.height_at(position_mm<frame::Nominal>(p_mm));
-    if (!found) return failure(placed(found.error(), block));
+    const auto zoned = map_.height_at(position_mm<frame::Nominal>(p_mm));
+    if (!zoned) return failure(placed(zoned.error(), block));
+    const HeightAt* const found = &zoned->height;
     if (found->sigma > figures_.largest_sigma) {
       figures_.largest_sigma = found->sigma;
       figures_.line_of_largest_sigma = block.line;
     }
     is_filled_ = is_filled_ || found->source == HeightSource::Filled;
     is_extrapolated_ = is_extrapolated_ || found->source == HeightSource::Extrapolated;
+    is_over_void_ = is_over_void_ || found->source == HeightSource::InVoid;
     const Length added = found->height - mm(zero_mm_);
     // Outside of the probes the board may be higher than its highest place inside.
     if (!(added < figures_.safe_height)) {
@@ -246,6 +243,26 @@ class Leveller {
     return added.in_mm();
   }
 
+  /// A tool that goes evenly does not follow a step from one zone to another.
+  Expected<void> check_step(const GcodeBlock& block,
+                            const Eigen::Vector2d& from_mm,
+                            const Eigen::Vector2d& to_mm) const {
+    const auto step =
+        map_.step_between(position_mm<frame::Nominal>(from_mm), position_mm<frame::Nominal>(to_mm));
+    if (!step || step->is_within(options_.height_tolerance)) return {};
+    return failure(problem(block,
+                           Code::ArgumentInvalid,
+                           fmt::format("the surface steps by {:+.4f} mm from zone {} to zone {}, "
+                                       "near ({:.3f}, {:.3f})",
+                                       step->height.in_mm(),
+                                       quoted(map_.zones()[step->i_from].name),
+                                       quoted(map_.zones()[step->i_to].name),
+                                       to_mm.x(),
+                                       to_mm.y()),
+                           "a move above the safe height between zones, or a wider height "
+                           "tolerance"));
+  }
+
   /// The first profile looks at everything, finer ones at heights alone.
   Expected<std::vector<double>> profile_mm(const GcodeBlock& block,
                                            const Motion& motion,
@@ -256,8 +273,10 @@ class Leveller {
     for (std::size_t i = 0; i <= n; ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(n);
       const double t = i == n ? stretch.end : stretch.begin + share * (stretch.end - stretch.begin);
-      places_mm_.push_back(place_mm(motion, t));
-      if (is_first) PANELCAL_CHECK(shift_mm(block, places_mm_.back()));
+      places_mm_.push_back(gcode::place_mm(motion, t));
+      if (!is_first) continue;
+      PANELCAL_CHECK(shift_mm(block, places_mm_.back()));
+      if (i > 0) PANELCAL_CHECK(check_step(block, places_mm_[i - 1], places_mm_[i]));
     }
     std::vector<double> heights_mm(n + 1);
     PANELCAL_CHECK(map_.heights_at(places_mm_, heights_mm));
@@ -268,8 +287,8 @@ class Leveller {
   Expected<std::vector<double>> ends_of(const GcodeBlock& block,
                                         const Motion& motion,
                                         const Stretch& stretch) {
-    const double cell_mm = std::min(map_.lattice().x().step_mm, map_.lattice().y().step_mm);
-    const double span_mm = (stretch.end - stretch.begin) * length_mm(motion);
+    const double cell_mm = map_.finest_cell().in_mm();
+    const double span_mm = (stretch.end - stretch.begin) * gcode::length_mm(motion);
     const auto least =
         static_cast<std::size_t>(std::clamp(std::ceil(kSamplesPerCell * span_mm / cell_mm),
                                             kSamplesPerCell,
@@ -297,13 +316,13 @@ class Leveller {
                                          safe_mm()),
                              "G98 after a move to the safe height, or a safe height of R or less"));
     }
-    const double unit_mm = reader_.unit_mm();
+    const Counting counting = reader_.counting();
     lines_.begin_block(block);
-    if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, unit_mm);
-    if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, unit_mm);
-    lines_.put_height('Z', *motion.to.z_mm + added_mm, unit_mm);
+    if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, counting);
+    if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, counting);
+    lines_.put_height('Z', *motion.to.z_mm + added_mm, counting);
     const double retract_mm = motion.retract_mm + (is_below(motion.retract_mm) ? added_mm : 0);
-    lines_.put_height('R', retract_mm, unit_mm);
+    lines_.put_height('R', retract_mm, counting);
     lines_.end_block(block);
     ++figures_.n_pieces;
     return {};
@@ -311,13 +330,7 @@ class Leveller {
 
   Expected<void> put_way(const GcodeBlock& block, const Motion& motion) {
     const bool is_known = motion.from.has_xy() && motion.to.has_xy() && motion.from.z_mm;
-    if (!is_known || !(length_mm(motion) > 0)) return put_end(block, motion);
-    if (motion.is_arc() && is_below(motion.from.z_mm) != is_below(motion.to.z_mm)) {
-      return failure(problem(block,
-                             Code::NotSupported,
-                             "an arc through the safe height",
-                             "arcs above it or below it"));
-    }
+    if (!is_known || !(gcode::length_mm(motion) > 0)) return put_end(block, motion);
     std::vector<std::pair<double, double>> knots;  // part of the way, Z
     for (const Stretch& stretch : stretches(motion)) {
       PANELCAL_CHECK(append_knots(block, motion, stretch, knots));
@@ -347,14 +360,20 @@ class Leveller {
       }
       PANELCAL_TRY(added_mm, shift_mm(block, motion.to.xy_mm()));
     }
-    const double unit_mm = reader_.unit_mm();
+    const Counting counting = reader_.counting();
     lines_.begin_block(block);
-    if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, unit_mm);
-    if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, unit_mm);
-    lines_.put_height('Z', *motion.to.z_mm + added_mm, unit_mm);
+    if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, counting);
+    if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, counting);
+    lines_.put_height('Z', *motion.to.z_mm + added_mm, counting);
     lines_.end_block(block);
     ++figures_.n_pieces;
     return {};
+  }
+
+  /// The shortest piece that a move may have. A line may go straight up; an arc of no length would
+  /// be a full circle.
+  static double least_share(const Motion& motion) {
+    return motion.is_arc() ? kLeastArc_mm / gcode::length_mm(motion) : 0;
   }
 
   /// What is below the safe height, and what is above.
@@ -364,7 +383,9 @@ class Leveller {
     const bool begins_below = is_below(motion.from.z_mm), ends_below = is_below(motion.to.z_mm);
     if (begins_below == ends_below) return {{0, 1, true}};
     const double from_mm = *motion.from.z_mm, to_mm = *motion.to.z_mm;
-    const double at = std::clamp((safe_mm() - from_mm) / (to_mm - from_mm), 0.0, 1.0);
+    const double least = least_share(motion);
+    if (least > 0.5) return {{0, 1, ends_below}};
+    const double at = std::clamp((safe_mm() - from_mm) / (to_mm - from_mm), least, 1 - least);
     if (begins_below) return {{0, at, true}, {at, 1, false}};
     return {{0, at, false}, {at, 1, true}};
   }
@@ -381,7 +402,7 @@ class Leveller {
       if (stretch.end == 1) {
         knots.emplace_back(1, *motion.to.z_mm);
       } else {
-        PANELCAL_TRY(const double added_mm, shift_mm(block, place_mm(motion, stretch.end)));
+        PANELCAL_TRY(const double added_mm, shift_mm(block, gcode::place_mm(motion, stretch.end)));
         knots.emplace_back(stretch.end, z_mm(stretch.end) + added_mm);
       }
       return {};
@@ -391,7 +412,7 @@ class Leveller {
       PANELCAL_TRY(ends, ends_of(block, motion, stretch));
     }
     for (const double end : ends) {
-      PANELCAL_TRY(const double added_mm, shift_mm(block, place_mm(motion, end)));
+      PANELCAL_TRY(const double added_mm, shift_mm(block, gcode::place_mm(motion, end)));
       knots.emplace_back(end, z_mm(end) + added_mm);
     }
     return {};
@@ -402,22 +423,22 @@ class Leveller {
                  const Motion& motion,
                  double begin,
                  const std::pair<double, double>& end) {
-    const double unit_mm = reader_.unit_mm();
-    const Eigen::Vector2d to_mm = place_mm(motion, end.first);
+    const Counting counting = reader_.counting();
+    const Eigen::Vector2d to_mm = gcode::place_mm(motion, end.first);
     // A line that leaves out an axis does not move along it.
-    if (motion.is_arc() || block.has('X')) lines_.put_place('X', to_mm.x(), unit_mm);
-    if (motion.is_arc() || block.has('Y')) lines_.put_place('Y', to_mm.y(), unit_mm);
-    lines_.put_height('Z', end.second, unit_mm);
+    if (motion.is_arc() || block.has('X')) lines_.put_place('X', to_mm.x(), counting);
+    if (motion.is_arc() || block.has('Y')) lines_.put_place('Y', to_mm.y(), counting);
+    lines_.put_height('Z', end.second, counting);
     if (!motion.is_arc()) return;
-    const Eigen::Vector2d from_mm = place_mm(motion, begin);
+    const Eigen::Vector2d from_mm = gcode::place_mm(motion, begin);
     const Eigen::Vector2d origin_mm =
         reader_.arcs_are_absolute() ? Eigen::Vector2d(Eigen::Vector2d::Zero()) : from_mm;
-    lines_.put_place('I', motion.center_mm.x() - origin_mm.x(), unit_mm);
-    lines_.put_place('J', motion.center_mm.y() - origin_mm.y(), unit_mm);
+    lines_.put_offset('I', motion.center_mm.x() - origin_mm.x(), counting);
+    lines_.put_offset('J', motion.center_mm.y() - origin_mm.y(), counting);
   }
 
   const SourceText& program_;
-  const HeightMap& map_;
+  const ZonedMap& map_;
   const LevelOptions& options_;
   MotionReader reader_;
   GcodeLines lines_;
@@ -426,13 +447,14 @@ class Leveller {
   bool has_shifted_ = false;
   bool is_filled_ = false;  ///< the present move
   bool is_extrapolated_ = false;
+  bool is_over_void_ = false;
   LevelFigures figures_;
 };
 
 }  // namespace
 
 Expected<LevelledGcode> level_gcode(const SourceText& program,
-                                    const HeightMap& map,
+                                    const ZonedMap& map,
                                     const LevelOptions& options) {
   return Leveller(program, map, options).level();
 }

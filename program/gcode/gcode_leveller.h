@@ -10,6 +10,7 @@
 #include "panelcal/calib/base/units.h"
 #include "panelcal/program/source_text.h"
 #include "panelcal/surface/height_map.h"
+#include "panelcal/surface/zoned_map.h"
 
 namespace panelcal {
 
@@ -37,6 +38,7 @@ struct LevelFigures {
   Length highest;
   std::int64_t n_filled = 0;        ///< levelled moves over places where a probe is missing
   std::int64_t n_extrapolated = 0;  ///< outside of the probes' hull
+  std::int64_t n_over_voids = 0;    ///< over holes and the like, at the height foretold there
   Length largest_sigma;             ///< of the surface under a levelled move
   int line_of_largest_sigma = 0;
 };
@@ -51,17 +53,19 @@ struct LevelledGcode {
 /// Every move below the safe height is levelled, at its ends and between them: lines and arcs
 /// (which become helices) are cut into as few pieces as keep to height_tolerance; one that passes
 /// the safe height is cut there first, and above it stays as it is. Rapid moves below it are no
-/// exception. Drilling cycles get a Z and an R of their own at every hole. Everything else,
-/// comments and feeds too, stays as written. A move whose place is not known, or lies where the map
-/// does not reach, is refused: the tool would go through the board, or through the table.
+/// exception. Steps (G91) lead to the surface and back. Drilling cycles get a Z and an R of their
+/// own at every hole. Everything else, comments and feeds too, stays as written. Over a void the
+/// foretold height holds, as a tool cuts across what was drilled before; from one zone to another
+/// it goes where both have one height. A move whose place is not known, or lies where the map does
+/// not reach, is refused: the tool would go through the board, or through the table.
 ///
 /// Fails  as read_gcode_block() and MotionReader; coordinate-missing: a move below the safe height
 ///        from or to nobody knows where; grid-invalid: the map does not reach; argument-invalid: a
 ///        safe height that the board reaches, none at all, a tolerance that makes no sense, a map
-///        whose 0 is not on the board
+///        whose 0 is not on the board, a step between zones
 /// See    tests/program/gcode/gcode_leveller_test.cc
 Expected<LevelledGcode> level_gcode(const SourceText& program,
-                                    const HeightMap& map,
+                                    const ZonedMap& map,
                                     const LevelOptions& options = {});
 
 }  // namespace panelcal

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -32,21 +34,57 @@ void GcodeLines::begin_move(MotionKind kind) {
                                           : "G3";
 }
 
-void GcodeLines::put_place(char letter, double value_mm, double unit_mm) {
-  put_number(letter, value_mm / unit_mm, kPlaceDecimals);
+void GcodeLines::step(const Motion& motion) {
+  const auto move = [](std::optional<double>& told_mm,
+                       const std::optional<double>& from_mm,
+                       const std::optional<double>& to_mm) {
+    told_mm = told_mm && from_mm && to_mm ? *told_mm + (*to_mm - *from_mm) : to_mm;
+  };
+  move(told_.x_mm, motion.from.x_mm, motion.to.x_mm);
+  move(told_.y_mm, motion.from.y_mm, motion.to.y_mm);
+  move(told_.z_mm, motion.from.z_mm, motion.to.z_mm);
 }
 
-void GcodeLines::put_height(char letter, double value_mm, double unit_mm) {
-  put_number(letter, value_mm / unit_mm, unit_mm == 1 ? kHeightDecimals_mm : kHeightDecimals_inch);
+void GcodeLines::put_place(char letter, double value_mm, const Counting& counting) {
+  put_coordinate(letter, value_mm, counting, kPlaceDecimals);
 }
 
-void GcodeLines::put_number(char letter, double value, int n_decimals) {
+void GcodeLines::put_height(char letter, double value_mm, const Counting& counting) {
+  put_coordinate(letter,
+                 value_mm,
+                 counting,
+                 counting.unit_mm == 1 ? kHeightDecimals_mm : kHeightDecimals_inch);
+}
+
+void GcodeLines::put_offset(char letter, double value_mm, const Counting& counting) {
+  put_number(letter, value_mm / counting.unit_mm, kPlaceDecimals);
+}
+
+void GcodeLines::put_coordinate(char letter,
+                                double value_mm,
+                                const Counting& counting,
+                                int n_decimals) {
+  std::optional<double> none;  // R of a cycle leads nowhere
+  std::optional<double>& told_mm = letter == 'X'   ? told_.x_mm
+                                   : letter == 'Y' ? told_.y_mm
+                                   : letter == 'Z' ? told_.z_mm
+                                                   : none;
+  const double from_mm = counting.is_incremental ? told_mm.value_or(0) : 0;
+  const double written = put_number(letter, (value_mm - from_mm) / counting.unit_mm, n_decimals);
+  told_mm = from_mm + written * counting.unit_mm;
+}
+
+/// Gives the number that was written.
+double GcodeLines::put_number(char letter, double value, int n_decimals) {
   std::string text = fmt::format("{:.{}f}", value, n_decimals);
   while (text.back() == '0') text.pop_back();
   if (text.back() == '.') text.pop_back();
   if (!line_.empty()) line_ += ' ';
   line_ += letter;
   line_ += text == "-0" ? "0" : text;
+  double written = 0;
+  std::from_chars(text.data(), text.data() + text.size(), written);
+  return written;
 }
 
 void GcodeLines::end_line() {

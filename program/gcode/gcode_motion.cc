@@ -38,6 +38,25 @@ std::string text_of(const GcodeBlock& block, const GcodeWord& word) {
 
 }  // namespace
 
+Eigen::Vector2d place_mm(const Motion& motion, double part) {
+  const Eigen::Vector2d from_mm = motion.from.xy_mm(), to_mm = motion.to.xy_mm();
+  if (part == 1) return to_mm;
+  if (!motion.is_arc()) return from_mm + part * (to_mm - from_mm);
+  const Eigen::Vector2d begin_mm = from_mm - motion.center_mm;
+  const double angle_rad = std::atan2(begin_mm.y(), begin_mm.x()) + part * motion.sweep_rad;
+  // The radii at both ends may differ by what the control forgives.
+  const double radius_mm =
+      begin_mm.norm() + part * ((to_mm - motion.center_mm).norm() - begin_mm.norm());
+  return motion.center_mm + radius_mm * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad));
+}
+
+double length_mm(const Motion& motion) {
+  if (motion.is_arc()) {
+    return std::abs(motion.sweep_rad) * (motion.from.xy_mm() - motion.center_mm).norm();
+  }
+  return (motion.to.xy_mm() - motion.from.xy_mm()).norm();
+}
+
 tl::unexpected<Diagnostic> MotionReader::problem(const GcodeBlock& block,
                                                  Code code,
                                                  const GcodeWord* word,
@@ -172,6 +191,23 @@ Expected<std::optional<Motion>> MotionReader::read(const GcodeBlock& block) {
   return motion;
 }
 
+/// A step from nobody knows where leads nobody knows where to.
+void MotionReader::read_axis(const GcodeBlock& block,
+                             char letter,
+                             std::optional<double>& at_mm) const {
+  const std::optional<double> word_mm = number_mm(block, letter);
+  if (!word_mm) return;
+  if (!is_incremental_) {
+    at_mm = word_mm;
+  } else if (at_mm) {
+    // Steps up and down again come back to the very height that other moves are compared with.
+    constexpr double kPerMm = 1e9;
+    constexpr double kMost_mm = 1e6;  // beyond, no digit is left to round
+    const double sum_mm = *at_mm + *word_mm;
+    at_mm = std::abs(sum_mm) < kMost_mm ? std::round(sum_mm * kPerMm) / kPerMm : sum_mm;
+  }
+}
+
 Expected<Motion> MotionReader::read_motion(const GcodeBlock& block) {
   if (!motion_) {
     return problem(block,
@@ -187,15 +223,15 @@ Expected<Motion> MotionReader::read_motion(const GcodeBlock& block) {
                    "a move before its unit is known",
                    "G20 (inches) or G21 (millimetres) before it");
   }
-  if (is_incremental_) {
-    return problem(block, Code::NotSupported, nullptr, "a move in G91", "G90 before it");
+  if (is_incremental_ && motion_ == MotionKind::Cycle) {
+    return problem(block, Code::NotSupported, nullptr, "a cycle in G91", "G90 before it");
   }
   Motion motion;
   motion.kind = *motion_;
   motion.from = motion.to = at_;
-  if (const auto x_mm = number_mm(block, 'X')) motion.to.x_mm = x_mm;
-  if (const auto y_mm = number_mm(block, 'Y')) motion.to.y_mm = y_mm;
-  if (const auto z_mm = number_mm(block, 'Z')) motion.to.z_mm = z_mm;
+  read_axis(block, 'X', motion.to.x_mm);
+  read_axis(block, 'Y', motion.to.y_mm);
+  read_axis(block, 'Z', motion.to.z_mm);
   if (motion.is_arc()) PANELCAL_CHECK(read_arc(block, motion));
   at_ = motion.to;
   if (motion.kind == MotionKind::Cycle) {

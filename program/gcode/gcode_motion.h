@@ -24,6 +24,12 @@ struct Standing {
   Eigen::Vector2d xy_mm() const { return {*x_mm, *y_mm}; }
 };
 
+/// What words of coordinates count in, and from where.
+struct Counting {
+  double unit_mm = 1;
+  bool is_incremental = false;  ///< G91: from where the tool is
+};
+
 /// A move of the tool.
 struct Motion {
   MotionKind kind = MotionKind::Rapid;
@@ -41,12 +47,19 @@ struct Motion {
   bool goes() const { return from.x_mm != to.x_mm || from.y_mm != to.y_mm || is_arc(); }
 };
 
+/// Where a move is at a part of its way, 0 to 1.
+///
+/// Precondition: it is known where it begins and ends; the same for its length.
+Eigen::Vector2d place_mm(const Motion& motion, double part);
+double length_mm(const Motion& motion);  ///< in X and Y
+
 /// Follows the modal state of a program of LinuxCNC's kind (RS274NGC), as far as moves need it.
 ///
-/// Understood: G0 to G3 in the XY plane, G73, G81 to G83, G85, G86 and G89, G20, G21, G90, G98,
-/// G99, arcs by I, J or R. Whatever makes coordinates mean something else in the middle of a
-/// program is refused: a move counts for the board only if it is known where it goes. Behind a
-/// change of tool and a way home (M6, G28, G30, G53) nobody knows where the tool stands.
+/// Understood: G0 to G3 in the XY plane, G73, G81 to G83, G85, G86 and G89, G20, G21, G90, G91 (but
+/// in cycles), G98, G99, arcs by I, J or R. Whatever makes coordinates mean something else in the
+/// middle of a program is refused: a move counts for the board only if it is known where it goes.
+/// Behind a change of tool and a way home (M6, G28, G30, G53) nobody knows where the tool stands,
+/// nor behind a step from there.
 ///
 /// Source NIST RS274NGC version 3 (2000), 3.5; LinuxCNC G-code reference
 /// See    tests/program/gcode/gcode_motion_test.cc
@@ -64,8 +77,8 @@ class MotionReader {
 
   /// M2 or M30 was read: nothing follows that moves.
   bool has_ended() const { return has_ended_; }
-  /// Millimetres of the unit that coordinates are in now.
-  double unit_mm() const { return unit_mm_.value_or(1); }
+  /// What coordinates count in now.
+  Counting counting() const { return {unit_mm(), is_incremental_}; }
   bool arcs_are_absolute() const { return arcs_are_absolute_; }
 
  private:
@@ -74,6 +87,8 @@ class MotionReader {
   Expected<void> read_function(const GcodeBlock& block, const GcodeWord& word);
   Expected<void> leave(const GcodeBlock& block, const GcodeWord& word);
   Expected<Motion> read_motion(const GcodeBlock& block);
+  double unit_mm() const { return unit_mm_.value_or(1); }
+  void read_axis(const GcodeBlock& block, char letter, std::optional<double>& at_mm) const;
   Expected<void> read_arc(const GcodeBlock& block, Motion& motion) const;
   Expected<Eigen::Vector2d> center_mm(const GcodeBlock& block, const Motion& motion) const;
   Expected<void> read_cycle(const GcodeBlock& block, Motion& motion);

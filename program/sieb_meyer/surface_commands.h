@@ -59,8 +59,7 @@ class SurfaceSession {
   /// BOTR or TOPR; false: another height was set before.
   bool set_reference_height(Length height);
 
-  /// The reference surface of SLM, one a Z axis; empty where none was taken, so that each stroke
-  /// finds its own.
+  /// The reference surface of SLM, one a Z axis; empty where none was taken.
   std::vector<Length> reference() const;
   /// Whether that was probed: a perfect board, of which a program is checked, has no sigma.
   bool is_measured() const { return !current_.empty() && current_.front().sigma > Length(); }

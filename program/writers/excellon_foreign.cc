@@ -31,16 +31,10 @@ void ExcellonWriter::check_cut(const DepthOfCut& cut) {
   }
 }
 
-/// & and ! in front are orders of the other control; M47 shows 20 characters.
+/// M47 shows 20 characters.
 void ExcellonWriter::put_foreign_message(std::string_view message) {
   constexpr std::size_t kShown = 20;
-  constexpr std::string_view kPark = "&P";
-  if (message.starts_with(kPark)) {
-    message.remove_prefix(kPark.size());
-    lose("the park position before a message (&P)");
-  }
-  if (message.starts_with('!')) message.remove_prefix(1);
-  std::string shown = printable(message);
+  std::string shown = printable(words_of(message));
   if (shown.ends_with('\\')) shown.back() = '/';
   line((shown.size() > kShown ? "M45," : "M47,") + shown);
 }

@@ -8,7 +8,9 @@
 
 namespace panelcal {
 
-ProgramWriter::ProgramWriter(ByteSink& bytes, Dialect dialect, ProgramWriterOptions options)
+ProgramWriter::ProgramWriter(ByteSink& bytes,
+                             std::optional<Dialect> dialect,
+                             ProgramWriterOptions options)
     : TextWriter(bytes), dialect_(dialect), options_(std::move(options)) {
 }
 
@@ -31,7 +33,7 @@ Place ProgramWriter::place() const {
 
 /// "... has no form in Excellon CNC-7".
 std::string ProgramWriter::without_form(std::string what) const {
-  return std::move(what) + " has no form in " + std::string(name(dialect_));
+  return std::move(what) + " has no form in " + std::string(dialect_ ? name(*dialect_) : "G-code");
 }
 
 void ProgramWriter::lose(std::string what) {
@@ -44,10 +46,28 @@ void ProgramWriter::lose_once(const std::string& what) {
 }
 
 void ProgramWriter::refuse(std::string what, std::string expected) {
-  what = without_form(std::move(what));
-  if (!options_.allow_losses) fail({Code::TranslationRefused, place(), what, expected});
+  refuse_as(without_form(std::move(what)), std::move(expected));
+}
+
+void ProgramWriter::refuse_unsaid(const std::string& problem, std::string expected) {
+  if (said_.insert(problem).second) refuse_as(problem, std::move(expected));
+}
+
+void ProgramWriter::refuse_as(std::string problem, std::string expected) {
+  if (!options_.allow_losses) fail({Code::TranslationRefused, place(), problem, expected});
   reporter_->set_file(std::string(file_));
-  reporter_->report(Code::TranslationRefused, line_, 0, std::move(what), std::move(expected));
+  reporter_->report(Code::TranslationRefused, line_, 0, std::move(problem), std::move(expected));
+}
+
+std::string_view ProgramWriter::words_of(std::string_view message) {
+  if (info_.dialect != Dialect::SiebMeyer) return message;
+  constexpr std::string_view kPark = "&P";
+  if (message.starts_with(kPark)) {
+    message.remove_prefix(kPark.size());
+    lose("the park position before a message (&P)");
+  }
+  if (message.starts_with('!')) message.remove_prefix(1);
+  return message;
 }
 
 std::string printable(std::string_view text) {

@@ -30,8 +30,8 @@ struct ProgramWriterOptions {
   Position<frame::Machine> work_zero;
 };
 
-/// What the writers of both languages share: the axes they write in, and an account of all that the
-/// language has no form for.
+/// What writers of programs share: the axes they write in, and an account of all that the language
+/// has no form for.
 class ProgramWriter : public TextWriter {
  public:
   void begin(const ProgramInfo& info) override;
@@ -40,7 +40,8 @@ class ProgramWriter : public TextWriter {
   const DiagnosticLog& losses() const { return losses_; }
 
  protected:
-  ProgramWriter(ByteSink& bytes, Dialect dialect, ProgramWriterOptions options);
+  /// In     dialect: that is written; empty: G-code, which no part program comes in
+  ProgramWriter(ByteSink& bytes, std::optional<Dialect> dialect, ProgramWriterOptions options);
 
   const ProgramWriterOptions& options() const { return options_; }
   const ProgramInfo& info() const { return info_; }
@@ -57,6 +58,12 @@ class ProgramWriter : public TextWriter {
   /// `what` has no form, and without it a tool would go elsewhere or to another depth. The output
   /// fails unless losses are allowed.
   void refuse(std::string what, std::string expected = "");
+  /// Nobody says what a tool needs to be used: `problem`, a sentence. Fails as refuse() does; each
+  /// problem once.
+  void refuse_unsaid(const std::string& problem, std::string expected);
+
+  /// A message of the operator's without what a SIEB & MEYER control takes for an order of its own.
+  std::string_view words_of(std::string_view message);
 
   /// Into the axis version that is written.
   const Eigen::Matrix2d& written_from_work() const { return written_from_work_; }
@@ -65,8 +72,9 @@ class ProgramWriter : public TextWriter {
 
  private:
   std::string without_form(std::string what) const;
+  void refuse_as(std::string problem, std::string expected);
 
-  Dialect dialect_;
+  std::optional<Dialect> dialect_;
   ProgramWriterOptions options_;
   ProgramInfo info_;
   Eigen::Matrix2d written_from_work_ = Eigen::Matrix2d::Identity();

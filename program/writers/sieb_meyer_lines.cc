@@ -42,6 +42,23 @@ void fill(std::optional<T>& known, const std::optional<T>& said) {
   if (!known) known = said;
 }
 
+/// Between planes of several Z axes that one does for.
+constexpr Length kSamePlane = um(10);
+
+/// How far the surface under another Z axis is from that under the first, each from its reference
+/// if the plane counts from one.
+Length rise_of_others(const DepthOfCut& cut) {
+  double most_mm = 0;
+  for (std::size_t k = 0; cut.surface && k < cut.other_surfaces.size(); ++k) {
+    Length rise = cut.other_surfaces[k] - *cut.surface;
+    if (cut.reference && k < cut.reference->other_heights.size()) {
+      rise = rise - (cut.reference->other_heights[k] - cut.reference->height);
+    }
+    most_mm = std::max(most_mm, std::abs(rise.in_mm()));
+  }
+  return mm(most_mm);
+}
+
 }  // namespace
 
 SiebMeyerWriter::Steps SiebMeyerWriter::steps(const Eigen::Vector2d& at_mm) const {
@@ -112,6 +129,14 @@ void SiebMeyerWriter::say_tool() {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, Z, K, G6, G82, G83
 void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
   std::optional<Length> z = cut.z;
+  if (const Length rise = rise_of_others(cut); rise > kSamePlane) {
+    refuse(
+        fmt::format("a plane for each Z axis: the surface under another one differs by {:.4g} um "
+                    "from that under the first",
+                    rise.in_um()),
+        fmt::format("at most {:.4g} um", kSamePlane.in_um()));
+    return;
+  }
   if (cut.depth && cut.surface) {
     z = *cut.surface - *cut.depth;
     if (*z < Length()) {

@@ -2,7 +2,6 @@
 // What SIEB & MEYER has instead of the other language's settings, functions, patterns and vision
 // commands.
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -13,42 +12,12 @@
 
 #include "panelcal/program/sieb_meyer/lexer.h"
 #include "panelcal/program/tool_links.h"
+#include "panelcal/program/writers/foreign_settings.h"
 #include "panelcal/program/writers/pattern_copies.h"
 #include "panelcal/program/writers/sieb_meyer_writer.h"
 
 namespace panelcal {
 namespace {
-
-template <std::size_t N>
-bool contains(const std::array<std::string_view, N>& words, std::string_view word) {
-  return std::ranges::find(words, word) != words.end();
-}
-
-/// How numbers and modes are written: this writer has its own.
-bool is_spelling(std::string_view key) {
-  constexpr std::array<std::string_view, 16> kSpelling = {"FMAT",
-                                                          "METRIC",
-                                                          "INCH",
-                                                          "M71",
-                                                          "M72",
-                                                          "G05",
-                                                          "G07",
-                                                          "G90",
-                                                          "G91",
-                                                          "ICI",
-                                                          "ICI,OFF",
-                                                          "OM48",
-                                                          "BLKD",
-                                                          "CP",
-                                                          "CAN_TEXT_OFF",
-                                                          "VER"};
-  return contains(kSpelling, key);
-}
-
-/// ZC is a part of work zero; DN and Z are depths.
-bool decides_places(std::string_view key) {
-  return key == "ZC" || key == "DN" || (key.size() > 1 && key.front() == 'Z' && key != "ZC");
-}
 
 /// What has to stand before a function's text, which is not always a command by itself.
 std::string_view command_before(const Function& function) {
@@ -56,13 +25,6 @@ std::string_view command_before(const Function& function) {
   if (function.kind != FunctionKind::MachineFunction) return "";
   const bool has_code = sieb_meyer::command_of({'M', 0, function.text.substr(1)}).has_value();
   return has_code ? "" : "M49,";
-}
-
-/// What the walk has obeyed, or the writer states itself.
-bool is_obeyed(std::string_view command) {
-  constexpr std::array<std::string_view, 4> kModes = {"CAMA", "NOCAMA", "FA", "NOFA"};
-  return command.starts_with("FV") || contains(kModes, command) || command.starts_with("FAX") ||
-         command.starts_with("FAY");
 }
 
 }  // namespace
@@ -108,7 +70,7 @@ void SiebMeyerWriter::write(const Setting& setting) {
 }
 
 void SiebMeyerWriter::write_foreign(const Setting& setting) {
-  const std::string_view key = setting.text.substr(0, setting.text.find_first_of(", \t"));
+  const std::string_view key = setting_key(setting.text);
   if (setting.text == "VER,1") return line("M49,FV1");
   if (is_spelling(key)) return;
   if (setting.kind == SettingKind::Vision) {

@@ -3,7 +3,8 @@
 // scipy.
 //
 //   surface_bench speed [QUERIES]     against OpenCV's remap, one core, turn by turn, 10,000 places
-//                                     at once and all of them
+//                                     at once and all of them, in the order of a drill program and
+//                                     at random
 //   surface_bench accuracy FOLDER     50 warps: probes, places with truth and our heights, as text
 //
 // Columns of speed: ns a query, the best of the rounds; then the median over the rounds of our time
@@ -60,6 +61,40 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+/// As programs go through a panel: board by board and on each row by row, to and fro. Holes of a
+/// row and rows stand off their pitch by up to half of it.
+std::vector<Vector2d> in_program_order(Random& random, int n) {
+  constexpr int kBoards = 6;  // along each side
+  constexpr double kBoard = (kNodes - 3.0) / kBoards;
+  const int n_side = std::max(1, static_cast<int>(std::ceil(std::sqrt(n) / kBoards)));
+  const double pitch = kBoard / n_side;
+  const auto to_and_fro = [](int i_row, int i, int n_all) {
+    return i_row % 2 == 0 ? i : n_all - 1 - i;
+  };
+  std::vector<Vector2d> out;
+  for (int board = 0; board < kBoards * kBoards; ++board) {
+    const int column = to_and_fro(board / kBoards, board % kBoards, kBoards);
+    const Vector2d corner(1 + column * kBoard, 1 + board / kBoards * kBoard);
+    for (int row = 0; row < n_side; ++row) {
+      const double y = pitch * (row + random.uniform());
+      for (int k = 0; k < n_side && static_cast<int>(out.size()) < n; ++k) {
+        const double x = pitch * (to_and_fro(row, k, n_side) + random.uniform());
+        out.push_back(corner + Vector2d(x, y));
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<Vector2d> at_random(Random& random, int n) {
+  std::vector<Vector2d> out;
+  for (int k = 0; k < n; ++k) {
+    const double x = random.uniform(1, kNodes - 2);
+    out.emplace_back(x, random.uniform(1, kNodes - 2));
+  }
+  return out;
+}
+
 /// The same lattice and places for all.
 struct Queries {
   LatticeAxis axis{0, 1, kNodes};
@@ -67,7 +102,7 @@ struct Queries {
   std::vector<Vector2d> places_mm;
   cv::Mat image, x_map, y_map;
 
-  explicit Queries(int n) {
+  Queries(int n, bool is_random) {
     Random random(kSeed);
     const test::SimulatedWarp warp(random, 1);
     image.create(kNodes, kNodes, CV_32F);
@@ -83,9 +118,10 @@ struct Queries {
     const int n_rows = std::max(1, n / kColumns);
     x_map.create(n_rows, kColumns, CV_32F);
     y_map.create(n_rows, kColumns, CV_32F);
-    for (int k = 0; k < n_rows * kColumns; ++k) {
-      const Vector2d p_mm(random.uniform(1, kNodes - 2), random.uniform(1, kNodes - 2));
-      places_mm.push_back(p_mm);
+    n = n_rows * kColumns;
+    places_mm = is_random ? at_random(random, n) : in_program_order(random, n);
+    for (int k = 0; k < n; ++k) {
+      const Vector2d& p_mm = places_mm[static_cast<std::size_t>(k)];
       x_map.at<float>(k / kColumns, k % kColumns) = static_cast<float>(p_mm.x());
       y_map.at<float>(k / kColumns, k % kColumns) = static_cast<float>(p_mm.y());
     }
@@ -96,7 +132,7 @@ void compare(const Queries& queries,
              int n_times,
              LatticeInterpolation ours,
              int peer,
-             std::string_view name) {
+             std::string_view order) {
   const auto lattice = HeightLattice::make(queries.axis, queries.axis, queries.heights_mm, ours);
   std::vector<double> found_mm(queries.places_mm.size());
   cv::Mat remapped;
@@ -122,9 +158,10 @@ void compare(const Queries& queries,
     worst_mm = std::max(worst_mm, std::abs(found_mm[k] - other_mm));
   }
   const double to_ns = 1e9 / static_cast<double>(found_mm.size()) / n_times;
-  fmt::print("| {}, {} at once | {:.2f} | {:.2f} | {:.2f} | {:.2g} |\n",
-             name,
+  fmt::print("| {}, {} at once, {} | {:.2f} | {:.2f} | {:.2f} | {:.2g} |\n",
+             ours == LatticeInterpolation::Bilinear ? "bilinear" : "bicubic",
              found_mm.size(),
+             order,
              best_s * to_ns,
              best_peer_s * to_ns,
              median(std::move(ratios)),
@@ -137,10 +174,13 @@ int run_speed(int n_queries) {
   fmt::print("| --- | --- | --- | --- | --- |\n");
   // So many at once as stay in the cache, then all: these measure memory as well.
   for (const int at_once : {std::min(kAtOnce, n_queries), n_queries}) {
-    const Queries queries(at_once);
     const int n_times = std::max(1, n_queries / at_once);
-    compare(queries, n_times, LatticeInterpolation::Bilinear, cv::INTER_LINEAR, "bilinear");
-    compare(queries, n_times, LatticeInterpolation::MonotoneBicubic, cv::INTER_CUBIC, "bicubic");
+    for (const bool is_random : {false, true}) {
+      const Queries queries(at_once, is_random);
+      const char* order = is_random ? "at random" : "program order";
+      compare(queries, n_times, LatticeInterpolation::Bilinear, cv::INTER_LINEAR, order);
+      compare(queries, n_times, LatticeInterpolation::MonotoneBicubic, cv::INTER_CUBIC, order);
+    }
   }
   return 0;
 }

@@ -30,7 +30,7 @@ ROUNDS = 5
 
 def ours_ns(bench, queries):
     text = subprocess.run([bench, "speed", str(queries)], check=True, capture_output=True, text=True).stdout
-    return {name: float(ns) for name, ns in re.findall(rf"\| (bilinear|bicubic), {queries} at once \| ([0-9.]+) ", text)}
+    return {name: float(ns) for name, ns in re.findall(rf"\| (bilinear|bicubic), {queries} at once, at random \| ([0-9.]+) ", text)}
 
 
 def peers(heights, places):

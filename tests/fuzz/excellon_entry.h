@@ -103,6 +103,7 @@ inline std::optional<std::string> run_excellon(std::string_view bytes) {
   if (auto complaint = execution_complaint(program, options, found, second)) return complaint;
   if (first.has_nan()) return "a hole without a place";
   if (!(first == second)) return "two executions differ";
+  if (auto complaint = gcode_complaint(program, options, found, first.most_mm())) return complaint;
   return writers_complaint(program, options, found, first);
 }
 

@@ -28,6 +28,29 @@ inline const HeightMap& bent_map() {
   return kMap;
 }
 
+/// Where a program leads, as far as it can be followed.
+inline gcode::Standing end_of(std::string_view text) {
+  gcode::MotionReader reader("fuzz.ngc");
+  gcode::Standing end;
+  LineCursor cursor(text);
+  while (!cursor.at_end()) {
+    const auto block = gcode::read_gcode_block(cursor.next(), "fuzz.ngc");
+    if (!block) return end;
+    const auto motion = reader.read(*block);
+    if (!motion) return end;
+    if (!*motion) continue;
+    end = (*motion)->to;
+    if ((*motion)->kind == gcode::MotionKind::Cycle) end.z_mm = (*motion)->travel_mm;
+  }
+  return end;
+}
+
+/// The same but for rounding.
+inline bool is_near(const std::optional<double>& a_mm, const std::optional<double>& b_mm) {
+  if (!a_mm || !b_mm) return a_mm == b_mm;
+  return std::abs(*a_mm - *b_mm) <= 1e-3 + 1e-9 * std::abs(*a_mm);
+}
+
 /// Levels any bytes as a G-code program.
 ///
 /// Out    what is wrong with panelcal, never with the program; empty if all is well
@@ -56,6 +79,12 @@ inline std::optional<std::string> run_gcode(std::string_view bytes) {
   if (n_moves != figures.n_moves - figures.n_levelled + figures.n_pieces) {
     return "moves were lost or added";
   }
+  const gcode::Standing before = end_of(bytes), after = end_of(done->text);
+  if (!is_near(before.x_mm, after.x_mm) || !is_near(before.y_mm, after.y_mm)) {
+    return "it ends at another place";
+  }
+  const bool is_up = before.z_mm && *before.z_mm >= figures.safe_height.in_mm();
+  if (is_up && !is_near(before.z_mm, after.z_mm)) return "it ends at another height";
   return std::nullopt;
 }
 

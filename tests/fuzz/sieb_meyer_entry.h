@@ -205,6 +205,9 @@ inline std::optional<std::string> run_sieb_meyer(std::string_view bytes) {
   if (!first.is_finite()) return "a place or a depth that is not finite";
   if (!(first == second)) return "two executions differ";
   if (auto complaint = count_complaint(program, input.options)) return complaint;
+  if (auto complaint = gcode_complaint(program, input.options, found, first.most_mm())) {
+    return complaint;
+  }
   return all_writers_complaint(program, input.options, found);
 }
 

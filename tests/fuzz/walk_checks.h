@@ -10,8 +10,12 @@
 #include <variant>
 #include <vector>
 
+#include "panelcal/calib/base/byte_sink.h"
+#include "panelcal/program/gcode/gcode_block.h"
+#include "panelcal/program/gcode/gcode_motion.h"
 #include "panelcal/program/measurement.h"
 #include "panelcal/program/walk.h"
+#include "panelcal/program/writers/gcode_writer.h"
 
 namespace panelcal::fuzz {
 
@@ -87,6 +91,47 @@ inline std::optional<std::string> execution_complaint(const Program& program,
     if (diagnostic.code != Code::TooManyOperations) return diagnostic.text();
   }
   return std::nullopt;
+}
+
+/// A machine that leaves nothing open, but refuses what would cut elsewhere.
+inline GcodeSetting complete_setting() {
+  GcodeSetting setting;
+  setting.safe_z = mm(1e4);
+  setting.table_z = setting.board_z = mm(0);
+  setting.usual.drill_z = setting.usual.rout_z = mm(-1);
+  setting.usual.peck = mm(0.5);
+  setting.usual.infeed = setting.usual.feed = mm_per_s(10);
+  setting.usual.speed = rpm(30'000);
+  return setting;
+}
+
+/// Writes the job as G-code, which our own reader has to follow to the end.
+inline std::optional<std::string> gcode_complaint(const Program& program,
+                                                  const WalkOptions& options,
+                                                  const Survey& survey,
+                                                  double most_mm) {
+  StringSink text;
+  GcodeWriter writer(text, {.comments = {"fuzzed"}}, complete_setting());
+  DiagnosticLog ignored;
+  execute(program, options, survey, writer, ignored);
+  const auto done = writer.finish();
+  // Beyond, arcs have no digits left for one radius.
+  constexpr double kMost_mm = 1e5;
+  if (!done) {
+    const bool is_ours = done.error().code == Code::Internal && most_mm < kMost_mm;
+    return is_ours ? std::optional(done.error().text()) : std::nullopt;
+  }
+  gcode::MotionReader reader("fuzz.ngc");
+  LineCursor cursor(text.text());
+  while (!cursor.at_end()) {
+    const SourceLine line = cursor.next();
+    if (line.text.size() > 255) return "a line of G-code that is too long";
+    const auto block = gcode::read_gcode_block(line, "fuzz.ngc");
+    if (!block) return "G-code that cannot be read: " + block.error().text();
+    const auto motion = reader.read(*block);
+    if (!motion) return "G-code that cannot be followed: " + motion.error().text();
+  }
+  return reader.has_ended() ? std::nullopt : std::optional<std::string>("G-code without an end");
 }
 
 /// What is wrong with the reports of a survey itself.

@@ -19,7 +19,7 @@ REPOSITORY = GOLDEN.parent.parent
 NOT_INPUT = {"command", "setup.py", "absent", "README.md"}
 TIMEOUT_S = 60
 # The version is no part of what a case pins.
-VERSION = re.compile(rb"(made by: panelcal )\d[\w.+-]*")
+VERSION = re.compile(rb"(made[ _]by\"?: ?\"?panelcal )\d[\w.+-]*")
 
 
 def is_input(name):

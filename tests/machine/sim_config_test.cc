@@ -171,6 +171,54 @@ TEST(SimConfig, RefusesSurfacesThatMakeNoSense) {
             "[sim.surface], expected \"slope_ppm\"");
 }
 
+TEST(SimConfig, TheTablesSurfaceMovesFromItsDateOn) {
+  const auto config = parse_machine_config(R"([sim]
+seed = 3
+[sim.table_surface]
+height_mm = 0.2
+slope_ppm = [80, -30]
+noise_um = 3
+since = 2026-11-01T00:00:00
+height_um_per_day = 2
+slope_ppm_per_day = [5, 1]
+chip_mm = [180, 100]
+chip_radius_mm = 8
+chip_depth_um = 300
+chip_since = 2026-11-05T00:00:00
+)",
+                                           "machine.toml");
+  ASSERT_TRUE(config) << config.error().text();
+  const SimTableSurface& table = *config->sim->table_surface;
+  const auto day = [&](int number) { return table.since + std::chrono::days(number); };
+  SimulatedProbeOptions now = table.at(day(-7));
+  EXPECT_EQ(now.height, mm(0.2));
+  EXPECT_EQ(now.slope_x_ppm, 80);
+  EXPECT_FALSE(now.chip);
+  now = table.at(day(4));
+  EXPECT_NEAR(now.height.in_mm(), 0.208, 1e-12);
+  EXPECT_EQ(now.slope_x_ppm, 100);
+  EXPECT_EQ(now.slope_y_ppm, -26);
+  ASSERT_TRUE(now.chip);
+  EXPECT_EQ(now.chip->depth, um(300));
+  // Another night another noise, the same night the same.
+  EXPECT_EQ(now.seed, table.at(day(4)).seed);
+  EXPECT_NE(now.seed, table.at(day(5)).seed);
+  auto probe = SimulatedProbe::create(now);
+  ASSERT_TRUE(probe) << probe.error().text();
+  const auto height_mm = [&](double x_mm) {
+    return probe->true_height(position_mm<frame::Actual>(x_mm, 100), 0).in_mm();
+  };
+  EXPECT_NEAR(height_mm(180) - height_mm(190), -0.3 - 10 * 100e-6, 1e-12)
+      << "in the chip, beside it";
+}
+
+TEST(SimConfig, RefusesTableSurfacesThatMakeNoSense) {
+  EXPECT_EQ(
+      refusal("[sim.table_surface]\nheight_um_per_day = 2\n"),
+      "machine.toml:5:21: error[config-value]: height_um_per_day in [sim.table_surface] is 2: "
+      "nobody knows since when, expected since as well");
+}
+
 TEST(SimConfig, RefusesPicturesThatMakeNoSense) {
   EXPECT_EQ(refusal("bit_depth = 12\n"),
             "machine.toml:4:13: error[config-value]: bit_depth in [sim] is 12, expected 8 or 16");

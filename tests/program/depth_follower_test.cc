@@ -29,7 +29,7 @@ double height_mm(const Eigen::Vector2d& p_mm) {
 }
 
 /// Probed every 8 mm from (0, 0) to (96, 96).
-std::shared_ptr<const HeightMap> hills() {
+std::shared_ptr<const ZonedMap> hills() {
   static const auto map = [] {
     std::vector<ProbePoint> points;
     for (int i = 0; i < 13 * 13; ++i) {
@@ -39,7 +39,7 @@ std::shared_ptr<const HeightMap> hills() {
     }
     HeightMapOptions options;
     options.model = SurfaceModel::MonotoneBicubic;
-    return std::make_shared<const HeightMap>(HeightMap::of_probes(points, options).value());
+    return std::make_shared<const ZonedMap>(HeightMap::of_probes(points, options).value());
   }();
   return map;
 }
@@ -92,7 +92,7 @@ std::vector<What> all(const Outcome& outcome) {
 }
 
 double map_mm(const Position<frame::Nominal>& place) {
-  return hills()->height_at(place).value().height.in_mm();
+  return hills()->height_at(place).value().height.height.in_mm();
 }
 
 std::string excellon(const std::string& body) {
@@ -110,7 +110,7 @@ TEST(DepthFollower, CountsAHoleFromTheMap) {
     EXPECT_EQ(hole.cut.depth, mm(0.8));
     ASSERT_TRUE(hole.cut.surface && hole.cut.foretold);
     EXPECT_EQ(hole.cut.surface->in_mm(), map_mm(hole.nominal));
-    EXPECT_EQ(hole.cut.foretold->sigma, hills()->height_at(hole.nominal)->sigma);
+    EXPECT_EQ(hole.cut.foretold->sigma, hills()->height_at(hole.nominal)->height.sigma);
     EXPECT_EQ(hole.cut.foretold->source, HeightSource::Measured);
   }
   EXPECT_EQ(holes[2].cut, DepthOfCut());

@@ -274,6 +274,21 @@ TEST(SiebMeyerWriter, ADepthBelowAMeasuredSurfaceIsAPlane) {
       "X1.Y2.Z2.65\n");
 }
 
+TEST(SiebMeyerWriter, OnePlaneDoesForAxesOverOneSurface) {
+  DepthOfCut cut = {.z = {}, .depth = mm(0.4), .surface = mm(3.05)};
+  cut.other_surfaces = {mm(3.055)};
+  EXPECT_EQ(from_sieb_meyer({drill_at(1, 2, cut)}).body, "X1.Y2.Z2.65\n");
+  cut.other_surfaces = {mm(3.055), mm(3.2)};
+  EXPECT_THAT(from_sieb_meyer({drill_at(1, 2, cut)}).failure, HasSubstr("differs by 150 um"));
+  // A plane that follows a grid counts from each axis' own reference.
+  DepthOfCut moved = {.z = mm(1), .depth = {}, .surface = mm(3.05)};
+  moved.other_surfaces = {mm(3.2)};
+  moved.reference = PlaneReference{position_mm<frame::Nominal>(0, 0), mm(3.0), {mm(3.15)}};
+  EXPECT_EQ(from_sieb_meyer({drill_at(1, 2, moved)}).body, "X1.Y2.Z1.\n");
+  moved.reference->other_heights = {mm(3.0)};
+  EXPECT_THAT(from_sieb_meyer({drill_at(1, 2, moved)}).failure, HasSubstr("differs by 150 um"));
+}
+
 /// "If no Z-value is programmed, the manually entered Z-value is used as working plane": until one
 /// is.
 TEST(SiebMeyerWriter, GoesBackToThePlaneThatWasSetByHand) {

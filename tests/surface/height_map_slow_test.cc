@@ -6,9 +6,10 @@
 #include <cstdio>
 #include <set>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "panelcal/surface/height_map.h"
+#include "tests/support/matchers.h"
 #include "tests/surface/simulated_warp.h"
 
 namespace panelcal {
@@ -22,10 +23,12 @@ constexpr int kWarps = 50;
 constexpr int kQueries = 31;  ///< along a side
 constexpr double kTwoSided95 = 1.959963984540054;
 
-/// What is probed: 10 columns and 12 rows, some of which are missing, some wild.
+/// What is probed: columns and rows, some of which are missing, some wild.
 struct Lattice {
   std::size_t n_missing = 0;
   std::size_t n_wild = 0;
+  int n_columns = 10;
+  int n_rows = 12;
 };
 
 struct Warped {
@@ -37,7 +40,7 @@ struct Warped {
 Warped warped(std::uint64_t seed, const Lattice& lattice) {
   Random random = Random(61).fork(seed);
   Warped out{SimulatedWarp(random, static_cast<int>(seed)), {}, {}};
-  out.points = test::probed_lattice(random, out.truth, 10, 12);
+  out.points = test::probed_lattice(random, out.truth, lattice.n_columns, lattice.n_rows);
   const auto any = [&] {
     return static_cast<std::size_t>(random.uniform(0, static_cast<double>(out.points.size())));
   };
@@ -100,11 +103,11 @@ void judge(const HeightMap& map, const Warped& warp, Judged& out) {
   }
 }
 
-Judged judged(const Lattice& lattice) {
+Judged judged(const Lattice& lattice, const HeightMapOptions& options = {}, int n_warps = kWarps) {
   Judged out;
-  for (int i = 0; i < kWarps; ++i) {
+  for (int i = 0; i < n_warps; ++i) {
     const Warped warp = warped(static_cast<std::uint64_t>(i), lattice);
-    const auto map = HeightMap::of_probes(warp.points);
+    const auto map = HeightMap::of_probes(warp.points, options);
     EXPECT_TRUE(map) << "warp " << i << ": " << map.error().text();
     if (map) judge(*map, warp, out);
   }
@@ -145,6 +148,42 @@ TEST(HeightMap, KnowsWarpsWithNodesMissingAndWildProbes) {
   EXPECT_LT(found.rms_um(), 1.9);
   EXPECT_EQ(found.n_overlooked, 0);
   EXPECT_LE(found.n_false_alarms, 4);
+}
+
+/// Grid models: every probe is believed, so that nothing is smoothed.
+TEST(HeightMap, KnowsWarpsThroughEveryProbeOfAGrid) {
+  for (const SurfaceModel model : {SurfaceModel::Bilinear, SurfaceModel::MonotoneBicubic}) {
+    const Judged found = judged({}, {.model = model});
+    expect_honest(found);
+    EXPECT_LT(found.rms_um(), 3.2);
+    EXPECT_EQ(found.n_false_alarms, 0);
+  }
+}
+
+TEST(HeightMap, HasNoGridModelWhereANodeIsMissingOrWild) {
+  for (const SurfaceModel model : {SurfaceModel::Bilinear, SurfaceModel::MonotoneBicubic}) {
+    for (int i = 0; i < kWarps; ++i) {
+      const auto seed = static_cast<std::uint64_t>(i);
+      EXPECT_THAT(HeightMap::of_probes(warped(seed, {.n_missing = 24}).points, {.model = model}),
+                  test::FailsWith(Code::GridInvalid, "the grid has no point at ("));
+      EXPECT_THAT(HeightMap::of_probes(warped(seed, {.n_wild = 8}).points, {.model = model}),
+                  test::FailsWith(Code::GridInvalid, "a good probe at each node"));
+    }
+  }
+}
+
+/// More probes than tell the shape: honest, and better than the best part that could.
+TEST(HeightMap, KnowsWarpsOfManyProbes) {
+  constexpr int kFewer = 24;
+  const Judged many = judged({.n_missing = 40, .n_wild = 10, .n_columns = 36, .n_rows = 34},
+                             {.model = SurfaceModel::GaussianProcess},
+                             kFewer);
+  expect_honest(many);
+  EXPECT_EQ(many.n_overlooked, 0);
+  EXPECT_LE(many.n_false_alarms, 2);
+  const Judged part =
+      judged({.n_columns = 25, .n_rows = 24}, {.model = SurfaceModel::GaussianProcess}, kFewer);
+  EXPECT_LT(many.rms_um(), 0.9 * part.rms_um());
 }
 
 }  // namespace

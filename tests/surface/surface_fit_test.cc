@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 
+#include "panelcal/surface/even_part.h"
 #include "panelcal/surface/reference_plane.h"
 #include "tests/support/matchers.h"
 #include "tests/surface/simulated_warp.h"
@@ -284,6 +285,40 @@ TEST(SurfaceFit, RefusesShapesThatMakeNoSurface) {
   EXPECT_THAT(with(SurfaceModel::GaussianProcess, bad), FailsWith(Code::ConfigValue, "trend"));
 }
 
+/// A part tells the shape, all of them the surface: sigma falls as it would if all told both.
+TEST(SurfaceFit, OfManyProbesKnowsMoreThanOfThePartThatTellsItsShape) {
+  Random random(20);
+  const SimulatedWarp warp(random, 1);
+  const Points points = probed_lattice(random, warp, 25, 25);
+  ASSERT_GT(points.size(), kMostProbes);
+  const auto all = fit_surface(points, SurfaceModel::ThinPlate);
+  ASSERT_TRUE(all) << all.error().text();
+  const auto part = fit_surface(internal::even_part(points, kMostProbes), SurfaceModel::ThinPlate);
+  ASSERT_TRUE(part) << part.error().text();
+  EXPECT_EQ(all->shape().strength_mm2, part->shape().strength_mm2);
+  EXPECT_NE(all->noise_factor(), part->noise_factor());
+  EXPECT_NEAR(all->noise_factor(), part->noise_factor(), 0.1);
+  ASSERT_EQ(all->left_out().size(), points.size());
+  int n_within_95 = 0;
+  constexpr int kPlaces = 500;
+  for (int i = 0; i < kPlaces; ++i) {
+    const auto place =
+        position_mm<frame::Nominal>(random.uniform(-140, 140), random.uniform(-140, 140));
+    const HeightEstimate found = all->at(place);
+    EXPECT_LT(found.sigma / all->noise_factor(), part->at(place).sigma / part->noise_factor());
+    const double error = (found.height.in_mm() - warp(place.in_mm())) / found.sigma.in_mm();
+    n_within_95 += std::abs(error) < 1.96 ? 1 : 0;
+  }
+  // Errors of one panel hang together: coverage itself is the slow test's.
+  EXPECT_GT(n_within_95, 0.85 * kPlaces);
+  // Solved again, of the shape that was found.
+  const auto again = fit_surface(points, SurfaceModel::ThinPlate, all->shape());
+  ASSERT_TRUE(again) << again.error().text();
+  const auto place = position_mm<frame::Nominal>(12.5, -34.5);
+  EXPECT_EQ(again->at(place).height, all->at(place).height);
+  EXPECT_EQ(again->at(place).sigma, all->at(place).sigma);
+}
+
 TEST(SurfaceFit, RefusesWhatMakesNoSurface) {
   Points points = warped(19);
   EXPECT_THAT(fit_surface({}, SurfaceModel::Plane), FailsWith(Code::GridInvalid, "0 probes"));
@@ -291,8 +326,10 @@ TEST(SurfaceFit, RefusesWhatMakesNoSurface) {
               FailsWith(Code::GridInvalid, "in one line"));
   EXPECT_THAT(fit_surface(Points(4, points[0]), SurfaceModel::GaussianProcess),
               FailsWith(Code::GridInvalid, "coincide"));
-  EXPECT_THAT(fit_surface(Points(kMostProbes + 1, points[0]), SurfaceModel::Plane),
-              FailsWith(Code::GridInvalid, "601 probes"));
+  EXPECT_THAT(fit_surface(Points(kMostBentProbes + 1, points[0]), SurfaceModel::Plane),
+              FailsWith(Code::GridInvalid, "3001 probes, expected 3 to 3000"));
+  EXPECT_THAT(fit_surface(Points(kMostGridProbes + 1, points[0]), SurfaceModel::Bilinear),
+              FailsWith(Code::GridInvalid, "100001 probes, expected 3 to 100000 for a grid"));
   for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     Points broken = points;
     broken[3].measured.sigma = mm(bad);

@@ -60,6 +60,38 @@ TEST(SurfaceOutliers, FindsManyOfAllSizesAndNoOther) {
   EXPECT_LT(found->fit.noise_factor(), 1.5);
 }
 
+TEST(SurfaceOutliers, FindsAFewAmongManyProbes) {
+  Random random(24);
+  Points points = warped(random, 27, 25);
+  ASSERT_GT(points.size(), kMostProbes);
+  std::set<std::size_t> wild;
+  while (wild.size() < 6) wild.insert(static_cast<std::size_t>(random.uniform(0, 675)));
+  for (const std::size_t i : wild) {
+    points[i].measured.height = points[i].measured.height + mm(random.uniform(0.03, 1));
+  }
+  const auto found = fit_without_outliers(points, SurfaceModel::ThinPlate);
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_EQ(called_outliers(*found), wild);
+  EXPECT_EQ(found->kept.size(), points.size() - wild.size());
+  // A number that is none among them does no harm.
+  points[300].place = position_mm<frame::Nominal>(std::numeric_limits<double>::quiet_NaN(), 0);
+  EXPECT_THAT(fit_without_outliers(points, SurfaceModel::ThinPlate),
+              FailsWith(Code::GridInvalid, "column 3 row 11"));
+}
+
+TEST(SurfaceOutliers, NamesAWildNodeOfALargeGrid) {
+  Random random(27);
+  Points points = warped(random, 60, 70);
+  const auto good = fit_without_outliers(points, SurfaceModel::Bilinear);
+  ASSERT_TRUE(good) << good.error().text();
+  EXPECT_EQ(good->kept.size(), points.size());
+  points[60 * 41 + 17].measured.height = points[60 * 41 + 17].measured.height - mm(0.05);
+  for (const SurfaceModel model : {SurfaceModel::Bilinear, SurfaceModel::MonotoneBicubic}) {
+    EXPECT_THAT(fit_without_outliers(points, model),
+                FailsWith(Code::GridInvalid, "column 17 row 41 is 0.0"));
+  }
+}
+
 TEST(SurfaceOutliers, JudgesAPlaneOfFewProbes) {
   Random random(23);
   const auto tilted = [](const Eigen::Vector2d& p_mm) { return 1.6 + 1e-3 * p_mm.x(); };

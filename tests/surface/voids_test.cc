@@ -2,6 +2,7 @@
 #include "panelcal/surface/voids.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
@@ -75,9 +76,13 @@ TEST(Voids, GiveTheFirstThatHoldsAPlace) {
                                   {Outside{rectangle(at(-50, -50), at(50, 50))}, "edge", {}}},
                                  mm(0.5));
   ASSERT_TRUE(voids) << voids.error().text();
-  EXPECT_EQ(voids->at(at(5, 7.4))->name, "hole");
-  EXPECT_EQ(voids->at(at(5, 7.6))->name, "clamp");
-  EXPECT_EQ(voids->at(at(49.7, 0))->name, "edge");
+  EXPECT_EQ(voids->at(at(5, 6.9))->name, "hole");
+  EXPECT_EQ(voids->at(at(5, 7.4))->name, "clamp");
+  EXPECT_EQ(voids->at(at(49.7, 0)), nullptr);
+  // The tip of a probe has a radius.
+  EXPECT_EQ(voids->touched_at(at(5, 7.4))->name, "hole");
+  EXPECT_EQ(voids->touched_at(at(5, 7.6))->name, "clamp");
+  EXPECT_EQ(voids->touched_at(at(49.7, 0))->name, "edge");
   EXPECT_EQ(voids->at(at(1e9, 1e9))->name, "edge");
   EXPECT_EQ(voids->at(at(15, 15)), nullptr);
   EXPECT_EQ(Voids().at(at(0, 0)), nullptr);
@@ -85,6 +90,20 @@ TEST(Voids, GiveTheFirstThatHoldsAPlace) {
   EXPECT_THAT(Voids::make({}, mm(-1)), FailsWith(Code::ConfigValue, "margin_mm of voids is -1"));
   EXPECT_THAT(Voids::make({{Circle{at(0, 0), mm(0)}, "hole", {}}}),
               FailsWith(Code::ConfigValue, "\"hole\": a circle"));
+}
+
+TEST(Voids, HaveNotTooManyCorners) {
+  Polygon round;
+  for (int i = 0; i < 2000; ++i) {
+    const double angle_rad = 2e-3 * 3.14159265358979 * i / 2;
+    round.corners.push_back(at(std::cos(angle_rad), std::sin(angle_rad)));
+  }
+  EXPECT_TRUE(Voids::make(std::vector<Void>(5, {round, "round", {}})));
+  EXPECT_THAT(Voids::make(std::vector<Void>(6, {round, "round", {"zones.toml", 3, 1}})),
+              FailsWith(Code::ConfigValue, "zones.toml:3:1"));
+  round.corners.push_back(at(0.9999, -1e-4));
+  EXPECT_THAT(check_area(round, "round", {}),
+              FailsWith(Code::ConfigValue, "a polygon of 2001 corners"));
 }
 
 TEST(Voids, FindAsIfAllWereLookedAt) {
@@ -95,7 +114,8 @@ TEST(Voids, FindAsIfAllWereLookedAt) {
     // Some as large as half of the panel.
     const double radius_mm = i % 50 == 0 ? random.uniform(20, 100) : random.uniform(0.1, 6);
     if (i % 3 == 0) {
-      const auto end = at(center.in_mm().x() + random.uniform(-30, 30), center.in_mm().y());
+      const auto end = at(center.in_mm().x() + random.uniform(-30, 30),
+                          center.in_mm().y() + (i % 2 == 0 ? random.uniform(-80, 80) : 0));
       all.push_back({Track{{center, end}, mm(radius_mm)}, std::to_string(i), {}});
     } else {
       all.push_back({Circle{center, mm(radius_mm)}, std::to_string(i), {}});
@@ -108,8 +128,11 @@ TEST(Voids, FindAsIfAllWereLookedAt) {
     const auto place = at(random.uniform(-20, 420), random.uniform(-120, 220));
     const auto right = std::ranges::find_if(
         all, [&](const Void& one) { return is_within(one.area, place, mm(0.3)); });
-    const Void* const found = voids->at(place);
+    const Void* const found = voids->touched_at(place);
     ASSERT_EQ(found == nullptr, right == all.end());
+    EXPECT_EQ(voids->at(place) != nullptr, std::ranges::any_of(all, [&](const Void& one) {
+                return is_within(one.area, place);
+              }));
     if (found == nullptr) continue;
     EXPECT_EQ(found->name, right->name);
     ++n_inside;

@@ -75,21 +75,21 @@ TEST(ZonedMap, DoesNotBelieveProbesInVoidsAndSaysWhich) {
   const auto map = ZonedMap::of_probes(points, {kLeft}, *std::move(voids));
   ASSERT_TRUE(map) << map.error().text();
   ASSERT_EQ(map->unused().size(), 3U + 6 * 13);
-  EXPECT_EQ(map->unused()[0].text, "column 7 row 0 lies in no zone");
+  EXPECT_EQ(map->unused()[0].reason, "it lies in no zone");
   const auto in_hole = std::ranges::find(map->unused(), 13U * 5 + 3, &UnusedProbe::i_point);
   ASSERT_NE(in_hole, map->unused().end());
-  EXPECT_EQ(in_hole->text, "column 3 row 5 lies in \"hole of tool 3\"");
+  EXPECT_EQ(in_hole->reason, "it lies in \"hole of tool 3\" (panel.exc:40)");
   EXPECT_TRUE(map->map(0).outliers().empty());
   const auto found = map->height_at(points[13 * 5 + 3].place);
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_EQ(found->height.source, HeightSource::InVoid);
-  EXPECT_EQ(found->void_name, "hole of tool 3");
+  EXPECT_EQ(found->in_void, "\"hole of tool 3\" (panel.exc:40)");
   // Foretold by its neighbours.
   EXPECT_NEAR(found->height.height.in_mm(), two_panels(points[13 * 5 + 3].place.in_mm()), 0.005);
   const auto beside = map->height_at(
       at(points[13 * 5 + 3].place.in_mm().x() + 2.1, points[13 * 5 + 3].place.in_mm().y()));
   EXPECT_NE(beside->height.source, HeightSource::InVoid);
-  EXPECT_TRUE(beside->void_name.empty());
+  EXPECT_TRUE(beside->in_void.empty());
 
   const LatticeAxis x{-150, 25, 13}, y{-150, 25, 13};
   const auto measured = height_grid(*map, x, y), filled = height_grid(*map, x, y, GridFill::Filled);
@@ -98,6 +98,52 @@ TEST(ZonedMap, DoesNotBelieveProbesInVoidsAndSaysWhich) {
   EXPECT_TRUE(filled->heights[13 * 5 + 3]);
   EXPECT_TRUE(measured->heights[13 * 5 + 2]);
   EXPECT_FALSE(filled->heights[13 * 5 + 8]);
+}
+
+TEST(ZonedMap, DoesNotBelieveAProbeWhoseTipMayTouchAVoid) {
+  const Points points = two_panels_probed();
+  const auto beside = points[13 * 5 + 3].place + displacement_mm<frame::Nominal>(1.8, 0);
+  auto voids = Voids::make({{Circle{beside, mm(1.5)}, "clamp", {"zones.toml", 4, 8}}}, mm(0.5));
+  ASSERT_TRUE(voids) << voids.error().text();
+  const auto map = ZonedMap::of_probes(points, {kLeft, kRight}, *std::move(voids));
+  ASSERT_TRUE(map) << map.error().text();
+  ASSERT_EQ(map->unused().size(), 1U);
+  EXPECT_EQ(map->unused()[0].reason, "it may touch \"clamp\" (zones.toml:4)");
+  // There is a surface all the same.
+  EXPECT_NE(map->height_at(points[13 * 5 + 3].place)->height.source, HeightSource::InVoid);
+  EXPECT_EQ(map->height_at(beside)->height.source, HeightSource::InVoid);
+}
+
+TEST(ZonedMap, GivesManyHeightsAsOneByOne) {
+  const Points points = two_panels_probed();
+  auto voids = Voids::make({{Circle{at(-60, 10), mm(20)}, "hole", {}}});
+  const auto zoned = ZonedMap::of_probes(points, {kRight, kLeft}, *voids);
+  const auto plain = ZonedMap::of_probes(
+      points, {}, *voids, {.model = SurfaceModel::Plane, .outliers = {.most_noise = 1e6}});
+  ASSERT_TRUE(zoned) << zoned.error().text();
+  ASSERT_TRUE(plain) << plain.error().text();
+  for (const ZonedMap& map : {*zoned, *plain}) {
+    Random random(155);
+    std::vector<Eigen::Vector2d> places_mm;
+    while (places_mm.size() < 2000) {
+      const Eigen::Vector2d p_mm(random.uniform(-154, 154), random.uniform(-154, 154));
+      if (map.height_at(position_mm<frame::Nominal>(p_mm))) places_mm.push_back(p_mm);
+    }
+    std::vector<double> heights_mm(places_mm.size());
+    std::vector<HeightSource> sources(places_mm.size());
+    ASSERT_TRUE(map.heights_at(places_mm, heights_mm, sources));
+    int n_void = 0;
+    for (std::size_t i = 0; i < places_mm.size(); ++i) {
+      const auto one = map.height_at(position_mm<frame::Nominal>(places_mm[i]));
+      EXPECT_EQ(mm(heights_mm[i]), one->height.height);
+      EXPECT_EQ(sources[i], one->height.source);
+      n_void += sources[i] == HeightSource::InVoid ? 1 : 0;
+    }
+    EXPECT_GT(n_void, 10);
+    places_mm[7] = {7, 500};
+    EXPECT_FALSE(map.heights_at(places_mm, heights_mm));
+    EXPECT_FALSE(map.heights_at(places_mm, std::span(heights_mm).first(3)));
+  }
 }
 
 TEST(ZonedMap, IsOneMapWithoutZones) {

@@ -72,5 +72,17 @@ TEST(DriftForecast, RefusesWhatCannotBeAsked) {
   EXPECT_FALSE(may_drill(model, there, *model.last(), {.probability = 0.7}));
 }
 
+TEST(DriftForecast, OfManyAxesEachIsHeldAgainstTheTolerance) {
+  // Independent, centred, 1 wide: the chance of each beyond 3 is 0.0027.
+  DriftPrediction prediction;
+  for (int i = 0; i < 4; ++i) prediction.axes.push_back({{{1, 0, 1}}});
+  prediction.correlation = Eigen::MatrixXd::Identity(4, 4);
+  const Eigen::VectorXd center = Eigen::VectorXd::Zero(4);
+  const double one = 0.0026997960632601866;
+  EXPECT_NEAR(chance_beyond(prediction, center, 3), 4 * one, 1e-9);
+  // Never more than one, however wide.
+  EXPECT_EQ(chance_beyond(prediction, center, 0.1), 1);
+}
+
 }  // namespace
 }  // namespace panelcal

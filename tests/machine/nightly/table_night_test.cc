@@ -11,6 +11,7 @@
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/table_calibration_file.h"
+#include "panelcal/machine/nightly/night_files.h"
 #include "panelcal/machine/nightly/nightly.h"
 #include "panelcal/machine/plate_pictures.h"
 #include "panelcal/machine/sim/sim_plate.h"
@@ -188,6 +189,21 @@ TEST_F(TableNights, SayWhatTheyLack) {
   table = "[nightly.table]\nplate = \"plate.toml\"\nfile = \"table.cal.json\"\n";
   source = "machine_driver = \"sim\"";
   EXPECT_THAT(try_run(), FailsWith(Code::ConfigValue, "has no plate"));
+}
+
+TEST_F(TableNights, ADamagedTableOfJobsComesBackFromTheLedger) {
+  run();
+  const std::string good = file();
+  in_force = "[table]\ncalibration = \"table.cal.json\"\n";
+  ASSERT_TRUE(config());
+  std::filesystem::remove(folder_.path() / "table.cal.json");
+  EXPECT_FALSE(config()) << "nobody can read machine.toml without it";
+  const auto files = find_night_files(folder_.path() / "machine.toml");
+  ASSERT_TRUE(files) << files.error().text();
+  EXPECT_THAT(restore_damaged_files(*files).value(),
+              testing::ElementsAre(HasSubstr("table.cal.json")));
+  EXPECT_EQ(file(), good);
+  EXPECT_TRUE(config());
 }
 
 }  // namespace

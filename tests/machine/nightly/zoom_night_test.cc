@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 
 #include "panelcal/calib/base/atomic_file.h"
+#include "panelcal/machine/nightly/night_files.h"
 #include "panelcal/machine/nightly/nightly.h"
 #include "panelcal/machine/sim/sim_plate.h"
 #include "tests/machine/virtual_machine.h"
@@ -149,6 +150,21 @@ TEST_F(ZoomNights, NeedToKnowWhichLevelTheCameraGoesBackTo) {
   EXPECT_EQ(record.error().code, Code::ConfigValue);
   EXPECT_THAT(record.error().text(), HasSubstr("which zoom it goes back to"));
   EXPECT_TRUE(orders_.empty());
+}
+
+TEST_F(ZoomNights, ADamagedCalibrationOfALevelComesBackFromTheLedger) {
+  ASSERT_TRUE(run());
+  const auto near = folder_.path() / "near.cal.json";
+  const std::string good = read_file(near).value_or("none");
+  ASSERT_TRUE(write_file(near, "{\"kind\": "));
+  const auto files = find_night_files(folder_.path() / "machine.toml");
+  ASSERT_TRUE(files) << files.error().text();
+  EXPECT_TRUE(files->has_calibration(near));
+  EXPECT_FALSE(files->has_calibration(folder_.path() / "machine.toml"));
+  EXPECT_THAT(restore_damaged_files(*files).value(),
+              ElementsAre(testing::HasSubstr("near.cal.json")));
+  EXPECT_EQ(read_file(near).value_or(""), good);
+  EXPECT_THAT(restore_damaged_files(*files).value(), testing::IsEmpty());
 }
 
 }  // namespace

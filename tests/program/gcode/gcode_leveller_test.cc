@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -112,7 +113,46 @@ TEST(GcodeLeveller, CutsRampsAtTheSafeHeight) {
             "G0 Z5\nG1 X40 Z2.04\nG1 X60 Z0.06\nG1 X40 Z2.04\nG1 X10 Z5\n");
   // Up to the safe height itself: along the surface, and then to where the program goes on.
   EXPECT_EQ(after_start("G1 Z-1\nX70 Z2\n"), "G1 Z-0.99\nX70 Z2.07\nG1 X70 Z2\n");
-  EXPECT_THAT(after_start("G2 X20 Y20 I5 Z-1\n"), HasSubstr("an arc through the safe height"));
+}
+
+TEST(GcodeLeveller, CutsHelicesAtTheSafeHeight) {
+  LevelOptions rough;
+  rough.height_tolerance = um(50);
+  // Half a circle about (20, 20), from 3 at (10, 20) to 1 at (30, 20): through 2 at (20, 30).
+  EXPECT_EQ(after_start("G0 Z3\nG2 X30 Y20 I10 J0 Z1\nG0 Z2\n", rough),
+            "G0 Z3\nG2 X20 Y30 Z2.02 I10 J0\nG2 X30 Y20 Z1.03 I0 J-10\nG0 Z2\n");
+  EXPECT_EQ(after_start("G1 Z1\nG3 X30 Y20 I10 J0 Z3\n", rough),
+            "G1 Z1.01\nG3 X20 Y10 Z2.02 I10 J0\nG3 X30 Y20 Z3 I0 J10\n");
+}
+
+TEST(GcodeLeveller, AnArcHasNoPieceWithoutLength) {
+  LevelOptions rough;
+  rough.height_tolerance = um(50);
+  // It begins at the safe height itself: no full circle is added, which would have no end.
+  const std::string text = std::string(kStart) + "G2 X30 Y20 I10 J0 Z-1\nG2 X10 Y20 I-10 J0 Z2\n";
+  const auto done = level_gcode({"p.ngc", text}, sloping_map(), rough);
+  ASSERT_TRUE(done) << done.error().text();
+  gcode::MotionReader reader("levelled");
+  LineCursor cursor(done->text);
+  double turned_rad = 0;
+  while (!cursor.at_end()) {
+    const auto motion = reader.read(*gcode::read_gcode_block(cursor.next(), "levelled"));
+    ASSERT_TRUE(motion);
+    if (*motion) turned_rad += (*motion)->sweep_rad;
+  }
+  EXPECT_NEAR(turned_rad, -2 * std::numbers::pi, 1e-6);
+  // Shorter than any piece: it ends where the program has it.
+  EXPECT_EQ(after_start("G2 X10.01 Y20 I0.005 J0 Z1\n", rough), "G2 X10.01 Y20 Z1.01 I0.005 J0\n");
+}
+
+TEST(GcodeLeveller, StepsLeadToTheSurface) {
+  EXPECT_EQ(after_start("G91\nG1 Z-2.1 F100\nX50\nY1\nG0 Z2.1\nX5\nG90\nG1 Z-0.1\n"),
+            "G91\nG1 F100 Z-2.09\nX50 Z0.05\nY1 Z0\nG0 Z2.04\nX5\nG90\nG1 Z-0.035\n");
+  // Cut at the safe height, as without G91.
+  EXPECT_EQ(after_start("G91 G1 X60 Z-3\n"), "G91 G1 X0 Z0.01\nG1 X60 Z-2.94\n");
+  EXPECT_THAT(
+      after_start("G91 G28 Z0\nG1 Z-1\n"),
+      HasSubstr("p.ngc:5:1: error[coordinate-missing]: a move at nobody knows what height"));
 }
 
 TEST(GcodeLeveller, KeepsHelices) {
@@ -158,7 +198,7 @@ TEST(GcodeLeveller, RefusesWhatWouldGoThroughTheBoard) {
   EXPECT_THAT(
       levelled("G21\nG1 X5 Y5\n", sloping_map(), {.safe_height = mm(2)}),
       HasSubstr("p.ngc:2:1: error[coordinate-missing]: a move at nobody knows what height"));
-  EXPECT_THAT(after_start("G91 G1 Z-0.1\n"), HasSubstr("error[not-supported]"));
+  EXPECT_THAT(after_start("G91 G81 X1 Z-0.1 R1\n"), HasSubstr("error[not-supported]"));
 }
 
 TEST(GcodeLeveller, RefusesASafeHeightThatTheBoardReaches) {
@@ -258,6 +298,80 @@ TEST(GcodeLeveller, KeepsToTheSurfaceOnLinesAndArcs) {
     EXPECT_LE(worst.height_mm, 1e-3 * tolerance_um + kRounding_mm);
     EXPECT_LE(worst.way_mm, kRounding_mm);
     EXPECT_EQ(worst.n_moves + 1, done->figures.n_pieces);
+  }
+}
+
+/// Ends of all moves.
+std::vector<Eigen::Vector3d> ends_mm(const std::string& text) {
+  gcode::MotionReader reader("levelled");
+  LineCursor cursor(text);
+  std::vector<Eigen::Vector3d> ends;
+  while (!cursor.at_end()) {
+    const auto motion = reader.read(*gcode::read_gcode_block(cursor.next(), "levelled"));
+    EXPECT_TRUE(motion) << motion.error().text();
+    if (!motion || !*motion || !(*motion)->to.has_xy() || !(*motion)->to.z_mm) continue;
+    ends.emplace_back(*(*motion)->to.x_mm, *(*motion)->to.y_mm, *(*motion)->to.z_mm);
+  }
+  return ends;
+}
+
+/// A program in G90 and the same in G91, of lines and arcs below, above and through the safe
+/// height.
+struct Spellings {
+  std::string places = "G21\nG0 X50 Y50 Z2\n";
+  std::string steps = places + "G91\n";
+};
+
+Spellings random_program(Random& random) {
+  Spellings text;
+  Eigen::Vector3d at_mm(50, 50, 2);
+  const auto round = [](double value_mm) { return std::round(1000 * value_mm) / 1000; };
+  for (int i = 0; i < 60; ++i) {
+    Eigen::Vector3d to_mm(round(random.uniform(5, 95)),
+                          round(random.uniform(5, 95)),
+                          random.uniform() < 0.4 ? 2 : round(random.uniform(-1, 3)));
+    std::string code = random.uniform() < 0.3 ? "G0" : "G1", center;
+    if (random.uniform() < 0.4) {  // half a circle to the left or to the right, inside of the map
+      code = random.uniform() < 0.5 ? "G2" : "G3";
+      const double half_mm = round(random.uniform(-20, 20));
+      const double middle_mm = std::clamp(at_mm.x(), 25.0, 75.0);
+      to_mm.x() = round(at_mm.x() + 2 * (at_mm.x() > middle_mm ? -std::abs(half_mm) : half_mm));
+      to_mm.y() = at_mm.y();
+      if (at_mm.y() < 25 || at_mm.y() > 75 || to_mm.x() < 1 || to_mm.x() > 99 || half_mm == 0) {
+        continue;
+      }
+      center = fmt::format(" I{:.4f} J0", (to_mm.x() - at_mm.x()) / 2);
+    }
+    const Eigen::Vector3d step_mm = to_mm - at_mm;
+    const std::string words = "{} X{:.3f} Y{:.3f} Z{:.3f}{}\n";
+    text.places += fmt::format(fmt::runtime(words), code, to_mm.x(), to_mm.y(), to_mm.z(), center);
+    text.steps +=
+        fmt::format(fmt::runtime(words), code, step_mm.x(), step_mm.y(), step_mm.z(), center);
+    at_mm = to_mm;
+  }
+  return text;
+}
+
+TEST(GcodeLeveller, StepsLeadWherePlacesDo) {
+  const HeightMap map =
+      probed_map([](double x, double y) { return 0.2 * std::sin(x / 15) * std::cos(y / 20); });
+  // The last digits of heights and places; steps do not add their rounding up.
+  constexpr double kRounding_mm = 1.1e-4;
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const Spellings program = random_program(random);
+    const LevelOptions options{.height_tolerance = um(15), .safe_height = mm(2)};
+    const auto places = level_gcode({"places.ngc", program.places}, map, options);
+    const auto steps = level_gcode({"steps.ngc", program.steps}, map, options);
+    ASSERT_TRUE(places) << places.error().text() << program.places;
+    ASSERT_TRUE(steps) << steps.error().text();
+    const auto a_mm = ends_mm(places->text), b_mm = ends_mm(steps->text);
+    ASSERT_EQ(a_mm.size(), b_mm.size());
+    ASSERT_GT(a_mm.size(), 30u);
+    for (std::size_t i = 0; i < a_mm.size(); ++i) {
+      EXPECT_LT((a_mm[i] - b_mm[i]).lpNorm<Eigen::Infinity>(), kRounding_mm) << "move " << i;
+    }
   }
 }
 

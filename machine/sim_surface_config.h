@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "panelcal/calib/base/expected.h"
+#include "panelcal/machine/sim/sim_table_surface.h"
+#include "panelcal/machine/sim/simulated_probe.h"
+#include "panelcal/machine/toml_table.h"
+
+// Not installed: the surfaces of [sim] in machine.toml.
+namespace panelcal::internal {
+
+/// [sim.surface]: the board's. Without a word it is flat, where it is expected, and probed without
+/// noise.
+Expected<void> read_sim_surface(const TomlTable& sim, SimulatedProbeOptions& surface);
+
+/// [sim.table_surface]: the table's own; absent: the virtual machine cannot probe it.
+Expected<void> read_sim_table_surface(const TomlTable& sim,
+                                      std::uint64_t seed,
+                                      std::optional<SimTableSurface>& out);
+
+}  // namespace panelcal::internal

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/program/writers/foreign_settings.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace panelcal {
+namespace {
+
+template <std::size_t N>
+bool contains(const std::array<std::string_view, N>& words, std::string_view word) {
+  return std::ranges::find(words, word) != words.end();
+}
+
+}  // namespace
+
+std::string_view setting_key(std::string_view text) {
+  return text.substr(0, text.find_first_of(", \t"));
+}
+
+bool is_spelling(std::string_view key) {
+  constexpr std::array<std::string_view, 16> kSpelling = {"FMAT",
+                                                          "METRIC",
+                                                          "INCH",
+                                                          "M71",
+                                                          "M72",
+                                                          "G05",
+                                                          "G07",
+                                                          "G90",
+                                                          "G91",
+                                                          "ICI",
+                                                          "ICI,OFF",
+                                                          "OM48",
+                                                          "BLKD",
+                                                          "CP",
+                                                          "CAN_TEXT_OFF",
+                                                          "VER"};
+  return contains(kSpelling, key);
+}
+
+bool decides_places(std::string_view key) {
+  return key == "ZC" || key == "DN" || (key.size() > 1 && key.front() == 'Z' && key != "ZC");
+}
+
+bool is_obeyed(std::string_view command) {
+  constexpr std::array<std::string_view, 4> kModes = {"CAMA", "NOCAMA", "FA", "NOFA"};
+  return command.starts_with("FV") || contains(kModes, command) || command.starts_with("FAX") ||
+         command.starts_with("FAY");
+}
+
+}  // namespace panelcal

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+namespace panelcal {
+
+// What writers of another language have to know of settings, which are passed on as written.
+
+/// The word of an Excellon setting: PCKPARAM of `PCKPARAM,1`.
+std::string_view setting_key(std::string_view text);
+
+/// How numbers and modes are written in Excellon: a writer has its own.
+bool is_spelling(std::string_view key);
+
+/// Of Excellon settings: ZC is a part of work zero; DN and Z are depths.
+bool decides_places(std::string_view key);
+
+/// Of SIEB & MEYER's M49: what the walk has obeyed, or the writer states itself.
+bool is_obeyed(std::string_view command);
+
+}  // namespace panelcal

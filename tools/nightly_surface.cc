@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panelcal/tools/nightly_surface.h"
+
+#include "panelcal/tools/surface_picture.h"
+
+namespace panelcal::nightly {
+
+std::string surface_figures(const NightStep& step) {
+  if (!step.surface) return {};
+  std::string out = "<h3>The surface tonight</h3>\n<div class=\"charts\">\n";
+  for (const plan::Drawing& drawing : surface::map_drawings({*step.surface, {}, {}, {}})) {
+    out += "<figure>\n" + contours::inline_svg(drawing, "Contours over the table") + "</figure>\n";
+  }
+  return out +
+         "</div>\n<p class=\"quiet\">Dots: probes; red crosses: probes left out, with how far they "
+         "are off in mm; hatched: extrapolated, or filled where a probe is missing.</p>\n";
+}
+
+}  // namespace panelcal::nightly
