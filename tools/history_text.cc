@@ -120,7 +120,8 @@ std::string entry_page(const LedgerEntry& entry, bool in_force) {
     const LedgerParameter& parameter = record.parameters[i];
     page += fmt::format("  {:<20} {:>16.9g} {}", parameter.name, parameter.value, parameter.unit);
     const std::optional<double> sigma = sigma_of(record, i);
-    page += sigma ? fmt::format("  +- {:.3g}\n", *sigma) : "\n";
+    // One of 0 is of what was chosen, not measured.
+    page += sigma && *sigma > 0 ? fmt::format("  +- {:.3g}\n", *sigma) : "\n";
   }
   for (const LedgerInput& input : record.inputs) {
     page += fmt::format(
