@@ -142,7 +142,7 @@ std::string difference_json(const ComparedMaps& maps) {
 std::string difference_svg(const ComparedMaps& maps, const Provenance& provenance) {
   contours::ContourMap map;
   map.id = "difference";
-  map.title = "Later minus earlier, um (ring: greatest; grey: earlier probes, black: later)";
+  map.title = "Later minus earlier, um; ring: greatest";
   map.unit = "um";
   map.palette = contours::Palette::Differences;
   map.outline = maps.difference.common_mm;
