@@ -62,17 +62,37 @@ std::string words_of(const json::exception& error) {
 }
 
 /// Notes the first key that an object has twice; the parser itself would keep the last value.
-class DuplicateKeys {
+///
+/// Told event by event, not by the parser's callback: with one, the parser looks through all
+/// elements of an array at the end of each object in it.
+class DuplicateKeys : public nlohmann::json_sax<json> {
  public:
-  bool operator()(int /*depth*/, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::object_start) open_.emplace_back();
-    if (event == json::parse_event_t::object_end) open_.pop_back();
-    if (event == json::parse_event_t::key) {
-      const auto& key = parsed.get_ref<const std::string&>();
-      if (!open_.back().insert(key).second && !found_) found_ = key;
-    }
+  bool start_object(std::size_t) override {
+    open_.emplace_back();
     return true;
   }
+  bool key(std::string& key) override {
+    if (open_.back().insert(key).second) return true;
+    found_ = key;
+    return false;
+  }
+  bool end_object() override {
+    open_.pop_back();
+    return true;
+  }
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(json::number_integer_t) override { return true; }
+  bool number_unsigned(json::number_unsigned_t) override { return true; }
+  bool number_float(json::number_float_t, const std::string&) override { return true; }
+  bool string(std::string&) override { return true; }
+  bool binary(json::binary_t&) override { return true; }
+  bool start_array(std::size_t) override { return true; }
+  bool end_array() override { return true; }
+  bool parse_error(std::size_t, const std::string&, const json::exception&) override {
+    return false;
+  }
+
   const std::optional<std::string>& found() const { return found_; }
 
  private:
@@ -91,7 +111,8 @@ Expected<json> parse_strict_json(std::string_view text, const std::string& file)
   }
   DuplicateKeys duplicates;
   try {
-    json document = json::parse(text.begin(), text.end(), std::ref(duplicates));
+    json document = json::parse(text.begin(), text.end());
+    json::sax_parse(text.begin(), text.end(), &duplicates);
     if (!duplicates.found()) return document;
   } catch (const json::parse_error& error) {
     // The parser counts the bytes it took, of which the last is the one that does not fit.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -30,7 +31,7 @@ constexpr std::array<std::string_view, 7> kZoneKeys = {"center_mm",
                                                        "rectangle_mm"};
 constexpr std::array<std::string_view, 7> kVoidKeys = {
     "center_mm", "diameter_mm", "name", "polygon_mm", "rectangle_mm", "track_mm", "width_mm"};
-/// As check_area() has it, and beyond it: so that this says what is wrong with a key.
+/// As check_area() has it; here the message shows the number.
 constexpr Range kPlace_mm{-1e6, 1e6};
 constexpr Range kSize_mm{0, 1e6, true};
 
@@ -88,6 +89,10 @@ Expected<Area> read_shape(const TomlTable& table, std::string_view key) {
   return Track{std::move(corners), width};
 }
 
+/// Keys that say how large the area of another key is.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kSizes = {
+    {{"diameter_mm", "center_mm"}, {"width_mm", "track_mm"}}};
+
 /// The one area that a table says.
 ///
 /// In     keys: that begin one, of those the table may have
@@ -105,7 +110,7 @@ Expected<Area> read_area(const TomlTable& table,
   if (found.empty()) {
     return failure(table.missing("area", fmt::format("one of {}", fmt::join(keys, ", "))));
   }
-  for (const auto& [size, of] : {std::pair("diameter_mm", "center_mm"), {"width_mm", "track_mm"}}) {
+  for (const auto& [size, of] : kSizes) {
     if (table.has(size) && found != of) {
       return failure(table.problem(size, fmt::format("none without {}", of)));
     }

@@ -151,10 +151,13 @@ StoredMap StoredZones::zone(std::size_t i_zone) const {
 
 Expected<StoredZones> parse_zoned_map_file(std::string_view text, const std::string& file) {
   PANELCAL_TRY(const json document, internal::parse_strict_json(text, file));
-  // Whatever else is wrong, the reader of the first version says so.
-  const bool is_zoned =
-      document.is_object() && document.contains("version") && document["version"] == kZoned;
-  return is_zoned ? read_zoned(document, file) : read_plain(document, file);
+  // Keys of a version that is not known would be called unknown.
+  const bool has_version = document.is_object() && document.contains("version");
+  if (!has_version || document["version"] == kPlain) return read_plain(document, file);
+  if (document["version"] == kZoned) return read_zoned(document, file);
+  return failure(map_file_problem(file,
+                                  "the version is " + quoted(document["version"].dump()),
+                                  fmt::format("{} or {}", kPlain, kZoned)));
 }
 
 Expected<StoredZones> read_zoned_map_file(const std::filesystem::path& path) {

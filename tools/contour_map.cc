@@ -178,6 +178,7 @@ const std::string_view kContourStyle = R"css(
 .contour .wrong{stroke:#b3261e;stroke-width:2.2}
 .contour path.blank{fill:#fff;fill-rule:evenodd}.contour path.gap{stroke:#fff}
 .contour path.edge{stroke:#5b6774;stroke-width:1.6}
+.contour circle.halo{stroke:#fff;stroke-width:5}.contour circle.ring{stroke:#1b2530;stroke-width:2}
 .contour path.zone{stroke:#0a5ea8;stroke-width:1;stroke-opacity:.6}.contour path.own{stroke-width:2;stroke-opacity:1}
 .contour .missing{stroke:#7a1f6e;stroke-width:1.6}
 .contour text.wrong{fill:#b3261e;font-weight:700;stroke:#fff;stroke-width:3.5px;paint-order:stroke}

@@ -90,6 +90,8 @@ MAP count as done already, but with --afresh, for another panel of its kind. Of 
 zones --zone says which one is planned for; nothing is probed where the tip would touch a void of
 MAP.
 
+-o lists the places: .csv as bare X and Y, .json with the figures and what the plan was made from.
+
 Printed are the places in a short order to visit, the worst sigma with them, and how many probes a
 regular grid would need. What is planned holds if the panel bends as it is believed to: fit its map,
 and look at its sigma.

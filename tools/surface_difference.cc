@@ -145,7 +145,7 @@ std::string difference_json(const ComparedMaps& maps) {
 std::string difference_svg(const ComparedMaps& maps, const Provenance& provenance) {
   contours::ContourMap map;
   map.id = "difference";
-  map.title = "Later minus earlier, um";
+  map.title = "Later minus earlier, um; ring: greatest";
   map.unit = "um";
   map.palette = contours::Palette::Differences;
   map.outline = maps.difference.common_mm;
@@ -160,8 +160,12 @@ std::string difference_svg(const ComparedMaps& maps, const Provenance& provenanc
   contours::set_levels(map, kLevels);
   const report::View view = contours::view_of(map.outline);
   const Eigen::Vector2d at = view.at(maps.difference.greatest_at.in_mm());
-  const std::string greatest =
-      fmt::format("<circle class=\"wrong\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"9\"/>", at.x(), at.y());
+  // On a white one: where the difference is greatest the map may be as red as anything.
+  std::string greatest;
+  for (const std::string_view css_class : {"halo", "ring"}) {
+    greatest += fmt::format(
+        "<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"9\"/>\n", css_class, at.x(), at.y());
+  }
   return contours::sheet_svg(
       fmt::format("From {} to {}", maps.before_file, maps.after_file),
       {{contours::contour_drawing(map,

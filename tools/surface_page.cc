@@ -175,11 +175,12 @@ std::string map_html(const MadeMap& made, const Provenance& provenance) {
       report::kStyle,
       contours::kContourStyle,
       kPageStyle);
+  for (std::size_t i = 0; i < made.zones.size(); ++i) out += zone_sections(made, i);
   const Voids& voids = made.stored.map.voids();
   if (!voids.all().empty()) {
-    out += fmt::format("<section>\n<p>Voids: {}.</p>\n</section>\n", escaped(voids_text(voids)));
+    out += fmt::format("<h2>Voids</h2>\n<section>\n<p>{}.</p>\n</section>\n",
+                       escaped(voids_text(voids)));
   }
-  for (std::size_t i = 0; i < made.zones.size(); ++i) out += zone_sections(made, i);
   out += unused_table(made) + missing_table(made);
   out += "<footer>\n<dl>\n";
   for (const auto& [key, value] : provenance) {

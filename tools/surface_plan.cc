@@ -11,6 +11,7 @@
 #include "panelcal/program/json_text.h"
 #include "panelcal/surface/surface_fit.h"
 #include "panelcal/tools/contour_map.h"
+#include "panelcal/tools/surface_blanks.h"
 #include "panelcal/tools/surface_text.h"
 
 namespace panelcal::surface {
@@ -190,8 +191,15 @@ std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance)
   for (const auto& place : planned.plan.probes) map.marked.push_back(place.in_mm());
   map.field = contours::field_over(
       map.outline, kNodes, [&](const auto& places) { return sigmas_um(planned, places); });
-  contours::set_levels(map, kLevels);
+  std::string white;
   const report::View view = contours::view_of(map.outline);
+  if (planned.map) {
+    map.is_covered = [&](const Eigen::Vector2d& p_mm) {
+      return is_blank(*planned.map, planned.i_zone, position_mm<frame::Nominal>(p_mm));
+    };
+    white = blanks(*planned.map, planned.i_zone, view);
+  }
+  contours::set_levels(map, kLevels);
   std::string present;
   for (const ProbePoint& probe : planned.request.present) {
     present += circle(view.at(probe.place.in_mm()), 3, "old") + "\n";
@@ -199,7 +207,7 @@ std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance)
   return contours::sheet_svg(
       "Where to probe",
       {{contours::contour_drawing(
-          map, view, dots(planned.request.places, view) + present + tour(planned, view))}},
+          map, view, white + dots(planned.request.places, view) + present + tour(planned, view))}},
       provenance);
 }
 

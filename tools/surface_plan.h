@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "panelcal/surface/probe_plan.h"
+#include "panelcal/surface/zoned_map.h"
 #include "panelcal/tools/provenance.h"
 
 namespace panelcal::surface {
@@ -15,6 +18,8 @@ struct PlannedProbes {
   ProbePlan plan;
   std::string belief;                    ///< where the panel's bending is known from
   std::vector<Eigen::Vector2d> outline;  ///< of what may be probed, counter-clockwise, mm
+  std::optional<ZonedMap> map;           ///< whose zones and voids are kept; empty: none
+  std::size_t i_zone = 0;                ///< of the map, that is planned for
 };
 
 std::string plan_text(const PlannedProbes& planned);

@@ -178,7 +178,6 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   PANELCAL_CHECK(check_outputs(options));
   PlannedProbes planned;
   std::optional<StoredMap> stored;
-  std::optional<std::pair<ZonedMap, std::size_t>> zoned;
   if (options.map.empty()) {
     PANELCAL_CHECK(believe_options(options, planned));
   } else {
@@ -186,7 +185,8 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
     PANELCAL_TRY(const std::size_t i_zone, zone_of(read, options.map, kCommand, options));
     stored.emplace(read.zone(i_zone));
     PANELCAL_CHECK(believe_map(options, *stored, planned));
-    zoned.emplace(read.map, i_zone);
+    planned.map = read.map;
+    planned.i_zone = i_zone;
   }
   ProbePlanRequest& request = planned.request;
   request.tolerance = um(*options.tolerance_um);
@@ -200,11 +200,10 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   const bool are_places_free = request.places.empty();
   if (are_places_free) request.places = grid_over(area, kPlaces);
   request.candidates = grid_over(area, kCandidates);
-  if (zoned) {
-    const auto& [map, i_zone] = *zoned;
+  if (planned.map) {
     // Where a program works heights matter, whatever is there already.
-    if (are_places_free) drop_blank(map, i_zone, request.places);
-    drop_blank(map, i_zone, request.candidates);
+    if (are_places_free) drop_blank(*planned.map, planned.i_zone, request.places);
+    drop_blank(*planned.map, planned.i_zone, request.candidates);
     if (request.places.empty() || request.candidates.empty()) {
       return failure(usage(kCommand,
                            "all of the area lies in voids or in other zones",

@@ -9,8 +9,7 @@
 #include "tests/fuzz/map_file_entry.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const auto complaint =
-      panelcal::fuzz::run_map_file({reinterpret_cast<const char*>(data), size});
+  const auto complaint = panelcal::fuzz::run_map_file({reinterpret_cast<const char*>(data), size});
   if (complaint) {
     std::fprintf(stderr, "%s\n", complaint->c_str());
     std::abort();

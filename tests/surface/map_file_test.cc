@@ -103,7 +103,7 @@ TEST(MapFile, RefusesWhatIsNoMap) {
     return again(replaced(good, from, to));
   };
   EXPECT_THAT(with("\"version\": 1", "\"version\": 3"),
-              FailsWith(Code::MeasurementFile, "version"));
+              FailsWith(Code::MeasurementFile, "the version is \"3\", expected 1 or 2"));
   EXPECT_THAT(with("\"version\": 1", "\"version\": 2"),
               FailsWith(Code::MeasurementFile, "in the map"));
   EXPECT_THAT(with("\"noise_factor\": ", "\"noise_factor\": 1e7, \"noise\": "),
