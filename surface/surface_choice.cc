@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -50,6 +51,11 @@ bool is_clearly_worse(const Misses& other, const Misses& best) {
   if (n == 0) return false;
   const double mean = sum / n;
   return mean > std::sqrt(std::max(0.0, squares / n - mean * mean) / n);
+}
+
+bool foretells_better(const SurfaceFit& one, const SurfaceFit& other) {
+  constexpr double kNothing = std::numeric_limits<double>::infinity();
+  return one.left_out_rms().value_or(kNothing) < other.left_out_rms().value_or(kNothing);
 }
 
 std::string comparison(std::span<const SurfaceFit> fits) {
@@ -122,9 +128,9 @@ Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
   if (is_good(smooth[0])) {
     chosen = 0;
     reason += "; the plane is the simplest that is not clearly worse";
-  } else if (is_good(smooth[1])) {
+  } else if (is_good(smooth[1]) && foretells_better(smooth[1], smooth[2])) {
     chosen = 1;
-    reason += "; the thin plate is not clearly worse";
+    reason += "; the thin plate misses least";
   } else {
     reason += fmt::format("; the {} is the best of the smooth ones", name_of(sound.fit.model()));
   }

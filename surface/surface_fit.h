@@ -31,8 +31,8 @@ inline constexpr std::size_t kMostProbes = 600;
 /// Of a surface that is solved for: memory grows with the square of their number, 600 MB.
 inline constexpr std::size_t kMostBentProbes = 3000;
 
-/// Of a grid model, which solves nothing.
-inline constexpr std::size_t kMostGridProbes = 100'000;
+/// Of a grid model, which solves nothing: as many as a map's file has room for.
+inline constexpr std::size_t kMostGridProbes = 50'000;
 
 /// Fewer probes than this are not asked for bow and twist.
 inline constexpr std::size_t kLeastForBow = 12;
