@@ -32,7 +32,7 @@ using internal::TomlSource;
 using internal::TomlTable;
 using Words = std::string_view;
 
-constexpr std::array<Words, 17> kTopKeys = {"camera",
+constexpr std::array<Words, 18> kTopKeys = {"camera",
                                             "coupon",
                                             "depth",
                                             "diameter_page",

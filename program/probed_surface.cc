@@ -11,9 +11,9 @@
 
 namespace panelcal {
 
-Expected<HeightMap> probed_surface(const Survey& survey,
-                                   Length max_extrapolation,
-                                   std::size_t axis) {
+Expected<ZonedMap> probed_surface(const Survey& survey,
+                                  Length max_extrapolation,
+                                  std::size_t axis) {
   std::vector<ProbePoint> points;
   points.reserve(survey.probes.size());
   for (const ProbeReading& reading : survey.probes) {
@@ -38,7 +38,8 @@ Expected<HeightMap> probed_surface(const Survey& survey,
   }
   HeightMapOptions options;
   options.max_extrapolation = max_extrapolation;
-  return HeightMap::of_probes(points, options);
+  PANELCAL_TRY(HeightMap map, HeightMap::of_probes(points, options));
+  return ZonedMap(std::move(map));
 }
 
 std::vector<Expected<ZonedMap>> probed_surfaces(const Survey& survey, Length max_extrapolation) {

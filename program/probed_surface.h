@@ -7,7 +7,6 @@
 #include "panelcal/calib/base/expected.h"
 #include "panelcal/calib/base/units.h"
 #include "panelcal/program/survey.h"
-#include "panelcal/surface/height_map.h"
 #include "panelcal/surface/zoned_map.h"
 
 namespace panelcal {
@@ -20,9 +19,9 @@ namespace panelcal {
 ///        of how the board bends between them; or as HeightMap::of_probes); measurement-invalid (a
 ///        probe that states no sigma)
 /// See    tests/program/depth_verdict_test.cc
-Expected<HeightMap> probed_surface(const Survey& survey,
-                                   Length max_extrapolation,
-                                   std::size_t axis = 0);
+Expected<ZonedMap> probed_surface(const Survey& survey,
+                                  Length max_extrapolation,
+                                  std::size_t axis = 0);
 
 /// The same on every Z axis that probed; at least on the first.
 std::vector<Expected<ZonedMap>> probed_surfaces(const Survey& survey, Length max_extrapolation);

@@ -2,15 +2,11 @@
 #include "panelcal/program/writers/gcode_setting.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "panelcal/calib/tolerance.h"
 
 namespace panelcal {
 namespace {
-
-/// As in [[diameter_page]]: what inches and millimetres with few decimals make of one drill.
-bool has_diameter(const Tool& tool, const std::optional<Length>& drill) {
-  return tool.diameter && drill && std::abs((*tool.diameter - *drill).in_um()) <= 0.5;
-}
 
 template <class T>
 void fill(std::optional<T>& known, const std::optional<T>& said) {
@@ -37,8 +33,9 @@ GcodeWork GcodeSetting::work_of(const Tool& tool) const {
   const auto numbered =
       std::ranges::find_if(tools, [&](const GcodeTool& row) { return row.number == tool.number; });
   if (numbered != tools.end()) fill(work, numbered->work);
-  const auto sized = std::ranges::find_if(
-      tools, [&](const GcodeTool& row) { return !row.number && has_diameter(tool, row.drill); });
+  const auto sized = std::ranges::find_if(tools, [&](const GcodeTool& row) {
+    return !row.number && tool.diameter && row.drill && is_same_drill(*row.drill, *tool.diameter);
+  });
   if (sized != tools.end()) fill(work, sized->work);
   fill(work, usual);
   return work;

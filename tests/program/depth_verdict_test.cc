@@ -34,7 +34,7 @@ Survey probed(Length sigma, int n_side = 6) {
   return survey;
 }
 
-Expected<HeightMap> map_of(const Survey& survey) {
+Expected<ZonedMap> map_of(const Survey& survey) {
   return probed_surface(survey, mm(5));
 }
 
@@ -263,8 +263,8 @@ TEST(ProbedSurface, LeavesOutWildProbesThatTheGridCountsOn) {
   wild.heights[0].height = wild.heights[0].height + um(80);
   const auto map = map_of(survey);
   ASSERT_TRUE(map) << map.error().text();
-  ASSERT_EQ(map->outliers().size(), 1U);
-  EXPECT_EQ(map->outliers()[0].name, "G79 probe 14 (line 3)");
+  ASSERT_EQ(map->map(0).outliers().size(), 1U);
+  EXPECT_EQ(map->map(0).outliers()[0].name, "G79 probe 14 (line 3)");
   // What counts on it goes 80 um too shallow.
   DepthVerdict verdict(within(um(30), um(30)), um(3), map);
   put_all(verdict, {counted_on(40, 40, wild.heights[0].height)});

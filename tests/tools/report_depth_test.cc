@@ -26,7 +26,7 @@ void judge(DepthVerdict& verdict, std::string_view file = {}) {
   verdict.put(hole(8, file));
 }
 
-Expected<HeightMap> no_map() {
+Expected<ZonedMap> no_map() {
   return failure({Code::GridInvalid, {}, "there are 0 probes", "3 or more"});
 }
 
@@ -76,7 +76,8 @@ TEST(ReportDepth, DrawsTheSurfaceOfEveryAxisWithWorstPlaces) {
   drill.cut.depth = mm(0.2);
   drill.cut.surface = mm(1.6);
   drill.cut.other_surfaces = {mm(1.7)};
-  DepthVerdict verdict(within(um(20), um(20)), DepthErrors(um(3), {sloping(), sloping()}));
+  DepthVerdict verdict(within(um(20), um(20)),
+                       DepthErrors(um(3), {ZonedMap(sloping()), ZonedMap(sloping())}));
   verdict.put({.line = 7, .path = {}, .what = drill, .file = {}, .origin = nullptr});
   const std::string html = report::depth_section(&verdict);
   EXPECT_THAT(html, HasSubstr("Z axis 0. The surface that depths are judged by"));
