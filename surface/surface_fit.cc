@@ -433,12 +433,13 @@ Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel mod
   return failure({Code::GridInvalid,
                   points.empty() ? Place() : points.front().from,
                   fmt::format("{} probes", points.size()),
-                  is_of_grid(model)
-                      ? fmt::format("{} to {} for a grid", kPlaneTrend, most)
-                      : fmt::format("{} to {} for a surface that is solved for (fewer probes, or a "
-                                    "complete grid and a grid model)",
-                                    kPlaneTrend,
-                                    most)});
+                  fmt::format("{} to {} for a {}{}",
+                              kPlaneTrend,
+                              most,
+                              is_of_grid(model) ? "grid" : "surface",
+                              is_of_grid(model) || points.size() <= most
+                                  ? ""
+                                  : ": fewer, or a complete grid and a grid model")});
 }
 
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model) {
