@@ -25,6 +25,8 @@ using gcode::MotionReader;
 
 /// Of a cell of the map's lattice, so that no bend of the surface is overlooked.
 constexpr double kSamplesPerCell = 4;
+/// By the height tolerance: no finer samples make a larger step between zones look smooth.
+constexpr double kMostStep = 0.05;
 
 /// Calls visit(block, move) for every line; move is absent for lines that make none.
 template <class Visit>
@@ -267,7 +269,7 @@ class Leveller {
     const auto after = map_.map(*next).height_at(to);
     if (!before || !after) return {};
     const Length step = after->height - before->height;
-    if (mm(std::abs(step.in_mm())) <= options_.height_tolerance) return {};
+    if (mm(std::abs(step.in_mm())) <= kMostStep * options_.height_tolerance) return {};
     return failure(problem(block,
                            Code::ArgumentInvalid,
                            fmt::format("the surface steps by {:+.4f} mm from zone {} to zone {}, "
