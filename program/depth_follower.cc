@@ -103,7 +103,7 @@ void DepthFollower::refuse_step(int line,
                                 const Position<frame::Nominal>& to) {
   const ZonedMap& map = *board_.map;
   const auto step = map.step_between(from, to);
-  if (!step || step->is_within(board_.height_tolerance)) return;
+  if (!step || step->is_followed_within(board_.height_tolerance)) return;
   refuse(
       Code::ArgumentInvalid,
       line,

@@ -50,8 +50,8 @@ inline constexpr std::size_t kMaxMapBytes = std::size_t{1} << 26;
 /// so heights and sigmas are the same to the bit.
 ///
 /// Fails  file-unreadable; json-syntax; measurement-file: keys, numbers or words that make no map;
-///        more probes of a zone than kMostProbes; config-value: as check_area() and Voids::make();
-///        grid-invalid: probes that make no surface
+///        more probes of a zone than its model takes; config-value: as check_area() and
+///        Voids::make(); grid-invalid: probes that make no surface
 /// Cost   as that of surfaces of so many probes; a second for 500,000 holes
 /// See    docs/formats/surface_map.md, tests/surface/map_file_test.cc
 Expected<StoredZones> read_zoned_map_file(const std::filesystem::path& path);

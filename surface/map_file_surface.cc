@@ -260,10 +260,11 @@ Expected<HeightMap> read_surface(const StrictObject& object,
   PANELCAL_TRY(const HeightMapOptions options, read_options(object, file));
   PANELCAL_TRY(auto outliers, read_left_out(object, points, own, file));
   // Before anything is solved: of more no surface was made.
-  if (own.size() > kMostProbes) {
+  const std::size_t most = is_of_grid(model) ? kMostGridProbes : kMostBentProbes;
+  if (own.size() > most) {
     return failure(map_file_problem(file,
                                     fmt::format("{} probes of one surface", own.size()),
-                                    fmt::format("at most {}", kMostProbes)));
+                                    fmt::format("at most {} for {}", most, word(model))));
   }
   std::vector<ProbePoint> all, fitted;
   std::vector<std::size_t> kept;

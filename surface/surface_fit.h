@@ -24,7 +24,7 @@ namespace panelcal {
 /// `plane`, `thin plate`, `Gaussian process`, `bilinear`, `monotone bicubic`.
 std::string_view name_of(SurfaceModel model);
 
-/// A surface of more probes than this learns its shape from so many of them, and no plan has more:
+/// A surface of more probes than this learns its shape from so many of them:
 /// the cost grows with the cube of their number (600: some seconds).
 inline constexpr std::size_t kMostProbes = 600;
 

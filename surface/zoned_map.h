@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -57,8 +58,11 @@ struct ZoneStep {
   Length height;
   std::size_t i_from = 0, i_to = 0;  ///< zones
 
-  bool is_within(Length tolerance) const {
-    return height <= tolerance && mm(0) - tolerance <= height;
+  /// Whether a way across can be cut so that the tool keeps to a height tolerance: way_cuts() takes
+  /// no larger step for a bend, however fine its samples.
+  bool is_followed_within(Length tolerance) const {
+    constexpr double kShare = 0.05;
+    return std::abs(height.in_mm()) <= kShare * tolerance.in_mm();
   }
 };
 

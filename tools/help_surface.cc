@@ -134,7 +134,7 @@ comments, and is refused here: it would be levelled twice.
 
 Across a void (surface fit --voids-of) the tool goes at the height that is foretold there. A move
 outside of all zones is refused, and so is one from zone to zone where the surface steps by more than
---height-tolerance-um.
+a twentieth of --height-tolerance-um.
 
 Understood are programs of LinuxCNC, GRBL and their kind: G0 to G3 in the XY plane, G73, G81 to G83,
 G85, G86, G89, G20, G21, G90, G91. Refused, with line and column, is whatever would leave open where

@@ -249,7 +249,7 @@ class Leveller {
                             const Eigen::Vector2d& to_mm) const {
     const auto step =
         map_.step_between(position_mm<frame::Nominal>(from_mm), position_mm<frame::Nominal>(to_mm));
-    if (!step || step->is_within(options_.height_tolerance)) return {};
+    if (!step || step->is_followed_within(options_.height_tolerance)) return {};
     return failure(problem(block,
                            Code::ArgumentInvalid,
                            fmt::format("the surface steps by {:+.4f} mm from zone {} to zone {}, "

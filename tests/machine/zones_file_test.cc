@@ -93,7 +93,7 @@ TEST(ZonesFile, RefusesWithLineAndColumn) {
   refused(zone + "rectangle_mm = [0, 0, 1, 1]\ndiameter_mm = 3\n",
           Code::ConfigValue,
           "none without center_mm");
-  refused(zone + "polygon_mm = [0, 0, 2, 2, 2, 0, 0, 2]\n",
+  refused(zone + "polygon_mm = [0, 0, 2, 2, 2, 0, 0, 3]\n",
           Code::ConfigValue,
           "zones.toml:3:14: error[config-value]: \"zone left\": a polygon whose sides cross");
   refused(zone + "polygon_mm = [0, 0, 2, 2, 3]\n", Code::ConfigValue, "a number without another");

@@ -56,14 +56,15 @@ TEST(GcodeLevellerZones, GoesFromZoneToZoneWhereTheyMeet) {
 }
 
 TEST(GcodeLevellerZones, KeepsToSmallSteps) {
-  // Less than the tolerance of 10 um: the way is cut where the surface steps.
-  EXPECT_THAT(levelled("G1 Z-0.1\nX90\n", two_zones(0.008)), HasSubstr("X90 Z-0.002\n"));
+  // A twentieth of the tolerance of 10 um.
+  EXPECT_THAT(levelled("G1 Z-0.1\nX90\n", two_zones(0.0003)), HasSubstr("X90 Z-0.0097\n"));
+  EXPECT_THAT(levelled("G1 Z-0.1\nX90\n", two_zones(0.001)), HasSubstr("the surface steps by"));
 }
 
 TEST(GcodeLevellerZones, RefusesAStepAtItsLine) {
   EXPECT_THAT(levelled("G1 Z-0.1\nX90\n", two_zones(0.3)),
               HasSubstr("p.ngc:5:1: error[argument-invalid]: the surface steps by +0.3000 mm from "
-                        "zone \"left\" to zone \"right\", near (50."));
+                        "zone \"left\" to zone \"right\", near (51."));
   // Above the safe height the tool may go anywhere.
   EXPECT_THAT(levelled("G1 Z-0.1\nG0 Z2\nX90\nG1 Z-0.1\n", two_zones(0.3)),
               HasSubstr("X90\nG1 Z0.29\n"));
