@@ -139,8 +139,8 @@ breaking it ("risk"), from the fits' covariance and what [uncertainty], [spindle
 of the machine, and the job its verdict: drill; drill, with a warning (exit 0); or hold (exit 1, and
 nothing is written, nor sent to standard output).
 
-A program that probes the surface (G73, G78, G79) needs --probes, or --machine-driver; --force does
-not help where a surface was not found or is out of tolerance.
+A program that probes the surface (G73, G78, G79) needs --probes, --machine-driver, or --camera with
+[machine] probe_command; --force does not help where a surface was not found or is out of tolerance.
 
 --surface MAP.json (of `panelcal surface fit`) says how high the board is: depths below it (K of G83,
 [[depth]]) count from the map at each place, contours are cut to [surface] height_tolerance_um, and

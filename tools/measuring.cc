@@ -13,6 +13,7 @@
 
 #include "panelcal/calib/spindle_camera.h"
 #include "panelcal/machine/camera_views.h"
+#include "panelcal/machine/command_probe.h"
 #include "panelcal/machine/command_spindle.h"
 #include "panelcal/machine/live_source.h"
 #include "panelcal/machine/measurement_file_source.h"
@@ -204,12 +205,15 @@ Expected<OpenProbes> open_probes(const RunOptions& options,
     PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(config.sim->surface));
     return OpenProbes{std::make_unique<SimulatedProbe>(std::move(probe)), {}, words_of_sim(config)};
   }
+  if (!options.camera.empty() && !config.stage.probe.empty()) {
+    return OpenProbes{std::make_unique<CommandProbe>(config.stage), {}, "the machine's probe"};
+  }
   return failure({Code::Usage,
                   {"panelcal run", 0, 0},
                   fmt::format("the program probes the surface at {}, and there is no source of "
                               "readings",
                               places(n_probes)),
-                  "--probes or --machine-driver"});
+                  "--probes, --machine-driver, or --camera with [machine] probe_command"});
 }
 
 std::string words_of(const OpenSource& source, const OpenProbes& probes) {
