@@ -8,7 +8,10 @@ namespace panelcal::nightly {
 std::string surface_figures(const NightStep& step) {
   if (!step.surface) return {};
   std::string out = "<h3>The surface tonight</h3>\n<div class=\"charts\">\n";
-  for (const plan::Drawing& drawing : surface::map_drawings({*step.surface, {}, {}, {}})) {
+  const StoredMap& probed = *step.surface;
+  const surface::MadeMap made = surface::made_map(
+      {probed.points, ZonedMap(probed.map), probed.sources, probed.made_by}, {}, {});
+  for (const plan::Drawing& drawing : surface::zone_drawings(made, 0)) {
     out += "<figure>\n" + contours::inline_svg(drawing, "Contours over the table") + "</figure>\n";
   }
   return out +
