@@ -23,23 +23,24 @@ double sigma_mm(const StoredMap& stored, const ProbePoint& probe) {
 }
 
 /// Over the later map's probes.
-Measured rms_of_change(const StoredMap& before, const StoredMap& after) {
+Expected<Measured> rms_of_change(const StoredMap& before, const StoredMap& after) {
+  PANELCAL_TRY(const SurfaceFit was, foreteller_of(before));
+  PANELCAL_TRY(const SurfaceFit is, foreteller_of(after));
   std::vector<Position<frame::Nominal>> places;
   for (const std::size_t i : after.map.kept()) {
     if (before.map.height_at(after.points[i].place)) places.push_back(after.points[i].place);
   }
   const auto n = static_cast<Index>(places.size());
-  const std::vector<double> was_mm = before.map.surface().heights_mm(places);
-  const std::vector<double> is_mm = after.map.surface().heights_mm(places);
+  const std::vector<double> was_mm = was.heights_mm(places);
+  const std::vector<double> is_mm = is.heights_mm(places);
   const VectorXd change_mm = VectorXd::Map(is_mm.data(), n) - VectorXd::Map(was_mm.data(), n);
-  const MatrixXd cov_mm2 =
-      before.map.surface().covariance_mm2(places) + after.map.surface().covariance_mm2(places);
+  const MatrixXd cov_mm2 = was.covariance_mm2(places) + is.covariance_mm2(places);
   const double square_mm2 = change_mm.squaredNorm();
   // By how much the length of the change errs along itself; where there is none, in all.
   const double variance_mm2 =
       square_mm2 > 0 ? change_mm.dot(cov_mm2 * change_mm) / square_mm2 : cov_mm2.trace();
   const auto count = static_cast<double>(n);
-  return {std::sqrt(square_mm2 / count), std::sqrt(std::max(0.0, variance_mm2) / count)};
+  return Measured{std::sqrt(square_mm2 / count), std::sqrt(std::max(0.0, variance_mm2) / count)};
 }
 
 /// What a place was like: of a probe that the earlier map left out there, or of the map.
@@ -64,7 +65,7 @@ std::optional<WasThere> was_at(const StoredMap& before, const Position<frame::No
 Expected<SurfaceChange> change_between(const StoredMap& before, const StoredMap& after) {
   SurfaceChange out;
   PANELCAL_TRY(out.difference, difference_of(before, after));
-  out.rms_mm = rms_of_change(before, after);
+  PANELCAL_TRY(out.rms_mm, rms_of_change(before, after));
   out.greatest_mm = {out.difference.greatest.in_mm(), out.difference.greatest_sigma.in_mm()};
   out.greatest_at_mm = out.difference.greatest_at.in_mm();
   for (const SurfaceOutlier& outlier : after.map.outliers()) {

@@ -83,7 +83,7 @@ std::optional<DepthError> DepthErrors::worst_at(const Position<frame::Nominal>& 
                                                 const DepthTolerance& tolerance) const {
   if (!cut.depth && !cut.surface) return std::nullopt;
   if (!cut.surface) {
-    if (!(depth_sigma_ > Length())) return std::nullopt;
+    if (!finds_surface_ || !(depth_sigma_ > Length())) return std::nullopt;
     DepthError error;
     error.sigma = error.machine_sigma = depth_sigma_;
     return error;

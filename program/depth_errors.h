@@ -59,9 +59,11 @@ class DepthErrors {
  public:
   /// In     depth_sigma: [uncertainty] depth_um
   ///        maps: of the surface, one for each Z axis, or why there is none
-  /// Precondition: at least one
-  DepthErrors(Length depth_sigma, std::vector<Expected<ZonedMap>> maps)
-      : depth_sigma_(depth_sigma), maps_(std::move(maps)) {}
+  ///        finds_surface: false: the output is for a machine that cannot, so that nobody knows how
+  ///        wrong a depth is that counts on no measured height
+  /// Precondition: at least one map
+  DepthErrors(Length depth_sigma, std::vector<Expected<ZonedMap>> maps, bool finds_surface = true)
+      : depth_sigma_(depth_sigma), maps_(std::move(maps)), finds_surface_(finds_surface) {}
 
   Length depth_sigma() const { return depth_sigma_; }
   std::span<const Expected<ZonedMap>> maps() const { return maps_; }
@@ -80,6 +82,7 @@ class DepthErrors {
 
   Length depth_sigma_;
   std::vector<Expected<ZonedMap>> maps_;
+  bool finds_surface_;
 };
 
 /// What a depth is asked, and how sure it is.

@@ -67,8 +67,7 @@ void hold_against_map(const Survey& survey,
     ++n;
     const HeightEstimate& probed = reading.heights.front();
     const double d_um = (probed.height - found->height.height).in_um();
-    const double of_both_um = std::hypot(
-        std::hypot(probed.sigma.in_um(), found->height.sigma.in_um()), depth_sigma.in_um());
+    const double of_both_um = std::hypot(probed.sigma.in_um(), found->height.sigma.in_um());
     const double times = std::abs(d_um) / of_both_um;
     if (!(times > kMost)) continue;
     ++n_contradicting;

@@ -38,15 +38,13 @@ class SurfaceUse final : public OperationSink {
 /// Holds what a job has probed by itself against a map that was made before: another board, or
 /// another zero, would be drilled to wrong depths wherever the map is counted on.
 ///
-/// A probe contradicts the map if it is off by more than five sigmas of probe, map and machine
-/// together; probes that the map does not reach say nothing. The worst one is named.
+/// A probe contradicts the map if it is off by more than five sigmas of probe and map together;
+/// probes that the map does not reach say nothing. The worst one is named.
 ///
-/// In     depth_sigma: [uncertainty] depth_um
 /// Fails  into the log: surface-out-of-tolerance
 /// See    tests/program/surface_use_test.cc
 void hold_against_map(const Survey& survey,
                       const ZonedMap& map,
-                      Length depth_sigma,
                       const std::string& file,
                       DiagnosticLog& log);
 

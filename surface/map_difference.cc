@@ -29,12 +29,6 @@ constexpr Index kLeastForCurves = 9;
 /// Places along either side of what both maps probed.
 constexpr int kAlong = 80;
 
-Expected<SurfaceFit> foreteller_of(const StoredMap& before) {
-  const SurfaceFit& fit = before.map.surface();
-  if (!is_of_grid(fit.model())) return fit;
-  return fit_surface(before.kept_points(), SurfaceModel::GaussianProcess);
-}
-
 /// Differences at the later probes, with their covariance, um.
 struct Differences {
   std::vector<Position<frame::Nominal>> places;
@@ -148,6 +142,12 @@ bool look_over(const HeightMap& before, const HeightMap& after, MapDifference& o
 }
 
 }  // namespace
+
+Expected<SurfaceFit> foreteller_of(const StoredMap& stored) {
+  const SurfaceFit& fit = stored.map.surface();
+  if (!is_of_grid(fit.model())) return fit;
+  return fit_surface(stored.kept_points(), SurfaceModel::GaussianProcess);
+}
 
 Expected<MapDifference> difference_of(const StoredMap& before, const StoredMap& after) {
   MapDifference out;

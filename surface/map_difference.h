@@ -53,12 +53,15 @@ struct MapDifference {
   Position<frame::Nominal> greatest_at;
 };
 
+/// What foretells the probes of another map, with errors that hang together: a map's own surface;
+/// of a grid model, which does not know how they do, a Gaussian process of the map's probes.
+///
+/// Fails  as fit_surface()
+Expected<SurfaceFit> foreteller_of(const StoredMap& stored);
+
 /// Compares the later map's probes with what the earlier map foretells of them.
 ///
 ///   d_i = height_i - before(place_i),   cov = C_before(place_i, place_j) + k^2 sigma_i^2 [i = j]
-///
-/// A grid model does not know how its errors hang together: there a Gaussian process of the earlier
-/// map's probes foretells.
 ///
 /// Readings and map err independently, so this needs nothing of how the later map fills its gaps.
 /// Offset, tilt, bow and twist are generalized least squares; what each takes from chi square,

@@ -176,7 +176,7 @@ class Run {
       } else {
         maps = probed_surfaces(measured_.survey, config_.walk.sieb_meyer.grid_hold);
       }
-      depth_errors_.emplace(config_.walk.uncertainty.depth, std::move(maps));
+      depth_errors_.emplace(config_.walk.uncertainty.depth, std::move(maps), format_ != "gcode");
     }
     return *depth_errors_;
   }
@@ -206,11 +206,8 @@ class Run {
     }
     if (!has_source || (exit_code(found) > ExitCode::GateFailed)) return false;
     if (config_.walk.board.map != nullptr) {
-      hold_against_map(measured_.survey,
-                       *config_.walk.board.map,
-                       config_.walk.uncertainty.depth,
-                       checked_->program.source.file,
-                       log_);
+      hold_against_map(
+          measured_.survey, *config_.walk.board.map, checked_->program.source.file, log_);
     }
     context_.console.say(fits_summary(measured_.survey));
     return save_measurements() && save(options_.save_probes, measured_.survey.probes);

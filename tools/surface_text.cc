@@ -20,6 +20,8 @@ namespace {
 constexpr std::size_t kShown = 10;
 /// Chances below are said to be below.
 constexpr double kLeastChance = 1e-9;
+/// In a mm: less is rounding, which differs from compiler to compiler.
+constexpr double kPicometres = 1e9;
 
 std::string line(std::string_view what, std::string_view text) {
   return fmt::format("{:<11}{}\n", what, text);
@@ -225,7 +227,7 @@ std::string zone_json(const MadeZone& zone) {
       number(facts.filled_share()),
       filled,
       number(map.options().max_extrapolation.in_mm()),
-      number(map.lattice_error().in_mm()),
+      number(std::round(map.lattice_error().in_mm() * kPicometres) / kPicometres),
       left_out);
 }
 

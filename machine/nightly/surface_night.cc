@@ -208,7 +208,11 @@ Expected<NightMeasurement> SurfaceNight::measure(const CalibrationDevices& devic
   }
   PANELCAL_TRY(SurfaceRun run, probe_surface(surface_, *devices.probe, words.software));
   std::optional<Expected<SurfaceChange>> change;
-  if (const auto before = read_map_file(file())) change = change_between(*before, run.stored);
+  // Only where there is no file there is nothing to compare with.
+  if (std::filesystem::exists(file())) {
+    const auto before = read_map_file(file());
+    change = before ? change_between(*before, run.stored) : failure(before.error());
+  }
   const std::optional<SurfaceChange> known =
       change && *change ? std::optional(**change) : std::nullopt;
   RecordWords record;

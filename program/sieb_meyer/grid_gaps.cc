@@ -30,6 +30,9 @@ bool is_at(const GridPoint& point, const Eigen::Vector2d& node_mm) {
   return (point.place_mm - node_mm).cwiseAbs().maxCoeff() <= GridMap::kSamePlace.in_mm();
 }
 
+/// Of all nodes; more are no gaps, but points that lie beside the lattice.
+constexpr double kMostMissing = 0.25;
+
 }  // namespace
 
 std::vector<Eigen::Vector2d> missing_nodes(std::span<const GridPoint> points) {
@@ -54,6 +57,15 @@ Expected<std::vector<FilledNode>> fill_nodes(std::span<const GridPoint> points,
                     fmt::format("{} points do not tell how the board bends where one is missing",
                                 points.size()),
                     fmt::format("{} or more", kLeastForBow)});
+  }
+  if (static_cast<double>(nodes_mm.size()) >
+      kMostMissing * static_cast<double>(points.size() + nodes_mm.size())) {
+    return failure({Code::GridInvalid,
+                    {},
+                    fmt::format("{} of {} nodes are missing, so that the points hardly make a grid",
+                                nodes_mm.size(),
+                                points.size() + nodes_mm.size()),
+                    "at most a quarter"});
   }
   std::vector<FilledNode> filled;
   for (const Eigen::Vector2d& node_mm : nodes_mm) {

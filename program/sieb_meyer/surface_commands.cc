@@ -227,6 +227,9 @@ void SurfaceSession::grid_point(ProbeRequest request) {
 /// A further point may make another grid, so what was filled is to be foretold anew.
 void SurfaceSession::forget_filled() {
   grid_.reset();
+  if (source_ != nullptr) {
+    survey_.filled_nodes.resize(survey_.filled_nodes.size() - filled_.size());
+  }
   points_.resize(points_.size() - filled_.size());
   point_lines_.resize(points_.size());
   filled_.clear();

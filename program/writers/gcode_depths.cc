@@ -14,7 +14,7 @@ std::optional<GcodeWriter::Steps> GcodeWriter::working_z(const DepthOfCut& cut,
                                                          const std::optional<Length>& offset,
                                                          std::string_view plane_key) {
   std::optional<Length> z = height_of(cut, plane, plane_key);
-  if (!z || !surface_is_below(cut)) return std::nullopt;
+  if (!z || !surface_is_below(cut) || !serves_all_axes(cut)) return std::nullopt;
   if (!cut.depth && offset) z = *z + *offset;
   if (!(*z < rapid_limit())) {
     refuse_unsaid(
@@ -35,6 +35,14 @@ std::optional<Length> GcodeWriter::height_of(const DepthOfCut& cut,
                       ? "a surface is measured above the table plane, and nobody says where that is"
                       : "a plane (Z#) is above the table plane, and nobody says where that is",
                   "table_z_mm in [gcode]: 0 if the tool is zeroed on it");
+    return std::nullopt;
+  }
+  if (cut.depth && cut.surface && *cut.surface < *cut.depth) {
+    refuse(fmt::format("a depth of {:.4g} mm below a surface that is {:.4g} mm above the table, so "
+                       "into the table",
+                       cut.depth->in_mm(),
+                       cut.surface->in_mm()),
+           "heights of the board above the table, and depths that end in it");
     return std::nullopt;
   }
   if (counts_from_table) {

@@ -54,6 +54,10 @@ void GcodeWriter::park(const std::optional<Position<frame::Machine>>& place) {
 /// For somebody who may put a hand between.
 void GcodeWriter::pause(std::string_view code,
                         const std::optional<Position<frame::Machine>>& place) {
+  if (height_ == Height::Down && !has_ended_) {
+    refuse("a stop or a message inside a contour, where the tool would be raised",
+           "it before the contour, or behind");
+  }
   park(place);
   say(code);
 }

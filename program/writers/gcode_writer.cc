@@ -79,16 +79,15 @@ void GcodeWriter::write(const Drill& drill) {
   const auto feed = infeed();
   if (!start_spindle() || !z || !feed) return;
   const bool pecks = pecking_ != Pecking::Off && work_.peck;
+  if (pecking_ != Pecking::Off && !pecks) {
+    lose_once(fmt::format("peck drilling of T{}, without peck_mm in [gcode],", tool_.number));
+  }
   if (work_.retract && !pecks) return drill_moves(at, *z, *feed);
   drill_cycle(at, *z, *feed);
 }
 
 std::string_view GcodeWriter::cycle_code() {
-  if (pecking_ == Pecking::Off) return "G81";
-  if (!work_.peck) {
-    lose_once(fmt::format("peck drilling of T{}, without peck_mm in [gcode],", tool_.number));
-    return "G81";
-  }
+  if (pecking_ == Pecking::Off || !work_.peck) return "G81";
   if (work_.retract) {
     lose_once(fmt::format("the retract rate of T{} in a peck cycle", tool_.number));
   }

@@ -2,11 +2,35 @@
 #include "panelcal/program/writers/program_writer.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "panelcal/program/placement.h"
 
 namespace panelcal {
+namespace {
+
+/// Between planes of several Z axes that one does for.
+constexpr Length kSamePlane = um(10);
+
+/// How far the surface under another Z axis is from that under the first, each from its reference
+/// if the plane counts from one.
+Length rise_of_others(const DepthOfCut& cut) {
+  double most_mm = 0;
+  for (std::size_t k = 0; cut.surface && k < cut.other_surfaces.size(); ++k) {
+    Length rise = cut.other_surfaces[k] - *cut.surface;
+    if (cut.reference && k < cut.reference->other_heights.size()) {
+      rise = rise - (cut.reference->other_heights[k] - cut.reference->height);
+    }
+    most_mm = std::max(most_mm, std::abs(rise.in_mm()));
+  }
+  return mm(most_mm);
+}
+
+}  // namespace
 
 ProgramWriter::ProgramWriter(ByteSink& bytes,
                              std::optional<Dialect> dialect,
@@ -57,6 +81,16 @@ void ProgramWriter::refuse_as(std::string problem, std::string expected) {
   if (!options_.allow_losses) fail({Code::TranslationRefused, place(), problem, expected});
   reporter_->set_file(std::string(file_));
   reporter_->report(Code::TranslationRefused, line_, 0, std::move(problem), std::move(expected));
+}
+
+bool ProgramWriter::serves_all_axes(const DepthOfCut& cut) {
+  const Length rise = rise_of_others(cut);
+  if (!(rise > kSamePlane)) return true;
+  refuse(fmt::format("a plane for each Z axis: the surface under another one differs by {:.4g} um "
+                     "from that under the first",
+                     rise.in_um()),
+         fmt::format("at most {:.4g} um", kSamePlane.in_um()));
+  return false;
 }
 
 std::string_view ProgramWriter::words_of(std::string_view message) {

@@ -62,6 +62,9 @@ class ProgramWriter : public TextWriter {
   /// problem once.
   void refuse_unsaid(const std::string& problem, std::string expected);
 
+  /// One plane does for all Z axes; refuses where their surfaces differ by more than some um.
+  bool serves_all_axes(const DepthOfCut& cut);
+
   /// A message of the operator's without what a SIEB & MEYER control takes for an order of its own.
   std::string_view words_of(std::string_view message);
 

@@ -42,23 +42,6 @@ void fill(std::optional<T>& known, const std::optional<T>& said) {
   if (!known) known = said;
 }
 
-/// Between planes of several Z axes that one does for.
-constexpr Length kSamePlane = um(10);
-
-/// How far the surface under another Z axis is from that under the first, each from its reference
-/// if the plane counts from one.
-Length rise_of_others(const DepthOfCut& cut) {
-  double most_mm = 0;
-  for (std::size_t k = 0; cut.surface && k < cut.other_surfaces.size(); ++k) {
-    Length rise = cut.other_surfaces[k] - *cut.surface;
-    if (cut.reference && k < cut.reference->other_heights.size()) {
-      rise = rise - (cut.reference->other_heights[k] - cut.reference->height);
-    }
-    most_mm = std::max(most_mm, std::abs(rise.in_mm()));
-  }
-  return mm(most_mm);
-}
-
 }  // namespace
 
 SiebMeyerWriter::Steps SiebMeyerWriter::steps(const Eigen::Vector2d& at_mm) const {
@@ -129,14 +112,7 @@ void SiebMeyerWriter::say_tool() {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, Z, K, G6, G82, G83
 void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
   std::optional<Length> z = cut.z;
-  if (const Length rise = rise_of_others(cut); rise > kSamePlane) {
-    refuse(
-        fmt::format("a plane for each Z axis: the surface under another one differs by {:.4g} um "
-                    "from that under the first",
-                    rise.in_um()),
-        fmt::format("at most {:.4g} um", kSamePlane.in_um()));
-    return;
-  }
+  if (!serves_all_axes(cut)) return;
   if (cut.depth && cut.surface) {
     z = *cut.surface - *cut.depth;
     if (*z < Length()) {
@@ -145,6 +121,16 @@ void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
                       -z->in_mm(),
                       cut.surface->in_mm()),
           "heights above the table plane Z0, and Z of zero or more");
+      return;
+    }
+    const auto tool = tools_.find(tool_);
+    if (tool != tools_.end() && tool->second.depth_offset.value_or(Length()) != Length()) {
+      refuse(
+          fmt::format("a depth below a measured surface of tool {}, whose offset of {:.4g} mm the "
+                      "control would add to the plane",
+                      tool_,
+                      tool->second.depth_offset->in_mm()),
+          "a tool without Z in its data");
       return;
     }
     if (pecks_) {

@@ -106,6 +106,15 @@ TEST(SurfaceChange, SaysHowMuchAndHowSurely) {
   EXPECT_LT(change->difference.tilt.chance, 1e-6);
 }
 
+TEST(SurfaceChange, IsKnownOfGridModelsToo) {
+  for (const SurfaceModel model : {SurfaceModel::Bilinear, SurfaceModel::MonotoneBicubic}) {
+    const auto raised = [](double u, double v) { return flat(u, v) + 0.02; };
+    const auto change = change_between(map_of(flat, 1, model), map_of(raised, 2, model));
+    ASSERT_TRUE(change) << change.error().text();
+    EXPECT_NEAR(change->rms_mm.value, 0.02, 4 * change->rms_mm.sigma);
+  }
+}
+
 TEST(SurfaceChange, AProbeThatIsLeftOutCountsUnlessItIsKnown) {
   const auto chipped = [](double depth_mm) {
     return [depth_mm](double u, double v) {

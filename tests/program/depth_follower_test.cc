@@ -13,6 +13,7 @@
 #include "panelcal/program/writers/excellon_writer.h"
 #include "panelcal/program/writers/sieb_meyer_writer.h"
 #include "panelcal/surface/height_map.h"
+#include "panelcal/surface/zoned_map.h"
 #include "tests/program/job_events.h"
 
 namespace panelcal {

@@ -176,7 +176,28 @@ TEST(GcodeWriter, PecksWithStatedStrokes) {
                   HasSubstr("peck drilling of T1, without peck_mm in [gcode], has no form")));
 }
 
+TEST(GcodeWriter, NamesPecksThatAreLostWithARetractRateToo) {
+  const Tool tool{.number = 1, .retract = mm_per_s(50)};
+  const Written written =
+      write_out({take(tool), function(FunctionKind::PeckOn, "M62"), drill(1, 1, 2)});
+  EXPECT_THAT(written.losses, testing::Contains(HasSubstr("peck drilling of T1")));
+}
+
 // --- depths ------------------------------------------------------------------------------------
+
+TEST(GcodeWriter, OneZDoesForAxesOverOneSurface) {
+  DepthOfCut cut = below(0.4, 1.6);
+  cut.other_surfaces = {mm(1.9)};
+  EXPECT_THAT(write_out({take(1), drill_at(1, 2, cut)}, on_the_table(), sieb_meyer_info()).failure,
+              HasSubstr("differs by 300 um"));
+}
+
+TEST(GcodeWriter, NoDepthEndsInTheTable) {
+  EXPECT_THAT(
+      write_out({take(1), drill_at(1, 2, below(5, 1.65))}, on_the_table(), sieb_meyer_info())
+          .failure,
+      HasSubstr("so into the table"));
+}
 
 TEST(GcodeWriter, OffsetsOfToolsComeToPlanes) {
   // CNC-7 manual, Depth Offset: below the mean depth if negative.
@@ -503,6 +524,8 @@ TEST(GcodeWriter, RefusesWhatWouldCutElsewhere) {
   EXPECT_THAT(refusal({PatternBegin{}}), HasSubstr("error[internal]"));
   EXPECT_THAT(refusal({take(2), rapid_move(0, 0), rout_line(2, 1, 0)}),
               HasSubstr("error[internal]: a contour without a plunge"));
+  EXPECT_THAT(refusal({take(2), rapid_move(0, 0), plunge(), Message{"LOOK"}, rout_line(2, 1, 0)}),
+              HasSubstr(refused + "a stop or a message inside a contour"));
   EXPECT_THAT(refusal({take(2), plunge()}),
               HasSubstr("error[internal]: a plunge nobody knows where"));
 }

@@ -289,6 +289,15 @@ TEST(SiebMeyerWriter, OnePlaneDoesForAxesOverOneSurface) {
   EXPECT_THAT(from_sieb_meyer({drill_at(1, 2, moved)}).failure, HasSubstr("differs by 150 um"));
 }
 
+/// An offset of the $ table comes to planes: the control would add it to this one too.
+TEST(SiebMeyerWriter, RefusesADepthAsAPlaneOfAToolWithAnOffset) {
+  ToolChange change = take(1, 1);
+  change.tool.depth_offset = mm(0.3);
+  const DepthOfCut cut = {.z = {}, .depth = mm(0.4), .surface = mm(3.05)};
+  EXPECT_THAT(from_sieb_meyer({change, drill_at(1, 2, cut)}).failure,
+              HasSubstr("whose offset of 0.3 mm the control would add"));
+}
+
 /// "If no Z-value is programmed, the manually entered Z-value is used as working plane": until one
 /// is.
 TEST(SiebMeyerWriter, GoesBackToThePlaneThatWasSetByHand) {

@@ -36,11 +36,11 @@ ProbeReading probe(double x_mm, double height_mm) {
   return reading;
 }
 
-std::string held(std::vector<ProbeReading> probes, Length depth_sigma = {}) {
+std::string held(std::vector<ProbeReading> probes) {
   Survey survey;
   survey.probes = std::move(probes);
   DiagnosticLog log;
-  hold_against_map(survey, level_map(), depth_sigma, "p", log);
+  hold_against_map(survey, level_map(), "p", log);
   return log.kept().empty() ? "" : log.kept().front().text();
 }
 
@@ -56,7 +56,6 @@ TEST(HoldAgainstMap, NamesTheProbeThatContradictsMost) {
 TEST(HoldAgainstMap, BelievesWhatScatterExplains) {
   EXPECT_EQ(held({probe(10, 1.605), probe(30, 1.595)}), "");
   EXPECT_NE(held({probe(10, 1.62)}), "");
-  EXPECT_EQ(held({probe(10, 1.62)}, um(5)), "");
 }
 
 TEST(HoldAgainstMap, AsksNothingWhereItDoesNotReachOrNothingWasFound) {
