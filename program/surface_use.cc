@@ -52,7 +52,6 @@ std::string SurfaceUse::summary() const {
 
 void hold_against_map(const Survey& survey,
                       const ZonedMap& map,
-                      Length depth_sigma,
                       const std::string& file,
                       DiagnosticLog& log) {
   constexpr double kMost = 5;

@@ -132,13 +132,16 @@ Problem problem_of(const Outside& outside) {
   return problem_of(outside.panel);
 }
 
+/// The border belongs to an area; what rounding makes of a place on it is that far off.
+constexpr double kOnBorder_mm = 1e-9;
+
 bool is_in(const Circle& circle, const Vector2d& p_mm, double margin_mm) {
   return (p_mm - circle.center.in_mm()).norm() <= circle.radius.in_mm() + margin_mm;
 }
 
 bool is_in(const Polygon& polygon, const Vector2d& p_mm, double margin_mm) {
   return is_inside(polygon.corners, p_mm) ||
-         border_distance_mm(polygon.corners, p_mm, true) <= margin_mm;
+         border_distance_mm(polygon.corners, p_mm, true) <= margin_mm + kOnBorder_mm;
 }
 
 bool is_in(const Track& track, const Vector2d& p_mm, double margin_mm) {
@@ -147,7 +150,7 @@ bool is_in(const Track& track, const Vector2d& p_mm, double margin_mm) {
 
 bool is_in(const Outside& outside, const Vector2d& p_mm, double margin_mm) {
   return !is_inside(outside.panel.corners, p_mm) ||
-         border_distance_mm(outside.panel.corners, p_mm, true) <= margin_mm;
+         border_distance_mm(outside.panel.corners, p_mm, true) <= margin_mm + kOnBorder_mm;
 }
 
 AreaBox box_about(const Corners& corners, double margin_mm) {

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/calib/drift/distributions.h"
+#include "panelcal/surface/even_part.h"
 
 namespace panelcal {
 namespace {
@@ -146,7 +147,10 @@ bool look_over(const HeightMap& before, const HeightMap& after, MapDifference& o
 Expected<SurfaceFit> foreteller_of(const StoredMap& stored) {
   const SurfaceFit& fit = stored.map.surface();
   if (!is_of_grid(fit.model())) return fit;
-  return fit_surface(stored.kept_points(), SurfaceModel::GaussianProcess);
+  const std::vector<ProbePoint> points = stored.kept_points();
+  return fit_surface(
+      points.size() > kMostBentProbes ? internal::even_part(points, kMostProbes) : points,
+      SurfaceModel::GaussianProcess);
 }
 
 Expected<MapDifference> difference_of(const StoredMap& before, const StoredMap& after) {

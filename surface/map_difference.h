@@ -54,7 +54,8 @@ struct MapDifference {
 };
 
 /// What foretells the probes of another map, with errors that hang together: a map's own surface;
-/// of a grid model, which does not know how they do, a Gaussian process of the map's probes.
+/// of a grid model, which does not know how they do, a Gaussian process of the map's probes, or of
+/// an even part if these are more than kMostBentProbes.
 ///
 /// Fails  as fit_surface()
 Expected<SurfaceFit> foreteller_of(const StoredMap& stored);

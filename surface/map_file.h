@@ -62,8 +62,7 @@ Expected<StoredZones> parse_zoned_map_file(std::string_view text, const std::str
 /// A map without zones and voids.
 ///
 /// Fails  as above; not-supported: a map of zones or with voids, which a user of one map alone
-/// would
-///        overlook
+///        would overlook
 Expected<StoredMap> read_map_file(const std::filesystem::path& path);
 Expected<StoredMap> parse_map_file(std::string_view text, const std::string& file);
 

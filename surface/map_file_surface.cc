@@ -37,8 +37,9 @@ Expected<ProbePoint> read_probe(const StrictObject& object,
                                     fmt::format("{} has {} mm", quoted(name_of(point)), value_mm),
                                     fmt::format("at most {} mm", kMostInMap_mm)));
   }
-  point.place = position_mm<frame::Nominal>(xy_mm[0], xy_mm[1]);
-  point.measured = {mm(height_mm), mm(sigma_mm)};
+  // -0.0 would be written as -0, which is read as 0.
+  point.place = position_mm<frame::Nominal>(xy_mm[0] + 0.0, xy_mm[1] + 0.0);
+  point.measured = {mm(height_mm + 0.0), mm(sigma_mm)};
   PANELCAL_TRY(point.from.line, object.integer("line", 0, kMaxInt));
   if (object.member("source").is_null()) return point;
   const int last = static_cast<int>(sources.size()) - 1;

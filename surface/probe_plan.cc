@@ -92,7 +92,8 @@ std::optional<RegularGrid> smallest_grid(const ProbePlanRequest& request) {
   int n_columns = 2, n_rows = 2;
   while (static_cast<std::size_t>(n_columns * n_rows) + request.present.size() <= kMostPlanned) {
     const Places probes = grid_places(request, n_columns, n_rows);
-    const auto worst = worst_of(request, foretold(request, probes));
+    const bool is_allowed = !request.may_probe || std::ranges::all_of(probes, request.may_probe);
+    const auto worst = is_allowed ? worst_of(request, foretold(request, probes)) : std::nullopt;
     if (worst && worst->sigma <= request.tolerance) return RegularGrid{n_columns, n_rows, *worst};
     const bool widens = size_mm.x() / (n_columns - 1) >= size_mm.y() / (n_rows - 1);
     ++(widens ? n_columns : n_rows);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,8 @@ struct ProbePlanRequest {
   std::vector<Position<frame::Nominal>> places;  ///< where heights matter
   std::vector<Position<frame::Nominal>> candidates;  ///< where one may probe
   std::vector<ProbePoint> present;                   ///< probes that are there already
+  /// Of places between the candidates; empty: all of them.
+  std::function<bool(const Position<frame::Nominal>&)> may_probe = {};
 
   /// The same as fit_surface() has it, of probes that scatter what they say.
   SurfaceShape shape() const;

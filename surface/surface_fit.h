@@ -125,8 +125,9 @@ class SurfaceFit {
 ///
 /// In     points: 3 or more; sigma above 0
 /// Fails  as check_probes(); grid-invalid: probes in one line; for grid models a node without a
-/// probe, two probes of one node, fewer than 3 columns or rows Cost   some 40 tridiagonal forms of
-/// an m x m matrix for a Gaussian process, one for a thin plate,
+///        probe, two probes of one node, fewer than 3 columns or rows
+/// Cost   some 40 tridiagonal forms of an m x m matrix for a Gaussian process, one for a thin
+/// plate;
 ///        m the probes that tell the shape; O(n^3) to solve
 /// Source Rasmussen and Williams 2006, 2.7 (trend), 5.4.1, 5.4.2 (leaving one out); Dubrule 1983
 ///        (leaving one out with a trend); Patterson and Thompson 1971 (restricted likelihood)

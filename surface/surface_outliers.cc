@@ -114,10 +114,17 @@ SurfaceOutlier Sorting::judged(const SurfaceFit& fit, std::size_t i_point) const
 
 Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
   PANELCAL_TRY(SurfaceFit found, fit(model));
+  std::size_t n_aside_then = aside_.size();  // when the shape was learned
   while (true) {
     const auto worst =
         std::ranges::min_element(found.left_out(), {}, [](const auto& p) { return p.chance; });
-    if (worst->chance >= limit_) break;
+    if (worst->chance >= limit_) {
+      if (aside_.size() == n_aside_then || kept_.size() <= kMostProbes) break;
+      // Shape and noise were those of the wild probes, too.
+      n_aside_then = aside_.size();
+      PANELCAL_TRY(found, fit(model));
+      continue;
+    }
     PANELCAL_CHECK(set_aside(kept_[static_cast<std::size_t>(worst - found.left_out().begin())]));
     PANELCAL_TRY(found, fit_again(found));
   }

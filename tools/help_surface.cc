@@ -25,10 +25,10 @@ Exit codes
     {"surface fit", R"(Example
   $ panelcal surface fit probes.jsonl -o map.json --plot map.svg --report map.html
 
-Probes that do not fit the others are left out and named; the others decide between a plane, a thin
-plate and a Gaussian process (a smooth random bending on top of bow and twist): the simplest that
-foretells left-out probes no worse than the best. None of them overshoots far from its probes without
-saying so: sigma, at every place, counts the scatter of the probes and how much the panel bends
+Probes that do not fit the others are left out and named; the others decide by what they foretell of
+each other: a plane where it is not clearly worse, else a Gaussian process (a smooth random bending on
+top of bow and twist), unless a thin plate, or on a complete grid one that goes through every probe,
+foretells more. None of them overshoots far from its probes without saying so: sigma, at every place, counts the scatter of the probes and how much the panel bends
 between them. "residuals" is how far the probes are from the surface; if that is much more than they
 are said to scatter, sigma grows with it.
 

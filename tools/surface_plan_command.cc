@@ -10,6 +10,7 @@
 
 #include "panelcal/calib/base/atomic_file.h"
 #include "panelcal/calib/convex_hull.h"
+#include "panelcal/surface/map_difference.h"
 #include "panelcal/surface/map_file.h"
 #include "panelcal/tools/output_paths.h"
 #include "panelcal/tools/surface_command.h"
@@ -67,8 +68,8 @@ Expected<void> believe_map(const SurfaceOptions& options,
   const bool stands_in = model == SurfaceModel::ThinPlate || is_of_grid(model);
   std::vector<ProbePoint> probes = stored.kept_points();
   PANELCAL_TRY(const SurfaceFit fit,
-               stands_in ? fit_surface(probes, SurfaceModel::GaussianProcess)
-                         : Expected<SurfaceFit>(stored.map.surface()));
+               model == SurfaceModel::ThinPlate ? fit_surface(probes, SurfaceModel::GaussianProcess)
+                                                : foreteller_of(stored));
   ProbePlanRequest& request = out.request;
   request.model = fit.model();
   request.kernel = fit.shape().kernel;
@@ -156,11 +157,9 @@ Places grid_over(const Places& corners, double n) {
   return out;
 }
 
-/// Leaves places where a probe would touch the surface of a zone and no void.
-void drop_blank(const ZonedMap& map, std::size_t i_zone, Places& places) {
-  std::erase_if(places, [&](const Position<frame::Nominal>& place) {
-    return map.zone_at(place) != i_zone || map.voids().touched_at(place) != nullptr;
-  });
+/// Whether a probe would touch the surface of a zone and no void.
+bool is_surface(const ZonedMap& map, std::size_t i_zone, const Position<frame::Nominal>& place) {
+  return map.zone_at(place) == i_zone && map.voids().touched_at(place) == nullptr;
 }
 
 Expected<void> check_outputs(const SurfaceOptions& options) {
@@ -201,9 +200,15 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   if (are_places_free) request.places = grid_over(area, kPlaces);
   request.candidates = grid_over(area, kCandidates);
   if (planned.map) {
+    request.may_probe = [map = *planned.map, i_zone = planned.i_zone](const auto& place) {
+      return is_surface(map, i_zone, place);
+    };
     // Where a program works heights matter, whatever is there already.
-    if (are_places_free) drop_blank(*planned.map, planned.i_zone, request.places);
-    drop_blank(*planned.map, planned.i_zone, request.candidates);
+    std::erase_if(request.places, [&](const auto& place) {
+      return are_places_free ? !request.may_probe(place)
+                             : planned.map->zone_at(place) != planned.i_zone;
+    });
+    std::erase_if(request.candidates, [&](const auto& place) { return !request.may_probe(place); });
     if (request.places.empty() || request.candidates.empty()) {
       return failure(usage(kCommand,
                            "all of the area lies in voids or in other zones",

@@ -186,7 +186,8 @@ std::string missing_lines(const MadeMap& made) {
 }
 
 /// The keys that a map has for each of its zones, without braces.
-std::string zone_json(const MadeZone& zone) {
+/// In     n_probes: that were read for it
+std::string zone_json(const MadeZone& zone, std::size_t n_probes) {
   const StoredMap& stored = zone.stored;
   const HeightMap& map = stored.map;
   const MapFacts& facts = zone.facts;
@@ -214,7 +215,7 @@ std::string zone_json(const MadeZone& zone) {
       R"("probes":{},"model":"{}","summary":{},"reason":{},"lowest":{},"highest":{},)"
       R"("residual_rms":{},"stated_rms":{},"worst_sigma":{},"usual_sigma":{},"filled_share":{},)"
       R"("filled":[{}],"max_extrapolation":{},"lattice_error":{},"left_out":[{}])",
-      stored.points.size(),
+      n_probes,
       word(map.surface().model()),
       text_json(map.surface().summary()),
       text_json(map.reason()),
@@ -288,8 +289,10 @@ std::string made_text(const MadeMap& made) {
 std::string made_json(const MadeMap& made) {
   std::string zones, unused, missing;
   for (const MadeZone& zone : made.zones) {
-    zones += fmt::format(
-        R"({}{{"name":{},{}}})", zones.empty() ? "" : ",", text_json(zone.name), zone_json(zone));
+    zones += fmt::format(R"({}{{"name":{},{}}})",
+                         zones.empty() ? "" : ",",
+                         text_json(zone.name),
+                         zone_json(zone, zone.stored.points.size()));
   }
   for (const UnusedProbe& one : made.stored.map.unused()) {
     const ProbePoint& probe = made.stored.points[one.i_point];
@@ -306,7 +309,7 @@ std::string made_json(const MadeMap& made) {
       text_json(made.file),
       made.has_zones()
           ? fmt::format(R"("probes":{},"zones":[{}])", made.stored.points.size(), zones)
-          : zone_json(made.zones[0]),
+          : zone_json(made.zones[0], made.stored.points.size()),
       made.stored.map.voids().all().size(),
       unused,
       missing);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "panelcal/calib/smooth_panel.h"
@@ -214,6 +215,11 @@ void see_surfaces(Collector& collector) {
                                   grid + "X9.Y9.G79\nX11.Y1.T1Z1.\n"}) {
     collector.see_5000(body);
   }
+  std::string most;  // of 4 x 4 nodes all but one
+  for (int i = 1; i < 16; ++i) most += fmt::format("X{}.Y{}.G79\n", 3 * (i % 4), 3 * (i / 4));
+  WalkOptions filling;
+  filling.sieb_meyer.fills_gaps = true;
+  collector.see("%%5000\n" + most + "X1.Y1.T1Z1.\n", filling);
   HeightSource nothing({std::nullopt});
   collector.see_5000("X1.Y1.G73L1\n", nothing);
   HeightSource uneven({mm(2), mm(3.2)});
