@@ -179,18 +179,20 @@ TEST(ProgramConfig, RefusesDepthsOfNoToolOrOfOneTwice) {
   EXPECT_EQ(refusal("[[depth]]\ndepth_mm = 1\n"),
             "shop/machine.toml:1:1: error[config-value]: [[depth]] has no number, expected number, "
             "or drill_mm");
-  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\ndrill_mm = 1\ndepth_mm = 1\n"),
-            "shop/machine.toml:3:12: error[config-value]: drill_mm in [[depth]]: there are both, "
-            "expected number or drill_mm");
+  EXPECT_EQ(
+      refusal("[[depth]]\nnumber = 1\ndrill_mm = 1\ndepth_mm = 1\n"),
+      "shop/machine.toml:3:12: error[config-value]: drill_mm in [[depth]] is 1: there are both, "
+      "expected number or drill_mm");
   EXPECT_EQ(refusal("[[depth]]\nnumber = 1\n"),
             "shop/machine.toml:1:1: error[config-value]: [[depth]] has no depth_mm, expected "
             "depth_mm = 0.8");
   EXPECT_EQ(refusal("[[depth]]\nnumber = 1\ndepth_mm = 0\n"),
             "shop/machine.toml:3:12: error[config-value]: depth_mm in [[depth]] is 0, expected a "
-            "finite number above 0 and at most 100");
-  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\ndepth_mm = 1\n[[depth]]\nnumber = 1\ndepth_mm = 2\n"),
-            "shop/machine.toml:5:10: error[config-value]: number in [[depth]]: another row names "
-            "it, expected each tool once");
+            "number above 0 and at most 100");
+  EXPECT_EQ(
+      refusal("[[depth]]\nnumber = 1\ndepth_mm = 1\n[[depth]]\nnumber = 1\ndepth_mm = 2\n"),
+      "shop/machine.toml:5:10: error[config-value]: number in [[depth]] is 1: another row names "
+      "it, expected each tool once");
 }
 
 TEST(ProgramConfig, ReadsReferenceScaling) {
