@@ -155,6 +155,18 @@ LedgerRecord record_of(LedgerKey key, const RecordWords& words) {
   return record;
 }
 
+Expected<LedgerDraft> draft_of(const MachineConfig& config,
+                               LedgerKey key,
+                               const RecordWords& words) {
+  LedgerDraft draft;
+  draft.record = record_of(std::move(key), words);
+  if (!config.file.empty()) {
+    PANELCAL_TRY(LedgerInput input, input_of(config.file));
+    draft.record.inputs.push_back(std::move(input));
+  }
+  return draft;
+}
+
 Expected<LedgerInput> input_of(const std::filesystem::path& file) {
   PANELCAL_TRY(const std::string bytes, read_file(file, kMaxCalibrationBytes));
   return LedgerInput{file.filename().string(), sha256(bytes), bytes.size()};

@@ -32,6 +32,14 @@ std::string machine_name(const MachineConfig& config);
 /// A record that says who, when and why, of nothing yet.
 LedgerRecord record_of(LedgerKey key, const RecordWords& words);
 
+/// A draft of such a record, of what is done with the machine that a machine.toml describes: the
+/// file is its first input.
+///
+/// Fails  file-unreadable
+Expected<LedgerDraft> draft_of(const MachineConfig& config,
+                               LedgerKey key,
+                               const RecordWords& words);
+
 /// A file as the ledger notes it, by its name without the folder.
 ///
 /// Fails  file-unreadable

@@ -264,13 +264,9 @@ CameraCalibration camera_calibration(const CameraRun& run, const RecordWords& wo
 Expected<LedgerDraft> camera_draft(const MachineConfig& config,
                                    const CameraRun& run,
                                    const RecordWords& words) {
-  LedgerDraft draft;
+  PANELCAL_TRY(LedgerDraft draft,
+               draft_of(config, camera_key(config, run.calibration.full->zoom), words));
   LedgerRecord& record = draft.record;
-  record = record_of(camera_key(config, run.calibration.full->zoom), words);
-  if (!config.file.empty()) {
-    PANELCAL_TRY(LedgerInput input, input_of(config.file));
-    record.inputs.push_back(std::move(input));
-  }
   record.inputs.insert(record.inputs.end(), run.sights.inputs.begin(), run.sights.inputs.end());
   const auto values = values_of(run.fit.parameters);
   for (int i = 0; i < kCameraParameters; ++i) {

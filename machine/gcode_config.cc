@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "panelcal/machine/sim_config.h"
+#include "panelcal/machine/tool_row.h"
 
 namespace panelcal::internal {
 namespace {
@@ -40,10 +41,8 @@ constexpr std::array<Words, 9> kToolKeys = {"drill_mm",
                                             "rout_z_mm",
                                             "speed_rpm"};
 
-constexpr int kMaxToolNumber = 1'000'000;
 constexpr Range kHeight_mm{-kMaxPlace_mm, kMaxPlace_mm};
 constexpr Range kLength_mm{.low = 0, .high = kMaxPlace_mm, .low_is_open = true};
-constexpr Range kDiameter_mm{.low = 0, .high = 100, .low_is_open = true};
 /// What rounds to 0 in a program's digits would be no feed at all.
 constexpr Range kRate_mm_s{1e-3, 1e5};
 constexpr Range kSpeed_rpm{1, 1e7};
@@ -116,13 +115,9 @@ Expected<void> read_heights(const TomlTable& table, GcodeSetting& setting) {
 
 Expected<GcodeTool> read_tool(const TomlTable& table, const GcodeSetting& setting) {
   GcodeTool row;
-  PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxToolNumber));
-  if (number) row.number = static_cast<int>(*number);
-  PANELCAL_TRY(row.drill, read_length(table, "drill_mm", kDiameter_mm));
-  if (row.number.has_value() == row.drill.has_value()) {
-    return failure(row.number ? table.problem("drill_mm", "number or drill_mm", "there are both")
-                              : table.missing("number", "number, or drill_mm"));
-  }
+  PANELCAL_TRY(const ToolRow tool, read_single_tool_row(table));
+  row.number = tool.number;
+  row.drill = tool.drill;
   PANELCAL_TRY(row.work, read_work(table));
   if (row.work == GcodeWork()) {
     return failure(table.missing("drill_z_mm", "drill_z_mm, infeed_mm_s or another of [gcode]"));

@@ -7,6 +7,7 @@
 
 #include "panelcal/calib/tolerance.h"
 #include "panelcal/machine/sim_config.h"
+#include "panelcal/machine/tool_row.h"
 #include "panelcal/program/dot_font.h"
 #include "panelcal/program/sieb_meyer/settings.h"
 #include "panelcal/surface/surface_memory.h"
@@ -49,7 +50,6 @@ constexpr Range kTolerance{0, 1000, true};
 constexpr Range kScale{0.9, 1.1};
 /// No board is thicker, no drill wider.
 constexpr Range kDepth{.low = 0, .high = 100, .low_is_open = true};
-constexpr int kMaxTool = 1'000'000;
 constexpr int kMaxHits = 1'000'000'000;
 constexpr int kMaxCounter = 1'000'000'000;
 
@@ -144,19 +144,10 @@ Expected<void> read_surface(const TomlTable& top, WalkOptions& walk) {
 }
 
 Expected<ToolDepth> read_depth(const TomlTable& table) {
-  ToolDepth row;
-  PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxTool));
-  if (number) row.number = static_cast<int>(*number);
-  PANELCAL_TRY(const auto drill_mm, table.number("drill_mm", kDepth));
-  if (drill_mm) row.drill = mm(*drill_mm);
-  if (!number && !drill_mm) return failure(table.missing("number", "number, or drill_mm"));
-  if (number && drill_mm) {
-    return failure(table.problem("drill_mm", "number or drill_mm", "there are both"));
-  }
+  PANELCAL_TRY(const internal::ToolRow tool, internal::read_single_tool_row(table));
   PANELCAL_TRY(const auto depth_mm, table.number("depth_mm", kDepth));
   if (!depth_mm) return failure(table.missing("depth_mm", "depth_mm = 0.8"));
-  row.depth = mm(*depth_mm);
-  return row;
+  return ToolDepth{tool.number, tool.drill, mm(*depth_mm)};
 }
 
 /// Rows that would both be a tool's are refused: one of them is wrong.

@@ -71,13 +71,8 @@ Expected<LedgerDraft> surface_draft(const MachineConfig& config,
                                     const SurfaceFigures& figures,
                                     const std::optional<SurfaceChange>& change,
                                     const RecordWords& words) {
-  LedgerDraft draft;
+  PANELCAL_TRY(LedgerDraft draft, draft_of(config, surface_key(config), words));
   LedgerRecord& record = draft.record;
-  record = record_of(surface_key(config), words);
-  if (!config.file.empty()) {
-    PANELCAL_TRY(LedgerInput input, input_of(config.file));
-    record.inputs.push_back(std::move(input));
-  }
   put_figures(figures, change, record);
   draft.result = map_file_text(map);
   if (draft.result.size() <= kMaxLedgerResultBytes) return draft;

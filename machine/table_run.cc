@@ -290,13 +290,8 @@ TableCalibration table_calibration(const TableRun& run, const RecordWords& words
 Expected<LedgerDraft> table_draft(const MachineConfig& config,
                                   const TableRun& run,
                                   const RecordWords& words) {
-  LedgerDraft draft;
+  PANELCAL_TRY(LedgerDraft draft, draft_of(config, table_key(config), words));
   LedgerRecord& record = draft.record;
-  record = record_of(table_key(config), words);
-  if (!config.file.empty()) {
-    PANELCAL_TRY(LedgerInput input, input_of(config.file));
-    record.inputs.push_back(std::move(input));
-  }
   record.inputs.insert(record.inputs.end(), run.sights.inputs.begin(), run.sights.inputs.end());
   for (int i = 0; i < TableGeometry::kSize; ++i) {
     std::string name(TableGeometry::name(static_cast<TableGeometry::Index>(i)));

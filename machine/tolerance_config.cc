@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "panelcal/machine/tool_row.h"
+
 namespace panelcal::internal {
 namespace {
 
@@ -18,7 +20,6 @@ constexpr std::array<Words, 7> kToolKeys = {
 
 constexpr double kMost_um = 1e5;
 constexpr double kMost_mm = 100;
-constexpr int kMaxToolNumber = 1'000'000;
 constexpr Range kError_um{.low = 0, .high = kMost_um, .low_is_open = true};
 constexpr Range kDiameter_mm{.low = 0, .high = kMost_mm, .low_is_open = true};
 constexpr Range kProbability{0, 1};
@@ -39,11 +40,9 @@ Expected<DepthTolerance> read_depth(const TomlTable& table) {
 
 Expected<ToolTolerance> read_tool(const TomlTable& table) {
   ToolTolerance row;
-  PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxToolNumber));
-  if (number) row.number = static_cast<int>(*number);
-  PANELCAL_TRY(const auto drill_mm, table.number("drill_mm", kDiameter_mm));
-  if (drill_mm) row.drill = mm(*drill_mm);
-  if (!number && !drill_mm) return failure(table.missing("number", "number, or drill_mm"));
+  PANELCAL_TRY(const ToolRow tool, read_tool_row(table));
+  row.number = tool.number;
+  row.drill = tool.drill;
   PANELCAL_TRY(const auto position_um, table.number("position_um", kError_um));
   if (position_um) row.position = um(*position_um);
   PANELCAL_TRY(row.depth, read_depth(table));

@@ -13,8 +13,6 @@
 namespace panelcal {
 namespace {
 
-/// Of a cell of the map's lattice, so that no bend of the surface is overlooked.
-constexpr double kSamplesPerCell = 4;
 /// Less is rounding.
 constexpr Length kSameDepth = um(1e-3);
 
@@ -131,11 +129,7 @@ std::vector<double> DepthFollower::cuts(
     PANELCAL_CHECK(map.heights_at(places_mm, heights_mm));
     return heights_mm;
   };
-  const double cell_mm = map.finest_cell().in_mm();
-  const auto least =
-      static_cast<std::size_t>(std::clamp(std::ceil(kSamplesPerCell * length_mm / cell_mm),
-                                          kSamplesPerCell,
-                                          static_cast<double>(kMostWaySamples)));
+  const std::size_t least = way_samples(length_mm, map.finest_cell());
   Position<frame::Nominal> before = place(0);
   for (std::size_t i = 1; i <= least && !has_refused_place_; ++i) {
     const auto here = place(static_cast<double>(i) / static_cast<double>(least));

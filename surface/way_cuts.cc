@@ -49,6 +49,13 @@ std::vector<std::size_t> fewest_cuts(std::span<const double> heights_mm, Length 
   return cuts;
 }
 
+std::size_t way_samples(double length_mm, Length cell) {
+  constexpr double kPerCell = 4;
+  return static_cast<std::size_t>(std::clamp(std::ceil(kPerCell * length_mm / cell.in_mm()),
+                                             kPerCell,
+                                             static_cast<double>(kMostWaySamples)));
+}
+
 Expected<std::vector<double>> way_cuts(
     const std::function<Expected<std::vector<double>>(std::size_t n)>& profile_mm,
     std::size_t least_samples,

@@ -25,9 +25,6 @@ using gcode::MotionKind;
 using gcode::MotionReader;
 using gcode::Standing;
 
-/// Of a cell of the map's lattice, so that no bend of the surface is overlooked.
-constexpr double kSamplesPerCell = 4;
-
 /// Over so much of an arc the tool goes from the surface to the safe height or back.
 constexpr double kLeastArc_mm = 0.01;
 
@@ -287,12 +284,8 @@ class Leveller {
   Expected<std::vector<double>> ends_of(const GcodeBlock& block,
                                         const Motion& motion,
                                         const Stretch& stretch) {
-    const double cell_mm = map_.finest_cell().in_mm();
     const double span_mm = (stretch.end - stretch.begin) * gcode::length_mm(motion);
-    const auto least =
-        static_cast<std::size_t>(std::clamp(std::ceil(kSamplesPerCell * span_mm / cell_mm),
-                                            kSamplesPerCell,
-                                            static_cast<double>(kMostWaySamples)));
+    const std::size_t least = way_samples(span_mm, map_.finest_cell());
     auto found =
         way_cuts([&](std::size_t n) { return profile_mm(block, motion, stretch, n, n == least); },
                  least,
