@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/calib/base/byte_sink.h"
-#include "panelcal/calib/base/expected.h"
+#include "calib/base/byte_sink.h"
+#include "calib/base/expected.h"
 
 namespace panelcal {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/calib/base/expected.h"
+#include "calib/base/expected.h"
 
 namespace panelcal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/base/diagnostic.h"
+#include "calib/base/diagnostic.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@ namespace {
 constexpr std::array kCatalogue = {
 #define PANELCAL_DIAGNOSTIC(name, slug, severity, fault, summary, advice) \
   CodeInfo{Code::name, slug, Severity::severity, Fault::fault, summary, advice},
-#include "panelcal/calib/base/diagnostic_codes.def"
+#include "calib/base/diagnostic_codes.def"
 };
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {

@@ -17,7 +17,7 @@ enum class Fault : std::uint8_t { Input, Gate, Device, Internal };
 /// Every problem panelcal can report; the catalogue is diagnostic_codes.def.
 enum class Code : std::uint8_t {
 #define PANELCAL_DIAGNOSTIC(name, slug, severity, fault, summary, advice) name,
-#include "panelcal/calib/base/diagnostic_codes.def"
+#include "calib/base/diagnostic_codes.def"
 };
 
 struct CodeInfo {

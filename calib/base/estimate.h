@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "calib/base/frames.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/frames.h"
 
 namespace panelcal {
 

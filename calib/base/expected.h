@@ -3,9 +3,8 @@
 
 #include <utility>
 
+#include "calib/base/diagnostic.h"
 #include <tl/expected.hpp>
-
-#include "panelcal/calib/base/diagnostic.h"
 
 namespace panelcal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/amount.h"
+#include "calib/drift/amount.h"
 
 #include <cmath>
 #include <string_view>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/change_point.h"
+#include "calib/drift/change_point.h"
 
 #include <algorithm>
 #include <array>
@@ -7,10 +7,9 @@
 #include <limits>
 #include <utility>
 
+#include "calib/base/clock.h"
+#include "calib/drift/amount.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/clock.h"
-#include "panelcal/calib/drift/amount.h"
 
 namespace panelcal {
 namespace {

@@ -7,11 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/expected.h"
+#include "calib/drift/model.h"
+#include "calib/drift/series.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/drift/drift_model.h"
-#include "panelcal/calib/drift/drift_series.h"
 
 namespace panelcal {
 

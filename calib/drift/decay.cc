@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/decay.h"
+#include "calib/drift/decay.h"
 
 #include <algorithm>
 #include <cmath>

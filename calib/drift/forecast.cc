@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/forecast.h"
+#include "calib/drift/forecast.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "calib/base/clock.h"
+#include "calib/base/distributions.h"
+#include "calib/drift/amount.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/clock.h"
-#include "panelcal/calib/drift/amount.h"
-#include "panelcal/calib/drift/distributions.h"
 
 namespace panelcal {
 namespace {

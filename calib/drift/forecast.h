@@ -6,11 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "calib/base/expected.h"
+#include "calib/base/units.h"
+#include "calib/drift/model.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/calib/drift/drift_model.h"
 
 namespace panelcal {
 

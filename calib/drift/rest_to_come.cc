@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/rest_to_come.h"
+#include "calib/drift/rest_to_come.h"
 
 #include <algorithm>
 #include <cmath>

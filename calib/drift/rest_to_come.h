@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "panelcal/calib/drift/warm_up.h"
+#include "calib/drift/warm_up.h"
 
 namespace panelcal {
 

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/warm_up.h"
+#include "calib/drift/warm_up.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "calib/base/chi_square.h"
+#include "calib/drift/decay.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/chi_square.h"
-#include "panelcal/calib/drift/decay.h"
 
 namespace panelcal {
 namespace {

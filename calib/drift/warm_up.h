@@ -5,9 +5,8 @@
 #include <span>
 #include <string>
 
+#include "calib/base/units.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/units.h"
 
 namespace panelcal {
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/ledger/chain.h"
+#include "calib/ledger/chain.h"
 
 #include <algorithm>
 #include <string>
 #include <utility>
 
+#include "calib/base/digest.h"
+#include "calib/ledger/entry_text.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/digest.h"
-#include "panelcal/calib/ledger/entry_text.h"
 
 namespace panelcal::internal {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <cstddef>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/ledger.h"
-#include "panelcal/calib/ledger/sqlite.h"
+#include "calib/base/expected.h"
+#include "calib/ledger/ledger.h"
+#include "calib/ledger/sqlite.h"
 
 // Not installed: the hashes that chain the entries.
 namespace panelcal::internal {

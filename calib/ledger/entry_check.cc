@@ -4,11 +4,10 @@
 #include <set>
 #include <utility>
 
+#include "calib/base/strict_json.h"
+#include "calib/ledger/entry_text.h"
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
-
-#include "panelcal/calib/ledger/entry_text.h"
-#include "panelcal/calib/strict_json.h"
 
 namespace panelcal::internal {
 namespace {

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/ledger/entry_text.h"
+#include "calib/ledger/entry_text.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
+#include "calib/base/clock.h"
+#include "calib/base/digest.h"
+#include "calib/base/strict_json.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/clock.h"
-#include "panelcal/calib/base/digest.h"
-#include "panelcal/calib/strict_json.h"
 
 namespace panelcal {
 namespace {

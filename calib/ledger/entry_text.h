@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/ledger_entry.h"
+#include "calib/base/expected.h"
+#include "calib/ledger/entry.h"
 
 // Not installed.
 namespace panelcal::internal {

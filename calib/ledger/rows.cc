@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/ledger/rows.h"
+#include "calib/ledger/rows.h"
 
 #include <algorithm>
 #include <limits>
 #include <string>
 
+#include "calib/ledger/entry_text.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/ledger/entry_text.h"
 
 namespace panelcal::internal {
 namespace {

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/ledger.h"
-#include "panelcal/calib/ledger/sqlite.h"
+#include "calib/base/expected.h"
+#include "calib/ledger/ledger.h"
+#include "calib/ledger/sqlite.h"
 
 // Not installed: looking entries up.
 namespace panelcal::internal {

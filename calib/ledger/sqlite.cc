@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/ledger/sqlite.h"
+#include "calib/ledger/sqlite.h"
 
 #include <system_error>
 #include <utility>

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/calib/base/expected.h"
+#include "calib/base/expected.h"
 
 struct sqlite3;
 struct sqlite3_stmt;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/ledger/wreck.h"
+#include "calib/ledger/wreck.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -7,11 +7,10 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/ledger/entry_text.h"
+#include "calib/ledger/schema.h"
 #include <fcntl.h>
 #include <unistd.h>
-
-#include "panelcal/calib/ledger/entry_text.h"
-#include "panelcal/calib/ledger/ledger_schema.h"
 
 namespace panelcal::internal {
 namespace {

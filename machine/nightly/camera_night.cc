@@ -4,15 +4,14 @@
 #include <string_view>
 #include <utility>
 
+#include "calib/base/atomic_file.h"
+#include "calib/camera/calibration_file.h"
+#include "calib/drift/amount.h"
+#include "machine/calibrate/camera_run.h"
+#include "machine/devices/camera_settings.h"
+#include "machine/nightly/night_calibrations.h"
+#include "machine/nightly/night_file.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/calibration_file.h"
-#include "panelcal/calib/drift/amount.h"
-#include "panelcal/machine/camera_run.h"
-#include "panelcal/machine/camera_settings.h"
-#include "panelcal/machine/nightly/night_calibrations.h"
-#include "panelcal/machine/nightly/night_file.h"
 
 namespace panelcal {
 namespace {

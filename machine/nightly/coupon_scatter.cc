@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/coupon_scatter.h"
+#include "machine/nightly/coupon_scatter.h"
 
 #include <algorithm>
 

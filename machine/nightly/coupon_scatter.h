@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "panelcal/machine/nightly/night_calibration.h"
-#include "panelcal/machine/spindle_camera_run.h"
+#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/nightly/night_calibration.h"
 
 namespace panelcal {
 

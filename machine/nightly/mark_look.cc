@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/mark_look.h"
+#include "machine/nightly/mark_look.h"
 
 #include <algorithm>
 #include <utility>
 
+#include "machine/look/mark_sights.h"
 #include <fmt/format.h>
-
-#include "panelcal/machine/mark_sights.h"
 
 namespace panelcal {
 namespace {

@@ -5,13 +5,12 @@
 #include <string>
 #include <utility>
 
+#include "calib/base/expected.h"
+#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/config/machine_config.h"
+#include "machine/look/picture_locator.h"
+#include "machine/nightly/night_config.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/nightly/night_config.h"
-#include "panelcal/machine/picture_locator.h"
-#include "panelcal/machine/spindle_camera_run.h"
 
 namespace panelcal {
 

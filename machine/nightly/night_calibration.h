@@ -6,14 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/expected.h"
+#include "calib/drift/night_gates.h"
+#include "calib/ledger/ledger.h"
+#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/nightly/night_config.h"
+#include "machine/nightly/night_record.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/ledger.h"
-#include "panelcal/calib/night_gates.h"
-#include "panelcal/machine/nightly/night_config.h"
-#include "panelcal/machine/nightly/night_record.h"
-#include "panelcal/machine/spindle_camera_run.h"
 
 namespace panelcal {
 

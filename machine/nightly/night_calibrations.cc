@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_calibrations.h"
+#include "machine/nightly/night_calibrations.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "panelcal/machine/nightly/nightly.h"
+#include "machine/nightly/nightly.h"
 
 namespace panelcal {
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/nightly/night_calibration.h"
-#include "panelcal/machine/nightly/night_config.h"
-#include "panelcal/machine/place_record.h"
+#include "calib/base/expected.h"
+#include "machine/calibrate/place_record.h"
+#include "machine/config/machine_config.h"
+#include "machine/nightly/night_calibration.h"
+#include "machine/nightly/night_config.h"
 
 namespace panelcal {
 

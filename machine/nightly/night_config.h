@@ -6,14 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/diagnostic.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "calib/drift/model.h"
+#include "calib/drift/monitor.h"
+#include "calib/drift/night_gates.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/diagnostic.h"
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/calib/drift/drift_model.h"
-#include "panelcal/calib/drift/drift_monitor.h"
-#include "panelcal/calib/night_gates.h"
 
 namespace panelcal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_config_toml.h"
+#include "machine/nightly/night_config_toml.h"
 
 #include <algorithm>
 #include <array>
@@ -8,10 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "machine/config/sim.h"
+#include "machine/nightly/night_surface_toml.h"
 #include <fmt/format.h>
-
-#include "panelcal/machine/nightly/night_surface_toml.h"
-#include "panelcal/machine/sim_config.h"
 
 namespace panelcal::internal {
 namespace {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string_view>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/machine/nightly/night_config.h"
-#include "panelcal/machine/toml_table.h"
+#include "calib/base/expected.h"
+#include "machine/config/toml_table.h"
+#include "machine/nightly/night_config.h"
 
 // Not installed: parts of machine.toml.
 namespace panelcal::internal {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_file.h"
+#include "machine/nightly/night_file.h"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/base/digest.h"
-#include "panelcal/machine/calibration_record.h"
+#include "calib/base/atomic_file.h"
+#include "calib/base/digest.h"
+#include "machine/calibrate/calibration_record.h"
 
 namespace panelcal::internal {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/ledger.h"
+#include "calib/base/expected.h"
+#include "calib/ledger/ledger.h"
 
 // Not installed: parts of the calibrations whose file is their entry's result, byte for byte.
 namespace panelcal::internal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_files.h"
+#include "machine/nightly/night_files.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -8,17 +8,16 @@
 #include <system_error>
 #include <utility>
 
+#include "calib/base/atomic_file.h"
+#include "calib/camera/calibration_file.h"
+#include "calib/ledger/ledger.h"
+#include "calib/table/calibration_file.h"
+#include "machine/calibrate/calibration_record.h"
+#include "machine/calibrate/camera_run.h"
+#include "machine/calibrate/table_run.h"
+#include "machine/config/machine_config.h"
+#include "machine/config/toml_table.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/calibration_file.h"
-#include "panelcal/calib/ledger.h"
-#include "panelcal/calib/table_calibration_file.h"
-#include "panelcal/machine/calibration_record.h"
-#include "panelcal/machine/camera_run.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/table_run.h"
-#include "panelcal/machine/toml_table.h"
 
 namespace panelcal {
 namespace {

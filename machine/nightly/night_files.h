@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
+#include "calib/base/expected.h"
 
 namespace panelcal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_history.h"
+#include "machine/nightly/night_history.h"
 
 #include <algorithm>
 #include <iterator>
@@ -7,10 +7,9 @@
 #include <string_view>
 #include <utility>
 
+#include "calib/base/strict_json.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-
-#include "panelcal/calib/strict_json.h"
 
 namespace panelcal {
 namespace {

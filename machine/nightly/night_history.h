@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/drift/drift_series.h"
-#include "panelcal/calib/ledger.h"
-#include "panelcal/machine/nightly/night_calibration.h"
-#include "panelcal/machine/nightly/night_record.h"
+#include "calib/base/expected.h"
+#include "calib/drift/series.h"
+#include "calib/ledger/ledger.h"
+#include "machine/nightly/night_calibration.h"
+#include "machine/nightly/night_record.h"
 
 namespace panelcal {
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_ledger.h"
+#include "machine/nightly/night_ledger.h"
 
 #include <algorithm>
 #include <system_error>
 #include <utility>
 
+#include "machine/nightly/night_history.h"
 #include <fmt/format.h>
-
-#include "panelcal/machine/nightly/night_history.h"
 
 namespace panelcal {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "panelcal/calib/base/clock.h"
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/ledger.h"
-#include "panelcal/machine/nightly/night_calibration.h"
+#include "calib/base/clock.h"
+#include "calib/base/expected.h"
+#include "calib/ledger/ledger.h"
+#include "machine/nightly/night_calibration.h"
 
 namespace panelcal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_lock.h"
+#include "machine/nightly/night_lock.h"
 
 #include <array>
 #include <cerrno>
@@ -7,11 +7,10 @@
 #include <system_error>
 #include <utility>
 
+#include "calib/base/clock.h"
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
-
-#include "panelcal/calib/base/clock.h"
 
 namespace panelcal {
 namespace {

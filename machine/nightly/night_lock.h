@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "panelcal/calib/base/expected.h"
+#include "calib/base/expected.h"
 
 namespace panelcal {
 

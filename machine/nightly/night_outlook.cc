@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_outlook.h"
+#include "machine/nightly/night_outlook.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "calib/drift/change_point.h"
+#include "calib/drift/forecast.h"
+#include "calib/drift/monitor.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/drift/change_point.h"
-#include "panelcal/calib/drift/drift_monitor.h"
-#include "panelcal/calib/drift/forecast.h"
 
 namespace panelcal {
 namespace {

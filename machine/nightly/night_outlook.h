@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/night_gates.h"
-#include "panelcal/machine/nightly/night_config.h"
-#include "panelcal/machine/nightly/night_history.h"
-#include "panelcal/machine/nightly/night_record.h"
+#include "calib/base/expected.h"
+#include "calib/drift/night_gates.h"
+#include "machine/nightly/night_config.h"
+#include "machine/nightly/night_history.h"
+#include "machine/nightly/night_record.h"
 
 namespace panelcal {
 

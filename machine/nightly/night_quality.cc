@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_quality.h"
+#include "machine/nightly/night_quality.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
 
+#include "calib/charts/spread_monitor.h"
+#include "calib/drift/amount.h"
+#include "calib/drift/monitor.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/drift/amount.h"
-#include "panelcal/calib/drift/drift_monitor.h"
-#include "panelcal/calib/drift/spread_monitor.h"
 
 namespace panelcal {
 namespace {

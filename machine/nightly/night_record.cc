@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_record.h"
+#include "machine/nightly/night_record.h"
 
 #include <array>
 

@@ -9,15 +9,14 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/diagnostic.h"
+#include "calib/base/units.h"
+#include "calib/drift/monitor.h"
+#include "calib/drift/night_gates.h"
+#include "calib/drift/warm_up.h"
+#include "calib/ledger/ledger.h"
+#include "surface/map/file.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/diagnostic.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/calib/drift/drift_monitor.h"
-#include "panelcal/calib/drift/warm_up.h"
-#include "panelcal/calib/ledger.h"
-#include "panelcal/calib/night_gates.h"
-#include "panelcal/surface/map_file.h"
 
 // What a night did and found: plain data, everything that a report shows. Who makes it: nightly.h.
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_step.h"
+#include "machine/nightly/night_step.h"
 
 #include <algorithm>
 #include <array>
@@ -7,11 +7,10 @@
 #include <iterator>
 #include <utility>
 
+#include "calib/drift/amount.h"
+#include "machine/nightly/night_outlook.h"
+#include "machine/nightly/night_quality.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/drift/amount.h"
-#include "panelcal/machine/nightly/night_outlook.h"
-#include "panelcal/machine/nightly/night_quality.h"
 
 namespace panelcal {
 namespace {

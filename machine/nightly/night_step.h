@@ -4,12 +4,12 @@
 #include <optional>
 #include <string>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/ledger.h"
-#include "panelcal/machine/nightly/night_calibration.h"
-#include "panelcal/machine/nightly/night_history.h"
-#include "panelcal/machine/nightly/night_record.h"
-#include "panelcal/machine/nightly/nightly.h"
+#include "calib/base/expected.h"
+#include "calib/ledger/ledger.h"
+#include "machine/nightly/night_calibration.h"
+#include "machine/nightly/night_history.h"
+#include "machine/nightly/night_record.h"
+#include "machine/nightly/nightly.h"
 
 namespace panelcal {
 

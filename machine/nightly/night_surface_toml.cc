@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_surface_toml.h"
+#include "machine/nightly/night_surface_toml.h"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "panelcal/machine/nightly/night_config_toml.h"
-#include "panelcal/machine/sim_config.h"
+#include "machine/config/sim.h"
+#include "machine/nightly/night_config_toml.h"
 
 namespace panelcal::internal {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/machine/nightly/night_config.h"
-#include "panelcal/machine/toml_table.h"
+#include "calib/base/expected.h"
+#include "machine/config/toml_table.h"
+#include "machine/nightly/night_config.h"
 
 // Not installed: parts of reading [nightly] of machine.toml.
 namespace panelcal::internal {

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_verdict.h"
+#include "machine/nightly/night_verdict.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <utility>
 
+#include "calib/base/clock.h"
+#include "machine/nightly/warm_up.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-
-#include "panelcal/calib/base/clock.h"
-#include "panelcal/machine/nightly/warm_up.h"
 
 namespace panelcal {
 namespace {

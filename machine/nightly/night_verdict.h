@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "panelcal/calib/ledger.h"
-#include "panelcal/machine/nightly/night_record.h"
+#include "calib/ledger/ledger.h"
+#include "machine/nightly/night_record.h"
 
 namespace panelcal {
 

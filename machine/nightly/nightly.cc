@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/nightly.h"
+#include "machine/nightly/nightly.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,19 +8,18 @@
 #include <utility>
 #include <vector>
 
+#include "calib/drift/amount.h"
+#include "machine/calibrate/calibration_record.h"
+#include "machine/devices/camera_settings.h"
+#include "machine/nightly/night_history.h"
+#include "machine/nightly/night_ledger.h"
+#include "machine/nightly/night_lock.h"
+#include "machine/nightly/night_quality.h"
+#include "machine/nightly/night_step.h"
+#include "machine/nightly/night_verdict.h"
+#include "machine/nightly/self_test.h"
+#include "machine/nightly/warm_up.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/drift/amount.h"
-#include "panelcal/machine/calibration_record.h"
-#include "panelcal/machine/camera_settings.h"
-#include "panelcal/machine/nightly/night_history.h"
-#include "panelcal/machine/nightly/night_ledger.h"
-#include "panelcal/machine/nightly/night_lock.h"
-#include "panelcal/machine/nightly/night_quality.h"
-#include "panelcal/machine/nightly/night_step.h"
-#include "panelcal/machine/nightly/night_verdict.h"
-#include "panelcal/machine/nightly/self_test.h"
-#include "panelcal/machine/nightly/warm_up.h"
 
 namespace panelcal {
 namespace {

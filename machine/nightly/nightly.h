@@ -8,14 +8,14 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/calib/base/clock.h"
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/nightly/night_calibration.h"
-#include "panelcal/machine/nightly/night_config.h"
-#include "panelcal/machine/nightly/night_lock.h"
-#include "panelcal/machine/nightly/night_record.h"
-#include "panelcal/machine/spindle_camera_run.h"
+#include "calib/base/clock.h"
+#include "calib/base/expected.h"
+#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/config/machine_config.h"
+#include "machine/nightly/night_calibration.h"
+#include "machine/nightly/night_config.h"
+#include "machine/nightly/night_lock.h"
+#include "machine/nightly/night_record.h"
 
 namespace panelcal {
 

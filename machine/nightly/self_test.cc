@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/self_test.h"
+#include "machine/nightly/self_test.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,8 @@
 #include <system_error>
 #include <utility>
 
+#include "machine/nightly/mark_look.h"
 #include <fmt/format.h>
-
-#include "panelcal/machine/nightly/mark_look.h"
 
 namespace panelcal {
 namespace {

@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/machine/nightly/night_history.h"
-#include "panelcal/machine/nightly/night_record.h"
-#include "panelcal/machine/nightly/nightly.h"
+#include "calib/base/expected.h"
+#include "machine/nightly/night_history.h"
+#include "machine/nightly/night_record.h"
+#include "machine/nightly/nightly.h"
 
 namespace panelcal {
 

@@ -5,12 +5,11 @@
 #include <string_view>
 #include <utility>
 
+#include "calib/spindle/calibration_file.h"
+#include "machine/calibrate/calibration_record.h"
+#include "machine/nightly/coupon_scatter.h"
+#include "machine/nightly/night_calibrations.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/spindle_calibration_file.h"
-#include "panelcal/machine/calibration_record.h"
-#include "panelcal/machine/nightly/coupon_scatter.h"
-#include "panelcal/machine/nightly/night_calibrations.h"
 
 namespace panelcal {
 namespace {

@@ -7,16 +7,15 @@
 #include <utility>
 #include <vector>
 
+#include "calib/drift/amount.h"
+#include "machine/calibrate/surface_change.h"
+#include "machine/calibrate/surface_record.h"
+#include "machine/calibrate/surface_run.h"
+#include "machine/look/mark_sights.h"
+#include "machine/nightly/night_calibrations.h"
+#include "machine/nightly/night_file.h"
+#include "surface/map/file.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/drift/amount.h"
-#include "panelcal/machine/mark_sights.h"
-#include "panelcal/machine/nightly/night_calibrations.h"
-#include "panelcal/machine/nightly/night_file.h"
-#include "panelcal/machine/surface_change.h"
-#include "panelcal/machine/surface_record.h"
-#include "panelcal/machine/surface_run.h"
-#include "panelcal/surface/map_file.h"
 
 namespace panelcal {
 namespace {

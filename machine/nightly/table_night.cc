@@ -7,16 +7,15 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/atomic_file.h"
+#include "calib/drift/amount.h"
+#include "calib/table/calibration_file.h"
+#include "machine/calibrate/table_run.h"
+#include "machine/nightly/night_calibrations.h"
+#include "machine/nightly/night_file.h"
+#include "machine/plate/pictures.h"
 #include <Eigen/Geometry>
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/drift/amount.h"
-#include "panelcal/calib/table_calibration_file.h"
-#include "panelcal/machine/nightly/night_calibrations.h"
-#include "panelcal/machine/nightly/night_file.h"
-#include "panelcal/machine/plate_pictures.h"
-#include "panelcal/machine/table_run.h"
 
 namespace panelcal {
 namespace {

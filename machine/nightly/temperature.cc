@@ -3,11 +3,10 @@
 #include <string_view>
 #include <system_error>
 
+#include "calib/base/atomic_file.h"
+#include "machine/devices/external_program.h"
+#include "machine/nightly/self_test.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/machine/external_program.h"
-#include "panelcal/machine/nightly/self_test.h"
 
 namespace panelcal {
 namespace {

@@ -4,13 +4,12 @@
 #include <string_view>
 #include <utility>
 
+#include "machine/calibrate/place_record.h"
+#include "machine/devices/camera_settings.h"
+#include "machine/look/mark_sights.h"
+#include "machine/look/place_trials.h"
+#include "machine/nightly/night_calibrations.h"
 #include <fmt/format.h>
-
-#include "panelcal/machine/camera_settings.h"
-#include "panelcal/machine/mark_sights.h"
-#include "panelcal/machine/nightly/night_calibrations.h"
-#include "panelcal/machine/place_record.h"
-#include "panelcal/machine/place_trials.h"
 
 namespace panelcal {
 namespace {

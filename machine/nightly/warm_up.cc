@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/warm_up.h"
+#include "machine/nightly/warm_up.h"
 
 #include <algorithm>
 #include <array>
@@ -7,12 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "calib/drift/amount.h"
+#include "calib/drift/rest_to_come.h"
+#include "machine/nightly/mark_look.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-
-#include "panelcal/calib/drift/amount.h"
-#include "panelcal/calib/drift/rest_to_come.h"
-#include "panelcal/machine/nightly/mark_look.h"
 
 namespace panelcal {
 namespace {

@@ -4,13 +4,13 @@
 #include <optional>
 #include <string>
 
-#include "panelcal/calib/base/clock.h"
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/ledger.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/nightly/night_config.h"
-#include "panelcal/machine/nightly/night_record.h"
-#include "panelcal/machine/spindle_camera_run.h"
+#include "calib/base/clock.h"
+#include "calib/base/expected.h"
+#include "calib/ledger/ledger.h"
+#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/config/machine_config.h"
+#include "machine/nightly/night_config.h"
+#include "machine/nightly/night_record.h"
 
 namespace panelcal {
 

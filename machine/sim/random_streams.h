@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "panelcal/calib/base/random.h"
+#include "calib/base/random.h"
 
 namespace panelcal::internal {
 

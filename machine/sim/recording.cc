@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/recording.h"
+#include "machine/sim/recording.h"
 
 #include <string>
 #include <utility>
 
+#include "calib/base/atomic_file.h"
+#include "machine/devices/table_stage.h"
+#include "machine/look/view_taker.h"
+#include "machine/look/vision_procedure.h"
+#include "machine/sim/synth_folder.h"
+#include "vision/picture/image_io.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/machine/sim/synth_folder.h"
-#include "panelcal/machine/table_stage.h"
-#include "panelcal/machine/view_taker.h"
-#include "panelcal/machine/vision_procedure.h"
-#include "panelcal/vision/image_io.h"
 
 namespace panelcal {
 namespace {

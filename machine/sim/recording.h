@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/sim/sim_machine.h"
-#include "panelcal/program/survey.h"
-#include "panelcal/program/walk.h"
-#include "panelcal/vision/picture_folder.h"
+#include "calib/base/expected.h"
+#include "machine/config/machine_config.h"
+#include "machine/sim/sim_machine.h"
+#include "program/walk/survey.h"
+#include "program/walk/walk.h"
+#include "vision/picture/folder.h"
 
 namespace panelcal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/sample_pictures.h"
+#include "machine/sim/sample_pictures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,16 +7,15 @@
 #include <numbers>
 #include <utility>
 
+#include "calib/base/atomic_file.h"
+#include "machine/sim/random_streams.h"
+#include "machine/sim/sim_scene.h"
+#include "machine/sim/synth_folder.h"
+#include "program/text/json_text.h"
+#include "vision/picture/image_io.h"
+#include "vision/render/scene_marks.h"
+#include "vision/render/scene_projection.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/machine/sim/random_streams.h"
-#include "panelcal/machine/sim/sim_scene.h"
-#include "panelcal/machine/sim/synth_folder.h"
-#include "panelcal/program/json_text.h"
-#include "panelcal/vision/image_io.h"
-#include "panelcal/vision/scene_marks.h"
-#include "panelcal/vision/scene_projection.h"
 
 namespace panelcal {
 namespace {

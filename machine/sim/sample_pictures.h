@@ -7,16 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/expected.h"
+#include "calib/base/random.h"
+#include "calib/base/units.h"
+#include "calib/camera/mapping.h"
+#include "machine/config/machine_config.h"
+#include "vision/fit/target.h"
+#include "vision/picture/image.h"
+#include "vision/render/render.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/calib/camera_mapping.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/vision/image.h"
-#include "panelcal/vision/render.h"
-#include "panelcal/vision/target.h"
 
 namespace panelcal {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/sim_coupon.h"
+#include "machine/sim/sim_coupon.h"
 
 #include <cmath>
 #include <cstddef>
 #include <utility>
 
-#include "panelcal/machine/sim/sim_scene.h"
+#include "machine/sim/sim_scene.h"
 
 namespace panelcal {
 namespace {

@@ -6,20 +6,20 @@
 #include <utility>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/calib/spindle_camera.h"
-#include "panelcal/machine/camera.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/sim/sim_coupon_options.h"
-#include "panelcal/machine/sim/sim_eye.h"
-#include "panelcal/machine/sim/sim_motion.h"
-#include "panelcal/machine/spindle.h"
-#include "panelcal/machine/spindle_camera_run.h"
-#include "panelcal/machine/stage.h"
-#include "panelcal/vision/target.h"
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "calib/base/random.h"
+#include "calib/base/units.h"
+#include "calib/correction/spindle_camera.h"
+#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/config/machine_config.h"
+#include "machine/devices/camera.h"
+#include "machine/devices/spindle.h"
+#include "machine/devices/stage.h"
+#include "machine/sim/sim_coupon_options.h"
+#include "machine/sim/sim_eye.h"
+#include "machine/sim/sim_motion.h"
+#include "vision/fit/target.h"
 
 namespace panelcal {
 

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/machine/sim/sim_motion.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "machine/sim/sim_motion.h"
 
 namespace panelcal {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/sim_eye.h"
+#include "machine/sim/sim_eye.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "panelcal/machine/sim/sim_scene.h"
+#include "machine/sim/sim_scene.h"
 
 namespace panelcal::internal {
 

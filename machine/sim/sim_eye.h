@@ -3,14 +3,14 @@
 
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/machine/camera.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/vision/render.h"
-#include "panelcal/vision/target.h"
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "calib/base/random.h"
+#include "calib/base/units.h"
+#include "machine/config/machine_config.h"
+#include "machine/devices/camera.h"
+#include "vision/fit/target.h"
+#include "vision/render/render.h"
 
 namespace panelcal::internal {
 

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/sim_machine.h"
+#include "machine/sim/sim_machine.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "machine/devices/table_stage.h"
+#include "machine/sim/random_streams.h"
+#include "machine/sim/sim_scene.h"
+#include "program/walk/survey.h"
+#include "vision/render/scene_marks.h"
 #include <fmt/format.h>
-
-#include "panelcal/machine/sim/random_streams.h"
-#include "panelcal/machine/sim/sim_scene.h"
-#include "panelcal/machine/table_stage.h"
-#include "panelcal/program/survey.h"
-#include "panelcal/vision/scene_marks.h"
 
 namespace panelcal {
 namespace {

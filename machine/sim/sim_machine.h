@@ -9,20 +9,20 @@
 #include <span>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/calib/camera_mapping.h"
-#include "panelcal/calib/spindle_camera.h"
-#include "panelcal/machine/job_calibration.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/sim/sim_coupon.h"
-#include "panelcal/machine/sim/truth.h"
-#include "panelcal/machine/view_taker.h"
-#include "panelcal/machine/vision_procedure.h"
-#include "panelcal/program/measurement.h"
-#include "panelcal/program/walk.h"
-#include "panelcal/vision/image.h"
-#include "panelcal/vision/render.h"
+#include "calib/base/expected.h"
+#include "calib/base/random.h"
+#include "calib/camera/mapping.h"
+#include "calib/correction/spindle_camera.h"
+#include "machine/calibrate/job_calibration.h"
+#include "machine/config/machine_config.h"
+#include "machine/look/view_taker.h"
+#include "machine/look/vision_procedure.h"
+#include "machine/sim/sim_coupon.h"
+#include "machine/sim/truth.h"
+#include "program/model/measurement.h"
+#include "program/walk/walk.h"
+#include "vision/picture/image.h"
+#include "vision/render/render.h"
 
 namespace panelcal {
 

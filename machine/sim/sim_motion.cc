@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/sim_motion.h"
+#include "machine/sim/sim_motion.h"
 
 #include <cmath>
 #include <numbers>

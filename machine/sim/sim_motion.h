@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "calib/base/frames.h"
+#include "calib/base/random.h"
+#include "calib/base/units.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/calib/base/units.h"
 
 namespace panelcal {
 

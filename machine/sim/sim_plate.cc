@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/sim_plate.h"
+#include "machine/sim/sim_plate.h"
 
 #include <utility>
 
-#include "panelcal/machine/sim/sim_scene.h"
+#include "machine/sim/sim_scene.h"
 
 namespace panelcal {
 namespace {

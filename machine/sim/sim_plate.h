@@ -6,19 +6,18 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "calib/correction/spindle_camera.h"
+#include "machine/config/machine_config.h"
+#include "machine/devices/camera.h"
+#include "machine/devices/spindle.h"
+#include "machine/devices/stage.h"
+#include "machine/sim/sim_eye.h"
+#include "machine/sim/sim_motion.h"
+#include "vision/fit/target.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/calib/spindle_camera.h"
-#include "panelcal/machine/camera.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/sim/sim_eye.h"
-#include "panelcal/machine/sim/sim_motion.h"
-#include "panelcal/machine/spindle.h"
-#include "panelcal/machine/stage.h"
-#include "panelcal/vision/target.h"
 
 namespace panelcal {
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/sim_scene.h"
+#include "machine/sim/sim_scene.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
+#include "vision/render/scene_marks.h"
 #include <fmt/format.h>
-
-#include "panelcal/vision/scene_marks.h"
 
 namespace panelcal::internal {
 namespace {

@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/calib/camera_mapping.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/vision/render.h"
-#include "panelcal/vision/scene_debris.h"
-#include "panelcal/vision/target.h"
+#include "calib/base/expected.h"
+#include "calib/base/random.h"
+#include "calib/camera/mapping.h"
+#include "machine/config/machine_config.h"
+#include "vision/fit/target.h"
+#include "vision/render/render.h"
+#include "vision/render/scene_debris.h"
 
 namespace panelcal::internal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/sim_table.h"
+#include "machine/sim/sim_table.h"
 
 namespace panelcal {
 

@@ -5,11 +5,10 @@
 #include <optional>
 #include <utility>
 
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "machine/devices/stage.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/machine/stage.h"
 
 namespace panelcal {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/sim_table_surface.h"
+#include "machine/sim/sim_table_surface.h"
 
 #include <algorithm>
 #include <cstdint>
 
-#include "panelcal/machine/sim/random_streams.h"
+#include "machine/sim/random_streams.h"
 
 namespace panelcal {
 

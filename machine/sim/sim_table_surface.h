@@ -4,9 +4,8 @@
 #include <chrono>
 #include <optional>
 
+#include "machine/sim/simulated_probe.h"
 #include <Eigen/Core>
-
-#include "panelcal/machine/sim/simulated_probe.h"
 
 namespace panelcal {
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/simulated_probe.h"
+#include "machine/sim/simulated_probe.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 
+#include "machine/sim/random_streams.h"
 #include <fmt/format.h>
-
-#include "panelcal/machine/sim/random_streams.h"
 
 namespace panelcal {
 namespace {

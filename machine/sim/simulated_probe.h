@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/program/probing.h"
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "program/walk/probing.h"
 
 namespace panelcal {
 

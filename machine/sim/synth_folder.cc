@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/synth_folder.h"
+#include "machine/sim/synth_folder.h"
 
 #include <cstddef>
 #include <functional>
@@ -10,12 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/atomic_file.h"
+#include "calib/base/strict_json.h"
+#include "machine/sim/truth.h"
+#include "vision/picture/folder.h"
 #include <nlohmann/json.hpp>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/strict_json.h"
-#include "panelcal/machine/sim/truth.h"
-#include "panelcal/vision/picture_folder.h"
 
 namespace panelcal::internal {
 namespace {

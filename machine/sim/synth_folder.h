@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "panelcal/calib/base/expected.h"
+#include "calib/base/expected.h"
 
 // Not installed: where `panelcal synth` puts its pictures.
 namespace panelcal::internal {
@@ -17,7 +17,7 @@ namespace panelcal::internal {
 /// In     folder: made if it does not exist
 /// Fails  usage (a list or a numbered picture that no synth made, or one that was interrupted);
 ///        device-write
-/// See    tests/machine/synth_folder_test.cc
+/// See    tests/machine/sim/synth_folder_test.cc
 Expected<void> prepare_synth_folder(const std::filesystem::path& folder);
 
 }  // namespace panelcal::internal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/sim/truth.h"
+#include "machine/sim/truth.h"
 
 #include <array>
 #include <cmath>
@@ -9,12 +9,11 @@
 #include <span>
 #include <utility>
 
+#include "calib/base/atomic_file.h"
+#include "calib/base/random.h"
+#include "calib/base/strict_json.h"
+#include "machine/sim/random_streams.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/calib/strict_json.h"
-#include "panelcal/machine/sim/random_streams.h"
 
 namespace panelcal {
 namespace {

@@ -11,11 +11,11 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/machine/sim/sim_table.h"
-#include "panelcal/program/measurement.h"
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "machine/config/machine_config.h"
+#include "machine/sim/sim_table.h"
+#include "program/model/measurement.h"
 
 namespace panelcal {
 
@@ -62,7 +62,7 @@ Expected<void> write_truth_json(const std::filesystem::path& path, const Truth& 
 /// Reads truth.json of version 1, strictly.
 ///
 /// Fails  file-unreadable; json-syntax; truth-invalid
-/// See    tests/machine/truth_test.cc
+/// See    tests/machine/sim/truth_test.cc
 Expected<Truth> read_truth_json(const std::filesystem::path& path);
 
 /// The same from text; `file` stands in the diagnostics.

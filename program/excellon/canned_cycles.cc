@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/canned_cycles.h"
+#include "program/excellon/canned_cycles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,8 @@
 #include <optional>
 #include <string_view>
 
+#include "calib/base/units.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/units.h"
 
 namespace panelcal::excellon {
 namespace {

@@ -4,10 +4,9 @@
 #include <cstdint>
 #include <string>
 
+#include "program/walk/hole_sequence.h"
 #include <Eigen/Core>
 #include <tl/expected.hpp>
-
-#include "panelcal/program/hole_sequence.h"
 
 namespace panelcal::excellon {
 
@@ -25,7 +24,7 @@ using Cycle = tl::expected<T, std::string>;
 ///        rounding_mm: the resolution of the file's numbers
 /// Fails  corners in one line; a square; rows that are no whole number of pitches long
 /// Source CNC-7 manual, Canned Cycle Commands, Dual In Line Package; semantics page, G82
-/// See    tests/program/canned_cycles_test.cc
+/// See    tests/program/excellon/canned_cycles_test.cc
 Cycle<HoleSequence> dual_in_line(const Eigen::Vector2d& corner_a_mm,
                                  const Eigen::Vector2d& corner_b_mm,
                                  double pitch_mm,
@@ -36,7 +35,7 @@ Cycle<HoleSequence> dual_in_line(const Eigen::Vector2d& corner_a_mm,
 ///
 /// Fails  the two holes in one place, or not on a horizontal or vertical line (within rounding_mm)
 /// Source CNC-7 manual, Canned Cycle Commands, Eight Pin L Pack; semantics page, G83
-/// See    tests/program/canned_cycles_test.cc
+/// See    tests/program/excellon/canned_cycles_test.cc
 Cycle<HoleSequence> eight_pin(const Eigen::Vector2d& a_mm,
                               const Eigen::Vector2d& b_mm,
                               double rounding_mm);
@@ -48,7 +47,7 @@ Cycle<HoleSequence> eight_pin(const Eigen::Vector2d& a_mm,
 ///
 /// Fails  tool_diameter_mm not above zero; diameter_mm below two tool diameters
 /// Source CNC-7 manual, Canned Cycle Commands, Canned Circle
-/// See    tests/program/canned_cycles_test.cc
+/// See    tests/program/excellon/canned_cycles_test.cc
 Cycle<HoleSequence> canned_circle(const Eigen::Vector2d& center_mm,
                                   double diameter_mm,
                                   double tool_diameter_mm);
@@ -61,7 +60,7 @@ Cycle<HoleSequence> canned_circle(const Eigen::Vector2d& center_mm,
 ///
 /// Fails  tool_diameter_mm not above zero
 /// Source CNC-7 manual, Canned Cycle Commands, Slot
-/// See    tests/program/canned_cycles_test.cc
+/// See    tests/program/excellon/canned_cycles_test.cc
 Cycle<HoleSequence> canned_slot(const Eigen::Vector2d& start_mm,
                                 const Eigen::Vector2d& end_mm,
                                 double tool_diameter_mm);
@@ -89,7 +88,7 @@ class StepDepths {
 /// In     initial_mm: U, >= 0; increment_mm: Z, < 0
 /// Fails  any other sign
 /// Source CNC-7 manual, Canned Cycle Commands, Routed Step Slot Canned Cycle
-/// See    tests/program/canned_cycles_test.cc
+/// See    tests/program/excellon/canned_cycles_test.cc
 Cycle<StepDepths> step_slot_depths(double initial_mm, double increment_mm);
 
 /// The way of the cutter's centre for a routed circle, whichever its sense.
@@ -116,7 +115,7 @@ struct RoutedCircle {
 /// In     radius_mm: A; compensation_mm: the value of the compensation index, >= 0
 /// Fails  radius_mm below half the compensation plus 0.01 inch
 /// Source CNC-7 manual, Routing Commands, Routed Circle Canned Cycle CW or CCW
-/// See    tests/program/canned_cycles_test.cc
+/// See    tests/program/excellon/canned_cycles_test.cc
 Cycle<RoutedCircle> routed_circle(const Eigen::Vector2d& center_mm,
                                   double radius_mm,
                                   double compensation_mm);

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/header.h"
+#include "program/excellon/header.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 
+#include "program/excellon/lexer.h"
+#include "program/excellon/tools.h"
+#include "program/walk/reporter.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/excellon/tools.h"
-#include "panelcal/program/reporter.h"
 
 namespace panelcal::excellon {
 namespace {
@@ -24,7 +23,7 @@ struct HeaderWord {
 
 constexpr std::array kHeaderWords = {
 #define EXCELLON_HEADER_WORD(word, command_class, effect, kind) HeaderWord{word, WordKind::kind},
-#include "panelcal/program/excellon/header_words.def"
+#include "program/excellon/header_words.def"
 };
 
 std::string_view trim(std::string_view text) {
@@ -440,7 +439,7 @@ std::vector<HeaderWordInfo> header_word_table() {
   return {
 #define EXCELLON_HEADER_WORD(word, command_class, effect, kind) \
   HeaderWordInfo{word, command_class, effect, kKinds[static_cast<std::size_t>(WordKind::kind)]},
-#include "panelcal/program/excellon/header_words.def"
+#include "program/excellon/header_words.def"
   };
 }
 

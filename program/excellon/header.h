@@ -7,13 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/diagnostic.h"
+#include "program/excellon/lexer.h"
+#include "program/model/operation.h"
+#include "program/text/number_format.h"
+#include "program/text/source_text.h"
 #include <tl/expected.hpp>
-
-#include "panelcal/calib/base/diagnostic.h"
-#include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/number_format.h"
-#include "panelcal/program/operation.h"
-#include "panelcal/program/source_text.h"
 
 namespace panelcal::excellon {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/interpreter.h"
+#include "program/excellon/interpreter.h"
 
 #include <algorithm>
 #include <string>

@@ -9,15 +9,15 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/program/emitter.h"
-#include "panelcal/program/excellon/canned_cycles.h"
-#include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/excellon/step_repeat.h"
-#include "panelcal/program/excellon/tools.h"
-#include "panelcal/program/excellon/vision.h"
-#include "panelcal/program/plain_coordinate.h"
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/walk.h"
+#include "program/excellon/canned_cycles.h"
+#include "program/excellon/lexer.h"
+#include "program/excellon/step_repeat.h"
+#include "program/excellon/tools.h"
+#include "program/excellon/vision.h"
+#include "program/text/plain_coordinate.h"
+#include "program/walk/emitter.h"
+#include "program/walk/reporter.h"
+#include "program/walk/walk.h"
 
 namespace panelcal::excellon {
 

@@ -5,9 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "program/excellon/interpreter.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/excellon/interpreter.h"
 
 namespace panelcal::excellon {
 

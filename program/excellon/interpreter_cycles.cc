@@ -3,10 +3,10 @@
 #include <string>
 #include <utility>
 
-#include "panelcal/program/dot_font.h"
-#include "panelcal/program/excellon/interpreter.h"
-#include "panelcal/program/excellon/stored_patterns.h"
-#include "panelcal/program/excellon/text_engraving.h"
+#include "program/excellon/interpreter.h"
+#include "program/excellon/stored_patterns.h"
+#include "program/excellon/text_engraving.h"
+#include "program/geometry/dot_font.h"
 
 namespace panelcal::excellon {
 namespace {

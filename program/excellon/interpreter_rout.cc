@@ -4,9 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "program/excellon/interpreter.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/excellon/interpreter.h"
 
 namespace panelcal::excellon {
 bool Interpreter::refuse_while_plunged(const Block& block) {

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "panelcal/program/excellon/interpreter.h"
+#include "program/excellon/interpreter.h"
 
 namespace panelcal::excellon {
 

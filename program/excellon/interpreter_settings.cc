@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "panelcal/program/excellon/interpreter.h"
+#include "program/excellon/interpreter.h"
 
 namespace panelcal::excellon {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/lexer.h"
+#include "program/excellon/lexer.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
-#include "panelcal/program/number_format.h"
+#include "program/text/number_format.h"
 
 namespace panelcal::excellon {
 namespace {
@@ -14,12 +14,12 @@ using enum CommandClass;
 constexpr std::array kCommands = {
 #define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) \
   CommandInfo{Command::name, letter, number, kind, operands, section, effect, test},
-#include "panelcal/program/excellon/commands.def"
+#include "program/excellon/commands.def"
 };
 constexpr std::array kWords = {
 #define EXCELLON_WORD(form, kind, section, effect, test) \
   WordInfo{form, kind, section, effect, test},
-#include "panelcal/program/excellon/commands.def"
+#include "program/excellon/commands.def"
 };
 
 constexpr int kCodes = 100;  // G00..G99, M00..M99

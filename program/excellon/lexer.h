@@ -8,15 +8,15 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/program/command_class.h"
-#include "panelcal/program/source_text.h"
-#include "panelcal/program/word.h"
+#include "program/model/command_class.h"
+#include "program/text/source_text.h"
+#include "program/text/word.h"
 
 namespace panelcal::excellon {
 
 enum class Command : std::uint8_t {
 #define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) name,
-#include "panelcal/program/excellon/commands.def"
+#include "program/excellon/commands.def"
 };
 
 struct CommandInfo {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/step_repeat.h"
+#include "program/excellon/step_repeat.h"
 
 #include <algorithm>
 #include <string>

@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/placement.h"
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/source_text.h"
+#include "program/excellon/lexer.h"
+#include "program/model/placement.h"
+#include "program/text/source_text.h"
+#include "program/walk/reporter.h"
 
 namespace panelcal::excellon {
 

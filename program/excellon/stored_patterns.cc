@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/stored_patterns.h"
+#include "program/excellon/stored_patterns.h"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/program/source_text.h"
+#include "program/text/source_text.h"
 
 namespace panelcal::excellon {
 

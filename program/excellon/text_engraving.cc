@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/text_engraving.h"
+#include "program/excellon/text_engraving.h"
 
-#include "panelcal/program/dot_font.h"
+#include "program/geometry/dot_font.h"
 
 namespace panelcal::excellon {
 namespace {

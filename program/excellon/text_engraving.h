@@ -6,9 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "calib/base/units.h"
 #include <tl/expected.hpp>
-
-#include "panelcal/calib/base/units.h"
 
 namespace panelcal::excellon {
 
@@ -27,7 +26,7 @@ double text_pitch_mm(std::optional<Length> tool_diameter);
 /// Fails  with the index in `text` of the first character that is not in the manual's set; the
 ///        index of the '*' if the character is in opid
 /// Source CNC-7 manual, Canned Text
-/// See    tests/program/text_engraving_test.cc
+/// See    tests/program/excellon/text_engraving_test.cc
 tl::expected<std::string, std::size_t> prepare_text(std::string_view text, std::string_view opid);
 
 }  // namespace panelcal::excellon

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/tools.h"
+#include "program/excellon/tools.h"
 
 #include <algorithm>
 #include <charconv>

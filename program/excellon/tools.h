@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/operation.h"
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/tool_links.h"
+#include "program/excellon/lexer.h"
+#include "program/model/operation.h"
+#include "program/model/tool_links.h"
+#include "program/walk/reporter.h"
 
 namespace panelcal::excellon {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/excellon/vision.h"
+#include "program/excellon/vision.h"
 
 #include <algorithm>
 #include <utility>

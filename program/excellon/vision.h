@@ -7,11 +7,11 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/calib/correction_memory.h"
-#include "panelcal/program/excellon/lexer.h"
-#include "panelcal/program/measuring.h"
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/walk.h"
+#include "calib/correction/memory.h"
+#include "program/excellon/lexer.h"
+#include "program/walk/measuring.h"
+#include "program/walk/reporter.h"
+#include "program/walk/walk.h"
 
 namespace panelcal::excellon {
 

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "program/excellon/vision.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/excellon/vision.h"
 
 namespace panelcal::excellon {
 namespace {

@@ -2,9 +2,8 @@
 // Corrections stored under labels: M50, M51, M52.
 #include <utility>
 
+#include "program/excellon/vision.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/excellon/vision.h"
 
 namespace panelcal::excellon {
 

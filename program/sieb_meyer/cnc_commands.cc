@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/cnc_commands.h"
+#include "program/sieb_meyer/cnc_commands.h"
 
 #include <charconv>
 
@@ -9,7 +9,7 @@ namespace {
 constexpr auto kTable = std::to_array<CncInfo>({
 #define SIEB_MEYER_CNC(name, text, treatment, effect) \
   {CncCode::name, text, Treatment::treatment, effect},
-#include "panelcal/program/sieb_meyer/cnc_commands.def"
+#include "program/sieb_meyer/cnc_commands.def"
 });
 
 /// A name ends before what is no letter, or before a coordinate; those that are the machine's own

@@ -11,7 +11,7 @@ namespace panelcal::sieb_meyer {
 
 enum class CncCode : std::uint8_t {
 #define SIEB_MEYER_CNC(name, text, treatment, effect) name,
-#include "panelcal/program/sieb_meyer/cnc_commands.def"
+#include "program/sieb_meyer/cnc_commands.def"
 };
 
 enum class Treatment : std::uint8_t { Obeyed, Passed, Refused };

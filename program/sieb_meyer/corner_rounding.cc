@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/corner_rounding.h"
+#include "program/sieb_meyer/corner_rounding.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
+#include "program/sieb_meyer/refusal.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/refusal.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

@@ -4,10 +4,9 @@
 #include <optional>
 #include <string>
 
+#include "program/geometry/arcs.h"
 #include <Eigen/Core>
 #include <tl/expected.hpp>
-
-#include "panelcal/program/arcs.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/drill_patterns.h"
+#include "program/sieb_meyer/drill_patterns.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numbers>
 
+#include "calib/base/units.h"
+#include "program/sieb_meyer/refusal.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/units.h"
-#include "panelcal/program/sieb_meyer/refusal.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

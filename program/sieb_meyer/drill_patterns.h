@@ -5,10 +5,9 @@
 #include <optional>
 #include <string>
 
+#include "program/walk/hole_sequence.h"
 #include <Eigen/Core>
 #include <tl/expected.hpp>
-
-#include "panelcal/program/hole_sequence.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/file_layout.h"
+#include "program/sieb_meyer/file_layout.h"
 
 #include <algorithm>
 #include <array>
@@ -8,10 +8,9 @@
 #include <limits>
 #include <optional>
 
+#include "program/sieb_meyer/lexer.h"
+#include "program/walk/reporter.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/sieb_meyer/lexer.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

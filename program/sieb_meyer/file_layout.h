@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/calib/base/diagnostic.h"
-#include "panelcal/program/operation.h"
-#include "panelcal/program/sieb_meyer/numbers.h"
-#include "panelcal/program/source_text.h"
+#include "calib/base/diagnostic.h"
+#include "program/model/operation.h"
+#include "program/sieb_meyer/numbers.h"
+#include "program/text/source_text.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -4,12 +4,11 @@
 #include <span>
 #include <vector>
 
+#include "calib/base/expected.h"
+#include "calib/base/units.h"
+#include "program/walk/survey.h"
+#include "surface/control/grid_map.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/program/survey.h"
-#include "panelcal/surface/grid_map.h"
 
 namespace panelcal::sieb_meyer {
 

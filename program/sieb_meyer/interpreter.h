@@ -9,20 +9,20 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/program/emitter.h"
-#include "panelcal/program/hole_sequence.h"
-#include "panelcal/program/plain_coordinate.h"
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/sieb_meyer/cnc_commands.h"
-#include "panelcal/program/sieb_meyer/corner_rounding.h"
-#include "panelcal/program/sieb_meyer/drill_patterns.h"
-#include "panelcal/program/sieb_meyer/lexer.h"
-#include "panelcal/program/sieb_meyer/optical.h"
-#include "panelcal/program/sieb_meyer/order.h"
-#include "panelcal/program/sieb_meyer/rout_figures.h"
-#include "panelcal/program/sieb_meyer/sections.h"
-#include "panelcal/program/sieb_meyer/surface_commands.h"
-#include "panelcal/program/walk.h"
+#include "program/sieb_meyer/cnc_commands.h"
+#include "program/sieb_meyer/corner_rounding.h"
+#include "program/sieb_meyer/drill_patterns.h"
+#include "program/sieb_meyer/lexer.h"
+#include "program/sieb_meyer/optical.h"
+#include "program/sieb_meyer/order.h"
+#include "program/sieb_meyer/rout_figures.h"
+#include "program/sieb_meyer/sections.h"
+#include "program/sieb_meyer/surface_commands.h"
+#include "program/text/plain_coordinate.h"
+#include "program/walk/emitter.h"
+#include "program/walk/hole_sequence.h"
+#include "program/walk/reporter.h"
+#include "program/walk/walk.h"
 
 namespace panelcal::sieb_meyer {
 

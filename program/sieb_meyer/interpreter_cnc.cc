@@ -4,9 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "program/sieb_meyer/interpreter.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/interpreter.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

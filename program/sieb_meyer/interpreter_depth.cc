@@ -2,10 +2,9 @@
 // Planes, depth control, peck drilling and measured surfaces.
 #include <utility>
 
+#include "program/sieb_meyer/interpreter.h"
+#include "program/sieb_meyer/peck.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/interpreter.h"
-#include "panelcal/program/sieb_meyer/peck.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -4,10 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "program/sieb_meyer/interpreter.h"
+#include "program/sieb_meyer/plain_text.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/interpreter.h"
-#include "panelcal/program/sieb_meyer/plain_text.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "program/sieb_meyer/interpreter.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/interpreter.h"
 
 namespace panelcal::sieb_meyer {
 

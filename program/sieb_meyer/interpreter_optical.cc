@@ -2,7 +2,7 @@
 // The optical orders of a line: G30 to G36, G39, M75.
 #include <utility>
 
-#include "panelcal/program/sieb_meyer/interpreter.h"
+#include "program/sieb_meyer/interpreter.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -5,9 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "program/sieb_meyer/interpreter.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/interpreter.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "program/sieb_meyer/interpreter.h"
+#include "program/sieb_meyer/subprograms.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/interpreter.h"
-#include "panelcal/program/sieb_meyer/subprograms.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/lexer.h"
+#include "program/sieb_meyer/lexer.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -12,13 +12,13 @@ namespace {
 constexpr auto kCommands = std::to_array<CommandInfo>({
 #define SIEB_MEYER_COMMAND(name, letter, number, kind, operands, formats, section, effect, test) \
   {Command::name, letter, number, CommandClass::kind, operands, formats, section, effect, test},
-#include "panelcal/program/sieb_meyer/commands.def"
+#include "program/sieb_meyer/commands.def"
 });
 
 constexpr auto kWords = std::to_array<WordInfo>({
 #define SIEB_MEYER_WORD(form, kind, formats, section, effect, test) \
   {form, CommandClass::kind, formats, section, effect, test},
-#include "panelcal/program/sieb_meyer/commands.def"
+#include "program/sieb_meyer/commands.def"
 });
 
 constexpr std::size_t kCodes = 100;

@@ -8,17 +8,17 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/program/command_class.h"
-#include "panelcal/program/sieb_meyer/numbers.h"
-#include "panelcal/program/source_text.h"
-#include "panelcal/program/word.h"
+#include "program/model/command_class.h"
+#include "program/sieb_meyer/numbers.h"
+#include "program/text/source_text.h"
+#include "program/text/word.h"
 
 namespace panelcal::sieb_meyer {
 
 enum class Command : std::uint8_t {
 #define SIEB_MEYER_COMMAND(name, letter, number, kind, operands, formats, section, effect, test) \
   name,
-#include "panelcal/program/sieb_meyer/commands.def"
+#include "program/sieb_meyer/commands.def"
 };
 
 struct CommandInfo {

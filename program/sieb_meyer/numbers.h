@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/program/number_format.h"
+#include "program/text/number_format.h"
 
 namespace panelcal::sieb_meyer {
 

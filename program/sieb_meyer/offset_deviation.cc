@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/offset_deviation.h"
+#include "program/sieb_meyer/offset_deviation.h"
 
 #include <algorithm>
 #include <tuple>
 #include <vector>
 
+#include "calib/base/chi_square.h"
+#include "program/text/number_format.h"
 #include <Eigen/LU>
-
-#include "panelcal/calib/chi_square.h"
-#include "panelcal/program/number_format.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

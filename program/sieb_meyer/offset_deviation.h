@@ -5,10 +5,10 @@
 #include <span>
 #include <string_view>
 
-#include "panelcal/calib/machine_uncertainty.h"
-#include "panelcal/calib/spindle_offsets.h"
-#include "panelcal/program/calibration_order.h"
-#include "panelcal/program/measurement.h"
+#include "calib/base/machine_uncertainty.h"
+#include "calib/correction/spindle_offsets.h"
+#include "program/model/calibration_order.h"
+#include "program/model/measurement.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/optical.h"
+#include "program/sieb_meyer/optical.h"
 
 #include <algorithm>
 #include <string_view>
 #include <utility>
 
+#include "program/sieb_meyer/offset_deviation.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/offset_deviation.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "panelcal/program/measuring.h"
-#include "panelcal/program/sieb_meyer/lexer.h"
-#include "panelcal/program/sieb_meyer/settings.h"
+#include "program/sieb_meyer/lexer.h"
+#include "program/sieb_meyer/settings.h"
+#include "program/walk/measuring.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/order.h"
+#include "program/sieb_meyer/order.h"
 
 #include <algorithm>
 #include <array>

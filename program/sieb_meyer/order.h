@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/program/operation.h"
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/sieb_meyer/lexer.h"
+#include "program/model/operation.h"
+#include "program/sieb_meyer/lexer.h"
+#include "program/walk/reporter.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/plain_text.h"
+#include "program/sieb_meyer/plain_text.h"
 
 #include <algorithm>
 #include <bit>
 #include <optional>
 #include <utility>
 
-#include "panelcal/calib/base/diagnostic.h"
+#include "calib/base/diagnostic.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

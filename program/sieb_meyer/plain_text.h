@@ -8,10 +8,9 @@
 #include <variant>
 #include <vector>
 
+#include "program/geometry/dot_font.h"
 #include <Eigen/Core>
 #include <tl/expected.hpp>
-
-#include "panelcal/program/dot_font.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/rout_figures.h"
+#include "program/sieb_meyer/rout_figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "program/sieb_meyer/refusal.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/refusal.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "program/geometry/arcs.h"
 #include <Eigen/Core>
 #include <tl/expected.hpp>
-
-#include "panelcal/program/arcs.h"
 
 namespace panelcal::sieb_meyer {
 

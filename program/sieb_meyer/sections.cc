@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/sections.h"
+#include "program/sieb_meyer/sections.h"
 
 #include <algorithm>
 #include <array>
@@ -7,10 +7,9 @@
 #include <string>
 #include <utility>
 
+#include "program/sieb_meyer/cnc_commands.h"
+#include "program/sieb_meyer/lexer.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/cnc_commands.h"
-#include "panelcal/program/sieb_meyer/lexer.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

@@ -5,11 +5,10 @@
 #include <string_view>
 #include <vector>
 
+#include "program/sieb_meyer/numbers.h"
+#include "program/text/source_text.h"
+#include "program/walk/reporter.h"
 #include <Eigen/Core>
-
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/sieb_meyer/numbers.h"
-#include "panelcal/program/source_text.h"
 
 namespace panelcal::sieb_meyer {
 

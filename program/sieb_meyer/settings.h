@@ -3,10 +3,10 @@
 
 #include <optional>
 
-#include "panelcal/calib/base/units.h"
-#include "panelcal/program/dot_font.h"
-#include "panelcal/program/sieb_meyer/plain_text.h"
-#include "panelcal/surface/surface_memory.h"
+#include "calib/base/units.h"
+#include "program/geometry/dot_font.h"
+#include "program/sieb_meyer/plain_text.h"
+#include "surface/control/memory.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/program/source_text.h"
+#include "program/text/source_text.h"
 
 namespace panelcal::sieb_meyer {
 

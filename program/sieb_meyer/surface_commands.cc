@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/surface_commands.h"
+#include "program/sieb_meyer/surface_commands.h"
 
 #include <algorithm>
 #include <utility>
 
+#include "program/sieb_meyer/grid_gaps.h"
+#include "surface/map/height_map.h"
+#include "surface/map/height_tolerance.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/grid_gaps.h"
-#include "panelcal/surface/height_map.h"
-#include "panelcal/surface/height_tolerance.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

@@ -9,16 +9,15 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/diagnostic.h"
+#include "program/model/operation.h"
+#include "program/sieb_meyer/settings.h"
+#include "program/walk/probing.h"
+#include "program/walk/reporter.h"
+#include "program/walk/survey.h"
+#include "surface/control/grid_map.h"
+#include "surface/control/memory.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/diagnostic.h"
-#include "panelcal/program/operation.h"
-#include "panelcal/program/probing.h"
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/sieb_meyer/settings.h"
-#include "panelcal/program/survey.h"
-#include "panelcal/surface/grid_map.h"
-#include "panelcal/surface/surface_memory.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/csv_writer.h"
+#include "program/writers/csv_writer.h"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,8 @@
 #include <optional>
 #include <string_view>
 
+#include "program/writers/words.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/writers/words.h"
 
 namespace panelcal {
 namespace {

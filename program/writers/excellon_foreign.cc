@@ -3,9 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "program/writers/excellon_writer.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/writers/excellon_writer.h"
 
 namespace panelcal {
 

@@ -5,9 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "program/writers/excellon_writer.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/writers/excellon_writer.h"
 
 namespace panelcal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/excellon_writer.h"
+#include "program/writers/excellon_writer.h"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,8 @@
 #include <iterator>
 #include <utility>
 
+#include "program/model/placement.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/placement.h"
 
 namespace panelcal {
 namespace {

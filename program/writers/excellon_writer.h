@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/program/writers/program_writer.h"
-#include "panelcal/program/writers/stored_operations.h"
+#include "program/writers/program_writer.h"
+#include "program/writers/stored_operations.h"
 
 namespace panelcal {
 
@@ -25,7 +25,7 @@ namespace panelcal {
 ///
 /// Fails  not-supported: a tool block whose data the header's would overrule; internal: a pass of a
 ///        step slot; translation-refused: working planes and depths, an offset from two targets
-/// See    tests/program/excellon_writer_test.cc
+/// See    tests/program/writers/excellon_writer_test.cc
 class ExcellonWriter final : public ProgramWriter {
  public:
   ExcellonWriter(ByteSink& bytes, ProgramWriterOptions options);

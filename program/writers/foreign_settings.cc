@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/foreign_settings.h"
+#include "program/writers/foreign_settings.h"
 
 #include <algorithm>
 #include <array>

@@ -2,9 +2,8 @@
 // How deep and how fast a tool works: as the program says, else as [gcode] does, else not at all.
 #include <string>
 
+#include "program/writers/gcode_writer.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/writers/gcode_writer.h"
 
 namespace panelcal {
 

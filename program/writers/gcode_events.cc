@@ -4,11 +4,10 @@
 #include <string>
 #include <utility>
 
+#include "program/model/tool_links.h"
+#include "program/writers/foreign_settings.h"
+#include "program/writers/gcode_writer.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/tool_links.h"
-#include "panelcal/program/writers/foreign_settings.h"
-#include "panelcal/program/writers/gcode_writer.h"
 
 namespace panelcal {
 namespace {

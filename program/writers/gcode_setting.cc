@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/gcode_setting.h"
+#include "program/writers/gcode_setting.h"
 
 #include <algorithm>
 
-#include "panelcal/calib/tolerance.h"
+#include "calib/correction/tolerance.h"
 
 namespace panelcal {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "panelcal/calib/base/units.h"
-#include "panelcal/program/operation.h"
+#include "calib/base/units.h"
+#include "program/model/operation.h"
 
 namespace panelcal {
 
@@ -47,7 +47,7 @@ struct GcodeSetting {
 
   /// What is said of a tool; the program's own rates and speed win.
   ///
-  /// See    tests/program/gcode_setting_test.cc
+  /// See    tests/program/writers/gcode_setting_test.cc
   GcodeWork work_of(const Tool& tool) const;
 };
 

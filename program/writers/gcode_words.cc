@@ -4,9 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "program/writers/gcode_writer.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/writers/gcode_writer.h"
 
 namespace panelcal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/gcode_writer.h"
+#include "program/writers/gcode_writer.h"
 
 #include <cmath>
 #include <utility>

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/program/writers/gcode_setting.h"
-#include "panelcal/program/writers/program_writer.h"
+#include "program/writers/gcode_setting.h"
+#include "program/writers/program_writer.h"
 
 namespace panelcal {
 
@@ -32,7 +32,7 @@ namespace panelcal {
 ///        that is no number, an arc without one radius, structure
 /// Source NIST RS274NGC version 3 (2000), 3.5, 3.6; LinuxCNC G-code reference; CNC-7 manual, Depth
 ///        Offset; SIEB & MEYER CNC 8x.00 Command Set, A.7
-/// See    tests/program/gcode_writer_test.cc
+/// See    tests/program/writers/gcode_writer_test.cc
 class GcodeWriter final : public ProgramWriter {
  public:
   GcodeWriter(ByteSink& bytes, ProgramWriterOptions options, GcodeSetting setting);

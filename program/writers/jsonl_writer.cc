@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/jsonl_writer.h"
+#include "program/writers/jsonl_writer.h"
 
 #include <iterator>
 #include <string_view>
 
+#include "program/text/json_text.h"
+#include "program/writers/words.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/json_text.h"
-#include "panelcal/program/writers/words.h"
 
 namespace panelcal {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <utility>
 
-#include "panelcal/program/depth_errors.h"
-#include "panelcal/program/writers/text_writer.h"
+#include "program/judge/depth_errors.h"
+#include "program/writers/text_writer.h"
 
 namespace panelcal {
 

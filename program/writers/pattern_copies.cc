@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/pattern_copies.h"
+#include "program/writers/pattern_copies.h"
 
 #include <array>
 #include <cmath>

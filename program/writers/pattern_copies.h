@@ -7,10 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "program/model/operation.h"
+#include "program/model/placement.h"
 #include <Eigen/Core>
-
-#include "panelcal/program/operation.h"
-#include "panelcal/program/placement.h"
 
 namespace panelcal {
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/program_writer.h"
+#include "program/writers/program_writer.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
 
+#include "program/model/placement.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/placement.h"
 
 namespace panelcal {
 namespace {

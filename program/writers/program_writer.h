@@ -7,11 +7,10 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/diagnostic.h"
+#include "program/walk/reporter.h"
+#include "program/writers/text_writer.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/diagnostic.h"
-#include "panelcal/program/reporter.h"
-#include "panelcal/program/writers/text_writer.h"
 
 namespace panelcal {
 

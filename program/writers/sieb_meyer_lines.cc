@@ -5,9 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "program/writers/sieb_meyer_writer.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/writers/sieb_meyer_writer.h"
 
 namespace panelcal {
 namespace {

@@ -8,13 +8,12 @@
 #include <string_view>
 #include <utility>
 
+#include "program/model/tool_links.h"
+#include "program/sieb_meyer/lexer.h"
+#include "program/writers/foreign_settings.h"
+#include "program/writers/pattern_copies.h"
+#include "program/writers/sieb_meyer_writer.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/sieb_meyer/lexer.h"
-#include "panelcal/program/tool_links.h"
-#include "panelcal/program/writers/foreign_settings.h"
-#include "panelcal/program/writers/pattern_copies.h"
-#include "panelcal/program/writers/sieb_meyer_writer.h"
 
 namespace panelcal {
 namespace {

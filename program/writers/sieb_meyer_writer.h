@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/program/writers/program_writer.h"
+#include "program/writers/program_writer.h"
 
 namespace panelcal {
 
@@ -24,7 +24,7 @@ namespace panelcal {
 /// Fails  translation-refused: a pass of a step slot (WalkOptions::step_slots has to be Kept, which
 ///        is refused as well), M14, tool data that change in the program, tools above T99
 /// Source SIEB & MEYER CNC 8x.00 Command Set, A.3, A.7, 3, 5, 9
-/// See    tests/program/sieb_meyer_writer_test.cc
+/// See    tests/program/writers/sieb_meyer_writer_test.cc
 class SiebMeyerWriter final : public ProgramWriter {
  public:
   SiebMeyerWriter(ByteSink& bytes, ProgramWriterOptions options);

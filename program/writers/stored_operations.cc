@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/stored_operations.h"
+#include "program/writers/stored_operations.h"
 
 #include <utility>
 #include <variant>

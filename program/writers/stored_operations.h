@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "panelcal/program/operation.h"
-#include "panelcal/program/writers/pattern_copies.h"
+#include "program/model/operation.h"
+#include "program/writers/pattern_copies.h"
 
 namespace panelcal {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/svg_instances.h"
+#include "program/writers/svg_instances.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "panelcal/program/writers/svg_sheet.h"
+#include "program/writers/svg_sheet.h"
 
 namespace panelcal::svg {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "panelcal/program/bounding_box.h"
-#include "panelcal/program/operation.h"
+#include "program/geometry/bounding_box.h"
+#include "program/model/operation.h"
 
 namespace panelcal::svg {
 

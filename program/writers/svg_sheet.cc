@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/svg_sheet.h"
+#include "program/writers/svg_sheet.h"
 
 #include <algorithm>
 #include <array>
@@ -7,10 +7,9 @@
 #include <iterator>
 #include <utility>
 
+#include "program/text/xml_text.h"
+#include "program/writers/text_writer.h"
 #include <fmt/format.h>
-
-#include "panelcal/program/writers/text_writer.h"
-#include "panelcal/program/xml_text.h"
 
 namespace panelcal::svg {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/svg_targets.h"
+#include "program/writers/svg_targets.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "panelcal/program/xml_text.h"
+#include "program/text/xml_text.h"
 
 namespace panelcal::svg {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/program/writers/svg_sheet.h"
+#include "calib/base/frames.h"
+#include "program/writers/svg_sheet.h"
 
 namespace panelcal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/svg_writer.h"
+#include "program/writers/svg_writer.h"
 
 #include <algorithm>
 #include <cmath>

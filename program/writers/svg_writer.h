@@ -8,11 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/program/tally.h"
-#include "panelcal/program/writers/svg_instances.h"
-#include "panelcal/program/writers/svg_sheet.h"
-#include "panelcal/program/writers/svg_targets.h"
-#include "panelcal/program/writers/text_writer.h"
+#include "program/judge/tally.h"
+#include "program/writers/svg_instances.h"
+#include "program/writers/svg_sheet.h"
+#include "program/writers/svg_targets.h"
+#include "program/writers/text_writer.h"
 
 namespace panelcal {
 
@@ -38,7 +38,7 @@ SvgScene svg_scene(const Tally& tally);
 /// are shifted by half of the compensation value, as the controller does, each by itself. Memory
 /// does not grow with the number of holes.
 ///
-/// See    docs/formats/svg.md; tests/program/svg_writer_test.cc
+/// See    docs/formats/svg.md; tests/program/writers/svg_writer_test.cc
 class SvgWriter final : public TextWriter {
  public:
   SvgWriter(ByteSink& bytes, SvgScene scene);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/writers/text_writer.h"
+#include "program/writers/text_writer.h"
 
 #include <algorithm>
 #include <array>

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <string>
 
-#include "panelcal/calib/base/byte_sink.h"
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/program/operation.h"
+#include "calib/base/byte_sink.h"
+#include "calib/base/frames.h"
+#include "program/model/operation.h"
 
 namespace panelcal {
 

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "panelcal/program/operation.h"
+#include "program/model/operation.h"
 
 namespace panelcal {
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
+#include "surface/files/grid_reader.h"
+#include "surface/files/probe_readers.h"
 #include <fmt/format.h>
-
-#include "panelcal/surface/files/grid_reader.h"
-#include "panelcal/surface/files/probe_readers.h"
 
 namespace panelcal::internal {
 namespace {

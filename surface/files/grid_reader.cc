@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/surface/files/grid_reader.h"
+#include "surface/files/grid_reader.h"
 
 #include <cmath>
 #include <cstddef>

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "panelcal/surface/files/probe_file.h"
-#include "panelcal/surface/files/text_fields.h"
+#include "surface/files/probe_file.h"
+#include "surface/files/text_fields.h"
 
 // Not installed: part of surface/files/probe_file.h.
 namespace panelcal::internal {

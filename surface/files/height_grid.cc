@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/surface/files/height_grid.h"
+#include "surface/files/height_grid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,12 +5,12 @@
 #include <optional>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/surface/files/probe_file.h"
-#include "panelcal/surface/height_lattice.h"
-#include "panelcal/surface/height_map.h"
-#include "panelcal/surface/zoned_map.h"
+#include "calib/base/expected.h"
+#include "calib/base/units.h"
+#include "surface/files/probe_file.h"
+#include "surface/map/height_lattice.h"
+#include "surface/map/height_map.h"
+#include "surface/map/zoned_map.h"
 
 namespace panelcal {
 

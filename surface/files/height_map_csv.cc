@@ -6,11 +6,10 @@
 #include <span>
 #include <utility>
 
+#include "surface/files/grid_reader.h"
+#include "surface/files/height_map_figures.h"
+#include "surface/files/probe_readers.h"
 #include <fmt/format.h>
-
-#include "panelcal/surface/files/grid_reader.h"
-#include "panelcal/surface/files/height_map_figures.h"
-#include "panelcal/surface/files/probe_readers.h"
 
 namespace panelcal::internal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/surface/files/height_map_figures.h"
+#include "surface/files/height_map_figures.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "panelcal/surface/files/text_fields.h"
+#include "surface/files/text_fields.h"
 
 // Not installed: part of surface/files/probe_file.h.
 namespace panelcal::internal {

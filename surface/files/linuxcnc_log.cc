@@ -2,10 +2,9 @@
 #include <array>
 #include <cstddef>
 
+#include "surface/files/probe_readers.h"
+#include "surface/files/text_fields.h"
 #include <fmt/format.h>
-
-#include "panelcal/surface/files/probe_readers.h"
-#include "panelcal/surface/files/text_fields.h"
 
 namespace panelcal::internal {
 namespace {

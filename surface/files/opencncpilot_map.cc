@@ -4,11 +4,10 @@
 #include <cstddef>
 #include <utility>
 
+#include "surface/files/grid_reader.h"
+#include "surface/files/probe_readers.h"
+#include "surface/files/xml_scanner.h"
 #include <fmt/format.h>
-
-#include "panelcal/surface/files/grid_reader.h"
-#include "panelcal/surface/files/probe_readers.h"
-#include "panelcal/surface/files/xml_scanner.h"
 
 namespace panelcal::internal {
 namespace {

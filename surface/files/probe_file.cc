@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/surface/files/probe_file.h"
+#include "surface/files/probe_file.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
+#include "calib/base/atomic_file.h"
+#include "surface/files/probe_readers.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/surface/files/probe_readers.h"
 
 namespace panelcal {
 namespace {

@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/units.h"
-#include "panelcal/surface/height_lattice.h"
-#include "panelcal/surface/probe_point.h"
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "surface/fit/probe_point.h"
+#include "surface/map/height_lattice.h"
 
 namespace panelcal {
 

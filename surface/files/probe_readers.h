@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/surface/files/probe_file.h"
+#include "surface/files/probe_file.h"
 
 // Not installed: part of surface/files/probe_file.h. A reader each, in a file of its own; `file`
 // stands in the diagnostics.
@@ -57,7 +57,7 @@ Expected<ProbeFile> parse_opencncpilot_map(std::string_view text,
 
 /// panelcal's readings. Of a line only `probe`, `nominal`, `status`, `zaxis`, `height` and `sigma`
 /// matter to a map; what belongs to the program's request may be left out, and is checked where the
-/// program is known (machine/probe_file_source.h). A probe that found nothing is missing.
+/// program is known (machine/sources/probe_file_source.h). A probe that found nothing is missing.
 ///
 /// Fails  json-syntax; measurement-file; measurement-invalid (a sigma that is not above 0)
 /// Source docs/formats/probes.md

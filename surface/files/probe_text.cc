@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/surface/files/probe_text.h"
+#include "surface/files/probe_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "surface/files/height_map_figures.h"
 #include <fmt/format.h>
-
-#include "panelcal/surface/files/height_map_figures.h"
 
 namespace panelcal {
 namespace {

@@ -4,10 +4,10 @@
 #include <span>
 #include <string>
 
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/surface/files/height_grid.h"
-#include "panelcal/surface/files/probe_file.h"
-#include "panelcal/surface/probe_point.h"
+#include "calib/base/expected.h"
+#include "surface/files/height_grid.h"
+#include "surface/files/probe_file.h"
+#include "surface/fit/probe_point.h"
 
 namespace panelcal {
 

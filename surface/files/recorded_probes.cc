@@ -4,12 +4,11 @@
 #include <map>
 #include <utility>
 
+#include "calib/base/json_line.h"
+#include "surface/files/probe_keys.h"
+#include "surface/files/probe_readers.h"
+#include "surface/files/text_fields.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/json_line.h"
-#include "panelcal/surface/files/probe_keys.h"
-#include "panelcal/surface/files/probe_readers.h"
-#include "panelcal/surface/files/text_fields.h"
 
 namespace panelcal::internal {
 namespace {

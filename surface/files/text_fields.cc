@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/surface/files/text_fields.h"
+#include "surface/files/text_fields.h"
 
 #include <algorithm>
 #include <charconv>

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/calib/base/expected.h"
+#include "calib/base/expected.h"
 
 // Not installed: part of surface/files/probe_file.h.
 namespace panelcal::internal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/surface/files/xml_scanner.h"
+#include "surface/files/xml_scanner.h"
 
 #include <algorithm>
 #include <utility>

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/surface/files/text_fields.h"
+#include "surface/files/text_fields.h"
 
 // Not installed: part of surface/files/probe_file.h.
 namespace panelcal::internal {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "calib/base/atomic_file.h"
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <spawn.h>
@@ -16,8 +17,6 @@
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
-
-#include "panelcal/calib/base/atomic_file.h"
 
 extern char** environ;
 

@@ -7,9 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/random.h"
 #include <fmt/format.h>
-
-#include "panelcal/calib/base/random.h"
 
 namespace panelcal::bench {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "panelcal/program/walk.h"
+#include "program/walk/walk.h"
 
 namespace panelcal::bench {
 

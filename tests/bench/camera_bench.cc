@@ -18,18 +18,18 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/random.h"
+#include "machine/devices/gige_vision/gige_objects.h"
+#include "machine/devices/gige_vision/gige_pixels.h"
+#include "vision/locate/locate.h"
+#include "vision/render/render.h"
 #include <fmt/format.h>
 #include <sched.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "panelcal/calib/base/random.h"
-#include "panelcal/machine/gige_vision/gige_objects.h"
-#include "panelcal/machine/gige_vision/gige_pixels.h"
-#include "panelcal/vision/locate.h"
-#include "panelcal/vision/render.h"
-#include "tests/machine/fake_gige_camera.h"
+#include "tests/machine/devices/fake_gige_camera.h"
 
 namespace panelcal::bench {
 namespace {

@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "calib/panel/fit.h"
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
-#include "panelcal/calib/panel_fit.h"
-#include "tests/calib/synthetic_panel.h"
+#include "tests/calib/panel/synthetic_panel.h"
 
 namespace panelcal {
 namespace {

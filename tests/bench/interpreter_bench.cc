@@ -15,16 +15,16 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/atomic_file.h"
+#include "calib/correction/stack.h"
+#include "program/judge/job_verdict.h"
+#include "program/judge/tally.h"
+#include "program/walk/walk.h"
+#include "program/writers/csv_writer.h"
+#include "program/writers/excellon_writer.h"
+#include "program/writers/sieb_meyer_writer.h"
 #include <fmt/format.h>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/correction_stack.h"
-#include "panelcal/program/job_verdict.h"
-#include "panelcal/program/tally.h"
-#include "panelcal/program/walk.h"
-#include "panelcal/program/writers/csv_writer.h"
-#include "panelcal/program/writers/excellon_writer.h"
-#include "panelcal/program/writers/sieb_meyer_writer.h"
 #include "tests/bench/bench_peers.h"
 #include "tests/bench/bench_program.h"
 

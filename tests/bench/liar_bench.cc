@@ -11,8 +11,8 @@
 
 #include <fmt/format.h>
 
-#include "tests/calib/binomial.h"
-#include "tests/calib/simulated_faults.h"
+#include "tests/calib/faults/binomial.h"
+#include "tests/calib/faults/simulated_faults.h"
 
 namespace {
 

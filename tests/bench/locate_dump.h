@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "panelcal/vision/image.h"
+#include "vision/picture/image.h"
 
 namespace panelcal::bench {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "vision/locate/locate.h"
 #include <Eigen/Core>
 
-#include "panelcal/vision/locate.h"
 #include "tests/bench/locate_scene.h"
 
 namespace panelcal::bench {

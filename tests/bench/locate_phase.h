@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "panelcal/vision/target.h"
+#include "vision/fit/target.h"
 
 namespace panelcal::bench {
 

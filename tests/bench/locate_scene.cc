@@ -6,9 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "vision/render/scene_marks.h"
 #include <Eigen/Geometry>
-
-#include "panelcal/vision/scene_marks.h"
 
 namespace panelcal::bench {
 namespace {

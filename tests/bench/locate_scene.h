@@ -5,12 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/random.h"
+#include "vision/fit/target.h"
+#include "vision/picture/image.h"
+#include "vision/render/render.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/random.h"
-#include "panelcal/vision/image.h"
-#include "panelcal/vision/render.h"
-#include "panelcal/vision/target.h"
 
 namespace panelcal::bench {
 

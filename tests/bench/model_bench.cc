@@ -11,13 +11,13 @@
 #include <string>
 #include <string_view>
 
+#include "calib/panel/model_choice.h"
+#include "calib/panel/smooth_panel.h"
+#include "calib/panel/system.h"
 #include <fmt/format.h>
 
-#include "panelcal/calib/model_choice.h"
-#include "panelcal/calib/panel_system.h"
-#include "panelcal/calib/smooth_panel.h"
-#include "tests/calib/bowed_panel.h"
-#include "tests/calib/synthetic_panel.h"
+#include "tests/calib/panel/bowed_panel.h"
+#include "tests/calib/panel/synthetic_panel.h"
 
 namespace panelcal {
 namespace {

@@ -22,15 +22,15 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/atomic_file.h"
+#include "calib/base/random.h"
+#include "surface/map/height_lattice.h"
+#include "surface/map/height_map.h"
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/surface/height_lattice.h"
-#include "panelcal/surface/height_map.h"
-#include "tests/surface/simulated_warp.h"
+#include "tests/surface/fit/simulated_warp.h"
 
 namespace panelcal::bench {
 namespace {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
-#include "tests/vision/tag_accuracy.h"
+#include "tests/vision/tag/accuracy.h"
 
 namespace panelcal::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/calib/base/random.h"
+#include "calib/base/random.h"
 
 namespace panelcal::fuzz {
 

@@ -8,13 +8,14 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/calib/base/byte_sink.h"
-#include "panelcal/program/tally.h"
-#include "panelcal/program/walk.h"
-#include "panelcal/program/writers/csv_writer.h"
-#include "panelcal/program/writers/excellon_writer.h"
-#include "panelcal/program/writers/jsonl_writer.h"
-#include "panelcal/program/writers/svg_writer.h"
+#include "calib/base/byte_sink.h"
+#include "program/judge/tally.h"
+#include "program/walk/walk.h"
+#include "program/writers/csv_writer.h"
+#include "program/writers/excellon_writer.h"
+#include "program/writers/jsonl_writer.h"
+#include "program/writers/svg_writer.h"
+
 #include "tests/fuzz/walk_checks.h"
 
 namespace panelcal::fuzz {

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "panelcal/program/gcode/gcode_leveller.h"
-#include "panelcal/program/gcode/gcode_motion.h"
+#include "program/gcode/leveller.h"
+#include "program/gcode/motion.h"
 
 namespace panelcal::fuzz {
 

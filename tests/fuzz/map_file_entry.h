@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/surface/map_file.h"
+#include "surface/map/file.h"
 
 namespace panelcal::fuzz {
 

@@ -11,10 +11,10 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/vision/bayer.h"
-#include "panelcal/vision/image_header.h"
-#include "panelcal/vision/image_io.h"
-#include "panelcal/vision/raw_pixels.h"
+#include "vision/picture/bayer.h"
+#include "vision/picture/image_header.h"
+#include "vision/picture/image_io.h"
+#include "vision/picture/raw_pixels.h"
 
 namespace panelcal::fuzz {
 

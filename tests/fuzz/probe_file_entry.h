@@ -9,9 +9,9 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/surface/files/height_grid.h"
-#include "panelcal/surface/files/probe_file.h"
-#include "panelcal/surface/files/probe_text.h"
+#include "surface/files/height_grid.h"
+#include "surface/files/probe_file.h"
+#include "surface/files/probe_text.h"
 
 namespace panelcal::fuzz {
 

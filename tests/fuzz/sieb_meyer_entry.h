@@ -10,17 +10,18 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/calib/base/byte_sink.h"
-#include "panelcal/program/probing.h"
-#include "panelcal/program/sieb_meyer/file_layout.h"
-#include "panelcal/program/sieb_meyer/subprograms.h"
-#include "panelcal/program/tally.h"
-#include "panelcal/program/walk.h"
-#include "panelcal/program/writers/csv_writer.h"
-#include "panelcal/program/writers/excellon_writer.h"
-#include "panelcal/program/writers/jsonl_writer.h"
-#include "panelcal/program/writers/sieb_meyer_writer.h"
-#include "panelcal/program/writers/svg_writer.h"
+#include "calib/base/byte_sink.h"
+#include "program/judge/tally.h"
+#include "program/sieb_meyer/file_layout.h"
+#include "program/sieb_meyer/subprograms.h"
+#include "program/walk/probing.h"
+#include "program/walk/walk.h"
+#include "program/writers/csv_writer.h"
+#include "program/writers/excellon_writer.h"
+#include "program/writers/jsonl_writer.h"
+#include "program/writers/sieb_meyer_writer.h"
+#include "program/writers/svg_writer.h"
+
 #include "tests/fuzz/walk_checks.h"
 
 namespace panelcal::fuzz {

@@ -10,12 +10,12 @@
 #include <variant>
 #include <vector>
 
-#include "panelcal/calib/base/byte_sink.h"
-#include "panelcal/program/gcode/gcode_block.h"
-#include "panelcal/program/gcode/gcode_motion.h"
-#include "panelcal/program/measurement.h"
-#include "panelcal/program/walk.h"
-#include "panelcal/program/writers/gcode_writer.h"
+#include "calib/base/byte_sink.h"
+#include "program/gcode/block.h"
+#include "program/gcode/motion.h"
+#include "program/model/measurement.h"
+#include "program/walk/walk.h"
+#include "program/writers/gcode_writer.h"
 
 namespace panelcal::fuzz {
 

@@ -14,7 +14,7 @@ CATALOGUE = GOLDEN.parent.parent / "calib" / "base" / "diagnostic_codes.def"
 # Codes that no input can provoke, and why.
 EXCEPTIONS = {
     "internal": "panelcal's own mistake; no input may provoke it",
-    "ledger-busy": "needs another program at the same moment; tests/calib/ledger_file_test.cc has one",
+    "ledger-busy": "needs another program at the same moment; tests/calib/ledger/ledger_file_test.cc has one",
 }
 
 

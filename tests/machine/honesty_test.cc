@@ -6,10 +6,10 @@
 #include <cmath>
 #include <string>
 
+#include "machine/sim/sim_machine.h"
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
-#include "panelcal/machine/sim/sim_machine.h"
 #include "tests/machine/virtual_machine.h"
 #include "tests/support/statistics.h"
 

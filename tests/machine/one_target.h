@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "machine/look/vision_procedure.h"
+#include "machine/sim/sim_machine.h"
 #include <gtest/gtest.h>
 
-#include "panelcal/machine/sim/sim_machine.h"
-#include "panelcal/machine/vision_procedure.h"
 #include "tests/machine/virtual_machine.h"
 #include "tests/support/matchers.h"
 

@@ -4,7 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "panelcal/program/walk.h"
+#include "program/walk/walk.h"
+
 #include "tests/machine/virtual_machine.h"
 
 namespace panelcal::test {

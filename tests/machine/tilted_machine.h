@@ -6,12 +6,12 @@
 #include <cstdint>
 #include <string>
 
-#include "panelcal/calib/base/random.h"
-#include "panelcal/calib/camera_model.h"
-#include "panelcal/calib/spindle_camera.h"
-#include "panelcal/machine/camera.h"
-#include "panelcal/machine/spindle.h"
-#include "panelcal/machine/stage.h"
+#include "calib/base/random.h"
+#include "calib/camera/model.h"
+#include "calib/correction/spindle_camera.h"
+#include "machine/devices/camera.h"
+#include "machine/devices/spindle.h"
+#include "machine/devices/stage.h"
 
 namespace panelcal::test {
 

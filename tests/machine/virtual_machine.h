@@ -9,15 +9,14 @@
 #include <variant>
 #include <vector>
 
+#include "calib/base/atomic_file.h"
+#include "calib/camera/calibration_file.h"
+#include "machine/config/machine_config.h"
+#include "program/model/operation.h"
+#include "program/walk/walk.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
-
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/calibration_file.h"
-#include "panelcal/machine/machine_config.h"
-#include "panelcal/program/operation.h"
-#include "panelcal/program/walk.h"
 
 namespace panelcal::test {
 

@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "calib/panel/smooth_panel.h"
+#include "program/judge/job_check.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/smooth_panel.h"
-#include "panelcal/program/job_check.h"
 #include "tests/program/program_run.h"
 
 namespace panelcal {

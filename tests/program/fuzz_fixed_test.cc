@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/atomic_file.h"
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/base/atomic_file.h"
 #include "tests/fuzz/excellon_entry.h"
 #include "tests/fuzz/gcode_entry.h"
 #include "tests/fuzz/sieb_meyer_entry.h"

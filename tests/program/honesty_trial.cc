@@ -7,14 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include "calib/camera/mapping.h"
+#include "calib/correction/error_budget.h"
+#include "program/walk/walk.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include "panelcal/calib/camera_mapping.h"
-#include "panelcal/calib/error_budget.h"
-#include "panelcal/program/walk.h"
-#include "tests/calib/synthetic_panel.h"
+#include "tests/calib/panel/synthetic_panel.h"
 
 namespace panelcal::test {
 namespace {

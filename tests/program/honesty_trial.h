@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "panelcal/calib/machine_uncertainty.h"
-#include "panelcal/calib/panel_fit.h"
+#include "calib/base/machine_uncertainty.h"
+#include "calib/panel/fit.h"
 
 namespace panelcal::test {
 

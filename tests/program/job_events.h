@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "panelcal/program/operation.h"
+#include "program/model/operation.h"
 
 namespace panelcal::test {
 

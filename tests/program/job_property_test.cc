@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "program/walk/walk.h"
+#include "program/writers/excellon_writer.h"
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "panelcal/program/walk.h"
-#include "panelcal/program/writers/excellon_writer.h"
 #include "tests/program/job_events.h"
 #include "tests/program/program_run.h"
 #include "tests/program/random_job.h"

@@ -6,12 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/byte_sink.h"
+#include "program/model/operation.h"
+#include "program/writers/text_writer.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "panelcal/calib/base/byte_sink.h"
-#include "panelcal/program/operation.h"
-#include "panelcal/program/writers/text_writer.h"
 
 namespace panelcal::test {
 

@@ -7,10 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "program/walk/walk.h"
 #include <Eigen/Core>
 #include <gmock/gmock.h>
-
-#include "panelcal/program/walk.h"
 
 namespace panelcal::test {
 

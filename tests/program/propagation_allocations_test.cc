@@ -7,10 +7,10 @@
 #include <variant>
 #include <vector>
 
+#include "program/judge/job_verdict.h"
+#include "program/walk/walk.h"
 #include <gtest/gtest.h>
 
-#include "panelcal/program/job_verdict.h"
-#include "panelcal/program/walk.h"
 #include "tests/bench/bench_program.h"
 #include "tests/program/counted_allocations.h"
 

@@ -8,10 +8,9 @@
 #include <string_view>
 #include <vector>
 
+#include "program/model/placement.h"
+#include "program/text/number_format.h"
 #include <rapidcheck.h>
-
-#include "panelcal/program/number_format.h"
-#include "panelcal/program/placement.h"
 
 namespace panelcal::test {
 

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "program/walk/walk.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/program/walk.h"
-#include "tests/calib/bowed_panel.h"
+#include "tests/calib/panel/bowed_panel.h"
 
 namespace panelcal {
 namespace {

@@ -2,10 +2,10 @@
 // From the measurements and the machine's own figures to the covariance of holes and routs.
 #include <string>
 
+#include "program/judge/explain.h"
+#include "program/judge/place_budget.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/program/explain.h"
-#include "panelcal/program/place_budget.h"
 #include "tests/program/program_run.h"
 #include "tests/support/matchers.h"
 

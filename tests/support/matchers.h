@@ -4,11 +4,10 @@
 #include <ostream>
 #include <string>
 
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
 #include <gmock/gmock.h>
-
-#include "panelcal/calib/base/expected.h"
-#include "panelcal/calib/base/frames.h"
-#include "panelcal/calib/base/units.h"
 
 namespace panelcal {
 

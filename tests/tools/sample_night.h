@@ -4,8 +4,8 @@
 #include <chrono>
 #include <string>
 
-#include "panelcal/calib/base/random.h"
-#include "panelcal/machine/nightly/night_record.h"
+#include "calib/base/random.h"
+#include "machine/nightly/night_record.h"
 
 namespace panelcal::test {
 

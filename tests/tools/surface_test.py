@@ -15,7 +15,7 @@ from demo_job import run
 
 SVG = "{http://www.w3.org/2000/svg}"
 
-PRIOR_READINGS = 10  # of the noise factor, surface/bending_likelihood.h
+PRIOR_READINGS = 10  # of the noise factor, surface/fit/bending_likelihood.h
 
 
 def solve(a, b):

@@ -4,11 +4,10 @@
 #include <cstdint>
 #include <string>
 
+#include "calib/base/random.h"
+#include "vision/locate/locate.h"
+#include "vision/render/render.h"
 #include <Eigen/Core>
-
-#include "panelcal/calib/base/random.h"
-#include "panelcal/vision/locate.h"
-#include "panelcal/vision/render.h"
 
 namespace panelcal::test {
 

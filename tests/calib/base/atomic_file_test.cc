@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/base/atomic_file.h"
+#include "calib/base/atomic_file.h"
 
 #include <csignal>
 #include <cstdlib>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/base/clock.h"
+#include "calib/base/clock.h"
 
 #include <gtest/gtest.h>
 

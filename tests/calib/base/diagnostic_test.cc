@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/base/diagnostic.h"
+#include "calib/base/diagnostic.h"
 
 #include <array>
 #include <set>
 
+#include "calib/base/byte_sink.h"
+#include "calib/base/expected.h"
 #include <gmock/gmock.h>
-
-#include "panelcal/calib/base/byte_sink.h"
-#include "panelcal/calib/base/expected.h"
 
 namespace panelcal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/base/digest.h"
+#include "calib/base/digest.h"
 
 #include <gtest/gtest.h>
 

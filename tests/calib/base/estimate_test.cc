@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/base/estimate.h"
+#include "calib/base/estimate.h"
 
 #include <cstdint>
 
+#include "calib/base/random.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/base/random.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/base/random.h"
+#include "calib/base/random.h"
 
 #include <vector>
 

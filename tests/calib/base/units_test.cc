@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/base/units.h"
+#include "calib/base/units.h"
 
 #include <numbers>
 #include <type_traits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/change_point.h"
+#include "calib/drift/change_point.h"
 
 #include <cmath>
 

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <iostream>
 
+#include "calib/drift/forecast.h"
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/drift/forecast.h"
 #include "tests/calib/drift/simulated_nights.h"
 
 namespace panelcal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/forecast.h"
+#include "calib/drift/forecast.h"
 
 #include <cmath>
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/rest_to_come.h"
+#include "calib/drift/rest_to_come.h"
 
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
+#include "calib/base/random.h"
 #include <gmock/gmock.h>
-
-#include "panelcal/calib/base/random.h"
 
 namespace panelcal {
 namespace {

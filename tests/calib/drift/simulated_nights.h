@@ -5,10 +5,9 @@
 #include <cmath>
 #include <optional>
 
+#include "calib/base/random.h"
+#include "calib/drift/series.h"
 #include <Eigen/Cholesky>
-
-#include "panelcal/calib/base/random.h"
-#include "panelcal/calib/drift/drift_series.h"
 
 namespace panelcal::test {
 

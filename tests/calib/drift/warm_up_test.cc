@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/calib/drift/warm_up.h"
+#include "calib/drift/warm_up.h"
 
 #include <cmath>
 #include <vector>
 
+#include "calib/base/random.h"
 #include <gmock/gmock.h>
-
-#include "panelcal/calib/base/random.h"
 
 namespace panelcal {
 namespace {

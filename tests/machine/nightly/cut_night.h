@@ -8,11 +8,10 @@
 #include <thread>
 #include <vector>
 
+#include "calib/ledger/ledger.h"
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include "panelcal/calib/ledger.h"
 
 namespace panelcal::test {
 

@@ -10,13 +10,13 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/atomic_file.h"
+#include "calib/base/random.h"
+#include "machine/nightly/night_history.h"
+#include "machine/nightly/nightly.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/machine/nightly/night_history.h"
-#include "panelcal/machine/nightly/nightly.h"
 #include "tests/machine/virtual_machine.h"
 
 namespace panelcal::test {

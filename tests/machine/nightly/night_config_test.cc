@@ -3,9 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "machine/nightly/night_config_toml.h"
 #include <gmock/gmock.h>
-
-#include "panelcal/machine/nightly/night_config_toml.h"
 
 namespace panelcal {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_files.h"
+#include "machine/nightly/night_files.h"
 
+#include "calib/base/atomic_file.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/base/atomic_file.h"
 #include "tests/machine/nightly/picture_night.h"
 #include "tests/support/matchers.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/night_quality.h"
+#include "machine/nightly/night_quality.h"
 
 #include <cmath>
 #include <limits>
 
+#include "calib/base/random.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/base/random.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <iostream>
 
+#include "machine/calibrate/calibration_record.h"
+#include "machine/nightly/night_history.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/machine/calibration_record.h"
-#include "panelcal/machine/nightly/night_history.h"
 #include "tests/machine/nightly/cut_night.h"
 #include "tests/machine/nightly/picture_night.h"
 

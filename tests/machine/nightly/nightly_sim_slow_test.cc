@@ -8,13 +8,13 @@
 #include <string>
 #include <string_view>
 
+#include "calib/base/atomic_file.h"
+#include "calib/base/random.h"
+#include "machine/devices/calibration_devices.h"
+#include "machine/nightly/nightly.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/base/random.h"
-#include "panelcal/machine/calibration_devices.h"
-#include "panelcal/machine/nightly/nightly.h"
 #include "tests/machine/virtual_machine.h"
 
 namespace panelcal {

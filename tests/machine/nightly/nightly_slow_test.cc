@@ -6,10 +6,10 @@
 #include <cmath>
 #include <iostream>
 
+#include "calib/drift/monitor.h"
+#include "machine/nightly/night_quality.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/drift/drift_monitor.h"
-#include "panelcal/machine/nightly/night_quality.h"
 #include "tests/machine/nightly/fake_night.h"
 
 namespace panelcal {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/nightly.h"
+#include "machine/nightly/nightly.h"
 
 #include <array>
 #include <fstream>
 #include <map>
 
+#include "machine/nightly/night_lock.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/machine/nightly/night_lock.h"
 #include "tests/machine/nightly/fake_night.h"
 #include "tests/support/matchers.h"
 

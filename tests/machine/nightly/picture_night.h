@@ -8,13 +8,13 @@
 #include <string>
 #include <utility>
 
+#include "calib/base/atomic_file.h"
+#include "calib/spindle/calibration_file.h"
+#include "machine/nightly/nightly.h"
+#include "machine/sim/sim_coupon.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/spindle_calibration_file.h"
-#include "panelcal/machine/nightly/nightly.h"
-#include "panelcal/machine/sim/sim_coupon.h"
 #include "tests/machine/virtual_machine.h"
 
 namespace panelcal::test {

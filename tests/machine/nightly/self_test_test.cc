@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/self_test.h"
+#include "machine/nightly/self_test.h"
 
 #include <cmath>
 #include <vector>
 
 #include <gmock/gmock.h>
 
-#include "tests/machine/coupon_job.h"
+#include "tests/machine/calibrate/coupon_job.h"
 #include "tests/machine/nightly/fake_night.h"
 #include "tests/support/matchers.h"
 

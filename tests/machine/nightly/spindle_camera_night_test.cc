@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/camera/calibration_file.h"
+#include "machine/calibrate/calibration_record.h"
+#include "machine/nightly/night_calibrations.h"
+#include "machine/nightly/night_history.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/calibration_file.h"
-#include "panelcal/machine/calibration_record.h"
-#include "panelcal/machine/nightly/night_calibrations.h"
-#include "panelcal/machine/nightly/night_history.h"
 #include "tests/machine/nightly/picture_night.h"
 #include "tests/support/matchers.h"
 

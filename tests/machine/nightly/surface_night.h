@@ -6,13 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "calib/base/atomic_file.h"
+#include "machine/nightly/nightly.h"
+#include "machine/sim/sim_table_surface.h"
+#include "machine/sim/simulated_probe.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/machine/nightly/nightly.h"
-#include "panelcal/machine/sim/sim_table_surface.h"
-#include "panelcal/machine/sim/simulated_probe.h"
 #include "tests/machine/virtual_machine.h"
 
 namespace panelcal::test {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/random.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/base/random.h"
 #include "tests/machine/nightly/cut_night.h"
 #include "tests/machine/nightly/surface_night.h"
 

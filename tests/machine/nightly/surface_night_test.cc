@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
+#include "machine/calibrate/surface_record.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/machine/surface_record.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {

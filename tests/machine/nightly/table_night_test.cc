@@ -6,16 +6,16 @@
 #include <string>
 #include <utility>
 
+#include "calib/base/atomic_file.h"
+#include "calib/table/calibration_file.h"
+#include "machine/devices/table_stage.h"
+#include "machine/nightly/night_files.h"
+#include "machine/nightly/nightly.h"
+#include "machine/plate/pictures.h"
+#include "machine/sim/sim_plate.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/table_calibration_file.h"
-#include "panelcal/machine/nightly/night_files.h"
-#include "panelcal/machine/nightly/nightly.h"
-#include "panelcal/machine/plate_pictures.h"
-#include "panelcal/machine/sim/sim_plate.h"
-#include "panelcal/machine/table_stage.h"
 #include "tests/machine/virtual_machine.h"
 #include "tests/support/matchers.h"
 

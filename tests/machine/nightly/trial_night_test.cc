@@ -8,14 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/atomic_file.h"
+#include "machine/calibrate/place_record.h"
+#include "machine/nightly/night_calibrations.h"
+#include "machine/nightly/nightly.h"
+#include "machine/sim/sim_plate.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/machine/nightly/night_calibrations.h"
-#include "panelcal/machine/nightly/nightly.h"
-#include "panelcal/machine/place_record.h"
-#include "panelcal/machine/sim/sim_plate.h"
 #include "tests/machine/virtual_machine.h"
 
 namespace panelcal {

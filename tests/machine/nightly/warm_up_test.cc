@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/machine/nightly/warm_up.h"
+#include "machine/nightly/warm_up.h"
 
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "machine/nightly/night_calibrations.h"
+#include "machine/sim/sim_coupon.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "panelcal/machine/nightly/night_calibrations.h"
-#include "panelcal/machine/sim/sim_coupon.h"
 #include "tests/machine/nightly/fake_night.h"
 #include "tests/support/matchers.h"
 

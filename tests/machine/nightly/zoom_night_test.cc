@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/atomic_file.h"
+#include "machine/nightly/night_files.h"
+#include "machine/nightly/nightly.h"
+#include "machine/sim/sim_plate.h"
 #include <gmock/gmock.h>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/machine/nightly/night_files.h"
-#include "panelcal/machine/nightly/nightly.h"
-#include "panelcal/machine/sim/sim_plate.h"
 #include "tests/machine/virtual_machine.h"
 
 namespace panelcal {

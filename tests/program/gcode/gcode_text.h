@@ -5,11 +5,10 @@
 #include <functional>
 #include <string>
 
+#include "program/gcode/leveller.h"
+#include "program/gcode/motion.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "panelcal/program/gcode/gcode_leveller.h"
-#include "panelcal/program/gcode/gcode_motion.h"
 
 namespace panelcal::test {
 

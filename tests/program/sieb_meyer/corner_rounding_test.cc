@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/corner_rounding.h"
+#include "program/sieb_meyer/corner_rounding.h"
 
 #include <cmath>
 #include <numbers>
 
+#include "calib/base/random.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/base/random.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal::sieb_meyer {

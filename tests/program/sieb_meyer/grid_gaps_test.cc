@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/grid_gaps.h"
+#include "program/sieb_meyer/grid_gaps.h"
 
 #include <cmath>
 
+#include "surface/map/height_map.h"
 #include <gmock/gmock.h>
-
-#include "panelcal/surface/height_map.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

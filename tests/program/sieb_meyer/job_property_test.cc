@@ -11,12 +11,12 @@
 #include <variant>
 #include <vector>
 
+#include "program/walk/walk.h"
 #include <Eigen/Core>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "panelcal/program/walk.h"
 #include "tests/program/program_run.h"
 #include "tests/program/sieb_meyer/naive_sm_model.h"
 #include "tests/program/sieb_meyer/random_sm_job.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The unit of a number without a decimal point is the one that the manual prints at its command.
-#include "panelcal/program/sieb_meyer/numbers.h"
+#include "program/sieb_meyer/numbers.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/offset_deviation.h"
+#include "program/sieb_meyer/offset_deviation.h"
 
 #include <cmath>
 #include <optional>
@@ -7,11 +7,11 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/random.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/base/random.h"
 #include "tests/program/sieb_meyer/manual_run.h"
 #include "tests/support/matchers.h"
 #include "tests/support/statistics.h"

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/plain_text.h"
+#include "program/sieb_meyer/plain_text.h"
 
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "calib/base/units.h"
 #include <Eigen/Core>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "panelcal/calib/base/units.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/program/sieb_meyer/rout_figures.h"
+#include "program/sieb_meyer/rout_figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,10 @@
 #include <numbers>
 #include <vector>
 
+#include "calib/base/random.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/base/random.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal::sieb_meyer {

@@ -6,10 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "program/sieb_meyer/sections.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "panelcal/program/sieb_meyer/sections.h"
 
 namespace panelcal::sieb_meyer {
 

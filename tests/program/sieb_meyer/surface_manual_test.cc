@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "program/walk/probing.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/program/probing.h"
 #include "tests/program/sieb_meyer/manual_run.h"
 #include "tests/support/matchers.h"
 

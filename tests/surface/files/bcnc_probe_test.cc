@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
+#include "surface/files/probe_file.h"
 #include <gtest/gtest.h>
 
-#include "panelcal/surface/files/probe_file.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "surface/files/probe_file.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "panelcal/surface/files/probe_file.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {

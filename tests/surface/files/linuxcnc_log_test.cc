@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "surface/files/probe_file.h"
 #include <gtest/gtest.h>
 
-#include "panelcal/surface/files/probe_file.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {

@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <string>
 
+#include "calib/base/atomic_file.h"
+#include "calib/base/random.h"
 #include <gtest/gtest.h>
 
-#include "panelcal/calib/base/atomic_file.h"
-#include "panelcal/calib/base/random.h"
 #include "tests/fuzz/changed_bytes.h"
 #include "tests/fuzz/probe_file_entry.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/surface/files/probe_file.h"
+#include "surface/files/probe_file.h"
 
 #include <limits>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panelcal/surface/files/probe_text.h"
+#include "surface/files/probe_text.h"
 
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "tests/support/matchers.h"
-#include "tests/surface/simulated_warp.h"
+#include "tests/surface/fit/simulated_warp.h"
 
 namespace panelcal {
 namespace {

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/base/covariance_check.h"
+
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+namespace panelcal::internal {
+namespace {
+
+/// Rounding that a covariance may have suffered on its way through other programs.
+constexpr double kRounding = 1e-9;
+
+bool is_symmetric(const Eigen::MatrixXd& cov) {
+  for (Eigen::Index i = 0; i < cov.rows(); ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double size = std::sqrt(std::abs(cov(i, i))) * std::sqrt(std::abs(cov(j, j)));
+      if (!(std::abs(cov(i, j) - cov(j, i)) <= kRounding * size)) return false;
+    }
+  }
+  return true;
+}
+
+bool is_positive_semidefinite(const Eigen::MatrixXd& cov) {
+  const Eigen::Index n = cov.rows();
+  Eigen::MatrixXd correlation = Eigen::MatrixXd::Identity(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!(cov(i, i) >= 0)) return false;
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double size = std::sqrt(cov(i, i)) * std::sqrt(cov(j, j));
+      if (size == 0 && cov(i, j) != 0) return false;
+      correlation(i, j) = correlation(j, i) = size == 0 ? 0 : cov(i, j) / size;
+    }
+  }
+  if (!correlation.allFinite()) return false;
+  if (n == 0) return true;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().minCoeff() >= -kRounding;
+}
+
+}  // namespace
+
+std::optional<CovarianceFlaw> covariance_flaw(const Eigen::MatrixXd& cov) {
+  if (!cov.allFinite() || !is_symmetric(cov)) {
+    return CovarianceFlaw{"the covariance is not symmetric", "a symmetric matrix"};
+  }
+  if (!is_positive_semidefinite(cov)) {
+    return CovarianceFlaw{"the covariance is not positive semidefinite",
+                          "variances of at least 0 and correlations that fit together"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace panelcal::internal

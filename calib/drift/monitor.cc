@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/drift/monitor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calib/charts/run_length.h"
+#include "calib/drift/amount.h"
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+/// Shares of the false alarms; they add up to 1.
+constexpr double kShareOfNights = 0.5;
+constexpr double kShareOfAverage = 0.25;
+constexpr double kShareOfSums = 0.25;
+
+/// Limits are for so many times the stated nights; measured by drift_monitor_slow_test.cc. A single
+/// night suffers less from learned parameters than sums of many do.
+constexpr double kForLearningOfNights = 1.2;
+constexpr double kForLearning = 2;
+
+/// Correlations of forecasts stay this far from 1, so that scores stay finite.
+constexpr double kMostCorrelation = 0.999;
+
+}  // namespace
+
+Eigen::VectorXd independent_scores(const DriftPrediction& prediction,
+                                   const Eigen::VectorXd& value) {
+  Eigen::VectorXd scores(value.size());
+  for (Eigen::Index i = 0; i < value.size(); ++i) {
+    scores(i) = prediction.axes[static_cast<std::size_t>(i)].score(value(i));
+  }
+  Eigen::MatrixXd correlation = kMostCorrelation * prediction.correlation;
+  correlation.diagonal().setOnes();
+  const Eigen::LLT<Eigen::MatrixXd> root(correlation);
+  if (root.info() != Eigen::Success) return scores;
+  return root.matrixL().solve(scores);
+}
+
+Expected<void> WatchOptions::validate() const {
+  const auto between =
+      [](std::string_view field, double value, double low, double high) -> Expected<void> {
+    if (value >= low && value <= high) return {};
+    return failure({Code::CalibrationInvalid,
+                    {},
+                    fmt::format("{} is {}", field, value),
+                    fmt::format("a number from {} to {}", low, high)});
+  };
+  PANELCAL_CHECK(between("nights_per_false_alarm", nights_per_false_alarm, 20, 1e5));
+  if (moved) PANELCAL_CHECK(between("moved", *moved, 1e-12, 1e12));
+  PANELCAL_CHECK(between("average_weight", average_weight, 0.02, 1));
+  return between("allowance", allowance, 0.05, 2);
+}
+
+Expected<DriftMonitor> DriftMonitor::make(int n_axes,
+                                          const DriftOptions& options,
+                                          const WatchOptions& watch) {
+  PANELCAL_CHECK(watch.validate());
+  PANELCAL_TRY(DriftModel model, DriftModel::make(n_axes, options));
+  return DriftMonitor(std::move(model), n_axes, watch);
+}
+
+DriftMonitor::DriftMonitor(DriftModel model, int n_axes, const WatchOptions& watch)
+    : model_(std::move(model)),
+      moved_(watch.moved),
+      night_limit_(ewma_limit(
+          n_axes, 1, kForLearningOfNights * watch.nights_per_false_alarm / kShareOfNights)),
+      average_(n_axes,
+               watch.average_weight,
+               kForLearning * watch.nights_per_false_alarm / kShareOfAverage),
+      sums_(static_cast<std::size_t>(n_axes),
+            CusumChart(Shift::Both,
+                       watch.allowance,
+                       kForLearning * n_axes * watch.nights_per_false_alarm / kShareOfSums)) {
+}
+
+void DriftMonitor::restart_charts() {
+  average_.restart();
+  for (CusumChart& sum : sums_) sum.restart();
+}
+
+void DriftMonitor::compare_with_anchor(WatchedNight& night) {
+  const Eigen::VectorXd here = model_.forecast(night.time, std::nullopt, std::nullopt).mean();
+  if (anchor_ && moved_ && night.is_judged && (here - *anchor_).norm() > *moved_) {
+    night.alarms.push_back({DriftChart::Moved, (here - *anchor_).norm(), *moved_, std::nullopt});
+    anchor_.reset();
+  }
+  if (!anchor_ && model_.has_enough()) anchor_ = here;
+}
+
+void DriftMonitor::judge(WatchedNight& night) {
+  const double distance = night.scores.norm();
+  if (!(distance <= night_limit_)) {
+    night.alarms.push_back({DriftChart::Night, distance, night_limit_, std::nullopt});
+  }
+  if (average_.add(night.scores)) {
+    night.alarms.push_back(
+        {DriftChart::Average, average_.statistic(), average_.limit(), std::nullopt});
+  }
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    if (!sums_[i].add(night.scores(static_cast<Eigen::Index>(i)))) continue;
+    night.alarms.push_back({DriftChart::Sum, sums_[i].statistic(), sums_[i].limit(), i});
+  }
+  if (!night.alarms.empty()) restart_charts();
+}
+
+Expected<WatchedNight> DriftMonitor::add(const DriftPoint& point) {
+  WatchedNight night;
+  night.time = point.time;
+  DriftModel before = model_;
+  PANELCAL_CHECK(model_.add(point));
+  if (point.is_left_out || before.n_nights() == 0) return night;
+  const DriftPrediction prediction = before.predict(point);
+  night.expected = prediction.mean();
+  night.expected_cov = prediction.cov();
+  night.scores = independent_scores(prediction, point.value);
+  night.is_judged = before.has_enough() && !point.is_fresh_start;
+  if (point.is_fresh_start) {
+    restart_charts();
+    anchor_.reset();
+  }
+  if (night.is_judged) judge(night);
+  if (std::ranges::any_of(night.alarms,
+                          [](const DriftAlarm& a) { return a.chart == DriftChart::Night; })) {
+    // A step says nothing about how the machine drifts.
+    model_ = std::move(before);
+    DriftPoint fresh = point;
+    fresh.is_fresh_start = true;
+    PANELCAL_CHECK(model_.add(fresh));
+    anchor_.reset();
+  }
+  compare_with_anchor(night);
+  return night;
+}
+
+Expected<std::vector<WatchedNight>> watch_drift(const DriftSeries& series,
+                                                const DriftOptions& options,
+                                                const WatchOptions& watch) {
+  PANELCAL_TRY(DriftMonitor monitor,
+               DriftMonitor::make(static_cast<int>(series.names.size()), options, watch));
+  std::vector<WatchedNight> nights;
+  for (const DriftPoint& point : series.points) {
+    PANELCAL_TRY(WatchedNight night, monitor.add(point));
+    nights.push_back(std::move(night));
+  }
+  return nights;
+}
+
+std::string words_of(const DriftAlarm& alarm,
+                     const std::vector<std::string>& names,
+                     const std::string& unit) {
+  switch (alarm.chart) {
+    case DriftChart::Night:
+      return fmt::format(
+          "a step: tonight is {:.1f} sigma from what the nights before foretold, "
+          "limit {:.1f}",
+          alarm.statistic,
+          alarm.limit);
+    case DriftChart::Average:
+      return fmt::format(
+          "a shift that stays: the last nights together are {:.1f} sigma from what "
+          "was foretold, limit {:.1f}",
+          alarm.statistic,
+          alarm.limit);
+    case DriftChart::Moved:
+      return fmt::format("it has moved by {} since it was last said, limit {}",
+                         amount(alarm.statistic, unit),
+                         amount(alarm.limit, unit));
+    case DriftChart::Sum:
+      break;
+  }
+  const bool is_named = alarm.i_axis && *alarm.i_axis < names.size();
+  return fmt::format(
+      "a slow drift of {}: night after night on the same side, the sum is {:.1f}, "
+      "limit {:.1f}",
+      is_named ? names[*alarm.i_axis] : "an axis",
+      alarm.statistic,
+      alarm.limit);
+}
+
+}  // namespace panelcal

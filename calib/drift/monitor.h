@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/base/expected.h"
+#include "calib/charts/cusum.h"
+#include "calib/charts/ewma.h"
+#include "calib/drift/model.h"
+#include "calib/drift/series.h"
+#include <Eigen/Core>
+
+namespace panelcal {
+
+/// Which chart alarms, and so what it looks like.
+enum class DriftChart : std::uint8_t {
+  Night,    ///< this night by itself: a step
+  Average,  ///< the last nights together, in any direction: a shift that stays
+  Sum,      ///< one axis over weeks: a slow drift
+  Moved,    ///< no chart: it is farther than a limit from where it was
+};
+
+/// A chart outside its limit; both in standard deviations, or for Moved in the series' unit.
+struct DriftAlarm {
+  DriftChart chart = DriftChart::Night;
+  double statistic = 0;
+  double limit = 0;
+  std::optional<std::size_t> i_axis;  ///< of a sum
+};
+
+/// A night as the charts see it.
+struct WatchedNight {
+  std::chrono::sys_seconds time{};
+  bool is_judged = false;  ///< false where there was not enough history, or nothing to compare with
+  Eigen::VectorXd expected;
+  Eigen::MatrixXd expected_cov;  ///< of what would be found, the night's own error included
+  Eigen::VectorXd scores;        ///< independent and standard normal while nothing happens
+  std::vector<DriftAlarm> alarms;
+};
+
+/// How often it may cry wolf, and what it looks for.
+struct WatchOptions {
+  double nights_per_false_alarm = 1000;  ///< on the average, of all charts together; 20 to 1e5
+  double average_weight = 0.1;           ///< of tonight; smaller sees smaller shifts, later
+  double allowance = 0.25;               ///< of the sums, in standard deviations
+  /// How far it may move before that is said, in the series' unit (here mm), however slowly and
+  /// however usual that is of this machine. No false alarm when it comes, so not in the rate.
+  std::optional<double> moved = 0.006;
+
+  /// Fails  calibration-invalid: the message names field, value and bound
+  Expected<void> validate() const;
+};
+
+/// Standard scores of a value among what was foretold, one an axis: that of the first, and of each
+/// further one what those before do not tell of it.
+Eigen::VectorXd independent_scores(const DriftPrediction& prediction, const Eigen::VectorXd& value);
+
+/// Watches a calibrated value night by night, and alarms falsely once in the stated number of
+/// nights.
+///
+/// Each night is held against what the nights before it foretell (DriftModel), so what is usual for
+/// this machine, its drift, the temperature and the warm-up included, is no alarm. Half of the
+/// false alarms go to the chart of single nights, a quarter to the average's and a quarter to the
+/// sums'. Rates are added, so the true one is rather below.
+///
+/// After a step the level is taken as new: the next night is judged by the new one. After any alarm
+/// averages and sums begin anew. A value that moves steadily is in time taken for a machine that
+/// drifts more, and the alarms become rarer. So what it has moved in all is watched as well: since
+/// the first judged night, the last step or the last time this was said.
+///
+/// That parameters are learned and not known makes the scores of a run a little too large or too
+/// small together, and alarms more frequent; limits are for up to twice as many nights to make up
+/// for it.
+///
+/// See    tests/calib/drift/monitor_slow_test.cc (rates and detections over simulated nights)
+class DriftMonitor {
+ public:
+  /// Fails  as DriftModel::make; calibration-invalid: watch
+  static Expected<DriftMonitor> make(int n_axes,
+                                     const DriftOptions& options,
+                                     const WatchOptions& watch);
+
+  /// Judges a night and learns from it. Points left out are not judged.
+  ///
+  /// Fails  as DriftModel::add
+  Expected<WatchedNight> add(const DriftPoint& point);
+
+  const DriftModel& model() const { return model_; }
+
+ private:
+  DriftMonitor(DriftModel model, int n_axes, const WatchOptions& watch);
+  void judge(WatchedNight& night);
+  void restart_charts();
+  void compare_with_anchor(WatchedNight& night);
+
+  DriftModel model_;
+  std::optional<double> moved_;
+  std::optional<Eigen::VectorXd> anchor_;  ///< where it was
+  double night_limit_;
+  EwmaChart average_;
+  std::vector<CusumChart> sums_;
+};
+
+/// Replays a series.
+///
+/// Fails  as DriftMonitor
+Expected<std::vector<WatchedNight>> watch_drift(const DriftSeries& series,
+                                                const DriftOptions& options,
+                                                const WatchOptions& watch);
+
+/// "a step: tonight is 7.2 sigma from what the nights before foretold, limit 3.9".
+///
+/// In     names: of the axes; unit: of the series
+std::string words_of(const DriftAlarm& alarm,
+                     const std::vector<std::string>& names,
+                     const std::string& unit);
+
+}  // namespace panelcal

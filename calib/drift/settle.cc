@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/drift/settle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "calib/base/chi_square.h"
+#include "calib/drift/decay.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+using internal::Decay;
+using internal::DecaySample;
+using internal::DecayShape;
+
+/// Views of which chance would give so few as scatter like these are not described by a decay.
+constexpr double kLeastChance = 1e-6;
+/// A motion as large as so many standard deviations of the mean view is seen for certain.
+constexpr double kSeen = 5;
+
+std::optional<SettleTime> none(std::string* reason, std::string text) {
+  if (reason != nullptr) *reason = std::move(text);
+  return std::nullopt;
+}
+
+SettleMotion motion_of(DecayShape shape) {
+  switch (shape) {
+    case DecayShape::Exponential:
+      return SettleMotion::Creeping;
+    case DecayShape::Oscillation:
+      return SettleMotion::Vibrating;
+    default:
+      return SettleMotion::Still;
+  }
+}
+
+}  // namespace
+
+std::optional<SettleTime> fit_settle(std::span<const SettleView> views,
+                                     Length limit,
+                                     std::string* reason) {
+  if (!(limit > mm(0))) return none(reason, "the limit of a settle time is not above 0");
+  std::vector<DecaySample> samples;
+  double last_s = 0;
+  double first_s = std::numeric_limits<double>::infinity();
+  double best_sigma_mm = std::numeric_limits<double>::infinity();
+  for (const SettleView& view : views) {
+    const double sigma_mm = std::sqrt(0.5 * view.seen.cov.trace());
+    samples.push_back({view.since_move.in_s(), view.seen.position.in_mm(), sigma_mm});
+    last_s = std::max(last_s, view.since_move.in_s());
+    if (view.since_move > Time()) first_s = std::min(first_s, view.since_move.in_s());
+    best_sigma_mm = std::min(best_sigma_mm, sigma_mm);
+  }
+  const std::optional<Decay> decay = internal::fit_decay(samples, true, reason);
+  if (!decay) return std::nullopt;
+  if (decay->degrees_of_freedom < 2) return none(reason, "the views are too few for a decay");
+  if (!(chi_square_exceedance(decay->chi_square, decay->degrees_of_freedom) >= kLeastChance)) {
+    return none(
+        reason,
+        fmt::format("the views scatter {:.1f} times as much as they say, and not as a decay",
+                    std::sqrt(decay->chi_square / decay->degrees_of_freedom)));
+  }
+  SettleTime out;
+  out.motion = motion_of(decay->shape);
+  if (out.motion == SettleMotion::Still) {
+    if (best_sigma_mm * kSeen > limit.in_mm()) {
+      return none(reason,
+                  fmt::format("the views' sigma of {:.1f} um hides a motion of {:.1f} um",
+                              best_sigma_mm * 1e3,
+                              limit.in_um()));
+    }
+    out.sigma = seconds(0.5 * first_s);
+    return out;
+  }
+  const internal::DecayTime time = internal::time_to(*decay, limit.in_mm());
+  if (time.time > last_s) {
+    return none(
+        reason,
+        fmt::format("the last view, after {:.3f} s, is from before the mark is at rest; that "
+                    "takes about {:.3f} s",
+                    last_s,
+                    time.time));
+  }
+  out.wait = seconds(time.time);
+  out.sigma = seconds(time.sigma);
+  out.time_constant = seconds(decay->time_constant);
+  out.frequency_hz = std::abs(decay->frequency) / (2 * std::numbers::pi);
+  out.amplitude = mm(decay->amplitude());
+  return out;
+}
+
+}  // namespace panelcal

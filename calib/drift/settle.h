@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "calib/base/estimate.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+
+namespace panelcal {
+
+/// Where a mark was seen so long after the stage had been told that it had arrived.
+struct SettleView {
+  Time since_move;
+  PositionEstimate<frame::Optical> seen;
+};
+
+enum class SettleMotion : std::uint8_t {
+  Still,      ///< at rest as far as the views can tell
+  Creeping,   ///< an exponential
+  Vibrating,  ///< an oscillation that dies out
+};
+
+/// How a stage comes to rest.
+struct SettleTime {
+  SettleMotion motion = SettleMotion::Still;
+  Time wait;   ///< after which the error stays below the limit; 0 where it never is above
+  Time sigma;  ///< of that; of a stage that is still, half of the shortest time above 0 of a view
+  Time time_constant;
+  double frequency_hz = 0;  ///< of a vibration
+  Length amplitude;         ///< at most, at time 0
+
+  /// What to wait: two standard deviations more.
+  Time safe_wait() const { return wait + 2 * sigma; }
+};
+
+/// Fits how a mark comes to rest in the views, and says after what time it is nearer to where it
+/// will rest than `limit`.
+///
+///   seen(t) = rest + exp(-t / T) (a cos(w t) + b sin(w t)) + e
+///
+/// The time is that of the envelope, so that no later swing exceeds the limit. Of a covariance the
+/// mean variance of both axes counts.
+///
+/// In     views: 6 times or more after one move or several alike, any order; 2 d.o.f. or more left
+/// Out    empty: `reason` says why: too few or broken views; views that scatter more than they say;
+///        views that end before the mark is at rest; noise that hides a motion as large as the
+///        limit
+/// See    tests/calib/drift/settle_test.cc; calib/drift/decay.h
+std::optional<SettleTime> fit_settle(std::span<const SettleView> views,
+                                     Length limit,
+                                     std::string* reason);
+
+}  // namespace panelcal

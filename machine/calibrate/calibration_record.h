@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/base/expected.h"
+#include "calib/ledger/ledger.h"
+#include "calib/spindle/calibration_file.h"
+#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/config/machine_config.h"
+
+namespace panelcal {
+
+/// Who calibrates, when and why: what a ledger's entry says besides the numbers.
+struct RecordWords {
+  std::chrono::sys_seconds date{};  ///< UTC
+  LedgerVerdict verdict = LedgerVerdict::Measured;
+  std::string reason;    ///< of the verdict
+  std::string asked_by;  ///< a user, a timer
+  std::string software;  ///< "panelcal 0.1.0"
+  std::optional<double> temperature_degC = std::nullopt;
+};
+
+/// As the ledger calls it: "machine" for one without a name.
+std::string machine_name(const MachineConfig& config);
+
+/// A record that says who, when and why, of nothing yet.
+LedgerRecord record_of(LedgerKey key, const RecordWords& words);
+
+/// A draft of such a record, of what is done with the machine that a machine.toml describes: the
+/// file is its first input.
+///
+/// Fails  file-unreadable
+Expected<LedgerDraft> draft_of(const MachineConfig& config,
+                               LedgerKey key,
+                               const RecordWords& words);
+
+/// A file as the ledger notes it, by its name without the folder.
+///
+/// Fails  file-unreadable
+Expected<LedgerInput> input_of(const std::filesystem::path& file);
+
+/// All of a key that were ever installed, in their order.
+Expected<std::vector<LedgerEntry>> installed_entries(const Ledger& ledger, const LedgerKey& key);
+
+/// Whether a calibration of `date`, which is none of the installed ones, was made since there is a
+/// ledger: the first installation may have been cut off before it replaced what was there without
+/// one.
+bool is_since_the_ledger(const std::vector<LedgerEntry>& installed,
+                         const LedgerEntry& in_force,
+                         std::chrono::sys_seconds date);
+
+/// ", for NAME, by SOFTWARE", as far as they are known: the end of a calibration's provenance.
+std::string by_whom(const RecordWords& words);
+
+/// "spindle 1 station 1", as the ledger's subject.
+std::string subject(SpindleAt at);
+
+/// What the ledger calls the offset that [spindle] names. A machine without a name is "machine".
+LedgerKey spindle_camera_key(const MachineConfig& config);
+
+/// The run's offset as a calibration file of this one spindle.
+SpindleCalibration spindle_camera_calibration(const MachineConfig& config,
+                                              const SpindleCameraRun& run,
+                                              const RecordWords& words);
+
+/// The same for the ledger: parameters offset_x and offset_y in mm with their covariance; the file
+/// as the result, in whose "quality" is the rest; machine.toml and the camera's calibration, which
+/// the offset goes with, as inputs.
+///
+/// Fails  file-unreadable (an input is gone); calibration-invalid (a fit that makes no file)
+Expected<LedgerDraft> spindle_camera_draft(const MachineConfig& config,
+                                           const SpindleCameraRun& run,
+                                           const RecordWords& words);
+
+/// Makes [spindle] calibration's file say what is in force in the ledger, of all spindles of this
+/// machine. One that already does is left alone, so this also mends an installation that was
+/// interrupted between the ledger and the file.
+///
+/// With one spindle the file is its entry's result, byte for byte; with several the offsets are put
+/// together, in their order. Spindles that only the file has are kept.
+///
+/// Out    whether a file was written; false where the ledger has nothing in force
+/// Fails  config-value (no [spindle] calibration); calibration-invalid (a result is none); what the
+///        ledger reports; device-write
+/// See    tests/machine/calibrate/calibration_record_test.cc
+Expected<bool> install_spindle_camera(const MachineConfig& config, const Ledger& ledger);
+
+/// Spindles of which [spindle] calibration's file has an offset past the ledger: another one than
+/// what is in force, and none that was installed before. Somebody has put it there by hand
+/// (`calibrate -o`), and to write the file again would lose it. None where the file is not there or
+/// is damaged, and none of the time before the first installation.
+Expected<std::vector<SpindleAt>> spindles_by_hand(const MachineConfig& config,
+                                                  const Ledger& ledger);
+
+}  // namespace panelcal

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/calibrate/place_record.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "calib/base/clock.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace panelcal {
+namespace {
+
+/// What a kind of trial is called in the ledger and in machine.toml.
+struct TrialWords {
+  LedgerKind kind;
+  std::string_view subject;
+  std::string_view parameter;
+  std::string_view unit;
+  std::string_view table;
+  std::string_view key;
+};
+
+/// In the order of TrialKind.
+constexpr std::array<TrialWords, 3> kTrials = {{
+    {LedgerKind::Focus, "camera", "height", "mm", "camera", "focus_mm"},
+    {LedgerKind::Light, "camera", "level", "level", "camera", "lamp"},
+    {LedgerKind::Settle, "stage", "wait", "s", "machine", "settle_s"},
+}};
+
+const TrialWords& words_of(TrialKind kind) {
+  return kTrials[static_cast<std::size_t>(kind)];
+}
+
+std::string dump(const nlohmann::ordered_json& json, int indent = -1) {
+  // What is no UTF-8 must not throw.
+  return json.dump(indent, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+/// The wider step from the best level to one that was tried beside it.
+double step_about(const LightRun& run) {
+  double wider = 0;
+  for (std::size_t i = 1; i < run.samples.size(); ++i) {
+    const double low = run.samples[i - 1].level;
+    const double high = run.samples[i].level;
+    if (low == run.best->level || high == run.best->level) wider = std::max(wider, high - low);
+  }
+  return wider;
+}
+
+/// A time on the safe side of its milliseconds.
+double up_to_ms(double time_s) {
+  return std::ceil(time_s * 1e3) * 1e-3;
+}
+
+bool keeps_to(const MachineConfig& config, TrialKind kind, const TrialNumber& number) {
+  const std::optional<double> stated = stated_number(config, kind);
+  if (!stated) return false;
+  // A longer wait costs time and nothing else; the two sigmas are there to be used up.
+  if (kind == TrialKind::Settle) return *stated >= number.value;
+  const NightTrials trials = config.nightly ? config.nightly->trials : NightTrials();
+  return std::abs(*stated - number.value) <= trial_tolerance(trials, kind);
+}
+
+}  // namespace
+
+TrialValue trial_value(const FocusResult& result) {
+  nlohmann::ordered_json json;
+  json["found"] = result.is_found;
+  if (result.is_found) {
+    json["z_mm"] = result.z.in_mm();
+    json["sigma_mm"] = result.sigma.in_mm();
+  } else {
+    json["reason"] = result.reason;
+  }
+  json["curve"] = nlohmann::ordered_json::array();
+  for (const auto& sample : result.curve) {
+    json["curve"].push_back({sample.z.in_mm(), sample.sharpness});
+  }
+  TrialValue out = {TrialKind::Focus, {}, 0, result.reason, dump(json)};
+  if (!result.is_found) return out;
+  out.value = result.z.in_mm();
+  out.sigma = result.sigma.in_mm();
+  return out;
+}
+
+TrialValue trial_value(const LightRun& run) {
+  TrialValue out = {TrialKind::Light, {}, 0, run.reason, {}};
+  nlohmann::ordered_json json;
+  json["found"] = run.best.has_value();
+  if (run.best) {
+    out.value = run.best->level;
+    out.sigma = step_about(run) / std::sqrt(12.0);
+    json["level"] = run.best->level;
+    json["sigma"] = out.sigma;
+    json["contrast"] = run.best->contrast;
+    json["is_at_end"] = run.best->is_at_end;
+  } else {
+    json["reason"] = run.reason;
+  }
+  json["samples"] = nlohmann::ordered_json::array();
+  for (const LampSample& sample : run.samples) {
+    json["samples"].push_back({{"level", sample.level},
+                               {"contrast", sample.contrast},
+                               {"clipped_share", sample.clipped_share}});
+  }
+  out.details = dump(json);
+  return out;
+}
+
+TrialValue trial_value(const SettleRun& run) {
+  TrialValue out = {TrialKind::Settle, {}, 0, run.reason, {}};
+  nlohmann::ordered_json json;
+  json["found"] = run.settle.has_value();
+  if (run.settle) {
+    out.value = run.settle->wait.in_s();
+    out.sigma = run.settle->sigma.in_s();
+    json["settle_s"] = run.settle->safe_wait().in_s();
+    json["wait_s"] = run.settle->wait.in_s();
+    json["sigma_s"] = run.settle->sigma.in_s();
+    json["time_constant_s"] = run.settle->time_constant.in_s();
+    json["frequency_hz"] = run.settle->frequency_hz;
+    json["amplitude_um"] = run.settle->amplitude.in_um();
+  } else {
+    json["reason"] = run.reason;
+  }
+  json["missed"] = run.n_missed;
+  out.details = dump(json);
+  return out;
+}
+
+LedgerKey trial_key(const MachineConfig& config, TrialKind kind) {
+  return {machine_name(config), words_of(kind).kind, std::string(words_of(kind).subject)};
+}
+
+std::string trial_parameter(TrialKind kind) {
+  return std::string(words_of(kind).parameter);
+}
+
+std::string trial_unit(TrialKind kind) {
+  return std::string(words_of(kind).unit);
+}
+
+Expected<LedgerDraft> trial_draft(const MachineConfig& config,
+                                  const TrialPlace& place,
+                                  const TrialValue& found,
+                                  const RecordWords& words) {
+  const TrialWords& trial = words_of(found.kind);
+  LedgerDraft draft;
+  LedgerRecord& record = draft.record;
+  record = record_of(trial_key(config, found.kind), words);
+  for (const std::filesystem::path& file : {config.file, config.camera_file}) {
+    if (file.empty()) continue;
+    PANELCAL_TRY(LedgerInput input, input_of(file));
+    record.inputs.push_back(std::move(input));
+  }
+  if (found.value) {
+    record.parameters = {{std::string(trial.parameter), *found.value, std::string(trial.unit)}};
+    record.covariance = Eigen::MatrixXd::Constant(1, 1, found.sigma * found.sigma);
+  } else {
+    record.verdict = LedgerVerdict::Refused;
+    record.reason = found.reason;
+  }
+  const Eigen::Vector2d& mark_mm = place.mark.in_mm();
+  nlohmann::ordered_json result = {{"kind", word(trial.kind)},
+                                   {"version", 1},
+                                   {"date", iso_8601(words.date)},
+                                   {"provenance", words.software},
+                                   {"mark_mm", {mark_mm.x(), mark_mm.y()}},
+                                   {"tool", place.tool}};
+  result.update(nlohmann::ordered_json::parse(found.details));
+  draft.result = dump(result, 2) + "\n";
+  return draft;
+}
+
+std::optional<TrialNumber> trial_number(const LedgerEntry& entry) {
+  const auto trial = std::ranges::find(kTrials, entry.record.key.kind, &TrialWords::kind);
+  if (trial == kTrials.end()) return std::nullopt;
+  const std::vector<LedgerParameter>& all = entry.record.parameters;
+  const auto found = std::ranges::find(all, trial->parameter, &LedgerParameter::name);
+  const auto& cov = entry.record.covariance;
+  if (found == all.end() || found->unit != trial->unit || !cov) return std::nullopt;
+  const auto i = found - all.begin();
+  return TrialNumber{found->value, std::sqrt((*cov)(i, i))};
+}
+
+double trial_tolerance(const NightTrials& trials, TrialKind kind) {
+  switch (kind) {
+    case TrialKind::Focus:
+      return trials.focus_tolerance.in_mm();
+    case TrialKind::Light:
+      // Which of two levels side by side is the better one is a matter of luck.
+      return 2 * trials.lamp_step();
+    case TrialKind::Settle:
+      break;
+  }
+  return trials.settle_tolerance.in_s();
+}
+
+std::optional<double> stated_number(const MachineConfig& config, TrialKind kind) {
+  switch (kind) {
+    case TrialKind::Focus:
+      return config.vision.focus ? std::optional(config.vision.focus->in_mm()) : std::nullopt;
+    case TrialKind::Light:
+      return config.vision.lamp;
+    case TrialKind::Settle:
+      break;
+  }
+  return config.settle.in_s();
+}
+
+std::string stated_line(TrialKind kind, const TrialNumber& number) {
+  const TrialWords& trial = words_of(kind);
+  std::string value = fmt::format("{:g}", number.value);
+  if (kind == TrialKind::Focus) value = fmt::format("{:.3f}", number.value);
+  if (kind == TrialKind::Settle) {
+    value = fmt::format("{:.3f}", up_to_ms(number.value + 2 * number.sigma));
+  }
+  return fmt::format("[{}] {} = {}", trial.table, trial.key, value);
+}
+
+Expected<std::string> stated_otherwise(const MachineConfig& config,
+                                       const Ledger& ledger,
+                                       TrialKind kind) {
+  PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(trial_key(config, kind)));
+  const auto number = in_force ? trial_number(*in_force) : std::nullopt;
+  if (!number || keeps_to(config, kind, *number)) return std::string();
+  const TrialWords& trial = words_of(kind);
+  const std::optional<double> stated = stated_number(config, kind);
+  return fmt::format(
+      "machine.toml says {}, and entry {} of the ledger, in force since {}, {} {}: "
+      "write {}; or, if machine.toml is newer, calibrate {} --install",
+      stated ? fmt::format("{} = {:g}", trial.key, *stated) : fmt::format("no {}", trial.key),
+      in_force->id,
+      iso_8601(in_force->time),
+      kind == TrialKind::Settle ? "waits at least" : "says",
+      fmt::format("{:.4g} +- {:.2g} {}", number->value, number->sigma, trial.unit),
+      stated_line(kind, *number),
+      word(trial.kind));
+}
+
+}  // namespace panelcal

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/calibrate/recorded_calibration.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "calib/base/json_line.h"
+#include <fmt/format.h>
+
+namespace panelcal::internal {
+namespace {
+
+constexpr Code kCode = Code::MeasurementFile;
+constexpr std::array<std::string_view, 11> kKeys = {"calibration",
+                                                    "command",
+                                                    "cov",
+                                                    "file",
+                                                    "first_hole",
+                                                    "lamp",
+                                                    "line",
+                                                    "offset",
+                                                    "path",
+                                                    "text",
+                                                    "zoom"};
+constexpr int kMaxInt = std::numeric_limits<int>::max();
+constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
+constexpr std::size_t kMaxPath = 128;  // as of measurements
+/// Recorded and requested places come from the same arithmetic; this only forgives printing.
+constexpr double kSamePlace_mm = 1e-6;
+/// Far beyond any machine; squares of larger ones would leave no covariance.
+constexpr double kMost_mm = 1e6;
+
+Expected<CalibrationOrder> read_order(const JsonLine& line) {
+  CalibrationOrder order;
+  PANELCAL_TRY(order.number, line.integer("calibration", 0, kMaxInt64, kCode));
+  PANELCAL_TRY(const auto program_line, line.integer("line", 0, kMaxInt, kCode));
+  order.line = static_cast<int>(program_line);
+  PANELCAL_TRY(order.command, line.text("command", kCode));
+  PANELCAL_TRY(order.path, line.integers("path", 0, kMaxInt, kMaxPath, kCode));
+  if (line.has("file")) {
+    PANELCAL_TRY(order.file, line.text("file", kCode));
+  }
+  if (line.has("first_hole")) {
+    PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("first_hole", 2, kCode));
+    order.first_hole = position_mm<frame::Machine>(xy_mm[0], xy_mm[1]);
+  }
+  if (line.has("lamp")) {
+    PANELCAL_TRY(order.lamp, line.number("lamp", kCode));
+  }
+  if (line.has("zoom")) {
+    PANELCAL_TRY(order.zoom, line.number("zoom", kCode));
+  }
+  return order;
+}
+
+Expected<SpindleCameraOffset> read_offset(const JsonLine& line) {
+  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("offset", 2, kCode));
+  PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kCode));
+  for (const double number : xy_mm) {
+    if (number >= -kMost_mm && number <= kMost_mm) continue;
+    return failure(line.problem("offset", kCode, fmt::format("at most {:.0f} mm each", kMost_mm)));
+  }
+  constexpr double kMost_mm2 = kMost_mm * kMost_mm;
+  const bool is_covariance = cov[0] >= 0 && cov[2] >= 0 && cov[0] <= kMost_mm2 &&
+                             cov[2] <= kMost_mm2 && cov[1] * cov[1] <= cov[0] * cov[2];
+  if (!is_covariance) {
+    return failure(line.problem(
+        "cov", Code::MeasurementInvalid, "[xx, xy, yy] with xx >= 0, yy >= 0 and xy^2 <= xx yy"));
+  }
+  SpindleCameraOffset offset{displacement_mm<frame::Machine>(xy_mm[0], xy_mm[1]), {}};
+  offset.cov_mm2 << cov[0], cov[1], cov[1], cov[2];
+  return offset;
+}
+
+std::string place_text(const std::optional<Position<frame::Machine>>& place) {
+  if (!place) return "no first hole";
+  return fmt::format("first hole [{}, {}]", place->in_mm().x(), place->in_mm().y());
+}
+
+bool is_same(const std::optional<Position<frame::Machine>>& a,
+             const std::optional<Position<frame::Machine>>& b) {
+  if (a.has_value() != b.has_value()) return false;
+  // Written so that a NaN differs.
+  return !a || (*a - *b).in_mm().norm() <= kSamePlace_mm;
+}
+
+/// What a recorded order has and the program's has; empty if it is the same.
+std::optional<std::pair<std::string, std::string>> difference(const CalibrationOrder& recorded,
+                                                              const CalibrationOrder& asked) {
+  const auto words = [](const CalibrationOrder& order) {
+    return fmt::format("{}{}{}, line {}, path [{}]",
+                       order.command,
+                       order.file.empty() ? "" : " of " + order.file,
+                       order.zoom ? fmt::format(" at zoom {}", *order.zoom) : "",
+                       order.line,
+                       fmt::join(order.path, ","));
+  };
+  if (words(recorded) != words(asked)) return std::pair(words(recorded), words(asked));
+  if (is_same(recorded.first_hole, asked.first_hole)) return std::nullopt;
+  return std::pair(place_text(recorded.first_hole), place_text(asked.first_hole));
+}
+
+}  // namespace
+
+bool is_calibration(const JsonLine& line) {
+  return line.has("calibration");
+}
+
+Expected<CalibrationAnswer> read_calibration(const JsonLine& line) {
+  PANELCAL_CHECK(line.check_keys(kKeys, kCode));
+  CalibrationAnswer answer;
+  PANELCAL_TRY(answer.order, read_order(line));
+  if (line.has("offset")) {
+    PANELCAL_TRY(answer.offset, read_offset(line));
+  } else if (line.has("cov")) {
+    return failure(line.problem("cov", kCode, "no covariance without an offset"));
+  }
+  PANELCAL_TRY(answer.text, line.text("text", kCode));
+  return answer;
+}
+
+CalibrationReplay::CalibrationReplay(std::string file, std::vector<RecordedCalibration> recorded)
+    : file_(std::move(file)), recorded_(std::move(recorded)), is_used_(recorded_.size(), false) {
+  std::ranges::sort(
+      recorded_, {}, [](const RecordedCalibration& one) { return one.answer.order.number; });
+}
+
+Expected<std::optional<CalibrationAnswer>> CalibrationReplay::calibrate(
+    const CalibrationOrder& order) {
+  const auto found =
+      std::ranges::lower_bound(recorded_, order.number, {}, [](const RecordedCalibration& one) {
+        return one.answer.order.number;
+      });
+  if (found == recorded_.end() || found->answer.order.number != order.number) return std::nullopt;
+  if (const auto differs = difference(found->answer.order, order)) {
+    return failure({Code::MeasurementMismatch,
+                    {file_, found->line, 1},
+                    fmt::format("calibration {} has {}", order.number, differs->first),
+                    differs->second + ", as the program has it"});
+  }
+  is_used_[static_cast<std::size_t>(found - recorded_.begin())] = true;
+  return found->answer;
+}
+
+Expected<void> CalibrationReplay::check_all_used() const {
+  for (std::size_t i = 0; i < recorded_.size(); ++i) {
+    if (is_used_[i]) continue;
+    return failure(
+        {Code::MeasurementMismatch,
+         {file_, recorded_[i].line, 1},
+         fmt::format("the program does not ask for {}", describe(recorded_[i].answer.order)),
+         "only what the program asks for"});
+  }
+  return {};
+}
+
+}  // namespace panelcal::internal

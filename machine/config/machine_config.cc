@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/config/machine_config.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "calib/base/atomic_file.h"
+#include "machine/config/coupon.h"
+#include "machine/config/gcode.h"
+#include "machine/config/program.h"
+#include "machine/config/sim.h"
+#include "machine/config/spindle.h"
+#include "machine/config/stage.h"
+#include "machine/config/table.h"
+#include "machine/config/target.h"
+#include "machine/config/tolerance.h"
+#include "machine/config/toml_table.h"
+#include "machine/config/uncertainty.h"
+#include "machine/config/vision.h"
+#include "machine/nightly/night_config_toml.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+using internal::Range;
+using internal::TomlKeys;
+using internal::TomlSource;
+using internal::TomlTable;
+using Words = std::string_view;
+
+constexpr std::array<Words, 18> kTopKeys = {"camera",
+                                            "coupon",
+                                            "depth",
+                                            "diameter_page",
+                                            "gates",
+                                            "gcode",
+                                            "ledger",
+                                            "machine",
+                                            "nightly",
+                                            "program",
+                                            "reference_scaling",
+                                            "sim",
+                                            "spindle",
+                                            "surface",
+                                            "table",
+                                            "tolerance",
+                                            "uncertainty",
+                                            "vision"};
+constexpr std::array<Words, 11> kMachineKeys = {"command_limit_s",
+                                                "drill_command",
+                                                "focus_command",
+                                                "lamp_command",
+                                                "name",
+                                                "probe_command",
+                                                "settle_s",
+                                                "stage_command",
+                                                "travel_high_mm",
+                                                "travel_low_mm",
+                                                "zoom_command"};
+constexpr std::array<Words, 1> kMachinePlanned = {"drivers"};
+constexpr std::array<Words, 18> kVisionKeys = {"algorithms",
+                                               "ambiguity_margin",
+                                               "cama",
+                                               "default_tool",
+                                               "four_view_limit_um",
+                                               "four_views",
+                                               "inspections",
+                                               "max_blur_px",
+                                               "min_contrast",
+                                               "min_score",
+                                               "min_visible",
+                                               "mode",
+                                               "model",
+                                               "rotate",
+                                               "scale",
+                                               "search_area_mm",
+                                               "search_radius_mm",
+                                               "tool"};
+constexpr std::array<Words, 6> kCameraKeys = {
+    "bayer", "calibration", "focus_mm", "focus_range_mm", "lamp", "zoom"};
+constexpr std::array<Words, 7> kGateKeys = {"false_alarm",
+                                            "max_dropped",
+                                            "nested",
+                                            "offset_mm",
+                                            "residual_um",
+                                            "rotation_mrad",
+                                            "stretch_ppm"};
+constexpr std::array<Words, 6> kNestedGateKeys = {
+    "false_alarm", "max_dropped", "offset_mm", "residual_um", "rotation_mrad", "stretch_ppm"};
+
+constexpr Range kShare{0, 1};
+constexpr Range kAboveZero{.low = 0, .low_is_open = true};
+constexpr Range kFromZero{.low = 0};
+constexpr Range kFalseAlarm{.low = 0, .high = 0.5, .low_is_open = true};
+constexpr int kMaxSeries = 1000;
+constexpr int kMaxToolNumber = 1'000'000;
+
+Expected<void> read_machine(const TomlTable& top, MachineConfig& config) {
+  PANELCAL_TRY(const auto table,
+               top.table("machine", "[machine]", {kMachineKeys, kMachinePlanned}));
+  if (!table) return {};
+  PANELCAL_TRY(const auto name, table->text("name"));
+  config.name = name.value_or("");
+  PANELCAL_CHECK(internal::read_stage_config(*table, config));
+  return internal::read_travel(*table, config);
+}
+
+Expected<void> read_camera(const TomlTable& top, MachineConfig& config) {
+  PANELCAL_TRY(const auto table, top.table("camera", "[camera]", {kCameraKeys, {}}));
+  if (!table) return {};
+  PANELCAL_TRY(const auto file, table->text("calibration"));
+  if (!file) return failure(table->missing("calibration", "calibration = \"NAME.cal.json\""));
+  if (file->empty()) return failure(table->problem("calibration", "the name of a file"));
+  config.camera_file = config.file.parent_path() / *file;
+  PANELCAL_TRY(config.camera, read_camera_calibration(config.camera_file));
+  PANELCAL_TRY(const auto bayer, table->text("bayer"));
+  if (bayer) {
+    config.bayer = bayer_pattern_from_name(*bayer);
+    if (!config.bayer) {
+      return failure(table->problem("bayer", "\"RG\", \"GR\", \"GB\" or \"BG\""));
+    }
+  }
+  return internal::read_zoom_and_focus(*table, config);
+}
+
+/// A limit that is left out keeps what `limits` already has.
+Expected<void> read_limits(const TomlTable& table, GateLimits& limits) {
+  PANELCAL_TRY(const auto residual_um, table.number("residual_um", kFromZero));
+  if (residual_um) limits.residual = um(*residual_um);
+  PANELCAL_TRY(const auto rotation_mrad, table.number("rotation_mrad", kFromZero));
+  if (rotation_mrad) limits.rotation = rad(*rotation_mrad * 1e-3);
+  PANELCAL_TRY(const auto stretch_ppm, table.number("stretch_ppm", kFromZero));
+  if (stretch_ppm) limits.stretch_ppm = *stretch_ppm;
+  PANELCAL_TRY(const auto offset_mm, table.number("offset_mm", kFromZero));
+  if (offset_mm) limits.offset = mm(*offset_mm);
+  PANELCAL_TRY(const auto false_alarm, table.number("false_alarm", kFalseAlarm));
+  if (false_alarm) limits.false_alarm = *false_alarm;
+  PANELCAL_TRY(const auto max_dropped, table.integer("max_dropped", 0, kMaxSeries));
+  if (max_dropped) limits.max_dropped = static_cast<int>(*max_dropped);
+  return {};
+}
+
+Expected<void> read_gates(const TomlTable& top, MachineConfig& config) {
+  PANELCAL_TRY(const auto table, top.table("gates", "[gates]", {kGateKeys, {}}));
+  if (!table) return {};
+  PANELCAL_CHECK(read_limits(*table, config.walk.base_limits));
+  config.walk.nested_limits = config.walk.base_limits;
+  PANELCAL_TRY(const auto nested, table->table("nested", "[gates.nested]", {kNestedGateKeys, {}}));
+  if (!nested) return {};
+  return read_limits(*nested, config.walk.nested_limits);
+}
+
+Expected<void> read_model(const TomlTable& vision, WalkOptions& walk) {
+  PANELCAL_TRY(const auto model, vision.text("model"));
+  if (!model) return {};
+  const std::string_view word(*model);
+  walk.chooses_model = word == "auto";
+  walk.bends_panel = word == "smooth";
+  if (walk.chooses_model || walk.bends_panel) return {};
+  walk.model = panel_model_from_name(word);
+  if (walk.model) return {};
+  return failure(vision.problem(
+      "model",
+      "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\", \"affine\" or \"smooth\""));
+}
+
+/// How G32, G33 and G36 of SIEB & MEYER programs measure.
+Expected<void> read_optical(const TomlTable& vision, sieb_meyer::Settings& settings) {
+  PANELCAL_TRY(const auto mode, vision.integer("mode", 1, 5));
+  if (mode == 4) return failure(vision.problem("mode", "1, 2, 3 or 5"));
+  if (mode) settings.measurement_mode = static_cast<int>(*mode);
+  PANELCAL_TRY(const auto cama, vision.truth("cama"));
+  settings.pattern_mode = cama.value_or(settings.pattern_mode);
+  PANELCAL_TRY(const auto scale, vision.truth("scale"));
+  settings.fits_scale = scale.value_or(settings.fits_scale);
+  PANELCAL_TRY(const auto tool, vision.integer("default_tool", 1, kMaxToolNumber));
+  if (tool) settings.vision_tool = static_cast<int>(*tool);
+  return {};
+}
+
+Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
+  PANELCAL_TRY(const auto table, top.table("vision", "[vision]", {kVisionKeys, {}}));
+  if (!table) return {};
+  PANELCAL_TRY(const auto rotate, table->integer("rotate", 1, kMaxSeries));
+  if (rotate) config.walk.series_size = static_cast<int>(*rotate);
+  PANELCAL_TRY(const auto inspections, table->integer("inspections", 1, kMaxInspections));
+  if (inspections) config.walk.inspections = static_cast<int>(*inspections);
+  PANELCAL_CHECK(read_model(*table, config.walk));
+  PANELCAL_CHECK(read_optical(*table, config.walk.sieb_meyer));
+  PANELCAL_CHECK(internal::read_vision_options(*table, config.vision));
+  LocateOptions& locate = config.locate;
+  PANELCAL_TRY(locate.min_score, table->number_or("min_score", kShare, locate.min_score));
+  PANELCAL_TRY(locate.min_contrast, table->number_or("min_contrast", kShare, locate.min_contrast));
+  PANELCAL_TRY(locate.min_visible, table->number_or("min_visible", kShare, locate.min_visible));
+  PANELCAL_TRY(locate.max_blur_px, table->number_or("max_blur_px", kAboveZero, locate.max_blur_px));
+  PANELCAL_TRY(locate.ambiguity_margin,
+               table->number_or("ambiguity_margin", kShare, locate.ambiguity_margin));
+
+  PANELCAL_TRY(const auto tools, table->tables("tool", "[[vision.tool]]", internal::kTargetKeys));
+  for (const TomlTable& tool : tools) {
+    PANELCAL_TRY(const Target target,
+                 internal::read_target(tool, config.camera, config.file.parent_path()));
+    if (!config.vision_tools.emplace(target.number, target).second) {
+      return failure(tool.problem("number", "each number once", "another tool has it"));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Expected<MachineConfig> parse_machine_config(std::string_view text,
+                                             const std::filesystem::path& file) {
+  const TomlSource source{file.string(), text};
+  PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
+  PANELCAL_TRY(
+      const TomlTable top,
+      TomlTable::make(document, "machine.toml", document.source(), {kTopKeys, {}}, source));
+  MachineConfig config;
+  config.file = file;
+  PANELCAL_CHECK(read_machine(top, config));
+  PANELCAL_CHECK(read_camera(top, config));
+  PANELCAL_CHECK(internal::read_spindle_config(top, config));
+  PANELCAL_CHECK(internal::read_ledger_config(top, config));
+  PANELCAL_CHECK(internal::read_table_config(top, config));
+  PANELCAL_CHECK(internal::read_uncertainty_config(top, config));
+  PANELCAL_TRY(config.coupon, internal::read_coupon_config(top, file.parent_path()));
+  config.walk.has_coupon = config.coupon && config.camera;
+  config.walk.moves_offset = config.camera.has_value();
+  PANELCAL_TRY(config.nightly, internal::read_nightly_config(top, file.parent_path()));
+  PANELCAL_CHECK(read_vision(top, config));
+  PANELCAL_CHECK(read_gates(top, config));
+  PANELCAL_TRY(config.walk.tolerances, internal::read_tolerances(top));
+  PANELCAL_TRY(config.gcode, internal::read_gcode_config(top));
+  PANELCAL_CHECK(internal::read_program_config(top, config));
+  PANELCAL_TRY(
+      config.sim,
+      internal::read_sim_config(top, config.camera, config.walk.sieb_meyer.surface_height));
+  return config;
+}
+
+Expected<MachineConfig> read_machine_config(const std::filesystem::path& file) {
+  PANELCAL_TRY(const std::string text, read_file(file, kMaxConfigBytes));
+  return parse_machine_config(text, file);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "calib/base/expected.h"
+#include "vision/picture/image.h"
+#include <arv.h>
+
+namespace panelcal::internal {
+
+/// The GenICam name of a format that is read: "Mono8" for "mono8". Letters may be large or small.
+std::optional<std::string_view> genicam_format(std::string_view word);
+
+/// How the address of a camera writes a format: "mono8" for "Mono8".
+std::string address_format(std::string_view genicam);
+
+/// What an incomplete frame lacks.
+const char* status_text(ArvBufferStatus status);
+
+/// A whole frame as a grey picture.
+///
+/// Fails  device-frame (a format that is not read, fewer bytes than pixels)
+Expected<Image> image_of(ArvBuffer& buffer, const std::string& camera);
+
+}  // namespace panelcal::internal

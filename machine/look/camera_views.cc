@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/look/camera_views.h"
+
+#include <chrono>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include "machine/devices/camera_uri.h"
+#include "machine/devices/command_stage.h"
+#include "machine/devices/table_stage.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+
+CameraViews::CameraViews(SpindleCameraOffset offset,
+                         std::unique_ptr<CameraDevice> camera,
+                         std::shared_ptr<Stage> stage,
+                         Time settle,
+                         Wait wait)
+    : offset_(offset),
+      camera_(std::move(camera)),
+      stage_(std::move(stage)),
+      settle_(settle),
+      wait_(std::move(wait)) {
+  if (wait_) return;
+  wait_ = [](Time time) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(time.in_s()));
+  };
+}
+
+Expected<CameraViews::Settings> CameraViews::settings_for(const MeasurementRequest& request,
+                                                          const View& view) const {
+  Settings wanted;
+  const std::optional<double> lamp = request.settings.lamp ? request.settings.lamp : stated_.lamp;
+  if (lamp) wanted.emplace_back(CameraSetting::Lamp, *lamp);
+  if (request.settings.zoom) wanted.emplace_back(CameraSetting::Zoom, *request.settings.zoom);
+  // After an `$uvis,focus` that found nothing the axis stands at the last height tried.
+  const std::optional<Length> focus_z = view.focus_z ? view.focus_z : stated_.focus;
+  if (focus_z) wanted.emplace_back(CameraSetting::Focus, focus_z->in_mm());
+  std::erase_if(wanted, [this](const auto& one) {
+    const auto known = set_.find(one.first);
+    return known != set_.end() && known->second == one.second;
+  });
+  for (const auto& [setting, value] : wanted) {
+    if (camera_->can_set(setting) || stage_->can_set(setting)) continue;
+    return failure({Code::ConfigValue,
+                    {camera_->name(), 0, 0},
+                    fmt::format("{} target {} (line {}) asks for {} {}, which this camera does not "
+                                "have",
+                                request.command,
+                                request.seq,
+                                request.line,
+                                name(setting),
+                                value),
+                    fmt::format("[machine] {}_command", name(setting))});
+  }
+  return wanted;
+}
+
+Expected<void> CameraViews::set(const Settings& settings) {
+  for (const auto& [setting, value] : settings) {
+    set_.erase(setting);
+    is_settled_ = false;
+    PANELCAL_CHECK(camera_->can_set(setting) ? camera_->set(setting, value)
+                                             : stage_->set(setting, value));
+    set_[setting] = value;
+  }
+  return {};
+}
+
+Expected<void> CameraViews::prepare(const MeasurementRequest& request, const View& view) {
+  PANELCAL_TRY(const Settings settings, settings_for(request, view));
+  return set(settings);
+}
+
+Expected<void> CameraViews::drive(const Position<frame::Machine>& spindle) {
+  if (commanded_ == spindle) return {};
+  commanded_.reset();
+  is_settled_ = false;
+  PANELCAL_TRY(standing_, stage_->move_to(spindle));
+  commanded_ = spindle;
+  return {};
+}
+
+Expected<TakenPicture> CameraViews::take(const MeasurementRequest& request, const View& view) {
+  PANELCAL_TRY(const Settings settings, settings_for(request, view));
+  PANELCAL_CHECK(drive(offset_.spindle_to_see(view.axis)));
+  PANELCAL_CHECK(set(settings));
+  if (!is_settled_) wait_(settle_);
+  is_settled_ = true;
+  PANELCAL_TRY(Image image, camera_->take());
+  return TakenPicture{std::move(image), offset_.optical_axis(standing_), "", camera_->name()};
+}
+
+Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& config,
+                                                         std::string_view camera_uri) {
+  // Before a device is touched.
+  PANELCAL_CHECK(parse_camera_uri(camera_uri));
+  const Place place{config.file.string(), 0, 0};
+  if (!config.camera) {
+    return failure({Code::ConfigValue,
+                    place,
+                    "there is no [camera], so that pictures cannot be brought to mm",
+                    "[camera] calibration"});
+  }
+  if (config.stage.move.empty()) {
+    return failure(
+        {Code::ConfigValue,
+         place,
+         "there is no [machine] stage_command that drives the camera to a target",
+         "stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"], or --images for pictures that "
+         "are already taken"});
+  }
+  PANELCAL_TRY(std::unique_ptr<CameraDevice> camera, open_camera(camera_uri));
+  auto views = std::make_unique<CameraViews>(
+      config.spindle_camera,
+      std::move(camera),
+      measuring_stage(std::make_shared<CommandStage>(config.stage), config.walk.table),
+      config.settle);
+  views->set_stated(config.vision);
+  return views;
+}
+
+}  // namespace panelcal

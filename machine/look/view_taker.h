@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "program/model/measurement.h"
+#include "vision/picture/image.h"
+
+namespace panelcal {
+
+/// A picture and where it was taken.
+struct TakenPicture {
+  Image image;
+  Position<frame::Machine> axis;  ///< where the optical axis stood, as the calibration has it
+  std::string name;               ///< file name; empty if the picture is in no file
+  std::string path;               ///< of that file, for diagnostics
+};
+
+/// One look at the panel.
+struct View {
+  Position<frame::Machine> axis;  ///< where the optical axis is to stand
+  int i_view = 0;                 ///< of several places around one target: four views, a spiral
+  int i_tool = 0;                 ///< of the request's vision tools, the one to look with
+  int i_inspection = 0;           ///< of several pictures of one view
+  std::optional<Length> focus_z;  ///< where the camera's focus axis is to stand; absent: as it is
+};
+
+/// Whoever can show the panel at a place: a machine with a camera, a simulation of one, a folder of
+/// recorded pictures.
+class ViewTaker {
+ public:
+  virtual ~ViewTaker() = default;
+  /// Lamp and zoom are those of the request's settings.
+  ///
+  /// Fails  picture-missing (recorded pictures: none was taken there); device errors
+  virtual Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) = 0;
+};
+
+}  // namespace panelcal

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/sources/measurement_file_source.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include "calib/base/atomic_file.h"
+#include "calib/base/json_line.h"
+#include "machine/look/picture_locator.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+using internal::JsonLine;
+
+constexpr Code kCode = Code::MeasurementFile;
+constexpr std::array<std::string_view, 25> kKeys = {
+    "algorithm", "axes",   "by_camera",   "command", "cov",    "delta",       "expected",
+    "file",      "image",  "inspections", "lamp",    "line",   "measured",    "nominal",
+    "path",      "reason", "scatter",     "score",   "search", "search_area", "seq",
+    "status",    "tool",   "tools",       "zoom"};
+
+constexpr int kMaxInt = std::numeric_limits<int>::max();
+constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
+/// Step and repeat nests at most 64 deep (nesting-too-deep), in the program and again in a stored
+/// pattern; G34 takes at most four tools.
+constexpr std::size_t kMaxPath = 128;
+constexpr std::size_t kMaxTools = 4;
+constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16;
+
+/// Recorded and requested nominals come from the same arithmetic; this only forgives printing.
+constexpr double kSameNominal_mm = 1e-6;
+
+Expected<Eigen::Vector2d> read_point(const JsonLine& line, std::string_view key) {
+  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers(key, 2, kCode));
+  return Eigen::Vector2d(xy_mm[0], xy_mm[1]);
+}
+
+Expected<void> read_tools(const JsonLine& line, VisionSettings& settings) {
+  PANELCAL_TRY(const auto tool, line.integer("tool", 0, kMaxInt, kCode));
+  settings.tools = {static_cast<int>(tool)};
+  if (!line.has("tools")) return {};
+  PANELCAL_TRY(settings.tools, line.integers("tools", 0, kMaxInt, kMaxTools, kCode));
+  if (settings.tools.size() > 1 && settings.tools.front() == tool) return {};
+  return failure(line.problem(
+      "tools", kCode, fmt::format("two or more vision tools, \"tool\" = {} first", tool)));
+}
+
+Expected<void> read_settings(const JsonLine& line, VisionSettings& settings) {
+  PANELCAL_CHECK(read_tools(line, settings));
+  if (line.has("delta")) {
+    PANELCAL_TRY(const double delta_mm, line.number("delta", kCode));
+    settings.delta = mm(delta_mm);
+  }
+  if (line.has("inspections")) {
+    PANELCAL_TRY(const auto n, line.integer("inspections", 1, kMaxInt, kCode));
+    settings.inspections = static_cast<int>(n);
+  }
+  if (line.has("search")) {
+    PANELCAL_TRY(settings.search, line.truth_value("search", kCode));
+  }
+  if (line.has("algorithm")) {
+    PANELCAL_TRY(const auto algorithm, line.integer("algorithm", 0, kMaxInt, kCode));
+    settings.algorithm = static_cast<int>(algorithm);
+  }
+  if (line.has("search_area")) {
+    PANELCAL_TRY(const double radius_mm, line.number("search_area", kCode));
+    settings.search_area = mm(radius_mm);
+  }
+  if (line.has("lamp")) {
+    PANELCAL_TRY(settings.lamp, line.number("lamp", kCode));
+  }
+  if (line.has("zoom")) {
+    PANELCAL_TRY(settings.zoom, line.number("zoom", kCode));
+  }
+  return {};
+}
+
+Expected<MeasurementRequest> read_request(const JsonLine& line) {
+  MeasurementRequest request;
+  PANELCAL_TRY(request.seq, line.integer("seq", 0, kMaxInt64, kCode));
+  PANELCAL_TRY(const auto program_line, line.integer("line", 0, kMaxInt, kCode));
+  request.line = static_cast<int>(program_line);
+  if (line.has("file")) {
+    PANELCAL_TRY(request.file, line.text("file", kCode));
+  }
+  PANELCAL_TRY(request.command, line.text("command", kCode));
+  PANELCAL_CHECK(read_settings(line, request.settings));
+  PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_point(line, "nominal"));
+  request.nominal = position_mm<frame::Nominal>(nominal_mm);
+  PANELCAL_TRY(const Eigen::Vector2d expected_mm, read_point(line, "expected"));
+  request.expected = position_mm<frame::Actual>(expected_mm);
+  PANELCAL_TRY(request.path, line.integers("path", 0, kMaxInt, kMaxPath, kCode));
+  if (line.has("axes")) {
+    PANELCAL_TRY(const std::string axes, line.text("axes", kCode));
+    const std::string_view word = axes;
+    if (word != "x" && word != "y") return failure(line.problem("axes", kCode, "\"x\" or \"y\""));
+    request.axes = word == "x" ? ObservedAxes::X : ObservedAxes::Y;
+  }
+  return request;
+}
+
+/// By correlation, so that no product of tiny numbers underflows.
+bool is_positive_definite(double xx, double xy, double yy) {
+  return xx > 0 && yy > 0 && std::abs(xy / std::sqrt(xx) / std::sqrt(yy)) < 1;
+}
+
+Expected<PositionEstimate<frame::Actual>> read_measured(const JsonLine& line) {
+  PANELCAL_TRY(const Eigen::Vector2d measured_mm, read_point(line, "measured"));
+  PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kCode));
+  if (!is_positive_definite(cov[0], cov[1], cov[2])) {
+    return failure(line.problem(
+        "cov", Code::MeasurementInvalid, "[xx, xy, yy] with xx > 0, yy > 0 and xy^2 < xx yy"));
+  }
+  PositionEstimate<frame::Actual> measured{position_mm<frame::Actual>(measured_mm), {}};
+  measured.cov << cov[0], cov[1], cov[1], cov[2];
+  return measured;
+}
+
+Expected<std::optional<CameraJacobian>> read_by_camera(const JsonLine& line) {
+  if (!line.has("by_camera")) return std::nullopt;
+  // Far beyond any camera; squares of larger ones would leave no covariance.
+  constexpr double kMost = 1e15;
+  PANELCAL_TRY(const std::vector<double> rows, line.numbers("by_camera", 10, kCode));
+  for (const double number : rows) {
+    if (std::abs(number) <= kMost) continue;
+    return failure(
+        line.problem("by_camera", kCode, fmt::format("numbers of at most {:.0e}", kMost)));
+  }
+  return Eigen::Map<const Eigen::Matrix<double, 2, 5, Eigen::RowMajor>>(rows.data());
+}
+
+Expected<Measurement> read_measurement(const JsonLine& line) {
+  PANELCAL_CHECK(line.check_keys(kKeys, kCode));
+  Measurement measurement;
+  PANELCAL_TRY(measurement.request, read_request(line));
+  PANELCAL_TRY(const std::string status, line.text("status", kCode));
+  const auto known = measurement_status_from_name(status);
+  if (!known) {
+    return failure(line.problem("status", kCode, "found, not_found, ambiguous or rejected"));
+  }
+  measurement.status = *known;
+  if (*known == MeasurementStatus::Found) {
+    PANELCAL_TRY(measurement.measured, read_measured(line));
+    PANELCAL_TRY(measurement.by_camera, read_by_camera(line));
+  } else {
+    for (const std::string_view key : {"measured", "cov", "by_camera"}) {
+      if (!line.has(key)) continue;
+      return failure(line.problem(key, kCode, "no measured place unless status is found"));
+    }
+  }
+  if (line.has("scatter")) {
+    PANELCAL_TRY(const Eigen::Vector2d scatter_mm, read_point(line, "scatter"));
+    if (!(scatter_mm.minCoeff() >= 0)) {
+      return failure(line.problem("scatter", kCode, "[sx, sy], none below 0"));
+    }
+    measurement.scatter = displacement_mm<frame::Actual>(scatter_mm);
+  }
+  if (line.has("score")) {
+    PANELCAL_TRY(measurement.score, line.number("score", kCode));
+  }
+  if (line.has("image")) {
+    PANELCAL_TRY(measurement.image, line.text("image", kCode));
+  }
+  if (line.has("reason")) {
+    PANELCAL_TRY(measurement.reason, line.text("reason", kCode));
+  }
+  return measurement;
+}
+
+std::string point_text(const Eigen::Vector2d& p_mm) {
+  return fmt::format("[{}, {}]", p_mm.x(), p_mm.y());
+}
+
+/// In which way a recorded request is another one than the program's; empty if it is the same.
+struct Difference {
+  std::string recorded;
+  std::string requested;
+};
+std::optional<Difference> difference(const MeasurementRequest& recorded,
+                                     const MeasurementRequest& requested) {
+  const auto tool_of = [](const MeasurementRequest& request) {
+    return request.settings.tools.empty() ? 0 : request.settings.tools.front();
+  };
+  const auto differs = [](std::string_view what, const auto& a, const auto& b) {
+    return Difference{fmt::format("{} {}", what, a), fmt::format("{} {}", what, b)};
+  };
+  if (recorded.command != requested.command) {
+    return differs("command", quoted(recorded.command), quoted(requested.command));
+  }
+  if (recorded.file != requested.file) {
+    return differs("file", quoted(recorded.file), quoted(requested.file));
+  }
+  if (recorded.line != requested.line) return differs("line", recorded.line, requested.line);
+  if (tool_of(recorded) != tool_of(requested)) {
+    return differs("vision tool", tool_of(recorded), tool_of(requested));
+  }
+  if (recorded.path != requested.path) {
+    return differs("path",
+                   fmt::format("[{}]", fmt::join(recorded.path, ",")),
+                   fmt::format("[{}]", fmt::join(requested.path, ",")));
+  }
+  const Displacement<frame::Nominal> apart = recorded.nominal - requested.nominal;
+  // Written so that a NaN differs.
+  if (!(apart.in_mm().norm() <= kSameNominal_mm)) {
+    return differs(
+        "nominal", point_text(recorded.nominal.in_mm()), point_text(requested.nominal.in_mm()));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Expected<RecordedMeasurements> parse_measurements(std::string_view text, const std::string& file) {
+  RecordedMeasurements recorded{file, {}};
+  std::map<std::int64_t, int> line_by_seq;
+  std::map<std::int64_t, int> line_by_calibration;
+  int number = 0;
+  while (!text.empty()) {
+    ++number;
+    const std::size_t end = text.find('\n');
+    const std::string_view line = text.substr(0, end);
+    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+    if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
+    const Place place{file, number, 1};
+    if (line.size() > kMaxLineBytes) {
+      return failure({Code::MeasurementFile,
+                      place,
+                      "the line is too long",
+                      fmt::format("at most {} bytes", kMaxLineBytes)});
+    }
+    PANELCAL_TRY(const JsonLine parsed, JsonLine::parse(line, place));
+    if (internal::is_calibration(parsed)) {
+      PANELCAL_TRY(CalibrationAnswer answer, internal::read_calibration(parsed));
+      const auto [seen, is_new] = line_by_calibration.emplace(answer.order.number, number);
+      if (!is_new) {
+        return failure(parsed.problem(
+            "calibration",
+            kCode,
+            fmt::format("each number once; line {} has this one already", seen->second)));
+      }
+      recorded.calibrations.push_back({std::move(answer), number});
+      continue;
+    }
+    PANELCAL_TRY(Measurement measurement, read_measurement(parsed));
+    const auto [seen, is_new] = line_by_seq.emplace(measurement.request.seq, number);
+    if (!is_new) {
+      return failure(parsed.problem(
+          "seq", kCode, fmt::format("each seq once; line {} has this one already", seen->second)));
+    }
+    recorded.measurements.push_back({std::move(measurement), number});
+  }
+  return recorded;
+}
+
+Expected<RecordedMeasurements> read_measurements(const std::filesystem::path& path) {
+  PANELCAL_TRY(const std::string text, read_file(path, kMaxMeasurementBytes));
+  return parse_measurements(text, path.string());
+}
+
+MeasurementFileSource::MeasurementFileSource(RecordedMeasurements recorded)
+    : recorded_(std::move(recorded)), calibrations_(recorded_.file, recorded_.calibrations) {
+  for (std::size_t i = 0; i < recorded_.measurements.size(); ++i) {
+    by_seq_.emplace(recorded_.measurements[i].measurement.request.seq, Entry{i, false});
+  }
+}
+
+Expected<Measurement> MeasurementFileSource::measure(const MeasurementRequest& request) {
+  const auto found = by_seq_.find(request.seq);
+  if (found == by_seq_.end()) {
+    return failure({Code::MeasurementMissing,
+                    {recorded_.file, 0, 0},
+                    "there is no seq " + std::to_string(request.seq),
+                    "a measurement for " + describe(request)});
+  }
+  const RecordedMeasurement& recorded = recorded_.measurements[found->second.index];
+  if (const auto differs = difference(recorded.measurement.request, request)) {
+    return failure({Code::MeasurementMismatch,
+                    {recorded_.file, recorded.line, 1},
+                    fmt::format("seq {} has {}", request.seq, differs->recorded),
+                    differs->requested + ", as the program has it"});
+  }
+  found->second.is_used = true;
+  Measurement measurement = recorded.measurement;
+  measurement.request = request;
+  return measurement;
+}
+
+Expected<void> MeasurementFileSource::check_all_used() const {
+  for (const RecordedMeasurement& recorded : recorded_.measurements) {
+    const MeasurementRequest& request = recorded.measurement.request;
+    if (by_seq_.at(request.seq).is_used) continue;
+    return failure({Code::MeasurementMismatch,
+                    {recorded_.file, recorded.line, 1},
+                    fmt::format("the program does not ask for {}", describe(request)),
+                    "only what the program asks for"});
+  }
+  return calibrations_.check_all_used();
+}
+
+}  // namespace panelcal

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "program/gcode/block.h"
+#include "program/gcode/motion.h"
+#include <Eigen/Core>
+
+namespace panelcal::gcode {
+
+/// Writes lines of G-code in the place of one that was read: with its other words and its comments,
+/// but other coordinates.
+///
+/// Ends of moves keep the digits that the program has, lest a full circle become none, or the other
+/// way round; what is new has so many that nothing of the kind happens. Lines end with LF.
+class GcodeLines {
+ public:
+  /// The line as it is.
+  void put(const GcodeBlock& block);
+
+  /// The words of a block that belong before its move; then the coordinates; then end_line() or,
+  /// for the block's last move, end_block().
+  void begin_block(const GcodeBlock& block) { put_others(block, false); }
+  /// A further move of the same kind.
+  void begin_move(MotionKind kind);
+  /// X, Y, Z or R. Steps (G91) lead from where what was written so far has led, so that rounding
+  /// does not add up.
+  void put_place(char letter, double value_mm, const Counting& counting);
+  void put_height(char letter, double value_mm, const Counting& counting);
+  /// I or J.
+  void put_offset(char letter, double value_mm, const Counting& counting);
+  void end_line();
+  /// Also writes comments, and the words that come after a move: stops and ends.
+  void end_block(const GcodeBlock& block);
+
+  /// Of lines that are put as they are, and of cycles: where the tool is then.
+  void stand_at(const Standing& at) { told_ = at; }
+  /// The same of a line of steps.
+  void step(const Motion& motion);
+
+  std::string take() { return std::move(text_); }
+
+ private:
+  void put_coordinate(char letter, double value_mm, const Counting& counting, int n_decimals);
+  double put_number(char letter, double value, int n_decimals);
+  void put_others(const GcodeBlock& block, bool after);
+
+  Standing told_;     ///< where the control has the tool
+  std::string line_;  ///< that is being written
+  std::string text_;
+};
+
+}  // namespace panelcal::gcode

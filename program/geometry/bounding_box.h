@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <limits>
+
+#include "calib/base/frames.h"
+#include <Eigen/Core>
+
+namespace panelcal {
+
+/// The smallest upright rectangle around positions in frame F; what is not a number is left out.
+template <class F>
+class BoundingBox {
+ public:
+  void add(const Position<F>& p) {
+    for (int axis = 0; axis < 2; ++axis) {
+      const double at_mm = p.in_mm()[axis];
+      if (at_mm < low_mm_[axis]) low_mm_[axis] = at_mm;
+      if (at_mm > high_mm_[axis]) high_mm_[axis] = at_mm;
+    }
+  }
+
+  bool is_empty() const { return !(low_mm_.x() <= high_mm_.x()) || !(low_mm_.y() <= high_mm_.y()); }
+  /// The corners. Precondition: !is_empty()
+  Position<F> low() const { return position_mm<F>(low_mm_); }
+  Position<F> high() const { return position_mm<F>(high_mm_); }
+
+ private:
+  static constexpr double kFar = std::numeric_limits<double>::infinity();
+
+  Eigen::Vector2d low_mm_ = Eigen::Vector2d::Constant(kFar);
+  Eigen::Vector2d high_mm_ = Eigen::Vector2d::Constant(-kFar);
+};
+
+}  // namespace panelcal

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/judge/job_verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+std::size_t decade_of(double risk) {
+  constexpr double kLowest = 1e-12;
+  static_assert(JobVerdict::kLowestDecade == -12);
+  if (!(risk > kLowest)) return 0;
+  const double steps = std::floor(std::log10(risk) - JobVerdict::kLowestDecade);
+  return 1 + static_cast<std::size_t>(
+                 std::clamp(steps, 0.0, static_cast<double>(JobVerdict::kDecades - 2)));
+}
+
+}  // namespace
+
+// --- figures -----------------------------------------------------------------------------------
+
+Length RadialFigures::mean() const {
+  return mm(n == 0 ? 0 : sum_mm / static_cast<double>(n));
+}
+
+Length RadialFigures::deviation() const {
+  if (n == 0) return {};
+  const double mean_mm = mean().in_mm();
+  return mm(std::sqrt(std::max(0.0, sum_squares_mm2 / static_cast<double>(n) - mean_mm * mean_mm)));
+}
+
+std::optional<double> RadialFigures::cpk(Length tolerance) const {
+  const Length scatter = deviation();
+  if (!(scatter > Length())) return std::nullopt;
+  return (tolerance - mean()) / (3 * scatter);
+}
+
+JobVerdict::JobVerdict(const Tolerances& tolerances) : tolerances_(tolerances) {
+  for (int i = 0; i <= kRatios; ++i) {
+    const PrincipalSigmas sigmas{mm(1), mm(static_cast<double>(i) / kRatios)};
+    radii_95_[static_cast<std::size_t>(i)] = radius_exceeded(sigmas, 0.05).in_mm();
+    means_[static_cast<std::size_t>(i)] = mean_radial_error(sigmas).in_mm();
+  }
+}
+
+Length JobVerdict::interpolated(const ByRatio& table, const PrincipalSigmas& sigmas) {
+  if (!(sigmas.large > Length())) return {};
+  const double at = std::clamp(sigmas.small / sigmas.large, 0.0, 1.0) * kRatios;
+  const auto i = std::min<std::size_t>(static_cast<std::size_t>(at), kRatios - 1);
+  const double part = at - static_cast<double>(i);
+  return (table[i] + part * (table[i + 1] - table[i])) * sigmas.large;
+}
+
+void JobVerdict::begin(const ProgramInfo& info) {
+  tools_ = info.tools;
+}
+
+JobVerdict::ToolFigures& JobVerdict::figures(int tool) {
+  if (last_ != nullptr && tool == tool_) return *last_;
+  const auto [found, is_new] = by_tool_.try_emplace(tool);
+  const auto known = tools_.find(tool);
+  const std::optional<Length> radius =
+      tolerances_.radius(tool, known == tools_.end() ? std::nullopt : known->second.diameter);
+  std::optional<Length>& kept = found->second.tolerance;
+  if (radius && (!kept || *radius < *kept)) kept = radius;
+  tool_ = tool;
+  last_ = &found->second;
+  return *last_;
+}
+
+// --- the passing job ---------------------------------------------------------------------------
+
+void JobVerdict::put(const Operation& operation) {
+  if (const auto* drill = std::get_if<Drill>(&operation.what)) {
+    put_place(operation, drill->tool, *drill);
+  } else if (const auto* rout = std::get_if<Rout>(&operation.what)) {
+    put_place(operation, rout->tool, *rout);
+    router_ = *rout;
+  } else if (const auto* move = std::get_if<RapidMove>(&operation.what)) {
+    router_ = *move;
+  } else if (const auto* plunge = std::get_if<Plunge>(&operation.what)) {
+    put_plunge(operation, plunge->tool);
+  } else if (const auto* slot = std::get_if<Slot>(&operation.what)) {
+    put_place(operation, slot->tool, slot->start);
+    put_place(operation, slot->tool, slot->end);
+  } else if (const auto* step_slot = std::get_if<StepSlot>(&operation.what)) {
+    put_place(operation, step_slot->tool, step_slot->start);
+    put_place(operation, step_slot->tool, step_slot->end);
+  } else if (const auto* change = std::get_if<ToolChange>(&operation.what)) {
+    if (change->tool.number > 0) tools_[change->tool.number] = change->tool;
+    last_ = nullptr;
+  }
+}
+
+void JobVerdict::put_place(const Operation& operation, int tool_number, const PlacedPoint& place) {
+  ToolFigures& tool = figures(tool_number);
+  const double square_mm2 = place.cov_mm2.trace();
+  // Written so that a NaN counts as a predicted error, and is refused as one.
+  if (square_mm2 <= 0 && !place.risk) {
+    ++tool.n_uncorrected;
+    return;
+  }
+  const PrincipalSigmas sigmas = principal_sigmas(place.cov_mm2);
+  ++tool.predicted.n;
+  tool.predicted.sum_mm += interpolated(means_, sigmas).in_mm();
+  tool.predicted.sum_squares_mm2 += square_mm2;
+  tool.largest_sigma = std::max(tool.largest_sigma, sigmas.large);
+  tool.largest_radius_95 = std::max(tool.largest_radius_95, interpolated(radii_95_, sigmas));
+  if (place.risk) judge(operation, tool, place);
+}
+
+/// The router went there before it was said which tool goes down.
+void JobVerdict::put_plunge(const Operation& operation, int tool_number) {
+  PlacedPoint place = router_;
+  const auto known = tools_.find(tool_number);
+  const std::optional<Length> radius = tolerances_.radius(
+      tool_number, known == tools_.end() ? std::nullopt : known->second.diameter);
+  place.risk.reset();
+  if (radius && place.cov_mm2.trace() > 0) {
+    place.risk = breaking_probability(place.cov_mm2, *radius);
+  }
+  put_place(operation, tool_number, place);
+}
+
+void JobVerdict::judge(const Operation& operation, ToolFigures& tool, const PlacedPoint& place) {
+  const double risk = *place.risk;
+  const bool is_held = !(risk <= tolerances_.hold_above);
+  const bool is_warned = is_held || !(risk <= tolerances_.warn_above);
+  ++tool.n_judged;
+  tool.expected_broken += risk;
+  if (is_warned) ++tool.n_warned;
+  if (is_held) ++tool.n_held;
+  Decade& decade = decades_[decade_of(risk)];
+  ++(is_held ? decade.n_held : is_warned ? decade.n_warned : decade.n_good);
+  if (tool.n_judged > 1 && risk <= tool.worst.risk) return;
+  tool.worst.line = operation.line;
+  tool.worst.file = operation.file;
+  tool.worst.path.assign(operation.path.begin(), operation.path.end());
+  tool.worst.nominal = place.nominal;
+  tool.worst.risk = risk;
+  tool.worst.budget_place.reset();
+  if (operation.origin != nullptr) {
+    tool.worst.budget_place = budget_place(place, *operation.origin);
+  }
+}
+
+// --- the outcome -------------------------------------------------------------------------------
+
+namespace {
+
+template <class T>
+T sum_of(const std::map<int, JobVerdict::ToolFigures>& by_tool, T JobVerdict::ToolFigures::*field) {
+  T sum = 0;
+  for (const auto& [number, tool] : by_tool) sum += tool.*field;
+  return sum;
+}
+
+}  // namespace
+
+std::int64_t JobVerdict::n_judged() const {
+  return sum_of(by_tool_, &ToolFigures::n_judged);
+}
+std::int64_t JobVerdict::n_uncorrected() const {
+  return sum_of(by_tool_, &ToolFigures::n_uncorrected);
+}
+std::int64_t JobVerdict::n_not_asked() const {
+  std::int64_t n = 0;
+  for (const auto& [number, tool] : by_tool_) n += tool.predicted.n - tool.n_judged;
+  return n;
+}
+std::int64_t JobVerdict::n_warned() const {
+  return sum_of(by_tool_, &ToolFigures::n_warned);
+}
+std::int64_t JobVerdict::n_held() const {
+  return sum_of(by_tool_, &ToolFigures::n_held);
+}
+std::int64_t JobVerdict::n_unjudged() const {
+  std::int64_t sum = 0;
+  for (const auto& [number, tool] : by_tool_) {
+    if (tool.tolerance) sum += tool.n_uncorrected;
+  }
+  return sum;
+}
+double JobVerdict::expected_broken() const {
+  return sum_of(by_tool_, &ToolFigures::expected_broken);
+}
+
+const JobVerdict::ToolFigures* JobVerdict::worst_tool() const {
+  const ToolFigures* worst = nullptr;
+  for (const auto& [number, tool] : by_tool_) {
+    if (tool.n_judged == 0) continue;
+    if (worst == nullptr || tool.worst.risk > worst->worst.risk) worst = &tool;
+  }
+  return worst;
+}
+
+JudgedPlaces JobVerdict::places() const {
+  return {.n_judged = n_judged(),
+          .n_unjudged = n_unjudged(),
+          .n_warned = n_warned(),
+          .n_held = n_held(),
+          .expected_broken = expected_broken()};
+}
+
+std::string JobVerdict::sentence() const {
+  std::string out(name(decision()));
+  const ToolFigures* worst = worst_tool();
+  if (worst == nullptr) {
+    out += ": no place has both a tolerance and a correction";
+  } else {
+    if (n_held() > 0) {
+      out += fmt::format(": {} more likely than {} to break the tolerance",
+                         count_of(n_held(), "place is", "places are"),
+                         risk_text(tolerances_.hold_above));
+    } else if (n_warned() > 0) {
+      out += fmt::format(": {} more likely than {} to break the tolerance",
+                         count_of(n_warned(), "place is", "places are"),
+                         risk_text(tolerances_.warn_above));
+    } else {
+      out += fmt::format(": no place is more likely than {} to break the tolerance",
+                         risk_text(tolerances_.warn_above));
+    }
+    out += fmt::format("; {} of {} expected to break; the worst is line {}, risk {}",
+                       risk_text(expected_broken()),
+                       n_judged(),
+                       line_text(worst->worst.file, worst->worst.line),
+                       risk_text(worst->worst.risk));
+  }
+  if (worst != nullptr && n_uncorrected() > 0) {
+    out += fmt::format(
+        "; {} not judged",
+        count_of(
+            n_uncorrected(), "place without a correction is", "places without a correction are"));
+  }
+  return out;
+}
+
+void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
+  bool has_said = false;
+  for (const auto& [number, tool] : by_tool_) {
+    if (tool.n_warned == 0) continue;
+    has_said = true;
+    const bool is_held = tool.n_held > 0;
+    const WorstPlace& worst = tool.worst;
+    log.add({is_held ? Code::ToleranceHold : Code::ToleranceWarning,
+             {worst.file.empty() ? file : worst.file, worst.line, 1},
+             fmt::format("{} of {} places of tool {} may break the tolerance of {:.4g} um; the "
+                         "worst, {}, with probability {}",
+                         is_held ? tool.n_held : tool.n_warned,
+                         tool.n_judged,
+                         number,
+                         tool.tolerance ? tool.tolerance->in_um() : 0,
+                         place_text(worst.nominal, worst.path),
+                         risk_text(worst.risk)),
+             "at most " + risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above)});
+  }
+  if (n_unjudged() > 0) {
+    log.add(
+        {Code::ToleranceWarning,
+         {file, 0, 0},
+         fmt::format("{} with a tolerance {} drilled without a correction, and nothing says how "
+                     "far off",
+                     count_of(n_unjudged(), "place", "places"),
+                     n_unjudged() == 1 ? "is" : "are"),
+         "a fit in force where holes have a tolerance"});
+  }
+  if (auto problem = sum_problem(places(), has_said, file, "places")) log.add(*std::move(problem));
+}
+
+}  // namespace panelcal

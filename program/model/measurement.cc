@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/model/measurement.h"
+
+#include <array>
+#include <iterator>
+#include <utility>
+
+#include "program/text/json_text.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+constexpr std::array<std::pair<MeasurementStatus, std::string_view>, 4> kStatusNames = {{
+    {MeasurementStatus::Found, "found"},
+    {MeasurementStatus::NotFound, "not_found"},
+    {MeasurementStatus::Ambiguous, "ambiguous"},
+    {MeasurementStatus::Rejected, "rejected"},
+}};
+
+void append_settings(std::string& out, const VisionSettings& settings) {
+  auto to = std::back_inserter(out);
+  if (settings.tools.size() > 1) {
+    fmt::format_to(to, ",\"tools\":[{}]", fmt::join(settings.tools, ","));
+  }
+  if (settings.delta) fmt::format_to(to, ",\"delta\":{}", settings.delta->in_mm());
+  if (settings.inspections != 1) fmt::format_to(to, ",\"inspections\":{}", settings.inspections);
+  if (settings.search) fmt::format_to(to, ",\"search\":{}", *settings.search);
+  if (settings.search_area) {
+    fmt::format_to(to, ",\"search_area\":{}", settings.search_area->in_mm());
+  }
+  if (settings.lamp) fmt::format_to(to, ",\"lamp\":{}", *settings.lamp);
+  if (settings.zoom) fmt::format_to(to, ",\"zoom\":{}", *settings.zoom);
+  if (settings.algorithm) fmt::format_to(to, ",\"algorithm\":{}", *settings.algorithm);
+}
+
+/// Focusing has no seq, and needs no vision tool.
+void append_request(std::string& out, const MeasurementRequest& request) {
+  const Eigen::Vector2d& nominal_mm = request.nominal.in_mm();
+  const Eigen::Vector2d& expected_mm = request.expected.in_mm();
+  const bool is_focus = request.seq < 0;
+  auto to = std::back_inserter(out);
+  if (is_focus) {
+    out += "{\"focus\":true";
+  } else {
+    fmt::format_to(to, "{{\"seq\":{}", request.seq);
+  }
+  fmt::format_to(to, ",\"line\":{},\"command\":\"{}\"", request.line, request.command);
+  if (!is_focus) {
+    const std::vector<int>& tools = request.settings.tools;
+    fmt::format_to(to, ",\"tool\":{}", tools.empty() ? 0 : tools.front());
+  }
+  fmt::format_to(to,
+                 ",\"nominal\":[{},{}],\"expected\":[{},{}],\"path\":[{}]",
+                 nominal_mm.x(),
+                 nominal_mm.y(),
+                 expected_mm.x(),
+                 expected_mm.y(),
+                 fmt::join(request.path, ","));
+  if (!request.file.empty()) {
+    out += ",\"file\":";
+    append_json_string(out, request.file);
+  }
+  if (request.axes != ObservedAxes::Both) {
+    out += request.axes == ObservedAxes::X ? ",\"axes\":\"x\"" : ",\"axes\":\"y\"";
+  }
+  append_settings(out, request.settings);
+}
+
+}  // namespace
+
+std::string_view name(MeasurementStatus status) {
+  return kStatusNames[static_cast<std::size_t>(status)].second;
+}
+
+std::optional<MeasurementStatus> measurement_status_from_name(std::string_view name) {
+  for (const auto& [status, status_name] : kStatusNames) {
+    if (status_name == name) return status;
+  }
+  return std::nullopt;
+}
+
+Expected<std::optional<FocusResult>> MeasurementSource::focus(const MeasurementRequest&) {
+  return std::nullopt;
+}
+
+Expected<std::optional<CalibrationAnswer>> MeasurementSource::calibrate(const CalibrationOrder&) {
+  return std::nullopt;
+}
+
+Expected<std::optional<CalibrationAnswer>> NominalSource::calibrate(const CalibrationOrder& order) {
+  CalibrationAnswer answer;
+  answer.order = order;
+  answer.text = "nothing was moved";
+  return answer;
+}
+
+Expected<Measurement> NominalSource::measure(const MeasurementRequest& request) {
+  // One micrometre: any positive covariance does, the answer is exact.
+  constexpr double kVariance_mm2 = 1e-6;
+  Measurement measurement{.request = request, .status = MeasurementStatus::Found};
+  measurement.measured = {request.expected, kVariance_mm2 * Eigen::Matrix2d::Identity()};
+  return measurement;
+}
+
+std::string to_json(const MeasurementRequest& request) {
+  std::string out;
+  append_request(out, request);
+  return out + "}";
+}
+
+std::string to_json(const Measurement& measurement) {
+  std::string out;
+  append_request(out, measurement.request);
+  auto to = std::back_inserter(out);
+  if (measurement.status == MeasurementStatus::Found) {
+    const Eigen::Vector2d& measured_mm = measurement.measured.position.in_mm();
+    const Eigen::Matrix2d& cov_mm2 = measurement.measured.cov;
+    fmt::format_to(to, ",\"measured\":[{},{}]", measured_mm.x(), measured_mm.y());
+    fmt::format_to(to, ",\"cov\":[{},{},{}]", cov_mm2(0, 0), cov_mm2(0, 1), cov_mm2(1, 1));
+    if (measurement.by_camera) {
+      const Eigen::Matrix<double, 2, 5, Eigen::RowMajor> rows = *measurement.by_camera;
+      fmt::format_to(
+          to, ",\"by_camera\":[{}]", fmt::join(rows.data(), rows.data() + rows.size(), ","));
+    }
+  }
+  if (measurement.scatter) {
+    const Eigen::Vector2d& scatter_mm = measurement.scatter->in_mm();
+    fmt::format_to(to, ",\"scatter\":[{},{}]", scatter_mm.x(), scatter_mm.y());
+  }
+  if (measurement.score) fmt::format_to(to, ",\"score\":{}", *measurement.score);
+  if (!measurement.image.empty()) {
+    out += ",\"image\":";
+    append_json_string(out, measurement.image);
+  }
+  fmt::format_to(std::back_inserter(out), ",\"status\":\"{}\"", name(measurement.status));
+  if (!measurement.reason.empty()) {
+    out += ",\"reason\":";
+    append_json_string(out, measurement.reason);
+  }
+  return out + "}";
+}
+
+}  // namespace panelcal

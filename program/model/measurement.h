@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/base/estimate.h"
+#include "calib/base/expected.h"
+#include "calib/base/machine_uncertainty.h"
+#include "calib/base/units.h"
+#include "calib/panel/fit.h"
+#include "program/model/calibration_order.h"
+#include "program/model/placement.h"
+
+namespace panelcal {
+
+/// How the camera is to look: what G34 and the `$uvis` commands had set when the target came.
+struct VisionSettings {
+  std::vector<int> tools;             ///< G34: one vision tool, or four for a large target
+  std::optional<Length> delta;        ///< G34: distance of the four views from the centre
+  int inspections = 1;                ///< $uvis,insp
+  std::optional<bool> search;         ///< $uvis,search
+  std::optional<Length> search_area;  ///< $uvis,searcharea: radius, in the program's unit
+  std::optional<double> lamp;         ///< $uvis,lamp, as written
+  std::optional<double> zoom;         ///< $uvis,zoom, as written
+  std::optional<int> algorithm;       ///< $uvis,alg
+};
+
+/// One target that the program wants measured.
+struct MeasurementRequest {
+  std::int64_t seq = 0;  ///< from 0, in the order of execution
+  int line = 0;
+  std::string file;     ///< of a stored pattern (M99); empty: the program itself
+  std::string command;  ///< G35, G36, G38, G45, G46 or G48
+  VisionSettings settings;
+  Position<frame::Nominal> nominal;
+  Position<frame::Actual> expected;  ///< where to look, relative to work zero
+  Position<frame::Machine> work_zero;
+  InstancePath path;
+  /// The coordinates that count: both, but of slots (SIEB & MEYER, measurement mode 5).
+  ObservedAxes axes = ObservedAxes::Both;
+
+  /// Where the optical axis has to be to see the expected place in the middle.
+  Position<frame::Machine> expected_in_machine() const {
+    return work_zero + displacement_mm<frame::Machine>(expected.in_mm());
+  }
+};
+
+enum class MeasurementStatus : std::uint8_t { Found, NotFound, Ambiguous, Rejected };
+
+std::string_view name(MeasurementStatus status);
+std::optional<MeasurementStatus> measurement_status_from_name(std::string_view name);
+
+/// The answer to a request. Without status Found there is no measured position.
+struct Measurement {
+  MeasurementRequest request;
+  MeasurementStatus status = MeasurementStatus::NotFound;
+  PositionEstimate<frame::Actual> measured;  ///< relative to work zero
+  std::optional<double> score;
+  /// How the place moves with the camera's calibration, whose error all targets share.
+  std::optional<CameraJacobian> by_camera;
+  /// One standard deviation of repeated inspections in each axis, if there were any.
+  std::optional<Displacement<frame::Actual>> scatter;
+  std::string image;   ///< file name of the picture, empty if there is none
+  std::string reason;  ///< why it is not Found
+};
+
+/// The answer to an autofocus request.
+struct FocusResult {
+  struct Sample {
+    Length z;
+    double sharpness = 0;
+  };
+
+  MeasurementRequest request;  ///< seq is -1: focusing measures no target
+  bool is_found = false;
+  Length z;      ///< if found: where the camera is sharpest
+  Length sigma;  ///< one standard deviation of z
+  std::string reason;
+  std::vector<Sample> curve;  ///< in the order in which it was taken
+};
+
+/// Whoever can say where a target really is: camera, picture folder, recorded file, simulation.
+class MeasurementSource {
+ public:
+  virtual ~MeasurementSource() = default;
+  /// Fails when the source itself fails (missing picture, broken device); a target that is not to
+  /// be seen is an answer.
+  virtual Expected<Measurement> measure(const MeasurementRequest& request) = 0;
+  /// Focuses on what is to be seen at the request's expected place, and keeps that focus for later
+  /// measurements. Empty where there is nothing to focus.
+  ///
+  /// Fails  as measure
+  virtual Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request);
+  /// Calibrates the spindle-camera offset, and measures with it from then on. Empty where nobody
+  /// can: then the stored calibration stays in force.
+  ///
+  /// Fails  as measure; a calibration that is refused
+  virtual Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order);
+};
+
+/// Answers that every target is where it is expected, and that every calibration finds what was
+/// known: the walk over a perfect panel.
+class NominalSource final : public MeasurementSource {
+ public:
+  Expected<Measurement> measure(const MeasurementRequest& request) override;
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
+};
+
+/// One JSON object, without a line end, in the format of docs/formats/measurements.md. Numbers
+/// round-trip exactly, so that a recorded run replays bit for bit.
+std::string to_json(const MeasurementRequest& request);
+std::string to_json(const Measurement& measurement);
+
+}  // namespace panelcal

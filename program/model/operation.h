@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "program/model/placement.h"
+#include "program/text/number_format.h"
+#include <Eigen/Core>
+
+namespace panelcal {
+
+/// What a program knows of a drill or router bit; absent where it says nothing.
+struct Tool {
+  int number = 0;
+  std::optional<Length> diameter;
+  std::optional<Feed> infeed;
+  std::optional<Feed> retract;
+  std::optional<SpindleSpeed> speed;
+  std::optional<int> max_hits;
+  std::optional<Length> depth_offset;
+
+  friend bool operator==(const Tool&, const Tool&) = default;
+};
+
+/// A point of the tool's way in the frames that outputs need.
+struct PlacedPoint {
+  Position<frame::Nominal> nominal;   ///< after placement, before any correction
+  Position<frame::Actual> corrected;  ///< relative to work zero
+  /// From work zero, what a program for the machine says: `corrected`, but for the error of a
+  /// calibrated table.
+  Displacement<frame::Machine> told;
+  Position<frame::Machine> actual;  ///< what the machine is told: work zero + told
+  Eigen::Matrix2d cov_mm2 =
+      Eigen::Matrix2d::Zero();  ///< of what is drilled; zero without a correction
+  /// That the hole breaks its tolerance; absent without a tolerance or without a correction.
+  std::optional<double> risk;
+};
+
+/// A measured height that planes count from, and where it was measured.
+struct PlaneReference {
+  Position<frame::Nominal> place;
+  Length height;
+  std::vector<Length> other_heights = {};  ///< under the second Z axis and further ones
+
+  friend bool operator==(const PlaneReference&, const PlaneReference&) = default;
+};
+
+/// A measured height, a filled one and so on: surface/map/height_map.h.
+enum class HeightSource : std::uint8_t;
+
+/// How sure a height is that nobody probed at this place.
+struct Foretold {
+  Length sigma;
+  HeightSource source;
+
+  friend bool operator==(const Foretold&, const Foretold&) = default;
+};
+
+/// How deep a tool works, as far as the program or [[depth]] says.
+struct DepthOfCut {
+  std::optional<Length> z;        ///< of the tool's tip above the table plane
+  std::optional<Length> depth;    ///< below the board's surface, under depth control
+  std::optional<Length> surface;  ///< measured height of the surface that `depth` refers to
+  /// Of a grid that z follows: z was moved by surface - reference. Outputs do not have it.
+  std::optional<PlaneReference> reference = std::nullopt;
+  /// The surface under the second Z axis and further ones; empty: there is one, or one map for all.
+  std::vector<Length> other_surfaces = {};
+  /// Of a surface that a map gives (--surface); absent where the program probed it.
+  std::optional<Foretold> foretold = std::nullopt;
+
+  friend bool operator==(const DepthOfCut&, const DepthOfCut&) = default;
+};
+
+/// Takes a tool; number 0 puts the tool away.
+struct ToolChange {
+  Tool tool;
+  std::optional<int> compensation_index;
+};
+
+/// Changes the rates of the tool that is in use.
+struct ToolRate {
+  int tool = 0;
+  std::optional<Feed> infeed;
+  std::optional<Feed> retract;
+};
+
+/// Asks the machine for its own camera calibration at a place that no correction moves (G39).
+struct Autocalibration {
+  Position<frame::Nominal> nominal;
+  Displacement<frame::Machine> told;  ///< as of a PlacedPoint
+  Position<frame::Machine> actual;
+};
+
+/// Drills one hole.
+struct Drill : PlacedPoint {
+  int tool = 0;
+  DepthOfCut cut;
+};
+
+/// Moves with the tool up.
+struct RapidMove : PlacedPoint {};
+
+enum class PlungeKind : std::uint8_t {
+  Plain,       ///< M15
+  Contouring,  ///< M14: the depth follows the material
+};
+
+/// Lowers the router where it stands.
+struct Plunge {
+  int tool = 0;
+  PlungeKind kind = PlungeKind::Plain;
+  std::optional<Length> depth_offset;  ///< of one pass of a step slot; absent: the tool's own
+  DepthOfCut cut;
+};
+
+/// Raises the router.
+struct Retract {
+  bool with_clamping = false;  ///< M16; otherwise M17
+};
+
+enum class RoutKind : std::uint8_t { Line, Clockwise, Counterclockwise };
+
+/// Routs from where the tool stands to a place. Arcs are at most half a circle; `kind` is the sense
+/// of the corrected arc, so mirrors have flipped it already.
+struct Rout : PlacedPoint {
+  int tool = 0;
+  RoutKind kind = RoutKind::Line;
+  Position<frame::Actual> corrected_center;  ///< of an arc
+  Displacement<frame::Machine> told_center;  ///< the same as `told` is
+  Position<frame::Machine> center;  ///< and as the machine is told: work zero + told_center
+  Feed feed;
+  bool feed_is_default = false;  ///< the program sets none
+  DepthOfCut cut;                ///< at the end; the tool goes there evenly
+};
+
+enum class CompensationSide : std::uint8_t { Off, Left, Right };
+
+/// Switches cutter compensation, which the controller applies: coordinates are the contour's.
+/// Mirrors have exchanged left and right already.
+struct Compensation {
+  CompensationSide side = CompensationSide::Off;
+  std::optional<Length> value;  ///< the diameter that the controller compensates for
+};
+
+/// A drilled slot (G85) left whole: see WalkOptions::slots.
+struct Slot {
+  int tool = 0;
+  PlacedPoint start;
+  PlacedPoint end;
+  DepthOfCut cut;
+};
+
+/// A slot routed in deepening passes (G87) left whole.
+struct StepSlot {
+  int tool = 0;
+  PlacedPoint start;
+  PlacedPoint end;
+  Length initial_depth;  ///< of the first pass above the final depth
+  Length increment;      ///< from pass to pass, negative
+  Feed feed;
+  bool feed_is_default = true;
+};
+
+enum class StopKind : std::uint8_t { EndNoRewind, EndRewind, Inspection, Optional, HeaderEnd };
+
+/// Stops, at a place that the program gives relative to absolute zero if it gives one (CNC-7
+/// manual, Stop Commands).
+struct Stop {
+  StopKind kind = StopKind::EndRewind;
+  std::optional<Displacement<frame::Machine>> from_absolute_zero;
+  std::optional<Position<frame::Machine>> actual;
+};
+
+/// Shows a text to the operator and waits. Lines of a long one (M45) are separated by '\n'.
+struct Message {
+  std::string_view text;
+  bool is_long = false;
+};
+
+/// Waits.
+struct Dwell {
+  Time duration;
+};
+
+enum class FunctionKind : std::uint8_t {
+  ToolTipCheck,
+  PeckOn,
+  PeckOff,
+  SpindleGroup,
+  BinaryMap,
+  ScalingOn,
+  ScalingOff,
+  ToolExpired,
+  PulseOn,          ///< G89: peck drilling without retracting
+  PulseOff,         ///< G88
+  BreakageCheckOn,  ///< M95
+  BreakageCheckOff,
+  MachineFunction,  ///< M21 to M27, M34 to M45, M52 to M55, M49,M#: what the maker made of it
+  MachineZero,      ///< M28
+  ParkPosition,     ///< M29
+  CheckArea,        ///< M56, M57
+  ForbiddenArea,    ///< M58
+  HoleOmitted,      ///< a hole inside a forbidden area
+  FinishRouting,    ///< G11
+  RetractProbe,     ///< G75
+  TextForDevice,    ///< M76
+};
+
+/// An event of the machine that moves nothing by itself.
+struct Function {
+  FunctionKind kind = FunctionKind::ToolTipCheck;
+  std::string_view text;         ///< the block as written; empty if the control does it by itself
+  int tool = 0;                  ///< ToolExpired: whose hit count is used up
+  std::optional<int> next_tool;  ///< ToolExpired: the linked tool that goes on; absent: stops
+};
+
+enum class SettingKind : std::uint8_t { Header, Body, Vision };
+
+/// Something the machine has to know or do that moves nothing, passed on as written.
+struct Setting {
+  std::string_view text;
+  SettingKind kind = SettingKind::Body;
+};
+
+/// Sets work zero (G93); later machine coordinates already contain it.
+struct ZeroSet {
+  Displacement<frame::Machine> zero_set;
+  Position<frame::Machine> work_zero;
+};
+
+/// Everything up to PatternEnd is one pattern, written once: only where structure is kept (see
+/// WalkOptions::structure).
+struct PatternBegin {};
+
+/// The pattern's copies in the order of execution; the first may be the place where it stands. They
+/// carry places of the pattern as it was passed, in work coordinates, to those of the copy.
+struct PatternEnd {
+  std::span<const Placement> copies;
+};
+
+/// Which correction a series of targets gives.
+enum class CorrectionLevel : std::uint8_t { Base, Nested };
+
+/// Targets that are measured and fitted together; only where structure is kept.
+struct VisionSeries {
+  CorrectionLevel level = CorrectionLevel::Base;
+  std::span<const Position<frame::Nominal>> targets;
+};
+
+/// A target that is measured and drilled at; only where structure is kept.
+struct TargetHole {
+  CorrectionLevel level = CorrectionLevel::Base;
+  Position<frame::Nominal> nominal;
+  int tool = 0;
+  DepthOfCut cut;
+};
+
+/// Drops a correction, and with Base the nested one too; only where structure is kept.
+struct CancelCorrection {
+  CorrectionLevel level = CorrectionLevel::Base;
+};
+
+/// Chooses how the camera looks; only where structure is kept.
+struct VisionTool {
+  int number = 0;
+};
+
+/// How a place came about, for those who ask; valid only during the call that passes it.
+struct Origin {
+  Position<frame::Programmed> programmed;
+  const Placement* placement = nullptr;
+  /// Reference scaling; null while it does not apply.
+  const Transform<frame::Nominal, frame::Nominal>* scaling = nullptr;
+  const std::optional<std::size_t>* base_series = nullptr;  ///< index into Survey::series
+  const std::optional<std::size_t>* nested_series = nullptr;
+  const Position<frame::Machine>* work_zero = nullptr;
+  int tool_line = 0;  ///< of the block that took the tool
+  /// Of a hole that is drilled where its own target was seen, which no correction moves: index into
+  /// Survey::measurements.
+  std::optional<std::size_t> i_measurement;
+};
+
+/// One thing the machine is told. Views are valid only during the call that passes it.
+struct Operation {
+  int line = 0;
+  std::span<const int> path;
+  std::variant<ToolChange,
+               Drill,
+               Stop,
+               Message,
+               Setting,
+               ZeroSet,
+               RapidMove,
+               Rout,
+               Plunge,
+               Retract,
+               Compensation,
+               Slot,
+               StepSlot,
+               Dwell,
+               Function,
+               ToolRate,
+               Autocalibration,
+               PatternBegin,
+               PatternEnd,
+               VisionSeries,
+               TargetHole,
+               CancelCorrection,
+               VisionTool>
+      what;
+  std::string_view file;           ///< of a stored pattern (M99); empty: the program itself
+  const Origin* origin = nullptr;  ///< of Drill, Rout, RapidMove, Slot and StepSlot
+};
+
+/// tool, drill, rout, position and so on: the `op` of output files.
+std::string_view operation_name(const Operation& operation);
+/// end_rewind, inspection and so on: the `kind` of output files.
+std::string_view name(StopKind kind);
+std::string_view name(FunctionKind kind);
+std::string_view name(RoutKind kind);
+/// measured, filled, extrapolated or void: the `surface_source` of output files.
+std::string_view name(HeightSource source);
+
+/// The language of a part program.
+enum class Dialect : std::uint8_t {
+  Excellon,   ///< CNC-7
+  SiebMeyer,  ///< formats 1000, 3000 and 5000
+};
+
+std::string_view name(Dialect dialect);
+
+/// What a writer may need before the first operation.
+struct ProgramInfo {
+  std::string file;
+  /// The language that the texts of settings and functions are written in.
+  Dialect dialect = Dialect::Excellon;
+  NumberFormat format;  ///< the program's own: rates are whole in its unit, settings in its zeros
+  std::map<int, Tool> tools;
+  bool is_scaled = false;   ///< reference scaling is in the coordinates already
+  bool body_rules = false;  ///< OM48: the body's tool data win over the header's
+  int axis_version = 1;     ///< VER: the axes that a program in the same format is written in
+};
+
+/// Takes operations one at a time; writers are sinks.
+class OperationSink {
+ public:
+  virtual ~OperationSink() = default;
+  virtual void begin(const ProgramInfo&) {}
+  /// A sink that cannot go on remembers why and says so in finish().
+  virtual void put(const Operation& operation) = 0;
+};
+
+}  // namespace panelcal

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "calib/base/units.h"
+
+namespace panelcal {
+
+enum class LengthUnit : std::uint8_t { Inch, Millimeter };
+
+/// Which zeros a number without a decimal point keeps.
+enum class Zeros : std::uint8_t {
+  LeadingKept,   ///< LZ: digits count from the left, trailing zeros may be left off
+  TrailingKept,  ///< TZ: digits count from the right, leading zeros may be left off
+};
+
+/// How a program writes lengths (CNC-7 manual, Inch vs. Metric; Leading and Trailing Zeros).
+/// The default is the manual's: inch, two digits before and four behind the point, leading zeros.
+struct NumberFormat {
+  LengthUnit unit = LengthUnit::Inch;
+  Zeros zeros = Zeros::LeadingKept;
+  int integer_digits = 2;
+  int decimal_digits = 4;
+
+  Length one_unit() const { return unit == LengthUnit::Inch ? inch(1) : mm(1); }
+  /// "inch 2.4, leading zeros kept".
+  std::string summary() const;
+};
+
+enum class NumberFault : std::uint8_t { None, Malformed, TooManyDigits };
+
+struct ParsedLength {
+  Length value;
+  NumberFault fault = NumberFault::None;
+};
+
+/// Reads `[+-]digits[.digits]`; no digits at all mean zero (the manual's `XY`). A decimal point
+/// overrides the format's zeros and digit counts.
+ParsedLength parse_length(std::string_view text, const NumberFormat& format);
+
+/// Digits of an unsigned whole number below 10^9; empty for anything else.
+std::optional<int> parse_count(std::string_view text);
+
+}  // namespace panelcal

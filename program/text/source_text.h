@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "calib/base/expected.h"
+
+namespace panelcal {
+
+/// A program's bytes and the name under which diagnostics know them.
+struct SourceText {
+  std::string file;
+  std::string bytes;
+};
+
+/// Fails  file-unreadable
+Expected<SourceText> read_source(const std::filesystem::path& path);
+
+/// One line without its line end.
+struct SourceLine {
+  std::string_view text;
+  int number = 0;  ///< from 1
+  int column = 1;  ///< of the text's first character
+};
+
+/// A place between two lines. Unlike a cursor it stays good when the text is moved or copied.
+struct LinePlace {
+  std::size_t offset = 0;
+  int number = 1;  ///< of the line that begins here
+};
+
+/// How many line feeds a text has, eight characters at a time.
+std::size_t count_line_feeds(std::string_view text);
+
+/// Walks over the lines of a text; LF, CR, CR LF and LF CR all end a line. Copyable, so that a
+/// place in the text can be kept and returned to.
+class LineCursor {
+ public:
+  LineCursor() = default;
+  /// Precondition: `from` is a place of this text.
+  explicit LineCursor(std::string_view bytes, LinePlace from = {})
+      : bytes_(bytes), offset_(from.offset), number_(from.number) {}
+
+  bool at_end() const { return offset_ >= bytes_.size(); }
+  /// Precondition: !at_end().
+  SourceLine next();
+  std::size_t offset() const { return offset_; }
+  LinePlace place() const { return {offset_, number_}; }
+  /// Number of the line that next() would give.
+  int line_number() const { return number_; }
+
+ private:
+  std::string_view bytes_;
+  std::size_t offset_ = 0;
+  int number_ = 1;
+};
+
+}  // namespace panelcal

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "calib/base/diagnostic.h"
+#include "program/text/number_format.h"
+
+namespace panelcal {
+
+/// Puts problems of one file into the log, each once: the copies of a pattern would only repeat it.
+class Reporter {
+ public:
+  enum class Level : std::uint8_t { All, ErrorsOnly };
+
+  /// ErrorsOnly is for a second walk: the first has given all warnings.
+  Reporter(std::string file, DiagnosticLog& log, Level level = Level::All)
+      : file_(std::move(file)), log_(&log), level_(level) {}
+
+  void report(Code code, int line, int column, std::string what, std::string expected = "") const {
+    Diagnostic diagnostic{code, {file_, line, column}, std::move(what), std::move(expected)};
+    if (level_ == Level::ErrorsOnly && diagnostic.severity() != Severity::Error) return;
+    if (reported_.size() < DiagnosticLog::kKept && !reported_.insert(diagnostic.text()).second) {
+      return;
+    }
+    log_->add(std::move(diagnostic));
+  }
+
+  /// Reports a number that parse_length refused.
+  void report_number(NumberFault fault,
+                     std::string_view text,
+                     int line,
+                     int column,
+                     const NumberFormat& format) const {
+    if (fault == NumberFault::TooManyDigits) {
+      const int digits = format.integer_digits + format.decimal_digits;
+      report(Code::NumberTooLong,
+             line,
+             column,
+             quoted(text) + " has too many digits",
+             "at most " + std::to_string(digits) + " digits (" + format.summary() + ")");
+    } else {
+      report(Code::NumberMalformed,
+             line,
+             column,
+             quoted(text) + " is not a number",
+             "a sign, digits and at most one decimal point");
+    }
+  }
+
+  const std::string& file() const { return file_; }
+  /// Problems belong to another file from here on.
+  void set_file(std::string file) { file_ = std::move(file); }
+
+ private:
+  std::string file_;
+  DiagnosticLog* log_;
+  Level level_;
+  mutable std::set<std::string> reported_;
+};
+
+}  // namespace panelcal

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/walk/survey.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
+
+namespace panelcal {
+
+bool SeriesResult::is_accepted() const {
+  return is_fitted() && (!fault || fault->is_resolved) &&
+         std::ranges::all_of(gates, &GateVerdict::accepted);
+}
+
+std::string model_text(const SeriesResult& series) {
+  if (!series.is_smooth()) return std::string(name(series.model));
+  return fmt::format("smooth, {:.1f} effective parameters", series.base->smooth->parameters());
+}
+
+bool Survey::is_complete() const {
+  return !was_stopped && std::ranges::all_of(series, &SeriesResult::is_fitted) &&
+         std::ranges::all_of(measurements, [](const Measurement& measurement) {
+           return measurement.status == MeasurementStatus::Found;
+         });
+}
+
+bool Survey::is_accepted() const {
+  return is_complete() && std::ranges::all_of(series, &SeriesResult::is_accepted);
+}
+
+const CalibrationAnswer* Survey::calibration_of(std::size_t i_measurement) const {
+  const auto after =
+      std::ranges::upper_bound(calibrations, i_measurement, {}, &CalibrationAnswer::i_measurement);
+  if (after == calibrations.begin()) return nullptr;
+  const std::optional<std::size_t> i = std::prev(after)->i_in_force;
+  return i ? &calibrations[*i] : nullptr;
+}
+
+const CalibrationAnswer* Survey::calibration_of(const SeriesResult& one_series) const {
+  if (one_series.measurements.empty()) return nullptr;
+  return calibration_of(one_series.measurements.back());
+}
+
+OffsetUncertainty offset_uncertainty(const CalibrationAnswer* calibration,
+                                     const MachineUncertainty& machine) {
+  if (calibration == nullptr || !calibration->offset) return machine.offset();
+  return {calibration->offset->cov_mm2, Eigen::Matrix2d::Zero()};
+}
+
+std::string measurement_lines(const Survey& survey) {
+  std::string lines;
+  auto calibration = survey.calibrations.begin();
+  const auto take_calibrations = [&](std::size_t i_measurement) {
+    for (; calibration != survey.calibrations.end() && calibration->i_measurement <= i_measurement;
+         ++calibration) {
+      lines += to_json(*calibration) + "\n";
+    }
+  };
+  for (std::size_t i = 0; i < survey.measurements.size(); ++i) {
+    take_calibrations(i);
+    lines += to_json(survey.measurements[i]) + "\n";
+  }
+  take_calibrations(survey.measurements.size());
+  return lines;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/correction/stack.h"
+#include "calib/faults/series_fault.h"
+#include "calib/panel/fit.h"
+#include "calib/panel/gates.h"
+#include "calib/panel/model_score.h"
+#include "calib/panel/smooth_panel.h"
+#include "program/model/measurement.h"
+#include "program/model/operation.h"
+#include "program/walk/probing.h"
+
+namespace panelcal {
+
+/// One series of targets and the fit that came of it.
+struct SeriesResult {
+  CorrectionLevel level = CorrectionLevel::Base;
+  int line = 0;  ///< of the first target
+  InstancePath path;
+  Placement placement;                    ///< of the instance it was measured on
+  std::vector<std::size_t> measurements;  ///< indices into Survey::measurements
+  /// The measurement that names each point of the fit, whose residuals are in this order: one of
+  /// `measurements` each, but of several layers of a target only the last.
+  std::vector<std::size_t> points;
+  PanelModel model = PanelModel::Offset;
+  PanelModel prescribed = PanelModel::Offset;  ///< by the manual or the machine's file
+  bool chose_model = false;                    ///< `model` is what the targets speak for
+  std::shared_ptr<const BaseFit> base;         ///< set for a fitted base series
+  std::shared_ptr<const NestedFit> nested;     ///< set for a fitted nested series
+  std::optional<std::size_t> base_series;      ///< the base correction a nested one is relative to
+  std::vector<GateVerdict> gates;
+  std::vector<ModelScore> compared;  ///< all models that the targets could determine
+  std::optional<SeriesFault> fault;  ///< if the targets do not fit each other
+  /// Measurements that [gates] max_dropped allowed to leave out; they are not among `points`.
+  std::vector<std::size_t> dropped;
+  /// How far the layers of one target are apart at most (SIEB & MEYER, measurement modes 2 and 3).
+  std::optional<Length> layer_spread;
+
+  /// The fit is a smooth one, on top of the affine `model` (calib/panel/smooth_panel.h).
+  bool is_smooth() const { return base != nullptr && base->smooth && base->smooth->is_bent(); }
+  bool is_fitted() const { return base != nullptr || nested != nullptr; }
+  bool is_accepted() const;
+};
+
+/// "offset" to "affine", or "smooth, 9.4 effective parameters".
+std::string model_text(const SeriesResult& series);
+
+/// A node of a probed grid whose height the other nodes foretell.
+struct FilledNode {
+  int line = 0;  ///< of the grid's first use
+  Position<frame::Nominal> place;
+  std::vector<HeightEstimate> heights;  ///< one per Z axis
+  HeightSource source;
+};
+
+/// What the measuring walk found: everything the working walk and a report need.
+struct Survey {
+  std::vector<Measurement> measurements;
+  std::vector<SeriesResult> series;
+  std::vector<ProbeReading> probes;
+  /// Nodes of a G79 grid that nobody probed, as [surface] fill_gaps allows.
+  std::vector<FilledNode> filled_nodes;
+  std::vector<FocusResult> focus;  ///< what autofocus orders found, in the order of execution
+  /// What orders to calibrate have found, in the order of execution; those that were only passed on
+  /// are not here.
+  std::vector<CalibrationAnswer> calibrations;
+  /// The source failed: nothing is known of what the program asks for behind it.
+  bool was_stopped = false;
+
+  /// Every series is fitted, so that a corrected program could be written at all.
+  bool is_complete() const;
+  /// Every series is fitted and inside its limits, and every measured hole was found.
+  bool is_accepted() const;
+
+  /// The calibration of this job that a measurement was made with; null: the machine's own.
+  const CalibrationAnswer* calibration_of(std::size_t i_measurement) const;
+  /// Of the last one of a series, which is made with one calibration.
+  const CalibrationAnswer* calibration_of(const SeriesResult& one_series) const;
+};
+
+/// What is not known of the offset that measurements were made with: of a calibration of this job,
+/// which has not drifted yet, or else the machine's own.
+OffsetUncertainty offset_uncertainty(const CalibrationAnswer* calibration,
+                                     const MachineUncertainty& machine);
+
+/// Measurements and calibrations, a line each, in the order in which they were made: what a run is
+/// replayed from.
+std::string measurement_lines(const Survey& survey);
+
+}  // namespace panelcal

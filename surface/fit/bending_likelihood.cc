@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "surface/fit/bending_likelihood.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+namespace panelcal::internal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// A trend whose columns are nearer to being dependent than this is not determined: a plane if only
+/// rounding tells its slopes; bow and twist already if they would be told by how little the probes
+/// stand off two rows, or by a strip so narrow that a bow across it is none.
+constexpr double kDependent = 1e-7;
+constexpr double kDependentBow = 0.03;
+/// Coefficients of a plane.
+constexpr Index kPlane = 3;
+/// Strongest bending by the noise: beyond it rounding is as large as the noise.
+constexpr double kWeakest = 1e-4;
+constexpr double kStrongest = 1e12;
+/// Between two strengths that are tried, and between two lengths.
+constexpr double kStrengthStep = 3;
+constexpr double kLengthStep = 1.4142135623730951;
+/// The readings' rectangle has the diagonal 2; no bending is longer, for what it would add is
+/// trend.
+constexpr double kLongest = 2;
+/// Shortest length by the mean spacing: shorter ones differ from noise in nothing.
+constexpr double kShortestBySpacing = 0.5;
+/// Of golden sections: strengths to 1e-4 of the interval.
+constexpr int kStrengthSteps = 20;
+/// Parabolas through the best lengths: the likelihood is one about its maximum, so that few do.
+constexpr int kLengthSteps = 4;
+/// Of a length; nobody sees less.
+constexpr double kSameLength = 0.003;
+/// A kernel that is worse by more at all lengths tried, in -2 log likelihood, is not refined.
+constexpr double kWorseKernel = 10;
+
+/// Where f is least between low and high.
+template <class Function>
+double least(double low, double high, int n_steps, const Function& f) {
+  const double golden = (std::sqrt(5.0) - 1) / 2;
+  double a = high - golden * (high - low);
+  double b = low + golden * (high - low);
+  double fa = f(a), fb = f(b);
+  for (int i = 0; i < n_steps; ++i) {
+    if (fa < fb) {
+      high = std::exchange(b, a);
+      fb = fa;
+      a = high - golden * (high - low);
+      fa = f(a);
+    } else {
+      low = std::exchange(a, b);
+      fa = fb;
+      b = low + golden * (high - low);
+      fb = f(b);
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+/// Where the parabola through three values, of which the middle one is least, is least.
+double parabola_least(const std::array<double, 3>& x, const std::array<double, 3>& f) {
+  const double before = (f[1] - f[0]) / (x[1] - x[0]);
+  const double behind = (f[2] - f[1]) / (x[2] - x[1]);
+  const double bend = (behind - before) / (x[2] - x[0]);
+  return bend > 0 ? 0.5 * (x[0] + x[1] - before / bend) : x[1];
+}
+
+/// k^2 of so many contrasts.
+double noise_variance(double chi_square, Index n_contrasts) {
+  constexpr double kPrior = BendingLikelihood::kPriorReadings;
+  return (chi_square + kPrior) / (static_cast<double>(n_contrasts) + kPrior);
+}
+
+/// Contrasts z ~ N(0, k^2 (1 + s T)) with T tridiagonal.
+struct Tridiagonal {
+  VectorXd diagonal;
+  VectorXd beside;
+  VectorXd z;
+
+  /// Noise factor and likelihood of a strength, by Cholesky's decomposition of 1 + s T.
+  Bending at(double strength) const {
+    Bending out;
+    out.strength_mm2 = strength;
+    double pivot = 1, carried = 0, log_determinant = 0, chi_square = 0;
+    for (Index i = 0; i < z.size(); ++i) {
+      const double by_pivot = i > 0 ? strength * beside[i - 1] / pivot : 0;
+      carried = z[i] - by_pivot * carried;
+      pivot = 1 + strength * diagonal[i] - (i > 0 ? by_pivot * strength * beside[i - 1] : 0);
+      if (!(pivot > 0)) return out;
+      log_determinant += std::log(pivot);
+      chi_square += carried * carried / pivot;
+    }
+    const double variance = noise_variance(chi_square, z.size());
+    out.noise_factor = std::sqrt(variance);
+    out.minus_2_log_likelihood =
+        log_determinant +
+        (static_cast<double>(z.size()) + BendingLikelihood::kPriorReadings) * std::log(variance);
+    return out;
+  }
+};
+
+bool is_determined(const MatrixXd& trend, double threshold) {
+  Eigen::ColPivHouseholderQR<MatrixXd> rank(trend);
+  rank.setThreshold(threshold);
+  return rank.rank() == trend.cols();
+}
+
+bool is_better(const Bending& a, const Bending& b) {
+  return a.minus_2_log_likelihood < b.minus_2_log_likelihood;
+}
+
+}  // namespace
+
+Readings Readings::of(std::span<const ProbePoint> points) {
+  Readings out;
+  const auto n = static_cast<Index>(points.size());
+  out.places.resize(2, n);
+  out.heights_mm.resize(n);
+  out.sigmas_mm.resize(n);
+  for (Index i = 0; i < n; ++i) {
+    const ProbePoint& point = points[static_cast<std::size_t>(i)];
+    out.places.col(i) = point.place.in_mm();
+    out.heights_mm[i] = point.measured.height.in_mm();
+    out.sigmas_mm[i] = point.measured.sigma.in_mm();
+  }
+  const Eigen::Vector2d low_mm = out.places.rowwise().minCoeff();
+  const Eigen::Vector2d high_mm = out.places.rowwise().maxCoeff();
+  out.center_mm = 0.5 * (low_mm + high_mm);
+  const double half_diagonal_mm = 0.5 * (high_mm - low_mm).norm();
+  if (half_diagonal_mm > 0) out.scale_mm = half_diagonal_mm;
+  out.places = (out.places.colwise() - out.center_mm).eval() / out.scale_mm;
+  out.mean_mm = out.heights_mm.mean();
+  out.heights_mm.array() -= out.mean_mm;
+  return out;
+}
+
+Trend trend_at(const Eigen::Vector2d& place, Index n_trend) {
+  const double x = place.x(), y = place.y();
+  Trend all(6);
+  all << 1, x, y, x * x, x * y, y * y;
+  return all.head(n_trend);
+}
+
+std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings, Index n_trend) {
+  const Index n = readings.heights_mm.size();
+  if (n < n_trend) return std::nullopt;
+  BendingLikelihood out;
+  out.distances_.resize(n, n);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) {
+      out.distances_(i, j) = (readings.places.col(i) - readings.places.col(j)).norm();
+    }
+  }
+  out.weights_per_mm_ = readings.sigmas_mm.cwiseInverse();
+  MatrixXd trend(n, n_trend);
+  for (Index i = 0; i < n; ++i) {
+    trend.row(i) = trend_at(readings.places.col(i), n_trend).transpose();
+  }
+  const MatrixXd weighted = out.weights_per_mm_.asDiagonal() * trend;
+  // Where the probes stand tells whether there is a bow to find, whatever they are said to scatter.
+  if (n_trend > kPlane && !is_determined(trend, kDependentBow)) return std::nullopt;
+  if (!is_determined(weighted, kDependent)) return std::nullopt;
+  out.qr_.compute(weighted);
+  const MatrixXd q = out.qr_.householderQ() * MatrixXd::Identity(n, n);
+  const MatrixXd r = out.qr_.matrixQR().topRows(n_trend).triangularView<Eigen::Upper>();
+  out.contrasts_ = q.rightCols(n - n_trend);
+  out.trend_root_ = r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(n_trend, n_trend));
+  out.trend_of_heights_ =
+      out.trend_root_ * q.leftCols(n_trend).transpose() * out.weights_per_mm_.asDiagonal();
+  out.z_ = out.contrasts_.transpose() * out.weights_per_mm_.cwiseProduct(readings.heights_mm);
+  return out;
+}
+
+MatrixXd BendingLikelihood::covariance(BendingKernel kernel, double length) const {
+  const Index n = distances_.rows();
+  MatrixXd out(n, n);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) {
+      out(i, j) = out(j, i) = bending_covariance(kernel, distances_(i, j) / length);
+    }
+  }
+  return out;
+}
+
+MatrixXd BendingLikelihood::contrast_covariance(const MatrixXd& covariance) const {
+  MatrixXd all = weights_per_mm_.asDiagonal() * covariance * weights_per_mm_.asDiagonal();
+  all.applyOnTheLeft(qr_.householderQ().adjoint());
+  all.applyOnTheRight(qr_.householderQ());
+  return all.bottomRightCorner(n_contrasts(), n_contrasts());
+}
+
+double BendingLikelihood::noise_factor(double chi_square) const {
+  return std::sqrt(noise_variance(chi_square, n_contrasts()));
+}
+
+Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) const {
+  Tridiagonal contrasts{
+      VectorXd::Zero(n_contrasts()), VectorXd::Zero(std::max<Index>(0, n_contrasts() - 1)), z_};
+  double largest = 0;
+  if (kernel != BendingKernel::None && n_contrasts() > 1) {
+    const Eigen::Tridiagonalization<MatrixXd> tridiagonal(
+        contrast_covariance(covariance(kernel, length)));
+    contrasts.diagonal = tridiagonal.diagonal();
+    contrasts.beside = tridiagonal.subDiagonal();
+    contrasts.z.applyOnTheLeft(tridiagonal.matrixQ().adjoint());
+    largest = contrasts.diagonal.maxCoeff();
+  }
+  Bending best = contrasts.at(0);
+  if (largest > 0) {
+    double best_log = 0;
+    const double low = std::log(kWeakest / largest), high = std::log(kStrongest / largest);
+    const double step = std::log(kStrengthStep);
+    for (double t = low; t <= high; t += step) {
+      const Bending tried = contrasts.at(std::exp(t));
+      if (!is_better(tried, best)) continue;
+      best = tried;
+      best_log = t;
+    }
+    if (best.strength_mm2 > 0) {
+      const auto badness = [&](double t) {
+        return contrasts.at(std::exp(t)).minus_2_log_likelihood;
+      };
+      const double refined_log = least(
+          std::max(low, best_log - step), std::min(high, best_log + step), kStrengthSteps, badness);
+      const Bending refined = contrasts.at(std::exp(refined_log));
+      if (is_better(refined, best)) best = refined;
+    }
+  }
+  best.kernel = kernel;
+  best.length = length;
+  return best;
+}
+
+std::vector<double> BendingLikelihood::lengths() const {
+  const double spacing = kLongest / std::sqrt(static_cast<double>(distances_.rows()));
+  const double shortest = std::min(1.0, kShortestBySpacing * spacing);
+  std::vector<double> out;
+  for (double length = kLongest; length >= shortest; length /= kLengthStep) out.push_back(length);
+  return out;
+}
+
+Bending BendingLikelihood::refined(std::span<const Bending> tried) const {
+  const auto best = std::ranges::min_element(tried, is_better);
+  if (tried.size() < 2 || !(best->strength_mm2 > 0)) return *best;
+  // Three lengths, falling, of which the middle one is best.
+  std::array<Bending, 3> around;
+  if (best != tried.begin() && std::next(best) != tried.end()) {
+    around = {*std::prev(best), *best, *std::next(best)};
+  } else {
+    const Bending& beside = best == tried.begin() ? *std::next(best) : *std::prev(best);
+    const Bending middle = best_strength(best->kernel, std::sqrt(best->length * beside.length));
+    if (!is_better(middle, *best)) return *best;
+    around = best == tried.begin() ? std::array{*best, middle, beside}
+                                   : std::array{beside, middle, *best};
+  }
+  for (int i = 0; i < kLengthSteps; ++i) {
+    std::array<double, 3> logs = {}, badness = {};
+    for (std::size_t k = 0; k < around.size(); ++k) {
+      logs[k] = std::log(around[k].length);
+      badness[k] = around[k].minus_2_log_likelihood;
+    }
+    const double next_log = parabola_least(logs, badness);
+    if (std::abs(next_log - logs[1]) < kSameLength) break;
+    const Bending next = best_strength(best->kernel, std::exp(next_log));
+    const bool is_longer = next_log > logs[1];
+    if (is_better(next, around[1])) {
+      around[is_longer ? 2 : 0] = std::exchange(around[1], next);
+    } else {
+      around[is_longer ? 0 : 2] = next;
+    }
+  }
+  return around[1];
+}
+
+Bending BendingLikelihood::best_of(std::span<const BendingKernel> kernels) const {
+  std::vector<std::vector<Bending>> tried;
+  Bending best;
+  for (const BendingKernel kernel : kernels) {
+    // What does not bend, or like a thin plate, has no length of its own.
+    const bool has_length = kernel != BendingKernel::None && kernel != BendingKernel::ThinPlate;
+    tried.emplace_back();
+    for (const double length : has_length ? lengths() : std::vector<double>{1}) {
+      tried.back().push_back(best_strength(kernel, length));
+      if (is_better(tried.back().back(), best)) best = tried.back().back();
+    }
+  }
+  const double limit = best.minus_2_log_likelihood + kWorseKernel;
+  for (const std::vector<Bending>& of_kernel : tried) {
+    if (!(std::ranges::min_element(of_kernel, is_better)->minus_2_log_likelihood <= limit))
+      continue;
+    const Bending better = refined(of_kernel);
+    if (is_better(better, best)) best = better;
+  }
+  return best;
+}
+
+}  // namespace panelcal::internal

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "surface/fit/outliers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "calib/base/distributions.h"
+#include "surface/fit/even_part.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+/// Of |t|, t standard normal.
+constexpr double kNormalMedian = 0.6744897501960817;
+/// No probes are set aside below so many: what is left would fit whatever it is.
+constexpr std::size_t kLeastKept = 5;
+/// Neighbours among which wild probes are looked for, if there are more than kMostProbes.
+constexpr std::size_t kNeighbors = 150;
+/// Bent surfaces that miss more than this share of what a plane does hardly foretell anything.
+constexpr double kHardlyBetter = 0.8;
+
+using Indices = std::vector<std::size_t>;
+
+class Sorting {
+ public:
+  /// In     n_all: the probes that any of which may be called an outlier
+  Sorting(std::span<const ProbePoint> points, std::size_t n_all, const OutlierOptions& options)
+      : points_(points),
+        limit_(options.false_alarm / static_cast<double>(n_all)),
+        most_noise_(options.most_noise),
+        n_most_(
+            std::min(static_cast<std::size_t>(options.most * static_cast<double>(points.size())),
+                     points.size() > kLeastKept ? points.size() - kLeastKept : 0)) {
+    for (std::size_t i = 0; i < points.size(); ++i) kept_.push_back(i);
+  }
+
+  Expected<void> search(SurfaceModel model);
+  Expected<SoundSurface> judge(SurfaceModel model);
+  /// Fails if too much would be set aside.
+  Expected<void> set_aside(std::size_t i_point);
+  std::span<const std::size_t> aside() const { return aside_; }
+
+ private:
+  Expected<SurfaceFit> fit(SurfaceModel model) const { return fit_surface(kept_points(), model); }
+  /// Of many probes the shape hardly depends on the few that come or go, and is not learned again.
+  Expected<SurfaceFit> fit_again(const SurfaceFit& before) const {
+    if (kept_.size() <= kMostProbes) return fit(before.model());
+    return fit_surface(kept_points(), before.model(), before.shape());
+  }
+  std::vector<ProbePoint> kept_points() const {
+    std::vector<ProbePoint> out;
+    for (const std::size_t i : kept_) out.push_back(points_[i]);
+    return out;
+  }
+  Expected<void> check_noise(const SurfaceFit& fit) const;
+  SurfaceOutlier judged(const SurfaceFit& fit, std::size_t i_point) const;
+
+  std::span<const ProbePoint> points_;
+  double limit_;
+  double most_noise_;
+  std::size_t n_most_;
+  Indices kept_;
+  Indices aside_;
+};
+
+double absolute_t(const LeftOutProbe& probe) {
+  return probe.deviation ? std::abs(*probe.deviation / probe.sigma) : 0;
+}
+
+Expected<void> Sorting::set_aside(std::size_t i_point) {
+  aside_.push_back(i_point);
+  std::erase(kept_, i_point);
+  if (aside_.size() <= n_most_) return {};
+  return failure({Code::SurfaceOutOfTolerance,
+                  points_[i_point].from,
+                  fmt::format("{} of {} probes do not fit the others, {} among them",
+                              aside_.size(),
+                              points_.size(),
+                              quoted(name_of(points_[i_point]))),
+                  fmt::format("at most {}", n_most_)});
+}
+
+Expected<void> Sorting::search(SurfaceModel model) {
+  while (true) {
+    PANELCAL_TRY(const SurfaceFit found, fit(model));
+    std::vector<double> t;
+    for (const LeftOutProbe& probe : found.left_out()) t.push_back(absolute_t(probe));
+    const auto worst = static_cast<std::size_t>(std::ranges::max_element(t) - t.begin());
+    std::vector<double> sorted = t;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::ranges::nth_element(sorted, middle);
+    // Few probes may lie close together by chance: no probe scatters less than it says.
+    const double scale = std::max(*middle / kNormalMedian, 1 / found.noise_factor());
+    if (2 * normal_exceedance(t[worst] / scale) >= limit_) return {};
+    PANELCAL_CHECK(set_aside(kept_[worst]));
+  }
+}
+
+/// A probe that took no part in the fit.
+SurfaceOutlier Sorting::judged(const SurfaceFit& fit, std::size_t i_point) const {
+  const ProbePoint& point = points_[i_point];
+  const HeightEstimate foretold = fit.at(point.place);
+  const double noise_mm = fit.noise_factor() * point.measured.sigma.in_mm();
+  const Length deviation = point.measured.height - foretold.height;
+  const Length sigma = mm(std::hypot(foretold.sigma.in_mm(), noise_mm));
+  const double t = deviation / sigma;
+  const double chance = variance_ratio_exceedance(t * t, 1, fit.degrees_of_freedom());
+  return {i_point, name_of(point), deviation, sigma, chance};
+}
+
+Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
+  PANELCAL_TRY(SurfaceFit found, fit(model));
+  std::size_t n_aside_then = aside_.size();  // when the shape was learned
+  while (true) {
+    const auto worst =
+        std::ranges::min_element(found.left_out(), {}, [](const auto& p) { return p.chance; });
+    if (worst->chance >= limit_) {
+      if (aside_.size() == n_aside_then || kept_.size() <= kMostProbes) break;
+      // Shape and noise were those of the wild probes, too.
+      n_aside_then = aside_.size();
+      PANELCAL_TRY(found, fit(model));
+      continue;
+    }
+    PANELCAL_CHECK(set_aside(kept_[static_cast<std::size_t>(worst - found.left_out().begin())]));
+    PANELCAL_TRY(found, fit_again(found));
+  }
+  std::vector<SurfaceOutlier> outliers;
+  std::ranges::sort(aside_);
+  for (const std::size_t i_point : aside_) {
+    SurfaceOutlier outlier = judged(found, i_point);
+    if (outlier.chance < limit_) {
+      outliers.push_back(std::move(outlier));
+    } else {
+      kept_.push_back(i_point);
+    }
+  }
+  if (outliers.size() < aside_.size()) {
+    std::ranges::sort(kept_);
+    PANELCAL_TRY(found, fit_again(found));
+  }
+  PANELCAL_CHECK(check_noise(found));
+  return SoundSurface{std::move(found), std::move(kept_), std::move(outliers)};
+}
+
+Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
+  const Place& from = points_[kept_.front()].from;
+  if (!(found.noise_factor() <= most_noise_)) {
+    return failure(
+        {Code::SurfaceOutOfTolerance,
+         from,
+         fmt::format("the probes scatter {:.1f} times what they say", found.noise_factor()),
+         fmt::format("at most {:.1f} times", most_noise_)});
+  }
+  if (found.model() == SurfaceModel::Plane) return {};
+  PANELCAL_TRY(const SurfaceFit plane, fit(SurfaceModel::Plane));
+  if (!(plane.noise_factor() > most_noise_) || !plane.left_out_rms()) return {};
+  const double most = kHardlyBetter * *plane.left_out_rms();
+  double missed = found.left_out_rms().value_or(0);
+  // What another model foretells well is a surface.
+  for (const SurfaceModel model : {SurfaceModel::ThinPlate, SurfaceModel::GaussianProcess}) {
+    if (!(missed > most)) return {};
+    if (model == found.model()) continue;
+    PANELCAL_TRY(const SurfaceFit other, fit(model));
+    missed = std::min(missed, other.left_out_rms().value_or(0));
+  }
+  if (!(missed > most)) return {};
+  return failure({Code::SurfaceOutOfTolerance,
+                  from,
+                  fmt::format("probes left out are missed by {:.1f} sigma, hardly less than by a "
+                              "plane, {:.1f}: many are wild, or the surface is rougher than they "
+                              "are dense",
+                              missed,
+                              *plane.left_out_rms()),
+                  fmt::format("at most {:g} times as much", kHardlyBetter)});
+}
+
+/// Probes that are searched together: all of them, or neighbours.
+struct Together {
+  Indices indices;
+  std::vector<ProbePoint> points;
+};
+
+std::vector<Together> searched_together(std::span<const ProbePoint> points) {
+  std::vector<Together> out;
+  const std::size_t most = points.size() > kMostProbes ? kNeighbors : points.size();
+  for (Indices& indices : internal::neighborhoods(points, most)) {
+    std::vector<ProbePoint> some;
+    for (const std::size_t i : indices) some.push_back(points[i]);
+    // Neighbours in one line make no surface that could foretell any of them.
+    if (some.size() == points.size() || fit_surface(some, SurfaceModel::Plane)) {
+      out.push_back({std::move(indices), std::move(some)});
+    }
+  }
+  return out;
+}
+
+/// Grid models judge nothing themselves: a thin plate does.
+Expected<SoundSurface> fit_grid(std::span<const ProbePoint> points,
+                                SurfaceModel model,
+                                const OutlierOptions& options) {
+  // First what is wrong with the grid.
+  PANELCAL_TRY(SurfaceFit found, fit_surface(points, model));
+  for (const Together& some : searched_together(points)) {
+    Sorting sorting(some.points, points.size(), options);
+    PANELCAL_CHECK(sorting.search(SurfaceModel::ThinPlate));
+    PANELCAL_TRY(const SoundSurface sound, sorting.judge(SurfaceModel::ThinPlate));
+    if (sound.outliers.empty()) continue;
+    const SurfaceOutlier& first = sound.outliers.front();
+    return failure({Code::GridInvalid,
+                    some.points[first.i_point].from,
+                    first.text(),
+                    fmt::format("a good probe at each node for a {} surface", name_of(model))});
+  }
+  Indices all(points.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return SoundSurface{std::move(found), std::move(all), {}};
+}
+
+}  // namespace
+
+std::string name_of(const ProbePoint& point) {
+  if (!point.name.empty()) return point.name;
+  const Eigen::Vector2d p_mm = point.place.in_mm();
+  return fmt::format("probe at ({:.3f}, {:.3f})", p_mm.x(), p_mm.y());
+}
+
+std::string SurfaceOutlier::text() const {
+  return fmt::format("{} is {:.3f} mm {} what the others foretell, {:.0f} sigma",
+                     name,
+                     std::abs(deviation.in_mm()),
+                     deviation > mm(0) ? "above" : "below",
+                     std::abs(deviation / sigma));
+}
+
+Expected<void> OutlierOptions::validate() const {
+  const auto check =
+      [](const char* field, double value, bool is_good, const char* expected) -> Expected<void> {
+    if (is_good) return {};
+    return failure({Code::ConfigValue, {}, fmt::format("{} is {}", field, value), expected});
+  };
+  PANELCAL_CHECK(
+      check("false_alarm", false_alarm, false_alarm > 0 && false_alarm < 1, "above 0, below 1"));
+  PANELCAL_CHECK(check("most outliers", most, most >= 0 && most <= 0.5, "0 to 0.5 of the probes"));
+  return check("most_noise", most_noise, most_noise > 0, "above 0");
+}
+
+Expected<SoundSurface> fit_without_outliers(std::span<const ProbePoint> points,
+                                            SurfaceModel model,
+                                            const OutlierOptions& options) {
+  PANELCAL_CHECK(options.validate());
+  PANELCAL_CHECK(check_probes(points, model));
+  const bool is_plane = model == SurfaceModel::Plane;
+  const SurfaceModel searching = is_plane ? SurfaceModel::Plane : SurfaceModel::ThinPlate;
+  if (is_of_grid(model)) return fit_grid(points, model, options);
+  Sorting all(points, points.size(), options);
+  for (const Together& some : searched_together(points)) {
+    Sorting sorting(some.points, points.size(), options);
+    PANELCAL_CHECK(sorting.search(searching));
+    for (const std::size_t i : sorting.aside()) {
+      PANELCAL_CHECK(all.set_aside(some.indices[i]));
+    }
+  }
+  return all.judge(model);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "calib/base/diagnostic.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "surface/control/reference_plane.h"
+
+namespace panelcal {
+
+/// A height that was probed at a nominal place, for maps of a surface.
+struct ProbePoint {
+  Position<frame::Nominal> place;
+  HeightEstimate measured;  ///< above the table plane; sigma is what the probe is said to scatter
+  std::string name;         ///< for messages; may be empty
+  Place from;               ///< where it was read, for messages
+};
+
+}  // namespace panelcal

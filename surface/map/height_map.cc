@@ -1,0 +1,486 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "surface/map/height_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <limits>
+
+#include "calib/advice/convex_hull.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+using Eigen::Vector2d;
+using Places = std::vector<Position<frame::Nominal>>;
+
+/// Coordinates that differ by less are of one column or row, and such a distance is none.
+constexpr double kSamePlace_mm = 1e-3;
+/// What the lattice may add to a sigma, and what is always good enough.
+constexpr double kMostLatticeError = 0.1;
+constexpr double kGoodLatticeError_mm = 1e-5;
+/// Cells by the side of the square that each probe has, at first; nodes at most, but for the edges:
+/// of surfaces that are solved for, where each takes long, and for each probe of a grid.
+constexpr double kFirstRefinement = 4;
+constexpr double kMostNodes = 60000;
+constexpr double kMostNodesOfGridProbe = 20;
+/// Sigma of many probes is tried at so many places; at all but a tenth it may miss this share.
+constexpr std::size_t kTriedSigmas = 300;
+constexpr double kMostSigmaError = 0.1;
+/// Where a lattice is tried in a cell, along either side: Hermite's polynomials miss most in the
+/// middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are not.
+constexpr double kTried[] = {0.2113, 0.5, 0.7887};
+/// Of all cells at most so many places are tried, else evenly some of them.
+constexpr std::size_t kMostTried = 60000;
+/// Farther out nothing is known of any panel.
+constexpr double kMostExtrapolation_mm = 1000;
+/// Probes stand in columns and rows if they do but for this share of their neighbours' distance.
+constexpr double kSameColumn = 0.2;
+/// By the side of the square that each probe has: probes that stand closer are of one place.
+constexpr double kAgain = 0.02;
+/// Reach of scattered probes by that distance: they cover the plane nearly.
+constexpr double kScatteredReach = 0.75;
+
+Position<frame::Nominal> nominal(const Vector2d& p_mm) {
+  return position_mm<frame::Nominal>(p_mm);
+}
+
+Expected<void> check(const HeightMapOptions& options) {
+  const auto bad = [](const char* name, double value, const char* expected) {
+    return failure(
+        {Code::ConfigValue, {}, fmt::format("{} is {}", name, value), std::string(expected)});
+  };
+  const double most_mm = options.max_extrapolation.in_mm();
+  if (!(most_mm >= 0 && most_mm <= kMostExtrapolation_mm)) {
+    return bad("max_extrapolation_mm", most_mm, "0 to 1000 mm");
+  }
+  if (options.reach_mm) {
+    const double least_mm = options.reach_mm->minCoeff();
+    if (!(least_mm > 0) || !options.reach_mm->allFinite()) {
+      return bad("reach_mm", least_mm, "above 0 mm");
+    }
+  }
+  return options.outliers.validate();
+}
+
+double by_x(const Vector2d& p_mm) {
+  return p_mm.x();
+}
+
+/// The lower one of two in the middle. Precondition: not empty.
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Columns or rows that probes stand in.
+struct Columns {
+  std::vector<double> first_mm;  ///< the least coordinate in each, rising
+  double widest_mm = 0;
+
+  /// Half of the usual gap, and what the probes stand off their columns: no slit is left between.
+  double reach_mm() const {
+    std::vector<double> gaps_mm = {};
+    for (std::size_t i = 1; i < first_mm.size(); ++i) {
+      gaps_mm.push_back(first_mm[i] - first_mm[i - 1]);
+    }
+    return (gaps_mm.empty() ? 0 : 0.5 * median(std::move(gaps_mm))) + widest_mm;
+  }
+};
+
+Columns columns_of(std::span<const ProbePoint> points, int axis, double tolerance_mm) {
+  std::vector<double> all_mm;
+  for (const ProbePoint& point : points) all_mm.push_back(point.place.in_mm()[axis]);
+  std::ranges::sort(all_mm);
+  Columns out;
+  for (const double value_mm : all_mm) {
+    if (out.first_mm.empty() || value_mm - out.first_mm.back() > tolerance_mm) {
+      out.first_mm.push_back(value_mm);
+    }
+    out.widest_mm = std::max(out.widest_mm, value_mm - out.first_mm.back());
+  }
+  return out;
+}
+
+/// Over the nearest neighbours; what stands much closer than probes do on average is a place that
+/// was probed again.
+double median_neighbor_mm(std::span<const ProbePoint> points) {
+  Vector2d low_mm = points.front().place.in_mm(), high_mm = low_mm;
+  for (const ProbePoint& point : points) {
+    low_mm = low_mm.cwiseMin(point.place.in_mm());
+    high_mm = high_mm.cwiseMax(point.place.in_mm());
+  }
+  const double area_mm2 = (high_mm - low_mm).prod();
+  const double again_mm =
+      std::max(kSamePlace_mm, kAgain * std::sqrt(area_mm2 / static_cast<double>(points.size())));
+  std::vector<Vector2d> sorted_mm;
+  for (const ProbePoint& point : points) sorted_mm.push_back(point.place.in_mm());
+  std::ranges::sort(sorted_mm, {}, by_x);
+  std::vector<double> nearest_mm;
+  for (std::size_t i = 0; i < sorted_mm.size(); ++i) {
+    double least_mm = std::numeric_limits<double>::infinity();
+    const auto is_over = [&](std::size_t k) {
+      const Vector2d apart_mm = sorted_mm[k] - sorted_mm[i];
+      const double distance_mm = apart_mm.norm();
+      if (distance_mm > again_mm) least_mm = std::min(least_mm, distance_mm);
+      return std::abs(apart_mm.x()) > least_mm;
+    };
+    for (std::size_t k = i; k-- > 0 && !is_over(k);) continue;
+    for (std::size_t k = i + 1; k < sorted_mm.size() && !is_over(k); ++k) continue;
+    nearest_mm.push_back(least_mm);
+  }
+  return median(std::move(nearest_mm));
+}
+
+Vector2d reach_of(std::span<const ProbePoint> points) {
+  const double neighbor_mm = median_neighbor_mm(points);
+  const double tolerance_mm = std::max(kSamePlace_mm, kSameColumn * neighbor_mm);
+  const Columns columns = columns_of(points, 0, tolerance_mm);
+  const Columns rows = columns_of(points, 1, tolerance_mm);
+  // Half of the nodes or more: columns and rows that have gaps, no places at random.
+  if (columns.first_mm.size() * rows.first_mm.size() <= 2 * points.size()) {
+    return {columns.reach_mm(), rows.reach_mm()};
+  }
+  return Vector2d::Constant(kScatteredReach * neighbor_mm);
+}
+
+/// The least distance of two parallel lines that hold the hull between them.
+double width_mm(const Places& hull) {
+  double least_mm = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Vector2d from_mm = hull[i].in_mm();
+    const Vector2d side_mm = hull[(i + 1) % hull.size()].in_mm() - from_mm;
+    double farthest_mm = 0;
+    for (const auto& corner : hull) {
+      const Vector2d to_mm = corner.in_mm() - from_mm;
+      const double area = side_mm.x() * to_mm.y() - side_mm.y() * to_mm.x();
+      farthest_mm = std::max(farthest_mm, std::abs(area) / side_mm.norm());
+    }
+    least_mm = std::min(least_mm, farthest_mm);
+  }
+  return least_mm;
+}
+
+LatticeAxis axis(double low_mm, double high_mm, double step_mm) {
+  const int n_cells = std::max(1, static_cast<int>(std::ceil((high_mm - low_mm) / step_mm)));
+  return {low_mm, (high_mm - low_mm) / n_cells, n_cells + 1};
+}
+
+/// A surface on lattices. That of the heights is as fine as they need; sigma changes no faster than
+/// the probes stand.
+struct Sampled {
+  HeightLattice heights;
+  HeightLattice sigmas;
+  double error_mm = 0;
+};
+
+Places nodes_of(const LatticeAxis& x, const LatticeAxis& y) {
+  Places out;
+  for (int j = 0; j < y.n_nodes; ++j) {
+    for (int i = 0; i < x.n_nodes; ++i) out.push_back(nominal({x.at_mm(i), y.at_mm(j)}));
+  }
+  return out;
+}
+
+/// Places within the cells, all over them.
+Places tried_places(const LatticeAxis& x, const LatticeAxis& y) {
+  constexpr std::size_t kByCell = std::size(kTried) * std::size(kTried);
+  const auto n_columns = static_cast<std::size_t>(x.n_nodes - 1);
+  const std::size_t n = n_columns * static_cast<std::size_t>(y.n_nodes - 1) * kByCell;
+  std::size_t step = n / kMostTried + 1;
+  // Else some of a cell's places would never be tried.
+  if (step % std::size(kTried) == 0) ++step;
+  Places out;
+  for (std::size_t k = 0; k < n; k += step) {
+    const std::size_t cell = k / kByCell, place = k % kByCell;
+    const auto i = static_cast<double>(cell % n_columns);
+    const auto j = static_cast<double>(cell / n_columns);
+    out.push_back(nominal({x.first_mm + (i + kTried[place % std::size(kTried)]) * x.step_mm,
+                           y.first_mm + (j + kTried[place / std::size(kTried)]) * y.step_mm}));
+  }
+  return out;
+}
+
+bool is_fine(const SurfaceFit& surface, const HeightLattice& sigmas) {
+  const Places all = tried_places(sigmas.x(), sigmas.y());
+  Places tried;
+  for (std::size_t k = 0; k < kTriedSigmas; ++k) {
+    tried.push_back(all[k * all.size() / kTriedSigmas]);
+  }
+  std::size_t n_off = 0;
+  for (std::size_t k = 0; const HeightEstimate& right : surface.at(tried)) {
+    const double sigma_mm = right.sigma.in_mm();
+    const double error_mm = std::abs(sigmas.height_mm(tried[k++].in_mm()) - sigma_mm);
+    if (error_mm > kMostSigmaError * sigma_mm) ++n_off;
+  }
+  return n_off <= kTriedSigmas / 10;
+}
+
+/// Where each sigma takes long, as coarse as it may be, and not finer than step_mm.
+Expected<HeightLattice> sample_sigmas(const SurfaceFit& surface,
+                                      const Vector2d& low_mm,
+                                      const Vector2d& high_mm,
+                                      double step_mm) {
+  const bool is_quick = is_of_grid(surface.model()) || surface.left_out().size() <= kMostProbes;
+  double wide_mm = is_quick ? step_mm : kFirstRefinement * step_mm;
+  while (true) {
+    const LatticeAxis x = axis(low_mm.x(), high_mm.x(), wide_mm);
+    const LatticeAxis y = axis(low_mm.y(), high_mm.y(), wide_mm);
+    std::vector<double> sigmas_mm;
+    for (const HeightEstimate& node : surface.at(nodes_of(x, y))) {
+      sigmas_mm.push_back(node.sigma.in_mm());
+    }
+    PANELCAL_TRY(HeightLattice sigmas,
+                 HeightLattice::make(x, y, sigmas_mm, LatticeInterpolation::Bilinear));
+    if (wide_mm <= step_mm || is_fine(surface, sigmas)) return sigmas;
+    wide_mm *= 0.5;
+  }
+}
+
+/// What the lattice of heights misses: the most, and whether that is little everywhere.
+struct Missed {
+  double worst_mm = 0;
+  bool is_good = true;
+};
+
+Missed missed(const SurfaceFit& surface, const Sampled& sampled) {
+  const Places tried = tried_places(sampled.heights.x(), sampled.heights.y());
+  const std::vector<double> right_mm = surface.heights_mm(tried);
+  Missed out;
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    const Vector2d& p_mm = tried[i].in_mm();
+    const double error_mm = std::abs(sampled.heights.height_mm(p_mm) - right_mm[i]);
+    out.worst_mm = std::max(out.worst_mm, error_mm);
+    const double sigma_mm = sampled.sigmas.height_mm(p_mm);
+    if (error_mm > std::max(kGoodLatticeError_mm, kMostLatticeError * sigma_mm)) {
+      out.is_good = false;
+    }
+  }
+  return out;
+}
+
+/// Refines until the lattice is good or has as many nodes as it may have.
+Expected<Sampled> sample_finely(const SurfaceFit& surface,
+                                const Vector2d& low_mm,
+                                const Vector2d& high_mm,
+                                double spacing_mm,
+                                LatticeInterpolation interpolation) {
+  const Vector2d size_mm = high_mm - low_mm;
+  const auto n_probes = static_cast<double>(surface.left_out().size());
+  const double most_nodes = is_of_grid(surface.model())
+                                ? std::max(kMostNodes, kMostNodesOfGridProbe * n_probes)
+                                : kMostNodes;
+  // Probes that stand close may be few on what is extrapolated about them.
+  double step_mm = std::max({spacing_mm / kFirstRefinement,
+                             std::sqrt(size_mm.x() * size_mm.y() / most_nodes),
+                             size_mm.maxCoeff() / most_nodes});
+  PANELCAL_TRY(const HeightLattice sigmas, sample_sigmas(surface, low_mm, high_mm, step_mm));
+  while (true) {
+    const LatticeAxis x = axis(low_mm.x(), high_mm.x(), step_mm);
+    const LatticeAxis y = axis(low_mm.y(), high_mm.y(), step_mm);
+    PANELCAL_TRY(HeightLattice heights,
+                 HeightLattice::make(x, y, surface.heights_mm(nodes_of(x, y)), interpolation));
+    Sampled out{std::move(heights), sigmas};
+    const Missed error = missed(surface, out);
+    out.error_mm = error.worst_mm;
+    const double next_nodes = 4 * (size_mm.x() / step_mm + 1) * (size_mm.y() / step_mm + 1);
+    if (error.is_good || next_nodes > most_nodes) return out;
+    step_mm *= 0.5;
+  }
+}
+
+}  // namespace
+
+struct HeightMap::State {
+  ChosenSurface chosen;
+  HeightMapOptions options;
+  Vector2d reach_mm;
+  std::vector<Vector2d> kept_mm;  ///< by rising x
+  Places hull;
+  Sampled sampled;
+  std::vector<std::uint8_t> marks;  ///< cells that are not within the hull
+
+  Length outside(const Vector2d& p_mm) const {
+    const Length distance = distance_outside(hull, nominal(p_mm));
+    return distance > mm(kSamePlace_mm) ? distance : mm(0);
+  }
+  Expected<Length> check(const Vector2d& p_mm) const;
+  HeightSource source_of(const Vector2d& p_mm, Length outside) const;
+  void mark_cells();
+};
+
+Expected<Length> HeightMap::State::check(const Vector2d& p_mm) const {
+  if (!p_mm.allFinite()) {
+    return failure({Code::GridInvalid, {}, "a height is asked for at no place", "finite x and y"});
+  }
+  const Length distance = outside(p_mm);
+  if (distance > options.max_extrapolation) {
+    return failure({Code::GridInvalid,
+                    {},
+                    fmt::format("({:.3f}, {:.3f}) lies {:.3f} mm outside of what was probed",
+                                p_mm.x(),
+                                p_mm.y(),
+                                distance.in_mm()),
+                    fmt::format("at most {:.3f} mm", options.max_extrapolation.in_mm())});
+  }
+  return distance;
+}
+
+HeightSource HeightMap::State::source_of(const Vector2d& p_mm, Length outside) const {
+  if (outside > mm(0)) return HeightSource::Extrapolated;
+  const Vector2d reach = reach_mm + Vector2d::Constant(kSamePlace_mm);
+  const auto is_near = [&](const Vector2d& probe_mm) {
+    return ((probe_mm - p_mm).cwiseAbs().array() <= reach.array()).all();
+  };
+  // Wider than the reach by more than rounding.
+  const double aside_mm = reach.x() + kSamePlace_mm;
+  const auto first = std::ranges::lower_bound(kept_mm, p_mm.x() - aside_mm, {}, by_x);
+  const auto behind = std::ranges::upper_bound(kept_mm, p_mm.x() + aside_mm, {}, by_x);
+  return std::any_of(first, behind, is_near) ? HeightSource::Measured : HeightSource::Filled;
+}
+
+/// A cell whose four corners are within the hull is so itself: the hull is convex.
+void HeightMap::State::mark_cells() {
+  const LatticeAxis& x = sampled.heights.x();
+  const LatticeAxis& y = sampled.heights.y();
+  const auto is_out = [&](int i, int j) {
+    return distance_outside(hull, nominal({x.at_mm(i), y.at_mm(j)})) > mm(0);
+  };
+  for (int j = 0; j + 1 < y.n_nodes; ++j) {
+    for (int i = 0; i + 1 < x.n_nodes; ++i) {
+      marks.push_back(is_out(i, j) || is_out(i + 1, j) || is_out(i, j + 1) || is_out(i + 1, j + 1));
+    }
+  }
+}
+
+Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
+                                         const HeightMapOptions& options) {
+  PANELCAL_CHECK(check(options));
+  if (!options.model) {
+    PANELCAL_TRY(ChosenSurface chosen, choose_surface(points, options.outliers));
+    return of_surface(points, std::move(chosen), options);
+  }
+  PANELCAL_TRY(SoundSurface surface,
+               fit_without_outliers(points, *options.model, options.outliers));
+  return of_surface(points, {std::move(surface), "the model was given"}, options);
+}
+
+Expected<HeightMap> HeightMap::of_surface(std::span<const ProbePoint> points,
+                                          ChosenSurface chosen,
+                                          const HeightMapOptions& options) {
+  PANELCAL_CHECK(check(options));
+  Places kept;
+  for (const std::size_t i : chosen.surface.kept) kept.push_back(points[i].place);
+  Places hull = convex_hull(kept);
+  if (!(width_mm(hull) > kSamePlace_mm)) {
+    return failure(
+        {Code::GridInvalid,
+         points.front().from,
+         fmt::format("{} probes in one line but for {:.3g} mm", kept.size(), width_mm(hull)),
+         fmt::format("a surface wider than {} mm", kSamePlace_mm)});
+  }
+  Vector2d low_mm = hull.front().in_mm(), high_mm = low_mm;
+  for (const auto& corner : hull) {
+    low_mm = low_mm.cwiseMin(corner.in_mm());
+    high_mm = high_mm.cwiseMax(corner.in_mm());
+  }
+  const double spacing_mm =
+      (high_mm - low_mm).norm() / std::sqrt(2 * static_cast<double>(kept.size()));
+  // What is inside but for rounding lies in the lattice.
+  const double border_mm = options.max_extrapolation.in_mm() + kSamePlace_mm;
+  PANELCAL_TRY(Sampled sampled,
+               sample_finely(chosen.surface.fit,
+                             low_mm - Vector2d::Constant(border_mm),
+                             high_mm + Vector2d::Constant(border_mm),
+                             spacing_mm,
+                             options.interpolation));
+  std::vector<Vector2d> kept_mm;
+  for (const auto& place : kept) kept_mm.push_back(place.in_mm());
+  std::ranges::sort(kept_mm, {}, by_x);
+  State state{std::move(chosen),
+              options,
+              options.reach_mm.value_or(reach_of(points)),
+              std::move(kept_mm),
+              std::move(hull),
+              std::move(sampled),
+              {}};
+  state.mark_cells();
+  return HeightMap(std::make_shared<const State>(std::move(state)));
+}
+
+Expected<HeightAt> HeightMap::height_at(const Position<frame::Nominal>& place) const {
+  const Vector2d& p_mm = place.in_mm();
+  PANELCAL_TRY(const Length outside, state_->check(p_mm));
+  const double sigma_mm = state_->sampled.sigmas.height_mm(p_mm);
+  return HeightAt{mm(state_->sampled.heights.height_mm(p_mm)),
+                  mm(std::hypot(sigma_mm, state_->sampled.error_mm)),
+                  state_->source_of(p_mm, outside),
+                  outside};
+}
+
+Expected<void> HeightMap::heights_at(std::span<const Vector2d> places_mm,
+                                     std::span<double> heights_mm,
+                                     std::span<HeightSource> sources) const {
+  if (heights_mm.size() != places_mm.size() ||
+      (!sources.empty() && sources.size() != places_mm.size())) {
+    return failure({Code::GridInvalid,
+                    {},
+                    fmt::format("{} places, {} heights and {} sources",
+                                places_mm.size(),
+                                heights_mm.size(),
+                                sources.size()),
+                    "one height, and one source or none, for each place"});
+  }
+  const bool is_doubtful = state_->sampled.heights.heights_mm(places_mm, heights_mm, state_->marks);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    PANELCAL_TRY(const Length outside, state_->check(places_mm[i]));
+    sources[i] = state_->source_of(places_mm[i], outside);
+  }
+  if (!is_doubtful || !sources.empty()) return {};
+  for (const Vector2d& p_mm : places_mm) {
+    // Cells at the lattice's border have a mark, and what lies outside of it falls into them.
+    if (state_->marks[state_->sampled.heights.cell_of(p_mm)] != 0) {
+      PANELCAL_CHECK(state_->check(p_mm));
+    }
+  }
+  return {};
+}
+
+const SurfaceFit& HeightMap::surface() const {
+  return state_->chosen.surface.fit;
+}
+
+std::span<const SurfaceOutlier> HeightMap::outliers() const {
+  return state_->chosen.surface.outliers;
+}
+
+std::span<const std::size_t> HeightMap::kept() const {
+  return state_->chosen.surface.kept;
+}
+
+std::span<const Position<frame::Nominal>> HeightMap::hull() const {
+  return state_->hull;
+}
+
+HeightMapOptions HeightMap::options() const {
+  HeightMapOptions options = state_->options;
+  options.reach_mm = state_->reach_mm;
+  return options;
+}
+
+const std::string& HeightMap::reason() const {
+  return state_->chosen.reason;
+}
+
+const HeightLattice& HeightMap::lattice() const {
+  return state_->sampled.heights;
+}
+
+Length HeightMap::lattice_error() const {
+  return mm(state_->sampled.error_mm);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/sources/measurement_file_source.h"
+
+#include <bit>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "calib/base/random.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/machine/virtual_machine.h"
+#include "tests/support/matchers.h"
+
+namespace panelcal {
+namespace {
+
+using test::FailsWith;
+
+constexpr std::string_view kFound =
+    R"({"seq":0,"line":7,"command":"G46","tool":2,"nominal":[1.5,2],"expected":[1.6,2.1],"path":[0,1],)"
+    R"("measured":[1.61,2.12],"cov":[1e-06,0,1e-06],"score":0.98,"image":"a.png","status":"found"})";
+
+/// kFound with one piece replaced.
+std::string with(std::string_view piece, std::string_view other) {
+  std::string text(kFound);
+  const auto at = text.find(piece);
+  EXPECT_NE(at, std::string::npos) << piece;
+  return text.replace(at, piece.size(), other);
+}
+
+std::string refusal(std::string_view text) {
+  const auto recorded = parse_measurements(text, "m.jsonl");
+  return recorded ? "accepted" : recorded.error().text();
+}
+
+std::uint64_t bits(double v) {
+  return std::bit_cast<std::uint64_t>(v);
+}
+
+/// Numbers with all bits in use, far apart in size.
+double any_number(Random& random) {
+  return random.normal() * std::exp2(std::round(random.uniform(-200, 200)));
+}
+
+Measurement any_measurement(Random& random, std::int64_t seq) {
+  Measurement m;
+  m.request.seq = seq;
+  m.request.line = 12;
+  m.request.command = "G36";
+  m.request.settings.tools = {3};
+  m.request.nominal = position_mm<frame::Nominal>(any_number(random), -0.0);
+  m.request.expected = position_mm<frame::Actual>(any_number(random), any_number(random));
+  m.request.path = {0, 4};
+  m.status = MeasurementStatus::Found;
+  m.measured.position = position_mm<frame::Actual>(any_number(random), any_number(random));
+  const double sx = std::abs(any_number(random));
+  const double sy = std::abs(any_number(random));
+  const double xy = random.uniform(-0.99, 0.99) * sx * sy;
+  m.measured.cov << sx * sx, xy, xy, sy * sy;
+  m.score = random.uniform();
+  m.image = "pict\xc3\xbcre \"1\".png";
+  return m;
+}
+
+TEST(MeasurementFile, RoundTripsToTheBit) {
+  Random random(1);
+  for (int i = 0; i < 200; ++i) {
+    const Measurement written = any_measurement(random, i);
+    const auto read = parse_measurements(to_json(written) + "\n", "m.jsonl");
+    ASSERT_TRUE(read) << read.error().text();
+    ASSERT_EQ(read->measurements.size(), 1u);
+    const Measurement& m = read->measurements[0].measurement;
+    EXPECT_EQ(to_json(m), to_json(written));
+    for (int k = 0; k < 2; ++k) {
+      EXPECT_EQ(bits(m.request.nominal.in_mm()[k]), bits(written.request.nominal.in_mm()[k]));
+      EXPECT_EQ(bits(m.measured.position.in_mm()[k]), bits(written.measured.position.in_mm()[k]));
+    }
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_EQ(bits(m.measured.cov(k)), bits(written.measured.cov(k)));
+    }
+  }
+}
+
+TEST(MeasurementFile, RoundTripsEveryOptionalKey) {
+  Measurement written;
+  written.request.command = "G38";
+  written.request.settings.tools = {1, 2, 3, 4};
+  written.request.settings.delta = mm(2.5);
+  written.request.settings.inspections = 3;
+  written.request.settings.search = false;
+  written.request.settings.search_area = mm(0.25);
+  written.request.settings.lamp = 30;
+  written.request.settings.zoom = 7;
+  written.request.settings.algorithm = 1;
+  written.status = MeasurementStatus::Ambiguous;
+  written.reason = "two discs\tof 1.0 mm";
+  written.request.axes = ObservedAxes::Y;
+  written.scatter = displacement_mm<frame::Actual>(0.001, 0.00025);
+  const auto read = parse_measurements(to_json(written), "m.jsonl");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(to_json(read->measurements[0].measurement), to_json(written));
+}
+
+TEST(MeasurementFile, SkipsBlankLinesAndCountsThem) {
+  const auto read = parse_measurements("\n  \r\n" + std::string(kFound) + "\r\n\n", "m.jsonl");
+  ASSERT_TRUE(read) << read.error().text();
+  ASSERT_EQ(read->measurements.size(), 1u);
+  EXPECT_EQ(read->measurements[0].line, 3);
+}
+
+TEST(MeasurementFile, RefusesWhatIsNotAMeasurement) {
+  EXPECT_EQ(refusal("\n{\"seq\":0,}"),
+            "m.jsonl:2:10: error[json-syntax]: \"}\", expected a text in double quotes");
+  EXPECT_EQ(
+      refusal(with("\"score\"", "\"scoer\"")),
+      "m.jsonl:1:141: error[measurement-file]: unknown key \"scoer\", expected one of "
+      "algorithm, axes, by_camera, command, cov, delta, expected, file, image, inspections, lamp, "
+      "line, "
+      "measured, "
+      "nominal, path, reason, scatter, score, search, search_area, seq, status, tool, tools, zoom");
+  EXPECT_EQ(refusal(with("\"seq\":0,", "")),
+            "m.jsonl:1:1: error[measurement-file]: there is no \"seq\", expected the key");
+  EXPECT_EQ(refusal(with("\"expected\":[1.6,2.1],", "")),
+            "m.jsonl:1:1: error[measurement-file]: there is no \"expected\", expected the key");
+  EXPECT_EQ(refusal(with("\"seq\":0", "\"seq\":-1")),
+            "m.jsonl:1:8: error[measurement-file]: \"seq\" is -1, expected a whole number from 0 "
+            "to 9223372036854775807");
+  EXPECT_EQ(refusal(with("\"seq\":0", "\"seq\":0.5")),
+            "m.jsonl:1:8: error[measurement-file]: \"seq\" is 0.5, expected a whole number from 0 "
+            "to 9223372036854775807");
+  EXPECT_EQ(refusal(with("[1.5,2]", "[1.5]")),
+            "m.jsonl:1:54: error[measurement-file]: \"nominal\" is [1.5], expected an array of 2 "
+            "numbers");
+  EXPECT_EQ(refusal(with("[1.5,2]", "[1e999,2]")),
+            "m.jsonl:1:54: error[measurement-file]: \"nominal\" is [1e999,2], expected an array of "
+            "2 numbers");
+  EXPECT_EQ(refusal(with("[0,1]", "[0,-1]")),
+            "m.jsonl:1:90: error[measurement-file]: \"path\" is [0,-1], expected an array of at "
+            "most 128 whole numbers from 0 to 2147483647");
+  EXPECT_EQ(refusal(with("\"found\"", "\"lost\"")),
+            "m.jsonl:1:179: error[measurement-file]: \"status\" is \"lost\", expected found, "
+            "not_found, ambiguous or rejected");
+  EXPECT_EQ(refusal(with("\"tool\":2", "\"tool\":2,\"tools\":[1,2]")),
+            "m.jsonl:1:52: error[measurement-file]: \"tools\" is [1,2], expected two or more "
+            "vision tools, \"tool\" = 2 first");
+  EXPECT_EQ(refusal(std::string(kFound) + "\n" + std::string(kFound)),
+            "m.jsonl:2:8: error[measurement-file]: \"seq\" is 0, expected each seq once; line 1 "
+            "has this one already");
+}
+
+TEST(MeasurementFile, MeasuredStandsThereIfAndOnlyIfFound) {
+  EXPECT_EQ(refusal(with("\"measured\":[1.61,2.12],", "")),
+            "m.jsonl:1:1: error[measurement-file]: there is no \"measured\", expected the key");
+  EXPECT_EQ(refusal(with("\"cov\":[1e-06,0,1e-06],", "")),
+            "m.jsonl:1:1: error[measurement-file]: there is no \"cov\", expected the key");
+  EXPECT_EQ(refusal(with("\"found\"", "\"not_found\"")),
+            "m.jsonl:1:107: error[measurement-file]: \"measured\" is [1.61,2.12], expected no "
+            "measured place unless status is found");
+  EXPECT_EQ(refusal(with(R"("measured":[1.61,2.12],"cov":[1e-06,0,1e-06],"score":0.98,)"
+                         R"("image":"a.png","status":"found")",
+                         R"("status":"rejected","reason":"too small")")),
+            "accepted");
+}
+
+TEST(MeasurementFile, RefusesCovariancesThatAreNone) {
+  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[0,0,1e-06]")),
+            "m.jsonl:1:125: error[measurement-invalid]: \"cov\" is [0,0,1e-06], expected [xx, xy, "
+            "yy] with xx > 0, yy > 0 and xy^2 < xx yy");
+  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[1e-06,1e-06,1e-06]")),
+            "m.jsonl:1:125: error[measurement-invalid]: \"cov\" is [1e-06,1e-06,1e-06], expected "
+            "[xx, xy, yy] with xx > 0, yy > 0 and xy^2 < xx yy");
+  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[1e-06,0,-1e-06]")),
+            "m.jsonl:1:125: error[measurement-invalid]: \"cov\" is [1e-06,0,-1e-06], expected [xx, "
+            "xy, yy] with xx > 0, yy > 0 and xy^2 < xx yy");
+  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[1e-300,0,1e-300]")), "accepted");
+}
+
+TEST(MeasurementFile, RefusesLongLines) {
+  EXPECT_EQ(
+      refusal(std::string(100'000, ' ') + "x"),
+      "m.jsonl:1:1: error[measurement-file]: the line is too long, expected at most 65536 bytes");
+}
+
+MeasurementRequest request_of(std::string_view line) {
+  return parse_measurements(line, "m.jsonl")->measurements[0].measurement.request;
+}
+
+TEST(MeasurementFileSource, AnswersWithTheProgramsRequest) {
+  MeasurementFileSource source(*parse_measurements(kFound, "m.jsonl"));
+  MeasurementRequest request = request_of(kFound);
+  request.work_zero = position_mm<frame::Machine>(100, 200);
+  const auto measurement = source.measure(request);
+  ASSERT_TRUE(measurement) << measurement.error().text();
+  EXPECT_EQ(measurement->request.work_zero, request.work_zero);
+  EXPECT_EQ(measurement->measured.position.in_mm(), Eigen::Vector2d(1.61, 2.12));
+  EXPECT_EQ(measurement->score, 0.98);
+  EXPECT_EQ(measurement->image, "a.png");
+}
+
+TEST(MeasurementFileSource, ForgivesThePrintingOfNominalsOnly) {
+  MeasurementFileSource source(*parse_measurements(kFound, "m.jsonl"));
+  MeasurementRequest request = request_of(kFound);
+  request.nominal = position_mm<frame::Nominal>(1.5 + 0.9e-6, 2);
+  EXPECT_TRUE(source.measure(request));
+  request.nominal = position_mm<frame::Nominal>(1.5 + 1.1e-6, 2);
+  EXPECT_FALSE(source.measure(request));
+}
+
+TEST(MeasurementFileSource, RefusesAnotherProgramsMeasurements) {
+  const auto refusal_of = [](std::string_view recorded) {
+    MeasurementFileSource source(*parse_measurements("\n" + std::string(recorded), "m.jsonl"));
+    const auto measurement = source.measure(request_of(kFound));
+    return measurement ? "accepted" : measurement.error().text();
+  };
+  EXPECT_EQ(refusal_of(kFound), "accepted");
+  EXPECT_EQ(refusal_of(with("\"seq\":0", "\"seq\":1")),
+            "m.jsonl: error[measurement-missing]: there is no seq 0, expected a measurement for "
+            "G46 target 0 (line 7)");
+  EXPECT_EQ(refusal_of(with("\"line\":7", "\"line\":8")),
+            "m.jsonl:2:1: error[measurement-mismatch]: seq 0 has line 8, expected line 7, as the "
+            "program has it");
+  EXPECT_EQ(refusal_of(with("G46", "G36")),
+            "m.jsonl:2:1: error[measurement-mismatch]: seq 0 has command \"G36\", expected command "
+            "\"G46\", as the program has it");
+  EXPECT_EQ(refusal_of(with("\"tool\":2", "\"tool\":1")),
+            "m.jsonl:2:1: error[measurement-mismatch]: seq 0 has vision tool 1, expected vision "
+            "tool 2, as the program has it");
+  EXPECT_EQ(refusal_of(with("[0,1]", "[0,2]")),
+            "m.jsonl:2:1: error[measurement-mismatch]: seq 0 has path [0,2], expected path [0,1], "
+            "as the program has it");
+  EXPECT_EQ(refusal_of(with("[1.5,2]", "[1.5,2.001]")),
+            "m.jsonl:2:1: error[measurement-mismatch]: seq 0 has nominal [1.5, 2.001], expected "
+            "nominal [1.5, 2], as the program has it");
+}
+
+TEST(MeasurementFileSource, NoticesMeasurementsThatNobodyAskedFor) {
+  MeasurementFileSource source(*parse_measurements(kFound, "m.jsonl"));
+  ASSERT_FALSE(source.check_all_used());
+  EXPECT_EQ(source.check_all_used().error().text(),
+            "m.jsonl:1:1: error[measurement-mismatch]: the program does not ask for G46 target 0 "
+            "(line 7), expected only what the program asks for");
+  ASSERT_TRUE(source.measure(request_of(kFound)));
+  EXPECT_TRUE(source.check_all_used());
+}
+
+constexpr std::string_view kByCamera = R"("by_camera":[1,2,3,4,5,6,7,8,9,-0.1],"score")";
+
+TEST(MeasurementFile, HowAPlaceMovesWithTheCameraReadsBackToTheBit) {
+  Random random(8);
+  for (int i = 0; i < 200; ++i) {
+    Measurement m = any_measurement(random, i);
+    m.by_camera = CameraJacobian::Zero();
+    for (double& number : m.by_camera->reshaped()) number = random.normal() * 1e3;
+    const auto recorded = parse_measurements(to_json(m), "m.jsonl");
+    ASSERT_TRUE(recorded) << recorded.error().text();
+    EXPECT_EQ(recorded->measurements[0].measurement.by_camera, m.by_camera);
+  }
+  const auto recorded = parse_measurements(with(R"("score")", kByCamera), "m.jsonl");
+  ASSERT_TRUE(recorded) << recorded.error().text();
+  const auto& by_camera = recorded->measurements[0].measurement.by_camera;
+  ASSERT_TRUE(by_camera);
+  EXPECT_EQ((*by_camera)(0, 4), 5);
+  EXPECT_EQ((*by_camera)(1, 0), 6);
+  EXPECT_FALSE(parse_measurements(kFound, "m.jsonl")->measurements[0].measurement.by_camera);
+}
+
+TEST(MeasurementFile, RefusesACameraThatIsNone) {
+  EXPECT_THAT(refusal(with(R"("score")", R"("by_camera":[1,2,3],"score")")),
+              testing::HasSubstr("by_camera"));
+  EXPECT_THAT(refusal(with(R"("score")", R"("by_camera":[1,2,3,4,5,6,7,8,9,1e16],"score")")),
+              testing::HasSubstr("numbers of at most 1e+15"));
+  std::string lost = with(R"("score")", kByCamera);
+  lost.replace(lost.find(R"("measured":[1.61,2.12],"cov":[1e-06,0,1e-06],)"), 45, "");
+  lost.replace(lost.find("\"found\""), 7, "\"not_found\"");
+  EXPECT_THAT(refusal(lost), testing::HasSubstr("no measured place unless status is found"));
+}
+
+}  // namespace
+}  // namespace panelcal

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/gcode/block.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace panelcal::gcode {
+namespace {
+
+Expected<GcodeBlock> read(std::string_view text) {
+  return read_gcode_block({text, 7, 1}, "p.ngc");
+}
+
+std::string refusal(std::string_view text) {
+  const auto block = read(text);
+  return block ? "accepted" : block.error().text();
+}
+
+TEST(GcodeBlock, ReadsWordsAndKeepsTheirPlaces) {
+  const auto block = read("N10 g1X-12.5 Y+.25F100(to the corner)M3;later");
+  ASSERT_TRUE(block) << block.error().text();
+  ASSERT_EQ(block->words.size(), 6U);
+  EXPECT_TRUE(block->words[1].is('G', 1));
+  EXPECT_EQ(block->find('X')->value, -12.5);
+  EXPECT_EQ(block->find('Y')->value, 0.25);
+  EXPECT_TRUE(block->words[5].is('M', 3));
+  const GcodeWord& x = *block->find('X');
+  EXPECT_EQ(block->text.substr(x.begin, x.end - x.begin), "X-12.5");
+  EXPECT_EQ(block->rest, "(to the corner);later");
+  EXPECT_FALSE(block->has('Z'));
+  EXPECT_FALSE(block->is_deleted);
+}
+
+// RS274NGC, 3.3.1: "g0x +0. 1234y 7" is "g0 x+0.1234 y7".
+TEST(GcodeBlock, ForgivesBlanksAnywhere) {
+  const auto block = read("g0x +0. 1234y 7");
+  ASSERT_TRUE(block) << block.error().text();
+  EXPECT_EQ(block->find('X')->value, 0.1234);
+  EXPECT_EQ(block->find('Y')->value, 7);
+}
+
+TEST(GcodeBlock, ReadsLinesWithoutWords) {
+  for (const std::string_view text : {"", "   ", "%", "(comment)", "; comment", " % "}) {
+    const auto block = read(text);
+    ASSERT_TRUE(block) << block.error().text();
+    EXPECT_TRUE(block->words.empty());
+  }
+  EXPECT_TRUE(read("/G1 X1")->is_deleted);
+}
+
+TEST(GcodeBlock, RefusesWhatIsNotKnownBeforeItRuns) {
+  EXPECT_EQ(refusal("G1 X#5"),
+            "p.ngc:7:4: error[not-supported]: \"X#5\", expected numbers as they are: variables "
+            "and expressions are not executed");
+  EXPECT_THAT(refusal("G1 X[1+2]"), ::testing::HasSubstr("p.ngc:7:4: error[not-supported]"));
+  EXPECT_THAT(refusal("#1=5"), ::testing::HasSubstr("p.ngc:7:1: error[not-supported]"));
+  EXPECT_THAT(refusal("O100 sub"), ::testing::HasSubstr("p.ngc:7:1: error[not-supported]"));
+}
+
+TEST(GcodeBlock, RefusesWhatIsNoWord) {
+  EXPECT_EQ(refusal("G1 X"),
+            "p.ngc:7:4: error[number-malformed]: \"X\", expected a letter and a decimal number");
+  for (const std::string_view text : {"X1.2.3", "X--1", "X+-1", "X.", "XY1", "X1-2", "X+"}) {
+    EXPECT_NE(refusal(text), "accepted") << text;
+  }
+  EXPECT_THAT(refusal("G1 $1"), ::testing::HasSubstr("p.ngc:7:4: error[command-unknown]: \"$\""));
+  EXPECT_THAT(refusal("G1 (open"), ::testing::HasSubstr("a comment without an end"));
+  EXPECT_EQ(refusal("X1 X2"),
+            "p.ngc:7:4: error[argument-invalid]: \"X2\" beside another X, expected each letter "
+            "but G and M once in a line");
+  EXPECT_NE(refusal(std::string_view("G1\0X", 4)), "accepted");
+}
+
+}  // namespace
+}  // namespace panelcal::gcode

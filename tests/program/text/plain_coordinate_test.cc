@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/text/plain_coordinate.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "calib/base/random.h"
+#include <gtest/gtest.h>
+
+namespace panelcal::excellon {
+namespace {
+
+constexpr std::uint64_t kSeed = 20261121;
+constexpr std::size_t kLongestRun = 8;
+
+std::vector<NumberFormat> all_formats() {
+  std::vector<NumberFormat> formats;
+  for (const LengthUnit unit : {LengthUnit::Inch, LengthUnit::Millimeter}) {
+    for (const Zeros zeros : {Zeros::LeadingKept, Zeros::TrailingKept}) {
+      for (int integer_digits = 0; integer_digits <= 6; ++integer_digits) {
+        for (int decimal_digits = 0; decimal_digits <= 6; ++decimal_digits) {
+          formats.push_back({unit, zeros, integer_digits, decimal_digits});
+        }
+      }
+    }
+  }
+  return formats;
+}
+
+/// The line stands in memory of exactly its size, so that a sanitizer sees every byte read too far.
+std::optional<PlainCoordinate> read(std::string_view line, const NumberFormat& format) {
+  const std::vector<char> exact(line.begin(), line.end());
+  PlainCoordinate coordinate;
+  if (!PlainReader(format).read({exact.data(), exact.size()}, coordinate)) return std::nullopt;
+  return coordinate;
+}
+
+/// The same word by word through parse_length. Whatever is not X and Y, each once, each without a
+/// fault, is nothing.
+std::optional<PlainCoordinate> read_slowly(std::string_view line, const NumberFormat& format) {
+  PlainCoordinate coordinate;
+  if (line.empty()) return std::nullopt;
+  while (!line.empty()) {
+    if (line[0] != 'X' && line[0] != 'Y') return std::nullopt;
+    std::optional<double>& axis_mm = coordinate.xy_mm[line[0] == 'X' ? 0 : 1];
+    const std::size_t next = std::min(line.find_first_of("XY", 1), line.size());
+    const std::string_view number = line.substr(1, next - 1);
+    const ParsedLength parsed = parse_length(number, format);
+    if (axis_mm || parsed.fault != NumberFault::None) return std::nullopt;
+    axis_mm = parsed.value.in_mm();
+    if (!number.empty() && number.find('.') == std::string_view::npos) coordinate.has_point = false;
+    line.remove_prefix(next);
+  }
+  return coordinate;
+}
+
+/// What the reader need not read although it has no fault: it is rare.
+bool is_unusual(std::string_view line) {
+  if (line[0] == 'Y' && line.find('X') != std::string_view::npos) return true;
+  std::size_t n_digits = 0;
+  for (const char c : line) {
+    n_digits = c >= '0' && c <= '9' ? n_digits + 1 : 0;
+    if (n_digits > kLongestRun) return true;
+  }
+  return false;
+}
+
+bool is_same(const std::optional<double>& a, const std::optional<double>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return std::bit_cast<std::uint64_t>(*a) == std::bit_cast<std::uint64_t>(*b);
+}
+
+/// Bit-identical where read, and read wherever it should be.
+::testing::AssertionResult agrees(std::string_view line, const NumberFormat& format) {
+  const auto fast = read(line, format);
+  const auto slow = read_slowly(line, format);
+  const bool leaves_alone = !slow || is_unusual(line);
+  const auto failure = [&] {
+    return ::testing::AssertionFailure() << "'" << line << "' as " << format.summary() << ": ";
+  };
+  if (fast.has_value() == leaves_alone) return failure() << (fast ? "read" : "not read");
+  if (!fast) return ::testing::AssertionSuccess();
+  if (!is_same(fast->xy_mm[0], slow->xy_mm[0]) || !is_same(fast->xy_mm[1], slow->xy_mm[1])) {
+    return failure() << "another value";
+  }
+  if (fast->has_point != slow->has_point) return failure() << "has_point";
+  return ::testing::AssertionSuccess();
+}
+
+std::size_t below(Random& random, std::size_t n) {
+  return static_cast<std::size_t>(random.uniform() * static_cast<double>(n));
+}
+
+char any_of(Random& random, std::string_view characters) {
+  return characters[below(random, characters.size())];
+}
+
+/// A number of up to `n_most` digits with or without sign and point.
+std::string random_number(Random& random, std::size_t n_most) {
+  std::string number;
+  for (std::size_t n = below(random, n_most + 1); n > 0; --n) {
+    number += any_of(random, random.uniform() < 0.3 ? "09" : "0123456789");
+  }
+  if (random.uniform() < 0.3) number.insert(below(random, number.size() + 1), 1, '.');
+  if (random.uniform() < 0.3) number.insert(0, 1, any_of(random, "+-"));
+  return number;
+}
+
+std::string random_line(Random& random, std::size_t n_most_digits) {
+  const std::string x = "X" + random_number(random, n_most_digits);
+  const std::string y = "Y" + random_number(random, n_most_digits);
+  switch (below(random, 5)) {
+    case 0:
+      return x;
+    case 1:
+      return y;
+    case 2:
+      return y + x;
+    default:
+      return x + y;
+  }
+}
+
+TEST(PlainCoordinate, RandomBlocksAgreeBitForBit) {
+  Random random(kSeed);
+  for (const NumberFormat& format : all_formats()) {
+    for (int i = 0; i < 2000; ++i) {
+      ASSERT_TRUE(agrees(random_line(random, 6), format)) << "seed " << kSeed;
+    }
+  }
+}
+
+TEST(PlainCoordinate, LongNumbersAgreeBitForBit) {
+  Random random(kSeed);
+  for (const NumberFormat& format : all_formats()) {
+    for (int i = 0; i < 500; ++i) {
+      ASSERT_TRUE(agrees(random_line(random, 18), format)) << "seed " << kSeed;
+    }
+  }
+}
+
+TEST(PlainCoordinate, SpoiltBlocksAgreeBitForBit) {
+  Random random(kSeed);
+  std::string hostile = "XY0123456789.+- \t/;,%GMTRxy:@\r\n\x7F\x80\xB0\xB9\xFF";
+  hostile += '\0';
+  for (const NumberFormat& format : all_formats()) {
+    for (int i = 0; i < 1000; ++i) {
+      std::string line = random_line(random, 8);
+      for (std::size_t n = 1 + below(random, 3); n > 0; --n) {
+        const std::size_t at = below(random, line.size() + 1);
+        if (random.uniform() < 0.3) {
+          line.erase(at, 1);
+        } else if (random.uniform() < 0.5 && at < line.size()) {
+          line[at] = any_of(random, hostile);
+        } else {
+          line.insert(at, 1, any_of(random, hostile));
+        }
+      }
+      ASSERT_TRUE(agrees(line, format)) << "seed " << kSeed;
+    }
+  }
+}
+
+TEST(PlainCoordinate, EveryByteBehindAndInsideANumberAgrees) {
+  for (const NumberFormat& format : all_formats()) {
+    for (int byte = 0; byte < 256; ++byte) {
+      const std::string any(1, static_cast<char>(byte));
+      for (const std::string& line : {any,
+                                      "X" + any,
+                                      "X1" + any + "2",
+                                      "X12" + any + "Y3",
+                                      "X00123456" + any,
+                                      "Y" + any + "12.5",
+                                      "X1.5Y-12.34" + any,
+                                      any + "X1Y2"}) {
+        ASSERT_TRUE(agrees(line, format)) << "byte " << byte;
+      }
+    }
+  }
+}
+
+TEST(PlainCoordinate, LeavesTheUnusualAlone) {
+  for (const char* line : {"",
+                           " X1",
+                           "X1 ",
+                           "X1 Y1",
+                           "X1X2",
+                           "X1Y1X1",
+                           "Y2Y",
+                           "X-",
+                           "X+Y1",
+                           "X.",
+                           "X1.2.3",
+                           "X--1",
+                           "X1-",
+                           "X1e3",
+                           "G85X1",
+                           "X1G85X2",
+                           "X1,2",
+                           "/X1",
+                           "T1",
+                           "x1",
+                           "X123456789",
+                           "X1.123456789",
+                           "X12345678.12345678",
+                           "X0075000",
+                           "X1\r",
+                           "Z1",
+                           "W1"}) {
+    EXPECT_FALSE(read(line, NumberFormat())) << line;
+  }
+}
+
+TEST(PlainCoordinate, HasPointUnlessTheFormatDecides) {
+  for (const char* line : {"X1.5Y.5", "X1.Y", "X", "XY", "Y-2.0"}) {
+    EXPECT_TRUE(read(line, NumberFormat())->has_point) << line;
+  }
+  for (const char* line : {"X1", "X1.5Y1", "X1Y1.5", "XY0", "Y-01"}) {
+    EXPECT_FALSE(read(line, NumberFormat())->has_point) << line;
+  }
+}
+
+TEST(PlainCoordinate, AnAxisLeftOutIsAbsentAndOneWithoutDigitsIsZero) {
+  const auto only_y = read("Y014", NumberFormat());
+  ASSERT_TRUE(only_y);
+  EXPECT_EQ(only_y->xy_mm[0], std::nullopt);
+  EXPECT_DOUBLE_EQ(only_y->xy_mm[1].value(), 1.4 * kMmPerInch);
+  EXPECT_EQ(read("XY1", NumberFormat())->xy_mm[0], 0.0);
+}
+
+}  // namespace
+}  // namespace panelcal::excellon

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/writers/csv_writer.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "tests/program/operations.h"
+
+namespace panelcal {
+namespace {
+
+using namespace test;
+using Row = std::map<std::string, std::string>;
+
+/// Fields of one record (RFC 4180); removes it from `text`.
+std::vector<std::string> take_record(std::string& text) {
+  std::vector<std::string> fields(1);
+  bool is_quoted = false;
+  std::size_t i = 0;
+  for (; i < text.size() && (is_quoted || text[i] != '\n'); ++i) {
+    if (text[i] == '"') {
+      if (is_quoted && i + 1 < text.size() && text[i + 1] == '"') {
+        fields.back() += text[i++];
+      } else {
+        is_quoted = !is_quoted;
+      }
+    } else if (text[i] == ',' && !is_quoted) {
+      fields.emplace_back();
+    } else {
+      fields.back() += text[i];
+    }
+  }
+  text.erase(0, i + 1);
+  return fields;
+}
+
+/// The fields that are not empty, by column name.
+Row row_of(const What& what) {
+  std::string text = written<CsvWriter>({what}, metric_info());
+  const std::vector<std::string> names = take_record(text);
+  const std::vector<std::string> fields = take_record(text);
+  EXPECT_EQ(text, "");
+  EXPECT_EQ(fields.size(), names.size());
+  Row row;
+  for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i) {
+    if (!fields[i].empty()) row[names[i]] = fields[i];
+  }
+  return row;
+}
+
+TEST(CsvWriter, KeepsTheOrderOfItsColumns) {
+  EXPECT_EQ(
+      written<CsvWriter>({}, metric_info()),
+      "op,line,path,tool,nominal_x,nominal_y,actual_x,actual_y,sigma_x,sigma_y,diameter,feed,"
+      "speed,text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,"
+      "value,nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,"
+      "initial_depth,increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,"
+      "file,z,depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep\n");
+}
+
+TEST(CsvWriter, WritesAHoleAsOneRow) {
+  StringSink bytes;
+  CsvWriter writer(bytes);
+  const std::array<int, 2> path = {0, 2};
+  writer.put({14, path, drill(1, 5, 7), {}, nullptr});
+  ASSERT_TRUE(writer.finish());
+  EXPECT_EQ(bytes.text(),
+            "drill,14,0.2,1,4.75,6.5,105,207,0.002,0.003,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n");
+}
+
+TEST(CsvWriter, WritesHowDeepAHoleIs) {
+  StringSink bytes;
+  CsvWriter writer(bytes);
+  Drill hole = drill(1, 5, 7);
+  hole.cut = {.z = mm(1.5), .depth = mm(0.4), .surface = mm(3.25)};
+  writer.put({14, {}, hole, {}, nullptr});
+  ASSERT_TRUE(writer.finish());
+  EXPECT_TRUE(bytes.text().starts_with("drill,14,,1,4.75,6.5,105,207,0.002,0.003,,"));
+  EXPECT_TRUE(bytes.text().ends_with(",1.5,0.4,3.25,,,,,,\n")) << bytes.text();
+}
+
+TEST(CsvWriter, WritesTheRiskOfAHole) {
+  Drill hole = drill(1, 5, 7);
+  hole.risk = 1.23456e-7;
+  const Row quick = row_of(hole);
+  EXPECT_EQ(quick.at("risk"), "1.235e-07");
+  hole.cut = {.z = mm(1.5), .depth = std::nullopt, .surface = std::nullopt};
+  Row with_depth = row_of(hole);
+  EXPECT_EQ(with_depth.at("z"), "1.5");
+  with_depth.erase("z");
+  EXPECT_EQ(with_depth, quick);
+}
+
+TEST(CsvWriter, HasEverythingOfATool) {
+  EXPECT_EQ(row_of(ToolChange{{.number = 3,
+                               .diameter = mm(0.8),
+                               .infeed = mm_per_s(60),
+                               .retract = mm_per_s(200),
+                               .speed = rpm(68000),
+                               .max_hits = 1500,
+                               .depth_offset = mm(-0.1)},
+                              2}),
+            (Row{{"op", "tool"},
+                 {"line", "10"},
+                 {"tool", "3"},
+                 {"diameter", "0.8"},
+                 {"feed", "60"},
+                 {"retract", "200"},
+                 {"speed", "68000"},
+                 {"max_hits", "1500"},
+                 {"depth_offset", "-0.1"},
+                 {"compensation_index", "2"}}));
+}
+
+TEST(CsvWriter, HasEverythingOfRouts) {
+  EXPECT_EQ(row_of(rout_arc(RoutKind::Clockwise, 2, 5, 7, 4, 6)),
+            (Row{{"op", "rout"},
+                 {"line", "10"},
+                 {"tool", "2"},
+                 {"nominal_x", "4.75"},
+                 {"nominal_y", "6.5"},
+                 {"actual_x", "105"},
+                 {"actual_y", "207"},
+                 {"sigma_x", "0.002"},
+                 {"sigma_y", "0.003"},
+                 {"feed", "20"},
+                 {"kind", "cw"},
+                 {"center_x", "104"},
+                 {"center_y", "206"}}));
+  EXPECT_FALSE(row_of(rout_line(2, 5, 7)).contains("center_x"));
+  EXPECT_EQ(row_of(rapid_move(5, 7))["op"], "position");
+  EXPECT_EQ(row_of(rapid_move(5, 7))["sigma_y"], "0.003");
+  EXPECT_EQ(row_of(Plunge{2, PlungeKind::Contouring, mm(0.2)}),
+            (Row{{"op", "plunge"},
+                 {"line", "10"},
+                 {"tool", "2"},
+                 {"kind", "contouring"},
+                 {"depth_offset", "0.2"}}));
+  EXPECT_EQ(row_of(Retract{true}), (Row{{"op", "retract"}, {"line", "10"}, {"kind", "clamping"}}));
+  EXPECT_EQ(row_of(Compensation{CompensationSide::Left, mm(2.4)}),
+            (Row{{"op", "compensation"}, {"line", "10"}, {"side", "left"}, {"value", "2.4"}}));
+}
+
+TEST(CsvWriter, HasEverythingOfSlots) {
+  const Row expected = {{"op", "step_slot"},
+                        {"line", "10"},
+                        {"tool", "1"},
+                        {"nominal_x", "4.75"},
+                        {"nominal_y", "6.5"},
+                        {"actual_x", "105"},
+                        {"actual_y", "207"},
+                        {"sigma_x", "0.002"},
+                        {"sigma_y", "0.003"},
+                        {"nominal_end_x", "8.75"},
+                        {"nominal_end_y", "6.5"},
+                        {"actual_end_x", "109"},
+                        {"actual_end_y", "207"},
+                        {"sigma_end_x", "0.002"},
+                        {"sigma_end_y", "0.003"},
+                        {"feed", "40"},
+                        {"initial_depth", "5"},
+                        {"increment", "-2.5"}};
+  EXPECT_EQ(row_of(StepSlot{1, place(5, 7), place(9, 7), mm(5), mm(-2.5), mm_per_s(40)}), expected);
+  Row drilled = expected;
+  drilled["op"] = "slot";
+  drilled.erase("feed");
+  drilled.erase("initial_depth");
+  drilled.erase("increment");
+  EXPECT_EQ(row_of(Slot{1, place(5, 7), place(9, 7)}), drilled);
+}
+
+TEST(CsvWriter, HasRatesAndAutocalibrations) {
+  EXPECT_EQ(
+      row_of(ToolRate{2, mm_per_s(60), mm_per_s(300)}),
+      (Row{{"op", "rate"}, {"line", "10"}, {"tool", "2"}, {"feed", "60"}, {"retract", "300"}}));
+  EXPECT_EQ(row_of(Autocalibration{position_mm<frame::Nominal>(1, 2),
+                                   displacement_mm<frame::Machine>(1, 2),
+                                   position_mm<frame::Machine>(101, 202)}),
+            (Row{{"op", "autocalibration"},
+                 {"line", "10"},
+                 {"nominal_x", "1"},
+                 {"nominal_y", "2"},
+                 {"actual_x", "101"},
+                 {"actual_y", "202"}}));
+}
+
+TEST(CsvWriter, HasEverythingOfTheRest) {
+  EXPECT_EQ(row_of(Stop{StopKind::Inspection,
+                        displacement_mm<frame::Machine>(1, 2),
+                        position_mm<frame::Machine>(11, 12)}),
+            (Row{{"op", "stop"},
+                 {"line", "10"},
+                 {"kind", "inspection"},
+                 {"actual_x", "11"},
+                 {"actual_y", "12"}}));
+  EXPECT_EQ(row_of(Dwell{seconds(2.5)}), (Row{{"op", "dwell"}, {"line", "10"}, {"time", "2.5"}}));
+  EXPECT_EQ(
+      row_of(function(FunctionKind::BinaryMap, "M19,123456")),
+      (Row{{"op", "function"}, {"line", "10"}, {"kind", "binary_map"}, {"text", "M19,123456"}}));
+  Function expired = function(FunctionKind::ToolExpired, {});
+  expired.tool = 1;
+  expired.next_tool = 5;
+  EXPECT_EQ(row_of(expired),
+            (Row{{"op", "function"},
+                 {"line", "10"},
+                 {"kind", "tool_expired"},
+                 {"tool", "1"},
+                 {"next_tool", "5"}}));
+  EXPECT_EQ(
+      row_of(ZeroSet{displacement_mm<frame::Machine>(1, 2), position_mm<frame::Machine>(3, 4)}),
+      (Row{{"op", "zero_set"},
+           {"line", "10"},
+           {"zero_set_x", "1"},
+           {"zero_set_y", "2"},
+           {"work_zero_x", "3"},
+           {"work_zero_y", "4"}}));
+}
+
+TEST(CsvWriter, QuotesTextsThatNeedIt) {
+  EXPECT_THAT(written<CsvWriter>({Message{"SAY \"GO\", THEN\nWAIT", true}}, metric_info()),
+              ::testing::HasSubstr("\nmessage,10,,,,,,,,,,,,\"SAY \"\"GO\"\", THEN\nWAIT\",,"));
+  EXPECT_EQ(row_of(Message{"FIRST\nSECOND", true}),
+            (Row{{"op", "message"}, {"line", "10"}, {"text", "FIRST\nSECOND"}, {"long", "true"}}));
+  EXPECT_EQ(row_of(Message{"PLAIN"}), (Row{{"op", "message"}, {"line", "10"}, {"text", "PLAIN"}}));
+}
+
+TEST(CsvWriter, NamesTheStoredPattern) {
+  StringSink bytes;
+  CsvWriter writer(bytes);
+  writer.put({3, {}, Dwell{seconds(1)}, "a,b.pat", nullptr});
+  ASSERT_TRUE(writer.finish());
+  EXPECT_TRUE(bytes.text().ends_with(",\"a,b.pat\",,,,,,,,,\n")) << bytes.text();
+}
+
+}  // namespace
+}  // namespace panelcal

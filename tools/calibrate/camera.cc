@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "calib/base/atomic_file.h"
+#include "machine/calibrate/camera_run.h"
+#include "machine/devices/table_stage.h"
+#include "machine/plate/pictures.h"
+#include "tools/calibrate/calibrate.h"
+#include "tools/calibrate/place.h"
+#include "tools/calibrate/record.h"
+#include "tools/cli/output_paths.h"
+#include "tools/figures/arrow_plot.h"
+#include "vision/picture/folder.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace panelcal::calibrate {
+namespace {
+
+constexpr std::string_view kCommand = "panelcal calibrate camera";
+
+Diagnostic usage(std::string what, std::string expected) {
+  return {Code::Usage, {std::string(kCommand), 0, 0}, std::move(what), std::move(expected)};
+}
+
+/// A form by its word on the command line; absent for "auto".
+Expected<std::optional<CameraForm>> form_of(const std::string& word) {
+  if (word.empty() || word == "auto") return std::nullopt;
+  for (const CameraForm form : kCameraForms) {
+    std::string name_of_form(name(form));
+    std::ranges::replace(name_of_form, ' ', '-');
+    if (word == name_of_form) return form;
+  }
+  return failure(
+      usage("--form " + quoted(word), "auto, flat, radial, tilted, tilted-radial or tangential"));
+}
+
+Expected<CameraRunOptions> run_options(const CalibrateOptions& options) {
+  CameraRunOptions run;
+  PANELCAL_TRY(run.form, form_of(options.form));
+  run.views.tool = options.tool;
+  run.views.zoom = options.zoom;
+  run.views.per_side = options.per_side;
+  if (!options.focal_px) return run;
+  run.focal_px = options.focal_px;
+  if (*run.focal_px > 0 && std::isfinite(*run.focal_px)) return run;
+  return failure(usage(fmt::format("--focal-px {}", *run.focal_px), "a number above 0"));
+}
+
+/// Drives a mark over the picture.
+Expected<CameraRun> drive(const CalibrateOptions& options,
+                          const MachineConfig& config,
+                          const CameraRunOptions& run_options,
+                          Console& console) {
+  PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, config));
+  console.progress("looking at the mark");
+  return calibrate_camera(config, at.devices(), at.place(), run_options);
+}
+
+/// From recorded pictures of one mark, or of a plate.
+Expected<CameraRun> look(const CalibrateOptions& options,
+                         const MachineConfig& config,
+                         const CameraRunOptions& run_options) {
+  if (options.plate.empty()) {
+    PANELCAL_TRY(const PictureFolder folder, read_picture_folder(options.images));
+    return calibrate_camera(config, folder, run_options);
+  }
+  PANELCAL_TRY(const CalibrationPlate plate, read_plate(options.plate));
+  PANELCAL_TRY(const auto folders, read_plate_folders(options.images, plate));
+  PANELCAL_TRY(MarkSights sights, look_at_plate(config, plate, folders, options.zoom));
+  PANELCAL_CHECK(correct_views(config, sights));
+  PANELCAL_TRY(LedgerInput input, input_of(options.plate, kMaxPlateBytes));
+  sights.inputs.push_back(std::move(input));
+  return fit_camera_run(config, std::move(sights), run_options);
+}
+
+std::string svg(const CameraRun& run) {
+  ArrowPlot plot;
+  plot.title = run.fit.summary();
+  plot.place_unit = plot.arrow_unit = "px";
+  plot.high = Eigen::Vector2d(run.sights.width_px, run.sights.height_px);
+  plot.y_is_down = true;
+  for (std::size_t i = 0; i < run.sights.data.seen.size(); ++i) {
+    plot.arrows.push_back(
+        {run.sights.data.seen[i].seen.position.in_px(), run.fit.residuals[i].in_px()});
+  }
+  return arrow_svg(plot);
+}
+
+std::string json_text(const CameraRun& run,
+                      const CameraCalibration& calibration,
+                      const std::string& refused,
+                      const std::optional<std::int64_t>& entry) {
+  nlohmann::ordered_json json;
+  json["calibration"] = nlohmann::ordered_json::parse(camera_calibration_text(calibration));
+  json["views"] = run.sights.data.seen.size();
+  json["missed"] = nlohmann::ordered_json::array();
+  for (const MissedPicture& missed : run.sights.missed) {
+    json["missed"].push_back({{"picture", missed.picture}, {"reason", missed.reason}});
+  }
+  json["left_out"] = run.n_left_out;
+  json["pictures_left_out"] = nlohmann::ordered_json::array();
+  for (const MissedPicture& picture : run.sights.left_out) {
+    json["pictures_left_out"].push_back({{"picture", picture.picture}, {"reason", picture.reason}});
+  }
+  json["pictures_without_tag"] = run.sights.without_tag;
+  json["skipped"] = run.sights.n_skipped;
+  json["chi_square"] = run.fit.chi_square;
+  json["degrees_of_freedom"] = run.fit.degrees_of_freedom;
+  json["rms_px"] = run.fit.rms_px;
+  if (run.fit.held_out_rms_px) json["held_out_rms_px"] = *run.fit.held_out_rms_px;
+  json["excess"] = run.excess;
+  json["corner_sigma_um"] = run.corner_sigma_um;
+  if (!refused.empty()) json["refusal"] = refused;
+  if (entry) json["ledger"] = *entry;
+  json["residuals_px"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < run.fit.residuals.size(); ++i) {
+    const Eigen::Vector2d& at_px = run.sights.data.seen[i].seen.position.in_px();
+    const Eigen::Vector2d& residual_px = run.fit.residuals[i].in_px();
+    json["residuals_px"].push_back({{"view", run.sights.names[run.sights.data.seen[i].i_view]},
+                                    {"at", {at_px.x(), at_px.y()}},
+                                    {"residual", {residual_px.x(), residual_px.y()}}});
+  }
+  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+/// What --install needs besides a ledger.
+Expected<void> check_install(const CalibrateOptions& options, const MachineConfig& config) {
+  if (!options.install) return {};
+  if (!options.output.empty()) {
+    return failure(usage("--install and --output together",
+                         "one of them: --install writes the file that [camera] names"));
+  }
+  if (options.zoom) {
+    return failure(usage("--install and --zoom together",
+                         "--output: what [camera] names is the camera without a zoom"));
+  }
+  if (!config.camera_file.empty()) return {};
+  return failure({Code::ConfigValue,
+                  {config.file.string(), 0, 0},
+                  "[camera] names no calibration that could be installed",
+                  "[camera] calibration = \"NAME.cal.json\""});
+}
+
+}  // namespace
+
+Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context) {
+  PANELCAL_CHECK(check_output_paths(
+      kCommand, {options.machine, options.plate}, {options.output, options.plot}));
+  PANELCAL_TRY(const CameraRunOptions run_options, calibrate::run_options(options));
+  PANELCAL_TRY(RecordWords words, words_of(options));
+  PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
+  PANELCAL_CHECK(check_install(options, config));
+  const bool drives = options.images.empty();
+  PANELCAL_TRY(Recorder recorder, Recorder::open(options, config, words.date, drives));
+  PANELCAL_TRY(const CameraRun run,
+               drives ? drive(options, config, run_options, context.console)
+                      : look(options, config, run_options));
+  const std::string refused = options.force ? std::string() : refusal(run);
+  if (options.install) judge(refused, words);
+  const CameraCalibration calibration = camera_calibration(run, words);
+  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, svg(run)));
+  if (!options.output.empty() && refused.empty()) {
+    PANELCAL_CHECK(write_camera_calibration(options.output, calibration));
+  }
+  std::optional<std::int64_t> entry;
+  if (options.install) {
+    PANELCAL_TRY(const LedgerDraft draft, camera_draft(config, run, words));
+    PANELCAL_TRY(entry, recorder.record(draft, config.camera_file));
+  }
+  const ExitCode code = refused.empty() ? ExitCode::Done : ExitCode::GateFailed;
+  if (options.json) return Answer{json_text(run, calibration, refused, entry), code};
+  return Answer{report(run) + verdict_line(refused, entry), code};
+}
+
+}  // namespace panelcal::calibrate

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/cli/console.h"
+#include "tools/cli/exit_code.h"
+#include "tools/cli/options.h"
+
+namespace panelcal {
+
+/// What every command gets besides its own options.
+struct CommandContext {
+  Console& console;
+  StandardOutput& output;
+  const Options& options;
+};
+
+ExitCode run_command(const CheckOptions& options, CommandContext& context);
+ExitCode run_command(const SurveyOptions& options, CommandContext& context);
+ExitCode run_command(const PlanOptions& options, CommandContext& context);
+ExitCode run_command(const RunOptions& options, CommandContext& context);
+ExitCode run_command(const TranslateOptions& options, CommandContext& context);
+ExitCode run_command(const LocateCommandOptions& options, CommandContext& context);
+ExitCode run_command(const SynthOptions& options, CommandContext& context);
+ExitCode run_command(const CalibrateOptions& options, CommandContext& context);
+ExitCode run_command(const NightlyOptions& options, CommandContext& context);
+ExitCode run_command(const HistoryOptions& options, CommandContext& context);
+ExitCode run_command(const SurfaceOptions& options, CommandContext& context);
+
+}  // namespace panelcal

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <csignal>
+#include <exception>
+#include <iostream>
+#include <variant>
+
+#include "calib/camera/solver_log.h"
+#include "tools/cli/commands.h"
+
+namespace panelcal {
+namespace {
+
+struct Dispatch {
+  CommandContext& context;
+
+  ExitCode operator()(const DoneOptions&) const { return ExitCode::Done; }
+  template <class CommandOptionsType>
+  ExitCode operator()(const CommandOptionsType& options) const {
+    return run_command(options, context);
+  }
+};
+
+int run(int argc, char** argv) {
+  // A closed pipe, or a file that may not grow, is an error of ours to report, not a reason to die
+  // without a word.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  // Standard error is for diagnostics.
+  silence_solver_log();
+  const Expected<Options> options = parse_options(argc, argv);
+  if (!options) {
+    Console(CommonOptions{}).print(options.error());
+    return static_cast<int>(exit_code(options.error()));
+  }
+  Console console(options->common);
+  StandardOutput output;
+  CommandContext context{console, output, *options};
+  const ExitCode code = std::visit(Dispatch{context}, options->command);
+  // Help goes through the stream library; whether it arrived shows only now.
+  if (!std::cout.flush()) return static_cast<int>(ExitCode::DeviceFailed);
+  return static_cast<int>(code);
+}
+
+}  // namespace
+}  // namespace panelcal
+
+int main(int argc, char** argv) {
+  try {
+    return panelcal::run(argc, argv);
+  } catch (const std::exception& error) {
+    const panelcal::Diagnostic diagnostic{panelcal::Code::Internal,
+                                          {"panelcal", 0, 0},
+                                          error.what(),
+                                          "no exception here; please report it"};
+    panelcal::Console(panelcal::CommonOptions{}).print(diagnostic);
+    return static_cast<int>(panelcal::exit_code(diagnostic));
+  }
+}

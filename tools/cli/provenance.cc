@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/provenance.h"
+
+#include <cstdlib>
+
+#include "calib/base/atomic_file.h"
+#include "calib/base/digest.h"
+#include "machine/devices/camera_uri.h"
+#include "tools/cli/version.h"
+
+namespace panelcal {
+
+Provenance provenance_of(const Options& options,
+                         const Program& program,
+                         const std::vector<std::string>& files) {
+  std::string command_line;
+  for (const std::string& word : options.command_line) {
+    // Where panelcal is installed says nothing about the job.
+    command_line += command_line.empty() ? "panelcal" : " " + without_password(word);
+  }
+  Provenance provenance = {{"made by", std::string("panelcal ") + kVersion},
+                           {"command line", command_line},
+                           {"sha256 " + program.source.file, sha256(program.source.bytes)}};
+  for (const std::string& file : files) {
+    if (file.empty()) continue;
+    if (const auto bytes = read_file(file)) {
+      provenance.emplace_back("sha256 " + file, sha256(*bytes));
+    }
+  }
+  return provenance;
+}
+
+std::string asking_person(const std::string& given) {
+  if (!given.empty()) return given;
+  const char* user = std::getenv("USER");
+  return user != nullptr && *user != '\0' ? user : "unknown";
+}
+
+std::vector<std::string> comment_lines(const Provenance& provenance) {
+  std::vector<std::string> lines;
+  for (const auto& [key, value] : provenance) lines.push_back(key + ": " + value);
+  return lines;
+}
+
+std::string amount(const Tally& tally) {
+  std::string text = amount(tally.n_holes(), "hole");
+  if (tally.n_slots() > 0) text += ", " + amount(tally.n_slots(), "slot");
+  if (tally.n_routs() > 0) text += ", " + amount(tally.n_routs(), "rout move");
+  return text;
+}
+
+}  // namespace panelcal

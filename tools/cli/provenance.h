@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <concepts>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "program/judge/tally.h"
+#include "program/walk/walk.h"
+#include "tools/cli/options.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+
+/// Who made an output, and from what.
+using Provenance = std::vector<std::pair<std::string, std::string>>;
+
+/// What made the output, so that it can be made again: no dates, a replay is the same to the bit.
+/// `files` are other inputs; empty names are left out.
+Provenance provenance_of(const Options& options,
+                         const Program& program,
+                         const std::vector<std::string>& files);
+
+/// As given; the user, if nobody was; "unknown" if the system does not say.
+std::string asking_person(const std::string& given);
+
+/// "key: value" for comments.
+std::vector<std::string> comment_lines(const Provenance& provenance);
+
+/// "1 hole", "2 holes".
+std::string amount(std::integral auto n, std::string_view word) {
+  return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
+}
+
+/// "12 holes, 2 slots, 1 rout move".
+std::string amount(const Tally& tally);
+
+}  // namespace panelcal

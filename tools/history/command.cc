@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "calib/base/atomic_file.h"
+#include "calib/base/clock.h"
+#include "calib/ledger/ledger.h"
+#include "machine/nightly/night_history.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/provenance.h"
+#include "tools/cli/version.h"
+#include "tools/history/job.h"
+#include "tools/history/plot.h"
+#include "tools/history/surface.h"
+#include "tools/history/text.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+Diagnostic usage(std::string what, std::string expected) {
+  return {Code::Usage, {"panelcal history", 0, 0}, std::move(what), std::move(expected)};
+}
+
+/// A day, or a second of one.
+Expected<std::chrono::sys_seconds> time_of(const std::string& text) {
+  if (const auto time = from_iso_8601(text)) return *time;
+  if (const auto time = from_iso_8601(text + "T00:00:00Z")) return *time;
+  return failure(usage("--since " + quoted(text), "2026-11-21 or 2026-11-21T08:37:38Z (UTC)"));
+}
+
+Expected<LedgerKind> kind_of(const std::string& text) {
+  if (const auto kind = ledger_kind(text)) return *kind;
+  const std::string_view near = nearest_word(text, ledger_kind_words());
+  return failure(usage("--kind " + quoted(text),
+                       near.empty() ? fmt::format("one of {}", fmt::join(ledger_kind_words(), ", "))
+                                    : "perhaps " + std::string(near)));
+}
+
+Expected<LedgerFilter> filter_of(const HistoryOptions& options) {
+  LedgerFilter filter;
+  if (!options.machine.empty()) filter.machine = options.machine;
+  if (!options.subject.empty()) filter.subject = options.subject;
+  filter.last = options.last;
+  if (!options.kind.empty()) {
+    PANELCAL_TRY(filter.kind, kind_of(options.kind));
+  }
+  if (!options.since.empty()) {
+    PANELCAL_TRY(filter.since, time_of(options.since));
+  }
+  return filter;
+}
+
+/// One call of `panelcal history`.
+class History {
+ public:
+  History(const HistoryOptions& options, CommandContext& context, Ledger ledger)
+      : options_(options), context_(context), ledger_(std::move(ledger)) {}
+
+  /// What to print.
+  Expected<std::string> answer() {
+    using Action = HistoryOptions::Action;
+    switch (options_.action) {
+      case Action::List:
+      case Action::Export:
+        return list();
+      case Action::Show:
+        return show();
+      case Action::Diff:
+        return diff();
+      case Action::RollBack:
+        return roll_back();
+      case Action::FreshStart:
+        return fresh_start();
+      case Action::Plot:
+        return plot();
+      case Action::Verify:
+        return verify();
+    }
+    return std::string();
+  }
+
+ private:
+  Expected<bool> is_in_force(const LedgerEntry& entry) const {
+    PANELCAL_TRY(const std::optional<LedgerEntry> present, ledger_.in_force(entry.record.key));
+    return present && present->id == entry.id;
+  }
+
+  Expected<std::string> list() const {
+    PANELCAL_TRY(const LedgerFilter filter, filter_of(options_));
+    const bool exports = options_.action == HistoryOptions::Action::Export;
+    std::string text;
+    const auto add = [&](const LedgerEntry& entry) -> Expected<void> {
+      PANELCAL_TRY(const bool in_force, is_in_force(entry));
+      if (exports) {
+        PANELCAL_TRY(const std::string result, ledger_.result(entry.id));
+        text += history::entry_json(entry, in_force, result);
+      } else {
+        text += options_.json ? history::entry_json(entry, in_force)
+                              : history::entry_line(entry, in_force);
+      }
+      return {};
+    };
+    PANELCAL_CHECK(ledger_.for_each(filter, add));
+    return text;
+  }
+
+  Expected<std::string> show() const {
+    const std::int64_t id = options_.ids.front();
+    PANELCAL_TRY(const LedgerEntry entry, ledger_.entry(id));
+    PANELCAL_TRY(const std::string result, ledger_.result(id));
+    if (options_.result) return result;
+    PANELCAL_TRY(const bool in_force, is_in_force(entry));
+    return options_.json ? history::entry_json(entry, in_force, result)
+                         : history::entry_page(entry, in_force);
+  }
+
+  Expected<std::string> diff() const {
+    PANELCAL_TRY(const LedgerEntry before, ledger_.entry(options_.ids.at(0)));
+    PANELCAL_TRY(const LedgerEntry after, ledger_.entry(options_.ids.at(1)));
+    PANELCAL_TRY(const auto changes, history::changes_between(before, after, options_.ledger));
+    std::string text = options_.json ? history::changes_json(before, after, changes)
+                                     : history::changes_text(changes);
+    const bool is_of_surfaces = before.record.key.kind == LedgerKind::Surface;
+    if (options_.program.empty() && !is_of_surfaces) return text;
+    PANELCAL_TRY(const std::string result_before, ledger_.result(before.id));
+    PANELCAL_TRY(const std::string result_after, ledger_.result(after.id));
+    const history::CalibrationEntry was = {before, result_before}, is = {after, result_after};
+    if (is_of_surfaces && options_.program.empty()) {
+      PANELCAL_TRY(const std::string maps,
+                   history::surface_answer(was, is, options_.ledger, options_.json));
+      return joined(std::move(text), "surface", maps);
+    }
+    PANELCAL_TRY(const std::string job, history::job_answer(options_, context_, was, is));
+    return joined(std::move(text), "job", job);
+  }
+
+  /// More about a difference: further lines, or a further key.
+  std::string joined(std::string text, std::string_view key, std::string more) const {
+    if (!options_.json) return text + more;
+    text.resize(text.rfind('}'));
+    if (more.ends_with('\n')) more.pop_back();
+    return fmt::format("{},\"{}\":{}}}\n", text, key, more);
+  }
+
+  Expected<std::string> roll_back() {
+    PANELCAL_TRY(const LedgerKind kind, kind_of(options_.kind));
+    PANELCAL_TRY(const LedgerEntry entry,
+                 ledger_.roll_back({{options_.machine, kind, options_.subject},
+                                    options_.to,
+                                    options_.reason,
+                                    asking_person(options_.asked_by),
+                                    std::string("panelcal ") + kVersion}));
+    return options_.json ? history::entry_json(entry, false) : history::entry_line(entry, false);
+  }
+
+  Expected<std::string> fresh_start() {
+    PANELCAL_TRY(const LedgerKind kind, kind_of(options_.kind));
+    const LedgerKey key{options_.machine, kind, options_.subject};
+    PANELCAL_CHECK(check_known(key));
+    PANELCAL_TRY(const LedgerEntry entry,
+                 mark_fresh_start(ledger_,
+                                  key,
+                                  {options_.reason,
+                                   asking_person(options_.asked_by),
+                                   std::string("panelcal ") + kVersion}));
+    return options_.json ? history::entry_json(entry, false) : history::entry_line(entry, false);
+  }
+
+  /// A misspelt subject would be noted for something that no night ever calibrates.
+  Expected<void> check_known(const LedgerKey& key) const {
+    LedgerFilter filter;
+    filter.machine = key.machine;
+    filter.kind = key.kind;
+    filter.subject = key.subject;
+    filter.last = 1;
+    PANELCAL_TRY(const std::vector<LedgerEntry> entries, ledger_.list(filter));
+    if (!entries.empty() || key == self_test_key(key.machine)) return {};
+    return failure(
+        {Code::LedgerEntryUnknown,
+         {options_.ledger, 0, 0},
+         fmt::format(
+             "no entry of {} {} of {}", word(key.kind), quoted(key.subject), quoted(key.machine)),
+         "what `panelcal history list` shows"});
+  }
+
+  Expected<std::string> plot() const {
+    PANELCAL_TRY(const LedgerKind kind, kind_of(options_.kind));
+    const LedgerKey key{options_.machine, kind, options_.subject};
+    PANELCAL_TRY(const LedgerSeries series, ledger_.series(key, options_.parameter));
+    return history::series_svg(series, key, options_.parameter, options_.ledger);
+  }
+
+  Expected<std::string> verify() const {
+    PANELCAL_TRY(const LedgerHead head, ledger_.verify());
+    if (options_.json) {
+      return fmt::format("{{\"entries\":{},\"head\":\"{}\"}}\n", head.id, head.hash);
+    }
+    return fmt::format("{} entries, undamaged; head {}\n", head.id, head.hash);
+  }
+
+  const HistoryOptions& options_;
+  CommandContext& context_;
+  Ledger ledger_;
+};
+
+Expected<void> answer_to(const HistoryOptions& options, CommandContext& context) {
+  using Action = HistoryOptions::Action;
+  const bool records = options.action == Action::RollBack || options.action == Action::FreshStart;
+  std::error_code ignored;
+  if (records && !std::filesystem::exists(options.ledger, ignored)) {
+    // Where there is none, one would be started.
+    return failure(
+        {Code::FileUnreadable, {options.ledger, 0, 0}, "there is no such file", "a ledger"});
+  }
+  PANELCAL_TRY(Ledger ledger,
+               records ? Ledger::open(options.ledger, system_clock())
+                       : Ledger::open_to_read(options.ledger));
+  PANELCAL_TRY(const std::string text, History(options, context, std::move(ledger)).answer());
+  // Of a job's difference the output is the picture.
+  if (options.output.empty() || !options.program.empty()) return context.output.write(text);
+  return write_file(options.output, text);
+}
+
+}  // namespace
+
+ExitCode run_command(const HistoryOptions& options, CommandContext& context) {
+  const Expected<void> done = answer_to(options, context);
+  if (done) return ExitCode::Done;
+  context.console.print(done.error());
+  return exit_code(done.error());
+}
+
+}  // namespace panelcal

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/history/job.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "calib/base/atomic_file.h"
+#include "calib/base/clock.h"
+#include "machine/calibrate/calibration_record.h"
+#include "machine/config/machine_config.h"
+#include "machine/sources/measurement_file_source.h"
+#include "tools/cli/output_paths.h"
+#include "tools/cli/program_input.h"
+#include "tools/cli/provenance.h"
+#include "tools/cli/text_variables.h"
+#include "tools/history/diff_picture.h"
+#include <fmt/format.h>
+
+namespace panelcal::history {
+namespace {
+
+Diagnostic usage(std::string what, std::string expected) {
+  return {Code::Usage, {"panelcal history diff", 0, 0}, std::move(what), std::move(expected)};
+}
+
+Expected<void> check_options(const HistoryOptions& options, const CalibrationEntry& before) {
+  if (options.machine_file.empty()) {
+    return failure(usage("--program without a machine file", "-m machine.toml"));
+  }
+  if (!options.output.empty() && extension_of(options.output) != ".svg") {
+    return failure(usage("no picture belongs to the output's name " + quoted(options.output),
+                         "a name that ends in .svg"));
+  }
+  if (!options.measurements.empty() && before.entry.record.key.kind == LedgerKind::SpindleCamera) {
+    return failure(usage("--measurements with spindle-camera offsets",
+                         "none: they move every target alike, wherever it was seen"));
+  }
+  return check_output_paths(
+      "panelcal history diff",
+      {options.program, options.machine_file, options.measurements, options.ledger},
+      {options.output});
+}
+
+/// The first error of a log; everything else in it is said.
+std::optional<Diagnostic> first_error(const DiagnosticLog& log, Console& console) {
+  std::optional<Diagnostic> first;
+  DiagnosticLog others;
+  for (const Diagnostic& diagnostic : log.kept()) {
+    if (!first && diagnostic.severity() == Severity::Error) {
+      first = diagnostic;
+    } else {
+      others.add(diagnostic);
+    }
+  }
+  console.print(others);
+  return first;
+}
+
+class JobRun {
+ public:
+  JobRun(const HistoryOptions& options, CommandContext& context)
+      : options_(options), context_(context) {}
+
+  Expected<void> read_job() {
+    PANELCAL_TRY(config_, read_machine_config(options_.machine_file));
+    config_.walk.max_operations = options_.max_operations;
+    if (options_.measurements.empty()) {
+      // Targets that are where they are drawn speak for no model.
+      config_.walk.chooses_model = false;
+    }
+    PANELCAL_TRY(const std::string time, wall_time(options_.clock, system_clock()()));
+    set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
+    PANELCAL_CHECK(measure());
+    return {};
+  }
+
+  const MachineConfig& config() const { return config_; }
+  const Program& program() const { return *program_; }
+  const Survey& before() const { return before_; }
+
+ private:
+  Expected<void> measure() {
+    DiagnosticLog log;
+    program_ = read_program(options_.program, config_.reading, log);
+    if (program_ && !log.has_errors()) {
+      if (options_.measurements.empty()) {
+        before_ = survey_nominal(*program_, config_.walk, log);
+      } else {
+        PANELCAL_CHECK(measure_as_recorded(log));
+      }
+    }
+    if (auto error = first_error(log, context_.console)) return failure(*std::move(error));
+    return {};
+  }
+
+  Expected<void> measure_as_recorded(DiagnosticLog& log) {
+    PANELCAL_TRY(RecordedMeasurements recorded, read_measurements(options_.measurements));
+    MeasurementFileSource source(std::move(recorded));
+    WalkOptions without_limits = config_.walk;
+    without_limits.base_limits = {};
+    without_limits.nested_limits = {};
+    before_ = survey(*program_, without_limits, source, log);
+    if (log.has_errors()) return {};
+    return source.check_all_used();
+  }
+
+  const HistoryOptions& options_;
+  CommandContext& context_;
+  MachineConfig config_;
+  std::optional<Program> program_;
+  Survey before_;
+};
+
+/// The job is drilled with one spindle, and no other one's offset moves it.
+Expected<void> check_spindle(const MachineConfig& config, const LedgerEntry& entry) {
+  const LedgerKey& key = entry.record.key;
+  const std::string drills = spindle_camera_key(config).subject;
+  if (key.kind != LedgerKind::SpindleCamera || key.subject == drills) return {};
+  return failure(usage(fmt::format("entry {} is of {}, but {} drills with {}",
+                                   entry.id,
+                                   key.subject,
+                                   config.file.string(),
+                                   drills),
+                       "[spindle] number and station of the entry"));
+}
+
+Expected<void> check_machine(const MachineConfig& config, const LedgerEntry& entry) {
+  const std::string& machine = entry.record.key.machine;
+  if (config.name.empty() || config.name == machine) return {};
+  return failure(usage(fmt::format("entry {} is of {}, {} describes {}",
+                                   entry.id,
+                                   quoted(std::string_view(machine)),
+                                   config.file.string(),
+                                   quoted(std::string_view(config.name))),
+                       "the file of that machine"));
+}
+
+LookingMachine machine_of(const MachineConfig& config) {
+  const auto& table = config.walk.table;
+  return {config.spindle_camera, table == nullptr ? Length() : table->hold()};
+}
+
+}  // namespace
+
+Expected<std::string> job_answer(const HistoryOptions& options,
+                                 CommandContext& context,
+                                 const CalibrationEntry& before,
+                                 const CalibrationEntry& after) {
+  PANELCAL_CHECK(check_options(options, before));
+  JobRun job(options, context);
+  PANELCAL_CHECK(job.read_job());
+  PANELCAL_TRY(CalibrationChange change,
+               change_between(before, after, options.ledger, machine_of(job.config())));
+  PANELCAL_CHECK(check_machine(job.config(), before.entry));
+  PANELCAL_CHECK(check_spindle(job.config(), before.entry));
+  PANELCAL_TRY(const std::optional<JobShift> shift,
+               job_shift(job.program(), job.config().walk, job.before(), change));
+  if (!shift) {
+    return failure({Code::Usage,
+                    {options.program, 0, 0},
+                    "the program has no hole, slot or rout move",
+                    "a program that works somewhere"});
+  }
+  const LedgerKey& key = before.entry.record.key;
+  JobShiftFacts facts;
+  facts.program_file = job.program().source.file;
+  facts.what = fmt::format("{} of {}, {}: entry {} in place of {}",
+                           word(key.kind),
+                           key.subject,
+                           key.machine,
+                           after.entry.id,
+                           before.entry.id);
+  if (options.measurements.empty()) facts.notes = std::move(change.notes);
+  if (!options.output.empty()) {
+    facts.provenance =
+        provenance_of(context.options, job.program(), {options.machine_file, options.measurements});
+    facts.provenance.emplace_back("before", before.entry.hash);
+    facts.provenance.emplace_back("after", after.entry.hash);
+    PANELCAL_CHECK(write_file(options.output, job_shift_svg(*shift, facts)));
+    context.console.say("picture: " + options.output);
+  }
+  return options.json ? job_shift_json(*shift, facts) : job_shift_text(*shift, facts);
+}
+
+}  // namespace panelcal::history

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/history/text.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/base/clock.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace panelcal::history {
+namespace {
+
+std::string json_of(const std::string& text) {
+  return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+std::string json_of(const std::optional<double>& number) {
+  return number ? fmt::format("{}", *number + 0.0) : "null";
+}
+
+std::string text_of(const std::optional<double>& number) {
+  return number ? fmt::format("{:.9g}", *number) : "-";
+}
+
+/// Words of others, fit for one line of a terminal.
+std::string on_one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c >= 0 && (c < 0x20 || c == 0x7f); }, ' ');
+  return text;
+}
+
+std::optional<double> sigma_of(const LedgerRecord& record, std::size_t i) {
+  const auto k = static_cast<Eigen::Index>(i);
+  if (!record.covariance) return std::nullopt;
+  return std::sqrt((*record.covariance)(k, k));
+}
+
+std::optional<std::size_t> find(const LedgerRecord& record, const std::string& name) {
+  const auto found = std::ranges::find(record.parameters, name, &LedgerParameter::name);
+  if (found == record.parameters.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - record.parameters.begin());
+}
+
+ParameterChange change_of(const LedgerRecord& before, std::size_t i, const LedgerRecord& after) {
+  const LedgerParameter& old = before.parameters[i];
+  ParameterChange change{old.name, old.unit, old.value, std::nullopt, std::nullopt};
+  const std::optional<std::size_t> j = find(after, old.name);
+  if (!j) return change;
+  change.after = after.parameters[*j].value;
+  const std::optional<double> sigma_before = sigma_of(before, i);
+  const std::optional<double> sigma_after = sigma_of(after, *j);
+  if (sigma_before && sigma_after) change.sigma = std::hypot(*sigma_before, *sigma_after);
+  return change;
+}
+
+}  // namespace
+
+std::optional<double> ParameterChange::change() const {
+  if (!before || !after) return std::nullopt;
+  return *after - *before;
+}
+
+std::string entry_json(const LedgerEntry& entry,
+                       bool in_force,
+                       const std::optional<std::string>& result) {
+  std::string text = ledger_entry_json(entry);
+  text.pop_back();
+  text += fmt::format(R"(,"hash":"{}","in_force":{})", entry.hash, in_force);
+  if (result) {
+    // On one line, with every number as its digits say.
+    text += ",\"result\":";
+    bool in_text = false;
+    for (std::size_t i = 0; i < result->size(); ++i) {
+      const char c = (*result)[i];
+      if (in_text && c == '\\') {
+        text += c;
+        text += (*result)[++i];
+        continue;
+      }
+      if (c == '"') in_text = !in_text;
+      if (in_text || (c != '\n' && c != '\r')) text += c;
+    }
+  }
+  return text + "}\n";
+}
+
+std::string entry_line(const LedgerEntry& entry, bool in_force) {
+  const LedgerRecord& record = entry.record;
+  std::string line = fmt::format("{:>5}{} {}  {}  {}  {}  {}",
+                                 entry.id,
+                                 in_force ? '*' : ' ',
+                                 iso_8601(entry.time),
+                                 record.key.machine,
+                                 word(record.key.kind),
+                                 record.key.subject,
+                                 word(record.verdict));
+  if (entry.restores) line += fmt::format(" to {}", *entry.restores);
+  if (!record.reason.empty()) line += ": " + on_one_line(record.reason);
+  return line + "\n";
+}
+
+std::string entry_page(const LedgerEntry& entry, bool in_force) {
+  const LedgerRecord& record = entry.record;
+  std::string page = fmt::format("entry {} of {}{}\n{} of {}, {}\n",
+                                 entry.id,
+                                 iso_8601(entry.time),
+                                 in_force ? ", in force" : "",
+                                 word(record.key.kind),
+                                 record.key.subject,
+                                 record.key.machine);
+  page += fmt::format("{}", word(record.verdict));
+  if (entry.restores) page += fmt::format(" to entry {}", *entry.restores);
+  if (record.replaces) page += fmt::format(", in place of entry {}", *record.replaces);
+  page += record.reason.empty() ? "\n" : ": " + on_one_line(record.reason) + "\n";
+  page += fmt::format("asked by {}, with {}\n", record.asked_by, record.software);
+  if (record.temperature_degC) page += fmt::format("at {:.4g} degC\n", *record.temperature_degC);
+  for (std::size_t i = 0; i < record.parameters.size(); ++i) {
+    const LedgerParameter& parameter = record.parameters[i];
+    page += fmt::format("  {:<20} {:>16.9g} {}", parameter.name, parameter.value, parameter.unit);
+    const std::optional<double> sigma = sigma_of(record, i);
+    // One of 0 is of what was chosen, not measured.
+    page += sigma && *sigma > 0 ? fmt::format("  +- {:.3g}\n", *sigma) : "\n";
+  }
+  for (const LedgerInput& input : record.inputs) {
+    page += fmt::format(
+        "  input {}  {} bytes  {}\n", on_one_line(input.name), input.bytes, input.sha256);
+  }
+  return page + fmt::format("result {} bytes, sha256 {}\nhash {}\n",
+                            entry.result_bytes,
+                            entry.result_sha256,
+                            entry.hash);
+}
+
+Expected<std::vector<ParameterChange>> changes_between(const LedgerEntry& before,
+                                                       const LedgerEntry& after,
+                                                       const std::string& file) {
+  const auto refuse = [&file](std::string what, std::string expected) {
+    return failure({Code::LedgerEntryInvalid, {file, 0, 0}, std::move(what), std::move(expected)});
+  };
+  if (before.record.key.kind != after.record.key.kind) {
+    return refuse(fmt::format("entry {} is of {}, entry {} of {}",
+                              before.id,
+                              word(before.record.key.kind),
+                              after.id,
+                              word(after.record.key.kind)),
+                  "two of one kind");
+  }
+  std::vector<ParameterChange> changes;
+  for (std::size_t i = 0; i < before.record.parameters.size(); ++i) {
+    changes.push_back(change_of(before.record, i, after.record));
+  }
+  for (const LedgerParameter& parameter : after.record.parameters) {
+    const std::optional<std::size_t> i = find(before.record, parameter.name);
+    if (!i) {
+      changes.push_back(
+          {parameter.name, parameter.unit, std::nullopt, parameter.value, std::nullopt});
+    } else if (before.record.parameters[*i].unit != parameter.unit) {
+      return refuse("the unit of " + quoted(std::string_view(parameter.name)) + " differs",
+                    "one unit");
+    }
+  }
+  return changes;
+}
+
+std::string changes_text(std::span<const ParameterChange> changes) {
+  std::string text = fmt::format(
+      "{:<20} {:>16} {:>16} {:>14} {:>10}\n", "", "before", "after", "change", "sigmas");
+  for (const ParameterChange& c : changes) {
+    const std::optional<double> change = c.change();
+    const bool has_ratio = change && c.sigma && *c.sigma > 0;
+    text += fmt::format("{:<20} {:>16} {:>16} {:>14} {:>10} {}\n",
+                        c.name,
+                        text_of(c.before),
+                        text_of(c.after),
+                        change ? fmt::format("{:.4g}", *change) : "-",
+                        has_ratio ? fmt::format("{:.1f}", *change / *c.sigma) : "-",
+                        c.unit);
+  }
+  return text;
+}
+
+std::string changes_json(const LedgerEntry& before,
+                         const LedgerEntry& after,
+                         std::span<const ParameterChange> changes) {
+  std::string text = fmt::format(R"({{"before":{},"after":{},"parameters":[)", before.id, after.id);
+  for (const ParameterChange& c : changes) {
+    if (&c != changes.data()) text += ',';
+    text += fmt::format(
+        R"({{"name":{},"unit":{},"before":{},"after":{},"change":{},"change_sigma":{}}})",
+        json_of(c.name),
+        json_of(c.unit),
+        json_of(c.before),
+        json_of(c.after),
+        json_of(c.change()),
+        json_of(c.sigma));
+  }
+  return text + "]}\n";
+}
+
+}  // namespace panelcal::history

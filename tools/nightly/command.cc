@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "calib/base/atomic_file.h"
+#include "calib/base/clock.h"
+#include "calib/base/digest.h"
+#include "machine/config/machine_config.h"
+#include "machine/devices/calibration_devices.h"
+#include "machine/nightly/night_files.h"
+#include "machine/nightly/night_lock.h"
+#include "machine/nightly/nightly.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/output_paths.h"
+#include "tools/cli/provenance.h"
+#include "tools/cli/text_variables.h"
+#include "tools/cli/version.h"
+#include "tools/nightly/report.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+/// The clock on the wall, or one that stands still.
+Expected<Clock> clock_of(const std::string& text) {
+  if (text.empty()) return system_clock();
+  std::string bare = text;
+  if (bare.ends_with('Z')) bare.pop_back();
+  PANELCAL_TRY(const std::string time, wall_time(bare, {}));
+  return fixed_clock(*from_iso_8601(time + "Z"));
+}
+
+/// For dry runs, which open no device.
+class NoDevices final : public Stage, public Spindle, public CameraDevice {
+ public:
+  Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& /*spindle*/) override {
+    return failure(problem(Code::DeviceStage));
+  }
+  Expected<void> drill(int /*tool*/) override { return failure(problem(Code::DeviceStage)); }
+  Expected<Image> take() override { return failure(problem(Code::DeviceFrame)); }
+  std::string name() const override { return "dry run"; }
+  bool can_set(CameraSetting /*setting*/) const override { return false; }
+  Expected<void> set(CameraSetting /*setting*/, double /*value*/) override {
+    return failure(problem(Code::NotSupported));
+  }
+
+ private:
+  static Diagnostic problem(Code code) {
+    return {code, {"dry run", 0, 0}, "a dry run uses no device", ""};
+  }
+};
+
+/// One call of `panelcal nightly`.
+class NightlyRun {
+ public:
+  NightlyRun(const NightlyOptions& options, CommandContext& context)
+      : options_(options), context_(context) {}
+
+  ExitCode execute_all() {
+    if (const auto asked = check_options(); !asked) return fail(asked.error());
+    // Where machine.toml is no TOML nobody knows where reports go.
+    if (auto files = find_night_files(options_.machine)) files_ = *std::move(files);
+    Expected<NightRecord> record = run();
+    if (!record) {
+      const ExitCode code = fail(record.error());
+      // The run that holds the lock reports for itself. Any other reason not to measure is read in
+      // the morning: the page of the night before would still say that the machine may drill.
+      const bool is_read = code == ExitCode::DeviceFailed || has_report();
+      if (is_read && !another_runs_) write_reports(failed_record(record.error()));
+      return code;
+    }
+    ExitCode code = static_cast<ExitCode>(exit_code(*record));
+    if (!write_reports(*record)) code = ExitCode::DeviceFailed;
+    return code;
+  }
+
+ private:
+  ExitCode fail(const Diagnostic& diagnostic) {
+    context_.console.print(diagnostic);
+    return exit_code(diagnostic);
+  }
+
+  bool has_report() const {
+    return !options_.is_dry_run &&
+           !(files_.reports.empty() && options_.report.empty() && options_.json.empty());
+  }
+
+  Expected<void> check_options() {
+    PANELCAL_CHECK(check_output_paths(
+        "panelcal nightly", {options_.machine}, {options_.report, options_.json}));
+    PANELCAL_TRY(clock_, clock_of(options_.clock));
+    // What is no number passes every range.
+    if (options_.temperature_c && !std::isfinite(*options_.temperature_c)) {
+      return failure({Code::Usage,
+                      {"panelcal nightly", 0, 0},
+                      fmt::format("--temperature {}", *options_.temperature_c),
+                      "a number from -50 to 100"});
+    }
+    return {};
+  }
+
+  Expected<void> read_config() {
+    PANELCAL_TRY(config_, read_machine_config(options_.machine));
+    is_read_ = true;
+    if (!config_.nightly) {
+      return failure({Code::ConfigValue,
+                      {options_.machine, 0, 0},
+                      "there is no [nightly], which says what is calibrated",
+                      "a table [nightly] (docs/howto/nightly.md)"});
+    }
+    return {};
+  }
+
+  Expected<NightRecord> run() {
+    if (options_.is_dry_run) {
+      PANELCAL_CHECK(read_config());
+      NoDevices none;
+      return run_nightly(job({none, none, none, {}, {}}, nullptr));
+    }
+    // A machine file that makes no sense leaves no traces.
+    const Expected<void> readable = read_config();
+    if (!readable && !lies_in_a_calibration(readable.error())) return failure(readable.error());
+    // Before a device is opened: another run may be using it.
+    std::optional<NightLock> lock;
+    if (!files_.ledger.empty()) {
+      Expected<NightLock> taken = NightLock::take(files_.ledger, clock_());
+      another_runs_ = !taken && taken.error().code == Code::LedgerBusy;
+      if (!taken) return failure(taken.error());
+      lock.emplace(*std::move(taken));
+    }
+    PANELCAL_CHECK(read_or_restore());
+    PANELCAL_TRY(const DeviceSet devices,
+                 config_.nightly->is_simulated ? DeviceSet::simulated(config_, clock_())
+                                               : DeviceSet::live(config_, config_.nightly->camera));
+    return run_nightly(job(devices.devices(), lock ? &*lock : nullptr));
+  }
+
+  /// A damaged calibration is no reason to lose a night if the ledger has it.
+  Expected<void> read_or_restore() {
+    // Again: another run may have ended meanwhile.
+    Expected<void> read = read_config();
+    if (read || !lies_in_a_calibration(read.error())) return read;
+    const Expected<std::vector<std::string>> restored = restore_damaged_files(files_);
+    if (!restored || restored->empty()) return read;
+    notes_ = *restored;
+    return read_config();
+  }
+
+  /// What is wrong in machine.toml itself, no file of the ledger's mends.
+  bool lies_in_a_calibration(const Diagnostic& problem) const {
+    const std::string& file = problem.place.file;
+    std::error_code ignored;
+    if (is_read_) return false;
+    return files_.has_calibration(file) ||
+           (!files_.spindle.empty() && !std::filesystem::exists(files_.spindle, ignored));
+  }
+
+  NightJob job(CalibrationDevices devices, const NightLock* lock) {
+    return {.config = config_,
+            .nightly = *config_.nightly,
+            .devices = std::move(devices),
+            .clock = clock_,
+            .software = software(),
+            .asked_by = asking_person(options_.asked_by),
+            .is_dry_run = options_.is_dry_run,
+            .is_again = options_.is_again,
+            .temperature_c = options_.temperature_c,
+            .progress = [this](std::string_view line) { context_.console.say(line); },
+            .lock = lock,
+            .notes = notes_};
+  }
+
+  static std::string software() { return std::string("panelcal ") + kVersion; }
+
+  /// What a person finds in the morning where not even the ledger was reached.
+  NightRecord failed_record(const Diagnostic& problem) const {
+    NightRecord record;
+    record.machine = files_.machine;
+    record.config_file = options_.machine;
+    record.ledger_file = files_.ledger;
+    record.started = record.finished = clock_();
+    record.night = night_of(record.started, files_.noon_utc_h);
+    record.software = software();
+    record.asked_by = asking_person(options_.asked_by);
+    record.is_dry_run = options_.is_dry_run;
+    record.outcome = NightOutcome::Failed;
+    record.verdict = "do not drill: nothing was measured: " + problem.text();
+    record.notes = notes_;
+    return record;
+  }
+
+  nightly::Provenance provenance() const {
+    std::string command_line;
+    for (const std::string& word : context_.options.command_line) {
+      command_line += command_line.empty() ? "panelcal" : " " + word;
+    }
+    nightly::Provenance out = {{"command line", command_line}};
+    if (const auto bytes = read_file(options_.machine)) {
+      out.emplace_back("sha256 " + options_.machine, sha256(*bytes));
+    }
+    return out;
+  }
+
+  /// False if something could not be written; the night is what it is all the same.
+  bool write_reports(const NightRecord& record) {
+    std::string html = options_.report;
+    std::string json = options_.json;
+    const std::filesystem::path& folder = files_.reports;
+    // Of a dry run nobody finds traces but where they were asked for.
+    if (!record.is_dry_run && !folder.empty()) {
+      const std::string name = report_name(folder, record);
+      if (html.empty()) html = in_folder(folder, name + ".html");
+      if (json.empty()) json = in_folder(folder, name + ".json");
+      std::error_code ignored;
+      // Where it cannot be made, writing says why.
+      std::filesystem::create_directories(folder, ignored);
+    }
+    bool is_good = write(html, nightly::night_html(record, provenance()));
+    is_good = write(json, nightly::night_json(record, provenance())) && is_good;
+    if (html == "-" || json == "-") return is_good;
+    std::string text = nightly::night_text(record);
+    if (!html.empty()) text += "report: " + html + "\n";
+    return take(context_.output.write(text)) && is_good;
+  }
+
+  /// "2026-11-21"; or "2026-11-21-2" and so on, so that a run that found out less does not take the
+  /// place of one that measured, and the highest number is the newest.
+  static std::string report_name(const std::filesystem::path& folder, const NightRecord& record) {
+    const auto is_there = [&](const std::string& name) {
+      std::error_code ignored;
+      return std::filesystem::exists(folder / (name + ".html"), ignored) ||
+             std::filesystem::exists(folder / (name + ".json"), ignored);
+    };
+    const auto numbered = [&](int i) { return fmt::format("{}-{}", record.night, i); };
+    const bool has_measured = record.outcome != NightOutcome::Failed &&
+                              !std::ranges::all_of(record.steps, &NightStep::is_from_earlier_run);
+    if (!is_there(record.night) || (has_measured && !is_there(numbered(2)))) return record.night;
+    int i = 2;
+    constexpr int kMostReports = 1000;  // a day of a run every two minutes
+    while (i < kMostReports && is_there(numbered(i))) ++i;
+    return numbered(i);
+  }
+
+  /// "reports/2026-11-21.html", without the "./" of a machine file named without a folder.
+  static std::string in_folder(const std::filesystem::path& folder, const std::string& name) {
+    return (folder / name).lexically_normal().string();
+  }
+
+  bool write(const std::string& file, const std::string& bytes) {
+    if (file.empty()) return true;
+    return take(file == "-" ? context_.output.write(bytes) : write_file(file, bytes));
+  }
+
+  bool take(const Expected<void>& done) {
+    if (!done) context_.console.print(done.error());
+    return done.has_value();
+  }
+
+  const NightlyOptions& options_;
+  CommandContext& context_;
+  Clock clock_;
+  NightFiles files_;
+  MachineConfig config_;
+  bool is_read_ = false;
+  std::vector<std::string> notes_;
+  bool another_runs_ = false;
+};
+
+}  // namespace
+
+ExitCode run_command(const NightlyOptions& options, CommandContext& context) {
+  return NightlyRun(options, context).execute_all();
+}
+
+}  // namespace panelcal

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "machine/nightly/night_record.h"
+
+namespace panelcal::nightly {
+
+/// Styles of the classes that the figures use, besides those of the report.
+extern const std::string_view kFigureStyle;
+
+/// One axis over the last nights against what is in force now: each night's result with a bar of
+/// one sigma to either side, crosses for refused ones (on the edge if beyond it, with their value),
+/// rings for alarms, a step line for what was in force, and for tonight where the nights before
+/// foretold it, three sigma wide. Empty where fewer than two nights have something to show.
+///
+/// In     i_axis: of step.axes
+std::string drift_figure(const NightStep& step, std::size_t i_axis);
+
+/// The coupon's holes with their residuals, magnified. Empty without holes.
+std::string holes_figure(const NightStep& step);
+
+/// Where the mark was seen over time while the machine warmed up, from where it is seen warm, with
+/// the fit and the limit. Empty with fewer than two looks.
+std::string warm_up_figure(const NightWarmUp& seen);
+
+}  // namespace panelcal::nightly

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "calib/base/atomic_file.h"
+#include "calib/base/clock.h"
+#include "machine/config/machine_config.h"
+#include "machine/sources/measurement_file_source.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/output_paths.h"
+#include "tools/cli/program_input.h"
+#include "tools/cli/provenance.h"
+#include "tools/cli/text_variables.h"
+#include "tools/plan/design.h"
+#include "tools/plan/json.h"
+#include "tools/plan/page.h"
+#include "tools/plan/text.h"
+#include "tools/run/spindle_age.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+/// Targets that do not determine their model are what a plan is there to mend.
+bool is_about_the_design(const Diagnostic& diagnostic) {
+  return diagnostic.severity() != Severity::Error || diagnostic.code == Code::SeriesDegenerate ||
+         diagnostic.code == Code::TargetsTooFew;
+}
+
+/// Noise of a target along the axes that count; a slot says nothing about the other one.
+double variance_mm2(const Measurement& measurement) {
+  const Eigen::Matrix2d& cov_mm2 = measurement.measured.cov;
+  switch (measurement.request.axes) {
+    case ObservedAxes::X:
+      return cov_mm2(0, 0);
+    case ObservedAxes::Y:
+      return cov_mm2(1, 1);
+    case ObservedAxes::Both:
+      break;
+  }
+  return cov_mm2.trace() / 2;
+}
+
+class PlanRun {
+ public:
+  PlanRun(const PlanOptions& options, CommandContext& context)
+      : options_(options), context_(context) {}
+
+  ExitCode execute_all() {
+    if (!prepare() || !check() || !read_noise()) return finish();
+    const plan::Plan made = plan::make_plan(
+        checked_->program, config_.walk, checked_->nominal_survey, programmed_, request_);
+    write_picture(made);
+    const std::string result = options_.json ? plan::plan_json(made, checked_->program)
+                                             : plan::plan_text(made, checked_->nominal_survey);
+    take(context_.output.write(result));
+    return finish();
+  }
+
+ private:
+  template <class T>
+  bool take(Expected<T> value, T& out) {
+    if (!value) {
+      log_.add(std::move(value).error());
+      return false;
+    }
+    out = *std::move(value);
+    return true;
+  }
+  bool take(Expected<void> done) {
+    if (!done) log_.add(std::move(done).error());
+    return done.has_value();
+  }
+  bool refuse(std::string what, std::string expected) {
+    log_.add({Code::Usage, {"panelcal plan", 0, 0}, std::move(what), std::move(expected)});
+    return false;
+  }
+
+  bool prepare() {
+    const std::string extension = extension_of(options_.output);
+    is_page_ = extension == ".html";
+    if (!options_.output.empty() && extension != ".svg" && !is_page_) {
+      return refuse("no format belongs to the output's name " + quoted(options_.output),
+                    ".svg or .html");
+    }
+    if (!take(check_output_paths("panelcal plan",
+                                 {options_.program, options_.machine, options_.measurements},
+                                 {options_.output}))) {
+      return false;
+    }
+    if (!take(read_machine_config(options_.machine), config_)) return false;
+    config_.walk.max_operations = options_.max_operations;
+    // Targets that are where they are drawn speak for no model.
+    request_.chooses_model = std::exchange(config_.walk.chooses_model, false);
+    request_.bends_panel = std::exchange(config_.walk.bends_panel, false);
+    if (request_.bends_panel) config_.walk.model = PanelModel::Affine;
+    request_.fixed_model = config_.walk.model;
+    // A slot's ends say all about it.
+    config_.walk.slots = config_.walk.step_slots = Cycles::Kept;
+    const std::chrono::sys_seconds now = system_clock()();
+    std::string time;
+    if (!take(wall_time(options_.clock, now), time)) return false;
+    if (!take(check_spindle_is_calibrated(config_))) return false;
+    if (!take(age_offset(config_, options_.clock, now))) return false;
+    set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
+    time_ = time;
+    return true;
+  }
+
+  /// Walks over the perfect panel. Where only the design of a series is at fault, once more with
+  /// a model that any target determines, so that there are holes to speak of.
+  bool check() {
+    std::optional<Program> program = read_program(options_.program, config_.reading, log_);
+    if (!program) return false;
+    checked_ = CheckedProgram{*std::move(program), {}};
+    DiagnosticLog found;
+    checked_->nominal_survey = survey_nominal(checked_->program, config_.walk, found);
+    const bool is_design = !log_.has_errors() && found.has_errors() &&
+                           std::ranges::all_of(found.kept(), is_about_the_design);
+    if (is_design) {
+      found = {};
+      config_.walk.model = PanelModel::Offset;
+      checked_->nominal_survey = survey_nominal(checked_->program, config_.walk, found);
+    }
+    for (const Diagnostic& diagnostic : found.kept()) log_.add(diagnostic);
+    if (log_.has_errors()) return false;
+    const plan::ModelRule rule{
+        checked_->program.dialect, request_.fixed_model, config_.walk.sieb_meyer.fits_scale};
+    for (const SeriesResult& series : checked_->nominal_survey.series) {
+      programmed_.push_back(
+          is_design ? rule(series.level, plan::design_of(checked_->nominal_survey, series))
+                    : series.model);
+    }
+    return true;
+  }
+
+  /// The noise of targets: as the option says, or as a recorded job had it.
+  bool read_noise() {
+    request_.n_added = static_cast<std::size_t>(options_.n_added);
+    request_.fiducial_sigma = um(options_.fiducial_sigma_um.value_or(2));
+    request_.sigma_source =
+        fmt::format("{} {:.2f} um",
+                    options_.fiducial_sigma_um ? "--fiducial-sigma-um" : "assumed",
+                    request_.fiducial_sigma.in_um());
+    return options_.measurements.empty() || read_recorded_noise();
+  }
+
+  bool read_recorded_noise() {
+    RecordedMeasurements recorded;
+    if (!take(read_measurements(options_.measurements), recorded)) return false;
+    MeasurementFileSource source(std::move(recorded));
+    std::vector<double> sigmas_mm;
+    double sum2 = 0;
+    std::size_t n_found = 0;
+    for (const Measurement& nominal : checked_->nominal_survey.measurements) {
+      Measurement seen;
+      if (!take(source.measure(nominal.request), seen)) return false;
+      const bool is_found = seen.status == MeasurementStatus::Found;
+      const double variance = is_found ? variance_mm2(seen) : 0;
+      sigmas_mm.push_back(std::sqrt(variance));
+      sum2 += variance;
+      n_found += is_found ? 1 : 0;
+    }
+    if (!take(source.check_all_used())) return false;
+    if (n_found == 0) return refuse("no target was found in " + quoted(options_.measurements), "");
+    // What was not found then is taken to be as good as the others.
+    const double typical_mm = std::sqrt(sum2 / static_cast<double>(n_found));
+    for (double& sigma_mm : sigmas_mm) sigma_mm = sigma_mm > 0 ? sigma_mm : typical_mm;
+    request_.sigma_source = "recorded in " + options_.measurements;
+    if (const std::size_t n_lost = sigmas_mm.size() - n_found; n_lost > 0) {
+      request_.sigma_source += fmt::format(
+          ", {} of {} targets not found and taken like the others", n_lost, sigmas_mm.size());
+    }
+    request_.recorded_mm = std::move(sigmas_mm);
+    return true;
+  }
+
+  void write_picture(const plan::Plan& made) {
+    if (options_.output.empty()) return;
+    plan::PlanPage page{
+        checked_->program.source.file,
+        config_.name,
+        provenance_of(
+            context_.options, checked_->program, {options_.machine, options_.measurements})};
+    if (drills_the_time(checked_->program) || config_.drift_um_per_sqrt_day > 0) {
+      page.provenance.emplace_back("clock", time_);
+    }
+    const std::string bytes = is_page_ ? plan::plan_html(made, checked_->nominal_survey, page)
+                                       : plan::plan_svg(made, page);
+    if (take(write_file(options_.output, bytes))) context_.console.say("plan: " + options_.output);
+  }
+
+  ExitCode finish() {
+    context_.console.print(log_);
+    return exit_code(log_);
+  }
+
+  const PlanOptions& options_;
+  CommandContext& context_;
+  DiagnosticLog log_;
+  MachineConfig config_;
+  std::optional<CheckedProgram> checked_;
+  std::vector<PanelModel> programmed_;
+  plan::PlanRequest request_;
+  std::string time_;
+  bool is_page_ = false;  ///< the output, and no picture
+};
+
+}  // namespace
+
+ExitCode run_command(const PlanOptions& options, CommandContext& context) {
+  return PlanRun(options, context).execute_all();
+}
+
+}  // namespace panelcal

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "program/walk/survey.h"
+
+namespace panelcal::report {
+
+/// What a series that does not fit may suffer from, likeliest first, and what was left out of its
+/// fit; empty for a healthy one.
+///
+/// See    tests/tools/report/causes_test.cc
+std::string causes_block(const Survey& survey, const SeriesResult& series);
+
+}  // namespace panelcal::report

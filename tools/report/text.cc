@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/report/text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+
+namespace panelcal::report {
+namespace {
+
+/// Bytes of the UTF-8 character `text` begins with; 0 if it begins with none that HTML may hold
+/// (broken sequences, overlong ones, surrogates, control characters).
+std::size_t character_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned first = byte(0);
+  if (first < 0x80) return first >= 0x20 && first != 0x7f ? 1 : 0;
+  const std::size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
+  if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
+  std::uint32_t character = first & (0xffU >> (length + 1));
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xc0U) != 0x80) return 0;
+    character = (character << 6) | (byte(i) & 0x3fU);
+  }
+  constexpr std::array<std::uint32_t, 5> kLeast = {0, 0, 0xa0, 0x800, 0x10000};
+  const bool is_surrogate = character >= 0xd800 && character <= 0xdfff;
+  const bool is_no_character = (character & 0xfffeU) == 0xfffe;
+  // Characters that turn the direction of writing could make a name look like another one.
+  const bool is_bidi =
+      (character >= 0x202a && character <= 0x202e) || (character >= 0x2066 && character <= 0x2069);
+  const bool is_bad = character < kLeast[length] || character > 0x10ffff || is_surrogate ||
+                      is_no_character || is_bidi;
+  return is_bad ? 0 : length;
+}
+
+std::string with_separators(std::string digits) {
+  const std::size_t begin = digits.starts_with('-') ? 1 : 0;
+  std::size_t end = std::min(digits.find('.'), digits.size());
+  while (end > begin + 3) {
+    end -= 3;
+    digits.insert(end, ",");
+  }
+  return digits;
+}
+
+}  // namespace
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  while (!text.empty()) {
+    std::size_t length = 1;
+    switch (text.front()) {
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      case '\n':
+      case '\t':
+        out += ' ';
+        break;
+      default:
+        length = character_length(text);
+        if (length > 0) {
+          out += text.substr(0, length);
+        } else {
+          length = 1;
+          fmt::format_to(
+              std::back_inserter(out), "\\x{:02x}", static_cast<unsigned char>(text.front()));
+        }
+    }
+    text.remove_prefix(length);
+  }
+  return out;
+}
+
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view kAlphabet =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8 | (k < n ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      out += k <= n ? kAlphabet[group >> (18 - 6 * k) & 63U] : '=';
+    }
+  }
+  return out;
+}
+
+std::string fixed(double value, int n_decimals) {
+  if (std::isnan(value)) return "not a number";
+  const std::string text = fmt::format("{:.{}f}", value, n_decimals);
+  const bool is_zero = text.find_first_not_of("-0.") == std::string::npos;
+  return is_zero && text.starts_with('-') ? text.substr(1) : text;
+}
+
+std::string fixed_signed(double value, int n_decimals) {
+  const std::string text = fixed(value, n_decimals);
+  return std::isnan(value) || text.starts_with('-') ? text : "+" + text;
+}
+
+std::string shortest(double value) {
+  if (!std::isfinite(value)) return fixed(value, 0);
+  if (std::abs(value) >= 1e15 || (value != 0 && std::abs(value) < 1e-6)) {
+    return fmt::format("{:.3g}", value);
+  }
+  const int before_point =
+      value == 0 ? 1 : static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;
+  std::string text = fmt::format("{:.{}f}", value, std::clamp(6 - before_point, 0, 9));
+  if (text.find('.') != std::string::npos) {
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.ends_with('.')) text.pop_back();
+  }
+  return with_separators(std::move(text));
+}
+
+std::string grouped(std::int64_t n) {
+  return with_separators(std::to_string(n));
+}
+
+std::string counted(std::int64_t n, std::string_view noun) {
+  return fmt::format("{} {}{}", grouped(n), noun, n == 1 ? "" : "s");
+}
+
+std::string with_sigma(double value, double sigma, std::string_view unit, bool is_signed) {
+  int n_decimals = 3;
+  if (std::isfinite(sigma) && sigma > 0) {
+    n_decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 6);
+  }
+  return fmt::format("{} &#177; {} {}",
+                     is_signed ? fixed_signed(value, n_decimals) : fixed(value, n_decimals),
+                     fixed(sigma, n_decimals),
+                     unit);
+}
+
+std::string point_text(const Eigen::Vector2d& p_mm) {
+  return fmt::format("({}, {})", fixed(p_mm.x(), 3), fixed(p_mm.y(), 3));
+}
+
+std::string path_text(std::span<const int> path) {
+  return path.empty() ? std::string() : fmt::format("[{}]", fmt::join(path, ","));
+}
+
+std::string number_cell(std::string_view text) {
+  return fmt::format("<td class=\"num\">{}</td>", text);
+}
+
+std::string place_html(int line,
+                       std::string_view file,
+                       std::span<const int> path,
+                       const Eigen::Vector2d& nominal_mm) {
+  const std::string board = path_text(path);
+  return fmt::format("line {}{}{}, nominal {} mm",
+                     line,
+                     file.empty() ? "" : " of " + escaped(file),
+                     board.empty() ? "" : ", board " + board,
+                     point_text(nominal_mm));
+}
+
+std::string risk_html(double risk) {
+  if (risk < 1e-12) return "&lt; 10<sup>-12</sup>";
+  if (risk >= 0.001) return fmt::format("{:.2g}", risk);
+  // Rounded before it is split, so that 9.96e-5 is 1.0 x 10^-4.
+  const std::string text = fmt::format("{:.1e}", risk);
+  const std::size_t at = text.find('e');
+  int exponent = 0;
+  std::from_chars(text.data() + at + 1, text.data() + text.size(), exponent);
+  return fmt::format("{} &#215; 10<sup>{}</sup>", text.substr(0, at), exponent);
+}
+
+}  // namespace panelcal::report

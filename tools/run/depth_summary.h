@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "program/judge/depth_verdict.h"
+
+namespace panelcal {
+
+/// "30.0 / 50.0": a tool's tolerance, shallow and deep, um.
+std::string depth_tolerance_text(const DepthTolerance& tolerance);
+
+/// What the map of the surface is made of and what it left out, one line each; why there is none.
+std::vector<std::string> surface_lines(const DepthVerdict& verdict);
+
+/// A table with one row a tool, and the verdict in one line behind it.
+std::string depth_summary(const DepthVerdict& verdict);
+
+}  // namespace panelcal

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "calib/correction/spindle_camera.h"
+#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/config/machine_config.h"
+#include <Eigen/Core>
+
+// What `panelcal calibrate spindle-camera` says.
+namespace panelcal::calibrate {
+
+/// A new offset against the present one.
+struct SpindleAnswer {
+  int spindle = 1;
+  int station = 1;
+  bool is_first = false;  ///< the present one was only where to begin
+  SpindleCameraOffset before;
+  Eigen::Vector2d shift_um = Eigen::Vector2d::Zero();
+  /// Of the shift: both offsets' and the drift since the present one's date.
+  Eigen::Vector2d sigma_um = Eigen::Vector2d::Zero();
+  /// Chance of so large a shift where nothing moved; absent for a first one.
+  std::optional<double> chance;
+  bool is_installed = false;
+  std::string refusal;  ///< why it was not installed although that was asked for
+  std::optional<std::int64_t> ledger_id;
+};
+
+SpindleAnswer compare(const MachineConfig& config, const SpindleCameraRun& run);
+
+/// What speaks against using the fit: residuals with a significant trend; empty if nothing.
+std::string trend_words(const SpindleCameraFit& fit);
+
+std::string text(const SpindleAnswer& answer, const SpindleCameraRun& run);
+/// One object on one line; docs/formats/calibration.md.
+std::string json(const SpindleAnswer& answer, const SpindleCameraRun& run);
+
+}  // namespace panelcal::calibrate

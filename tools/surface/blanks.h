@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "surface/map/zoned_map.h"
+#include "tools/report/svg.h"
+
+namespace panelcal::surface {
+
+/// Whether the map of a zone has nothing at a place: another zone, or a void.
+bool is_blank(const ZonedMap& map, std::size_t i_zone, const Position<frame::Nominal>& place);
+
+/// White paper over all that is_blank(), and borders of zones, for the picture of one zone's map.
+///
+/// Holes smaller than a pixel are dots, and of many at one pixel one.
+std::string blanks(const ZonedMap& map, std::size_t i_zone, const report::View& view);
+
+}  // namespace panelcal::surface

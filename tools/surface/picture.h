@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/cli/provenance.h"
+#include "tools/figures/contour_map.h"
+#include "tools/surface/text.h"
+
+namespace panelcal::surface {
+
+/// Corners of the probes' hull, counter-clockwise, mm.
+std::vector<Eigen::Vector2d> hull_of(const HeightMap& map);
+
+/// What is extrapolated and what is filled, hatched. `id` as that of the map it is drawn on.
+std::string hatching(const StoredMap& stored, const report::View& view, const std::string& id);
+
+/// A dot for each probe that makes the surface.
+std::string probe_dots(const StoredMap& stored,
+                       const report::View& view,
+                       std::string_view css_class);
+
+/// Of one zone, heights with contours, and sigmas; probes, those left out (red), and those that are
+/// missing or not used. Voids and other zones are blank.
+std::vector<plan::Drawing> zone_drawings(const MadeMap& made, std::size_t i_zone);
+
+/// A row for each zone.
+std::string map_svg(const MadeMap& made, const Provenance& provenance);
+/// The pictures with tables, on one page that needs no other file.
+std::string map_html(const MadeMap& made, const Provenance& provenance);
+
+}  // namespace panelcal::surface

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "surface/map/zoned_map.h"
+#include "surface/plan/probe_plan.h"
+#include "tools/cli/provenance.h"
+
+namespace panelcal::surface {
+
+/// A plan with what it was made for.
+struct PlannedProbes {
+  ProbePlanRequest request;
+  ProbePlan plan;
+  std::string belief;                    ///< where the panel's bending is known from
+  std::vector<Eigen::Vector2d> outline;  ///< of what may be probed, counter-clockwise, mm
+  std::optional<ZonedMap> map;           ///< whose zones and voids are kept; empty: none
+  std::size_t i_zone = 0;                ///< of the map, that is planned for
+};
+
+std::string plan_text(const PlannedProbes& planned);
+/// One JSON object, docs/formats/surface.md.
+///
+/// In     provenance: of a file; empty: none is said
+std::string plan_json(const PlannedProbes& planned, const Provenance& provenance = {});
+/// `x,y` and a line for each probe, in the order to visit them. No provenance: whoever reads such a
+/// list takes every further line for a place.
+std::string plan_csv(const PlannedProbes& planned);
+/// The sigma that the map will have, the places that count, and the way from probe to probe.
+std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance);
+
+}  // namespace panelcal::surface

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <optional>
+#include <string>
+
+#include "calib/base/clock.h"
+#include "machine/config/machine_config.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/program_input.h"
+#include "tools/cli/text_variables.h"
+
+namespace panelcal {
+namespace {
+
+/// Writes down what is asked, and answers as a perfect panel would.
+class RequestList final : public MeasurementSource, public ProbeSource {
+ public:
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    lines_ += to_json(request) + "\n";
+    return panel_.measure(request);
+  }
+  Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
+    lines_ += to_json(request) + "\n";
+    return panel_.focus(request);
+  }
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override {
+    lines_ += to_json(order) + "\n";
+    return panel_.calibrate(order);
+  }
+  Expected<ProbeReading> probe(const ProbeRequest& request) override {
+    lines_ += to_json(request) + "\n";
+    return surface_.probe(request);
+  }
+
+  const std::string& lines() const { return lines_; }
+
+ private:
+  NominalSource panel_;
+  NominalProbeSource surface_;
+  std::string lines_;
+};
+
+}  // namespace
+
+ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
+  const auto fail = [&](const Diagnostic& diagnostic) {
+    context.console.print(diagnostic);
+    return exit_code(diagnostic);
+  };
+  auto config = read_machine_config(options.machine);
+  if (!config) return fail(config.error());
+  config->walk.max_operations = options.max_operations;
+  const auto time = wall_time(options.clock, system_clock()());
+  if (!time) return fail(time.error());
+  set_text_variables(options.program, *time, config->walk.sieb_meyer.text);
+  DiagnosticLog log;
+  const auto checked = read_and_check(options.program, config->reading, config->walk, log);
+  context.console.print(log);
+  if (log.has_errors()) return exit_code(log);
+
+  // Once more, since targets and probes are listed among each other as they are executed.
+  RequestList list;
+  DiagnosticLog said_already;
+  survey(checked->program, config->walk, list, list, said_already);
+  const auto written = context.output.write(list.lines());
+  return written ? ExitCode::Done : fail(written.error());
+}
+
+}  // namespace panelcal

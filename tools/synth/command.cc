@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/config/machine_config.h"
+#include "machine/sim/recording.h"
+#include "machine/sim/sample_pictures.h"
+#include "machine/sim/sim_machine.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/program_input.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+Expected<Recording> synthesize(const SynthOptions& options,
+                               MachineConfig config,
+                               const Program& program,
+                               DiagnosticLog& log) {
+  if (options.seed && config.sim) config.sim->seed = *options.seed;
+  PANELCAL_TRY(const SimMachine machine, SimMachine::create(config, program));
+  PANELCAL_TRY(Recording recording, record_pictures(program, config, machine, options.output, log));
+  PANELCAL_CHECK(
+      write_truth_json(std::filesystem::path(options.output) / "truth.json", machine.truth()));
+  return recording;
+}
+
+Expected<SampleSet> synthesize_samples(const SynthOptions& options, MachineConfig config) {
+  if (options.seed && config.sim) config.sim->seed = *options.seed;
+  PANELCAL_TRY(const SampleRenderer renderer, SampleRenderer::create(config, *options.tool));
+  return write_samples(renderer, options.count, options.output);
+}
+
+ExitCode run_samples(const SynthOptions& options,
+                     const MachineConfig& config,
+                     CommandContext& context) {
+  const auto samples = synthesize_samples(options, config);
+  if (!samples) {
+    context.console.print(samples.error());
+    return exit_code(samples.error());
+  }
+  context.console.say(fmt::format(
+      "{} pictures and truth.json written to {}", samples->pictures.size(), options.output));
+  return exit_code(DiagnosticLog());
+}
+
+}  // namespace
+
+ExitCode run_command(const SynthOptions& options, CommandContext& context) {
+  const auto config = read_machine_config(options.machine);
+  if (!config) {
+    context.console.print(config.error());
+    return exit_code(config.error());
+  }
+  if (options.tool) return run_samples(options, *config, context);
+  DiagnosticLog log;
+  const auto checked = read_and_check(options.program, config->reading, config->walk, log);
+  context.console.print(log);
+  if (log.has_errors()) return exit_code(log);
+
+  DiagnosticLog found;
+  const auto recording = synthesize(options, *config, checked->program, found);
+  for (const Diagnostic& diagnostic : found.kept()) {
+    if (diagnostic.severity() == Severity::Error) context.console.print(diagnostic);
+  }
+  if (!recording) {
+    context.console.print(recording.error());
+    return exit_code(recording.error());
+  }
+  context.console.say(fmt::format("{} pictures, images.csv and truth.json written to {}",
+                                  recording->rows.size(),
+                                  options.output));
+  return exit_code(found);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "vision/fit/frame.h"
+#include "vision/locate/locate.h"
+#include <Eigen/Core>
+
+namespace panelcal::internal {
+
+/// Centre and size in the units of the outside world.
+///
+/// In     at, cov, size: in the fit frame's units
+void set_place(const FitFrame& fit_frame,
+               const Eigen::Vector2d& at,
+               const Eigen::Matrix2d& cov,
+               double size,
+               TargetFit& fit);
+
+/// Says by how much a length is off; empty if it is within the tolerance. Lengths in frame units.
+std::optional<std::string> size_problem(
+    const FitFrame& fit_frame, std::string_view what, double seen, double asked, double tolerance);
+
+}  // namespace panelcal::internal

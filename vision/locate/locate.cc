@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/locate/locate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "vision/fit/detector.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+using internal::DetectorInput;
+using internal::FittedCandidate;
+using Verdict = FittedCandidate::Verdict;
+
+/// Good ones first, then unfit ones, then unlikely ones; each by score.
+void rank(std::vector<FittedCandidate>& candidates) {
+  std::stable_sort(
+      candidates.begin(), candidates.end(), [](const FittedCandidate& a, const FittedCandidate& b) {
+        if (a.verdict != b.verdict) return a.verdict < b.verdict;
+        return a.fit.score > b.fit.score;
+      });
+}
+
+std::string not_found_reason(const std::vector<FittedCandidate>& candidates) {
+  if (candidates.empty()) return "nothing like the target is in the searched area";
+  return "the likeliest place does not count: " + candidates.front().reason;
+}
+
+Detection decide(std::vector<FittedCandidate> candidates, const LocateOptions& options) {
+  rank(candidates);
+  Detection detection;
+  for (const FittedCandidate& c : candidates) {
+    detection.candidates.push_back(
+        {c.fit.center.position, c.fit.size, c.fit.score, c.reason, c.fit.outlines_px});
+    detection.n_candidates += c.verdict == Verdict::Good;
+  }
+  if (candidates.empty() || candidates.front().verdict == Verdict::Unlikely) {
+    detection.status = DetectionStatus::NotFound;
+    detection.reason = not_found_reason(candidates);
+    return detection;
+  }
+  detection.best = candidates.front().fit;
+  if (candidates.front().verdict == Verdict::Unfit) {
+    detection.status = DetectionStatus::Rejected;
+    detection.reason = candidates.front().reason;
+    return detection;
+  }
+  const double limit = candidates.front().fit.score - options.ambiguity_margin;
+  const auto n_equal = std::count_if(candidates.begin(), candidates.end(), [&](const auto& c) {
+    return c.verdict == Verdict::Good && c.fit.score >= limit;
+  });
+  detection.status = n_equal > 1 ? DetectionStatus::Ambiguous : DetectionStatus::Found;
+  if (n_equal > 1) {
+    detection.reason = fmt::format("{} candidates are equally good, scores {:.2f} and {:.2f}",
+                                   n_equal,
+                                   candidates[0].fit.score,
+                                   candidates[1].fit.score);
+  }
+  return detection;
+}
+
+Detection rejected(std::string reason) {
+  Detection detection;
+  detection.status = DetectionStatus::Rejected;
+  detection.reason = std::move(reason);
+  return detection;
+}
+
+using Detector = std::vector<FittedCandidate> (*)(const DetectorInput&);
+
+Detector detector_of(Shape shape) {
+  switch (shape) {
+    case Shape::Disc:
+    case Shape::Hole:
+    case Shape::Ring:
+      return internal::detect_rims;
+    case Shape::Square:
+    case Shape::Diamond:
+    case Shape::Cross:
+      return internal::detect_cells;
+    case Shape::Slot:
+      return internal::detect_slots;
+    case Shape::Dots:
+      return internal::detect_dots;
+    case Shape::Template:
+      return internal::detect_templates;
+    case Shape::AprilTag:
+      return internal::detect_tags;
+  }
+  return internal::detect_rims;
+}
+
+Detection locate_checked(const Image& image,
+                         const Target& target,
+                         const CameraMapping* mapping,
+                         const LocateOptions& options) {
+  const DetectorInput input{image, target, mapping, options, internal::SearchArea(options)};
+  return decide(detector_of(target.shape)(input), options);
+}
+
+Diagnostic bad_option(std::string what, std::string expected) {
+  return {Code::TargetInvalid, {}, std::move(what), std::move(expected)};
+}
+
+}  // namespace
+
+std::string_view name(DetectionStatus status) {
+  switch (status) {
+    case DetectionStatus::Found:
+      return "found";
+    case DetectionStatus::NotFound:
+      return "not_found";
+    case DetectionStatus::Ambiguous:
+      return "ambiguous";
+    case DetectionStatus::Rejected:
+      return "rejected";
+  }
+  return {};
+}
+
+Expected<void> LocateOptions::validate() const {
+  const auto is_share = [](double v) { return v >= 0 && v <= 1; };
+  const auto bad_share = [](std::string_view field, double v) {
+    return failure(bad_option(fmt::format("{} = {}", field, v), "0 to 1"));
+  };
+  if (search_radius && !(search_radius->in_px() > 0)) {
+    return failure(bad_option(fmt::format("search_radius = {} px", search_radius->in_px()),
+                              "a number above 0"));
+  }
+  if (search_center && !search_center->in_px().allFinite()) {
+    return failure(bad_option("search_center is not finite", "a place in the picture"));
+  }
+  if (!is_share(ambiguity_margin)) return bad_share("ambiguity_margin", ambiguity_margin);
+  if (!is_share(min_contrast)) return bad_share("min_contrast", min_contrast);
+  if (!is_share(min_score)) return bad_share("min_score", min_score);
+  if (!is_share(min_visible)) return bad_share("min_visible", min_visible);
+  if (!(max_blur_px > 0)) {
+    return failure(bad_option(fmt::format("max_blur_px = {}", max_blur_px), "a number above 0"));
+  }
+  return {};
+}
+
+Detection locate(const Image& image,
+                 const Target& target,
+                 const CameraMapping* mapping,
+                 const LocateOptions& options) {
+  if (const auto valid = target.validate(); !valid) return rejected(valid.error().text());
+  if (const auto valid = options.validate(); !valid) return rejected(valid.error().text());
+  if (target.size && !mapping) return rejected("a size in mm needs a camera mapping");
+  try {
+    return locate_checked(image, target, mapping, options);
+  } catch (const std::exception& e) {  // OpenCV, memory
+    return rejected(std::string("internal error: ") + e.what());
+  }
+}
+
+}  // namespace panelcal

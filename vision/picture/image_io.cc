@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/picture/image_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "calib/base/atomic_file.h"
+#include "vision/picture/cv_bridge.h"
+#include "vision/picture/decoder.h"
+#include "vision/picture/image_header.h"
+#include "vision/picture/luma.h"
+#include "vision/picture/tiff_directory.h"
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+
+namespace panelcal {
+namespace {
+
+using internal::PictureHeader;
+using internal::PictureKind;
+using internal::TiffDirectory;
+
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
+constexpr std::string_view kKinds = "PNG, TIFF, BMP or JPEG of 8 or 16 bit";
+/// Deflate makes at most 1032 bytes of one, which hold 8 pixels each.
+constexpr std::int64_t kMaxPixelsPerByte = 1032 * 8;
+
+tl::unexpected<Diagnostic> problem(Code code,
+                                   std::string_view name,
+                                   std::string what,
+                                   std::string expected) {
+  return failure({code, {std::string(name), 0, 0}, std::move(what), std::move(expected)});
+}
+
+/// Does what the decoder leaves undone on TIFF pixels of more than 8 bit: it does not turn around
+/// pictures whose 0 is white, and it shifts 10, 12 and 14 bits up, so that white is below 65535.
+void finish_levels(const TiffDirectory& directory, Image& image) {
+  const bool is_negative = directory.photometric == TiffDirectory::kMinIsWhite;
+  if (directory.bits <= 8 || (directory.bits == 16 && !is_negative)) return;
+  const std::uint32_t white = ((1U << directory.bits) - 1) << (16 - directory.bits);
+  // In double, so that white is exactly full scale and saturation is recognised.
+  const double factor = Image::kFullScale16 / white;
+  for (float& level : image.pixels()) {
+    const double positive = factor * level;
+    level = static_cast<float>(is_negative ? Image::kFullScale16 - positive : positive);
+  }
+}
+
+template <class Number>
+void copy_grey(const cv::Mat& mat, Image& image) {
+  const int step = mat.channels();
+  for (int y = 0; y < mat.rows; ++y) {
+    const Number* from = mat.ptr<Number>(y);
+    for (float& level : image.row(y)) {
+      level = step == 1 ? static_cast<float>(from[0]) : internal::luma(from[0], from[1], from[2]);
+      from += step;
+    }
+  }
+}
+
+Expected<Image> image_of(const cv::Mat& mat, std::string_view name) {
+  const bool is_16_bit = mat.depth() == CV_16U;
+  if (mat.depth() != CV_8U && !is_16_bit) {
+    return problem(
+        Code::PictureFormat, name, "pixels are floating-point or signed numbers", "8 or 16 bit");
+  }
+  if (mat.channels() != 1 && mat.channels() != 3 && mat.channels() != 4) {
+    return problem(
+        Code::PictureFormat, name, fmt::format("{} channels", mat.channels()), "grey, RGB or RGBA");
+  }
+  Image image(mat.cols, mat.rows, is_16_bit ? Image::kFullScale16 : Image::kFullScale8);
+  if (is_16_bit) {
+    copy_grey<std::uint16_t>(mat, image);
+  } else {
+    copy_grey<std::uint8_t>(mat, image);
+  }
+  return image;
+}
+
+Expected<PictureHeader> checked_header(std::string_view bytes,
+                                       std::string_view name,
+                                       PictureKind kind) {
+  const auto header = internal::picture_header(bytes, kind);
+  if (!header) {
+    return problem(Code::PictureDamaged,
+                   name,
+                   fmt::format("the {} header is cut off or makes no sense", internal::name(kind)),
+                   "a whole picture");
+  }
+  // Divided, since the product of two claims may overflow.
+  if (header->width > kMaxPicturePixels / header->height) {
+    return problem(Code::PictureTooLarge,
+                   name,
+                   fmt::format("{} x {} pixels", header->width, header->height),
+                   fmt::format("at most {} pixels", kMaxPicturePixels));
+  }
+  const auto n_bytes = static_cast<std::int64_t>(bytes.size());
+  if (header->width * header->height / kMaxPixelsPerByte > n_bytes) {
+    return problem(
+        Code::PictureDamaged,
+        name,
+        fmt::format("{} bytes for {} x {} pixels", n_bytes, header->width, header->height),
+        fmt::format("at most {} pixels a byte", kMaxPixelsPerByte));
+  }
+  if (!internal::has_end_mark(bytes, kind)) {
+    return problem(Code::PictureDamaged,
+                   name,
+                   fmt::format("the {} file is cut off", internal::name(kind)),
+                   "a whole picture");
+  }
+  return *header;
+}
+
+/// Refuses what the decoder would read wrongly or with too much memory.
+Expected<void> check_tiff(const TiffDirectory& directory, std::string_view name) {
+  if (directory.sample_format != 1) {
+    return problem(
+        Code::PictureFormat, name, "pixels are floating-point or signed numbers", "8 or 16 bit");
+  }
+  constexpr std::array<std::uint32_t, 6> kBits = {1, 8, 10, 12, 14, 16};
+  if (std::find(kBits.begin(), kBits.end(), directory.bits) == kBits.end()) {
+    return problem(
+        Code::PictureFormat, name, fmt::format("{} bits a pixel", directory.bits), "8 or 16 bit");
+  }
+  // Up to 8 bit the decoder translates every kind of colour, above that it passes numbers on.
+  const bool is_plain = directory.photometric <= TiffDirectory::kRgb;
+  if (directory.samples < 1 || directory.samples > 4 || (directory.bits > 8 && !is_plain)) {
+    return problem(Code::PictureFormat,
+                   name,
+                   fmt::format("{} samples a pixel, photometric interpretation {}",
+                               directory.samples,
+                               directory.photometric),
+                   "grey, RGB or RGBA");
+  }
+  // Tiles may reach beyond the picture, and small pictures often have one large tile.
+  constexpr std::int64_t kSpare = 4096;
+  if (directory.tile_width > directory.width + kSpare ||
+      directory.tile_height > directory.height + kSpare) {
+    return problem(Code::PictureDamaged,
+                   name,
+                   fmt::format("tiles of {} x {} in a picture of {} x {}",
+                               directory.tile_width,
+                               directory.tile_height,
+                               directory.width,
+                               directory.height),
+                   "tiles about as large as the picture at most");
+  }
+  return {};
+}
+
+Expected<cv::Mat> decoded_mat(std::string_view bytes,
+                              std::string_view name,
+                              const PictureHeader& header) {
+  const internal::Decoded decoded = internal::run_decoder(bytes, header.kind);
+  if (decoded.mat.empty() || internal::is_patched(decoded, header.kind)) {
+    return problem(
+        Code::PictureDamaged,
+        name,
+        fmt::format(
+            "the {} does not decode{}", internal::name(header.kind), internal::reason_of(decoded)),
+        "a whole picture");
+  }
+  if (decoded.mat.cols != header.width || decoded.mat.rows != header.height) {
+    return problem(Code::PictureDamaged,
+                   name,
+                   fmt::format("{} x {} pixels", decoded.mat.cols, decoded.mat.rows),
+                   fmt::format("{} x {} as in the header", header.width, header.height));
+  }
+  return decoded.mat;
+}
+
+Expected<Image> decode_tiff(std::string_view bytes,
+                            std::string_view name,
+                            const PictureHeader& header) {
+  // There is one, else there were no header.
+  const TiffDirectory directory = internal::tiff_directory(bytes).value_or(TiffDirectory());
+  PANELCAL_CHECK(check_tiff(directory, name));
+  const auto patched = internal::without_orientation_and_alpha(bytes, directory);
+  PANELCAL_TRY(const cv::Mat mat, decoded_mat(patched ? *patched : bytes, name, header));
+  PANELCAL_TRY(Image image, image_of(mat, name));
+  finish_levels(directory, image);
+  return image;
+}
+
+}  // namespace
+
+namespace internal {
+
+cv::Mat mat_of(const Image& image) {
+  // The Mat only looks at the pixels; convertTo rounds, clips and copies.
+  const cv::Mat view(
+      image.height(), image.width(), CV_32FC1, const_cast<float*>(image.pixels().data()));
+  cv::Mat mat;
+  view.convertTo(mat, image.full_scale() > Image::kFullScale8 ? CV_16U : CV_8U);
+  return mat;
+}
+
+Expected<std::string> png_of(const cv::Mat& mat) {
+  std::vector<unsigned char> bytes;
+  std::string why = "no pixels";
+  try {
+    if (!mat.empty() && cv::imencode(".png", mat, bytes)) {
+      return std::string(bytes.begin(), bytes.end());
+    }
+  } catch (const std::exception& e) {
+    why = e.what();
+  }
+  return problem(
+      Code::PictureFormat, "", "cannot encode a picture: " + panelcal::quoted(why), "a picture");
+}
+
+}  // namespace internal
+
+Expected<Image> decode_image(std::string_view bytes, std::string_view name) {
+  const std::optional<PictureKind> kind = internal::picture_kind(bytes);
+  if (!kind) {
+    return problem(Code::PictureFormat,
+                   name,
+                   bytes.empty() ? "the file is empty" : "not a picture of a known kind",
+                   std::string(kKinds));
+  }
+  PANELCAL_TRY(const PictureHeader header, checked_header(bytes, name, *kind));
+  if (*kind == PictureKind::Tiff) return decode_tiff(bytes, name, header);
+  PANELCAL_TRY(const cv::Mat mat, decoded_mat(bytes, name, header));
+  return image_of(mat, name);
+}
+
+Expected<Image> read_image(const std::filesystem::path& path) {
+  PANELCAL_TRY(const std::string bytes, read_file(path, kMaxFileBytes));
+  return decode_image(bytes, path.string());
+}
+
+Expected<std::string> encode_png(const Image& image) {
+  return internal::png_of(internal::mat_of(image));
+}
+
+Expected<void> write_png(const std::filesystem::path& path, const Image& image) {
+  PANELCAL_TRY(const std::string bytes, encode_png(image));
+  return write_file(path, bytes);
+}
+
+}  // namespace panelcal

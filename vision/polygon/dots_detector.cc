@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "vision/fit/detector.h"
+#include "vision/fit/frame.h"
+#include "vision/polygon/dot_code.h"
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+namespace panelcal::internal {
+namespace {
+
+using Verdict = FittedCandidate::Verdict;
+
+/// Residuals may be larger than the dots' covariances say by chance in one of some ten thousand
+/// codes; and by this part of the size tolerance, as dots are etched no better than that.
+constexpr double kChiSquareSigmas = 4;
+constexpr double kSigmas = 3;
+/// Discs in view that are fitted.
+constexpr std::size_t kMaxDiscs = 200;
+
+/// A distance of the code's unit (mm or px) in the picture, the largest that a lens may make of it.
+double reach_px(const DetectorInput& input) {
+  double reach = 0;
+  for (const Eigen::Vector2d& dot : input.target.dots) reach = std::max(reach, dot.norm());
+  if (input.mapping) reach /= input.mapping->parameters().scale_mm_per_px;
+  constexpr double kLens = 1.1;
+  return kLens * (1 + input.target.size_tolerance) * reach;
+}
+
+double dot_size(const DetectorInput& input) {
+  return input.target.size ? input.target.size->in_mm() : input.target.size_px->in_px();
+}
+
+DotCode code_of(const DetectorInput& input) {
+  const Target& target = input.target;
+  DotCode code;
+  code.dots = target.dots;
+  code.turn = target.angle.in_rad();
+  code.turn_tolerance = target.angle_tolerance.in_rad();
+  code.scale_tolerance = target.size_tolerance;
+  code.place_tolerance = kDotPlaceTolerance * dot_size(input);
+  // Target says mm with a mapping; sizes in px with a mapping are pixels all the same.
+  code.fits_scale = !target.size;
+  return code;
+}
+
+/// Every dot-like disc where the code's dots may be.
+std::vector<FittedCandidate> find_dots(const DetectorInput& input) {
+  Target disc = input.target;
+  disc.shape = Shape::Disc;
+  disc.dots.clear();
+  LocateOptions options = input.options;
+  if (options.search_radius) {
+    options.search_radius = px(options.search_radius->in_px() + reach_px(input));
+  }
+  return detect_rims({input.image, disc, input.mapping, options, SearchArea(options)}, kMaxDiscs);
+}
+
+SeenDot seen_dot(const FittedCandidate& dot, bool in_mm) {
+  if (in_mm && dot.fit.center_optical) {
+    return {dot.fit.center_optical->position.in_mm(), dot.fit.center_optical->cov};
+  }
+  return {dot.fit.center.position.in_px(), dot.fit.center.cov};
+}
+
+/// What the dots have in common is the code's: means, or the worst of them.
+void fill_from_dots(const std::vector<const TargetFit*>& dots, int n_asked, TargetFit& fit) {
+  const double n = static_cast<double>(dots.size());
+  double size_px = 0;
+  double size_mm = 0;
+  for (const TargetFit* dot : dots) {
+    size_px += dot->size.in_px() / n;
+    if (dot->size_mm) size_mm += dot->size_mm->in_mm() / n;
+    fit.score += dot->score / n;
+    fit.blur_px += dot->blur_px / n;
+    fit.background += dot->background / n;
+    fit.contrast += dot->contrast / n;
+    fit.noise += dot->noise / n;
+    fit.excluded += dot->excluded / n;
+    fit.visible += dot->visible / n;
+    fit.axis_ratio = std::min(fit.axis_ratio, dot->axis_ratio);
+    fit.outlines_px.insert(fit.outlines_px.end(), dot->outlines_px.begin(), dot->outlines_px.end());
+  }
+  fit.size = px(size_px);
+  if (dots.front()->size_mm) fit.size_mm = mm(size_mm);
+  const double seen = n / n_asked;
+  fit.score *= seen;
+  fit.visible *= seen;
+}
+
+/// The place of the code in the picture and, with a mapping, in Optical. False if the lens model
+/// cannot draw it there, which may happen far beside the dots.
+bool fill_place(const DetectorInput& input,
+                const DotPose& pose,
+                bool in_mm,
+                const Eigen::Matrix2d& cov,
+                TargetFit& fit) {
+  fit.angle = rad(pose.turn);
+  if (!in_mm) {
+    fit.center = {position_px<frame::Image>(pose.at), cov};
+    if (input.mapping) fit.center_optical = (*input.mapping)(fit.center);
+    return true;
+  }
+  fit.center_optical = PositionEstimate<frame::Optical>{position_mm<frame::Optical>(pose.at), cov};
+  const auto u = input.mapping->image_of(fit.center_optical->position);
+  if (!u) return false;
+  const Eigen::Matrix2d px_from_mm = input.mapping->jacobian(*u).inverse();
+  fit.center = {*u, propagate(px_from_mm, cov)};
+  return true;
+}
+
+/// Why a code whose dots were found is not the target; empty if it is.
+std::string problem_of(const DetectorInput& input,
+                       const DotCode& code,
+                       const DotPose& pose,
+                       bool in_mm) {
+  const double expected = pose.degrees_of_freedom;
+  const double limit =
+      expected + kChiSquareSigmas * std::sqrt(2 * expected) + kChiSquareSigmas * kChiSquareSigmas;
+  const double tolerance = input.target.size_tolerance * dot_size(input);
+  const char* unit = in_mm ? "mm" : "px";
+  if (pose.chi_square > limit && pose.worst > tolerance) {
+    return fmt::format(
+        "the dots are not where the code has them: dot {} is off by {:.3g} {}; {:.3g} are allowed",
+        pose.worst_dot + 1,
+        pose.worst,
+        unit,
+        tolerance);
+  }
+  const double scale = std::exp(pose.log_scale) - 1;
+  if (std::abs(scale) > code.scale_tolerance + kSigmas * std::sqrt(pose.cov(3, 3))) {
+    return fmt::format(
+        "its dots are {:+.1f} % further apart than the code has them; {:.1f} % are allowed",
+        100 * scale,
+        100 * code.scale_tolerance);
+  }
+  const double turn = pose.turn - code.turn;
+  if (std::abs(turn) > code.turn_tolerance + kSigmas * std::sqrt(pose.cov(2, 2))) {
+    return fmt::format("it is turned by {:+.2f} degrees; {:.2f} are allowed",
+                       rad(turn).in_deg(),
+                       rad(code.turn_tolerance).in_deg());
+  }
+  return {};
+}
+
+FittedCandidate candidate_of(const DetectorInput& input,
+                             const DotCode& code,
+                             const std::vector<FittedCandidate>& dots,
+                             const std::vector<SeenDot>& seen,
+                             const DotAssignment& assignment,
+                             bool in_mm) {
+  const DotPose pose = fit_dots(code, seen, assignment);
+  std::vector<const TargetFit*> own;
+  for (const auto& i : assignment) {
+    if (i) own.push_back(&dots[static_cast<std::size_t>(*i)].fit);
+  }
+  FittedCandidate candidate;
+  candidate.fit.visible = 0;
+  fill_from_dots(own, static_cast<int>(assignment.size()), candidate.fit);
+  // Dots that are etched worse than they are seen: their scatter counts.
+  const double inflation =
+      pose.degrees_of_freedom > 0 ? std::max(1.0, pose.chi_square / pose.degrees_of_freedom) : 1;
+  const bool is_scattered =
+      pose.chi_square >
+      pose.degrees_of_freedom + kSigmas * std::sqrt(2.0 * pose.degrees_of_freedom);
+  const double factor = is_scattered ? inflation : 1;
+  if (!fill_place(input, pose, in_mm, factor * pose.cov.topLeftCorner<2, 2>(), candidate.fit)) {
+    candidate.reason = "its place is where the camera mapping ends";
+    return candidate;
+  }
+  candidate.fit.angle_sigma = rad(std::sqrt(factor * pose.cov(2, 2)));
+  candidate.reason = problem_of(input, code, pose, in_mm);
+  candidate.verdict = candidate.reason.empty() ? Verdict::Good : Verdict::Unfit;
+  if (candidate.verdict == Verdict::Good && candidate.fit.score < input.options.min_score) {
+    candidate.verdict = Verdict::Unlikely;
+    candidate.reason = fmt::format("its score is {:.2f}, at least {:.2f} is asked for",
+                                   candidate.fit.score,
+                                   input.options.min_score);
+  }
+  return candidate;
+}
+
+/// A candidate that only carries a reason; it stands where one would look.
+FittedCandidate refusal(const DetectorInput& input, Verdict verdict, std::string reason) {
+  FittedCandidate candidate;
+  candidate.verdict = verdict;
+  candidate.reason = std::move(reason);
+  const PixelBox box = input.area.box(input.image, 0);
+  const Eigen::Vector2d middle(box.x0 + 0.5 * (box.width - 1), box.y0 + 0.5 * (box.height - 1));
+  // The whole box either way says that this is no measurement.
+  const double side = std::max({1, box.width, box.height});
+  candidate.fit.center = {position_px<frame::Image>(middle),
+                          side * side * Eigen::Matrix2d::Identity()};
+  return candidate;
+}
+
+}  // namespace
+
+std::vector<FittedCandidate> detect_dots(const DetectorInput& input) {
+  const DotCode code = code_of(input);
+  if (const auto turn = self_turn(code)) {
+    return {refusal(input,
+                    Verdict::Unfit,
+                    fmt::format("the code looks the same when turned by {:.0f} degrees: a smaller "
+                                "angle_tolerance is needed, or another code",
+                                rad(*turn).in_deg()))};
+  }
+  const bool in_mm = !code.fits_scale && input.mapping != nullptr;
+  std::vector<FittedCandidate> dots;
+  std::vector<SeenDot> seen;
+  for (FittedCandidate& dot : find_dots(input)) {
+    if (dot.verdict != Verdict::Good) continue;
+    seen.push_back(seen_dot(dot, in_mm));
+    dots.push_back(std::move(dot));
+  }
+  std::vector<FittedCandidate> candidates;
+  for (const DotAssignment& assignment : match_dots(code, seen)) {
+    FittedCandidate candidate = candidate_of(input, code, dots, seen, assignment, in_mm);
+    if (input.area.contains(candidate.fit.center.position.in_px(), 0)) {
+      candidates.push_back(std::move(candidate));
+    }
+  }
+  if (candidates.empty() && !seen.empty()) {
+    const int n = static_cast<int>(code.dots.size());
+    candidates.push_back(refusal(input,
+                                 Verdict::Unlikely,
+                                 fmt::format("no {} of the code's {} dots are in their places; {} "
+                                             "dots are seen",
+                                             least_dots(n),
+                                             n,
+                                             seen.size())));
+  }
+  return candidates;
+}
+
+}  // namespace panelcal::internal

@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/polygon/quality.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "vision/polygon/solver.h"
+
+namespace panelcal::internal {
+namespace {
+
+// Rounding to whole levels is noise as well, and all there is in a perfect picture.
+constexpr double kRounding = 0.2887;
+constexpr int kFewPixels = 20;
+
+double median_of(std::vector<double>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The model at a pixel, with little work for flat ones.
+struct Seen {
+  double level = 0;
+  double share = 0;
+  bool is_near = false;  ///< sees a line
+  bool is_known = true;
+
+  std::size_t on_target() const { return share > 0.5 ? 1 : 0; }
+};
+
+/// Sigmas of the magnitudes on the ground and on the targets, at least as given; a small lot's is
+/// the other's. A face that varies far more than the ground, which may be textured, is not the
+/// target's face: that is no reason to bear with it.
+std::array<double, 2> spreads_of(std::array<std::vector<double>, 2>& magnitudes,
+                                 const std::array<double, 2>& least) {
+  constexpr std::size_t kFew = 20;
+  std::array<double, 2> spreads{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    auto& lot = magnitudes[i].size() < kFew ? magnitudes[1 - i] : magnitudes[i];
+    spreads[i] = std::max(least[i], 1.4826 * median_of(lot));
+  }
+  constexpr double kMostOfGround = 1.5;  // a bright face has more shot noise
+  spreads[1] = std::min(spreads[1], kMostOfGround * spreads[0]);
+  return spreads;
+}
+
+class Eye {
+ public:
+  Eye(const CellModel& model, const CellState& state)
+      : model_(model), state_(state), view_(model, state) {}
+
+  Seen operator()(const CellPixel& pixel) {
+    if (pixel.is_flat) {
+      const Eigen::Vector3d plane = model_.plane_terms(pixel.at);
+      const double level =
+          plane.dot(state_.levels.head<3>()) + pixel.share * plane.dot(state_.levels.tail<3>());
+      return {level, pixel.share, false, true};
+    }
+    const auto value = view_.evaluate(pixel, nullptr);
+    return {value.level, value.share, !value.is_flat, value.is_known};
+  }
+
+ private:
+  const CellModel& model_;
+  const CellState& state_;
+  CellView view_;
+};
+
+/// Residuals in sigmas as a picture, with sums over squares.
+class ResidualMap {
+ public:
+  explicit ResidualMap(const std::vector<CellPixel>& pixels) {
+    int x1 = 0;
+    int y1 = 0;
+    if (!pixels.empty()) {
+      x0_ = x1 = pixels.front().x;
+      y0_ = y1 = pixels.front().y;
+    }
+    for (const CellPixel& pixel : pixels) {
+      x0_ = std::min(x0_, pixel.x);
+      y0_ = std::min(y0_, pixel.y);
+      x1 = std::max(x1, pixel.x);
+      y1 = std::max(y1, pixel.y);
+    }
+    width_ = x1 - x0_ + 1;
+    height_ = y1 - y0_ + 1;
+    sums_.assign(size(width_ + 1, height_ + 1), {});
+    marks_.assign(size(width_, height_), 0);
+  }
+
+  struct Sum {
+    float z = 0;
+    float residual = 0;
+    float n = 0;
+  };
+
+  void set(const CellPixel& pixel, double z, double residual) {
+    sums_[index(pixel.x - x0_ + 1, pixel.y - y0_ + 1, width_ + 1)] = {
+        static_cast<float>(z), static_cast<float>(residual), 1};
+  }
+  void integrate() {
+    for (int y = 1; y <= height_; ++y) {
+      Sum row;
+      for (int x = 1; x <= width_; ++x) {
+        Sum& at = sums_[index(x, y, width_ + 1)];
+        const Sum& above = sums_[index(x, y - 1, width_ + 1)];
+        row = {row.z + at.z, row.residual + at.residual, row.n + at.n};
+        at = {row.z + above.z, row.residual + above.residual, row.n + above.n};
+      }
+    }
+  }
+  /// Over the square of 2 half + 1 pixels about a pixel.
+  Sum around(const CellPixel& pixel, int half) const {
+    const int xa = std::max(0, pixel.x - x0_ - half);
+    const int ya = std::max(0, pixel.y - y0_ - half);
+    const int xb = std::min(width_, pixel.x - x0_ + half + 1);
+    const int yb = std::min(height_, pixel.y - y0_ + half + 1);
+    const Sum& a = sums_[index(xa, ya, width_ + 1)];
+    const Sum& b = sums_[index(xb, ya, width_ + 1)];
+    const Sum& c = sums_[index(xa, yb, width_ + 1)];
+    const Sum& d = sums_[index(xb, yb, width_ + 1)];
+    return {d.z - b.z - c.z + a.z,
+            d.residual - b.residual - c.residual + a.residual,
+            d.n - b.n - c.n + a.n};
+  }
+  void mark(const CellPixel& pixel, int grow) {
+    for (int y = std::max(0, pixel.y - y0_ - grow);
+         y <= std::min(height_ - 1, pixel.y - y0_ + grow);
+         ++y) {
+      for (int x = std::max(0, pixel.x - x0_ - grow);
+           x <= std::min(width_ - 1, pixel.x - x0_ + grow);
+           ++x) {
+        marks_[index(x, y, width_)] = 1;
+      }
+    }
+  }
+  bool is_marked(const CellPixel& pixel) const {
+    return marks_[index(pixel.x - x0_, pixel.y - y0_, width_)] != 0;
+  }
+
+ private:
+  static std::size_t size(int width, int height) {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  }
+  static std::size_t index(int x, int y, int width) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+  }
+
+  int x0_ = 0;
+  int y0_ = 0;
+  int width_ = 0;
+  int height_ = 0;
+  std::vector<Sum> sums_;
+  std::vector<char> marks_;
+};
+
+}  // namespace
+
+CellNoise noise_of(const CellModel& model,
+                   const std::vector<CellPixel>& pixels,
+                   const CellState& state,
+                   double full_scale) {
+  double sums[2] = {0, 0};
+  int counts[2] = {0, 0};
+  double rim_square = 0;
+  double rim_chi_square = 0;
+  int n_rim = 0;
+  Eye eye(model, state);
+  for (const CellPixel& pixel : pixels) {
+    if (pixel.is_excluded) continue;
+    const Seen seen = eye(pixel);
+    if (!seen.is_known || is_beyond_scale(pixel.value, seen.level, full_scale)) continue;
+    const double residual = pixel.value - seen.level;
+    const std::size_t side = seen.share > 0.5 ? 1 : 0;
+    sums[side] += residual * residual;
+    ++counts[side];
+    if (seen.is_near && seen.share > 0.02 && seen.share < 0.98) {
+      rim_square += residual * residual;
+      rim_chi_square += residual * residual * pixel.weight;
+      ++n_rim;
+    }
+  }
+  // Half of the parameters each.
+  const double used = 0.5 * model.n_parameters();
+  const auto sigma = [&](std::size_t side) {
+    return std::max(kRounding, std::sqrt(sums[side] / std::max(1.0, counts[side] - used)));
+  };
+  CellNoise noise;
+  noise.outside = sigma(0);
+  noise.inside = sigma(1);
+  if (counts[1] < kFewPixels) noise.inside = noise.outside;
+  if (counts[0] < kFewPixels) noise.outside = noise.inside;
+  if (n_rim > 0) {
+    noise.rim = std::sqrt(rim_square / n_rim);
+    const double ratio = rim_chi_square / n_rim;
+    // Three standard deviations of a chi square over its degrees of freedom.
+    if (ratio > 1 + 3 * std::sqrt(2.0 / n_rim)) noise.rim_excess = ratio;
+  }
+  return noise;
+}
+
+void set_weights(const CellModel& model,
+                 const CellState& state,
+                 const CellNoise& noise,
+                 std::vector<CellPixel>& pixels) {
+  const double inside = noise.inside * noise.inside;
+  const double outside = noise.outside * noise.outside;
+  Eye eye(model, state);
+  for (CellPixel& pixel : pixels) {
+    const double share = std::clamp(eye(pixel).share, 0.0, 1.0);
+    pixel.weight = 1 / (share * inside + (1 - share) * outside);
+  }
+}
+
+double exclude_strangers(const CellModel& model,
+                         const CellState& state,
+                         double full_scale,
+                         std::vector<CellPixel>& pixels) {
+  constexpr double kSigmas = 6;            // of a pixel
+  constexpr double kBlobSigmas = 5;        // of a square's mean
+  constexpr double kOfContrast = 0.15;     // less than this is no debris
+  constexpr double kRimOfContrast = 0.35;  // an edge that is not quite straight is not cut away
+  constexpr double kBlobOfContrast = 0.06;
+  constexpr double kRimBlobOfContrast = 0.12;
+  constexpr double kMarkOfContrast = 0.45;
+  constexpr int kBlobHalf = 2;        // px
+  constexpr std::size_t kSample = 5;  // medians are taken of every so many pixels
+  constexpr int kGrow = 2;            // px: the blurred foot of what was excluded
+
+  ResidualMap map(pixels);
+  std::vector<Seen> seen(pixels.size());
+  Eye eye(model, state);
+  // Ground may be textured, targets are not: each has its own spread. Index 1: on a target.
+  std::array<std::vector<double>, 2> magnitudes;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const CellPixel& pixel = pixels[i];
+    seen[i] = eye(pixel);
+    if (!seen[i].is_known || is_beyond_scale(pixel.value, seen[i].level, full_scale)) continue;
+    const double residual = pixel.value - seen[i].level;
+    const double z = residual * std::sqrt(pixel.weight);
+    map.set(pixel, z, residual);
+    if (i % kSample == 0) magnitudes[seen[i].on_target()].push_back(std::abs(z));
+  }
+  map.integrate();
+  const std::array z_sigma = spreads_of(magnitudes, {0.3, 0.3});
+  // Texture is correlated: its local means vary more than those of white noise.
+  magnitudes = {};
+  for (std::size_t i = 0; i < pixels.size(); i += kSample) {
+    const auto sum = map.around(pixels[i], kBlobHalf);
+    if (sum.n > 0) magnitudes[seen[i].on_target()].push_back(std::abs(sum.z) / std::sqrt(sum.n));
+  }
+  const std::array blob_sigma = spreads_of(magnitudes, z_sigma);
+
+  const double contrast = std::abs(state.levels[3]);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const CellPixel& pixel = pixels[i];
+    const Seen& at = seen[i];
+    if (!at.is_known) continue;
+    const bool is_rim = at.share > 0.01 && at.share < 0.99;
+    if (!is_beyond_scale(pixel.value, at.level, full_scale)) {
+      const double residual = std::abs(pixel.value - at.level);
+      const double limit = (is_rim ? kRimOfContrast : kOfContrast) * contrast;
+      if (residual > limit &&
+          residual * std::sqrt(pixel.weight) > kSigmas * z_sigma[at.on_target()]) {
+        map.mark(pixel, kGrow);
+        continue;
+      }
+    }
+    const auto sum = map.around(pixel, kBlobHalf);
+    if (sum.n < 1) continue;
+    const double limit = (is_rim ? kRimBlobOfContrast : kBlobOfContrast) * contrast;
+    // Whatever the texture: what stands out as far as half the target does is another mark.
+    const bool is_mark =
+        at.share < 0.01 && std::abs(sum.residual) > kMarkOfContrast * contrast * sum.n;
+    const double sigma = is_mark ? z_sigma[at.on_target()] : blob_sigma[at.on_target()];
+    if (std::abs(sum.residual) > limit * sum.n &&
+        std::abs(sum.z) > kBlobSigmas * sigma * std::sqrt(sum.n)) {
+      map.mark(pixel, kGrow);
+    }
+  }
+  int n_rim = 0;
+  int n_excluded = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    pixels[i].is_excluded = map.is_marked(pixels[i]);
+    if (!seen[i].is_near) continue;
+    ++n_rim;
+    n_excluded += pixels[i].is_excluded;
+  }
+  return n_rim > 0 ? static_cast<double>(n_excluded) / n_rim : 1;
+}
+
+double correlation_near(const CellModel& model,
+                        const CellState& state,
+                        const std::vector<CellPixel>& pixels,
+                        double white_noise,
+                        double reach_px) {
+  double n = 0;
+  double sum_m = 0;
+  double sum_v = 0;
+  double sum_mm = 0;
+  double sum_mv = 0;
+  double sum_vv = 0;
+  CellState sharp = state;
+  sharp.sigma_px = 1e-3;
+  CellView lines(model, sharp);
+  Eye eye(model, state);
+  for (const CellPixel& pixel : pixels) {
+    if (pixel.is_excluded || lines.flat_share(pixel, reach_px)) continue;
+    const Seen seen = eye(pixel);
+    if (!seen.is_known) continue;
+    const double plane = model.plane_terms(pixel.at).dot(state.levels.head<3>());
+    const double m = seen.level - plane;
+    const double v = pixel.value - plane;
+    ++n;
+    sum_m += m;
+    sum_v += v;
+    sum_mm += m * m;
+    sum_mv += m * v;
+    sum_vv += v * v;
+  }
+  const double var_m = n * sum_mm - sum_m * sum_m;
+  const double var_seen = n * sum_vv - sum_v * sum_v;
+  const double var_v = std::max(var_seen - n * n * white_noise * white_noise, 0.25 * var_seen);
+  if (!(var_m > 0) || !(var_v > 0)) return 0;
+  return std::clamp((n * sum_mv - sum_m * sum_v) / std::sqrt(var_m * var_v), 0.0, 1.0);
+}
+
+double intact_part(const CellModel& model,
+                   const CellState& state,
+                   const std::vector<CellPixel>& pixels) {
+  Eye eye(model, state);
+  int n = 0;
+  int n_excluded = 0;
+  for (const CellPixel& pixel : pixels) {
+    const Seen seen = eye(pixel);
+    if (!seen.is_known || seen.share < 0.5) continue;
+    ++n;
+    n_excluded += pixel.is_excluded;
+  }
+  return n > 0 ? 1 - static_cast<double>(n_excluded) / n : 0;
+}
+
+double white_noise_of(const std::vector<CellPixel>& pixels) {
+  std::vector<double> differences;
+  differences.reserve(pixels.size());
+  for (std::size_t i = 1; i < pixels.size(); ++i) {
+    const CellPixel& a = pixels[i - 1];
+    const CellPixel& b = pixels[i];
+    if (a.y == b.y && a.x + 1 == b.x) differences.push_back(std::abs(a.value - b.value));
+  }
+  return 1.4826 / std::sqrt(2.0) * median_of(differences);
+}
+
+}  // namespace panelcal::internal

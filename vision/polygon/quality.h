@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "vision/polygon/model.h"
+
+namespace panelcal::internal {
+
+/// Sigma of the noise inside and outside of the pattern's targets, grey levels.
+struct CellNoise {
+  double outside = 1;
+  double inside = 1;
+  double rim = 0;         ///< of the residuals near the lines
+  double rim_excess = 1;  ///< variance there over what the two predict, at least 1
+};
+
+/// From the residuals of the pixels not excluded; rim_excess needs weights of the same noise.
+CellNoise noise_of(const CellModel& model,
+                   const std::vector<CellPixel>& pixels,
+                   const CellState& state,
+                   double full_scale);
+
+void set_weights(const CellModel& model,
+                 const CellState& state,
+                 const CellNoise& noise,
+                 std::vector<CellPixel>& pixels);
+
+/// Sets is_excluded on pixels that the model does not explain, and on their surroundings.
+///
+/// A pixel stands out by itself, or as a part of a blob: means over squares of pixels see debris
+/// that is fainter than the noise of a pixel. Needs weights. Returns the part of the pixels near
+/// lines that is excluded.
+double exclude_strangers(const CellModel& model,
+                         const CellState& state,
+                         double full_scale,
+                         std::vector<CellPixel>& pixels);
+
+/// Correlation of model and picture near the lines, without the part of camera noise and what is
+/// excluded.
+///
+/// In     reach_px: how far from the lines
+double correlation_near(const CellModel& model,
+                        const CellState& state,
+                        const std::vector<CellPixel>& pixels,
+                        double white_noise,
+                        double reach_px);
+
+/// Part of the targets' pixels that is not excluded: a pad with a hole, or half a pad, has less.
+double intact_part(const CellModel& model,
+                   const CellState& state,
+                   const std::vector<CellPixel>& pixels);
+
+/// How much of the outline is there.
+struct OutlineSeen {
+  double visible = 0;          ///< part of the outline that looks like an edge of this contrast
+  double outside_picture = 0;  ///< part of the outline without pixels
+};
+
+/// Looks at the local contrast of every piece of the outline; excluded pixels count.
+OutlineSeen outline_seen(const CellModel& model,
+                         const CellState& state,
+                         const std::vector<CellPixel>& pixels,
+                         const CellNoise& noise);
+
+/// Sigma of the noise that differs from pixel to pixel, from differences of neighbours.
+double white_noise_of(const std::vector<CellPixel>& pixels);
+
+}  // namespace panelcal::internal

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/polygon/target.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "vision/fit/edge_profile.h"
+#include "vision/polygon/solver.h"
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+namespace panelcal::internal {
+
+SearchPattern drawn(const CellModel& model,
+                    const CellState& state,
+                    double half,
+                    const Eigen::Matrix2d& frame_from_px,
+                    int factor) {
+  constexpr double kLensPx = 1.2;  // an ordinary one
+  CellState seen = state;
+  seen.sigma_px = std::sqrt(std::pow(kLensPx / factor, 2) + kPixelVariance);
+  seen.levels << 0, 0, 0, 1, 0, 0;
+  const double half_px = half / std::sqrt(std::abs(frame_from_px.determinant()));
+  const int radius = std::max(3, static_cast<int>(std::ceil(half_px / factor)));
+  SearchPattern pattern{Image(2 * radius + 1, 2 * radius + 1, 1)};
+  CellView view(model, seen);
+  CellPixel pixel;
+  pixel.jacobian = factor * frame_from_px;
+  for (int y = -radius; y <= radius; ++y) {
+    for (int x = -radius; x <= radius; ++x) {
+      pixel.at = pixel.jacobian * Eigen::Vector2d(x, y);
+      pattern.picture.at(x + radius, y + radius) =
+          static_cast<float>(view.evaluate(pixel, nullptr).share);
+    }
+  }
+  return pattern;
+}
+
+std::optional<CellState> rough_fit(const ReducedPicture& reduced,
+                                   const FitFrame& fit_frame,
+                                   const CellModel& model,
+                                   const CellState& start,
+                                   double reach) {
+  const double k = reduced.factor;
+  CellState first = start;
+  first.sigma_px = std::sqrt(1.5 / (k * k) + kPixelVariance);
+  CellFitOptions options;
+  options.reach = reach;
+  options.start_error = 1.5 * k;
+  options.max_sigma_px = std::max(1.5, 0.2 * half_extent(model.pattern()) / k);
+  options.reduction = reduced.factor;
+  options.image_x0 = reduced.x0;
+  options.image_y0 = reduced.y0;
+  options.is_rough = true;
+  const CellFit fit = fit_cells(reduced.image, fit_frame, model, first, options);
+  if (!fit.converged) return std::nullopt;
+  CellState state = fit.state;
+  const double lens2 = std::max(0.3, (state.sigma_px * state.sigma_px - kPixelVariance) * k * k);
+  state.sigma_px = std::clamp(std::sqrt(lens2 + kPixelVariance), 0.6, 3.0);
+  return state;
+}
+
+void set_quality(const CellModel& model,
+                 const CellFit& cell_fit,
+                 const CellPlace& place,
+                 TargetFit& fit) {
+  fit.score = cell_fit.correlation * cell_fit.visible;
+  fit.blur_px = cell_fit.state.sigma_px;
+  const Eigen::Vector3d terms = model.plane_terms(place.at);
+  fit.background = terms.dot(cell_fit.state.levels.head<3>());
+  fit.contrast = terms.dot(cell_fit.state.levels.tail<3>());
+  fit.noise = cell_fit.rim_noise;
+  fit.excluded = cell_fit.excluded;
+  fit.visible = cell_fit.visible;
+}
+
+namespace {
+
+/// A target with less of its face is a pad with a hole, or half a pad.
+constexpr double kLeastIntact = 0.8;
+/// With more of the pixels near its lines left out the rest fits anything.
+constexpr double kMostExcluded = 0.5;
+/// Residuals near the lines beyond the ground's, of the contrast: a ring in a square's place leaves
+/// 0.4, and a square under debris, which is left out, next to nothing.
+constexpr double kMostUnexplained = 0.3;
+/// More of the outline than this has to be visible for a target to count as partly hidden.
+constexpr double kLeastVisible = 0.35;
+constexpr double kMostClipped = 0.75;
+
+std::optional<std::string> unfit_reason(const CellFit& f, const CellJudgement& j) {
+  if (j.unfit) return j.unfit;
+  if (std::abs(j.turn_rad) > j.turn_tolerance_rad + 3 * j.turn_sigma_rad) {
+    return fmt::format("it is turned by {:+.1f} deg; {:.1f} deg are allowed",
+                       rad(j.turn_rad).in_deg(),
+                       rad(j.turn_tolerance_rad).in_deg());
+  }
+  if (f.state.sigma_px > 0.98 * j.max_sigma_px) {
+    return fmt::format("out of focus: its edges are blurred by {:.1f} px", f.state.sigma_px);
+  }
+  if (f.rim_noise > std::hypot(f.noise_outside, kMostUnexplained * f.state.levels[3])) {
+    return fmt::format(
+        "its {} does not fit: {:.1f} grey levels are left unexplained there, the "
+        "ground has {:.1f}",
+        j.border,
+        f.rim_noise,
+        f.noise_outside);
+  }
+  if (f.clipped > kMostClipped) {
+    return fmt::format("saturated: {:.0f} % of the pixels at its {} are black or white",
+                       100 * f.clipped,
+                       j.border);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void judge_cells(const DetectorInput& input,
+                 const CellFit& f,
+                 const CellJudgement& judgement,
+                 FittedCandidate& candidate) {
+  using Verdict = FittedCandidate::Verdict;
+  const LocateOptions& options = input.options;
+  const bool is_dark = input.target.polarity == Polarity::Dark;
+  const double contrast = candidate.fit.contrast * (is_dark ? -1 : 1);
+  const double min_contrast = options.min_contrast * input.image.full_scale();
+  const auto set = [&](Verdict verdict, std::string reason) {
+    candidate.verdict = verdict;
+    candidate.reason = std::move(reason);
+  };
+  if (!f.converged || !candidate.fit.center.cov.allFinite()) {
+    return set(Verdict::Unlikely, "it does not look like the target");
+  }
+  if (contrast < min_contrast) {
+    return set(Verdict::Unlikely,
+               fmt::format("its contrast is {:.1f} grey levels, at least {:.1f} are asked for",
+                           contrast,
+                           min_contrast));
+  }
+  if (f.intact < kLeastIntact) {
+    return set(Verdict::Unlikely,
+               fmt::format("only {:.0f} % of its face look like it", 100 * f.intact));
+  }
+  if (f.excluded > kMostExcluded) {
+    return set(Verdict::Unlikely,
+               fmt::format("{:.0f} % of what is near its {} do not look like it",
+                           100 * f.excluded,
+                           judgement.border));
+  }
+  if (candidate.fit.score < options.min_score) {
+    if (f.correlation >= options.min_score && f.visible >= kLeastVisible) {
+      return set(
+          Verdict::Unfit,
+          fmt::format("only {:.0f} % of its {} are visible", 100 * f.visible, judgement.border));
+    }
+    return set(Verdict::Unlikely,
+               fmt::format("its score is {:.2f}, at least {:.2f} is asked for",
+                           candidate.fit.score,
+                           options.min_score));
+  }
+  if (auto reason = unfit_reason(f, judgement)) return set(Verdict::Unfit, *std::move(reason));
+  set(Verdict::Good, "");
+}
+
+}  // namespace panelcal::internal

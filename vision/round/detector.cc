@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/fit/detector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "vision/round/candidate_fit.h"
+#include "vision/round/radial_votes.h"
+#include "vision/round/rays.h"
+
+namespace panelcal::internal {
+namespace {
+
+constexpr std::size_t kMaxFitted = 8;  // places fitted
+constexpr std::size_t kLooks = 3;      // places looked at along rays for each one fitted
+constexpr double kSamePlace = 0.3;     // of the radius: nearer candidates are one
+/// A rim is worth a fit if its size is off by less than this, or by less than this many times the
+/// tolerance: near enough to be the target badly made, not another kind of mark.
+constexpr double kNearSize = 0.15;
+constexpr double kNearSizeTolerances = 1.5;
+
+ExpectedRim expected_rim(const Target& target, const CameraMapping* mapping) {
+  ExpectedRim expected;
+  expected.shape = target.shape;
+  expected.polarity = target.polarity;
+  expected.size_tolerance = target.size_tolerance;
+  expected.radius = frame_length(target.size, target.size_px, mapping).value_or(0) / 2;
+  if (const auto inner = frame_length(target.inner_size, target.inner_size_px, mapping)) {
+    expected.inner_radius = *inner / 2;
+  }
+  return expected;
+}
+
+/// A rim seen along rays, with the frame it was seen in.
+struct Sighting {
+  FitFrame fit_frame;
+  RimStart start;
+  Eigen::Vector2d center_px;
+};
+
+bool is_near_size(const ExpectedRim& expected, double radius) {
+  const double limit = std::max(kNearSize, kNearSizeTolerances * expected.size_tolerance);
+  return std::abs(radius / expected.radius - 1) < limit;
+}
+
+std::vector<Sighting> see_rims(const Image& image,
+                               const CameraMapping* mapping,
+                               const ExpectedRim& expected,
+                               const SearchArea& area,
+                               double min_contrast,
+                               std::size_t max_fitted) {
+  const auto peaks = radial_votes(image,
+                                  area.box(image, 1.3 * expected.radius + 4),
+                                  expected.radius,
+                                  expected.polarity,
+                                  min_contrast,
+                                  static_cast<int>(kLooks * max_fitted));
+  std::vector<Sighting> sightings;
+  for (const VotePeak& peak : peaks) {
+    if (!area.contains(peak.at_px, 0.5 * expected.radius)) continue;
+    const FitFrame fit_frame(mapping, peak.at_px);
+    // Rays cross other things too, so their contrast is only roughly that of the target.
+    const auto start =
+        find_rim(image, fit_frame, Eigen::Vector2d::Zero(), expected, 0.5 * min_contrast);
+    if (!start || !is_near_size(expected, start->parameters[kRadius])) continue;
+    const auto u = fit_frame.to_image(start->parameters.head<2>());
+    if (!u || !area.contains(*u, 2)) continue;
+    const bool is_new = std::all_of(sightings.begin(), sightings.end(), [&](const Sighting& s) {
+      return (s.center_px - *u).norm() > kSamePlace * expected.radius;
+    });
+    if (is_new) sightings.push_back({fit_frame, *start, *u});
+  }
+  std::stable_sort(sightings.begin(), sightings.end(), [](const Sighting& a, const Sighting& b) {
+    return a.start.support > b.start.support;
+  });
+  if (sightings.size() > max_fitted) {
+    sightings.erase(sightings.begin() + static_cast<std::ptrdiff_t>(max_fitted), sightings.end());
+  }
+  return sightings;
+}
+
+}  // namespace
+
+std::vector<FittedCandidate> detect_rims(const DetectorInput& input) {
+  return detect_rims(input, kMaxFitted);
+}
+
+std::vector<FittedCandidate> detect_rims(const DetectorInput& input, std::size_t max_fitted) {
+  const ExpectedRim expected = expected_rim(input.target, input.mapping);
+  const double min_contrast = input.options.min_contrast * input.image.full_scale();
+  std::vector<FittedCandidate> candidates;
+  for (const Sighting& s :
+       see_rims(input.image, input.mapping, expected, input.area, min_contrast, max_fitted)) {
+    auto candidate = fit_candidate(input.image, s.fit_frame, expected, s.start, input.options);
+    const Eigen::Vector2d& at = candidate.fit.center.position.in_px();
+    if (!input.area.contains(at, 0)) continue;
+    // Two starts may end at one rim.
+    const auto same = std::ranges::find_if(candidates, [&](const FittedCandidate& other) {
+      return (other.fit.center.position.in_px() - at).norm() < kSamePlace * expected.radius;
+    });
+    if (same == candidates.end()) {
+      candidates.push_back(std::move(candidate));
+    } else if (std::pair(candidate.verdict, -candidate.fit.score) <
+               std::pair(same->verdict, -same->fit.score)) {
+      *same = std::move(candidate);
+    }
+  }
+  return candidates;
+}
+
+}  // namespace panelcal::internal

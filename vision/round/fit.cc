@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/round/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+
+namespace panelcal::internal {
+namespace {
+
+constexpr int kMaxIterations = 15;         // a rim takes 3 or 4; more means that there is none
+constexpr double kCostRounding = 1e-6;     // of the cost: residuals are floats
+constexpr double kMinSigma = 0.32;         // a pixel behind a perfect lens has 0.29
+constexpr double kMaxSigmaOfRadius = 0.3;  // a blurrier rim is no rim
+
+using Dynamic = Eigen::
+    Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRimParameters, kRimParameters>;
+
+/// How much one clipped pixel says: -2 log of its probability, and derivatives by the level.
+struct ClippedTerm {
+  double cost = 0;
+  double slope = 0;      ///< of half the cost
+  double curvature = 0;  ///< of half the cost
+};
+
+/// In     excess: how many sigmas the scale's end is beyond the level
+ClippedTerm clipped_term(double excess, double sigma) {
+  constexpr double kFar = 6;
+  if (excess < -kFar) return {};
+  double log_beyond = 0;
+  double hazard = 0;
+  if (excess > kFar) {
+    hazard = excess + 1 / excess;
+    log_beyond = -0.5 * excess * excess - std::log(excess * std::sqrt(2 * std::numbers::pi));
+  } else {
+    const double beyond = 0.5 * std::erfc(excess / std::numbers::sqrt2);
+    hazard = std::exp(-0.5 * excess * excess) / std::sqrt(2 * std::numbers::pi) / beyond;
+    log_beyond = std::log(beyond);
+  }
+  return {-2 * log_beyond, hazard / sigma, hazard * (hazard - excess) / (sigma * sigma)};
+}
+
+/// The equations of one iteration: the free parameters' curvature and slope of half the cost.
+struct Equations {
+  Dynamic h;
+  Eigen::VectorXd g;
+  double cost = 0;
+};
+
+class Accumulator {
+ public:
+  Accumulator(const RimWindow& window, const RimFitOptions& options)
+      : window_(window),
+        options_(options),
+        n_(options.freedom.columns(columns_)),
+        n_padded_((n_ + 3) / 4 * 4) {
+    rows_.setZero(kRows, n_padded_);
+  }
+
+  int n() const { return n_; }
+  /// Parameters that are not free get 0.
+  RimVector expanded(const Eigen::VectorXd& free) const {
+    RimVector all = RimVector::Zero();
+    for (int i = 0; i < n_; ++i) all[columns_[static_cast<std::size_t>(i)]] = free[i];
+    return all;
+  }
+
+  Equations at(const RimVector& p) {
+    Equations equations;
+    sums_.setZero(n_padded_, n_padded_);
+    gradient_.setZero(n_padded_);
+    cost_ = 0;
+    n_rows_ = 0;
+    const RimBand& band = window_.band();
+    for (std::size_t i = 0; i < band.size(); i += RimChunk::kSize) {
+      chunk_.evaluate(band, i, p, options_.freedom, RimChunk::Want::Gradient);
+      chunk_.weigh(band, options_.huber);
+      if (band.has_clipped) weigh_clipped(band);
+      add_chunk();
+    }
+    flush();
+    equations.h = sums_.topLeftCorner(n_, n_);
+    equations.g = gradient_.head(n_);
+    equations.cost = cost_;
+    add_flat(p, equations);
+    return equations;
+  }
+
+ private:
+  static constexpr Eigen::Index kLanes = RimChunk::kSize;
+  static constexpr Eigen::Index kRows = 2 * kLanes;  // summed up as floats
+
+  void weigh_clipped(const RimBand& band) {
+    for (std::size_t i = 0; i < chunk_.n; ++i) {
+      const double sign = band.clipped[chunk_.first + i];
+      if (sign == 0) continue;
+      const double sigma = 1 / std::sqrt(static_cast<double>(band.weight[chunk_.first + i]));
+      const double beyond = -sign * static_cast<double>(chunk_.residual[i]) / sigma;
+      const ClippedTerm term = clipped_term(beyond, sigma);
+      const bool tells = term.curvature > 0;
+      chunk_.cost[i] = tells ? static_cast<float>(term.cost) : 0;
+      chunk_.root_weight[i] = tells ? static_cast<float>(std::sqrt(term.curvature)) : 0;
+      chunk_.residual[i] = tells ? static_cast<float>(-sign * term.slope / term.curvature) : 0;
+    }
+  }
+
+  void add_chunk() {
+    const auto lanes = [](const RimChunk::Lanes& l) {
+      return Eigen::Map<const Eigen::Array<float, kLanes, 1>>(l.data());
+    };
+    const auto root = lanes(chunk_.root_weight);
+    for (int i = 0; i < n_; ++i) {
+      const auto k = static_cast<std::size_t>(columns_[static_cast<std::size_t>(i)]);
+      rows_.col(i).segment<kLanes>(n_rows_).array() = root * lanes(chunk_.gradient[k]);
+    }
+    residuals_.segment<kLanes>(n_rows_).array() = root * lanes(chunk_.residual);
+    cost_ += static_cast<double>(lanes(chunk_.cost).sum());
+    n_rows_ += kLanes;
+    if (n_rows_ == kRows) flush();
+  }
+
+  void flush() {
+    if (n_rows_ == 0) return;
+    const auto rows = rows_.topRows(n_rows_);
+    product_.noalias() = rows.transpose() * rows;
+    sums_ += product_.cast<double>();
+    slope_.noalias() = rows.transpose() * residuals_.head(n_rows_);
+    gradient_ += slope_.cast<double>();
+    n_rows_ = 0;
+  }
+
+  /// Flat pixels touch the levels and the light only.
+  void add_flat(const RimVector& p, Equations& equations) const {
+    for (std::size_t i = 0; i < kRimZones; ++i) {
+      const FlatMoments& m = window_.flat()[i];
+      if (m.n == 0) continue;
+      const double w = 1 / (options_.noise.sigma[i] * options_.noise.sigma[i]);
+      Eigen::Vector3d level = zone_level(p, static_cast<RimZone>(i));
+      level[0] -= static_cast<double>(window_.reference());
+      equations.cost += w * level.dot(m.bb * level - 2 * m.bv);
+      const auto all = zone_level_jacobian(p, static_cast<RimZone>(i));
+      Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kRimParameters> d(3, n_);
+      for (int k = 0; k < n_; ++k) d.col(k) = all.col(columns_[static_cast<std::size_t>(k)]);
+      equations.h += w * d.transpose() * m.bb * d;
+      equations.g += w * d.transpose() * (m.bb * level - m.bv);
+    }
+  }
+
+  const RimWindow& window_;
+  const RimFitOptions& options_;
+  std::array<int, kRimParameters> columns_{};
+  int n_;
+  int n_padded_;  ///< products of four columns at a time are the quickest
+  RimChunk chunk_;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRows, kRimParameters>
+      rows_;
+  Eigen::Matrix<float, kRows, 1> residuals_;
+  Eigen::
+      Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRimParameters, kRimParameters>
+          product_;
+  Eigen::Matrix<float, Eigen::Dynamic, 1, Eigen::ColMajor, kRimParameters, 1> slope_;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kRimParameters, 1> gradient_;
+  Dynamic sums_;
+  double cost_ = 0;
+  Eigen::Index n_rows_ = 0;
+};
+
+/// The damped step, or zero if the equations are singular.
+Eigen::VectorXd solve(const Equations& equations, double damping) {
+  Dynamic h = equations.h;
+  for (Eigen::Index i = 0; i < h.rows(); ++i) h(i, i) += damping * h(i, i) + 1e-12;
+  const Eigen::LDLT<Dynamic> factor(h);
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(h.rows());
+  if (factor.info() == Eigen::Success && factor.isPositive()) step = -factor.solve(equations.g);
+  if (!step.allFinite()) step.setZero();
+  return step;
+}
+
+/// p + step, with lengths kept where the model means something and moves kept small.
+RimVector moved(const RimVector& p, RimVector step, bool is_ring) {
+  const double limit = std::max(0.5, 0.15 * p[kRadius]);
+  for (const int i : {kCenterX, kCenterY, kRadius, kInnerRadius, kHoleX, kHoleY}) {
+    step[i] = std::clamp(step[i], -limit, limit);
+  }
+  step[kSigma] = std::clamp(step[kSigma], -0.4 * p[kSigma], 0.8 * p[kSigma]);
+  RimVector q = p + step;
+  q[kRadius] = std::max(q[kRadius], 1.0);
+  q[kSigma] = std::clamp(q[kSigma], kMinSigma, max_edge_sigma(q[kRadius]));
+  for (const int i : {kOval, kOvalDiagonal}) q[i] = std::clamp(q[i], -0.2, 0.2);
+  if (is_ring) q[kInnerRadius] = std::clamp(q[kInnerRadius], 0.5, q[kRadius]);
+  return q;
+}
+
+double largest_move(const RimVector& a, const RimVector& b) {
+  const RimVector d = (a - b).cwiseAbs();
+  return std::max({d[kCenterX],
+                   d[kCenterY],
+                   d[kRadius],
+                   d[kSigma],
+                   d[kInnerRadius],
+                   d[kHoleX],
+                   d[kHoleY],
+                   d[kOval] * a[kRadius],
+                   d[kOvalDiagonal] * a[kRadius]});
+}
+
+/// Strong residuals of what is not the rim make steps overshoot, every one nearly as far as the one
+/// before: the minimum lies between two that reverse.
+void shorten_reversal(const Eigen::VectorXd& last, const Dynamic& h, Eigen::VectorXd& step) {
+  constexpr double kReverse = 0.3;
+  if (last.size() == 0) return;
+  const Eigen::VectorXd h_last = h * last;
+  const double reversal = -step.dot(h_last) / last.dot(h_last);
+  if (reversal > kReverse) step /= 1 + reversal;
+}
+
+}  // namespace
+
+RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFitOptions& options) {
+  Accumulator accumulator(window, options);
+  const bool is_ring = options.freedom.is_ring;
+  RimSolution solution;
+  solution.freedom = options.freedom;
+  solution.parameters = moved(start, RimVector::Zero(), is_ring);
+  double damping = 1e-6;
+  Equations equations = accumulator.at(solution.parameters);
+  solution.n_evaluations = 1;
+  Eigen::VectorXd last;
+  for (int i = 0; i < kMaxIterations && !solution.converged && damping < 1e8; ++i) {
+    Eigen::VectorXd step = solve(equations, damping);
+    shorten_reversal(last, equations.h, step);
+    const RimVector next = moved(solution.parameters, accumulator.expanded(step), is_ring);
+    const bool is_small = largest_move(next, solution.parameters) < options.tolerance_px;
+    if (is_small && damping < 0.1) {
+      // The next step would be smaller by as much again: no need to look.
+      solution.parameters = next;
+      solution.converged = true;
+      break;
+    }
+    Equations next_equations = accumulator.at(next);
+    ++solution.n_evaluations;
+    const double scale = std::abs(equations.cost) + step.dot(equations.h * step);
+    if (next_equations.cost <= equations.cost + kCostRounding * scale) {
+      solution.parameters = next;
+      equations = std::move(next_equations);
+      last = step;
+      damping = std::max(1e-9, damping * 0.1);
+    } else {
+      damping = std::max(1e-2, damping * 10);
+    }
+  }
+  solution.information = equations.h;
+  return solution;
+}
+
+double max_edge_sigma(double radius) {
+  return std::max(1.5, kMaxSigmaOfRadius * radius);
+}
+
+void set_weights(RimWindow& window, const RimVector& parameters, const RimNoise& noise) {
+  const double outside = noise[RimZone::Outside] * noise[RimZone::Outside];
+  const double target = noise[RimZone::Target] * noise[RimZone::Target];
+  const double ratio = target / outside;
+  const bool is_even = ratio > 0.8 && ratio < 1.25;
+  RimBand& band = window.band();
+  if (is_even) {
+    std::fill(band.weight.begin(), band.weight.end(), static_cast<float>(2 / (target + outside)));
+    return;
+  }
+  const RimBandValues values = band_values(band, parameters, window.is_ring());
+  for (std::size_t i = 0; i < band.size(); ++i) {
+    const double share = std::clamp(static_cast<double>(values.share[i]), 0.0, 1.0);
+    band.weight[i] = static_cast<float>(1 / (share * target + (1 - share) * outside));
+  }
+}
+
+}  // namespace panelcal::internal

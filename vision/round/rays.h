@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "vision/fit/frame.h"
+#include "vision/fit/target.h"
+#include "vision/picture/image.h"
+#include "vision/round/model.h"
+#include <Eigen/Core>
+
+namespace panelcal::internal {
+
+/// What is looked for, in the fit frame's units.
+struct ExpectedRim {
+  Shape shape = Shape::Disc;
+  Polarity polarity = Polarity::Bright;
+  double radius = 0;
+  std::optional<double> inner_radius;
+  double size_tolerance = 0;  ///< relative
+
+  double sign() const { return polarity == Polarity::Bright ? 1 : -1; }
+};
+
+/// A rim seen along rays from its middle: good to a few tenths of a pixel.
+struct RimStart {
+  RimVector parameters = RimVector::Zero();
+  double support = 0;      ///< part of the rays inside the picture that show the rim
+  double inside = 1;       ///< part of the rays whose rim is inside of the picture
+  bool at_border = false;  ///< a part of the rim is outside of the picture
+};
+
+/// Looks for the rim along rays from `center`; empty if there is none of at least `min_contrast`
+/// grey levels, or only a part of one.
+///
+/// On each ray the best step from target to surroundings near the expected radius; a circle
+/// through these, trimmed; three times, so that it is centred.
+std::optional<RimStart> find_rim(const Image& image,
+                                 const FitFrame& fit_frame,
+                                 const Eigen::Vector2d& center,
+                                 const ExpectedRim& expected,
+                                 double min_contrast);
+
+}  // namespace panelcal::internal

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/round/residuals.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+
+#include "vision/fit/turn.h"
+
+namespace panelcal::internal {
+namespace {
+
+constexpr double kRounding = 0.2887;  // sigma of rounding to whole levels
+
+double sum_of_products(const float* a, const float* b, std::ptrdiff_t n) {
+  const Eigen::Map<const Eigen::ArrayXf> left(a, n);
+  const Eigen::Map<const Eigen::ArrayXf> right(b, n);
+  return static_cast<double>((left * right).sum());
+}
+
+}  // namespace
+
+RimResiduals residuals_of(const RimWindow& window, const RimVector& p) {
+  RimResiduals result;
+  result.width = window.width();
+  result.height = window.height();
+  const auto n = static_cast<std::size_t>(result.width) * static_cast<std::size_t>(result.height);
+  result.values.assign(n, 0.0F);
+  result.kinds.assign(n, RimResiduals::kNowhere);
+  const Eigen::ArrayXf ramp =
+      Eigen::ArrayXf::LinSpaced(result.width, 0.0F, static_cast<float>(result.width - 1));
+  const float step = static_cast<float>(1 / window.unit_px());
+  for (const RimSpan& span : window.spans()) {
+    if (span.is_band) continue;
+    const Eigen::Vector3d level = zone_level(p, span.zone);
+    const Eigen::Vector2d first = window.plane_at(span.x0, span.y);
+    const auto start = static_cast<float>(level[0] + level[1] * first.x() + level[2] * first.y());
+    const auto slope = static_cast<float>(level[1]) * step;
+    const Eigen::Index count = span.x1 - span.x0;
+    const std::size_t at = window.index(span.x0, span.y);
+    const Eigen::Map<const Eigen::ArrayXf> seen(window.row(span.y) + span.x0, count);
+    Eigen::Map<Eigen::ArrayXf>(result.values.data() + at, count) =
+        seen - start - slope * ramp.head(count);
+    const auto kind =
+        static_cast<std::uint8_t>(RimResiduals::kZone + static_cast<std::uint8_t>(span.zone));
+    std::fill_n(result.kinds.begin() + static_cast<std::ptrdiff_t>(at), count, kind);
+  }
+  const RimBand& band = window.band();
+  result.band = band_values(band, p, window.is_ring());
+  for (std::size_t i = 0; i < band.size(); ++i) {
+    if (band.clipped[i] != 0) continue;
+    const std::size_t at = window.index(band.x[i], band.y[i]);
+    result.values[at] = band.value[i] - result.band.level[i];
+    const RimZone side = result.band.share[i] > 0.5F                          ? RimZone::Target
+                         : window.is_ring() && result.band.distance_px[i] > 0 ? RimZone::Hole
+                                                                              : RimZone::Outside;
+    result.kinds[at] =
+        static_cast<std::uint8_t>(RimResiduals::kBand + static_cast<std::uint8_t>(side));
+  }
+  return result;
+}
+
+namespace {
+
+/// Of the residuals of one zone's flat pixels.
+struct FlatSquares {
+  double n = 0;
+  double sum = 0;
+};
+
+FlatSquares flat_squares(const RimWindow& window, const RimResiduals& residuals, RimZone zone) {
+  FlatSquares squares;
+  for (const RimSpan& span : window.spans()) {
+    if (span.is_band || span.zone != zone) continue;
+    const std::size_t at = window.index(span.x0, span.y);
+    const auto count = static_cast<std::size_t>(span.x1 - span.x0);
+    const float* const values = residuals.values.data() + at;
+    if (window.excluded().empty()) {
+      squares.n += static_cast<double>(count);
+      squares.sum += sum_of_products(values, values, static_cast<std::ptrdiff_t>(count));
+      continue;
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      if (window.excluded()[at + k] != 0) continue;
+      ++squares.n;
+      squares.sum += static_cast<double>(values[k] * values[k]);
+    }
+  }
+  return squares;
+}
+
+/// Residuals of one zone's flat pixels, 0 elsewhere.
+std::vector<float> flat_part(const RimWindow& window, const RimResiduals& residuals, RimZone zone) {
+  std::vector<float> part(residuals.values.size(), 0.0F);
+  for (const RimSpan& span : window.spans()) {
+    if (span.is_band || span.zone != zone) continue;
+    const std::size_t at = window.index(span.x0, span.y);
+    const auto count = static_cast<std::size_t>(span.x1 - span.x0);
+    std::copy_n(residuals.values.begin() + static_cast<std::ptrdiff_t>(at),
+                count,
+                part.begin() + static_cast<std::ptrdiff_t>(at));
+    if (window.excluded().empty()) continue;
+    for (std::size_t i = at; i < at + count; ++i) {
+      if (window.excluded()[i] != 0) part[i] = 0;
+    }
+  }
+  return part;
+}
+
+bool is_correlated(const std::vector<float>& part, int width, double n, double variance) {
+  constexpr std::array<std::pair<int, int>, 8> kLags = {
+      {{1, 0}, {0, 1}, {2, 0}, {0, 2}, {4, 0}, {0, 4}, {3, 3}, {-3, 3}}};
+  double statistic = 0;
+  for (const auto& [dx, dy] : kLags) {
+    const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(dy) * width + dx;
+    const auto count = static_cast<std::ptrdiff_t>(part.size()) - offset;
+    if (count <= 0) return false;
+    const double rho = sum_of_products(part.data(), part.data() + offset, count) / (n * variance);
+    statistic += n * rho * rho;
+  }
+  // Chi square of 8 degrees of freedom: beyond 45 by chance once in 3 million.
+  return statistic > 45;
+}
+
+}  // namespace
+
+RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& residuals) {
+  RimNoiseEstimate result;
+  const double used = 5;  // parameters that a zone's flat pixels settle
+  constexpr double kFewPixels = 60;
+  std::array<bool, kRimZones> known{};
+  for (std::size_t i = 0; i < kRimZones; ++i) {
+    const FlatSquares flat = flat_squares(window, residuals, static_cast<RimZone>(i));
+    const double n = flat.n;
+    if (n < kFewPixels) continue;
+    const double variance = std::max(kRounding * kRounding, flat.sum / (n - used));
+    result.total.sigma[i] = std::sqrt(variance);
+    known[i] = true;
+    if (i != 0) continue;
+    const auto part = flat_part(window, residuals, static_cast<RimZone>(i));
+    const auto count = static_cast<std::ptrdiff_t>(part.size());
+    result.is_textured = is_correlated(part, residuals.width, n, variance);
+    result.white = result.total.sigma[i];
+    if (!result.is_textured) continue;
+    // A smooth texture's autocovariance goes on to lag 0 as a parabola; the rest is white.
+    const auto mean_at = [&](int lag) {
+      const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(lag) * residuals.width;
+      return (sum_of_products(part.data(), part.data() + lag, count - lag) +
+              sum_of_products(part.data(), part.data() + down, count - down)) /
+             (2 * n);
+    };
+    const double texture = (4 * mean_at(1) - mean_at(2)) / 3;
+    result.white = std::sqrt(std::clamp(variance - texture, kRounding * kRounding, variance));
+  }
+  // A zone without flat pixels of its own is taken to be like another.
+  for (std::size_t i = 0; i < kRimZones; ++i) {
+    if (known[i]) continue;
+    const std::size_t other = known[1] ? 1 : known[0] ? 0 : known[2] ? 2 : i;
+    result.total.sigma[i] = known[other] ? result.total.sigma[other] : 0;
+  }
+  double chi_square = 0;
+  double squares = 0;
+  double n_plain = 0;
+  const RimBand& band = window.band();
+  const bool may_be_excluded = !window.excluded().empty();
+  for (std::size_t i = 0; i < band.size(); ++i) {
+    if (band.clipped[i] != 0) continue;
+    if (may_be_excluded && window.is_excluded(band.x[i], band.y[i])) continue;
+    const double r = static_cast<double>(band.value[i] - residuals.band.level[i]);
+    const double share = std::clamp(static_cast<double>(residuals.band.share[i]), 0.0, 1.0);
+    const double in = result.total[RimZone::Target];
+    const double out = result.total[RimZone::Outside];
+    const double variance = share * in * in + (1 - share) * out * out;
+    squares += r * r;
+    ++n_plain;
+    if (variance > 0) chi_square += r * r / variance;
+  }
+  result.n_band = static_cast<int>(n_plain);
+  if (n_plain > 20) {
+    result.rim_sigma = std::max(kRounding, std::sqrt(squares / (n_plain - used)));
+    result.rim_ratio = chi_square / (n_plain - used);
+  }
+  for (double& sigma : result.total.sigma) {
+    if (!(sigma > 0)) sigma = std::max(kRounding, result.rim_sigma);
+  }
+  if (!(result.white > 0)) result.white = result.total[RimZone::Outside];
+  return result;
+}
+
+double excluded_share(const RimWindow& window) {
+  if (window.excluded().empty()) return 0;
+  double n = 0;
+  double n_excluded = 0;
+  for (const RimSpan& span : window.spans()) {
+    n += span.x1 - span.x0;
+    for (int x = span.x0; x < span.x1; ++x) n_excluded += window.is_excluded(x, span.y);
+  }
+  return n > 0 ? n_excluded / n : 0;
+}
+
+double visible_share(const RimWindow& window, const RimVector& p) {
+  constexpr int kMostSectors = 48;
+  constexpr double kSector_px = 4;
+  constexpr double kLeast = 0.5;
+  constexpr double kMost = 1.6;
+  constexpr double kFewPixels = 4;
+  /// Regression of what is seen on the model's step, about the sector's mean.
+  struct Sector {
+    double n = 0, m = 0, v = 0, mm = 0, mv = 0;
+  };
+  const int n_sectors =
+      std::clamp(static_cast<int>(2 * std::numbers::pi * p[kRadius] / kSector_px), 4, kMostSectors);
+  std::array<Sector, kMostSectors> sectors{};
+  const double reach = 3 * p[kSigma] + 1;
+  const RimBand& band = window.band();
+  const RimBandValues values = band_values(band, p, window.is_ring());
+  for (std::size_t i = 0; i < band.size(); ++i) {
+    if (std::abs(static_cast<double>(values.distance_px[i])) > reach) continue;
+    const double u = static_cast<double>(band.plane_x[i]);
+    const double w = static_cast<double>(band.plane_y[i]);
+    const double background = p[kLevel] * (1 + u * p[kLightX] + w * p[kLightY]);
+    const double turn = turn_of(static_cast<double>(band.at_x[i]) - p[kCenterX],
+                                static_cast<double>(band.at_y[i]) - p[kCenterY]);
+    Sector& s =
+        sectors[static_cast<std::size_t>(turn * n_sectors) % static_cast<std::size_t>(n_sectors)];
+    const double m = static_cast<double>(values.level[i]) - background;
+    const double v = static_cast<double>(band.value[i]) - background;
+    ++s.n;
+    s.m += m;
+    s.v += v;
+    s.mm += m * m;
+    s.mv += m * v;
+  }
+  int n_seen = 0;
+  for (int i = 0; i < n_sectors; ++i) {
+    const Sector& s = sectors[static_cast<std::size_t>(i)];
+    const double spread = s.mm - s.m * s.m / std::max(1.0, s.n);
+    if (s.n < kFewPixels || !(spread > 0)) continue;
+    const double ratio = (s.mv - s.m * s.v / s.n) / spread;
+    n_seen += ratio > kLeast && ratio < kMost;
+  }
+  return static_cast<double>(n_seen) / n_sectors;
+}
+
+double covered_share(const RimWindow& window, const RimVector& p) {
+  constexpr double kInner = 0.7;
+  if (window.excluded().empty()) return 0;
+  const double limit = kInner * p[kRadius] / window.unit_px();
+  double n = 0;
+  double n_excluded = 0;
+  for (const RimSpan& span : window.spans()) {
+    // A clipped zone is taken pixel by pixel, as a band is.
+    if (window.is_ring() && (span.is_band || span.zone != RimZone::Target)) continue;
+    for (int x = span.x0; x < span.x1; ++x) {
+      if (window.plane_at(x, span.y).norm() > limit) continue;
+      ++n;
+      n_excluded += window.is_excluded(x, span.y);
+    }
+  }
+  return n > 0 ? n_excluded / n : 0;
+}
+
+}  // namespace panelcal::internal

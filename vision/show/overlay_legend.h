@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "vision/locate/locate.h"
+#include <Eigen/Core>
+
+namespace panelcal::internal {
+
+/// What a line of the legend or a drawn line speaks of.
+enum class Ink { Plain, Quiet, Good, Bad, Other };
+
+struct LegendLine {
+  std::string text;
+  Ink ink = Ink::Plain;
+};
+
+/// What an overlay says in words.
+struct Legend {
+  std::vector<LegendLine> verdict;     ///< title, status, reason
+  std::vector<LegendLine> facts;       ///< about the best candidate; empty if there is none
+  std::vector<LegendLine> candidates;  ///< the others, by number, and why they do not count
+};
+
+Legend legend_of(const Detection& detection, std::string_view title);
+
+/// The colour of what is drawn for the best candidate.
+inline Ink ink_of(DetectionStatus status) {
+  return status == DetectionStatus::Found ? Ink::Good : Ink::Bad;
+}
+
+/// The ellipse that holds a place with the probability 0.95, as semi-axes.
+struct UncertaintyEllipse {
+  Eigen::Vector2d major_px;  ///< direction and length
+  Eigen::Vector2d minor_px;
+};
+/// In     cov_px2: symmetric, positive definite
+UncertaintyEllipse uncertainty_ellipse(const Eigen::Matrix2d& cov_px2);
+
+/// The largest 1, 2 or 5 times a power of ten that is not above v. Precondition: v > 0, finite.
+double round_length(double v);
+
+}  // namespace panelcal::internal
