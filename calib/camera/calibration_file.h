@@ -60,9 +60,9 @@ inline constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20;
 /// Reads `*.cal.json` of kind "camera", version 1 or 2.
 ///
 /// Strict: a number that is used to place holes is not guessed at. Unknown and missing keys, wrong
-/// types, numbers outside their range, a covariance that is none, and a lens model that folds over
-/// inside the picture (1 + 3 k1 r^2 <= 0; version 2: a tilt or lens that does not see the panel
-/// everywhere in the picture) are all refused.
+/// types, numbers outside their range, a covariance that is not positive semidefinite, and a lens
+/// model that folds over inside the picture (1 + 3 k1 r^2 <= 0; version 2: a tilt or lens that does
+/// not see the panel everywhere in the picture) are all refused.
 ///
 /// Fails  file-unreadable; json-syntax (with line and column); calibration-invalid
 /// See    tests/calib/camera/calibration_file_test.cc

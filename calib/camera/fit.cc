@@ -229,7 +229,8 @@ Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& o
   std::vector<std::size_t> all(data.seen.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   CameraProblem problem(data, all, options.huber_sigmas, state.camera);
-  // A flat camera first: lens and tilt then begin near, and what is open is judged where it counts.
+  // A flat camera first: lens and tilt then begin near, and open parameters are judged where they
+  // count.
   const auto flat = free_parameters(CameraForm::Flat);
   const auto wanted = free_parameters(options.form);
   if (!problem.solve(determined(problem.information(state), flat).first, state)) {

@@ -56,10 +56,11 @@ struct CameraFitOptions {
   /// Where stage and plate leave them open; otherwise only the rotation is used, to begin with.
   double scale_mm_per_px = 0.01;
   double rotation_rad = 0;
-  /// Residuals beyond so many sigmas count by their length instead of its square (Huber); 0: none
-  /// does. What is not noise hardly moves the result then, and honest noise costs it 5 % at 1.35.
+  /// Residuals beyond this number of sigmas count by their length instead of its square (Huber); 0:
+  /// none does. What is not noise hardly moves the result then, and honest noise costs it 5 %
+  /// at 1.35.
   double huber_sigmas = 0;
-  /// One in so many observations is left out for the held-out check; 0: there is none.
+  /// One in this number of observations is left out for the held-out check; 0: there is none.
   int held_out_every = 5;
 };
 
@@ -96,10 +97,10 @@ struct CameraFit {
 /// of one dot, one pose and many views; a plate that is laid down anew before each picture is a
 /// pose a view.
 ///
-/// What is undetermined is found before the fit, by the pivots of the camera's normal matrix after
-/// poses and dots are eliminated, from stiff parameters to soft, and said: the rotation where every
-/// view has a pose of its own, the scale where moreover no dot is certified, a tilt with a
-/// telecentric lens and one view, and so on. Such a parameter is held at its start.
+/// The undetermined parameters are found before the fit, by the pivots of the camera's normal
+/// matrix after poses and dots are eliminated, from stiff parameters to soft, and said: the
+/// rotation where every view has a pose of its own, the scale where moreover no dot is certified, a
+/// tilt with a telecentric lens and one view, and so on. Such a parameter is held at its start.
 /// That noise leaves a parameter vague is no reason to hold it: see choose_camera.
 ///
 /// The derivative of the bias is left out: it is smaller than that of the place by
@@ -107,8 +108,8 @@ struct CameraFit {
 ///
 /// In     seen: px, covariance px^2
 /// Out    camera, covariance, residuals (seen minus fitted, px), held-out check
-/// Fails  calibration-data (an index out of range, a number or covariance that is none; too few
-///        observations; a picture that no camera shows)
+/// Fails  calibration-data (an index out of range, a number that is not finite, a covariance that
+///        is not positive definite; too few observations; a picture that no camera shows)
 /// Cost   81 dots in 5 views, 8 parameters: 40 ms
 /// Source Ceres Solver (Levenberg-Marquardt); Triggs et al. 2000 (gauge, elimination)
 /// See    tests/calib/camera/fit_test.cc

@@ -38,7 +38,7 @@ struct LedgerFilter {
   std::optional<LedgerKind> kind;
   std::optional<std::string> subject;
   std::optional<std::chrono::sys_seconds> since;  ///< not older than this
-  std::optional<std::size_t> last;                ///< only the newest so many
+  std::optional<std::size_t> last;                ///< only this number of the newest
 };
 
 /// One parameter over time.

@@ -45,7 +45,7 @@ struct SpindleCameraFitOptions {
   /// Chance that a sound coupon loses a hole, above 0 and at most 0.5. Larger: holes that drilled
   /// badly are found sooner, but to lose a sound one makes the offset look better than it is.
   double outlier_false_alarm = 0.002;
-  /// At most so many holes are left out; more are a failure. Absent: a quarter of them. Never so
+  /// At most this number of holes is left out; more are a failure. Absent: a quarter. Never so
   /// many that fewer than five are left: of six holes one, of five none.
   std::optional<int> max_outliers = std::nullopt;
   /// What the stage's backlash is known not to exceed, as a standard deviation: needed where all
@@ -139,9 +139,10 @@ struct SpindleCameraFit {
   /// always seen at the same place.
   std::optional<ResidualTrend> over_picture;
 
-  /// So many more holes, looked at as often, would halve the standard deviation.
+  /// This number of further holes, looked at as often, would halve the standard deviation.
   int more_holes_to_halve = 0;
-  /// So many more looks at each hole would; absent if no number of them could, or nobody knows.
+  /// This number of further looks at each hole would; absent if no number of them could, or that is
+  /// not known.
   std::optional<int> more_views_to_halve;
 
   int n_outliers() const { return static_cast<int>(holes.size()) - n_used; }

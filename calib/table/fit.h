@@ -39,7 +39,7 @@ struct TableFitOptions {
   std::optional<TableGrid> grid;
   /// A polynomial error whose mean size is known no better than this counts as undetermined.
   Length open_sigma = mm(0.05);
-  /// One in so many observations is left out for the held-out check; 0: there is none.
+  /// One in this number of observations is left out for the held-out check; 0: there is none.
   int held_out_every = 5;
 };
 
@@ -123,8 +123,8 @@ Expected<TableGrid> table_grid(const TableData& data, const TableFitOptions& opt
 ///
 /// In     seen: mm from the axis, covariance mm^2
 /// Out    map, covariance, geometry, residuals, held-out check
-/// Fails  calibration-data (an index out of range, a number or covariance that is none; too few
-///        observations; nothing about the table determined)
+/// Fails  calibration-data (an index out of range, a number that is not finite, a covariance that
+///        is not positive definite; too few observations; nothing about the table determined)
 /// Cost   15 x 15 looks, 10 steps: 0.3 s; grows with the sixth power of the steps
 /// Source Wahba 1990; Harville 1974 (REML); Raugh 1985; Ye, Takac, Berglund, Owen, Pease 1997
 /// See    tests/calib/table/fit_test.cc, tests/calib/table/self_calibration_test.cc

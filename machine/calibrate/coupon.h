@@ -51,7 +51,7 @@ std::vector<Position<frame::Machine>> places_of_row(const Coupon& coupon, int i_
 /// "rows 4 to 10 of coupon "A" are free (7 of 10): 2 runs of 3 rows".
 std::string free_rows_text(const Coupon& coupon, int n_used);
 
-/// How many rows of the coupon are used up; 0 if nobody has used it.
+/// How many rows of the coupon are used up; 0 if it is unused.
 ///
 /// Fails  json-syntax, calibration-invalid (the state file is damaged: which rows are free is not
 ///        guessed at); file-unreadable

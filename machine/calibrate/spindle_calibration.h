@@ -21,7 +21,7 @@
 
 namespace panelcal {
 
-/// Tells the operator something and returns when it is done; fails if nobody is there to do it.
+/// Tells the operator something and returns when it is done; fails if no person is there to do it.
 using Prompt = std::function<Expected<void>(std::string_view)>;
 
 /// Whether everything is there that a calibration at these places needs, before anything moves.
@@ -61,7 +61,7 @@ struct CouponSights {
   std::vector<MissedLook> missed;
 };
 
-/// Whoever looks: devices, and how to wait for the machine to come to rest.
+/// The looking side: devices, and how to wait for the machine to come to rest.
 struct CouponLooker {
   Stage& stage;
   CameraDevice& camera;

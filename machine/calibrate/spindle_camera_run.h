@@ -23,8 +23,8 @@ struct CalibrationDevices {
   Stage& stage;
   Spindle& spindle;
   CameraDevice& camera;
-  std::function<void(Time)> wait;  ///< empty: nobody waits
-  Prompt prompt;  ///< empty: nobody can be asked, and no coupon that needs it is drilled
+  std::function<void(Time)> wait;  ///< empty: no waiting
+  Prompt prompt;  ///< empty: there is no person to ask, and no coupon that needs it is drilled
   PictureObserver observer = {};
   /// A clock that never goes back, for what is timed; empty: nothing can be.
   std::function<Time()> now = {};

@@ -29,7 +29,7 @@ constexpr double kFewestFreedoms = 8;
 constexpr int kFewestHeld = 16;  ///< coordinates
 constexpr int kRounds = 8;
 /// Limits of refusal(): stated sigmas that are so far from the truth, or a map that is, belong to a
-/// person; one in so many looks left out is one too many.
+/// person; one in this number of looks left out is one too many.
 constexpr double kMostExcess = 25;
 constexpr double kMostHeldOut_um = 10;
 constexpr std::size_t kMostLeftOut = 4;

@@ -158,7 +158,7 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
                                              const std::filesystem::path& file);
 
 /// Takes another spindle of [spindle] calibration as the one that drills, as if machine.toml named
-/// it. Where nobody has calibrated it, camera_offset_mm says where to begin; without one the
+/// it. Where it is not calibrated, camera_offset_mm is the start value; without one the
 /// present offset stays, which is another spindle's.
 ///
 /// Fails  config-value (there is no such spindle or station)

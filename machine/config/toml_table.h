@@ -51,7 +51,8 @@ struct Range {
 /// The keys a table may have.
 struct TomlKeys {
   std::span<const std::string_view> known;
-  /// Agreed on, not yet supported: an error of its own, so that nobody searches for a typing error.
+  /// Agreed on, not yet supported: an error of its own, so that no user searches for a typing
+  /// error.
   std::span<const std::string_view> planned;
 };
 

@@ -83,7 +83,7 @@ Expected<DeviceSet> DeviceSet::live(const MachineConfig& config, std::string_vie
 
 CalibrationDevices DeviceSet::devices(Prompt prompt) const {
   if (SimCoupon* const machine = owned_->simulated.get()) {
-    // Nobody lays anything on a simulated coupon.
+    // No person lays anything on a simulated coupon.
     if (!prompt) prompt = [](std::string_view) -> Expected<void> { return {}; };
     CalibrationDevices out = machine->devices(*owned_->stage, std::move(prompt));
     out.probe = owned_->probe.get();

@@ -39,7 +39,7 @@ std::string without_password(std::string_view uri);
 /// Opens the camera of an address.
 ///
 /// Fails  camera-uri; file-unreadable; picture-format (a file that is no video); device-camera
-///        (nobody there, no camera, busy, refuses a setting, or built without)
+///        (no answer, no camera, busy, refuses a setting, or built without)
 Expected<std::unique_ptr<CameraDevice>> open_camera(std::string_view uri);
 
 }  // namespace panelcal

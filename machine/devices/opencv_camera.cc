@@ -73,7 +73,7 @@ std::string name_of(const VideoAddress& address) {
 }
 
 /// FFmpeg says "[tcp @ 0x55d1c0] Connection failed": the address is another one every time, and of
-/// use to nobody.
+/// no use.
 std::string without_pointers(std::string words) {
   constexpr std::string_view kPointer = " @ 0x";
   for (auto at = words.find(kPointer); at != std::string::npos; at = words.find(kPointer, at)) {

@@ -13,7 +13,7 @@
 namespace panelcal {
 
 /// A stage with its table's error taken back: it is sent to places, and the stage below it is told
-/// the commands that lead there. So whoever measures with it need not know of the table.
+/// the commands that lead there. So a measurement with it need not know of the table.
 ///
 /// See    calib/correction/table_correction.h; tests/machine/devices/table_stage_test.cc
 class TableStage final : public Stage {

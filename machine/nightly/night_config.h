@@ -58,7 +58,7 @@ struct NightSurface {
   Length anywhere = um(50);
 };
 
-/// [nightly] of a machine.toml: what is calibrated while nobody watches, and what it is held to.
+/// [nightly] of a machine.toml: what is calibrated at night, and what it is held to.
 struct NightlyConfig {
   /// "focus", "light", "settle", "camera", "spindle-camera", "table", "surface"; in this order,
   /// since an offset goes with its camera, and looks at a plate with both.
@@ -69,7 +69,7 @@ struct NightlyConfig {
   std::string camera;
   /// How long the stage moves to and fro before anything is measured; with a limit, at most.
   Time warm_up;
-  /// The mark is looked at meanwhile, until what is still to come of its way is below this.
+  /// The mark is looked at meanwhile, until the rest of its way is below this.
   std::optional<Length> warm_up_limit;
   /// A mark fixed to the table, which the self-test looks at; absent: there is none.
   std::optional<Position<frame::Machine>> mark;

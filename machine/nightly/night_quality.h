@@ -29,7 +29,7 @@ struct QualityVerdict {
 /// judged after DriftOptions::min_nights.
 ///
 /// In     nights: with ascending times; tonight: after them
-/// Fails  calibration-invalid: a number that is none
+/// Fails  calibration-invalid: a number that is not finite
 /// See    tests/machine/nightly/night_quality_test.cc
 Expected<QualityVerdict> judge_qualities(std::span<const QualityNight> nights,
                                          const QualityNight& tonight,

@@ -23,7 +23,7 @@ struct NightContext {
   /// Why nothing is to be measured (the self-test did not pass); empty: measure. The one in force
   /// may stay if the forecast lets it.
   std::string no_measuring;
-  /// Why what is measured is not to be installed; empty: its gates decide.
+  /// Why the result is not to be installed; empty: its gates decide.
   std::string untrusted = {};
 };
 

@@ -98,7 +98,7 @@ class VisionSession {
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
   bool is_allowed(int line);
-  /// False if `key` is none of the orders that set how the camera is to look.
+  /// False if `key` is not one of the orders that set how the camera is to look.
   bool set_uvis(std::string_view key,
                 std::string_view value,
                 const SourceLine& line,

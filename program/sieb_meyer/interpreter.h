@@ -300,7 +300,7 @@ class Interpreter {
   bool clears_areas_ = false;  ///< ROUT,A
   std::optional<bool> obeys_areas_;
   bool warned_areas_ = false;
-  std::optional<bool> areas_in_copies_;  ///< FORB,A or FORB,M and FORB,P; absent: nobody said
+  std::optional<bool> areas_in_copies_;  ///< FORB,A or FORB,M and FORB,P; absent: not stated
   std::vector<ForbiddenArea> areas_;
   struct Scaling {
     Eigen::Vector2d factor = Eigen::Vector2d::Ones();

@@ -23,7 +23,7 @@ constexpr auto kWords = std::to_array<WordInfo>({
 
 constexpr std::size_t kCodes = 100;
 
-/// Index into kCommands by the code's number, one more so that zero is none.
+/// Index into kCommands by the code's number, one more so that zero means no command.
 using CodeIndex = std::array<std::uint8_t, kCodes>;
 
 constexpr CodeIndex index_of(char letter) {

@@ -77,7 +77,7 @@ class Measuring {
   /// Has the source focus, in the first pass.
   void focus(const MeasurementRequest& request);
   /// Has the source calibrate, in the first pass; the walk stops if that fails. `text` is the
-  /// block, for the warning that nobody could.
+  /// block, for the warning that the source could not.
   ///
   /// In     order: lacks its number
   void calibrate(CalibrationOrder order, int column, std::string_view text);
@@ -102,7 +102,7 @@ class Measuring {
 
   CorrectionState& corrections() { return corrections_; }
   const CorrectionState& corrections() const { return corrections_; }
-  /// Nobody knows where to look next, or the source failed.
+  /// The next place to look at is unknown, or the source failed.
   bool must_stop() const { return must_stop_; }
   void stop() { must_stop_ = true; }
 

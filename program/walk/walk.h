@@ -91,11 +91,11 @@ struct WalkOptions {
   Structure structure = Structure::Expanded;
   BoardDepths board;                ///< --surface, [surface], [[depth]]
   sieb_meyer::Settings sieb_meyer;  ///< what only that language needs
-  /// [camera] focus_range_mm: whoever measures is asked to focus; otherwise `$uvis,focus` is only
-  /// passed on, with a warning.
-  bool has_focus = false;
-  /// [coupon]: whoever measures is asked to calibrate (G39, `$uvis,calib`); otherwise the order is
+  /// [camera] focus_range_mm: the measurement source is asked to focus; otherwise `$uvis,focus` is
   /// only passed on, with a warning.
+  bool has_focus = false;
+  /// [coupon]: the measurement source is asked to calibrate (G39, `$uvis,calib`); otherwise the
+  /// order is only passed on, with a warning.
   bool has_coupon = false;
   /// [camera]: G39,SPOP and its kin move the offset of later measurements; otherwise as above.
   bool moves_offset = false;
@@ -131,7 +131,7 @@ Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options 
 /// The measuring walk: executes the vision commands, asks `source` for every target, fits every
 /// series and holds it against its limits. Checks the whole program on the way, so that with a
 /// NominalSource it is what `panelcal check` does. Stops early when the source fails or a base
-/// series has no fit, since then nobody knows where to look next.
+/// series has no fit, since then the next place to look at is unknown.
 ///
 /// Fails  into the log: everything in diagnostic_codes.def under "Part programs" and "Vision
 ///        results", and what the source reports

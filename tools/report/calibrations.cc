@@ -10,7 +10,7 @@
 namespace panelcal::report {
 namespace {
 
-/// More rows help nobody.
+/// More rows do not help.
 constexpr std::size_t kMostRows = 50;
 
 std::string row(const CalibrationAnswer& calibration) {

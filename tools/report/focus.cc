@@ -13,7 +13,7 @@ namespace {
 constexpr double kWidth_px = 420;
 constexpr double kHeight_px = 160;
 constexpr double kMargin_px = 28;
-/// More curves help nobody.
+/// More curves do not help.
 constexpr std::size_t kMostCurves = 50;
 
 /// Maps heights and sharpnesses to the picture.

@@ -18,8 +18,8 @@ struct CellFitOptions {
   double start_error = 2;
   /// Largest sigma of an edge, px; blurrier ones are no edges.
   double max_sigma_px = 6;
-  /// The image's pixels are means of squares of so many pixels of the picture that the fit frame
-  /// belongs to; "px" is then one of the image's.
+  /// The image's pixels are means of squares of this number of pixels of the picture that the fit
+  /// frame belongs to; "px" is then one of the image's.
   int reduction = 1;
   int image_x0 = 0;  ///< where the image's first pixel begins in that picture, px
   int image_y0 = 0;
@@ -29,7 +29,7 @@ struct CellFitOptions {
   bool is_blind_along_x = false;
   /// The ground may have texture, such as glass weave: then it is modelled.
   bool may_be_textured = false;
-  /// Only every so many'th pixel of rows and columns takes part: quicker yet, for rough fits.
+  /// Only every n-th pixel of rows and columns takes part: quicker yet, for rough fits.
   int stride = 1;
   /// The start is the state of a rough fit, levels included: it needs no other.
   bool is_refined = false;

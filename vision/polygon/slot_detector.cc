@@ -26,7 +26,7 @@ constexpr double kHalfTurn = std::numbers::pi;
 constexpr std::size_t kMaxFitted = 8;
 constexpr std::size_t kMaxPeaks = 64;  // a slot has a ridge of them
 constexpr double kMinWidthPx = 3;
-/// The search sees the slot about so many pixels wide.
+/// The search sees the slot about this number of pixels wide.
 constexpr double kSearchPx = 8;
 constexpr double kAngleStep = 0.2;
 constexpr double kSizeStep = 0.12;

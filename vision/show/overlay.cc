@@ -20,7 +20,7 @@ using internal::Ink;
 using internal::kFractionBits;
 
 constexpr int kMaxZoom = 16;
-/// Larger pieces are scaled down to this side: nobody looks at 100 megapixels at once.
+/// Larger pieces are scaled down to this side: no screen shows 100 megapixels at once.
 constexpr int kMaxSide = 2048;
 constexpr int kLeastLegendWidth = 400;
 
@@ -104,7 +104,7 @@ cv::Mat enlarged(const Image& image, const View& view) {
   return color;
 }
 
-/// Polygons are closed, but lines are none, and a gap is where they leave the picture.
+/// Polygons are closed, but lines are not, and a gap is where they leave the picture.
 bool is_closed(const std::vector<Eigen::Vector2d>& outline) {
   if (outline.size() < 3) return false;
   double longest = 0;

@@ -34,9 +34,9 @@ bool has_gige_vision();
 /// missing packets is never used but taken again. After a frame that did not come the stream is
 /// begun anew, since that frame could come late and be taken for the next one.
 ///
-/// Fails  device-camera (nobody answers at the address, another program controls the camera, no
+/// Fails  device-camera (no answer at the address, another program controls the camera, no
 ///        software trigger, a setting outside of its bounds; built without Aravis)
-/// Cost   up to 3 s where nobody answers
+/// Cost   up to 3 s where there is no answer
 /// See    tests/machine/devices/gige_camera_test.cc
 Expected<std::unique_ptr<CameraDevice>> open_gige_camera(const GigeAddress& address);
 
