@@ -12,7 +12,7 @@ struct Legendre {
   double slope = 0;
 };
 
-Legendre legendre(int n, double x) {
+Legendre legendre_polynomial(int n, double x) {
   double before = 1;
   double here = x;
   for (int k = 2; k <= n; ++k) {
@@ -31,11 +31,11 @@ Quadrature gauss_legendre(int n, double low, double high) {
   Quadrature rule;
   for (int i = 0; i < n; ++i) {
     double x = -std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5));
-    Legendre p = legendre(n, x);
+    Legendre p = legendre_polynomial(n, x);
     for (int step = 0; step < kMostSteps; ++step) {
       const double change = p.value / p.slope;
       x -= change;
-      p = legendre(n, x);
+      p = legendre_polynomial(n, x);
       if (std::abs(change) < kRounding) break;
     }
     const double half = 0.5 * (high - low);
