@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/charts/quadrature.h"
+#include "calib/base/quadrature.h"
 
 #include <cmath>
 #include <numbers>
