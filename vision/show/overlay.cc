@@ -233,14 +233,6 @@ cv::Mat with_legend(const cv::Mat& picture, const Detection& detection, std::str
 
 }  // namespace
 
-std::span<const Candidate> other_candidates(const Detection& detection) {
-  const std::span<const Candidate> all = detection.candidates;
-  const bool is_first_the_answer = detection.status == DetectionStatus::Found && detection.best &&
-                                   !all.empty() &&
-                                   all.front().center == detection.best->center.position;
-  return is_first_the_answer ? all.subspan(1) : all;
-}
-
 Expected<std::string> encode_overlay(const Image& image,
                                      const Detection& detection,
                                      const OverlayOptions& options) {
