@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/charts/quadrature.h"
+#include "calib/base/quadrature.h"
 #include <Eigen/Eigenvalues>
 
 namespace panelcal {

@@ -14,7 +14,7 @@ namespace panelcal {
 namespace {
 
 /// Shares of the false alarms; they add up to 1.
-constexpr double kShareOfNights = 0.5;
+constexpr double kMonitoredShareOfNights = 0.5;
 constexpr double kShareOfAverage = 0.25;
 constexpr double kShareOfSums = 0.25;
 
@@ -68,7 +68,9 @@ DriftMonitor::DriftMonitor(DriftModel model, int n_axes, const WatchOptions& wat
     : model_(std::move(model)),
       moved_(watch.moved),
       night_limit_(ewma_limit(
-          n_axes, 1, kForLearningOfNights * watch.nights_per_false_alarm / kShareOfNights)),
+          n_axes,
+          1,
+          kForLearningOfNights * watch.nights_per_false_alarm / kMonitoredShareOfNights)),
       average_(n_axes,
                watch.average_weight,
                kForLearning * watch.nights_per_false_alarm / kShareOfAverage),

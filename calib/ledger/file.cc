@@ -29,7 +29,7 @@ Diagnostic not_written(const fs::path& path, std::string_view doing, int error) 
                  fmt::format("cannot {}: {}", doing, std::generic_category().message(error)));
 }
 
-void sync_folder_of(const fs::path& path) {
+void sync_ledger_folder(const fs::path& path) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd < 0) return;
@@ -147,7 +147,7 @@ Expected<void> create_ledger_file(const fs::path& path) {
   }
   // Another program was faster: its ledger is as good.
   if (error != 0 && error != EEXIST) return failure(not_written(path, "start a ledger", error));
-  sync_folder_of(path);
+  sync_ledger_folder(path);
   return {};
 }
 
@@ -215,7 +215,7 @@ Expected<fs::path> move_aside(const fs::path& path, const std::string& suffix) {
     for (const std::string_view part : {"-journal", "-wal", "-shm"}) {
       rename_to_free_name(real.string() + std::string(part), aside.string() + std::string(part));
     }
-    sync_folder_of(real);
+    sync_ledger_folder(real);
     return aside;
   }
   return failure(not_written(path, "move it aside", EEXIST));

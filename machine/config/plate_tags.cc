@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include "vision/tag/family.h"
 #include <Eigen/Core>
 #include <fmt/format.h>
@@ -28,9 +28,8 @@ constexpr std::array<std::string_view, 9> kTagsKeys = {"angle_deg",
                                                        "step_cells"};
 constexpr std::array<std::string_view, 3> kTagKeys = {"angle_deg", "cell", "id"};
 /// More add nothing, and every pair is compared.
-constexpr int kMostPerSide = 100;
+constexpr int kMaxTagsPerSide = 100;
 constexpr std::size_t kMostTags = 2000;
-constexpr int kMaxTagId = 1'000'000;
 constexpr Range kCells{-1000, 1000};
 constexpr Range kStep_cells{0, 1000, true};
 constexpr Range kAngle_deg{-360, 360};
@@ -62,8 +61,8 @@ class TagsReader {
 
   /// Tags in columns and rows, their ids counted along x first.
   Expected<void> read_lattice() {
-    PANELCAL_TRY(const auto columns, table_.integer("columns", 1, kMostPerSide));
-    PANELCAL_TRY(const auto rows, table_.integer("rows", 1, kMostPerSide));
+    PANELCAL_TRY(const auto columns, table_.integer("columns", 1, kMaxTagsPerSide));
+    PANELCAL_TRY(const auto rows, table_.integer("rows", 1, kMaxTagsPerSide));
     PANELCAL_TRY(const auto first_id, table_.integer("first_id", 0, kMaxTagId));
     PANELCAL_TRY(const auto first_cell, table_.pair("first_cell", kCells));
     PANELCAL_TRY(const auto step_cells, table_.pair("step_cells", kStep_cells));

@@ -19,7 +19,4 @@ Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
                                                    const std::optional<CameraCalibration>& camera,
                                                    Length surface_height);
 
-/// Lengths, angles and so on that no machine exceeds: what is larger has the wrong unit.
-inline constexpr double kMaxPlace_mm = 1e5;
-
 }  // namespace panelcal::internal

@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -21,12 +21,12 @@ constexpr std::array<std::string_view, 6> kSpindleKeys = {"calibration",
                                                           "number",
                                                           "station"};
 constexpr std::array<std::string_view, 1> kLedgerKeys = {"file"};
-constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
-constexpr Range kSigma_um{0, 1e6};
+constexpr Range kSpindleSigma_um{0, 1e6};
 
 /// The offset that stands in machine.toml itself.
 Expected<void> read_stated(const TomlTable& table, MachineConfig& config) {
-  PANELCAL_TRY(const double sigma_um, table.number_or("camera_offset_sigma_um", kSigma_um, 0));
+  PANELCAL_TRY(const double sigma_um,
+               table.number_or("camera_offset_sigma_um", kSpindleSigma_um, 0));
   const double sigma_mm = um(sigma_um).in_mm();
   config.spindle_camera.cov_mm2 = sigma_mm * sigma_mm * Eigen::Matrix2d::Identity();
   PANELCAL_TRY(const auto date, table.wall_time("camera_offset_date"));

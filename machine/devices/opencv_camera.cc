@@ -37,7 +37,7 @@ struct VideoModule {
 };
 
 template <class Function>
-bool find(void* library, const char* symbol, Function& function) {
+bool find_symbol(void* library, const char* symbol, Function& function) {
   function = reinterpret_cast<Function>(dlsym(library, symbol));
   return function != nullptr;
 }
@@ -46,11 +46,11 @@ Expected<VideoModule> load_module(const std::string& camera) {
   // Never unloaded: FFmpeg and GStreamer keep threads and handlers of their own.
   void* const library = dlopen(kModule, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   VideoModule module;
-  if (library != nullptr && find(library, "panelcal_video_open", module.open) &&
-      find(library, "panelcal_video_rate", module.rate) &&
-      find(library, "panelcal_video_grab", module.grab) &&
-      find(library, "panelcal_video_decode", module.decode) &&
-      find(library, "panelcal_video_close", module.close)) {
+  if (library != nullptr && find_symbol(library, "panelcal_video_open", module.open) &&
+      find_symbol(library, "panelcal_video_rate", module.rate) &&
+      find_symbol(library, "panelcal_video_grab", module.grab) &&
+      find_symbol(library, "panelcal_video_decode", module.decode) &&
+      find_symbol(library, "panelcal_video_close", module.close)) {
     return module;
   }
   const char* const reason = dlerror();
@@ -60,7 +60,7 @@ Expected<VideoModule> load_module(const std::string& camera) {
                   fmt::format("{} where panelcal was installed, with OpenCV's videoio", kModule)});
 }
 
-std::string name_of(const VideoAddress& address) {
+std::string address_name(const VideoAddress& address) {
   switch (address.kind) {
     case VideoAddress::Kind::File:
       return "video:" + address.what;
@@ -117,7 +117,7 @@ Time steady_time() {
 class OpenCvCamera final : public CameraDevice {
  public:
   OpenCvCamera(const VideoAddress& address, const VideoModule& module, PanelcalVideo* video)
-      : name_(name_of(address)),
+      : name_(address_name(address)),
         is_live_(address.kind != VideoAddress::Kind::File),
         module_(module),
         video_(video) {
@@ -175,7 +175,7 @@ class OpenCvCamera final : public CameraDevice {
 }  // namespace
 
 Expected<std::unique_ptr<CameraDevice>> open_opencv_camera(const VideoAddress& address) {
-  const std::string name = name_of(address);
+  const std::string name = address_name(address);
   const bool is_file = address.kind == VideoAddress::Kind::File;
   std::error_code error;
   if (address.kind != VideoAddress::Kind::Rtsp) {

@@ -8,39 +8,39 @@
 #include <utility>
 #include <vector>
 
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include "machine/nightly/night_surface_toml.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 19> kKeys = {"calibrate",
-                                                    "camera",
-                                                    "drift",
-                                                    "focus",
-                                                    "gates",
-                                                    "light",
-                                                    "machine_driver",
-                                                    "mark_mm",
-                                                    "mark_tool",
-                                                    "min_disk_mb",
-                                                    "noon_utc_h",
-                                                    "reports",
-                                                    "settle",
-                                                    "surface",
-                                                    "table",
-                                                    "temperature_command",
-                                                    "temperature_file",
-                                                    "warm_up_limit_um",
-                                                    "warm_up_s"};
-constexpr std::array<std::string_view, 7> kGateKeys = {"change_um",
-                                                       "max_outliers",
-                                                       "min_holes",
-                                                       "nights_per_refusal",
-                                                       "sigma_um",
-                                                       "structure_chance",
-                                                       "temperature_c"};
+constexpr std::array<std::string_view, 19> kNightlyKeys = {"calibrate",
+                                                           "camera",
+                                                           "drift",
+                                                           "focus",
+                                                           "gates",
+                                                           "light",
+                                                           "machine_driver",
+                                                           "mark_mm",
+                                                           "mark_tool",
+                                                           "min_disk_mb",
+                                                           "noon_utc_h",
+                                                           "reports",
+                                                           "settle",
+                                                           "surface",
+                                                           "table",
+                                                           "temperature_command",
+                                                           "temperature_file",
+                                                           "warm_up_limit_um",
+                                                           "warm_up_s"};
+constexpr std::array<std::string_view, 7> kNightGateKeys = {"change_um",
+                                                            "max_outliers",
+                                                            "min_holes",
+                                                            "nights_per_refusal",
+                                                            "sigma_um",
+                                                            "structure_chance",
+                                                            "temperature_c"};
 constexpr std::array<std::string_view, 11> kDriftKeys = {"drift_um",
                                                          "expected_c",
                                                          "horizon_days",
@@ -55,20 +55,18 @@ constexpr std::array<std::string_view, 11> kDriftKeys = {"drift_um",
 constexpr std::array<std::string_view, 1> kFocusKeys = {"tolerance_um"};
 constexpr std::array<std::string_view, 2> kLightKeys = {"levels", "range"};
 constexpr std::array<std::string_view, 3> kSettleKeys = {"limit_um", "longest_s", "tolerance_s"};
-constexpr std::array<std::string_view, 2> kTableKeys = {"file", "plate"};
+constexpr std::array<std::string_view, 2> kNightTableKeys = {"file", "plate"};
 constexpr std::array<std::string_view, 7> kCalibrations = {
     "camera", "focus", "light", "settle", "spindle-camera", "surface", "table"};
 constexpr std::string_view kCalibrationWords =
     "\"camera\", \"focus\", \"light\", \"settle\", \"spindle-camera\", \"surface\", "
     "\"table\", each once";
 
-constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
 constexpr Range kNights{20, 1e5};
 /// Of all charts together: each of ten is within kNights then.
 constexpr Range kNightsOfAll{20, 1e4};
 constexpr Range kTemperature_c{-50, 100};
 constexpr double kMostSeconds = 86400;
-constexpr int kMaxToolNumber = 1'000'000;
 constexpr int kMaxHoles = 1'000'000;
 constexpr Range kLampLevel{0, 1e6};
 constexpr Range kTrialSeconds{1e-3, 3600};
@@ -157,8 +155,8 @@ Expected<void> read_warm_up(const TomlTable& table, NightlyConfig& config) {
   return {};
 }
 
-Expected<void> read_gates(const TomlTable& nightly, NightLimits& limits) {
-  PANELCAL_TRY(const auto table, nightly.table("gates", "[nightly.gates]", {kGateKeys, {}}));
+Expected<void> read_night_gates(const TomlTable& nightly, NightLimits& limits) {
+  PANELCAL_TRY(const auto table, nightly.table("gates", "[nightly.gates]", {kNightGateKeys, {}}));
   if (!table) return {};
   PANELCAL_CHECK(read_um_in_mm(*table, "sigma_um", limits.sigma));
   PANELCAL_CHECK(read_um_in_mm(*table, "change_um", limits.change));
@@ -244,11 +242,11 @@ Expected<void> read_settle_trial(const TomlTable& nightly, NightTrials& trials) 
 }
 
 /// In     folder: where machine.toml is
-Expected<void> read_table(const TomlTable& nightly,
-                          const std::filesystem::path& folder,
-                          NightlyConfig& config) {
+Expected<void> read_night_table(const TomlTable& nightly,
+                                const std::filesystem::path& folder,
+                                NightlyConfig& config) {
   const bool is_asked = std::ranges::find(config.calibrate, "table") != config.calibrate.end();
-  PANELCAL_TRY(const auto table, nightly.table("table", "[nightly.table]", {kTableKeys, {}}));
+  PANELCAL_TRY(const auto table, nightly.table("table", "[nightly.table]", {kNightTableKeys, {}}));
   if (!table && !is_asked) return {};
   if (!table) {
     return failure(
@@ -281,7 +279,7 @@ Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, doubl
 Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
                                                            const std::filesystem::path& folder) {
   std::optional<NightlyConfig> none;
-  PANELCAL_TRY(const auto table, top.table("nightly", "[nightly]", {kKeys, {}}));
+  PANELCAL_TRY(const auto table, top.table("nightly", "[nightly]", {kNightlyKeys, {}}));
   if (!table) return none;
   NightlyConfig config;
   config.place = table->missing("", "").place;
@@ -292,12 +290,12 @@ Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
   PANELCAL_TRY(config.min_disk_mb, table->number_or("min_disk_mb", {0, 1e9}, config.min_disk_mb));
   PANELCAL_TRY(const auto noon, table->integer("noon_utc_h", 0, 23));
   if (noon) config.noon_utc_h = static_cast<int>(*noon);
-  PANELCAL_CHECK(read_gates(*table, config.limits));
+  PANELCAL_CHECK(read_night_gates(*table, config.limits));
   PANELCAL_CHECK(read_drift(*table, config));
   PANELCAL_CHECK(read_focus_trial(*table, config.trials));
   PANELCAL_CHECK(read_light_trial(*table, config.trials));
   PANELCAL_CHECK(read_settle_trial(*table, config.trials));
-  PANELCAL_CHECK(read_table(*table, folder, config));
+  PANELCAL_CHECK(read_night_table(*table, folder, config));
   PANELCAL_CHECK(read_night_surface(*table, folder, config));
   const std::string_view looks_at_it = needs_mark(config.calibrate);
   if (!looks_at_it.empty() && !config.mark) {

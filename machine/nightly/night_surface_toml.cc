@@ -7,28 +7,27 @@
 #include <cstdint>
 #include <utility>
 
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include "machine/nightly/night_config_toml.h"
 
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 14> kSurfaceKeys = {"anywhere_um",
-                                                           "bow_um",
-                                                           "columns",
-                                                           "file",
-                                                           "height_mm",
-                                                           "high_mm",
-                                                           "low_mm",
-                                                           "offset_um",
-                                                           "probe_sigma_um",
-                                                           "repeats",
-                                                           "rows",
-                                                           "sigma_um",
-                                                           "spacing_mm",
-                                                           "tilt_um"};
+constexpr std::array<std::string_view, 14> kNightSurfaceKeys = {"anywhere_um",
+                                                                "bow_um",
+                                                                "columns",
+                                                                "file",
+                                                                "height_mm",
+                                                                "high_mm",
+                                                                "low_mm",
+                                                                "offset_um",
+                                                                "probe_sigma_um",
+                                                                "repeats",
+                                                                "rows",
+                                                                "sigma_um",
+                                                                "spacing_mm",
+                                                                "tilt_um"};
 
-constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
 /// Of probed places: fewer tell no bow where one is left out, and 24 x 24 is what a map takes.
 constexpr std::int64_t kLeastAlong = 4;
 constexpr std::int64_t kMaxAlong = 24;
@@ -66,7 +65,8 @@ Expected<void> read_night_surface(const TomlTable& nightly,
                                   const std::filesystem::path& folder,
                                   NightlyConfig& config) {
   const bool is_asked = std::ranges::find(config.calibrate, "surface") != config.calibrate.end();
-  PANELCAL_TRY(const auto table, nightly.table("surface", "[nightly.surface]", {kSurfaceKeys, {}}));
+  PANELCAL_TRY(const auto table,
+               nightly.table("surface", "[nightly.surface]", {kNightSurfaceKeys, {}}));
   if (!table && !is_asked) return {};
   if (!table) {
     return failure(nightly.missing("rectangle of the table to probe", "[nightly.surface]"));

@@ -12,7 +12,7 @@ bool takes_arguments(std::optional<Command> command) {
   return command && info(*command).operands.find(',') != std::string_view::npos;
 }
 
-Placement axis_placement(int version) {
+Placement excellon_placement(int version) {
   return {axis_orientation(version), Eigen::Vector2d::Zero()};
 }
 
@@ -36,7 +36,7 @@ Interpreter::Interpreter(const Program& program,
       cursor_(program.source.bytes, program.header.body),
       format_(program.header.format),
       plain_(format_),
-      axes_(axis_placement(program.axis_version())),
+      axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
       body_rules_(program.header.body_rules) {
   modal_.incremental = program.header.incremental;

@@ -10,8 +10,8 @@
 #include "calib/correction/memory.h"
 #include "program/excellon/lexer.h"
 #include "program/walk/measuring.h"
+#include "program/walk/options.h"
 #include "program/walk/reporter.h"
-#include "program/walk/walk.h"
 
 namespace panelcal::excellon {
 

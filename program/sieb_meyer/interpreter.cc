@@ -18,7 +18,7 @@ NumberFormat plain_format(FileFormat format) {
           .decimal_digits = format == FileFormat::F1000 ? 2 : 3};
 }
 
-Placement axis_placement(int version) {
+Placement sieb_meyer_placement(int version) {
   return {axis_orientation(version), Eigen::Vector2d::Zero()};
 }
 
@@ -41,7 +41,7 @@ Interpreter::Interpreter(const Program& program,
       optical_(measuring_, options, reporter_),
       settings_(options.sieb_meyer),
       surface_(settings_, survey, ends.probes, reporter_, ends.log),
-      frame_(axis_placement(program.axis_version())),
+      frame_(sieb_meyer_placement(program.axis_version())),
       deletes_blocks_(program.deletes_blocks()),
       obeys_areas_(options.sieb_meyer.obeys_areas) {
   place_.work_zero =

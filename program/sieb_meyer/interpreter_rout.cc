@@ -5,19 +5,18 @@
 #include <numbers>
 #include <utility>
 
+#include "program/geometry/plane_vectors.h"
 #include "program/sieb_meyer/interpreter.h"
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
 namespace {
 
+using internal::cross;
+
 bool is_figure(Command motion) {
   return motion != Command::RoutLine && motion != Command::RoutClockwise &&
          motion != Command::RoutCounterclockwise;
-}
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
 }
 
 /// The angle that an arc covers, above 0; its ends in one place make a full circle.

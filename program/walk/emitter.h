@@ -12,8 +12,8 @@
 #include "program/model/tool_links.h"
 #include "program/walk/depth_follower.h"
 #include "program/walk/measuring.h"
+#include "program/walk/options.h"
 #include "program/walk/reporter.h"
-#include "program/walk/walk.h"
 
 namespace panelcal {
 

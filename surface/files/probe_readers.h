@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "surface/files/probe_file.h"
+#include "surface/files/probe_format.h"
 
 // Not installed: part of surface/files/probe_file.h. A reader each, in a file of its own; `file`
 // stands in the diagnostics.

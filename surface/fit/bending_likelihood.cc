@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 /// A trend whose columns are nearer to being dependent than this is not determined: a plane if only
 /// rounding tells its slopes; bow and twist already if they would be told by how little the probes
 /// stand off two rows, or by a strip so narrow that it has no bow across.
-constexpr double kDependent = 1e-7;
+constexpr double kDependentBending = 1e-7;
 constexpr double kDependentBow = 0.03;
 /// Coefficients of a plane.
 constexpr Index kPlane = 3;
@@ -169,7 +169,7 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
   const MatrixXd weighted = out.weights_per_mm_.asDiagonal() * trend;
   // Where the probes stand tells whether there is a bow to find, whatever they are said to scatter.
   if (n_trend > kPlane && !is_determined(trend, kDependentBow)) return std::nullopt;
-  if (!is_determined(weighted, kDependent)) return std::nullopt;
+  if (!is_determined(weighted, kDependentBending)) return std::nullopt;
   out.qr_.compute(weighted);
   const MatrixXd q = out.qr_.householderQ() * MatrixXd::Identity(n, n);
   const MatrixXd r = out.qr_.matrixQR().topRows(n_trend).triangularView<Eigen::Upper>();

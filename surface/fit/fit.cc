@@ -38,7 +38,7 @@ constexpr double kUnforetold = 1e-10;
 /// What rounding makes of a variance, by the terms that it is the difference of.
 constexpr double kVarianceRounding = 1e-15;
 
-std::optional<Diagnostic> problem_of(const ProbePoint& point) {
+std::optional<Diagnostic> point_problem(const ProbePoint& point) {
   const double sigma_mm = point.measured.sigma.in_mm();
   if (point.place.in_mm().allFinite() && std::isfinite(point.measured.height.in_mm()) &&
       std::isfinite(sigma_mm) && std::isfinite(1 / sigma_mm) && sigma_mm > 0) {
@@ -425,7 +425,7 @@ std::string SurfaceFit::summary() const {
 
 Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel model) {
   for (const ProbePoint& point : points) {
-    if (auto problem = problem_of(point)) return failure(*std::move(problem));
+    if (auto problem = point_problem(point)) return failure(*std::move(problem));
   }
   const std::size_t most = is_of_grid(model) ? kMostGridProbes : kMostBentProbes;
   if (points.size() >= kPlaneTrend && points.size() <= most) return {};

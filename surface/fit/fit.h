@@ -14,6 +14,7 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
+#include "surface/fit/left_out_probe.h"
 #include "surface/fit/probe_point.h"
 #include "surface/fit/shape.h"
 #include <Eigen/Core>
@@ -41,13 +42,6 @@ inline constexpr std::size_t kLeastForBow = 12;
 /// Fails  grid-invalid: too few or too many probes; a number that is not finite
 /// See    tests/surface/fit/fit_test.cc
 Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel model);
-
-/// What the other probes predict at the place of one probe.
-struct LeftOutProbe {
-  std::optional<Length> deviation;  ///< measured minus predicted; empty: the others predict nothing
-  Length sigma;                     ///< of that, the probe's own scatter included
-  double chance = 1;                ///< that a good probe deviates more
-};
 
 /// A surface fitted to probed heights, with its uncertainty at every place.
 ///

@@ -8,7 +8,7 @@
 
 #include "calib/base/expected.h"
 #include "surface/control/grid_map.h"
-#include "surface/fit/fit.h"
+#include "surface/fit/left_out_probe.h"
 #include "surface/fit/monotone_nodes.h"
 #include "surface/fit/probe_point.h"
 #include <Eigen/Core>

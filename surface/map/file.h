@@ -10,15 +10,10 @@
 #include "calib/base/expected.h"
 #include "surface/fit/probe_point.h"
 #include "surface/map/height_map.h"
+#include "surface/map/source.h"
 #include "surface/map/zoned_map.h"
 
 namespace panelcal {
-
-/// A file that probes of a map came from.
-struct MapSource {
-  std::string file;
-  std::string sha256;  ///< of its bytes; empty if unknown
-};
 
 /// A map with all that it was made of.
 struct StoredMap {

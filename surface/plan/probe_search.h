@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "surface/plan/probe_plan.h"
+#include "surface/plan/request.h"
 #include <Eigen/Core>
 
 // Not installed: part of surface/plan/probe_plan.h.

@@ -10,7 +10,7 @@ namespace {
 
 using Footer = std::pair<std::string_view, std::string_view>;
 
-constexpr auto kFooters = std::to_array<Footer>({
+constexpr auto kCalibrateFooters = std::to_array<Footer>({
     {"calibrate camera", R"(Examples
   $ panelcal calibrate camera -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --tool 3 \
       --focal-px 11000 -o camera.cal.json --plot residuals.svg
@@ -140,8 +140,8 @@ Exit codes
 }  // namespace
 
 std::string_view calibrate_footer(std::string_view command) {
-  const auto found = std::ranges::find(kFooters, command, &Footer::first);
-  return found == kFooters.end() ? std::string_view() : found->second;
+  const auto found = std::ranges::find(kCalibrateFooters, command, &Footer::first);
+  return found == kCalibrateFooters.end() ? std::string_view() : found->second;
 }
 
 }  // namespace panelcal

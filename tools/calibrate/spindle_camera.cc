@@ -26,10 +26,10 @@
 namespace panelcal::calibrate {
 namespace {
 
-constexpr const char* kCommand = "panelcal calibrate spindle-camera";
+constexpr const char* kCalibrateSpindleCamera = "panelcal calibrate spindle-camera";
 
-Diagnostic usage(std::string what, std::string expected) {
-  return {Code::Usage, {kCommand, 0, 0}, std::move(what), std::move(expected)};
+Diagnostic spindle_camera_usage(std::string what, std::string expected) {
+  return {Code::Usage, {kCalibrateSpindleCamera, 0, 0}, std::move(what), std::move(expected)};
 }
 
 /// One call of `panelcal calibrate spindle-camera`.
@@ -70,8 +70,9 @@ class SpindleCamera {
  private:
   Expected<void> prepare() {
     if (options_.install && !options_.output.empty()) {
-      return failure(usage("--install and --output together",
-                           "one of them: --install writes the file that [spindle] names"));
+      return failure(
+          spindle_camera_usage("--install and --output together",
+                               "one of them: --install writes the file that [spindle] names"));
     }
     PANELCAL_TRY(words_.date, time_of(options_));
     PANELCAL_CHECK(check_output_paths(
@@ -139,13 +140,13 @@ class SpindleCamera {
     if (options_.yes) return Prompt([](std::string_view) -> Expected<void> { return {}; });
     if (!asks) return Prompt();
     if (::isatty(STDIN_FILENO) != 1) {
-      return failure(
-          usage("the coupon needs entry material, and nobody is at a terminal to lay it "
-                "on",
-                "--yes if it is dealt with"));
+      return failure(spindle_camera_usage(
+          "the coupon needs entry material, and nobody is at a terminal to lay it "
+          "on",
+          "--yes if it is dealt with"));
     }
     return Prompt([this](std::string_view what) {
-      return ask_operator(kCommand, "Enter, or --yes", context_.console, what);
+      return ask_operator(kCalibrateSpindleCamera, "Enter, or --yes", context_.console, what);
     });
   }
 

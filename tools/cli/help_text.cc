@@ -11,7 +11,7 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kFooters = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kCommandFooters = {{
     {"check", R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
   datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)
@@ -250,9 +250,9 @@ Exit codes
 }  // namespace
 
 std::string_view command_footer(std::string_view command) {
-  const auto found =
-      std::ranges::find(kFooters, command, &std::pair<std::string_view, std::string_view>::first);
-  if (found != kFooters.end()) return found->second;
+  const auto found = std::ranges::find(
+      kCommandFooters, command, &std::pair<std::string_view, std::string_view>::first);
+  if (found != kCommandFooters.end()) return found->second;
   return command.starts_with("surface") ? surface_footer(command) : calibrate_footer(command);
 }
 

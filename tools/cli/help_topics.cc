@@ -36,7 +36,7 @@ std::string diagnostics_page() {
 }
 
 /// A bar inside a table's cell would end it.
-std::string cell(std::string_view text) {
+std::string markdown_cell(std::string_view text) {
   std::string safe(text);
   for (auto at = safe.find('|'); at != std::string::npos; at = safe.find('|', at + 2)) {
     safe.insert(at, 1, '\\');
@@ -52,7 +52,7 @@ void append_row(std::string& out,
                 std::string_view test) {
   fmt::format_to(std::back_inserter(out),
                  "| `{}` | {} | {} | {} | `{}` |\n",
-                 cell(form),
+                 markdown_cell(form),
                  name(command_class),
                  effect,
                  section,
@@ -129,7 +129,7 @@ template <class Row>
 void append_sieb_meyer_row(std::string& out, std::string_view form, const Row& row) {
   fmt::format_to(std::back_inserter(out),
                  "| `{}` | {} | {} | {} | {} | `{}` |\n",
-                 cell(form),
+                 markdown_cell(form),
                  name(row.command_class),
                  row.effect,
                  format_names(row.formats),

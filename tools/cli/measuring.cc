@@ -215,7 +215,7 @@ Expected<OpenProbes> open_probes(const RunOptions& options,
                   "--probes, --machine-driver, or --camera with [machine] probe_command"});
 }
 
-std::string words_of(const OpenSource& source, const OpenProbes& probes) {
+std::string source_words(const OpenSource& source, const OpenProbes& probes) {
   if (source.words.empty() && probes.words.empty()) return "no targets";
   if (probes.words.empty() || source.words == probes.words) return source.words;
   return source.words.empty() ? probes.words : source.words + " and " + probes.words;
@@ -334,7 +334,7 @@ Expected<MeasuringResult> measure_program(const RunOptions& options,
   }
   if (open.check_after && !log.has_errors()) PANELCAL_CHECK(open.check_after());
   if (open_probe.check_after && !log.has_errors()) PANELCAL_CHECK(open_probe.check_after());
-  result.source = words_of(open, open_probe);
+  result.source = source_words(open, open_probe);
   return result;
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 using Footer = std::pair<std::string_view, std::string_view>;
 
-constexpr auto kFooters = std::to_array<Footer>({
+constexpr auto kSurfaceFooters = std::to_array<Footer>({
     {"surface", R"(Example
   $ panelcal surface fit heightmap.csv -o map.json --plot map.svg
   $ panelcal surface query map.json 12.5,40
@@ -150,8 +150,8 @@ Exit codes
 }  // namespace
 
 std::string_view surface_footer(std::string_view command) {
-  const auto found = std::ranges::find(kFooters, command, &Footer::first);
-  return found == kFooters.end() ? std::string_view() : found->second;
+  const auto found = std::ranges::find(kSurfaceFooters, command, &Footer::first);
+  return found == kSurfaceFooters.end() ? std::string_view() : found->second;
 }
 
 }  // namespace panelcal

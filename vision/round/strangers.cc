@@ -105,9 +105,9 @@ class BoxRows {
 };
 
 /// How much larger than by chance texture makes box means outside of the target, and in its hole.
-std::array<double, kRimZones> spreads_of(const RimWindow& window,
-                                         const RimResiduals& residuals,
-                                         const StrangeLimits& limits) {
+std::array<double, kRimZones> zone_spreads(const RimWindow& window,
+                                           const RimResiduals& residuals,
+                                           const StrangeLimits& limits) {
   BoxRows rows(window, residuals, limits);
   std::array<std::vector<float>, kRimZones> magnitudes;
   for (int y = 0; y < residuals.height; ++y) {
@@ -142,7 +142,7 @@ StrangeLimits strange_limits(const RimWindow& window,
     limits.scale[RimResiduals::kBand + i] = limits.scale[RimResiduals::kZone + i];
   }
   std::array<double, kRimZones> spreads = {1, 1, 1};
-  if (noise.is_textured) spreads = spreads_of(window, residuals, limits);
+  if (noise.is_textured) spreads = zone_spreads(window, residuals, limits);
   for (const std::size_t base : {RimResiduals::kZone, RimResiduals::kBand}) {
     for (std::size_t zone = 0; zone < kRimZones; ++zone) {
       const std::size_t kind = base + zone;

@@ -6,8 +6,8 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
+#include "vision/fit/detection.h"
 #include "vision/fit/target.h"
-#include "vision/locate/locate.h"
 #include "vision/picture/image.h"
 
 namespace panelcal {

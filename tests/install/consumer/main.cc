@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 
-#include "panelcal/machine/config/machine_config.h"
-#include "panelcal/program/judge/tally.h"
-#include "panelcal/program/walk/walk.h"
+#include <panelcal/machine/config/machine_config.h>
+#include <panelcal/program/judge/tally.h>
+#include <panelcal/program/walk/walk.h>
 
 int main() {
   panelcal::DiagnosticLog log;
