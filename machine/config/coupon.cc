@@ -7,7 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "machine/config/sim.h"
+#include "calib/spindle/fit.h"
+#include "machine/config/limits.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

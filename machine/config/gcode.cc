@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "machine/config/sim.h"
+#include "machine/config/limits.h"
 #include "machine/config/tool_row.h"
 #include <fmt/format.h>
 

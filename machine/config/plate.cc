@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "calib/base/atomic_file.h"
+#include "machine/config/limits.h"
 #include "machine/config/plate_tags.h"
-#include "machine/config/sim.h"
 #include "machine/config/toml_table.h"
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/config/sim.h"
+#include "machine/config/limits.h"
 #include "vision/tag/family.h"
 #include <Eigen/Core>
 #include <fmt/format.h>

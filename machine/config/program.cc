@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "calib/correction/tolerance.h"
-#include "machine/config/sim.h"
+#include "machine/config/limits.h"
 #include "machine/config/tool_row.h"
 #include "program/geometry/dot_font.h"
 #include "program/sieb_meyer/settings.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "machine/config/limits.h"
 #include "machine/config/sim_surface.h"
 #include <fmt/format.h>
 

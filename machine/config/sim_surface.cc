@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "machine/config/sim.h"
+#include "machine/config/limits.h"
 
 namespace panelcal::internal {
 namespace {

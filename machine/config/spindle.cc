@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "machine/config/sim.h"
+#include "machine/config/limits.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/config/sim.h"
+#include "machine/config/limits.h"
 #include "vision/locate/target_check.h"
 #include "vision/picture/image_io.h"
 #include "vision/tag/family.h"

@@ -7,7 +7,6 @@
 
 #include "calib/base/clock.h"
 #include "calib/camera/shared_error.h"
-#include "machine/config/sim.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "machine/config/sim.h"
+#include "machine/config/limits.h"
 
 namespace panelcal::internal {
 namespace {

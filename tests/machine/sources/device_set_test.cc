@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/devices/calibration_devices.h"
-
 #include <filesystem>
 #include <string>
 #include <utility>
 
 #include "calib/base/atomic_file.h"
 #include "machine/devices/command_spindle.h"
+#include "machine/sources/device_set.h"
 #include <gmock/gmock.h>
 
 #include "tests/machine/calibrate/coupon_toml.h"

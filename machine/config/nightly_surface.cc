@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/nightly/night_surface_toml.h"
+#include "machine/config/nightly_surface.h"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "machine/config/sim.h"
-#include "machine/nightly/night_config_toml.h"
+#include "machine/config/limits.h"
 
 namespace panelcal::internal {
 namespace {
