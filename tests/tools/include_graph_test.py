@@ -26,7 +26,7 @@ MAY_INCLUDE = {
     "machine": ("calib", "surface", "program", "vision"),
     "tools": ("calib", "surface", "program", "vision", "machine"),
 }
-CYCLIC_ROOMS = ("program", "tools")  # libraries whose rooms are not in one direction yet
+CYCLIC_ROOMS = ("tools",)  # libraries whose rooms are not in one direction yet
 ALSO_READ = ("tests", "python")  # their includes must be paths, too
 OWN_INCLUDES = ("tests/install",)  # what a user of the installed libraries writes
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"')
