@@ -25,18 +25,6 @@ using internal::CameraState;
 /// is rounding.
 constexpr double kNoCameraResidual = 1e-10;
 
-/// The order in which parameters take up what there is to know.
-constexpr std::array kCameraStiffToSoft = {CameraParameter::Scale,
-                                           CameraParameter::Rotation,
-                                           CameraParameter::K1,
-                                           CameraParameter::TiltX,
-                                           CameraParameter::TiltY,
-                                           CameraParameter::K2,
-                                           CameraParameter::P1,
-                                           CameraParameter::P2};
-
-constexpr std::array<std::size_t, 5> kFree = {2, 3, 5, 6, 8};  ///< of those, by form
-
 tl::unexpected<Diagnostic> camera_data_refused(std::string what, std::string expected) {
   return failure({Code::CalibrationData, {}, std::move(what), std::move(expected)});
 }
@@ -200,17 +188,6 @@ CameraFit camera_report(const CameraData& data,
 
 }  // namespace
 
-std::string_view name(CameraForm form) {
-  constexpr std::array<std::string_view, 5> kNames = {
-      "flat", "radial", "tilted", "tilted radial", "tangential"};
-  return kNames[static_cast<std::size_t>(form)];
-}
-
-std::vector<CameraParameter> free_parameters(CameraForm form) {
-  return {kCameraStiffToSoft.begin(),
-          kCameraStiffToSoft.begin() + kFree[static_cast<std::size_t>(form)]};
-}
-
 double CameraFit::criterion() const {
   const std::size_t n_free = free_parameters(form).size() - undetermined.size();
   return chi_square + 2 * static_cast<double>(n_free);
@@ -239,7 +216,8 @@ Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& o
   std::vector<std::size_t> all(data.seen.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   CameraProblem problem(data, all, options.huber_sigmas, state.camera);
-  // A flat camera first: lens and tilt then begin near, and what is open is judged where it counts.
+  // A flat camera first: lens and tilt then begin near, and open parameters are judged where they
+  // count.
   const auto flat = free_parameters(CameraForm::Flat);
   const auto wanted = free_parameters(options.form);
   if (!problem.solve(determined(problem.information(state), flat).first, state)) {

@@ -19,7 +19,7 @@ std::optional<LampLevel> no_lamp_level(std::string* reason, std::string text) {
   return std::nullopt;
 }
 
-/// One sample a level, by rising level; what is not finite is left out.
+/// One sample a level, by rising level, without values that are not finite.
 std::vector<LampSample> by_level(std::span<const LampSample> samples) {
   std::map<double, LampSample> levels;
   for (const LampSample& s : samples) {

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "calib/base/distributions.h"
-#include "calib/charts/quadrature.h"
+#include "calib/base/quadrature.h"
 #include <Eigen/LU>
 
 namespace panelcal {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/correction/table_basis.h"
+#include "calib/correction/spline_weights.h"
 
 namespace panelcal {
 namespace {

@@ -18,8 +18,8 @@ constexpr double kMonitoredShareOfNights = 0.5;
 constexpr double kShareOfAverage = 0.25;
 constexpr double kShareOfSums = 0.25;
 
-/// Limits are for so many times the stated nights; measured by drift_monitor_slow_test.cc. A single
-/// night suffers less from learned parameters than sums of many do.
+/// Limits are for this multiple of the stated nights; measured by drift_monitor_slow_test.cc. A
+/// single night suffers less from learned parameters than sums of many do.
 constexpr double kForLearningOfNights = 1.2;
 constexpr double kForLearning = 2;
 

@@ -15,7 +15,8 @@
 namespace panelcal {
 namespace {
 
-/// Largest standard deviation in any direction; NaN where the covariance is none.
+/// Largest standard deviation in any direction; NaN where the covariance is not positive
+/// semidefinite.
 double largest_sigma(const Eigen::MatrixXd& cov) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(cov, Eigen::EigenvaluesOnly);
   constexpr double kRounding = 1e-9;

@@ -21,7 +21,7 @@ using internal::DecayShape;
 
 /// Views of which chance would give so few as scatter like these are not described by a decay.
 constexpr double kMinSettleChance = 1e-6;
-/// A motion as large as so many standard deviations of the mean view is seen for certain.
+/// A motion as large as this number of standard deviations of the mean view is seen for certain.
 constexpr double kSeen = 5;
 
 std::optional<SettleTime> no_settle_time(std::string* reason, std::string text) {

@@ -31,7 +31,7 @@ constexpr double kBadScore = 0.75;
 constexpr double kLeastShift_sigmas = 4;
 constexpr double kGreatestShift_mm = 10;
 constexpr double kShiftStep = 2;
-/// Pads that a liar is held against, the nearest to what was seen.
+/// Pads that an outlier is held against, the nearest to what was seen.
 constexpr std::size_t kMostPads = 8;
 /// More targets than this are not all suspected one by one.
 constexpr std::size_t kMostSuspects = 24;

@@ -221,7 +221,7 @@ void weigh(const Series& series,
   stories.push_back(story);
 }
 
-/// Slots and targets far from where the camera looked are none that it took by itself.
+/// The camera did not take slots and targets far from where it looked by itself.
 bool may_be_taken(const Series& series) {
   if (series.pads == nullptr || series.targets.size() < kLeastTargets) return false;
   return std::ranges::all_of(series.targets, [](const ToldTarget& target) {

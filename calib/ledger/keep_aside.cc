@@ -13,8 +13,8 @@
 namespace panelcal {
 namespace {
 
-/// Held by whoever moves a ledger in this folder aside: without it the second of two programs
-/// could move away the new ledger that the first has started.
+/// Held by the program that moves a ledger in this folder aside: without it the second of two
+/// programs could move away the new ledger that the first has started.
 class FolderLock {
  public:
   explicit FolderLock(const std::filesystem::path& path) {

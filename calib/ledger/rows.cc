@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "calib/base/clock.h"
 #include "calib/ledger/entry_text.h"
 #include <fmt/format.h>
 

@@ -21,7 +21,7 @@ constexpr double kNoBending = 1e-12;
 /// As in model_choice.cc: 1 - leverage of a target that the others cannot do without.
 constexpr double kNoPanelResidual = 1e-10;
 
-/// Strengths that hardly count need not foretell a target that is left out: the strongest cannot.
+/// Strengths that hardly count need not predict a target that is left out: the strongest cannot.
 constexpr double kNoWeight = 1e-6;
 
 /// r^2 log r, by the square of r.

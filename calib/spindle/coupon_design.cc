@@ -10,7 +10,7 @@
 namespace panelcal::internal {
 namespace {
 
-/// Beyond so many sigmas a hole pulls no harder (docs: semantics, "Robust").
+/// Beyond this number of sigmas a hole pulls no harder (docs: semantics, "Robust").
 constexpr double kHuber = 2.5;
 constexpr int kHuberIterations = 50;
 /// Median of the length of a vector whose coordinates have a standard deviation of 1.

@@ -13,7 +13,7 @@ namespace {
 /// Eigenvalues of scaled normal equations below it leave a fixed effect open.
 constexpr double kSingular = 1e-10;
 
-/// d covariance / d component for a group of so many observations.
+/// d covariance / d component for a group of n observations.
 Eigen::MatrixXd pattern_of(const Component& component, Eigen::Index n_observations) {
   const Eigen::Index n = 2 * n_observations;
   Eigen::MatrixXd pattern = Eigen::MatrixXd::Zero(n, n);

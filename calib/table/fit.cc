@@ -94,7 +94,7 @@ std::vector<Eigen::Vector2d> pairs_of(const VectorXd& v) {
   return pairs;
 }
 
-/// Every so many-th on average, but without a pattern that might fall in with the plate's rows.
+/// Every n-th on average, but without a pattern that might fall in with the plate's rows.
 bool is_held_out(std::size_t i, int every) {
   return Random(1).fork(i).uniform() * every < 1;
 }

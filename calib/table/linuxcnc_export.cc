@@ -12,7 +12,7 @@ namespace panelcal {
 namespace {
 
 constexpr int kMostPoints = 256;
-/// Means and the check are over so many places along each axis.
+/// Means and the check are over this number of places along each axis.
 constexpr int kSamples = 64;
 /// Each brings a correction nearer by the slope of the error, a thousandth.
 constexpr int kExportRounds = 3;

@@ -89,7 +89,7 @@ Expected<void> add_entry(const LedgerEntry& entry,
 }
 
 /// Adds spindles that the file has and the ledger knows nothing of: somebody found them before
-/// there was a ledger, and nobody said that they are wrong.
+/// there was a ledger, and no message stated that they are wrong.
 void add_others(const std::string& present, SpindleCalibration& all) {
   const auto found = parse_spindle_calibration(present, "");
   // A damaged file is what the ledger is there for.

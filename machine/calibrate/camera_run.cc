@@ -18,7 +18,7 @@ constexpr std::size_t kFewestViews = 5;
 constexpr double kMaxCameraExcess = 25;
 /// The same, of what the calibration errs where no view was used: more than a stage wanders.
 constexpr double kMaxCameraHeldOut_um = 5;
-/// The same: one in so many observations left out is one too many.
+/// The same: one in this number of observations left out is one too many.
 constexpr int kMaxCameraLeftOut = 4;
 
 tl::unexpected<Diagnostic> camera_refused(const MachineConfig& config,
@@ -61,7 +61,7 @@ Expected<double> excess_of(const CameraData& data, const CameraFitOptions& optio
   return std::sqrt(std::max(1.0, fit.chi_square / fit.degrees_of_freedom));
 }
 
-/// A mark whose size nobody has said in mm has one as soon as there is a scale.
+/// A mark without a size in mm has one as soon as there is a scale.
 void give_radius(const MachineConfig& config,
                  const MarkViews& views,
                  double scale_mm,

@@ -29,7 +29,7 @@ constexpr double kFewestFreedoms = 8;
 constexpr int kFewestHeld = 16;  ///< coordinates
 constexpr int kTableRunRounds = 8;
 /// Limits of refusal(): stated sigmas that are so far from the truth, or a map that is, belong to a
-/// person; one in so many looks left out is one too many.
+/// person; one in this number of looks left out is one too many.
 constexpr double kMaxTableExcess = 25;
 constexpr double kMaxTableHeldOut_um = 10;
 constexpr std::size_t kMaxTableLeftOut = 4;

@@ -27,7 +27,7 @@ constexpr std::array<std::string_view, 9> kTagsKeys = {"angle_deg",
                                                        "size_mm",
                                                        "step_cells"};
 constexpr std::array<std::string_view, 3> kTagKeys = {"angle_deg", "cell", "id"};
-/// More tell nobody more, and every pair is looked at.
+/// More add nothing, and every pair is compared.
 constexpr int kMaxTagsPerSide = 100;
 constexpr std::size_t kMostTags = 2000;
 constexpr Range kCells{-1000, 1000};
@@ -119,7 +119,7 @@ class TagsReader {
     return {};
   }
 
-  /// Takes a tag; what is wrong with it is blamed on the key of its id or of its place.
+  /// Takes a tag; a problem is reported at the key of its id or of its place.
   Expected<void> add(const TomlTable& table,
                      std::string_view id_key,
                      std::string_view place_key,

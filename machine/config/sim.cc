@@ -212,7 +212,7 @@ Expected<void> read_lamp_and_focus(const TomlTable& table, SimConfig& sim) {
   return {};
 }
 
-/// The real camera: what is left out is as calibrated.
+/// The real camera: a missing key is as calibrated.
 Expected<void> read_sim_camera(const TomlTable& table,
                                const std::optional<CameraCalibration>& calibrated,
                                SimConfig& sim) {

@@ -28,8 +28,8 @@ inline constexpr std::size_t kMaxZonesBytes = std::size_t{1} << 20;
 /// Reads a zones.toml: `[[zone]]`, `[[void]]`, `[panel]` and `probe_tip_mm`.
 ///
 /// In     defaults: of zones that do not say their own model or max_extrapolation_mm
-/// Fails  file-unreadable; toml-syntax; config-key-unknown; config-value: an area that is none, or
-///        not exactly one; a zone without a name or with that of another one
+/// Fails  file-unreadable; toml-syntax; config-key-unknown; config-value: an area that is not
+///        valid, or not exactly one; a zone without a name or with that of another one
 /// See    docs/formats/zones.md, tests/machine/config/zones_file_test.cc
 Expected<ZonesFile> read_zones_file(const std::filesystem::path& path,
                                     const HeightMapOptions& defaults = {});

@@ -10,9 +10,9 @@
 #include <system_error>
 #include <utility>
 
-#include "machine/devices/camera_uri.h"
 #include "machine/devices/fresh_frame.h"
 #include "machine/devices/video/video_reader.h"
+#include "machine/devices/without_password.h"
 #include "vision/picture/luma.h"
 #include "vision/picture/stderr_capture.h"
 #include <dlfcn.h>
@@ -73,7 +73,7 @@ std::string address_name(const VideoAddress& address) {
 }
 
 /// FFmpeg says "[tcp @ 0x55d1c0] Connection failed": the address is another one every time, and of
-/// use to nobody.
+/// no use.
 std::string without_pointers(std::string words) {
   constexpr std::string_view kPointer = " @ 0x";
   for (auto at = words.find(kPointer); at != std::string::npos; at = words.find(kPointer, at)) {

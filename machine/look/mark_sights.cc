@@ -19,7 +19,7 @@ namespace {
 
 /// Between a mark's rim and the picture's, where the ground beside it must be seen, px.
 constexpr double kMarkRim_px = 12;
-/// Where a mark may be, if nobody says, as a part of the picture's width.
+/// Where a mark may be, if not stated, as a part of the picture's width.
 constexpr double kSearchPart = 0.1;
 constexpr int kMaxSightsPerSide = 21;
 
@@ -33,7 +33,7 @@ tl::unexpected<Diagnostic> sight_refused(Code code,
 /// A mark as it is looked for: a circle in the picture, with the size it has on the panel.
 struct PixelMark {
   Target target;
-  Length radius;  ///< 0: nobody has said in mm
+  Length radius;  ///< 0: not stated in mm
   double radius_px = 0;
   double scale_mm = 0;  ///< per px at present; 0: not known
 };
@@ -357,6 +357,13 @@ std::string pictures_report(const std::vector<MissedPicture>& left_out,
                     "not checked\n",
                     without_tag.size(),
                     without_tag.front());
+}
+
+Expected<void> correct_views(const MachineConfig& config, MarkSights& sights) {
+  for (PlateView& view : sights.data.views) {
+    PANELCAL_TRY(view.axis_at, axis_from_listed(config, view.axis_at));
+  }
+  return {};
 }
 
 }  // namespace panelcal

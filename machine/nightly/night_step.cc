@@ -179,7 +179,7 @@ class Step {
     return {};
   }
 
-  /// Nothing is measured: it would be recorded with a time that is none.
+  /// Nothing is measured: it would be recorded with a time that is not valid.
   Expected<void> hold_for_the_clock() {
     step_.state = NightState::Held;
     step_.summary = ahead_text(*history_.ahead);
@@ -232,7 +232,7 @@ class Step {
     Expected<NightMeasurement> found = calibration_.measure(context_.job.devices, words_);
     if (!found && is_of_a_device(found.error())) return failure(std::move(found).error());
     if (!found) {
-      // What is wrong before anything is measured (no coupon is left) leaves the night open.
+      // A problem before anything is measured (no coupon is left) leaves the night open.
       const bool is_measured = found.error().code == Code::CalibrationData ||
                                info(found.error().code).fault == Fault::Gate;
       return decide_without(std::move(found).error(), is_measured);

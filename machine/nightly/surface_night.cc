@@ -21,7 +21,7 @@ namespace panelcal {
 namespace {
 
 /// Of the places that may be left out or not touched: tables get dirty.
-constexpr int kMaxSurfaceOutliers = 20;  ///< one in so many
+constexpr int kMaxSurfaceOutliers = 20;  ///< one in this number
 /// Smaller chances than this say that the table changed.
 constexpr double kSignificant = 0.01;
 

@@ -21,7 +21,7 @@ namespace panelcal {
 namespace {
 
 /// Of the dots that may be missing or wrong: plates get dirty.
-constexpr int kMaxTableOutliers = 20;  ///< one in so many
+constexpr int kMaxTableOutliers = 20;  ///< one in this number
 /// Places along each side of the plate at which two maps are compared.
 constexpr int kCompared = 11;
 

@@ -220,7 +220,7 @@ Expected<NightMeasurement> TrialNight::measure(const CalibrationDevices& devices
   return out;
 }
 
-/// There is no file; but what is in force is how long this night waits at least.
+/// There is no file; but this night waits at least as long as the value in force.
 Expected<bool> TrialNight::install(const Ledger& ledger) {
   if (kind_ != TrialKind::Settle) return false;
   PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key()));

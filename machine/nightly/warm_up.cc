@@ -18,12 +18,12 @@ namespace {
 
 /// Between two moves, so that the machine is moved and not hurried.
 constexpr Time kPause = seconds(5);
-/// At most so many times the mark is looked at in the whole time, so often each time.
+/// At most this number of times the mark is looked at in the whole time, that often each time.
 constexpr int kMostSamples = 60;
 constexpr int kLooksEach = 3;
 /// Fewer tell nothing of an exponential.
 constexpr std::size_t kFewest = 6;
-/// Nobody sees better; a simulation without noise has no scatter.
+/// No camera sees better; a simulation without noise has no scatter.
 constexpr Length kLeastSigma = um(0.01);
 
 /// Two places, far apart, that the stage can certainly reach.

@@ -37,7 +37,7 @@ constexpr double kMostScatter = 0.1;
 Displacement<frame::Machine> plate_approach() {
   return displacement_mm<frame::Machine>(1, 1);
 }
-/// Along each side at most so many dots are driven to.
+/// Along each side at most this number of dots is driven to.
 constexpr int kMostStops = 15;
 
 /// The dots that are driven to, row by row.

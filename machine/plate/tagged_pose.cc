@@ -20,9 +20,9 @@ namespace {
 constexpr double kTagReach = 0.25;
 /// And by how much it may be turned against them: tags stand in one of four ways, as a rule.
 constexpr double kMostTurn_rad = std::numbers::pi / 4;
-/// One tag in so many that contradicts the others is as many as may be.
+/// One tag in this number may contradict the others.
 constexpr std::size_t kMostContradict = 4;
-/// Codes that differ in so many bits are not taken for each other (vision/tag/reader.h).
+/// Codes that differ in this number of bits are not taken for each other (vision/tag/reader.h).
 constexpr int kSafeDistance = 9;
 constexpr int kPoseRounds = 10;
 

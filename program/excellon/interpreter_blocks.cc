@@ -301,7 +301,7 @@ void Interpreter::stored_label(const Block& block, Command command) {
 }
 
 /// G39(X#Y#): the order goes through as well, for the machine's own use. Without a place the holes
-/// go where [coupon] is free, which only whoever performs it knows.
+/// go where [coupon] is free, which only the code that performs it knows.
 void Interpreter::autocalibration(const Block& block) {
   if (refuse_while_plunged(block)) return;
   MotionWords words;

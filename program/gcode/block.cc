@@ -11,7 +11,7 @@
 namespace panelcal::gcode {
 namespace {
 
-/// E and O mean nothing in a line; numbers with exponents are none.
+/// E and O mean nothing in a line; numbers with exponents are not read.
 constexpr std::string_view kLetters = "ABCDFGHIJKLMNPQRSTUVWXYZ";
 
 bool is_gcode_blank(char c) {

@@ -339,7 +339,7 @@ class Leveller {
     return {};
   }
 
-  /// Up and down where the tool stands, and rapid moves from nobody knows where.
+  /// Up and down where the tool stands, and rapid moves from an unknown place.
   Expected<void> put_end(const GcodeBlock& block, const Motion& motion) {
     const bool from_nowhere = motion.goes() && motion.kind != MotionKind::Rapid;
     double added_mm = 0;

@@ -21,7 +21,7 @@ constexpr std::array kHarmless = {
 constexpr std::array kCycles = {73.0, 81.0, 82.0, 83.0, 85.0, 86.0, 89.0};
 constexpr std::array kMotions = {
     MotionKind::Rapid, MotionKind::Line, MotionKind::Clockwise, MotionKind::Counterclockwise};
-/// Beside a known move these turn or shift what nobody maps.
+/// Beside a known move these turn or shift coordinates that have no map.
 constexpr std::string_view kOtherAxes = "ABCUVW";
 
 bool is_one_of(std::span<const double> codes, double code) {
@@ -191,7 +191,7 @@ Expected<std::optional<Motion>> MotionReader::read(const GcodeBlock& block) {
   return motion;
 }
 
-/// A step from nobody knows where leads nobody knows where to.
+/// A step from an unknown place leads to an unknown place.
 void MotionReader::read_axis(const GcodeBlock& block,
                              char letter,
                              std::optional<double>& at_mm) const {

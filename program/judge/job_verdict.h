@@ -51,7 +51,7 @@ class JobVerdict final : public OperationSink {
     InstancePath path;
     Position<frame::Nominal> nominal;
     double risk = 0;
-    /// For its error budget; absent where nobody says how the place came about.
+    /// For its error budget; absent where the origin of the place is not recorded.
     std::optional<BudgetPlace> budget_place;
   };
 

@@ -23,7 +23,7 @@ constexpr auto kSiebMeyerWords = std::to_array<WordInfo>({
 
 constexpr std::size_t kSiebMeyerCodes = 100;
 
-/// Index into kCommands by the code's number, one more so that zero is none.
+/// Index into kCommands by the code's number, one more so that zero means no command.
 using SiebMeyerIndex = std::array<std::uint8_t, kSiebMeyerCodes>;
 
 constexpr SiebMeyerIndex index_of(char letter) {

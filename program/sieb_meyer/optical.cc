@@ -11,7 +11,7 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
-/// Sound holes are refused once in so many orders to store their offset.
+/// Sound holes are refused once in this number of orders to store their offset.
 constexpr double kScatterChance = 0.001;
 
 }  // namespace

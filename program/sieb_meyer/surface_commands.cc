@@ -223,7 +223,7 @@ void SurfaceSession::grid_point(ProbeRequest request) {
   point_lines_.push_back(line);
 }
 
-/// A further point may make another grid, so what was filled is to be foretold anew.
+/// A further point may make another grid, so what was filled is to be predicted anew.
 void SurfaceSession::forget_filled() {
   grid_.reset();
   if (source_ != nullptr) {
@@ -249,7 +249,7 @@ const GridMap* SurfaceSession::grid(int line) {
   return &*grid_;
 }
 
-/// Nodes that nobody probed get the height that the others foretell, each with a warning.
+/// Nodes that are not probed get the height that the others predict, each with a warning.
 bool SurfaceSession::fill_gaps(int line) {
   filled_.clear();
   const std::vector<Eigen::Vector2d> missing_mm = missing_nodes(points_);

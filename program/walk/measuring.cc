@@ -289,7 +289,8 @@ void Measuring::examine(std::vector<FitPoint> points, SeriesResult& series) {
       series.level == CorrectionLevel::Base ? options_.base_limits : options_.nested_limits;
   series.fault = examine_series(series, points, survey_, corrections_.stack, options_);
   const auto may_go_on = [&](const SeriesResult& s) {
-    // A spline follows a liar as far as nothing else is near: it is not told apart by its residual.
+    // A spline follows an outlier as far as nothing else is near: it is not told apart by its
+    // residual.
     return s.is_fitted() && !s.is_smooth() && s.fault && s.fault->i_liar &&
            s.dropped.size() < static_cast<std::size_t>(std::max(0, limits.max_dropped));
   };

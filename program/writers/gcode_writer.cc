@@ -47,7 +47,7 @@ void GcodeWriter::write(const ToolChange& change) {
   take(change.tool);
 }
 
-/// Whoever changes the tool may have moved it anywhere.
+/// A tool change may have moved it anywhere.
 void GcodeWriter::take(const Tool& tool) {
   park({});
   tool_ = tool;

@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 
 /// A trend whose columns are nearer to being dependent than this is not determined: a plane if only
 /// rounding tells its slopes; bow and twist already if they would be told by how little the probes
-/// stand off two rows, or by a strip so narrow that a bow across it is none.
+/// stand off two rows, or by a strip so narrow that it has no bow across.
 constexpr double kDependentBending = 1e-7;
 constexpr double kDependentBow = 0.03;
 /// Coefficients of a plane.
@@ -39,7 +39,7 @@ constexpr double kShortestBySpacing = 0.5;
 constexpr int kStrengthSteps = 20;
 /// Parabolas through the best lengths: the likelihood is one about its maximum, so that few do.
 constexpr int kLengthSteps = 4;
-/// Of a length; nobody sees less.
+/// Of a length; no machine resolves less.
 constexpr double kSameLength = 0.003;
 /// A kernel that is worse by more at all lengths tried, in -2 log likelihood, is not refined.
 constexpr double kWorseKernel = 10;
@@ -75,7 +75,7 @@ double parabola_least(const std::array<double, 3>& x, const std::array<double, 3
   return bend > 0 ? 0.5 * (x[0] + x[1] - before / bend) : x[1];
 }
 
-/// k^2 of so many contrasts.
+/// k^2 of this number of contrasts.
 double noise_variance(double chi_square, Index n_contrasts) {
   constexpr double kPrior = BendingLikelihood::kPriorReadings;
   return (chi_square + kPrior) / (static_cast<double>(n_contrasts) + kPrior);

@@ -33,7 +33,7 @@ constexpr std::array kProcessKernels = {
 
 /// Places of one matrix product.
 constexpr Index kAtOnce = 256;
-/// A probe whose left-out weight is less, by what it would be alone, is foretold by nothing.
+/// A probe whose left-out weight is less, by what it would be alone, is predicted by nothing.
 constexpr double kUnforetold = 1e-10;
 /// What rounding makes of a variance, by the terms that it is the difference of.
 constexpr double kVarianceRounding = 1e-15;
@@ -122,7 +122,7 @@ std::string_view name_of(BendingKernel kernel) {
 ///   variance / k^2 = s (c(p, p) - 2 c^T g + g^T C g) + |R^-T t|^2 - s^2 |F (c - C g)|^2
 ///   with g = G^T t
 ///
-/// The bending is first foretold from the trend's own probes, then from the contrasts, which know
+/// The bending is first predicted from the trend's own probes, then from the contrasts, which know
 /// nothing of the trend.
 struct SurfaceFit::State {
   SurfaceModel model = SurfaceModel::Plane;
@@ -199,7 +199,7 @@ SurfaceFit::State::State(SurfaceModel of_model,
   const MatrixXd bending_of_trend = covariance * lift.transpose();
   trend_bending = lift * bending_of_trend;
   leave_out(root, residual_weights);
-  // What does not bend is foretold by the trend alone.
+  // What does not bend is predicted by the trend alone.
   if (bends) {
     root *= bending.strength_mm2;
   } else {

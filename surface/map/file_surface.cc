@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr int kMaxSurfaceInt = std::numeric_limits<int>::max();
-/// Probes that scatter more than so many times what they say are none.
+/// Probes that scatter more than this multiple of their stated sigma are refused.
 constexpr double kMostNoise = 1e6;
 
 std::string_view word(LatticeInterpolation interpolation) {

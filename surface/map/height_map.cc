@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector2d;
 using MapPlaces = std::vector<Position<frame::Nominal>>;
 
-/// Coordinates that differ by less are of one column or row, and such a distance is none.
+/// Coordinates that differ by less are of one column or row, and such a distance counts as 0.
 constexpr double kSameMapPlace_mm = 1e-3;
 /// What the lattice may add to a sigma, and what is always good enough.
 constexpr double kMostLatticeError = 0.1;
@@ -26,13 +26,14 @@ constexpr double kGoodLatticeError_mm = 1e-5;
 constexpr double kFirstRefinement = 4;
 constexpr double kMostNodes = 60000;
 constexpr double kMostNodesOfGridProbe = 20;
-/// Sigma of many probes is tried at so many places; at all but a tenth it may miss this share.
+/// Sigma of many probes is tried at this number of places; at all but a tenth it may miss this
+/// share.
 constexpr std::size_t kTriedSigmas = 300;
 constexpr double kMostSigmaError = 0.1;
 /// Where a lattice is tried in a cell, along either side: Hermite's polynomials miss most in the
 /// middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are not.
 constexpr double kTried[] = {0.2113, 0.5, 0.7887};
-/// Of all cells at most so many places are tried, else evenly some of them.
+/// Of all cells at most this number of places is tried, else evenly some of them.
 constexpr std::size_t kMaxMapTrials = 60000;
 /// Farther out nothing is known of any panel.
 constexpr double kMostExtrapolation_mm = 1000;

@@ -16,8 +16,8 @@ using Eigen::Vector2d;
 constexpr double kMostMargin_mm = 1000;
 /// Of all polygons together: whether sides cross takes long to know.
 constexpr std::size_t kMaxVoidCorners = 10'000;
-/// A void whose rectangle has more bins than this, or that touches so many, is looked at for every
-/// place.
+/// A void whose rectangle has more bins than this, or that touches that number, is looked at for
+/// every place.
 constexpr double kMaxVoidTrials = 4096;
 constexpr std::size_t kMostBins = 256;
 /// Bins by voids, of all together.

@@ -22,7 +22,7 @@ using SearchPlaces = HeightBelief::Places;
 constexpr double kTrendSigma_mm = 10;
 /// Sigmas of the search and of the fit differ by rounding and by how unknown the trend is.
 constexpr double kSameSigma = 1e-4;
-/// A move that gains less is none.
+/// A move that gains less is not made.
 constexpr double kLeastGain = 1e-3;
 
 }  // namespace

@@ -26,7 +26,7 @@ Diagnostic focus_usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal calibrate", 0, 0}, std::move(what), std::move(expected)};
 }
 
-/// One call: the machine is locked before its devices are opened, and what is found is recorded.
+/// One call: the machine is locked before its devices are opened, and the result is recorded.
 class Trial {
  public:
   static Expected<Trial> begin(const CalibrateOptions& options) {

@@ -83,7 +83,7 @@ class SpindleCamera {
         config_,
         {options_.spindle.value_or(setting.spindle), options_.station.value_or(setting.station)}));
     PANELCAL_CHECK(check_begin());
-    // An old date that makes no sense is no reason not to find a new offset.
+    // An old date that is not valid does not prevent a new offset.
     static_cast<void>(age_offset(config_, words_.date));
     words_.reason = options_.reason;
     words_.asked_by = asking_person(options_.asked_by);
@@ -133,7 +133,7 @@ class SpindleCamera {
          "[spindle] camera_offset_mm"});
   }
 
-  /// DeviceSet knows that nobody lays anything on a simulated coupon.
+  /// DeviceSet knows that no person lays anything on a simulated coupon.
   Expected<Prompt> prompt_of() const {
     const bool asks = config_.coupon && config_.coupon->has_entry_material && !options_.yes &&
                       options_.machine_driver.empty();
@@ -179,7 +179,7 @@ class SpindleCamera {
   }
 
   /// What of the nights' gates refuses it; empty if nothing does. Neither the trend, which is
-  /// judged already, nor the temperature, which nobody reads here, is among them.
+  /// judged already, nor the temperature, which is not read here, is among them.
   Expected<std::string> gate_words(const SpindleCameraRun& run) const {
     NightLimits limits = config_.nightly ? config_.nightly->limits : NightLimits();
     limits.min_temperature_c.reset();

@@ -56,7 +56,7 @@ struct MapInForce {
   SurfaceChange change;
 };
 
-/// Empty where there is none, and where nobody can compare the two.
+/// Empty where there is none, and where the two cannot be compared.
 Expected<std::optional<MapInForce>> compared(const Recorder& recorder,
                                              const LedgerKey& key,
                                              const StoredMap& stored) {

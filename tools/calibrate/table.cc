@@ -74,7 +74,7 @@ bool is_applied(const CalibrateOptions& options, const MachineConfig& config, bo
   return std::filesystem::equivalent(config.table_file, options.output, ignored);
 }
 
-/// Whoever calibrates a table expects holes to move.
+/// A calibration of the table is meant to move holes.
 std::string applied_line(const CalibrateOptions& options,
                          const MachineConfig& config,
                          bool is_applied) {

@@ -59,7 +59,7 @@ class ProgressSource final : public MeasurementSource {
   Console& console_;
 };
 
-/// For a program that measures nothing: no offset matters to it, so that nobody calibrates one.
+/// For a program that measures nothing: no offset matters to it, so that none is calibrated.
 class NoTargets final : public MeasurementSource {
  public:
   Expected<Measurement> measure(const MeasurementRequest& request) override {
@@ -94,7 +94,7 @@ template <class Source>
 struct Open {
   std::unique_ptr<Source> source;
   std::function<Expected<void>()> check_after;  ///< may be empty
-  std::string words;                            ///< empty: nobody is asked
+  std::string words;                            ///< empty: no question
   std::function<std::string()> remark = {};     ///< what to tell people afterwards; may be empty
 };
 using OpenSource = Open<MeasurementSource>;
@@ -257,7 +257,7 @@ std::string focus_summary(const Survey& survey) {
   return out;
 }
 
-/// They count for this job, so that whoever wants one to stay knows how.
+/// They count for this job; the text says how to keep one.
 std::string calibrations_summary(const Survey& survey) {
   constexpr std::size_t kMost = 20;
   const std::size_t n = survey.calibrations.size();

@@ -27,7 +27,7 @@ struct MeasuringResult {
 /// readings, showing progress.
 ///
 /// In     nominal: what a perfect panel would be asked
-/// Fails  usage (a program with targets and no SOURCE, or with probes and nobody who reads them);
+/// Fails  usage (a program with targets and no SOURCE, or with probes and no source of readings);
 ///        what making the sources reports. What the survey finds goes into the log.
 Expected<MeasuringResult> measure_program(const RunOptions& options,
                                           const MachineConfig& config,

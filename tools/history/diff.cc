@@ -284,7 +284,7 @@ Expected<std::optional<JobShift>> job_shift(const Program& program,
                                             const Survey& before,
                                             const CalibrationChange& change) {
   // What is measured behind it follows the offset that the job found, by as much as the change
-  // moved it; nobody has measured that.
+  // moved it; that is not measured.
   if (!before.calibrations.empty()) {
     const CalibrationOrder& order = before.calibrations.front().order;
     return failure({Code::Usage,

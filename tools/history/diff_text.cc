@@ -17,7 +17,7 @@ std::string diff_json_string(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-/// To a picometre: what is below is no length, and differs from processor to processor.
+/// To a picometre: smaller parts are rounding, and differ from processor to processor.
 double rounded_to_nm(double value_mm) {
   const double rounded_mm = std::round(value_mm * 1e9) / 1e9;
   return rounded_mm + 0.0;

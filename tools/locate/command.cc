@@ -160,7 +160,7 @@ Expected<void> check_picture_size(const std::string& file,
                               camera.picture_height_px)});
 }
 
-/// A target's middle is in its picture, so whoever looks elsewhere made a slip.
+/// A target's middle is in its picture, so a place elsewhere is a mistake.
 Expected<void> check_place(const std::string& file, const Image& image, const Search& search) {
   if (!search.config.locate.search_center) return {};
   const Eigen::Vector2d& at_px = search.config.locate.search_center->in_px();

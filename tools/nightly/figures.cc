@@ -206,7 +206,7 @@ class DriftFigure {
                      escaped(axis_.name + ", " + unit_.name));
   }
 
-  /// Where tonight was foretold to be.
+  /// Where tonight was predicted to be.
   std::string tonight() const {
     const auto band = foretold();
     if (!band || step_.series.empty()) return {};

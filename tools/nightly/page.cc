@@ -158,7 +158,7 @@ std::string value_text(const std::optional<double>& value, const std::string& un
   return report::shortest(*value) + " " + unit;
 }
 
-/// Not as a ratio: what is foretold has wider tails than a normal distribution, which the gates
+/// Not as a ratio: what is predicted has wider tails than a normal distribution, which the gates
 /// count and a quotient would not.
 std::string surprise_text(const NightStep& step, const NightAxis& axis) {
   if (!step.series.empty() && step.series.back().is_fresh_start) return "fresh start";

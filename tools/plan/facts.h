@@ -46,7 +46,7 @@ struct ModelPlan {
 /// Further targets, and what becomes of the worst place with them.
 struct AdditionPlan {
   std::vector<PlannedPlace> pads;
-  PanelModel model = PanelModel::Offset;  ///< that a job fits to so many targets
+  PanelModel model = PanelModel::Offset;  ///< that a job fits to that number of targets
   std::optional<PredictedFit> fit;        ///< absent: not even these determine the model
   /// Where that is another model than the one in force: the worst place if it stayed the same.
   std::optional<double> worst_if_kept;
@@ -70,7 +70,7 @@ struct SeriesPlan {
   Length farthest;
   PlannedPlace farthest_place;
   bool has_slots = false;     ///< targets that show one axis only
-  std::size_t n_addable = 0;  ///< so many further targets the series may have
+  std::size_t n_addable = 0;  ///< the number of further targets the series may have
   std::size_t n_candidates = 0;
   bool is_thinned = false;              ///< not every hole was a candidate
   std::optional<AdditionPlan> one;      ///< the best single target, or the fewest that determine
@@ -117,7 +117,7 @@ struct PlanRequest {
   bool bends_panel = false;               ///< the job will be smooth; the plan takes affine
 };
 
-/// At most so many base series are looked at in detail.
+/// At most this number of base series is looked at in detail.
 inline constexpr std::size_t kMostBase = 4;
 
 /// Everything that is to be said about a program's targets before they are measured.

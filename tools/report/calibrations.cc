@@ -10,7 +10,7 @@
 namespace panelcal::report {
 namespace {
 
-/// More rows help nobody.
+/// More rows do not help.
 constexpr std::size_t kMaxCalibrationRows = 50;
 
 std::string calibration_row(const CalibrationAnswer& calibration) {

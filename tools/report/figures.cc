@@ -144,7 +144,7 @@ std::string residual_arrows(std::span<const TargetFact> facts,
   return out;
 }
 
-/// 0 if there are none beyond rounding: nobody wants to see that.
+/// 0 if there are none beyond rounding, which is not worth showing.
 double longest_residual_mm(std::span<const TargetFact> facts) {
   double longest_mm = 0;
   for (const TargetFact& fact : facts) {

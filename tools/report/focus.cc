@@ -13,7 +13,7 @@ namespace {
 constexpr double kFocusWidth_px = 420;
 constexpr double kFocusHeight_px = 160;
 constexpr double kFocusMargin_px = 28;
-/// More curves help nobody.
+/// More curves do not help.
 constexpr std::size_t kMostCurves = 50;
 
 /// Maps heights and sharpnesses to the picture.

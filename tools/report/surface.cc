@@ -11,7 +11,7 @@
 namespace panelcal::report {
 namespace {
 
-/// More rows help nobody; the saved readings have them all.
+/// More rows do not help; the saved readings have them all.
 constexpr std::size_t kMaxSurfaceRows = 500;
 
 std::string row_of(const ProbeReading& reading, std::size_t n_axes) {

@@ -12,7 +12,7 @@
 namespace panelcal::report {
 namespace {
 
-/// Up to so many cards are shown unfolded.
+/// Up to this number of cards is shown unfolded.
 constexpr std::size_t kShownUnfolded = 24;
 /// More groups than this go into one fold.
 constexpr std::size_t kMaxLooseTargets = 12;

@@ -218,7 +218,7 @@ class Run {
     return take(write_result(options_.save_measurements, measurement_lines(measured_.survey)));
   }
 
-  /// Only whoever measures knows that nobody calibrates, and where a probe found nothing.
+  /// Only the measurement source knows that it does not calibrate, and where a probe found nothing.
   bool is_unsaid(const Diagnostic& diagnostic) const {
     const bool is_of_measuring =
         diagnostic.code == Code::CalibrationNotPerformed || diagnostic.code == Code::GridFilled;

@@ -102,7 +102,7 @@ Expected<Layout> read_layout(const SurfaceOptions& options,
   return Layout{std::move(file.zones), std::move(voids)};
 }
 
-/// What was made would be read by nobody.
+/// No reader would accept the file.
 Expected<void> check_map_size(const std::string& text) {
   if (text.size() <= kMaxMapBytes) return {};
   return failure({Code::NotSupported,

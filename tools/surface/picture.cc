@@ -22,7 +22,7 @@ constexpr int kHeightLevels = 8;
 constexpr int kSigmaLevels = 5;
 /// Borders of zones are shown this far beyond the map, by its size.
 constexpr double kNearBorder = 0.3;
-/// Of probes, red crosses have room for so many names.
+/// Of probes, red crosses have room for this number of names.
 constexpr std::size_t kMostNames = 12;
 
 std::string diagonal_cross(const Vector2d& at, double size, std::string_view css_class) {

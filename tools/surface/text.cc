@@ -66,7 +66,7 @@ std::string extreme_json(const Extreme& extreme) {
 }  // namespace
 
 std::string um_text(Length value) {
-  // Three digits, as nobody knows a sigma better.
+  // Three digits: no sigma is known better.
   const double value_um = value.in_um();
   return fmt::format("{:.{}f} um", value_um, value_um >= 99.5 ? 0 : value_um >= 9.95 ? 1 : 2);
 }

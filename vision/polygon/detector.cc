@@ -25,7 +25,7 @@ using Verdict = FittedCandidate::Verdict;
 constexpr double kQuarterTurn = std::numbers::pi / 2;
 constexpr std::size_t kMaxFittedPolygons = 8;
 constexpr double kSamePolygon = 0.3;  // of the size: nearer candidates are one
-/// The search sees the target about so many pixels wide.
+/// The search sees the target about this number of pixels wide.
 constexpr double kPolygonSearchPx = 16;
 constexpr double kSearchMargin = 0.15;  // around the target, of its size
 constexpr double kMinSizePx = 6;

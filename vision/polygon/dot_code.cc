@@ -13,7 +13,7 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kAllNeeded = 3;  // codes of up to so many dots need every one
+constexpr int kAllNeeded = 3;  // codes of up to this number of dots need every one
 
 Eigen::Matrix2d dots_rotation(double angle) {
   Eigen::Matrix2d r;

@@ -19,7 +19,7 @@ namespace panelcal::internal {
 namespace {
 
 constexpr double kPolygonHuber = 2.0;
-/// Steps that are the last ones, px: what is left after them is some hundredths of them.
+/// Steps that are the last ones, px: the error after them is some hundredths of them.
 constexpr double kPolygonRough = 0.03;
 constexpr double kFine = 2e-3;
 /// What a pattern may still move after a fit, px.

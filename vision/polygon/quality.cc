@@ -229,7 +229,7 @@ double exclude_strangers(const CellModel& model,
   constexpr double kRimBlobOfContrast = 0.12;
   constexpr double kMarkOfContrast = 0.45;
   constexpr int kBlobHalf = 2;        // px
-  constexpr std::size_t kSample = 5;  // medians are taken of every so many pixels
+  constexpr std::size_t kSample = 5;  // medians are taken of every n-th pixel
   constexpr int kGrow = 2;            // px: the blurred foot of what was excluded
 
   ResidualMap map(pixels);

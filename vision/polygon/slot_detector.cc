@@ -26,7 +26,7 @@ constexpr double kSlotHalfTurn = std::numbers::pi;
 constexpr std::size_t kMaxFittedSlots = 8;
 constexpr std::size_t kMaxPeaks = 64;  // a slot has a ridge of them
 constexpr double kMinWidthPx = 3;
-/// The search sees the slot about so many pixels wide.
+/// The search sees the slot about this number of pixels wide.
 constexpr double kSlotSearchPx = 8;
 constexpr double kSlotAngleStep = 0.2;
 constexpr double kSlotSizeStep = 0.12;

@@ -220,7 +220,7 @@ CellSolution solve_cells(const CellModel& model,
     const bool is_small = polygon_move(model, step, half) < options.tolerance_px * units_per_px &&
                           std::abs(step[model.i_sigma()]) < options.tolerance_px;
     if (is_small && damping < 1) {
-      // What is left after a small step is a few hundredths of it: not worth another look.
+      // The error after a small step is a few hundredths of it: not worth another look.
       solution.converged = true;
       solution.state = next;
       break;

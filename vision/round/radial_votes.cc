@@ -95,7 +95,7 @@ Gradients gradients_of(const Grid& grid) {
 
 /// What noise and texture do to a gradient component: the median is blind to a few edges.
 double gradient_sigma(const Gradients& g) {
-  // So many give the median to 2 %.
+  // This number gives the median to 2 %.
   constexpr std::size_t kEnough = 4000;
   std::size_t stride = std::max<std::size_t>(1, g.x.cells.size() / kEnough);
   // Not the same columns in every row: a weave may repeat with them.

@@ -54,7 +54,7 @@ class RaySampler {
     const Eigen::Vector2d first = center_px_ + px_from_frame_ * (from * e);
     const auto n = 1 + static_cast<int>((to - from) / step);
     const Eigen::Vector2d stride = px_from_frame_ * (step * e);
-    // What is between two inside places is inside.
+    // All between two inside places is inside.
     if (!is_inside(first) || !is_inside(first + (n - 1) * stride)) return false;
     levels.resize(static_cast<std::size_t>(n));
     for (int k = 0; k < n; ++k) {

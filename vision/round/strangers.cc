@@ -207,7 +207,7 @@ std::vector<std::uint8_t> strangers_of(const RimWindow& window,
       row[x] = static_cast<std::uint8_t>(std::min(250.0F, 50 * rows.excess(x)));
     }
   }
-  // What hangs together with what is already out is its foot.
+  // A piece next to one that is already out is its foot.
   if (!window.excluded().empty()) {
     for (std::size_t i = 0; i < residuals.kinds.size(); ++i) {
       if (window.excluded()[i] != 0) strange.data[i] = 250;

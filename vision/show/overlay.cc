@@ -20,7 +20,7 @@ using internal::Ink;
 using internal::kFractionBits;
 
 constexpr int kMaxZoom = 16;
-/// Larger pieces are scaled down to this side: nobody looks at 100 megapixels at once.
+/// Larger pieces are scaled down to this side: no screen shows 100 megapixels at once.
 constexpr int kMaxOverlaySide = 2048;
 constexpr int kLeastLegendWidth = 400;
 
@@ -104,7 +104,7 @@ cv::Mat enlarged(const Image& image, const View& view) {
   return color;
 }
 
-/// Polygons are closed, but lines are none, and a gap is where they leave the picture.
+/// Polygons are closed, but lines are not, and a gap is where they leave the picture.
 bool is_closed(const std::vector<Eigen::Vector2d>& outline) {
   if (outline.size() < 3) return false;
   double longest = 0;
@@ -232,14 +232,6 @@ cv::Mat with_legend(const cv::Mat& picture, const Detection& detection, std::str
 }
 
 }  // namespace
-
-std::span<const Candidate> other_candidates(const Detection& detection) {
-  const std::span<const Candidate> all = detection.candidates;
-  const bool is_first_the_answer = detection.status == DetectionStatus::Found && detection.best &&
-                                   !all.empty() &&
-                                   all.front().center == detection.best->center.position;
-  return is_first_the_answer ? all.subspan(1) : all;
-}
 
 Expected<std::string> encode_overlay(const Image& image,
                                      const Detection& detection,

@@ -128,7 +128,7 @@ std::optional<FrameLight> light_of(const TagPattern& blank, const CellLevels& ce
   return light;
 }
 
-/// The code of the quad's cells if the tag is turned by so many quarters.
+/// The code of the quad's cells if the tag is turned by that number of quarters.
 std::uint64_t tag_code(const TagFamily& family, const std::vector<char>& is_white, int quarters) {
   std::uint64_t code = 0;
   for (TagFamily::Bit bit : family.bits) {

@@ -13,8 +13,8 @@ namespace {
 constexpr int kMostParts = 12;
 constexpr int kLargestSide = 256;  // px: finer structure than 1/256 of a template is not compared
 constexpr double kMark = 0.25;     // of the contrast: farther from the background is the mark
-/// Differences are averaged over so many px, that noise and edges a fraction of a pixel aside do
-/// not count, and have to stay below this part of the contrast.
+/// Differences are averaged over this number of px, that noise and edges a fraction of a pixel
+/// aside do not count, and have to stay below this part of the contrast.
 constexpr double kAveraged = 1.5;
 constexpr double kSame = 0.25;
 

@@ -44,9 +44,11 @@ TEST(DiagnosticCatalogue, IsWellWritten) {
     EXPECT_EQ(row.slug.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-"),
               std::string_view::npos)
         << row.slug;
-    for (const std::string_view sentence : {row.summary, row.advice}) {
-      EXPECT_THAT(sentence, testing::EndsWith(".")) << row.slug;
-    }
+    EXPECT_THAT(row.summary, testing::Not(testing::IsEmpty())) << row.slug;
+    EXPECT_THAT(row.summary, testing::Not(testing::EndsWith("."))) << row.slug;
+    EXPECT_THAT(row.summary, testing::Not(testing::StartsWith("A "))) << row.slug;
+    EXPECT_THAT(row.summary, testing::SizeIs(testing::Le(60U))) << row.slug;
+    EXPECT_THAT(row.advice, testing::EndsWith(".")) << row.slug;
   }
 }
 
