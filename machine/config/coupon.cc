@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/spindle/fit.h"
 #include "machine/config/ranges.h"
 #include <fmt/format.h>
 

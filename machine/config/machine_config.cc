@@ -9,6 +9,7 @@
 #include "calib/base/atomic_file.h"
 #include "machine/config/coupon.h"
 #include "machine/config/gcode.h"
+#include "machine/config/nightly.h"
 #include "machine/config/program.h"
 #include "machine/config/ranges.h"
 #include "machine/config/sim.h"
@@ -20,7 +21,6 @@
 #include "machine/config/toml_table.h"
 #include "machine/config/uncertainty.h"
 #include "machine/config/vision.h"
-#include "machine/nightly/night_config_toml.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -5,7 +5,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/units.h"
-#include "machine/config/machine_config.h"
+#include "machine/config/machine.h"
 #include "machine/config/toml_table.h"
 
 namespace panelcal::internal {

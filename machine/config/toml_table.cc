@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calib/base/clock.h"
+#include "calib/base/units.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -294,6 +295,12 @@ Expected<std::vector<TomlTable>> TomlTable::tables(std::string_view key,
     made.push_back(std::move(one));
   }
   return made;
+}
+
+Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm) {
+  PANELCAL_TRY(const double read_um, table.number_or(key, kAboveZero_um, mm(value_mm).in_um()));
+  value_mm = um(read_um).in_mm();
+  return {};
 }
 
 }  // namespace panelcal::internal

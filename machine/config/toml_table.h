@@ -116,4 +116,9 @@ class TomlTable {
   const TomlSource* source_;
 };
 
+inline constexpr Range kAboveZero_um{0, 1e6, true};
+
+/// A number in um, stored in mm, where it is given.
+Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm);
+
 }  // namespace panelcal::internal

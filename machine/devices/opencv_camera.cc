@@ -10,9 +10,9 @@
 #include <system_error>
 #include <utility>
 
-#include "machine/devices/camera_uri.h"
 #include "machine/devices/fresh_frame.h"
 #include "machine/devices/video/video_reader.h"
+#include "machine/devices/without_password.h"
 #include "vision/picture/luma.h"
 #include "vision/picture/stderr_capture.h"
 #include <dlfcn.h>

@@ -359,4 +359,11 @@ std::string pictures_report(const std::vector<MissedPicture>& left_out,
                     without_tag.front());
 }
 
+Expected<void> correct_views(const MachineConfig& config, MarkSights& sights) {
+  for (PlateView& view : sights.data.views) {
+    PANELCAL_TRY(view.axis_at, axis_from_listed(config, view.axis_at));
+  }
+  return {};
+}
+
 }  // namespace panelcal

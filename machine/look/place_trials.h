@@ -10,9 +10,9 @@
 #include "calib/base/units.h"
 #include "calib/camera/lamp_level.h"
 #include "calib/drift/settle.h"
-#include "machine/calibrate/spindle_camera_run.h"
 #include "machine/config/machine_config.h"
 #include "machine/config/vision_options.h"
+#include "machine/devices/calibration_devices.h"
 #include "program/model/measurement.h"
 
 // What is tried at one place with a mark: focus, lamp, how long to wait after a move.

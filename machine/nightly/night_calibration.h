@@ -10,7 +10,7 @@
 #include "calib/drift/night_gates.h"
 #include "calib/ledger/ledger.h"
 #include "machine/calibrate/spindle_camera_run.h"
-#include "machine/nightly/night_config.h"
+#include "machine/config/nightly_options.h"
 #include "machine/nightly/night_record.h"
 #include <Eigen/Core>
 

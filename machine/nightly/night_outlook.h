@@ -6,7 +6,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/drift/night_gates.h"
-#include "machine/nightly/night_config.h"
+#include "machine/config/nightly_options.h"
 #include "machine/nightly/night_history.h"
 #include "machine/nightly/night_record.h"
 

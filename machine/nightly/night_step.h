@@ -8,8 +8,8 @@
 #include "calib/ledger/ledger.h"
 #include "machine/nightly/night_calibration.h"
 #include "machine/nightly/night_history.h"
+#include "machine/nightly/night_job.h"
 #include "machine/nightly/night_record.h"
-#include "machine/nightly/nightly.h"
 
 namespace panelcal {
 

@@ -14,37 +14,7 @@ namespace {
 
 constexpr double kPerPpm = 1e-6;
 
-bool is_finite(Length length) {
-  return std::isfinite(length.in_mm());
-}
-
-Expected<void> invalid_probe(std::string what, std::string expected) {
-  return failure({Code::ConfigValue, {}, std::move(what), std::move(expected)});
-}
-
 }  // namespace
-
-Expected<void> SimulatedProbeOptions::validate() const {
-  const bool all_finite = is_finite(height) && is_finite(bow) && bow_center.in_mm().allFinite() &&
-                          std::isfinite(slope_x_ppm) && std::isfinite(slope_y_ppm) &&
-                          std::ranges::all_of(axis_offsets, is_finite);
-  if (!all_finite) {
-    return invalid_probe("height, slope, bow, bow_center or an axis_offset is not finite",
-                         "finite numbers");
-  }
-  if (!is_finite(bow_radius) || !(bow_radius > Length())) {
-    return invalid_probe(fmt::format("bow_radius is {} mm", bow_radius.in_mm()), "more than 0");
-  }
-  if (!is_finite(noise_sigma) || !(noise_sigma >= Length())) {
-    return invalid_probe(fmt::format("noise_sigma is {} um", noise_sigma.in_um()), "0 or more");
-  }
-  if (chip && !(chip->place.in_mm().allFinite() && is_finite(chip->radius) &&
-                chip->radius > Length() && is_finite(chip->depth) && chip->depth > Length())) {
-    return invalid_probe("the chip has no place, radius or depth", "radius and depth above 0");
-  }
-  if (axis_offsets.empty()) return invalid_probe("axis_offsets is empty", "one for each Z axis");
-  return {};
-}
 
 SimulatedProbe::SimulatedProbe(SimulatedProbeOptions options) : options_(std::move(options)) {
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/nightly/night_config_toml.h"
+#include "machine/config/nightly.h"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "machine/config/nightly_surface.h"
 #include "machine/config/ranges.h"
-#include "machine/nightly/night_surface_toml.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -269,12 +269,6 @@ std::string_view needs_mark(const std::vector<std::string>& calibrate) {
 }
 
 }  // namespace
-
-Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm) {
-  PANELCAL_TRY(const double read_um, table.number_or(key, kAboveZero_um, mm(value_mm).in_um()));
-  value_mm = um(read_um).in_mm();
-  return {};
-}
 
 Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
                                                            const std::filesystem::path& folder) {

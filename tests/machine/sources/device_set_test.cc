@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/devices/calibration_devices.h"
+#include "machine/sources/device_set.h"
 
 #include <filesystem>
 #include <string>

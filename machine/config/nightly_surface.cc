@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/nightly/night_surface_toml.h"
+#include "machine/config/nightly_surface.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "machine/config/ranges.h"
-#include "machine/nightly/night_config_toml.h"
 
 namespace panelcal::internal {
 namespace {

@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "calib/base/expected.h"
+#include "machine/config/nightly_options.h"
 #include "machine/config/toml_table.h"
-#include "machine/nightly/night_config.h"
 
 // Not installed: parts of reading [nightly] of machine.toml.
 namespace panelcal::internal {

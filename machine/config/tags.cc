@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/plate/tags.h"
+#include "machine/config/tags.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/devices/calibration_devices.h"
+#include "machine/sources/device_set.h"
 
 #include <chrono>
 #include <cstdint>
@@ -14,6 +14,8 @@
 #include "machine/devices/command_stage.h"
 #include "machine/devices/table_stage.h"
 #include "machine/sim/sim_coupon.h"
+#include "machine/sim/sim_table_surface.h"
+#include "machine/sim/simulated_probe.h"
 
 namespace panelcal {
 namespace {
@@ -57,7 +59,8 @@ Expected<DeviceSet> DeviceSet::simulated(const MachineConfig& config,
   owned->stage =
       measuring_stage(simulated_stage(owned->simulated, config.sim->table), config.walk.table);
   if (config.sim->table_surface) {
-    PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(config.sim->table_surface->at(now)));
+    PANELCAL_TRY(SimulatedProbe probe,
+                 SimulatedProbe::create(surface_at(*config.sim->table_surface, now)));
     owned->probe = std::make_unique<SimulatedProbe>(std::move(probe));
   }
   return DeviceSet(std::move(owned), "the simulated machine of " + config.file.string());

@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "calib/base/expected.h"
+#include "machine/config/nightly_options.h"
 #include "machine/config/toml_table.h"
-#include "machine/nightly/night_config.h"
 
 // Not installed: parts of machine.toml.
 namespace panelcal::internal {
@@ -21,10 +21,5 @@ namespace panelcal::internal {
 /// See    tests/machine/nightly/night_config_test.cc
 Expected<std::optional<NightlyConfig>> read_nightly_config(const TomlTable& top,
                                                            const std::filesystem::path& folder);
-
-inline constexpr Range kAboveZero_um{0, 1e6, true};
-
-/// A number in um, stored in mm, where it is given.
-Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm);
 
 }  // namespace panelcal::internal
