@@ -70,8 +70,7 @@ void Interpreter::run() {
   }
   vision_.end_program(cursor_.line_number());
   if (!vision_.must_stop()) {
-    reporter_.report(
-        Code::EndMissing, cursor_.line_number(), 0, "the program has no end", "M30 or M00");
+    reporter_.report(Code::EndMissing, cursor_.line_number(), 0, "", "M30 or M00");
   }
 }
 
@@ -168,7 +167,7 @@ void Interpreter::run_slashed(const SourceLine& line) {
     reporter_.report(Code::BlockDeleteAssumed,
                      line.number,
                      line.column,
-                     quoted(line.text) + " is executed",
+                     quoted(line.text),
                      "BLKD,ON or BLKD,OFF in the header");
   }
   if (kind_of(rest.text) == LineKind::BlockDelete) {

@@ -92,7 +92,7 @@ void Interpreter::run_line(const SourceLine& line) {
     reporter_.report(Code::LineTooLong,
                      line.number,
                      static_cast<int>(kLongLine) + 1,
-                     fmt::format("the line has {} characters", line.text.size()),
+                     fmt::format("{} characters", line.text.size()),
                      "at most 64");
   }
   if (is_blank(line.text)) return;
@@ -102,7 +102,7 @@ void Interpreter::run_line(const SourceLine& line) {
       reporter_.report(Code::BlockDeleteAssumed,
                        line.number,
                        line.column,
-                       quoted(line.text) + " is executed",
+                       quoted(line.text),
                        "M49,BLKD or M49,NOBLKD, or [program] block_delete in machine.toml");
     }
     if (without_slash(*rest)) {
@@ -160,7 +160,7 @@ void Interpreter::run_block(const Block& block) {
   if (holds_once && modal_.motion && order->has_xy() && !order->motion && !order->is_tool_up) {
     return report(Code::CommandMisplaced,
                   block,
-                  quoted(block.text) + " routs without saying how",
+                  quoted(block.text) + " routs without G1, G2 or G3",
                   "G1, G2 or G3 in every line of format 1000");
   }
   skips_surface_ = order->skips_surface;

@@ -27,7 +27,7 @@ void DepthFollower::refuse_contradiction(int line, const std::string& said) {
   reporter_.report(Code::ArgumentInvalid,
                    line,
                    0,
-                   fmt::format("the program gives tool {} {}, and [[depth]] says that it works "
+                   fmt::format("the program gives tool {} {}, and [[depth]] has it work "
                                "{:.4g} mm below the surface",
                                tool_,
                                said,
@@ -84,7 +84,7 @@ void DepthFollower::take_height(int line, const Position<frame::Nominal>& place,
     return refuse(
         Code::ToleranceHold,
         line,
-        fmt::format("the map is sure of its height at nominal ({:.4f}, {:.4f}) mm to {:.1f} um",
+        fmt::format("the sigma of the map's height at nominal ({:.4f}, {:.4f}) mm is {:.1f} um",
                     place.in_mm().x(),
                     place.in_mm().y(),
                     found->height.sigma.in_um()),

@@ -461,7 +461,7 @@ DepthOfCut Emitter::cut_where_it_stands(int line) {
     reporter_.report(Code::CoordinateMissing,
                      line,
                      0,
-                     "the router goes down, and nobody knows where",
+                     "the router goes down before the first place",
                      "a move to X#Y# before it");
   }
   return cut_at(line, stands_at_.value_or(Position<frame::Nominal>()));

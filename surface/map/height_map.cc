@@ -315,7 +315,8 @@ struct HeightMap::State {
 
 Expected<Length> HeightMap::State::check(const Vector2d& p_mm) const {
   if (!p_mm.allFinite()) {
-    return failure({Code::GridInvalid, {}, "a height is asked for at no place", "finite x and y"});
+    return failure(
+        {Code::GridInvalid, {}, "a height at a place that is not finite", "finite x and y"});
   }
   const Length distance = outside(p_mm);
   if (distance > options.max_extrapolation) {

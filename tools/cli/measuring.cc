@@ -198,7 +198,7 @@ Expected<OpenProbes> open_probes(const RunOptions& options,
     if (!config.sim) {
       return failure({Code::ConfigValue,
                       {config.file.string(), 0, 0},
-                      "there is no [sim] to say what the virtual machine is like",
+                      "[sim] is missing, which describes the virtual machine",
                       "[sim]"});
     }
     PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(config.sim->surface));

@@ -112,7 +112,7 @@ class NightlyRun {
     if (!config_.nightly) {
       return failure({Code::ConfigValue,
                       {options_.machine, 0, 0},
-                      "there is no [nightly], which says what is calibrated",
+                      "[nightly] is missing, which lists the calibrations",
                       "a table [nightly] (docs/howto/nightly.md)"});
     }
     return {};

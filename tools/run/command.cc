@@ -268,7 +268,7 @@ class Run {
     if (format_ != "gcode" || config_.gcode) return {};
     return failure({Code::ConfigValue,
                     {options_.machine, 0, 0},
-                    "[gcode] is missing, which says how high and how deep tools go in G-code",
+                    "[gcode] is missing, which states how high and how deep tools go in G-code",
                     "[gcode] with safe_z_mm, drill_z_mm and others (docs/formats/gcode.md)"});
   }
 
