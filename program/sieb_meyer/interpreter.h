@@ -22,6 +22,7 @@
 #include "program/walk/emitter.h"
 #include "program/walk/hole_sequence.h"
 #include "program/walk/reporter.h"
+#include "program/walk/trial_execution.h"
 #include "program/walk/walk.h"
 
 namespace panelcal::sieb_meyer {
@@ -33,9 +34,11 @@ struct WalkEnds {
   ProbeSource* probes = nullptr;
   OperationSink* sink = nullptr;
   DiagnosticLog& log;
+  TrialExecution* trial = nullptr;
 };
 
-/// One walk over a program. With a sink it executes; without one it measures and checks.
+/// One walk over a program. With a sink it executes; without one it measures and checks. With a
+/// trial, sources and a sink it does both until the trial is over.
 ///
 /// Memory does not grow with the number of holes: every copy of a section reads its text again.
 ///
@@ -227,6 +230,7 @@ class Interpreter {
 
   const Program& program_;
   const WalkOptions& options_;
+  TrialExecution* trial_;
   FileFormat format_;
   PlainReader plain_;
   Reporter reporter_;
