@@ -16,5 +16,13 @@ endif()
 run(${CMAKE_COMMAND} -S "${CONSUMER}" -B "${WORK}/build" -G "${GENERATOR}"
     "-DCMAKE_PREFIX_PATH=${WORK}/prefix" "-DCMAKE_CXX_COMPILER=${COMPILER}" ${flags})
 run(${CMAKE_COMMAND} --build "${WORK}/build")
-run("${WORK}/build/consumer")
+# The README's example, on the demo's pictures.
+execute_process(COMMAND "${WORK}/build/consumer" panel.exc machine.toml images
+                WORKING_DIRECTORY "${CONSUMER}/../../../datasets/demo"
+                OUTPUT_VARIABLE holes RESULT_VARIABLE result)
+string(REGEX MATCHALL "T[0-9]+ X[-0-9.]+ Y[-0-9.]+\n" holes "${holes}")
+list(LENGTH holes n_holes)
+if(NOT result EQUAL 0 OR NOT n_holes EQUAL 990)
+  message(FATAL_ERROR "the example failed (${result}): ${n_holes} holes")
+endif()
 run("${WORK}/prefix/bin/panelcal" --version)
