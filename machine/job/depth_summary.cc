@@ -13,7 +13,7 @@ std::string side_text(const std::optional<Length>& length) {
   return length ? fmt::format("{:.1f}", length->in_um()) : "-";
 }
 
-std::string chance_text(double chance) {
+std::string false_alarm_text(double chance) {
   return chance < 1e-12 ? "<1e-12" : fmt::format("{:.1e}", chance);
 }
 
@@ -71,8 +71,8 @@ std::string depth_summary(const DepthVerdict& verdict) {
                    is_judged ? fmt::format("{:.2f}", tool.largest_sigma.in_um()) : "-",
                    tool.places.n_warned,
                    tool.places.n_held,
-                   is_judged ? chance_text(tool.worst.risk.too_shallow) : "-",
-                   is_judged ? chance_text(tool.worst.risk.too_deep) : "-");
+                   is_judged ? false_alarm_text(tool.worst.risk.too_shallow) : "-",
+                   is_judged ? false_alarm_text(tool.worst.risk.too_deep) : "-");
   }
   for (const std::string& line : surface_lines(verdict)) out += line + "\n";
   return out + "depth verdict: " + verdict.sentence();

@@ -73,7 +73,7 @@ Expected<void> check_output_format(OutputFormat format, const MachineConfig& mac
   if (format != OutputFormat::Gcode || machine.gcode) return {};
   return failure({Code::ConfigValue,
                   {machine.file.string(), 0, 0},
-                  "[gcode] is missing, which says how high and how deep tools go in G-code",
+                  "[gcode] is missing, which states how high and how deep tools go in G-code",
                   "[gcode] with safe_z_mm, drill_z_mm and others (docs/formats/gcode.md)"});
 }
 

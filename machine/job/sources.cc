@@ -127,7 +127,7 @@ Expected<OpenProbes> open_probes(const SourceChoice& choice,
     if (!machine.sim) {
       return failure({Code::ConfigValue,
                       {machine.file.string(), 0, 0},
-                      "there is no [sim] to say what the virtual machine is like",
+                      "[sim] is missing, which describes the virtual machine",
                       "[sim]"});
     }
     PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(machine.sim->surface));
@@ -145,7 +145,7 @@ Expected<OpenProbes> open_probes(const SourceChoice& choice,
                   "--probes, --machine-driver, or --camera with [machine] probe_command"});
 }
 
-std::string words_of(const OpenTargets& targets, const OpenProbes& probes) {
+std::string source_words(const OpenTargets& targets, const OpenProbes& probes) {
   if (targets.words.empty() && probes.words.empty()) return "no targets";
   if (probes.words.empty() || targets.words == probes.words) return targets.words;
   return targets.words.empty() ? probes.words : targets.words + " and " + probes.words;
@@ -158,7 +158,7 @@ Expected<JobSources> open_sources(const SourceChoice& choice,
                                   const Survey& nominal) {
   PANELCAL_TRY(const OpenProbes probes, open_probes(choice, machine, nominal));
   PANELCAL_TRY(const OpenTargets targets, open_targets(choice, machine, nominal));
-  return JobSources{targets.source, probes.source, words_of(targets, probes), targets.remark};
+  return JobSources{targets.source, probes.source, source_words(targets, probes), targets.remark};
 }
 
 }  // namespace panelcal

@@ -90,7 +90,7 @@ Expected<SimMachine> SimMachine::create(const MachineConfig& config,
   if (!config.sim) {
     return failure({Code::ConfigValue,
                     {config.file.string(), 0, 0},
-                    "there is no [sim] to say what the virtual machine is like",
+                    "[sim] is missing, which describes the virtual machine",
                     "[sim]"});
   }
   PANELCAL_TRY(VisionProcedure procedure, VisionProcedure::create(config, std::move(observer)));

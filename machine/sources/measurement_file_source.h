@@ -67,7 +67,7 @@ class MeasurementFileSource final : public MeasurementSource {
     return calibrations_.calibrate(order);
   }
 
-  /// After a complete survey: fails if the file has a measurement or a calibration that nobody
+  /// After a complete survey: fails if the file has a measurement or a calibration that no command
   /// asked for.
   ///
   /// Fails  measurement-mismatch, at the first such line

@@ -12,7 +12,7 @@ bool takes_arguments(std::optional<Command> command) {
   return command && info(*command).operands.find(',') != std::string_view::npos;
 }
 
-Placement axis_placement(int version) {
+Placement excellon_placement(int version) {
   return {axis_orientation(version), Eigen::Vector2d::Zero()};
 }
 
@@ -40,7 +40,7 @@ Interpreter::Interpreter(const Program& program,
       cursor_(program.source.bytes, program.header.body),
       format_(program.header.format),
       plain_(format_),
-      axes_(axis_placement(program.axis_version())),
+      axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
       body_rules_(program.header.body_rules) {
   modal_.incremental = program.header.incremental;
@@ -81,8 +81,7 @@ void Interpreter::run() {
   }
   vision_.end_program(cursor_.line_number());
   if (!vision_.must_stop()) {
-    reporter_.report(
-        Code::EndMissing, cursor_.line_number(), 0, "the program has no end", "M30 or M00");
+    reporter_.report(Code::EndMissing, cursor_.line_number(), 0, "", "M30 or M00");
   }
 }
 
@@ -184,7 +183,7 @@ void Interpreter::run_slashed(const SourceLine& line) {
     reporter_.report(Code::BlockDeleteAssumed,
                      line.number,
                      line.column,
-                     quoted(line.text) + " is executed",
+                     quoted(line.text),
                      "BLKD,ON or BLKD,OFF in the header");
   }
   if (kind_of(rest.text) == LineKind::BlockDelete) {

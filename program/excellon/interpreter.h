@@ -16,9 +16,11 @@
 #include "program/excellon/vision.h"
 #include "program/text/plain_coordinate.h"
 #include "program/walk/emitter.h"
+#include "program/walk/options.h"
+#include "program/walk/program.h"
 #include "program/walk/reporter.h"
+#include "program/walk/survey.h"
 #include "program/walk/trial_execution.h"
-#include "program/walk/walk.h"
 
 namespace panelcal::excellon {
 

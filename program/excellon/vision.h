@@ -10,8 +10,8 @@
 #include "calib/correction/memory.h"
 #include "program/excellon/lexer.h"
 #include "program/walk/measuring.h"
+#include "program/walk/options.h"
 #include "program/walk/reporter.h"
-#include "program/walk/walk.h"
 
 namespace panelcal::excellon {
 
@@ -99,7 +99,7 @@ class VisionSession {
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
   bool is_allowed(int line);
-  /// False if `key` is none of the orders that set how the camera is to look.
+  /// False if `key` is not one of the orders that set how the camera is to look.
   bool set_uvis(std::string_view key,
                 std::string_view value,
                 const SourceLine& line,

@@ -266,14 +266,13 @@ void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
              "at most " + risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above)});
   }
   if (n_unjudged() > 0) {
-    log.add(
-        {Code::ToleranceWarning,
-         {file, 0, 0},
-         fmt::format("{} with a tolerance {} drilled without a correction, and nothing says how "
-                     "far off",
-                     count_of(n_unjudged(), "place", "places"),
-                     n_unjudged() == 1 ? "is" : "are"),
-         "a fit in force where holes have a tolerance"});
+    log.add({Code::ToleranceWarning,
+             {file, 0, 0},
+             fmt::format("{} with a tolerance {} drilled without a correction, and the error is "
+                         "not known",
+                         count_of(n_unjudged(), "place", "places"),
+                         n_unjudged() == 1 ? "is" : "are"),
+             "a fit in force where holes have a tolerance"});
   }
   if (auto problem = sum_problem(places(), has_said, file, "places")) log.add(*std::move(problem));
 }

@@ -54,7 +54,7 @@ class JobVerdict final : public OperationSink {
     /// Of a hole, as `run --explain` counts places: from 1. Absent for other places, and behind a
     /// slot that is passed on whole.
     std::optional<std::int64_t> number;
-    /// For its error budget; absent where nobody says how the place came about.
+    /// For its error budget; absent where the origin of the place is not recorded.
     std::optional<BudgetPlace> budget_place;
   };
 

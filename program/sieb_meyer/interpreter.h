@@ -21,9 +21,11 @@
 #include "program/text/plain_coordinate.h"
 #include "program/walk/emitter.h"
 #include "program/walk/hole_sequence.h"
+#include "program/walk/options.h"
+#include "program/walk/program.h"
 #include "program/walk/reporter.h"
+#include "program/walk/survey.h"
 #include "program/walk/trial_execution.h"
-#include "program/walk/walk.h"
 
 namespace panelcal::sieb_meyer {
 
@@ -304,7 +306,7 @@ class Interpreter {
   bool clears_areas_ = false;  ///< ROUT,A
   std::optional<bool> obeys_areas_;
   bool warned_areas_ = false;
-  std::optional<bool> areas_in_copies_;  ///< FORB,A or FORB,M and FORB,P; absent: nobody said
+  std::optional<bool> areas_in_copies_;  ///< FORB,A or FORB,M and FORB,P; absent: not stated
   std::vector<ForbiddenArea> areas_;
   struct Scaling {
     Eigen::Vector2d factor = Eigen::Vector2d::Ones();

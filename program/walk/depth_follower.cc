@@ -26,7 +26,7 @@ std::optional<Diagnostic> DepthFollower::contradiction(int line, const std::stri
   if (std::exchange(has_refused_tool_, true)) return std::nullopt;
   return Diagnostic{Code::ArgumentInvalid,
                     {{}, line, 0},
-                    fmt::format("the program gives tool {} {}, and [[depth]] says that it works "
+                    fmt::format("the program gives tool {} {}, and [[depth]] has it work "
                                 "{:.4g} mm below the surface",
                                 tool_,
                                 said,
@@ -89,7 +89,7 @@ void DepthFollower::take_height(int line, const Position<frame::Nominal>& place,
     return refuse(
         Code::ToleranceHold,
         line,
-        fmt::format("the map is sure of its height at nominal ({:.4f}, {:.4f}) mm to {:.1f} um",
+        fmt::format("the sigma of the map's height at nominal ({:.4f}, {:.4f}) mm is {:.1f} um",
                     place.in_mm().x(),
                     place.in_mm().y(),
                     found->height.sigma.in_um()),

@@ -6,14 +6,13 @@
 
 #include "program/geometry/arc_path.h"
 #include "program/geometry/bent_path.h"
+#include "program/geometry/plane_vectors.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
-bool is_mirror(const Eigen::Matrix2d& linear) {
-  return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) < 0;
-}
+using internal::is_mirror;
 
 /// The table's feed where the program sets none (CNC-7 manual, Z-Axis Infeed).
 constexpr Feed kDefaultTableFeed = inch_per_min(100);
@@ -462,7 +461,7 @@ DepthOfCut Emitter::cut_where_it_stands(int line) {
     reporter_.report_working(Code::CoordinateMissing,
                              line,
                              0,
-                             "the router goes down, and nobody knows where",
+                             "the router goes down before the first place",
                              "a move to X#Y# before it");
   }
   return cut_at(line, stands_at_.value_or(Position<frame::Nominal>()));

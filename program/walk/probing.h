@@ -52,7 +52,7 @@ struct ProbeReading {
   std::string reason;                   ///< why it is not Found
 };
 
-/// Whoever can say how high the surface really is: machine, recorded file, simulation.
+/// A source of true heights of the surface: machine, recorded file, simulation.
 class ProbeSource {
  public:
   virtual ~ProbeSource() = default;

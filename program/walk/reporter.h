@@ -52,13 +52,13 @@ class Reporter {
       report(Code::NumberTooLong,
              line,
              column,
-             quoted(text) + " has too many digits",
+             quoted(text),
              "at most " + std::to_string(digits) + " digits (" + format.summary() + ")");
     } else {
       report(Code::NumberMalformed,
              line,
              column,
-             quoted(text) + " is not a number",
+             quoted(text),
              "a sign, digits and at most one decimal point");
     }
   }

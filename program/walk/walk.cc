@@ -11,15 +11,6 @@
 
 namespace panelcal {
 
-bool Program::deletes_blocks() const {
-  return header.block_delete.value_or(reading.block_delete.value_or(false));
-}
-
-std::string Program::number_summary() const {
-  return dialect == Dialect::Excellon ? header.format.summary()
-                                      : sieb_meyer::summary(layout.format);
-}
-
 Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options) {
   Program program;
   program.source = std::move(source);

@@ -16,7 +16,7 @@ namespace {
 
 using svg::append_mm;
 
-/// Drawn for a tool whose diameter nobody knows.
+/// Drawn for a tool of unknown diameter.
 constexpr double kUnknownDiameterMm = 0.5;
 /// Path data of contours and rapid moves leave in pieces of about this size.
 constexpr std::size_t kPieceBytes = 32768;

@@ -13,12 +13,15 @@ run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${WORK}/prefix")
 if(SANITIZE)
   set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=${SANITIZE}")
 endif()
-run(${CMAKE_COMMAND} -S "${CONSUMER}" -B "${WORK}/build" -G "${GENERATOR}"
-    "-DCMAKE_PREFIX_PATH=${WORK}/prefix" "-DCMAKE_CXX_COMPILER=${COMPILER}" ${flags})
-run(${CMAKE_COMMAND} --build "${WORK}/build")
+foreach(project consumer program_alone)
+  run(${CMAKE_COMMAND} -S "${CONSUMERS}/${project}" -B "${WORK}/${project}" -G "${GENERATOR}"
+      "-DCMAKE_PREFIX_PATH=${WORK}/prefix" "-DCMAKE_CXX_COMPILER=${COMPILER}" ${flags})
+  run(${CMAKE_COMMAND} --build "${WORK}/${project}")
+endforeach()
+run("${WORK}/program_alone/program_alone")
 # The README's example, on the demo's pictures.
-execute_process(COMMAND "${WORK}/build/consumer" panel.exc machine.toml images
-                WORKING_DIRECTORY "${CONSUMER}/../../../datasets/demo"
+execute_process(COMMAND "${WORK}/consumer/consumer" panel.exc machine.toml images
+                WORKING_DIRECTORY "${CONSUMERS}/../../datasets/demo"
                 OUTPUT_VARIABLE holes RESULT_VARIABLE result)
 string(REGEX MATCHALL "T[0-9]+ X[-0-9.]+ Y[-0-9.]+\n" holes "${holes}")
 list(LENGTH holes n_holes)

@@ -22,10 +22,10 @@ double sigma_um(double variance_mm2) {
   return std::sqrt(std::max(0.0, variance_mm2)) * 1e3;
 }
 
-std::string row(std::string_view source,
-                const Eigen::Matrix2d& cov_mm2,
-                double whole_mm2,
-                std::string_view shared) {
+std::string budget_row(std::string_view source,
+                       const Eigen::Matrix2d& cov_mm2,
+                       double whole_mm2,
+                       std::string_view shared) {
   const double percent = whole_mm2 > 0 ? 100 * cov_mm2.trace() / whole_mm2 : 0;
   return fmt::format(
       "<tr><td>{}</td><td class=\"num\">{}</td><td class=\"num\">{}</td>"
@@ -69,7 +69,7 @@ std::string budget_section(const std::optional<HoleBudget>& hole) {
   std::string rows;
   for (const BudgetTerm& term : hole->budget) {
     if (term.cov_mm2.trace() > 0) {
-      rows += row(term.source, term.cov_mm2, total.trace(), name(term.shared));
+      rows += budget_row(term.source, term.cov_mm2, total.trace(), name(term.shared));
     } else {
       unknown += fmt::format("{}{}", unknown.empty() ? "" : ", ", escaped(term.source));
     }
@@ -90,7 +90,7 @@ std::string budget_section(const std::optional<HoleBudget>& hole) {
       hole->tool,
       point_text(hole->nominal.in_mm()),
       rows,
-      row("total", total, total.trace(), ""));
+      budget_row("total", total, total.trace(), ""));
   if (!unknown.empty()) {
     out += fmt::format(
         "<p class=\"quiet\">Not stated in the machine's file, and so not counted: {}.</p>\n",

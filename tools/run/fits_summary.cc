@@ -26,7 +26,7 @@ std::string focus_summary(const Survey& survey) {
   return out;
 }
 
-/// They count for this job, so that whoever wants one to stay knows how.
+/// They count for this job; the text says how to keep one.
 std::string calibrations_summary(const Survey& survey) {
   constexpr std::size_t kMost = 20;
   const std::size_t n = survey.calibrations.size();

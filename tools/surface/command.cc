@@ -146,7 +146,7 @@ Expected<StoredMap> read_zone_of(const std::string& file,
 
 namespace {
 
-Expected<Answer> answer_to(const SurfaceOptions& options, CommandContext& context) {
+Expected<Answer> surface_answer(const SurfaceOptions& options, CommandContext& context) {
   switch (options.what) {
     case SurfaceOptions::What::Fit:
       return fit(options, context);

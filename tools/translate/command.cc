@@ -21,7 +21,7 @@
 namespace panelcal {
 namespace {
 
-Diagnostic usage(std::string what, std::string expected) {
+Diagnostic translate_usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal translate", 0, 0}, std::move(what), std::move(expected)};
 }
 
@@ -105,9 +105,10 @@ class Translation {
     walk.max_operations = options_.max_operations;
     walk.slots = walk.step_slots = Cycles::Kept;
     if (walk.scaling && walk.scaling->starts_enabled) {
-      return refuse(usage("[reference_scaling] is enabled in " + quoted(options_.machine) +
-                              ", and a translation does not scale",
-                          "`panelcal run`, or enabled = false"));
+      return refuse(translate_usage("[reference_scaling] is enabled in " +
+                                        quoted(options_.machine) +
+                                        ", and a translation does not scale",
+                                    "`panelcal run`, or enabled = false"));
     }
     walk.scaling.reset();  // the other machine's reference scaling is not this one's
     walk.table.reset();    // nor is its table: nothing is corrected here
