@@ -28,7 +28,7 @@ Diagnostic write_failure(const std::filesystem::path& path, std::string_view doi
 }
 
 Diagnostic unreadable(const std::filesystem::path& path, const std::string& why) {
-  return {Code::FileUnreadable, {path.string(), 0, 0}, "cannot read: " + why, "a readable file"};
+  return {Code::FileUnreadable, {path.string(), 0, 0}, why, "a readable file"};
 }
 
 /// Makes a rename durable. Some file systems cannot sync a folder; that is not our error.

@@ -218,7 +218,8 @@ Expected<void> check_full_camera(const FullCamera& camera,
     return failure(invalid_camera_model(file, "\"zoom\" is not finite", "a zoom level, or null"));
   }
   if (!is_share(camera.rms_px) || !is_share(camera.held_out_rms_px)) {
-    return failure(invalid_camera_model(file, "an rms is none", "px, 0 or more"));
+    return failure(invalid_camera_model(
+        file, "rms_px or held_out_rms_px is negative or not finite", "px, 0 or more"));
   }
   if (const auto flaw = covariance_flaw(camera.covariance)) {
     return failure(

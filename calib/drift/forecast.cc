@@ -139,7 +139,7 @@ std::string words_of(const DrillForecast& forecast,
                      const ForecastLimits& limits,
                      const std::string& unit) {
   if (forecast.answer == DrillAnswer::NotEnoughHistory) {
-    return "nobody can say: not enough history";
+    return "no forecast: not enough history";
   }
   const std::string bound = amount(limits.tolerance, unit);
   const std::string now = fmt::format(

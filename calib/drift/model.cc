@@ -221,7 +221,8 @@ Expected<void> DriftModel::check(const DriftPoint& point) const {
     return failure(invalid_drift("a night's value is not finite", "numbers"));
   }
   if (!is_drift_covariance(point.cov)) {
-    return failure(invalid_drift("a night's covariance is none", "a symmetric one, not negative"));
+    return failure(invalid_drift("the covariance of a night is not positive semidefinite",
+                                 "a symmetric one, not negative"));
   }
   if (point.temperature_c && !(std::abs(*point.temperature_c) < kMostKelvin)) {
     return failure(invalid_drift(fmt::format("a night's temperature is {}", *point.temperature_c),

@@ -158,18 +158,18 @@ std::string words_of(const DriftAlarm& alarm,
   switch (alarm.chart) {
     case DriftChart::Night:
       return fmt::format(
-          "a step: tonight is {:.1f} sigma from what the nights before foretold, "
+          "a step: tonight is {:.1f} sigma from the prediction of the nights before, "
           "limit {:.1f}",
           alarm.statistic,
           alarm.limit);
     case DriftChart::Average:
       return fmt::format(
-          "a shift that stays: the last nights together are {:.1f} sigma from what "
-          "was foretold, limit {:.1f}",
+          "a shift that stays: the last nights together are {:.1f} sigma from "
+          "the prediction, limit {:.1f}",
           alarm.statistic,
           alarm.limit);
     case DriftChart::Moved:
-      return fmt::format("it has moved by {} since it was last said, limit {}",
+      return fmt::format("it has moved by {} since the last alarm, limit {}",
                          amount(alarm.statistic, unit),
                          amount(alarm.limit, unit));
     case DriftChart::Sum:

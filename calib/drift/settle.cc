@@ -64,7 +64,7 @@ std::optional<SettleTime> fit_settle(std::span<const SettleView> views,
   if (!(chi_square_exceedance(decay->chi_square, decay->degrees_of_freedom) >= kMinSettleChance)) {
     return no_settle_time(
         reason,
-        fmt::format("the views scatter {:.1f} times as much as they say, and not as a decay",
+        fmt::format("the views scatter {:.1f} times their stated sigma, and not as a decay",
                     std::sqrt(decay->chi_square / decay->degrees_of_freedom)));
   }
   SettleTime out;

@@ -140,8 +140,9 @@ Expected<void> check_covariance(const LedgerRecord& record, const std::string& f
                                  fmt::format("{0} x {0}, as there are parameters", n)));
   }
   if (is_entry_covariance(cov)) return {};
-  return failure(
-      invalid_entry(file, "the covariance is none", "finite, symmetric and positive semidefinite"));
+  return failure(invalid_entry(file,
+                               "the covariance is not positive semidefinite",
+                               "finite, symmetric and positive semidefinite"));
 }
 
 }  // namespace

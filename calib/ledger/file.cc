@@ -97,7 +97,7 @@ Expected<void> check_exists(const fs::path& path) {
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found || error) {
     const std::string why = error ? error.message() : "there is no such file";
-    return failure(problem(Code::FileUnreadable, path, "cannot read: " + why, "a ledger"));
+    return failure(problem(Code::FileUnreadable, path, why, "a ledger"));
   }
   if (status.type() != fs::file_type::regular) {
     return failure(problem(Code::LedgerForeign, path, "it is a folder or a device", "a ledger"));
@@ -165,12 +165,11 @@ Expected<void> check_version(SqliteConnection& connection) {
   if (version > kLedgerVersion) {
     return failure({Code::LedgerNewer,
                     place,
-                    fmt::format("it is of version {}", version),
+                    fmt::format("version {}", version),
                     fmt::format("at most {}", kLedgerVersion)});
   }
   if (version == kLedgerVersion) return {};
-  return failure(
-      {Code::LedgerCorrupt, place, fmt::format("it says that it is of version {}", version), ""});
+  return failure({Code::LedgerCorrupt, place, fmt::format("version {} is not known", version), ""});
 }
 
 Expected<std::unique_ptr<SqliteConnection>> open_ledger_file(const fs::path& path,
@@ -194,7 +193,7 @@ Expected<std::unique_ptr<SqliteConnection>> open_ledger_file(const fs::path& pat
   // SQLite calls everything damaged that it cannot read, a text file too.
   const bool is_unclear = !is_ledger && good.error().code == Code::LedgerCorrupt;
   if (is_unclear && !is_wrecked_ledger(path)) {
-    return failure(problem(Code::LedgerForeign, path, "it is no ledger", "a ledger"));
+    return failure(problem(Code::LedgerForeign, path, "", "a ledger"));
   }
   return failure(good.error());
 }

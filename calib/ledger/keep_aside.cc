@@ -57,7 +57,7 @@ Expected<std::filesystem::path> Ledger::keep_aside(const std::filesystem::path& 
   if (good) {
     return failure({Code::LedgerEntryInvalid,
                     {path.string(), 0, 0},
-                    "nothing is wrong with this ledger",
+                    "the ledger is not damaged",
                     "a damaged one"});
   }
   if (good.error().code != Code::LedgerCorrupt) return failure(good.error());

@@ -54,7 +54,7 @@ Expected<void> check_spindle_offset(SpindleAt at,
   }
   return failure(invalid_spindle_file(
       file,
-      fmt::format("the covariance of {} is none", words(at)),
+      fmt::format("the covariance of {} is not positive semidefinite", words(at)),
       fmt::format("a symmetric, positive semidefinite one with sigmas up to {} mm", kMaxSigma_mm)));
 }
 
@@ -75,7 +75,7 @@ Expected<void> check_spindle_offset(const SpindleQuality& quality,
   }
   if (is_sound) return {};
   return failure(invalid_spindle_file(file,
-                                      fmt::format("the quality of {} makes no sense", words(at)),
+                                      fmt::format("the quality of {} is not valid", words(at)),
                                       "counts and scatters from 0, and finite numbers"));
 }
 

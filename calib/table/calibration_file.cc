@@ -60,7 +60,7 @@ Expected<void> check_grid(const TableGrid& grid, const std::string& file) {
   if (grid.is_valid() && is_near) return {};
   return failure(invalid_table_file(
       file,
-      "the grid is none",
+      "the grid has no area or no steps",
       "low_mm below high_mm, both within 100 m, 1 to 256 steps along each axis"));
 }
 
@@ -86,8 +86,8 @@ Expected<void> check_table_calibration(const TableCalibration& c, const std::str
   }
   for (const Length size : {c.sigma, c.rms, c.held_out_rms.value_or(Length())}) {
     if (std::isfinite(size.in_mm()) && size >= Length()) continue;
-    return failure(
-        invalid_table_file(file, "sigma_mm, rms_mm or held_out_rms_mm is none", "mm, 0 or more"));
+    return failure(invalid_table_file(
+        file, "sigma_mm, rms_mm or held_out_rms_mm is negative or not finite", "mm, 0 or more"));
   }
   return {};
 }

@@ -76,7 +76,7 @@ Expected<void> check_table_data(const TableData& data, const TableFitOptions& op
   }
   if (options.grid && (!options.grid->is_valid() || options.grid->nx > kMaxFitSteps ||
                        options.grid->ny > kMaxFitSteps)) {
-    return table_data_refused("the grid is none",
+    return table_data_refused("the grid has no area or no steps",
                               fmt::format("a rectangle, 1 to {} steps a side", kMaxFitSteps));
   }
   if (!(options.open_sigma > mm(0)))

@@ -196,7 +196,8 @@ std::string refusal(const CameraRun& run) {
                        kMaxCameraLeftOut);
   }
   if (run.loses_tilt) {
-    return "the camera in force is tilted, and these views do not say how much: without its focal "
+    return "the camera in force is tilted, and these views do not determine how much: without its "
+           "focal "
            "length they cannot";
   }
   if (run.fit.held_out_rms_px) {
@@ -211,7 +212,7 @@ std::string refusal(const CameraRun& run) {
   if (run.excess <= kMaxCameraExcess) return {};
   return fmt::format(
       "looks scatter {:.1f} times more than the detector and [uncertainty] "
-      "stage_repeatability_um say, the limit is {} times",
+      "stage_repeatability_um state, the limit is {} times",
       run.excess,
       kMaxCameraExcess);
 }

@@ -149,7 +149,7 @@ Expected<void> tell(const Prompt& prompt, bool is_wanted, std::string_view what)
   if (!prompt) {
     return failure({Code::DeviceStage,
                     {"coupon", 0, 0},
-                    fmt::format("somebody has to {}, and nobody can be asked", what),
+                    fmt::format("a person has to {}, and none is at a terminal", what),
                     "a person at the machine, or [coupon] entry_material = false"});
   }
   return prompt(what);

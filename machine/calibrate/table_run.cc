@@ -237,7 +237,7 @@ std::string refusal(const TableRun& run) {
   if (run.excess <= kMaxTableExcess) return {};
   return fmt::format(
       "looks scatter {:.1f} times more than they and [uncertainty] "
-      "stage_repeatability_um say, the limit is {} times",
+      "stage_repeatability_um state, the limit is {} times",
       run.excess,
       kMaxTableExcess);
 }

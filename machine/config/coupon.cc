@@ -103,7 +103,8 @@ Expected<std::optional<Coupon>> read_coupon_config(const TomlTable& top,
   Coupon coupon;
   coupon.place = top.problem("coupon", "").place;
   PANELCAL_TRY(const auto name, table->text("name"));
-  if (name && name->empty()) return failure(table->problem("name", "what is written on it"));
+  if (name && name->empty())
+    return failure(table->problem("name", "the name that is written on it"));
   coupon.name = name.value_or(coupon.name);
   PANELCAL_CHECK(read_lattice(*table, coupon));
   PANELCAL_CHECK(read_coupon_tools(*table, coupon));

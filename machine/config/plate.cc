@@ -30,7 +30,7 @@ constexpr Range kPlateLength_mm{0, internal::kMaxPlace_mm, true};
 Expected<int> count(const TomlTable& table, std::string_view key) {
   PANELCAL_TRY(const auto n, table.integer(key, 1, kMaxDotsPerSide));
   if (n) return static_cast<int>(*n);
-  return failure(table.missing(key, fmt::format("{} = 9, or what the plate has", key)));
+  return failure(table.missing(key, fmt::format("{} = 9, or the number that the plate has", key)));
 }
 
 Expected<void> read_plate_dots(const TomlTable& table, CalibrationPlate& plate) {

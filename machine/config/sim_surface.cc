@@ -108,7 +108,7 @@ Expected<void> read_sim_table_surface(const TomlTable& sim,
   surface.since = since.value_or(std::chrono::sys_seconds());
   for (const std::string_view key : {"height_um_per_day", "slope_ppm_per_day"}) {
     if (table->has(key) && !since) {
-      return failure(table->problem(key, "since as well", "nobody knows since when"));
+      return failure(table->problem(key, "since as well", "it has no date to begin at"));
     }
   }
   PANELCAL_TRY(const double rise_um, table->number_or("height_um_per_day", kSurfaceHeight_um, 0));

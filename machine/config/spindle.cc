@@ -51,7 +51,7 @@ Expected<void> read_calibrated(const TomlTable& table,
   for (const std::string_view key : {"camera_offset_sigma_um", "camera_offset_date"}) {
     if (!table.has(key)) continue;
     return failure(table.problem(
-        key, "[spindle] without it", "the calibration that it names says this as well"));
+        key, "[spindle] without it", "the calibration that it names states this as well"));
   }
   if (file.empty()) return failure(table.problem("calibration", "the name of a file"));
   SpindleSetting& setting = config.spindle_setting;
@@ -131,14 +131,13 @@ Expected<void> select_spindle(MachineConfig& config, SpindleAt at) {
 Expected<void> check_spindle_is_calibrated(const MachineConfig& config) {
   const SpindleSetting& setting = config.spindle_setting;
   if (setting.is_calibrated) return {};
-  return failure(
-      {Code::ConfigValue,
-       {setting.file.string(), 0, 0},
-       fmt::format("the offset of spindle {} at station {} was never calibrated, so that "
-                   "nobody knows where its holes would be",
-                   setting.spindle,
-                   setting.station),
-       "a calibration: `panelcal calibrate spindle-camera --install`"});
+  return failure({Code::ConfigValue,
+                  {setting.file.string(), 0, 0},
+                  fmt::format("the offset of spindle {} at station {} was never calibrated: "
+                              "the places of its holes are not known",
+                              setting.spindle,
+                              setting.station),
+                  "a calibration: `panelcal calibrate spindle-camera --install`"});
 }
 
 }  // namespace panelcal

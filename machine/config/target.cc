@@ -169,7 +169,7 @@ Expected<void> read_picture(const TomlTable& table,
   if (!is_template) return {};
   PANELCAL_TRY(const auto file, table.text("picture"));
   if (!file || file->empty()) {
-    return failure(table.missing("picture", "picture = \"FILE\", what the target looks like"));
+    return failure(table.missing("picture", "picture = \"FILE\", a picture of the target"));
   }
   PANELCAL_TRY(Image image, read_image(folder / *file));
   const Eigen::Vector2d middle(0.5 * (image.width() - 1), 0.5 * (image.height() - 1));

@@ -117,15 +117,13 @@ Expected<TomlTable> TomlTable::make(const toml::table& table,
     if (std::ranges::find(keys.known, word) != keys.known.end()) continue;
     const Place place = source.place(key.source().begin);
     if (std::ranges::find(keys.planned, word) != keys.planned.end()) {
-      return failure({Code::NotSupported,
-                      place,
-                      quoted(word) + " in " + name + " is not supported yet",
-                      "a file without it"});
+      return failure(
+          {Code::NotSupported, place, quoted(word) + " in " + name, "a file without it"});
     }
     const std::string_view nearest = nearest_word(word, keys.known);
     return failure({Code::ConfigKeyUnknown,
                     place,
-                    "unknown key " + quoted(word) + " in " + name,
+                    quoted(word) + " in " + name,
                     nearest.empty() ? fmt::format("one of {}", fmt::join(keys.known, ", "))
                                     : quoted(nearest)});
   }
@@ -150,7 +148,7 @@ Diagnostic TomlTable::problem(std::string_view key,
 }
 
 Diagnostic TomlTable::not_supported(std::string_view key, std::string expected) const {
-  Diagnostic diagnostic = problem(key, std::move(expected), "not supported yet");
+  Diagnostic diagnostic = problem(key, std::move(expected), "");
   diagnostic.code = Code::NotSupported;
   return diagnostic;
 }

@@ -14,8 +14,7 @@
 
 namespace panelcal {
 
-/// What somebody says of a table before its map is made: whose surfaces lie on it, and where there
-/// is none.
+/// A description of a table before its map is made: the surfaces on it, and the areas without one.
 struct ZonesFile {
   std::vector<Zone> zones;  ///< in the order of the file: the first one that holds a place has it
   std::vector<Void> voids;  ///< what lies beyond the panel's edge comes last

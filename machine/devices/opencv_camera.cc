@@ -197,7 +197,7 @@ Expected<std::unique_ptr<CameraDevice>> open_opencv_camera(const VideoAddress& a
   if (video != nullptr) return std::make_unique<OpenCvCamera>(address, module, video);
   return failure({is_file ? Code::PictureFormat : Code::DeviceCamera,
                   {name, 0, 0},
-                  is_file ? "is no video that FFmpeg reads"
+                  is_file ? "not a video that FFmpeg reads"
                           : "cannot be opened" + (words.empty() ? "" : ": " + quoted(words)),
                   is_file ? "a video" : "a camera that is on and not used by another program"});
 }

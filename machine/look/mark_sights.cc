@@ -43,7 +43,7 @@ Expected<PixelMark> mark_of(const MachineConfig& config, const MarkViews& views)
   if (found == config.vision_tools.end()) {
     return sight_refused(Code::VisionToolUndefined,
                          config,
-                         fmt::format("there is no vision tool {}", views.tool),
+                         fmt::format("vision tool {}", views.tool),
                          fmt::format("a [[vision.tool]] with number = {}", views.tool));
   }
   PixelMark mark{found->second, {}, 0, 0};
@@ -65,7 +65,7 @@ Expected<PixelMark> mark_of(const MachineConfig& config, const MarkViews& views)
           Code::ConfigValue,
           config,
           fmt::format("vision tool {} has its size in mm, and there is no calibration "
-                      "that says how large that looks",
+                      "that states how large that appears",
                       views.tool),
           "size_px in the vision tool, or a calibration to begin with");
     }
@@ -297,7 +297,7 @@ Expected<MarkSights> look_at_mark(const MachineConfig& config,
                          config,
                          views.zoom
                              ? fmt::format("zoom {} has no calibration to begin with", *views.zoom)
-                             : "there is no [camera] that says how far to drive",
+                             : "[camera] is missing, which states how far to drive",
                          "a calibration to begin with, or recorded pictures");
   }
   PANELCAL_TRY(const PixelMark mark, mark_of(config, views));

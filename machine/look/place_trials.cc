@@ -98,7 +98,7 @@ Expected<Target> target_of(const MachineConfig& config, int tool) {
   if (found != config.vision_tools.end()) return found->second;
   return trial_refused(Code::VisionToolUndefined,
                        config,
-                       fmt::format("there is no vision tool {}", tool),
+                       fmt::format("vision tool {}", tool),
                        fmt::format("a [[vision.tool]] with number = {}", tool));
 }
 
@@ -121,7 +121,7 @@ Expected<void> check_trial(const MachineConfig& config,
     return trial_refused(Code::ConfigValue, config, std::move(what), std::move(expected));
   };
   if (!devices.wait || !devices.now) {
-    return bad("nobody waits for this machine, which stands still at once", "a real machine");
+    return bad("this machine stands still at once, without a settling time", "a real machine");
   }
   if (!(trial.way > Length()) || !(trial.limit > Length())) {
     return bad("the way or the limit of a settle trial is not above 0", "lengths above 0");

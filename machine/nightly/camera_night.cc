@@ -215,13 +215,13 @@ Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<Machine
     return failure({Code::ConfigValue, nightly.place, std::move(what), std::move(expected)});
   };
   const std::string needs = "[nightly] calibrates the camera, and ";
-  if (!config->camera) return missing(needs + "there is none", "[camera] calibration");
+  if (!config->camera) return missing(needs + "[camera] is missing", "[camera] calibration");
   if (!nightly.mark) return missing(needs + "there is no mark to see", "mark_mm = [x, y]");
   if (!config->vision_tools.contains(nightly.mark_tool)) {
     return missing(needs + "the mark's vision tool is not defined", "a [[vision.tool]]");
   }
   if (zoom && !usual_zoom(*config)) {
-    return missing(needs + "nothing says which zoom it goes back to",
+    return missing(needs + "the zoom to go back to is missing",
                    "a [[camera.zoom]] that names the file of [camera] calibration as well");
   }
   return std::make_unique<CameraNight>(std::move(config), nightly, zoom);

@@ -40,7 +40,7 @@ std::string content(int fd) {
 
 /// The line of `text` that is to be believed: another program may have written anything there.
 std::string owner_words(const std::string& text) {
-  return text.empty() ? std::string("a process that has not said its name") : quoted(text, 100);
+  return text.empty() ? std::string("a process without a name") : quoted(text, 100);
 }
 
 Diagnostic write_problem(const std::filesystem::path& path, int error) {

@@ -155,7 +155,7 @@ Expected<void> fill_outlook(const NightHistory& history,
   fill_series(history, series, watched, in_force, step);
   PANELCAL_CHECK(fill_since_when(series, config, step));
   if (history.ahead) {
-    step.forecast_text = "nobody can say: the clock is wrong, or was";
+    step.forecast_text = "no forecast: the clock is wrong, or was";
     return {};
   }
   return fill_forecast(monitor.model(), tonight.point, in_force, config, series.unit, step);

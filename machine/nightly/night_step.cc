@@ -31,7 +31,7 @@ NightStep begin_step(const NightCalibration& calibration) {
 
 NightStep fail(NightStep step, Diagnostic problem) {
   step.state = NightState::Failed;
-  step.summary = "failed: " + problem.what;
+  step.summary = "failed: " + problem.message();
   step.problem = std::move(problem);
   return step;
 }
@@ -246,8 +246,8 @@ class Step {
     NightResult nothing;
     nothing.point = point_;
     PANELCAL_TRY(NightDecision decision, decide(context_, history_, nothing, in_force_, {}));
-    if (!decision.gates.empty()) decision.gates.front().text = problem.what;
-    if (!decision.reasons.empty()) decision.reasons.front() = problem.what;
+    if (!decision.gates.empty()) decision.gates.front().text = problem.message();
+    if (!decision.reasons.empty()) decision.reasons.front() = problem.message();
     step_.problem = std::move(problem);
     step_.decision = std::move(decision);
     step_.state = state_of(step_.decision->verdict);

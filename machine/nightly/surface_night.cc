@@ -189,10 +189,9 @@ std::vector<NightGate> SurfaceNight::gates_of(
   if (*change) {
     std::ranges::move(gates_of(**change), std::back_inserter(gates));
   } else {
-    gates.push_back(
-        {"change",
-         false,
-         "nobody can say what has changed since the map in force: " + change->error().what});
+    gates.push_back({"change",
+                     false,
+                     "the change since the map in force is not known: " + change->error().what});
   }
   return gates;
 }
@@ -253,7 +252,9 @@ Expected<std::unique_ptr<NightCalibration>> surface_night(std::shared_ptr<Machin
                     fmt::format("[nightly] probes the surface, and {}", what),
                     std::move(expected)});
   };
-  if (nightly.surface.file.empty()) return missing("nothing says where", "[nightly.surface]");
+  if (nightly.surface.file.empty())
+    return missing("[nightly] calibrates the surface, and [nightly.surface] is missing",
+                   "[nightly.surface]");
   if (nightly.is_simulated && !(config->sim && config->sim->table_surface)) {
     return missing("the virtual machine has no table to probe", "[sim.table_surface]");
   }

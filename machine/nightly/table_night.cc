@@ -272,7 +272,7 @@ Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineC
     return missing("the plate does not lie in one known way", "a plate's file with one [[pose]]");
   }
   if (!plate.is_certified) {
-    return missing("nobody has certified the plate: in one pose its errors are the table's",
+    return missing("the plate is not certified: in one pose its errors are the table's",
                    "certified = true");
   }
   std::filesystem::path file = config->table_file;

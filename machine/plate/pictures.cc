@@ -186,7 +186,7 @@ class PlateLooks {
                                 "have them",
                                 i_pose,
                                 beside.in_mm()),
-                    fmt::format("less than {:.3f} mm; does [tags] say where they are?",
+                    fmt::format("less than {:.3f} mm; are their places in [tags] right?",
                                 kMostBesideTags * plate_.pitch.in_mm())});
   }
 
@@ -293,7 +293,7 @@ Expected<std::vector<PictureFolder>> read_plate_folders(const std::filesystem::p
   if (plate.poses.empty() && !plate.tags) {
     return picture_refused(Code::ConfigValue,
                            plate.file,
-                           "nothing says how the plate lay, so that its dots could be told apart",
+                           "the pose of the plate is missing, without which its dots look alike",
                            "[[pose]] origin_mm, angle_deg; or [tags]");
   }
   const auto has_list = [](const std::filesystem::path& of) {
@@ -321,11 +321,11 @@ Expected<MarkSights> look_at_plate(const MachineConfig& config,
                                    const std::optional<double>& zoom) {
   const CameraCalibration* camera = camera_at(config, zoom);
   if (camera == nullptr) {
-    return picture_refused(
-        Code::ConfigValue,
-        config.file,
-        "there is no calibration of the camera that says where dots are expected",
-        zoom ? "[[camera.zoom]] of this level" : "[camera] calibration");
+    return picture_refused(Code::ConfigValue,
+                           config.file,
+                           "a calibration of the camera is missing, without which the places of "
+                           "the dots are not known",
+                           zoom ? "[[camera.zoom]] of this level" : "[camera] calibration");
   }
   if (!(plate.dot_diameter > Length())) {
     return picture_refused(Code::ConfigValue,
@@ -357,7 +357,7 @@ Expected<MarkSights> look_at_plate(const MachineConfig& config,
   if (!(plate.dot_diameter > Length()) || plate.poses.empty()) {
     return picture_refused(Code::ConfigValue,
                            plate.file,
-                           "nothing says how large the dots are, or how the plate lies",
+                           "the diameter of the dots and the pose of the plate are missing",
                            "dot_diameter_mm and a [[pose]]");
   }
   PlateLooks looks(config, plate, *config.camera, std::nullopt);

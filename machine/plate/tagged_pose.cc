@@ -100,10 +100,11 @@ class Agreement {
       const bool is_on_plate =
           cell.minCoeff() > -0.5 && cell.x() < plate_.columns - 0.5 && cell.y() < plate_.rows - 0.5;
       if (!is_on_plate) return {};
-      return fmt::format("tag {} lies on the plate at cell ({:.1f}, {:.1f}), and is none of its",
-                         id,
-                         cell.x(),
-                         cell.y());
+      return fmt::format(
+          "tag {} lies on the plate at cell ({:.1f}, {:.1f}), and [tags] does not have it",
+          id,
+          cell.x(),
+          cell.y());
     }
     const double beside_mm = (place_in(pose, known.tag->center).in_mm() - seen_mm).norm();
     if (!(beside_mm <= kTagReach * plate_.pitch.in_mm())) {

@@ -120,7 +120,7 @@ Expected<void> prepare_synth_folder(const fs::path& folder) {
   if (!foreign.empty()) {
     return failure({Code::Usage,
                     {folder.string(), 0, 0},
-                    quoted(*foreign.begin()) + " in it is of no finished synth",
+                    quoted(*foreign.begin()) + " in it was not written by a finished synth",
                     "a folder without pictures, or one that synth wrote"});
   }
   for (const std::string& name : made) {

@@ -286,7 +286,7 @@ Expected<Measurement> MeasurementFileSource::measure(const MeasurementRequest& r
   if (found == by_seq_.end()) {
     return failure({Code::MeasurementMissing,
                     {recorded_.file, 0, 0},
-                    "there is no seq " + std::to_string(request.seq),
+                    "seq " + std::to_string(request.seq),
                     "a measurement for " + describe(request)});
   }
   const RecordedMeasurement& recorded = recorded_.measurements[found->second.index];

@@ -87,7 +87,7 @@ Expected<void> PictureSource::check_number_of_rows(const MeasurementRequest& req
         Code::PictureMismatch,
         0,
         fmt::format("{} asks for {} pictures", describe(request), request.settings.inspections),
-        "a seq column that tells which pictures belong together"));
+        "a seq column that states which pictures belong together"));
   }
   if (found == rows_by_seq_.end()) {
     return failure(problem(Code::PictureMissing,

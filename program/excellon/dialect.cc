@@ -21,11 +21,15 @@ class ExcellonDialect final : public ProgramDialect {
     program.patterns = read_patterns(program.source.bytes, reading.pattern_folders);
   }
   bool has_reference_scaling() const override { return true; }
-  void walk(const Program& program,
-            const WalkOptions& options,
-            Survey& survey,
-            const WalkEnds& ends) const override {
-    Interpreter(program, options, survey, ends.measurements, ends.sink, ends.log).run();
+  std::optional<std::size_t> walk(const Program& program,
+                                  const WalkOptions& options,
+                                  Survey& survey,
+                                  const WalkEnds& ends) const override {
+    Interpreter interpreter(
+        program, options, survey, ends.measurements, ends.sink, ends.log, ends.trial);
+    if (ends.asks_until) interpreter.end_at(*ends.asks_until);
+    interpreter.run();
+    return interpreter.asked_until();
   }
 };
 

@@ -23,13 +23,17 @@ Interpreter::Interpreter(const Program& program,
                          Survey& survey,
                          MeasurementSource* source,
                          OperationSink* sink,
-                         DiagnosticLog& log)
+                         DiagnosticLog& log,
+                         TrialExecution* trial)
     : program_(program),
       header_(header_of(program)),
       options_(options),
-      reporter_(program.source.file,
-                log,
-                sink == nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly),
+      trial_(trial),
+      reporter_(
+          program.source.file,
+          log,
+          sink == nullptr || trial != nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly,
+          trial == nullptr ? nullptr : &trial->working_log),
       vision_(options, survey, source, reporter_, log),
       emitter_(header_.tools, options, place_, vision_.corrections(), reporter_, sink),
       set_(header_.set),
@@ -43,7 +47,8 @@ Interpreter::Interpreter(const Program& program,
   modal_.incremental = header_.incremental;
   modal_.text_offset = header_.text_offset;
   states_unit_ = header_.states_format;
-  warned_format_ = sink != nullptr || (header_.states_format && header_.states_zeros);
+  const bool is_second_walk = sink != nullptr && trial == nullptr;
+  warned_format_ = is_second_walk || (header_.states_format && header_.states_zeros);
   place_.placement = frame_;
   place_.is_scaled = options.scaling && options.scaling->starts_enabled;
   const auto correction = header_.zero_correction;
@@ -56,11 +61,16 @@ Interpreter::Interpreter(const Program& program,
   if (header_.zero_set) place_.work_zero = place_.work_zero + zero(*header_.zero_set);
 }
 
+void Interpreter::end_at(std::size_t offset) {
+  ends_early_ = true;
+  cursor_ = LineCursor(std::string_view(program_.source.bytes).substr(0, offset), header_.body);
+}
+
 void Interpreter::run() {
   pass_on_header();
   while (!cursor_.at_end() && !has_ended()) run_line(cursor_.next());
   if (has_end_) return check_rest();
-  if (has_ended()) return;
+  if (has_ended() || ends_early_) return;
   refuse_pending(cursor_.line_number(), "the end of the program");
   if (is_plunged_) {
     reporter_.report(Code::ToolPlunged,
@@ -71,8 +81,7 @@ void Interpreter::run() {
   }
   vision_.end_program(cursor_.line_number());
   if (!vision_.must_stop()) {
-    reporter_.report(
-        Code::EndMissing, cursor_.line_number(), 0, "the program has no end", "M30 or M00");
+    reporter_.report(Code::EndMissing, cursor_.line_number(), 0, "", "M30 or M00");
   }
 }
 
@@ -130,6 +139,11 @@ void Interpreter::run_line(const SourceLine& line) {
       run_words(line);
       break;
   }
+  if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
+  const bool is_of_program = !in_pattern_ && !in_stored_pattern_;
+  if (is_of_program && std::exchange(n_vision_steps_, vision_.n_steps()) != vision_.n_steps()) {
+    asked_until_ = cursor_.offset();
+  }
   if (vision_.must_stop()) ended_ = true;
 }
 
@@ -168,7 +182,7 @@ void Interpreter::run_slashed(const SourceLine& line) {
     reporter_.report(Code::BlockDeleteAssumed,
                      line.number,
                      line.column,
-                     quoted(line.text) + " is executed",
+                     quoted(line.text),
                      "BLKD,ON or BLKD,OFF in the header");
   }
   if (kind_of(rest.text) == LineKind::BlockDelete) {

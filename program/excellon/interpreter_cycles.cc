@@ -259,7 +259,7 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
     reporter_.report(Code::PatternMissing,
                      cycle.line,
                      1,
-                     "there is no stored pattern " + quoted(cycle.name),
+                     quoted(cycle.name),
                      folders.empty() ? "a folder to look in" : "a file in " + folders);
     ended_ = true;
     return;

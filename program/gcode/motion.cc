@@ -245,11 +245,8 @@ Expected<Motion> MotionReader::read_motion(const GcodeBlock& block) {
 /// The centre and the sweep of an arc; a full circle ends where it begins and has no radius word.
 Expected<void> MotionReader::read_arc(const GcodeBlock& block, Motion& motion) const {
   if (!motion.from.has_xy() || !motion.to.has_xy()) {
-    return problem(block,
-                   Code::CoordinateMissing,
-                   nullptr,
-                   "an arc from nobody knows where",
-                   "X and Y before it");
+    return problem(
+        block, Code::CoordinateMissing, nullptr, "arc from an unknown place", "X and Y before it");
   }
   const GcodeWord* const turns = block.find('P');
   if ((turns != nullptr && turns->value != 1) || block.has('K')) {

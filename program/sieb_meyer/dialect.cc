@@ -18,11 +18,12 @@ class SiebMeyerDialect final : public ProgramDialect {
     program.head = std::make_shared<FileLayout>(read_layout(program.source, log));
     program.patterns = read_subprograms(program.source.bytes, program.reading.pattern_folders);
   }
-  void walk(const Program& program,
-            const WalkOptions& options,
-            Survey& survey,
-            const WalkEnds& ends) const override {
+  std::optional<std::size_t> walk(const Program& program,
+                                  const WalkOptions& options,
+                                  Survey& survey,
+                                  const WalkEnds& ends) const override {
     Interpreter(program, options, survey, ends).run();
+    return std::nullopt;
   }
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -11,16 +13,21 @@
 #include "program/walk/probing.h"
 #include "program/walk/program.h"
 #include "program/walk/survey.h"
+#include "program/walk/trial_execution.h"
 
 namespace panelcal {
 
 /// Where a walk takes its answers from and puts its operations. The first walk has sources and no
-/// sink, the second a sink and no sources.
+/// sink, the second a sink and no sources; a trial has all of them.
 struct WalkEnds {
   MeasurementSource* measurements = nullptr;
   ProbeSource* probes = nullptr;
   OperationSink* sink = nullptr;
   DiagnosticLog& log;
+  TrialExecution* trial = nullptr;
+  /// The byte of the program behind which a measuring walk asks for nothing, as a check has found
+  /// it; absent: not known.
+  std::optional<std::size_t> asks_until = std::nullopt;
 };
 
 /// A language of part programs, as loading and walking know it. A further language is a room with
@@ -39,10 +46,12 @@ class ProgramDialect {
   /// Whether its programs switch [reference_scaling] on and off (M60).
   virtual bool has_reference_scaling() const { return false; }
   /// One walk over a program that read() has read.
-  virtual void walk(const Program& program,
-                    const WalkOptions& options,
-                    Survey& survey,
-                    const WalkEnds& ends) const = 0;
+  ///
+  /// Out    the byte behind which the program asks for nothing more; absent: not known
+  virtual std::optional<std::size_t> walk(const Program& program,
+                                          const WalkOptions& options,
+                                          Survey& survey,
+                                          const WalkEnds& ends) const = 0;
 };
 
 /// All of them, in the order in which a text is tried; the last one takes any text. Defined above

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "program/walk/dialect.h"
+#include "program/walk/trial_execution.h"
 
 namespace panelcal {
 
@@ -43,7 +44,106 @@ Survey survey(const Program& program,
               ProbeSource& probes,
               DiagnosticLog& log) {
   Survey survey;
-  dialect_of(program).walk(program, options, survey, {&source, &probes, nullptr, log});
+  dialect_of(program).walk(
+      program, options, survey, {.measurements = &source, .probes = &probes, .log = log});
+  return survey;
+}
+
+namespace {
+
+/// A perfect panel that tells a trial when it is asked.
+class AskedPanel final : public MeasurementSource {
+ public:
+  explicit AskedPanel(bool& is_asked) : is_asked_(is_asked) {}
+
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    is_asked_ = true;
+    return panel_.measure(request);
+  }
+  Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
+    is_asked_ = true;
+    return panel_.focus(request);
+  }
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override {
+    is_asked_ = true;
+    return panel_.calibrate(order);
+  }
+
+ private:
+  bool& is_asked_;
+  NominalSource panel_;
+};
+
+class AskedSurface final : public ProbeSource {
+ public:
+  explicit AskedSurface(bool& is_asked) : is_asked_(is_asked) {}
+
+  Expected<ProbeReading> probe(const ProbeRequest& request) override {
+    is_asked_ = true;
+    return surface_.probe(request);
+  }
+
+ private:
+  bool& is_asked_;
+  NominalProbeSource surface_;
+};
+
+void begin(const Program& program, const WalkOptions& options, OperationSink& sink) {
+  const ProgramDialect& dialect = dialect_of(program);
+  sink.begin({.file = program.source.file,
+              .dialect = program.dialect,
+              .format = program.head->number_format(),
+              .tools = program.tools(),
+              .is_scaled = dialect.has_reference_scaling() && options.scaling.has_value(),
+              .body_rules = program.head->body_rules,
+              .axis_version = program.axis_version()});
+}
+
+}  // namespace
+
+CheckedWalk check(const Program& program,
+                  const WalkOptions& options,
+                  Execution execution,
+                  OperationSink* sink,
+                  DiagnosticLog& log) {
+  CheckedWalk checked;
+  WalkOptions without_limits = options;
+  without_limits.base_limits = {};
+  without_limits.nested_limits = {};
+  TrialExecution trial;
+  trial.ends_when_asked = execution != Execution::OfNominal;
+  AskedPanel panel(trial.is_asked);
+  AskedSurface surface(trial.is_asked);
+  if (execution == Execution::None) sink = nullptr;
+  TrialExecution* const executed = sink == nullptr ? nullptr : &trial;
+  if (sink != nullptr) begin(program, options, *sink);
+  checked.asks_until = dialect_of(program).walk(
+      program,
+      without_limits,
+      checked.survey,
+      {.measurements = &panel, .probes = &surface, .sink = sink, .log = log, .trial = executed});
+  checked.asks = trial.is_asked;
+  checked.is_executed = sink != nullptr && !trial.is_over();
+  checked.working_log = std::move(trial.working_log);
+  return checked;
+}
+
+CheckedWalk check(const Program& program, const WalkOptions& options, DiagnosticLog& log) {
+  return check(program, options, Execution::None, nullptr, log);
+}
+
+Survey survey(const Program& program,
+              const WalkOptions& options,
+              const CheckedWalk& checked,
+              MeasurementSource& source,
+              ProbeSource& probes,
+              DiagnosticLog& log) {
+  Survey survey;
+  dialect_of(program).walk(
+      program,
+      options,
+      survey,
+      {.measurements = &source, .probes = &probes, .log = log, .asks_until = checked.asks_until});
   return survey;
 }
 
@@ -53,15 +153,8 @@ void execute(const Program& program,
              OperationSink& sink,
              DiagnosticLog& log) {
   Survey replayed = survey;
-  const ProgramDialect& dialect = dialect_of(program);
-  sink.begin({.file = program.source.file,
-              .dialect = program.dialect,
-              .format = program.head->number_format(),
-              .tools = program.tools(),
-              .is_scaled = dialect.has_reference_scaling() && options.scaling.has_value(),
-              .body_rules = program.head->body_rules,
-              .axis_version = program.axis_version()});
-  dialect.walk(program, options, replayed, {nullptr, nullptr, &sink, log});
+  begin(program, options, sink);
+  dialect_of(program).walk(program, options, replayed, {.sink = &sink, .log = log});
 }
 
 }  // namespace panelcal

@@ -149,7 +149,7 @@ void GcodeWriter::write(const Setting& setting) {
   const std::string_view key = setting_key(setting.text);
   if (is_spelling(key) || is_tool_link(setting.text) || setting.text == "/") return;
   if (decides_places(key)) {
-    return refuse(quoted(setting.text), "[gcode] of machine.toml, which says depths");
+    return refuse(quoted(setting.text), "[gcode] of machine.toml, which states depths");
   }
   lose(quoted(setting.text));
 }

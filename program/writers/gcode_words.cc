@@ -91,7 +91,7 @@ void GcodeWriter::go_to(const Place& at) {
 bool GcodeWriter::start_spindle() {
   if (spindle_runs_) return true;
   if (!work_.speed) {
-    refuse_unsaid(fmt::format("nobody says how fast T{} turns", tool_.number),
+    refuse_unsaid(fmt::format("T{} has no spindle speed", tool_.number),
                   "S of the tool, or speed_rpm in [gcode] or [[gcode.tool]]");
     return false;
   }

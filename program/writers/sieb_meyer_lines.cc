@@ -116,11 +116,10 @@ void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
   if (cut.depth && cut.surface) {
     z = *cut.surface - *cut.depth;
     if (*z < Length()) {
-      refuse(
-          fmt::format("a plane {:.4g} mm below the table: the surface is said to be at {:.4g} mm",
-                      -z->in_mm(),
-                      cut.surface->in_mm()),
-          "heights above the table plane Z0, and Z of zero or more");
+      refuse(fmt::format("a plane {:.4g} mm below the table: the surface is at {:.4g} mm",
+                         -z->in_mm(),
+                         cut.surface->in_mm()),
+             "heights above the table plane Z0, and Z of zero or more");
       return;
     }
     const auto tool = tools_.find(tool_);

@@ -79,7 +79,7 @@ Expected<void> HeightGrid::validate() const {
     return height && !std::isfinite(height->in_mm());
   };
   if (std::ranges::any_of(heights, is_none)) {
-    return failure({Code::GridInvalid, {}, "a grid with a height that is none", "finite numbers"});
+    return failure({Code::GridInvalid, {}, "a height of the grid is not finite", "finite numbers"});
   }
   if (std::ranges::any_of(heights, [](const auto& height) { return height.has_value(); }))
     return {};

@@ -25,8 +25,8 @@ Expected<TextField> XmlTag::attribute(const std::string& file, std::string_view 
   }
   return failure({Code::MeasurementFile,
                   {file, name.line, name.column},
-                  "<" + quoted(name.text) + "> has no " + std::string(key),
-                  "it"});
+                  "<" + quoted(name.text) + ">: missing attribute " + std::string(key),
+                  ""});
 }
 
 XmlScanner::XmlScanner(std::string_view text, std::string file)

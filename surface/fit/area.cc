@@ -100,7 +100,8 @@ bool is_size(Length size) {
 }
 
 Problem area_problem(const Circle& circle) {
-  if (!all_near({circle.center})) return {"a center that is none", "numbers up to 1e6 mm"};
+  if (!all_near({circle.center}))
+    return {"a center that is not finite or too far away", "numbers up to 1e6 mm"};
   if (is_size(circle.radius)) return {};
   return {fmt::format("a circle of radius {} mm", circle.radius.in_mm()), "above 0 mm, to 1e6 mm"};
 }
@@ -110,7 +111,8 @@ Problem area_problem(const Polygon& polygon) {
     return {fmt::format("a polygon of {} corners", polygon.corners.size()),
             fmt::format("3 to {}", kMaxAreaCorners)};
   }
-  if (!all_near(polygon.corners)) return {"a corner that is none", "numbers up to 1e6 mm"};
+  if (!all_near(polygon.corners))
+    return {"a corner that is not finite or too far away", "numbers up to 1e6 mm"};
   if (!(doubled_area_mm2(polygon.corners) > 0)) return {"a polygon without an area", "one"};
   if (crosses_itself(polygon.corners)) {
     return {"a polygon whose sides cross", "its corners in order"};
@@ -123,7 +125,8 @@ Problem area_problem(const Track& track) {
     return {fmt::format("a track of {} points", track.points.size()),
             fmt::format("1 to {}", kMostPoints)};
   }
-  if (!all_near(track.points)) return {"a point that is none", "numbers up to 1e6 mm"};
+  if (!all_near(track.points))
+    return {"a point that is not finite or too far away", "numbers up to 1e6 mm"};
   if (is_size(track.width)) return {};
   return {fmt::format("a track of width {} mm", track.width.in_mm()), "above 0 mm, to 1e6 mm"};
 }

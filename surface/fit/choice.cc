@@ -63,7 +63,8 @@ std::string comparison(std::span<const SurfaceFit> fits) {
   std::string out;
   for (const SurfaceFit& fit : fits) {
     const std::optional<double> rms = fit.left_out_rms();
-    if (!rms) return "the other probes foretell none that is left out, so that nothing checks them";
+    if (!rms)
+      return "no probe that is left out is predicted by the others, so that no model is checked";
     const char* article = is_of_grid(fit.model()) ? "" : "a ";
     out += out.empty()
                ? fmt::format("probes left out are missed by {:.2f} sigma of a probe by {}{}",

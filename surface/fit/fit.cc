@@ -46,7 +46,8 @@ std::optional<Diagnostic> point_problem(const ProbePoint& point) {
   }
   return Diagnostic{Code::GridInvalid,
                     point.from,
-                    fmt::format("probe {} has a number that makes no height", quoted(point.name)),
+                    fmt::format("probe {} has a number that is not finite, or a sigma of 0 or less",
+                                quoted(point.name)),
                     "finite numbers and a sigma above 0"};
 }
 
@@ -404,7 +405,8 @@ std::optional<double> SurfaceFit::left_out_rms() const {
 }
 
 std::string SurfaceFit::summary() const {
-  const std::string noise = fmt::format("noise {:.2f} times what the probes say", noise_factor());
+  const std::string noise =
+      fmt::format("noise {:.2f} times the probes' stated sigma", noise_factor());
   const std::string trend = n_trend() == kBowTrend ? "bow and twist" : "plane";
   if (model() == SurfaceModel::Plane) return fmt::format("plane; {}", noise);
   if (model() == SurfaceModel::ThinPlate) return fmt::format("thin plate; {}", noise);

@@ -151,7 +151,7 @@ Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
     return failure(
         {Code::SurfaceOutOfTolerance,
          from,
-         fmt::format("the probes scatter {:.1f} times what they say", found.noise_factor()),
+         fmt::format("the probes scatter {:.1f} times their stated sigma", found.noise_factor()),
          fmt::format("at most {:.1f} times", most_noise_)});
   }
   if (found.model() == SurfaceModel::Plane) return {};
@@ -167,14 +167,15 @@ Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
     missed = std::min(missed, other.left_out_rms().value_or(0));
   }
   if (!(missed > most)) return {};
-  return failure({Code::SurfaceOutOfTolerance,
-                  from,
-                  fmt::format("probes left out are missed by {:.1f} sigma, hardly less than by a "
-                              "plane, {:.1f}: many are wild, or the surface is rougher than they "
-                              "are dense",
-                              missed,
-                              *plane.left_out_rms()),
-                  fmt::format("at most {:g} times as much", kHardlyBetter)});
+  return failure(
+      {Code::SurfaceOutOfTolerance,
+       from,
+       fmt::format("probes left out are missed by {:.1f} sigma, hardly less than by a "
+                   "plane, {:.1f}: many are outliers, or the surface is rougher than they "
+                   "are dense",
+                   missed,
+                   *plane.left_out_rms()),
+       fmt::format("at most {:g} times as much", kHardlyBetter)});
 }
 
 /// Probes that are searched together: all of them, or neighbours.
@@ -228,7 +229,7 @@ std::string name_of(const ProbePoint& point) {
 }
 
 std::string SurfaceOutlier::text() const {
-  return fmt::format("{} is {:.3f} mm {} what the others foretell, {:.0f} sigma",
+  return fmt::format("{} is {:.3f} mm {} the prediction of the others, {:.0f} sigma",
                      name,
                      std::abs(deviation.in_mm()),
                      deviation > mm(0) ? "above" : "below",

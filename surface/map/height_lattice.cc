@@ -69,7 +69,7 @@ Expected<HeightLattice> HeightLattice::make(const LatticeAxis& x,
   }
   if (!std::ranges::all_of(heights_mm, [](double h_mm) { return std::isfinite(h_mm); })) {
     return failure(
-        {Code::GridInvalid, {}, "a lattice with a height that is none", "finite numbers"});
+        {Code::GridInvalid, {}, "a height of the lattice is not finite", "finite numbers"});
   }
   return HeightLattice(x, y, heights_mm, interpolation);
 }

@@ -124,7 +124,7 @@ Expected<FocusRange> range_of(const CalibrateOptions& options, const MachineConf
             "{:g} to {:g} mm, [camera] focus_range_mm", may->low.in_mm(), may->high.in_mm())));
   }
   if (may) return *may;
-  return failure(focus_usage("nothing says between which heights to look",
+  return failure(focus_usage("the range of heights is missing",
                              "--range LOW,HIGH or [camera] focus_range_mm"));
 }
 
@@ -134,7 +134,7 @@ std::string settle_text(const SettleRun& run, Length limit) {
   std::string text = fmt::format("settle_s = {:.3f}\n", settle.safe_wait().in_s());
   switch (settle.motion) {
     case SettleMotion::Still:
-      text += "  at rest at once, as far as these views can tell\n";
+      text += "  at rest at once, as far as these views show\n";
       break;
     case SettleMotion::Creeping:
     case SettleMotion::Vibrating:

@@ -12,13 +12,13 @@
 #include "machine/calibrate/coupon.h"
 #include "machine/calibrate/spindle_camera_run.h"
 #include "machine/devices/camera_settings.h"
+#include "machine/job/spindle_age.h"
 #include "machine/nightly/night_lock.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/cli/operator_prompt.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/version.h"
-#include "tools/run/spindle_age.h"
 #include "tools/run/spindle_answer.h"
 #include <fmt/format.h>
 #include <unistd.h>
@@ -122,15 +122,14 @@ class SpindleCamera {
     return {};
   }
 
-  /// Where nothing says where to begin, the camera would look for another spindle's holes.
+  /// Without a start value, the camera would look for another spindle's holes.
   Expected<void> check_begin() const {
     const SpindleSetting& setting = config_.spindle_setting;
     if (setting.is_calibrated || setting.stated_offset) return {};
-    return failure(
-        {Code::ConfigValue,
-         {config_.file.string(), 0, 0},
-         "nothing says where to begin with " + subject({setting.spindle, setting.station}),
-         "[spindle] camera_offset_mm"});
+    return failure({Code::ConfigValue,
+                    {config_.file.string(), 0, 0},
+                    "there is no start value for " + subject({setting.spindle, setting.station}),
+                    "[spindle] camera_offset_mm"});
   }
 
   /// DeviceSet knows that no person lays anything on a simulated coupon.
@@ -141,7 +140,7 @@ class SpindleCamera {
     if (!asks) return Prompt();
     if (::isatty(STDIN_FILENO) != 1) {
       return failure(spindle_camera_usage(
-          "the coupon needs entry material, and nobody is at a terminal to lay it "
+          "the coupon needs entry material, and no person is at a terminal to lay it "
           "on",
           "--yes if it is dealt with"));
     }

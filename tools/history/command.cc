@@ -183,8 +183,7 @@ class History {
     return failure(
         {Code::LedgerEntryUnknown,
          {options_.ledger, 0, 0},
-         fmt::format(
-             "no entry of {} {} of {}", word(key.kind), quoted(key.subject), quoted(key.machine)),
+         fmt::format("{} {} of {}", word(key.kind), quoted(key.subject), quoted(key.machine)),
          "what `panelcal history list` shows"});
   }
 

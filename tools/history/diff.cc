@@ -35,7 +35,7 @@ class MovedTargets final : public MeasurementSource {
     if (found == by_seq_.end()) {
       return failure({Code::MeasurementMissing,
                       {request.file, request.line, 0},
-                      fmt::format("target {} was not asked for before", request.seq),
+                      fmt::format("target {} has no earlier measurement", request.seq),
                       "the same targets with either calibration"});
     }
     Measurement answer = *found->second;
@@ -290,7 +290,7 @@ Expected<std::optional<JobShift>> job_shift(const Program& program,
     return failure({Code::Usage,
                     {order.file.empty() ? program.source.file : order.file, order.line, 0},
                     describe(order) + " calibrates the offset anew while the job is measured, so "
-                                      "that a stored one does not tell where holes go",
+                                      "that a stored one does not determine where holes go",
                     "a program that measures with the stored calibration"});
   }
   WalkOptions without_limits = options;

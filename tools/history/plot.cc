@@ -195,7 +195,7 @@ Expected<std::string> series_svg(const LedgerSeries& series,
   if (series.points.empty()) {
     return failure({Code::LedgerEntryUnknown,
                     {file, 0, 0},
-                    fmt::format("no entry of {} {} of {} has {}",
+                    fmt::format("{} {} of {} with {}",
                                 word(key.kind),
                                 quoted(key.subject),
                                 quoted(key.machine),

@@ -117,7 +117,7 @@ Expected<Search> prepare(const LocateCommandOptions& options) {
   if (tool == config.vision_tools.end()) {
     return failure({Code::VisionToolUndefined,
                     {options.machine, 0, 0},
-                    fmt::format("there is no vision tool {}", options.tool),
+                    fmt::format("vision tool {}", options.tool),
                     fmt::format("[[vision.tool]] with number = {}", options.tool)});
   }
   Search search{std::move(config), tool->second, std::nullopt, {}};

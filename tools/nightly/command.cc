@@ -13,6 +13,7 @@
 #include "calib/base/clock.h"
 #include "calib/base/digest.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/text_variables.h"
 #include "machine/nightly/night_files.h"
 #include "machine/nightly/night_lock.h"
 #include "machine/nightly/nightly.h"
@@ -20,7 +21,6 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/text_variables.h"
 #include "tools/cli/version.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>
@@ -112,7 +112,7 @@ class NightlyRun {
     if (!config_.nightly) {
       return failure({Code::ConfigValue,
                       {options_.machine, 0, 0},
-                      "there is no [nightly], which says what is calibrated",
+                      "[nightly] is missing, which lists the calibrations",
                       "a table [nightly] (docs/howto/nightly.md)"});
     }
     return {};

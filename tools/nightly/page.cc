@@ -64,7 +64,7 @@ std::string night_tile(std::string_view term, std::string_view value, std::strin
 
 std::string until_text(const NightRecord& record) {
   if (!record.may_drill) return "do not drill";
-  return record.drill_until ? minute_text(*record.drill_until) : "no end foretold";
+  return record.drill_until ? minute_text(*record.drill_until) : "no end predicted";
 }
 
 std::string steps_text(const NightRecord& record) {
@@ -163,7 +163,7 @@ std::string value_text(const std::optional<double>& value, const std::string& un
 std::string surprise_text(const NightStep& step, const NightAxis& axis) {
   if (!step.series.empty() && step.series.back().is_fresh_start) return "fresh start";
   if (!axis.new_value || !axis.expected || !axis.expected_sigma) return "-";
-  return fmt::format("{} (foretold to {})",
+  return fmt::format("{} (predicted to {})",
                      signed_amount(*axis.new_value - *axis.expected, axis.unit),
                      amount(*axis.expected_sigma, axis.unit));
 }
@@ -173,7 +173,7 @@ std::string axes(const NightStep& step) {
   std::string out =
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>axis</th><th class=\"num\">old</th>"
       "<th class=\"num\">new</th><th class=\"num\">sigma</th><th class=\"num\">change</th>"
-      "<th class=\"num\">off what was foretold</th></tr>\n";
+      "<th class=\"num\">off the prediction</th></tr>\n";
   for (const NightAxis& axis : step.axes) {
     const bool has_both = axis.old_value && axis.new_value;
     out += "<tr><td>" + escaped(axis.name) + "</td>";
@@ -230,7 +230,7 @@ std::string legend() {
            std::pair("<path class=\"force\" d=\"M0 6H18\"/>", "in force"),
            std::pair("<path class=\"fresh\" d=\"M9 0V12\"/>", "fresh start"),
            std::pair("<rect class=\"band\" x=\"4\" y=\"1\" width=\"10\" height=\"10\"/>",
-                     "tonight as foretold, three sigma"),
+                     "tonight as predicted, three sigma"),
        }) {
     out += fmt::format(fmt::runtime(kSample), sample, text);
   }

@@ -118,7 +118,7 @@ std::string series_title(const Plan& plan, const SeriesPlan& series) {
                      counted(static_cast<std::int64_t>(series.targets.size()), "target"),
                      lines_text(series),
                      name(series.programmed));
-  if (plan.chooses_model) out += " (auto: the manual's for so many)";
+  if (plan.chooses_model) out += " (auto: the manual's for this number)";
   if (plan.bends_panel) out += " (of the smooth one)";
   if (plan.is_recorded) out += fmt::format(", noise {:.2f} um", series.noise.in_um());
   return out;
@@ -192,7 +192,7 @@ std::string model_text(const Plan& plan) {
   if (!plan.chooses_model) return {};
   return "Model \"auto\": a job chooses by what it measures. Assumed here is the manual's model "
          "for "
-         "so many targets, now and with further ones; the table has the others.";
+         "this number of targets, now and with further ones; the table has the others.";
 }
 
 std::string plan_text(const Plan& plan, const Survey& survey) {

@@ -3,9 +3,9 @@
 
 #include <string_view>
 
+#include "machine/job/depth_summary.h"
 #include "tools/report/depth_map.h"
 #include "tools/report/text.h"
-#include "tools/run/depth_summary.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {
@@ -83,13 +83,14 @@ std::string depth_section(const DepthVerdict* verdict) {
   for (const std::string& line : surface_lines(*verdict)) {
     out += "<li>" + escaped(line) + "</li>\n";
   }
-  return out + fmt::format(
-                   "</ul>\n<p class=\"quiet\">Lengths in &#181;m; deeper than wanted is positive. "
-                   "The map of all probes says how high the board is at each place, and how sure "
-                   "that is; what the machine is told counts on a probe, a grid or a map made "
-                   "before. To the map's "
-                   "sigma comes that of the machine's depth, {} &#181;m.</p>\n</section>\n",
-                   shortest(verdict->errors().depth_sigma().in_um()));
+  return out +
+         fmt::format(
+             "</ul>\n<p class=\"quiet\">Lengths in &#181;m; deeper than wanted is positive. "
+             "The map of all probes gives the height of the board at each place, and how sure "
+             "that is; what the machine is told counts on a probe, a grid or a map made "
+             "before. To the map's "
+             "sigma comes that of the machine's depth, {} &#181;m.</p>\n</section>\n",
+             shortest(verdict->errors().depth_sigma().in_um()));
 }
 
 }  // namespace panelcal::report

@@ -132,7 +132,7 @@ std::string frame_paragraph(const Survey& survey) {
   const bool has_nested = std::ranges::any_of(survey.series, [](const SeriesResult& series) {
     return series.level == CorrectionLevel::Nested && series.base_series.has_value();
   });
-  return has_nested ? "<p>Board fits say what a board did on top of its panel's fit.</p>\n" : "";
+  return has_nested ? "<p>Board fits are on top of their panel's fit.</p>\n" : "";
 }
 
 std::string pooled_paragraph(const Survey& survey) {

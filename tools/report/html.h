@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calib/base/diagnostic.h"
+#include "machine/job/truth_comparison.h"
 #include "program/judge/depth_verdict.h"
 #include "program/judge/job_verdict.h"
 #include "program/judge/tally.h"
@@ -17,7 +18,6 @@
 #include "tools/report/budget.h"
 #include "tools/report/input.h"
 #include "tools/report/views.h"
-#include "tools/run/truth_comparison.h"
 
 namespace panelcal {
 

@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "calib/base/diagnostic.h"
+#include "machine/job/truth_comparison.h"
 #include "program/judge/depth_verdict.h"
 #include "program/judge/job_verdict.h"
 #include "program/judge/tally.h"
 #include "program/walk/survey.h"
 #include "tools/report/budget.h"
 #include "tools/report/views.h"
-#include "tools/run/truth_comparison.h"
 
 namespace panelcal {
 

@@ -60,7 +60,7 @@ std::string difference_text(const ComparedMaps& maps) {
   std::string out = difference_line(
       "compared",
       fmt::format(
-          "{} of {} with what {} foretells of them{}{}",
+          "{} of {} with the prediction of {}{}{}",
           amount(d.n_probes, "probe"),
           maps.after_file,
           maps.before_file,
@@ -92,9 +92,9 @@ std::string difference_text(const ComparedMaps& maps) {
                                        with_sigma(*d.twist_um, "um"),
                                        judged(*d.bow)));
   } else {
-    out += difference_line("bow", "not told by so few probes");
+    out += difference_line("bow", "not determined by this number of probes");
   }
-  if (d.rest) out += difference_line("rest", "what is left of the difference: " + judged(*d.rest));
+  if (d.rest) out += difference_line("rest", "the rest of the difference: " + judged(*d.rest));
   out += difference_line("rms", um_text(d.rms) + " over what both maps probed");
   return out + difference_line("greatest",
                                fmt::format("{:+.1f} um +- {} at {}",

@@ -148,9 +148,10 @@ std::string export_text(const SurfaceOptions& options, const Exported& made) {
                 fmt::format("{} that no probe vouches for{}",
                             amount(made.n_missing, "node"),
                             options.fill ? " or that lie outside of the probes"
-                                         : "; --fill foretells those between the probes"));
+                                         : "; --fill predicts those between the probes"));
   }
-  out += line("sigma", um_text(made.worst_sigma) + " at the worst node; the file does not say it");
+  out +=
+      line("sigma", um_text(made.worst_sigma) + " at the worst node; the file has no place for it");
   return out + line("between",
                     "straight lines from node to node are off the map by up to " +
                         um_text(*made.worst_between));

@@ -40,7 +40,7 @@ std::string zone_tiles(const MadeZone& made) {
                                um_text(facts.usual_sigma))) +
          zone_tile("residuals",
                    um_text(facts.residual_rms),
-                   "rms; probes are said to scatter " + um_text(facts.stated_rms)) +
+                   "rms; stated sigma of the probes " + um_text(facts.stated_rms)) +
          zone_tile("left out",
                    amount(map.outliers().size(), "probe"),
                    fmt::format("of {}", made.stored.points.size())) +
@@ -97,7 +97,7 @@ std::string probes_table(const MadeZone& made) {
       "<details><summary>All probes that make the surface</summary><div class=\"scroll\">"
       "<table class=\"grid\"><tr><th>probe</th><th>read at</th><th class=\"num\">place mm</th>"
       "<th class=\"num\">height mm</th><th class=\"num\">off the surface &#181;m</th>"
-      "<th class=\"num\">off what the others foretell &#181;m</th><th class=\"num\">chance</th>"
+      "<th class=\"num\">off the others' prediction &#181;m</th><th class=\"num\">chance</th>"
       "</tr>\n";
   const HeightMap& map = made.stored.map;
   for (std::size_t k = 0; k < map.kept().size(); ++k) {

@@ -35,7 +35,7 @@ constexpr double kMaxPlanPlace_mm = 1e5;
 Expected<void> believe_options(const SurfaceOptions& options, PlannedProbes& out) {
   if (!options.amplitude_mm || !options.length_mm || !options.probe_sigma_um) {
     return failure(usage(kSurfacePlan,
-                         "nothing says how such panels bend",
+                         "the bending of such panels is missing",
                          "a MAP, or --amplitude-mm, --length-mm and --probe-sigma-um"));
   }
   out.request.amplitude = mm(*options.amplitude_mm);
@@ -108,8 +108,9 @@ Expected<Places> area_of(const SurfaceOptions& options,
                          high_mm.cwiseAbs().maxCoeff() <= kMaxPlanPlace_mm &&
                          (high_mm - low_mm).minCoeff() > kStep_mm;
     if (is_area) return rectangle(low_mm, high_mm);
-    return failure(
-        usage(kSurfacePlan, "--area is none", "X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, mm"));
+    return failure(usage(kSurfacePlan,
+                         "--area has no width or no height",
+                         "X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, mm"));
   }
   if (!of_program.empty()) {
     Vector2d low_mm = of_program.front().in_mm(), high_mm = low_mm;

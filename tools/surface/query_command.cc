@@ -55,7 +55,7 @@ std::optional<Position<frame::Nominal>> place_of(std::string_view text) {
 }
 
 Diagnostic no_place(Place where, std::string_view text) {
-  return {Code::Usage, std::move(where), quoted(text) + " is no place", "X,Y in mm"};
+  return {Code::Usage, std::move(where), quoted(text) + " is not a place", "X,Y in mm"};
 }
 
 Expected<std::vector<Asked>> read_places(std::string_view text) {

@@ -139,7 +139,7 @@ std::string zone_text(const MadeZone& zone) {
                               place_text(facts.lowest.at),
                               place_text(facts.highest.at)));
   out += map_line("residuals",
-                  fmt::format("{} rms about the surface, of probes that are said to scatter {}",
+                  fmt::format("{} rms about the surface; stated sigma of the probes {}",
                               um_text(facts.residual_rms),
                               um_text(facts.stated_rms)));
   out += map_line("sigma",

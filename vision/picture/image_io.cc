@@ -87,11 +87,10 @@ Expected<PictureHeader> checked_header(std::string_view bytes,
                                        PictureKind kind) {
   const auto header = internal::picture_header(bytes, kind);
   if (!header) {
-    return file_problem(
-        Code::PictureDamaged,
-        name,
-        fmt::format("the {} header is cut off or makes no sense", internal::name(kind)),
-        "a whole picture");
+    return file_problem(Code::PictureDamaged,
+                        name,
+                        fmt::format("the {} header is cut off or damaged", internal::name(kind)),
+                        "a whole picture");
   }
   // Divided, since the product of two claims may overflow.
   if (header->width > kMaxPicturePixels / header->height) {

@@ -134,7 +134,7 @@ std::string structure_problem(const Raster& smooth, double noise, double contras
   const Eigen::Vector2d eigenvalues =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(energy).eigenvalues();
   if (eigenvalues[0] - of_noise < kMinBalance * eigenvalues[1]) {
-    return "it shows parallel edges only, which do not tell the place along them";
+    return "it shows parallel edges only, which do not determine the place along them";
   }
   return {};
 }

@@ -217,7 +217,7 @@ TEST(SimConfig, RefusesTableSurfacesThatMakeNoSense) {
   EXPECT_EQ(
       refusal("[sim.table_surface]\nheight_um_per_day = 2\n"),
       "machine.toml:5:21: error[config-value]: height_um_per_day in [sim.table_surface] is 2: "
-      "nobody knows since when, expected since as well");
+      "it has no date to begin at, expected since as well");
 }
 
 TEST(SimConfig, RefusesPicturesThatMakeNoSense) {

@@ -184,7 +184,8 @@ TEST(Header, RefusesContradictions) {
 
 TEST(Header, RefusesZerosThatNobodyHasWrittenDown) {
   const std::string why =
-      " may move a zero, and the manual does not say how, expected the zero set at the machine, or "
+      " may move a zero in a way that the manual does not state, expected the zero set at the "
+      "machine, or "
       "G93X#Y#";
   EXPECT_EQ(read("M48\nZA,1\n%\n").diagnostics,
             Texts{"p.exc:2:1: error[not-supported]: \"ZA,1\"" + why});

@@ -158,7 +158,7 @@ TEST(GcodeLeveller, StepsLeadToTheSurface) {
   EXPECT_EQ(after_start("G91 G1 X60 Z-3\n"), "G91 G1 X0 Z0.01\nG1 X60 Z-2.94\n");
   EXPECT_THAT(
       after_start("G91 G28 Z0\nG1 Z-1\n"),
-      HasSubstr("p.ngc:5:1: error[coordinate-missing]: a move at nobody knows what height"));
+      HasSubstr("p.ngc:5:1: error[coordinate-missing]: move before the first Z: height unknown"));
 }
 
 TEST(GcodeLeveller, KeepsHelices) {
@@ -203,7 +203,7 @@ TEST(GcodeLeveller, RefusesWhatWouldGoThroughTheBoard) {
   EXPECT_THAT(after_start("G43 H1\nG1 X20 Z-0.1\n"), HasSubstr("error[coordinate-missing]"));
   EXPECT_THAT(
       levelled("G21\nG1 X5 Y5\n", sloping_map(), {.safe_height = mm(2)}),
-      HasSubstr("p.ngc:2:1: error[coordinate-missing]: a move at nobody knows what height"));
+      HasSubstr("p.ngc:2:1: error[coordinate-missing]: move before the first Z: height unknown"));
   EXPECT_THAT(after_start("G91 G81 X1 Z-0.1 R1\n"), HasSubstr("error[not-supported]"));
 }
 

@@ -225,7 +225,7 @@ TEST(GcodeWriter, PlanesAndSurfacesCountFromTheTable) {
 
 TEST(GcodeWriter, AnUnmeasuredSurfaceHasToBeStated) {
   EXPECT_THAT(write_out({take(1), drill_at(1, 2, below(0.5))}, on_the_table()).failure,
-              HasSubstr("a depth is below the board's surface, which nobody measured, expected "
+              HasSubstr("a depth is below the board's surface, which is not measured, expected "
                         "board_z_mm in [gcode]"));
   GcodeSetting setting = on_the_table();
   setting.board_z = mm(1.5);
@@ -527,7 +527,7 @@ TEST(GcodeWriter, RefusesWhatWouldCutElsewhere) {
   EXPECT_THAT(refusal({take(2), rapid_move(0, 0), plunge(), Message{"LOOK"}, rout_line(2, 1, 0)}),
               HasSubstr(refused + "a stop or a message inside a contour"));
   EXPECT_THAT(refusal({take(2), plunge()}),
-              HasSubstr("error[internal]: a plunge nobody knows where"));
+              HasSubstr("error[internal]: plunge before the first place"));
 }
 
 }  // namespace

@@ -59,11 +59,12 @@ TEST(Area, RefusesWhatIsNone) {
   refused(Circle{at(0, 0), mm(0)},
           "m.toml:7:1: error[config-value]: \"clamp\": a circle of radius");
   refused(Circle{at(0, 0), mm(nan)}, "a circle of radius nan mm");
-  refused(Circle{at(nan, 0), mm(1)}, "a center that is none");
+  refused(Circle{at(nan, 0), mm(1)}, "a center that is not finite or too far away");
   refused(Polygon{{at(0, 0), at(1, 0)}}, "a polygon of 2 corners");
   refused(Polygon{{at(0, 0), at(1, 0), at(2, 0)}}, "a polygon without an area");
   refused(Polygon{{at(0, 0), at(2, 2), at(2, 0), at(0, 2.5)}}, "a polygon whose sides cross");
-  refused(Outside{{{at(0, 0), at(1e300, 0), at(0, 1)}}}, "a corner that is none");
+  refused(Outside{{{at(0, 0), at(1e300, 0), at(0, 1)}}},
+          "a corner that is not finite or too far away");
   refused(Track{{}, mm(1)}, "a track of 0 points");
   refused(Track{{at(0, 0)}, mm(-1)}, "a track of width -1 mm");
   EXPECT_TRUE(check_area(kL, "L", {}));
