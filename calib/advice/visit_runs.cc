@@ -32,9 +32,9 @@ class InnerOrders {
   }
 
   Order best() {
-    constexpr int kPasses = 10;
+    constexpr int kExchangePasses = 10;
     bool has_changed = true;
-    for (int pass = 0; pass < kPasses && has_changed; ++pass) {
+    for (int pass = 0; pass < kExchangePasses && has_changed; ++pass) {
       has_changed = false;
       for (auto& [kind, inner] : inner_) has_changed = improve(kind, inner) || has_changed;
     }

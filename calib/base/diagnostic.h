@@ -86,6 +86,9 @@ std::string quoted(std::string_view text, std::size_t max_length = 60);
 inline std::string quoted(const std::string& text, std::size_t max_length = 60) {
   return quoted(std::string_view(text), max_length);
 }
+inline std::string quoted(std::string& text, std::size_t max_length = 60) {
+  return quoted(std::string_view(text), max_length);
+}
 inline std::string quoted(const char* text, std::size_t max_length = 60) {
   return quoted(std::string_view(text), max_length);
 }

@@ -72,6 +72,7 @@ class MeasurementFileSource final : public MeasurementSource {
   ///
   /// Fails  measurement-mismatch, at the first such line
   Expected<void> check_all_used() const;
+  Expected<void> finish() override { return check_all_used(); }
 
  private:
   struct Entry {

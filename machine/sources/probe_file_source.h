@@ -61,6 +61,7 @@ class ProbeFileSource final : public ProbeSource {
   ///
   /// Fails  measurement-mismatch, at the first such line
   Expected<void> check_all_used() const;
+  Expected<void> finish() override { return check_all_used(); }
 
  private:
   struct Entry {

@@ -10,17 +10,22 @@
 namespace panelcal::excellon {
 namespace {
 
-using enum CommandClass;
-constexpr std::array kExcellonCommands = {
+constexpr auto kExcellonCommands = [] {
+  using enum CommandClass;
+  return std::array{
 #define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) \
   CommandInfo{Command::name, letter, number, kind, operands, section, effect, test},
 #include "program/excellon/commands.def"
-};
-constexpr std::array kExcellonWords = {
+  };
+}();
+constexpr auto kExcellonWords = [] {
+  using enum CommandClass;
+  return std::array{
 #define EXCELLON_WORD(form, kind, section, effect, test) \
   WordInfo{form, kind, section, effect, test},
 #include "program/excellon/commands.def"
-};
+  };
+}();
 
 constexpr int kExcellonCodes = 100;  // G00..G99, M00..M99
 using ExcellonIndex = std::array<std::int8_t, kExcellonCodes>;

@@ -75,6 +75,7 @@ class VisionSession {
   bool has_open_series() const { return open_.has_value(); }
   void stop() { measuring_.stop(); }
   bool must_stop() const { return measuring_.must_stop(); }
+  std::int64_t n_steps() const { return measuring_.n_steps(); }
   const CorrectionState& corrections() const { return measuring_.corrections(); }
 
  private:

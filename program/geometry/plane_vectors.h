@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 
-// Not installed.
 namespace panelcal::internal {
 
 /// The z component of the vector product; above 0 where b lies left of a.

@@ -100,6 +100,10 @@ class MeasurementSource {
   ///
   /// Fails  as measure; a calibration that is refused
   virtual Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order);
+  /// Ends a measuring walk that found no error.
+  ///
+  /// Fails  as measure; an answer that the program did not ask for
+  virtual Expected<void> finish() { return {}; }
 };
 
 /// Answers that every target is where it is expected, and that every calibration finds what was

@@ -30,11 +30,14 @@ Interpreter::Interpreter(const Program& program,
                          const WalkEnds& ends)
     : program_(program),
       options_(options),
+      trial_(ends.trial),
       format_(program.layout.format),
       plain_(plain_format(format_)),
       reporter_(program.source.file,
                 ends.log,
-                ends.sink == nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly),
+                ends.sink == nullptr || ends.trial != nullptr ? Reporter::Level::All
+                                                              : Reporter::Level::ErrorsOnly,
+                ends.trial == nullptr ? nullptr : &ends.trial->working_log),
       measuring_(options, survey, ends.measurements, reporter_, ends.log),
       emitter_(
           program.layout.tools, options, place_, measuring_.corrections(), reporter_, ends.sink),
@@ -168,6 +171,7 @@ void Interpreter::run_block(const Block& block) {
   if (std::exchange(skips_surface_, false)) update_cut();
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
   needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on();
+  if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
 }
 
 /// The order of things in one line: what holds for the coordinate first, then the coordinate, then

@@ -25,6 +25,7 @@
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include "program/walk/survey.h"
+#include "program/walk/trial_execution.h"
 
 namespace panelcal::sieb_meyer {
 
@@ -35,9 +36,11 @@ struct WalkEnds {
   ProbeSource* probes = nullptr;
   OperationSink* sink = nullptr;
   DiagnosticLog& log;
+  TrialExecution* trial = nullptr;
 };
 
-/// One walk over a program. With a sink it executes; without one it measures and checks.
+/// One walk over a program. With a sink it executes; without one it measures and checks. With a
+/// trial, sources and a sink it does both until the trial is over.
 ///
 /// Memory does not grow with the number of holes: every copy of a section reads its text again.
 ///
@@ -229,6 +232,7 @@ class Interpreter {
 
   const Program& program_;
   const WalkOptions& options_;
+  TrialExecution* trial_;
   FileFormat format_;
   PlainReader plain_;
   Reporter reporter_;

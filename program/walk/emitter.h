@@ -41,6 +41,8 @@ class Emitter {
           OperationSink* sink);
 
   bool is_executing() const { return sink_ != nullptr; }
+  /// Only counts from here on.
+  void stop_executing() { sink_ = nullptr; }
   /// More was asked for than the limits allow; that was reported.
   bool is_over_limit() const { return is_over_limit_; }
   std::int64_t n_operations() const { return n_operations_; }

@@ -104,6 +104,7 @@ Measuring::Measuring(const WalkOptions& options,
 
 std::optional<std::size_t> Measuring::measure(MeasurementRequest request) {
   const std::size_t index = n_measured_++;
+  ++n_steps_;
   if (source_ == nullptr) return index;
   request.seq = static_cast<std::int64_t>(index);
 
@@ -127,6 +128,7 @@ void Measuring::report_not_calibrated(int line, int column, std::string_view tex
 
 void Measuring::calibrate(CalibrationOrder order, int column, std::string_view text) {
   if (!is_first_pass() || must_stop_) return;
+  ++n_steps_;
   if (n_calibrations_ == options_.max_measurements) {
     reporter_.report(Code::TooManyOperations,
                      order.line,
@@ -159,6 +161,7 @@ void Measuring::calibrate(CalibrationOrder order, int column, std::string_view t
 }
 
 void Measuring::focus(const MeasurementRequest& request) {
+  ++n_steps_;
   Expected<std::optional<FocusResult>> result = source_->focus(request);
   if (!result) {
     log_.add(std::move(result).error());
@@ -260,6 +263,7 @@ void Measuring::gate_hole(const Measurement& measurement, CorrectionLevel level)
 
 std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points) {
   const std::size_t i_series = n_fitted_++;
+  ++n_steps_;
   if (!is_first_pass()) return i_series;
   series.prescribed = series.model;
   if (series.level == CorrectionLevel::Nested) series.base_series = corrections_.base_series;
@@ -488,6 +492,7 @@ OffsetUncertainty Measuring::offset_of(const SeriesResult& series) const {
 }
 
 void Measuring::activate(std::size_t i_series, int line) {
+  ++n_steps_;
   const SeriesResult& series = survey_.series[i_series];
   if (series.level == CorrectionLevel::Base) {
     if (!series.base) {

@@ -58,6 +58,8 @@ class Measuring {
             DiagnosticLog& log);
 
   bool is_first_pass() const { return source_ != nullptr; }
+  /// Counts all that depends on what the source answers.
+  std::int64_t n_steps() const { return n_steps_; }
 
   /// Looks for one target; `request` lacks its number. Index into Survey::measurements; nothing if
   /// the source failed, which stops the walk.
@@ -120,6 +122,7 @@ class Measuring {
   std::size_t n_measured_ = 0;
   std::int64_t n_calibrations_ = 0;
   std::size_t n_fitted_ = 0;
+  std::int64_t n_steps_ = 0;
   bool must_stop_ = false;
 };
 

@@ -55,6 +55,47 @@ Survey survey(const Program& program,
               ProbeSource& probes,
               DiagnosticLog& log);
 
+/// What check() found.
+struct CheckedWalk {
+  Survey survey;
+  bool asks = false;          ///< a target, a probe, a focus or a calibration
+  bool is_executed = false;   ///< the sink has the whole job
+  DiagnosticLog working_log;  ///< problems that only a working walk finds, if it is executed
+  /// The byte of the program behind which it asks for nothing more; absent: not known.
+  std::optional<std::size_t> asks_until;
+};
+
+/// Until where a check executes as well.
+enum class Execution : std::uint8_t {
+  None,
+  UntilAsked,  ///< where the program asks for a measurement, another walk executes it
+  OfNominal,   ///< on a perfect panel
+};
+
+/// The measuring walk over a perfect panel, which breaks no limit: gates are left out.
+///
+/// With a sink this is the working walk as well, as long as that is certain: a section that is
+/// repeated ends the execution, since a check only counts its copies. Nothing of a sink that does
+/// not get the whole job may be used.
+///
+/// In     options.structure: Expanded, if anything is executed
+///        sink: not null, if anything is executed
+CheckedWalk check(const Program& program,
+                  const WalkOptions& options,
+                  Execution execution,
+                  OperationSink* sink,
+                  DiagnosticLog& log);
+/// The check alone.
+CheckedWalk check(const Program& program, const WalkOptions& options, DiagnosticLog& log);
+
+/// The measuring walk of a program that was checked without errors, as far as it asks for anything.
+Survey survey(const Program& program,
+              const WalkOptions& options,
+              const CheckedWalk& checked,
+              MeasurementSource& source,
+              ProbeSource& probes,
+              DiagnosticLog& log);
+
 /// The working walk: passes every operation, corrected by the fits of `survey`, to `sink`.
 ///
 /// Precondition: surveyed with the same program and options, survey.is_complete(), and no errors.

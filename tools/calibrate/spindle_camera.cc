@@ -12,13 +12,13 @@
 #include "machine/calibrate/coupon.h"
 #include "machine/calibrate/spindle_camera_run.h"
 #include "machine/devices/camera_settings.h"
+#include "machine/job/spindle_age.h"
 #include "machine/nightly/night_lock.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/cli/operator_prompt.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/version.h"
-#include "tools/run/spindle_age.h"
 #include "tools/run/spindle_answer.h"
 #include <fmt/format.h>
 #include <unistd.h>

@@ -9,11 +9,11 @@
 #include "calib/base/clock.h"
 #include "machine/calibrate/calibration_record.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/checked_program.h"
+#include "machine/job/text_variables.h"
 #include "machine/sources/measurement_file_source.h"
 #include "tools/cli/output_paths.h"
-#include "tools/cli/program_input.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/text_variables.h"
 #include "tools/history/diff_picture.h"
 #include <fmt/format.h>
 

@@ -13,6 +13,7 @@
 #include "calib/base/clock.h"
 #include "calib/base/digest.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/text_variables.h"
 #include "machine/nightly/night_files.h"
 #include "machine/nightly/night_lock.h"
 #include "machine/nightly/nightly.h"
@@ -20,7 +21,6 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/text_variables.h"
 #include "tools/cli/version.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>

@@ -3,9 +3,9 @@
 
 #include <string_view>
 
+#include "machine/job/depth_summary.h"
 #include "tools/report/depth_map.h"
 #include "tools/report/text.h"
-#include "tools/run/depth_summary.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "machine/job/verdict_summary.h"
 #include "tools/report/text.h"
-#include "tools/run/verdict_summary.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

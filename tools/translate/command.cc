@@ -8,14 +8,14 @@
 #include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/checked_program.h"
+#include "machine/job/text_variables.h"
 #include "program/judge/tally.h"
 #include "program/writers/excellon_writer.h"
 #include "program/writers/sieb_meyer_writer.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
-#include "tools/cli/program_input.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/text_variables.h"
 #include <fmt/format.h>
 
 namespace panelcal {

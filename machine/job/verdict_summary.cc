@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/run/verdict_summary.h"
+#include "machine/job/verdict_summary.h"
 
 #include <iterator>
 

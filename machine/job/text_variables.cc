@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/text_variables.h"
+#include "machine/job/text_variables.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/run/depth_summary.h"
+#include "machine/job/depth_summary.h"
 
 #include <iterator>
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/program_input.h"
+#include "machine/job/checked_program.h"
 
 #include <filesystem>
 #include <utility>
@@ -10,7 +10,7 @@ namespace {
 Expected<SourceText> read_text(const std::string& path) {
   if (path != "-") return read_source(path);
   PANELCAL_TRY(SourceText source, read_source("/dev/stdin"));
-  source.file = "<stdin>";
+  source.file = kStandardInput;
   return source;
 }
 
@@ -31,11 +31,7 @@ std::optional<Program> read_program(const std::string& path,
 }
 
 Survey survey_nominal(const Program& program, const WalkOptions& options, DiagnosticLog& log) {
-  NominalSource nominal;
-  WalkOptions without_limits = options;
-  without_limits.base_limits = {};
-  without_limits.nested_limits = {};
-  return survey(program, without_limits, nominal, log);
+  return check(program, options, log).survey;
 }
 
 std::optional<CheckedProgram> read_and_check(const std::string& path,

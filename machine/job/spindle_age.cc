@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/run/spindle_age.h"
+#include "machine/job/spindle_age.h"
 
 #include "calib/base/clock.h"
-#include "tools/cli/text_variables.h"
+#include "machine/job/text_variables.h"
 
 namespace panelcal {
 namespace {

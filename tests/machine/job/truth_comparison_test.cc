@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/run/truth_comparison.h"
+#include "machine/job/truth_comparison.h"
 
 #include <cmath>
 #include <functional>

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "machine/job/truth_comparison.h"
 #include "program/judge/job_verdict.h"
-#include "tools/run/truth_comparison.h"
 
 namespace panelcal {
 

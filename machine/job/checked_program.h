@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "calib/base/diagnostic.h"
 #include "program/walk/walk.h"
@@ -15,6 +16,9 @@ struct CheckedProgram {
   Program program;
   Survey nominal_survey;  ///< what it would measure
 };
+
+/// As diagnostics name a program that was read from there.
+inline constexpr std::string_view kStandardInput = "<stdin>";
 
 /// Reads PROGRAM (`-` is standard input, which can be read only once) and the stored patterns it
 /// names, which are looked for beside it and then where `reading` says. Problems go into the log;
