@@ -4,6 +4,7 @@
 # an installed library sees both roots: <panelcal/calib/base/frames.h> works too.
 
 include(panelcal_precompile)
+include(panelcal_unity)
 
 function(panelcal_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;HEADERS;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
@@ -13,6 +14,7 @@ function(panelcal_library name)
                                                     VERIFY_INTERFACE_HEADER_SETS ON)
   target_compile_features(panelcal_${name} PUBLIC cxx_std_20)
   panelcal_precompile(panelcal_${name})
+  panelcal_unity(panelcal_${name})
   target_sources(panelcal_${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}"
                                          FILES ${arg_HEADERS})
   target_include_directories(panelcal_${name}

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # panelcal_precompile(target HEADER...): the target reads its heavy headers once, not once for every
-# file. A missing #include goes unseen then. So only tests, which nobody includes, are always built
+# file. A missing #include goes unseen then. So only tests, which no file includes, are always built
 # that way; the rest is with PANELCAL_PRECOMPILE, beside a build without it.
 
 option(PANELCAL_PRECOMPILE "Precompile heavy headers: builds faster, but hides missing includes" OFF)

@@ -24,7 +24,7 @@ function(panelcal_test folder)
     ${folder}_test
     PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overflow
             -Wno-stringop-overread -Wno-maybe-uninitialized>)
-  # A third of the time that building takes; what is tested is optimised as ever.
+  # A third of the time that building takes; the tested code is optimised as ever.
   if(PANELCAL_SANITIZE)
     target_compile_options(${folder}_test PRIVATE -O0)
   else()

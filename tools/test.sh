@@ -1,12 +1,68 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Sets up, builds and runs all tests. With SLOW=OFF those that are labelled slow are not even built.
+# test.sh [--strict] [--sanitizers | --nightly] [CTEST OPTION...]: sets up, builds, and runs tests.
+#
+# Without options: the quick tests; those whose program is missing are skipped, and named at the end.
+# --strict      a skipped test is a failure, as .ci/run wants it
+# --sanitizers  the quick tests, built by clang with its sanitizers; they find what is out of bounds
+# --nightly     everything, for a timer: also the statistics over many trials, every header by
+#               itself, ten minutes of fuzzing a reader; strict. The last result is in
+#               tests/bench/README.md.
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
+strict=()
+set_of_tests=quick
+while [ $# -gt 0 ]; do
+  case $1 in
+    --strict) strict=(--strict) ;;
+    --sanitizers) set_of_tests=sanitized ;;
+    --nightly)
+      set_of_tests=all
+      strict=(--strict)
+      ;;
+    --help | -h)
+      sed -n '3,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      exit
+      ;;
+    *) break ;;
+  esac
+  shift
+done
+
+# run_tests FOLDER [CTEST OPTION...]: the tests that were built in that folder.
+run_tests() {
+  local results=$log_dir/tests_$(basename "$1").xml status=0
+  rm -f "$results"
+  (cd "$1" && shift && ctest --output-on-failure --no-tests=error -j "$(nproc)" --progress \
+    --output-junit "$results" "$@") || status=$?
+  if [ -f "$results" ]; then
+    python3 "$root/tools/skipped_tests.py" "$results" "${strict[@]}" || status=1
+  fi
+  return "$status"
+}
+
+test_release() {
+  step "configure" configure -DPANELCAL_BUILD_TESTS=ON -DPANELCAL_SLOW_TESTS="$1"
+  step "build" build all
+  shift
+  run_tests "$build_dir" "$@"
+}
+
+test_sanitized() {
+  step "configure with sanitizers" cmake -S "$root" --preset asan
+  step "build with sanitizers" cmake --build "$root/build/asan"
+  run_tests "$root/build/asan" --label-exclude slow "$@"
+}
+
 step "packages" install_packages build test extra
-step "configure" configure -DPANELCAL_BUILD_TESTS=ON \
-  -DPANELCAL_SLOW_TESTS="${SLOW:-ON}"
-step "build" build all
-cd "$build_dir"
-ctest --output-on-failure --no-tests=error -j "$(nproc)" --progress "$@"
+case $set_of_tests in
+  quick) test_release OFF --label-exclude slow "$@" ;;
+  sanitized) test_sanitized "$@" ;;
+  all)
+    test_release ON "$@"
+    step "every header by itself" build all_verify_interface_header_sets
+    test_sanitized "$@"
+    step "fuzz each reader for ten minutes" "$root/tools/fuzz.sh" 600
+    ;;
+esac

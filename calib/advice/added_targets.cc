@@ -15,7 +15,7 @@ using Choice = std::vector<std::size_t>;
 
 /// What targets leave open is as uncertain as a measurement this weak: far below any real one, and
 /// far above rounding.
-constexpr double kRidge = 1e-9;
+constexpr double kTargetRidge = 1e-9;
 constexpr int kPasses = 20;
 constexpr int kStarts = 12;           ///< by chance
 constexpr std::size_t kCoarse = 400;  ///< candidates while it is still far from the end
@@ -139,7 +139,7 @@ class Search {
   }
 
   Badness badness(const MapCovariance& information) const {
-    const LeverageMap map(internal::covariance_of(information, model_, base_cov_, kRidge));
+    const LeverageMap map(internal::covariance_of(information, model_, base_cov_, kTargetRidge));
     Badness out{0, 0};
     for (const Place& corner : corners_) {
       const double leverage = map(corner);

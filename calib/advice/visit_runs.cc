@@ -12,9 +12,9 @@ using Place = Position<frame::Nominal>;
 using Order = std::vector<std::size_t>;
 
 /// Gains below a nanometre are rounding.
-constexpr double kGain_mm = 1e-6;
+constexpr double kRunGain_mm = 1e-6;
 
-double distance_mm(const Place& a, const Place& b) {
+double run_distance_mm(const Place& a, const Place& b) {
   return (a - b).in_mm().norm();
 }
 
@@ -32,9 +32,9 @@ class InnerOrders {
   }
 
   Order best() {
-    constexpr int kPasses = 10;
+    constexpr int kExchangePasses = 10;
     bool has_changed = true;
-    for (int pass = 0; pass < kPasses && has_changed; ++pass) {
+    for (int pass = 0; pass < kExchangePasses && has_changed; ++pass) {
       has_changed = false;
       for (auto& [kind, inner] : inner_) has_changed = improve(kind, inner) || has_changed;
     }
@@ -52,7 +52,7 @@ class InnerOrders {
     Order best = inner;
     const auto keep_if_better = [&] {
       const double here_mm = length_mm(kind);
-      if (here_mm > best_mm - kGain_mm) return false;
+      if (here_mm > best_mm - kRunGain_mm) return false;
       best_mm = here_mm;
       best = inner;
       return true;
@@ -82,7 +82,7 @@ class InnerOrders {
   }
   double link_mm(std::size_t i_run) const {
     if (i_run == 0 || i_run >= runs_.size()) return 0;
-    return distance_mm(place(i_run - 1, runs_[i_run - 1].places.size() - 1), place(i_run, 0));
+    return run_distance_mm(place(i_run - 1, runs_[i_run - 1].places.size() - 1), place(i_run, 0));
   }
 
   /// Of all that the inner order of a kind decides.
@@ -90,7 +90,7 @@ class InnerOrders {
     double sum_mm = 0;
     for (const std::size_t i : runs_of_.at(kind)) {
       for (std::size_t k = 1; k < runs_[i].places.size(); ++k) {
-        sum_mm += distance_mm(place(i, k - 1), place(i, k));
+        sum_mm += run_distance_mm(place(i, k - 1), place(i, k));
       }
       sum_mm += link_mm(i);
       if (i + 1 < runs_.size() && runs_[i + 1].kind != kind) sum_mm += link_mm(i + 1);

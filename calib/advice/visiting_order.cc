@@ -20,9 +20,9 @@ constexpr std::size_t kMany = 20'000;
 constexpr std::size_t kMostMoved = 1000;
 constexpr std::size_t kLongestSegment = 3;
 /// Gains below a nanometre are rounding.
-constexpr double kGain_mm = 1e-6;
+constexpr double kVisitGain_mm = 1e-6;
 
-double distance_mm(const Place& a, const Place& b) {
+double visit_distance_mm(const Place& a, const Place& b) {
   return (a - b).in_mm().norm();
 }
 
@@ -48,7 +48,8 @@ Order exact_order(std::span<const Place> places, std::span<const int> phases) {
       if (shortest[subset][last] == kFar) continue;
       for (std::size_t next = 0; next < n; ++next) {
         if (!may_come(next, subset)) continue;
-        const double length_mm = shortest[subset][last] + distance_mm(places[last], places[next]);
+        const double length_mm =
+            shortest[subset][last] + visit_distance_mm(places[last], places[next]);
         const std::size_t with = subset | std::size_t{1} << next;
         if (length_mm >= shortest[with][next]) continue;
         shortest[with][next] = length_mm;
@@ -100,7 +101,7 @@ class Cells {
     const auto [x, y] = index(p);
     for (int ring = 0; ring <= std::max(n_x_, n_y_); ++ring) {
       for_each_in_ring(x, y, ring, [&](std::size_t i) {
-        if (counts(i)) found.emplace_back(distance_mm(p, places_[i]), i);
+        if (counts(i)) found.emplace_back(visit_distance_mm(p, places_[i]), i);
       });
       // What lies in farther rings is at least this far.
       const double sure_mm = ring * side_mm_;
@@ -189,7 +190,7 @@ class Improver {
   /// first place.
   double gap_mm(std::size_t a, std::size_t b) const {
     if (a == 0 || b == 0 || a > order_.size() || b > order_.size()) return 0;
-    return distance_mm(places_[order_[a - 1]], places_[order_[b - 1]]);
+    return visit_distance_mm(places_[order_[a - 1]], places_[order_[b - 1]]);
   }
 
   void wake(std::size_t position) {
@@ -207,7 +208,7 @@ class Improver {
     const std::size_t b = last + 1;
     const double gain_mm =
         gap_mm(a - 1, a) + gap_mm(b, b + 1) - gap_mm(a - 1, b) - gap_mm(a, b + 1);
-    if (gain_mm < kGain_mm) return false;
+    if (gain_mm < kVisitGain_mm) return false;
     std::reverse(order_.begin() + static_cast<std::ptrdiff_t>(first),
                  order_.begin() + static_cast<std::ptrdiff_t>(last) + 1);
     settle(first, last);
@@ -226,7 +227,7 @@ class Improver {
     const double freed_mm = gap_mm(a - 1, a) + gap_mm(b, b + 1) - gap_mm(a - 1, b + 1);
     const double straight_mm = gap_mm(d, a) + gap_mm(b, d + 1) - gap_mm(d, d + 1);
     const double turned_mm = gap_mm(d, b) + gap_mm(a, d + 1) - gap_mm(d, d + 1);
-    if (freed_mm - std::min(straight_mm, turned_mm) < kGain_mm) return false;
+    if (freed_mm - std::min(straight_mm, turned_mm) < kVisitGain_mm) return false;
     const std::ptrdiff_t begin = std::min(f, behind + 1);
     const std::ptrdiff_t end = std::max(l, behind);
     if (static_cast<std::size_t>(end - begin) > most_moved_) return false;
@@ -321,7 +322,7 @@ std::vector<Order> near_ones(std::span<const Place> places, std::span<const int>
 Length way_length(std::span<const Place> places, std::span<const std::size_t> order) {
   double sum_mm = 0;
   for (std::size_t i = 1; i < order.size(); ++i) {
-    sum_mm += distance_mm(places[order[i - 1]], places[order[i]]);
+    sum_mm += visit_distance_mm(places[order[i - 1]], places[order[i]]);
   }
   return mm(sum_mm);
 }

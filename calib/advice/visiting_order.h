@@ -14,7 +14,7 @@ namespace panelcal {
 Length way_length(std::span<const Position<frame::Nominal>> places,
                   std::span<const std::size_t> order);
 
-/// So many places are put into their best order for certain.
+/// Up to this number of places the order is certainly the best.
 inline constexpr std::size_t kMostExact = 10;
 
 /// A short order to visit all places, those of a lower phase before those of a higher one.

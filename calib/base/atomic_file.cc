@@ -28,11 +28,11 @@ Diagnostic write_failure(const std::filesystem::path& path, std::string_view doi
 }
 
 Diagnostic unreadable(const std::filesystem::path& path, const std::string& why) {
-  return {Code::FileUnreadable, {path.string(), 0, 0}, "cannot read: " + why, "a readable file"};
+  return {Code::FileUnreadable, {path.string(), 0, 0}, why, "a readable file"};
 }
 
 /// Makes a rename durable. Some file systems cannot sync a folder; that is not our error.
-void sync_folder_of(const std::filesystem::path& path) {
+void sync_parent_of(const std::filesystem::path& path) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd < 0) return;
@@ -114,7 +114,7 @@ Expected<void> AtomicFile::commit() {
     return failure(write_failure(target_, "put it in place", errno));
   }
   ::close(std::exchange(fd_, -1));
-  sync_folder_of(target_);
+  sync_parent_of(target_);
   return {};
 }
 

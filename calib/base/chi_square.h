@@ -3,8 +3,8 @@
 
 namespace panelcal {
 
-/// The chance that a chi-square variable of so many degrees of freedom (1 or more) exceeds a value;
-/// 1 for values of zero and below, and no number for one.
+/// The chance that a chi-square variable with the given degrees of freedom (1 or more) exceeds a
+/// value; 1 for values of zero and below, and no number for one.
 ///
 /// Source Abramowitz and Stegun 1964, 26.4.4 and 26.4.5 (finite sums)
 /// See    tests/calib/base/chi_square_test.cc

@@ -48,9 +48,15 @@ std::string Diagnostic::text() const {
   if (!text.empty()) text += ": ";
   text += severity() == Severity::Error ? "error[" : "warning[";
   text += info(code).slug;
-  text += "]: " + what;
-  if (!expected.empty()) text += ", expected " + expected;
+  text += "]: " + message();
+  if (!expected.empty()) text += "; expected " + expected;
   return text;
+}
+
+std::string Diagnostic::message() const {
+  std::string message(info(code).summary);
+  if (!what.empty()) message += ": " + what;
+  return message;
 }
 
 void DiagnosticLog::add(Diagnostic diagnostic) {

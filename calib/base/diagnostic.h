@@ -40,18 +40,20 @@ struct Place {
   int column = 0;
 };
 
-/// One problem: where, which kind, what is there, and what was expected instead.
+/// One problem: its place, its kind, the offending text, and the remedy.
 struct Diagnostic {
   Code code;
   Place place;
-  std::string what;      ///< names the offending text, in quotes
-  std::string expected;  ///< what would have been right; may be empty
+  std::string what;  ///< the offending text, in quotes, or its facts; empty: the summary says all
+  std::string expected;  ///< the remedy; may be empty
 
   Severity severity() const { return info(code).severity; }
 
-  /// `FILE:LINE:COLUMN: error[CODE]: what, expected ...`, as a compiler prints it. A line or
-  /// column of 0 is left out.
+  /// `FILE:LINE:COLUMN: error[CODE]: SUMMARY: WHAT; expected REMEDY`, as a compiler prints it. A
+  /// line or column of 0 is left out, and so is an empty part.
   std::string text() const;
+  /// `SUMMARY: WHAT`, for a sentence that has its own place.
+  std::string message() const;
 };
 
 /// Collects the diagnostics of one pass. Keeps the first `kKept` of each severity and counts the
@@ -82,6 +84,9 @@ std::string_view nearest_word(std::string_view word, std::span<const std::string
 std::string quoted(std::string_view text, std::size_t max_length = 60);
 /// Without these, argument-dependent look-up would take std::quoted for a std::string.
 inline std::string quoted(const std::string& text, std::size_t max_length = 60) {
+  return quoted(std::string_view(text), max_length);
+}
+inline std::string quoted(std::string& text, std::size_t max_length = 60) {
   return quoted(std::string_view(text), max_length);
 }
 inline std::string quoted(const char* text, std::size_t max_length = 60) {

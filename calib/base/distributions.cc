@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/charts/quadrature.h"
+#include "calib/base/quadrature.h"
 #include <Eigen/Eigenvalues>
 
 namespace panelcal {
@@ -129,7 +129,7 @@ double exceedance_about(const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov,
   const Eigen::Matrix2d flat = cov.topLeftCorner<2, 2>();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(flat);
   const Eigen::Vector2d along = solver.eigenvectors().transpose() * mean.head<2>();
-  // What is nearly exact is taken as a millionth of the radius wide.
+  // A direction that is nearly exact counts as a millionth of the radius wide.
   const double least = 1e-12 * radius * radius;
   const double s1 = std::sqrt(std::max(least, solver.eigenvalues()(0)));
   const double s2 = std::sqrt(std::max(least, solver.eigenvalues()(1)));

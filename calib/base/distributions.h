@@ -18,7 +18,7 @@ double normal_of_exceedance(double chance);
 /// smaller one, so that no digits are lost.
 double normal_score(double chance_of_less, double chance_of_more);
 
-/// The chance that the ratio of two estimates of one variance, of so many degrees of freedom,
+/// The chance that the ratio of two estimates of one variance, with the given degrees of freedom,
 /// exceeds a value (Snedecor's F).
 ///
 /// Source DLMF 8.17.22 (continued fraction of the incomplete beta function), by Lentz's method

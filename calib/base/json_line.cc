@@ -242,7 +242,7 @@ const JsonMember* JsonLine::find(std::string_view key) const {
 }
 
 Diagnostic JsonLine::missing(std::string_view key, Code code) const {
-  return {code, {line_.file, line_.line, 1}, "there is no " + quoted(key), "the key"};
+  return {code, {line_.file, line_.line, 1}, "missing key " + quoted(key), ""};
 }
 
 Diagnostic JsonLine::problem(std::string_view key, Code code, std::string expected) const {

@@ -106,7 +106,7 @@ Expected<json> parse_strict_json(std::string_view text, const std::string& file)
   if (const std::optional<std::size_t> offset = too_deep_at(text)) {
     return failure({Code::JsonSyntax,
                     place_of(text, *offset, file),
-                    "the JSON nests too deep",
+                    "nested too deep",
                     fmt::format("at most {} levels", kMaxJsonDepth)});
   }
   DuplicateKeys duplicates;
@@ -147,7 +147,7 @@ Expected<StrictObject> StrictObject::make(const json& value,
   }
   for (const std::string_view key : keys) {
     if (value.contains(key)) continue;
-    return failure({code, place, name + " has no " + quoted(key), "it"});
+    return failure({code, place, name + ": missing key " + quoted(key), ""});
   }
   return StrictObject(value, std::move(name), code, std::move(file));
 }

@@ -19,12 +19,12 @@ namespace {
 
 using internal::StrictObject;
 
-constexpr std::string_view kKind = "camera";
+constexpr std::string_view kCameraKind = "camera";
 constexpr int kSimple = 1;  ///< version without a tilt, k2, p1 and p2
 constexpr int kFull = 2;
 constexpr int kMaxPicture_px = 100000;
 
-Diagnostic invalid(const std::string& file, std::string what, std::string expected) {
+Diagnostic invalid_camera_file(const std::string& file, std::string what, std::string expected) {
   return {Code::CalibrationInvalid, {file, 0, 0}, std::move(what), std::move(expected)};
 }
 
@@ -42,9 +42,9 @@ double farthest_corner_px2(const CameraCalibration& c) {
 Expected<void> check_picture(const CameraCalibration& c, const std::string& file) {
   for (const int side_px : {c.picture_width_px, c.picture_height_px}) {
     if (side_px >= 1 && side_px <= kMaxPicture_px) continue;
-    return failure(invalid(file,
-                           fmt::format("a side of picture_px is {}", side_px),
-                           fmt::format("1 to {}", kMaxPicture_px)));
+    return failure(invalid_camera_file(file,
+                                       fmt::format("a side of picture_px is {}", side_px),
+                                       fmt::format("1 to {}", kMaxPicture_px)));
   }
   return {};
 }
@@ -54,18 +54,19 @@ Expected<void> check_fold(const CameraCalibration& c, const std::string& file) {
   const CameraMapping::Parameters& p = c.parameters;
   const double slope = 1 + 3 * p.k1_per_px2 * farthest_corner_px2(c);
   if (!(slope > 0)) {
-    return failure(invalid(file,
-                           fmt::format("k1_per_px2 is {}: the lens model folds over inside the "
-                                       "picture (1 + 3 k1 r^2 is {:.3g} at a corner)",
-                                       p.k1_per_px2,
-                                       slope),
-                           "1 + 3 k1 r^2 above 0 everywhere in the picture"));
+    return failure(
+        invalid_camera_file(file,
+                            fmt::format("k1_per_px2 is {}: the lens model folds over inside the "
+                                        "picture (1 + 3 k1 r^2 is {:.3g} at a corner)",
+                                        p.k1_per_px2,
+                                        slope),
+                            "1 + 3 k1 r^2 above 0 everywhere in the picture"));
   }
   return {};
 }
 
 /// What the types of the file cannot say.
-Expected<void> check(const CameraCalibration& c, const std::string& file) {
+Expected<void> check_camera_calibration(const CameraCalibration& c, const std::string& file) {
   if (c.full) {
     PANELCAL_CHECK(check_picture(c, file));
     PANELCAL_CHECK(
@@ -74,22 +75,22 @@ Expected<void> check(const CameraCalibration& c, const std::string& file) {
   }
   const CameraMapping::Parameters& p = c.parameters;
   if (!std::isfinite(p.scale_mm_per_px) || p.scale_mm_per_px <= 0) {
-    return failure(invalid(file,
-                           fmt::format("scale_mm_per_px is {}", p.scale_mm_per_px),
-                           "a number above 0 (directions are in rotation_rad)"));
+    return failure(invalid_camera_file(file,
+                                       fmt::format("scale_mm_per_px is {}", p.scale_mm_per_px),
+                                       "a number above 0 (directions are in rotation_rad)"));
   }
   if (!std::isfinite(p.rotation_rad) || !p.axis_px.allFinite() || !std::isfinite(p.k1_per_px2)) {
-    return failure(invalid(file, "a parameter is not finite", "finite numbers"));
+    return failure(invalid_camera_file(file, "a parameter is not finite", "finite numbers"));
   }
   PANELCAL_CHECK(check_picture(c, file));
   PANELCAL_CHECK(check_fold(c, file));
   if (const auto flaw = internal::covariance_flaw(c.covariance)) {
-    return failure(invalid(file, std::string(flaw->what), std::string(flaw->expected)));
+    return failure(invalid_camera_file(file, std::string(flaw->what), std::string(flaw->expected)));
   }
   return {};
 }
 
-Expected<void> check_units(const StrictObject& top, const std::string& file) {
+Expected<void> check_camera_units(const StrictObject& top, const std::string& file) {
   constexpr std::array<std::string_view, 3> kKeys = {"length", "angle", "picture"};
   PANELCAL_TRY(
       const StrictObject units,
@@ -99,8 +100,8 @@ Expected<void> check_units(const StrictObject& top, const std::string& file) {
   return units.constant("picture", "px");
 }
 
-Expected<CameraMapping::Parameters> read_parameters(const StrictObject& top,
-                                                    const std::string& file) {
+Expected<CameraMapping::Parameters> read_mapping_parameters(const StrictObject& top,
+                                                            const std::string& file) {
   constexpr std::array<std::string_view, 4> kKeys = {
       "scale_mm_per_px", "rotation_rad", "axis_px", "k1_per_px2"};
   PANELCAL_TRY(const StrictObject object,
@@ -115,11 +116,12 @@ Expected<CameraMapping::Parameters> read_parameters(const StrictObject& top,
   return p;
 }
 
-Expected<std::chrono::sys_seconds> read_date(const StrictObject& top, const std::string& file) {
+Expected<std::chrono::sys_seconds> read_camera_date(const StrictObject& top,
+                                                    const std::string& file) {
   PANELCAL_TRY(const std::string text, top.text("date"));
   if (const std::optional<std::chrono::sys_seconds> date = from_iso_8601(text)) return *date;
-  return failure(
-      invalid(file, "\"date\" is " + quoted(text), "a time such as 2026-11-21T08:37:38Z"));
+  return failure(invalid_camera_file(
+      file, "\"date\" is " + quoted(text), "a time such as 2026-11-21T08:37:38Z"));
 }
 
 /// Whether the file says that it is of version 2 or later; whatever else it says is judged as
@@ -135,8 +137,8 @@ Expected<void> read_picture_size(const StrictObject& top,
   PANELCAL_TRY(const std::vector<double> picture_px, top.numbers("picture_px", 2));
   for (const double side_px : picture_px) {
     if (side_px == std::floor(side_px) && std::abs(side_px) <= kMaxPicture_px) continue;
-    return failure(
-        invalid(file, fmt::format("a side of picture_px is {}", side_px), "whole pixels"));
+    return failure(invalid_camera_file(
+        file, fmt::format("a side of picture_px is {}", side_px), "whole pixels"));
   }
   c.picture_width_px = static_cast<int>(picture_px[0]);
   c.picture_height_px = static_cast<int>(picture_px[1]);
@@ -164,7 +166,7 @@ std::string head_text(const CameraCalibration& c, int version) {
   "units": {{"length": "mm", "angle": "rad", "picture": "px"}},
   "picture_px": [{}, {}],
 )",
-                     kKind,
+                     kCameraKind,
                      version,
                      iso_8601(c.date),
                      provenance,
@@ -185,24 +187,24 @@ Expected<CameraCalibration> parse_camera_calibration(std::string_view text,
   PANELCAL_TRY(
       const StrictObject top,
       StrictObject::make(document, "the calibration", keys, Code::CalibrationInvalid, file));
-  PANELCAL_CHECK(top.constant("kind", kKind));
+  PANELCAL_CHECK(top.constant("kind", kCameraKind));
   PANELCAL_CHECK(top.integer("version", kSimple, kFull));
-  PANELCAL_CHECK(check_units(top, file));
+  PANELCAL_CHECK(check_camera_units(top, file));
 
   CameraCalibration c;
-  PANELCAL_TRY(c.date, read_date(top, file));
+  PANELCAL_TRY(c.date, read_camera_date(top, file));
   PANELCAL_TRY(c.provenance, top.text("provenance"));
   PANELCAL_CHECK(read_picture_size(top, file, c));
   if (has_model) {
     PANELCAL_TRY(c.full, internal::read_full_camera(top, file));
     set_simple_part(c);
-    PANELCAL_CHECK(check(c, file));
+    PANELCAL_CHECK(check_camera_calibration(c, file));
     return c;
   }
-  PANELCAL_TRY(c.parameters, read_parameters(top, file));
+  PANELCAL_TRY(c.parameters, read_mapping_parameters(top, file));
   PANELCAL_TRY(const std::vector<double> covariance, top.matrix("covariance", 5, 5));
   c.covariance = Eigen::Map<const Eigen::Matrix<double, 5, 5, Eigen::RowMajor>>(covariance.data());
-  PANELCAL_CHECK(check(c, file));
+  PANELCAL_CHECK(check_camera_calibration(c, file));
   return c;
 }
 
@@ -256,7 +258,7 @@ std::string camera_calibration_text(const CameraCalibration& c) {
 
 Expected<void> write_camera_calibration(const std::filesystem::path& path,
                                         const CameraCalibration& calibration) {
-  PANELCAL_CHECK(check(calibration, path.string()));
+  PANELCAL_CHECK(check_camera_calibration(calibration, path.string()));
   return write_file(path, camera_calibration_text(calibration));
 }
 

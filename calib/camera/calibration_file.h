@@ -11,22 +11,12 @@
 
 #include "calib/base/expected.h"
 #include "calib/camera/fit.h"
+#include "calib/camera/full_camera.h"
 #include "calib/camera/mapping.h"
 #include "calib/camera/model.h"
 #include <Eigen/Core>
 
 namespace panelcal {
-
-/// What a fit found out about a camera that need not look straight down.
-struct FullCamera {
-  CameraForm form = CameraForm::Flat;
-  CameraModel::Parameters parameters;
-  CameraModelCovariance covariance = CameraModelCovariance::Zero();  ///< of held ones 0
-  std::vector<CameraParameter> undetermined;  ///< of the form, but held: the data left them open
-  std::optional<double> zoom;                 ///< level it was calibrated at; absent: it has none
-  double rms_px = 0;                          ///< of the residuals' lengths
-  std::optional<double> held_out_rms_px;      ///< of observations that the fit did not see
-};
 
 /// A camera calibration with all that makes it a record: when, from what, how well.
 struct CameraCalibration {
@@ -60,9 +50,9 @@ inline constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20;
 /// Reads `*.cal.json` of kind "camera", version 1 or 2.
 ///
 /// Strict: a number that is used to place holes is not guessed at. Unknown and missing keys, wrong
-/// types, numbers outside their range, a covariance that is none, and a lens model that folds over
-/// inside the picture (1 + 3 k1 r^2 <= 0; version 2: a tilt or lens that does not see the panel
-/// everywhere in the picture) are all refused.
+/// types, numbers outside their range, a covariance that is not positive semidefinite, and a lens
+/// model that folds over inside the picture (1 + 3 k1 r^2 <= 0; version 2: a tilt or lens that does
+/// not see the panel everywhere in the picture) are all refused.
 ///
 /// Fails  file-unreadable; json-syntax (with line and column); calibration-invalid
 /// See    tests/calib/camera/calibration_file_test.cc

@@ -23,57 +23,51 @@ using internal::CameraState;
 
 /// What is left of a parameter's information when poses, dots and stiffer parameters are free; less
 /// is rounding.
-constexpr double kNothingLeft = 1e-10;
+constexpr double kNoCameraResidual = 1e-10;
 
-/// The order in which parameters take up what there is to know.
-constexpr std::array kStiffToSoft = {CameraParameter::Scale,
-                                     CameraParameter::Rotation,
-                                     CameraParameter::K1,
-                                     CameraParameter::TiltX,
-                                     CameraParameter::TiltY,
-                                     CameraParameter::K2,
-                                     CameraParameter::P1,
-                                     CameraParameter::P2};
-
-constexpr std::array<std::size_t, 5> kFree = {2, 3, 5, 6, 8};  ///< of those, by form
-
-tl::unexpected<Diagnostic> refused(std::string what, std::string expected) {
+tl::unexpected<Diagnostic> camera_data_refused(std::string what, std::string expected) {
   return failure({Code::CalibrationData, {}, std::move(what), std::move(expected)});
 }
 
 Expected<void> check_options(const CameraFitOptions& options) {
   if (!options.axis_px.allFinite())
-    return refused("axis_px is not finite", "a place in the picture");
-  if (!(options.focal_px > 0)) return refused("focal_px is not positive", "a length in px, or inf");
+    return camera_data_refused("axis_px is not finite", "a place in the picture");
+  if (!(options.focal_px > 0))
+    return camera_data_refused("focal_px is not positive", "a length in px, or inf");
   if (!(options.scale_mm_per_px > 0) || !std::isfinite(options.scale_mm_per_px)) {
-    return refused("scale_mm_per_px is not positive", "mm per px");
+    return camera_data_refused("scale_mm_per_px is not positive", "mm per px");
   }
-  if (!std::isfinite(options.rotation_rad)) return refused("rotation_rad is not finite", "rad");
-  if (!(options.huber_sigmas >= 0)) return refused("huber_sigmas is negative", "0 or more");
+  if (!std::isfinite(options.rotation_rad))
+    return camera_data_refused("rotation_rad is not finite", "rad");
+  if (!(options.huber_sigmas >= 0))
+    return camera_data_refused("huber_sigmas is negative", "0 or more");
   if (options.held_out_every == 1 || options.held_out_every < 0) {
-    return refused(fmt::format("held_out_every is {}", options.held_out_every), "0, or 2 or more");
+    return camera_data_refused(fmt::format("held_out_every is {}", options.held_out_every),
+                               "0, or 2 or more");
   }
   return {};
 }
 
-Expected<void> check(const CameraData& data) {
+Expected<void> check_camera_data(const CameraData& data) {
   for (const PlateView& view : data.views) {
-    if (!view.axis_at.in_mm().allFinite()) return refused("a view's place is not finite", "mm");
+    if (!view.axis_at.in_mm().allFinite())
+      return camera_data_refused("a view's place is not finite", "mm");
     if (view.i_pose >= data.views.size()) {
-      return refused(fmt::format("pose {} of {} views", view.i_pose, data.views.size()),
-                     "poses counted from 0, each with a view");
+      return camera_data_refused(fmt::format("pose {} of {} views", view.i_pose, data.views.size()),
+                                 "poses counted from 0, each with a view");
     }
   }
   for (const PlateDot& dot : data.dots) {
     const double radius_mm = dot.radius.in_mm();
     if (!dot.place.in_mm().allFinite() || !(radius_mm >= 0) || !std::isfinite(radius_mm)) {
-      return refused("a dot's place or radius is not a number", "finite mm, radius 0 or more");
+      return camera_data_refused("a dot's place or radius is not a number",
+                                 "finite mm, radius 0 or more");
     }
   }
   for (std::size_t i = 0; i < data.seen.size(); ++i) {
     const CameraObservation& seen = data.seen[i];
     if (seen.i_view >= data.views.size() || seen.i_dot >= data.dots.size()) {
-      return refused(
+      return camera_data_refused(
           fmt::format("observation {} is of view {}, dot {}", i, seen.i_view, seen.i_dot),
           fmt::format("{} views, {} dots", data.views.size(), data.dots.size()));
     }
@@ -81,11 +75,12 @@ Expected<void> check(const CameraData& data) {
     const bool is_cov =
         cov.allFinite() && cov(0, 1) == cov(1, 0) && cov(0, 0) > 0 && cov.determinant() > 0;
     if (!seen.seen.position.in_px().allFinite() || !is_cov) {
-      return refused(fmt::format("observation {} or its covariance is not one", i),
-                     "a finite place, symmetric positive definite px^2");
+      return camera_data_refused(fmt::format("observation {} or its covariance is not one", i),
+                                 "a finite place, symmetric positive definite px^2");
     }
   }
-  if (data.seen.empty()) return refused("there are no observations", "at least one dot in a view");
+  if (data.seen.empty())
+    return camera_data_refused("there are no observations", "at least one dot in a view");
   return {};
 }
 
@@ -99,7 +94,7 @@ std::pair<std::vector<CameraParameter>, std::vector<CameraParameter>> determined
   for (const CameraParameter parameter : wanted) {
     const auto i = static_cast<Eigen::Index>(parameter);
     const double before = information.before(i, i);
-    if (!(left(i, i) > kNothingLeft * before) || !(before > 0)) {
+    if (!(left(i, i) > kNoCameraResidual * before) || !(before > 0)) {
       open.push_back(parameter);
       continue;
     }
@@ -134,11 +129,11 @@ CameraModelCovariance covariance_of(const CameraModelCovariance& normal,
 
 /// Fits without every k-th observation and looks where those are. Left out too is the check of
 /// those whose pose or dot no other observation shows.
-void hold_out(const CameraData& data,
-              const CameraFitOptions& options,
-              std::span<const CameraParameter> free,
-              CameraState state,
-              CameraFit& fit) {
+void hold_out_sights(const CameraData& data,
+                     const CameraFitOptions& options,
+                     std::span<const CameraParameter> free,
+                     CameraState state,
+                     CameraFit& fit) {
   const auto every = static_cast<std::size_t>(options.held_out_every);
   std::vector<std::size_t> used;
   std::vector<std::size_t> held;
@@ -171,7 +166,9 @@ void hold_out(const CameraData& data,
   fit.held_out_rms_px = std::sqrt(sum_px2 / static_cast<double>(fit.n_held_out));
 }
 
-CameraFit report(const CameraData& data, const CameraState& state, const CameraProblem& problem) {
+CameraFit camera_report(const CameraData& data,
+                        const CameraState& state,
+                        const CameraProblem& problem) {
   CameraFit fit;
   fit.parameters = state.camera;
   fit.poses = state.poses;
@@ -190,16 +187,6 @@ CameraFit report(const CameraData& data, const CameraState& state, const CameraP
 }
 
 }  // namespace
-
-std::string_view name(CameraForm form) {
-  constexpr std::array<std::string_view, 5> kNames = {
-      "flat", "radial", "tilted", "tilted radial", "tangential"};
-  return kNames[static_cast<std::size_t>(form)];
-}
-
-std::vector<CameraParameter> free_parameters(CameraForm form) {
-  return {kStiffToSoft.begin(), kStiffToSoft.begin() + kFree[static_cast<std::size_t>(form)]};
-}
 
 double CameraFit::criterion() const {
   const std::size_t n_free = free_parameters(form).size() - undetermined.size();
@@ -221,37 +208,40 @@ std::string CameraFit::summary() const {
 
 Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& options) {
   PANELCAL_CHECK(check_options(options));
-  PANELCAL_CHECK(check(data));
+  PANELCAL_CHECK(check_camera_data(data));
   CameraState state = internal::start_of(data, options);
   if (!CameraModel::is_valid(state.camera)) {
-    return refused("the observations lie in one place", "dots or views that lie apart");
+    return camera_data_refused("the observations lie in one place", "dots or views that lie apart");
   }
   std::vector<std::size_t> all(data.seen.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   CameraProblem problem(data, all, options.huber_sigmas, state.camera);
-  // A flat camera first: lens and tilt then begin near, and what is open is judged where it counts.
+  // A flat camera first: lens and tilt then begin near, and open parameters are judged where they
+  // count.
   const auto flat = free_parameters(CameraForm::Flat);
   const auto wanted = free_parameters(options.form);
   if (!problem.solve(determined(problem.information(state), flat).first, state)) {
-    return refused("no camera shows these dots so", "a picture that is not mirrored or mixed up");
+    return camera_data_refused("no camera shows these dots so",
+                               "a picture that is not mirrored or mixed up");
   }
   const auto [free, open] = determined(problem.information(state), wanted);
   if (!problem.solve(free, state)) {
-    return refused(fmt::format("no {} camera shows these dots so", name(options.form)),
-                   "a stiffer form, or observations without gross errors");
+    return camera_data_refused(fmt::format("no {} camera shows these dots so", name(options.form)),
+                               "a stiffer form, or observations without gross errors");
   }
   const CameraInformation information = problem.information(state);
   const auto n_parameters = static_cast<int>(free.size()) + information.n_determined;
-  CameraFit fit = report(data, state, problem);
+  CameraFit fit = camera_report(data, state, problem);
   fit.form = options.form;
   fit.undetermined = open;
   fit.degrees_of_freedom = 2 * static_cast<int>(data.seen.size()) - n_parameters;
   fit.covariance = covariance_of(information.normal, free);
   if (fit.degrees_of_freedom < 0 || !std::isfinite(fit.chi_square) || !fit.covariance.allFinite()) {
-    return refused(fmt::format("{} observations for {} unknowns", data.seen.size(), n_parameters),
-                   "at least half as many observations as unknowns");
+    return camera_data_refused(
+        fmt::format("{} observations for {} unknowns", data.seen.size(), n_parameters),
+        "at least half as many observations as unknowns");
   }
-  if (options.held_out_every > 0) hold_out(data, options, free, state, fit);
+  if (options.held_out_every > 0) hold_out_sights(data, options, free, state, fit);
   return fit;
 }
 

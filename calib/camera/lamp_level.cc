@@ -14,12 +14,12 @@ namespace {
 
 constexpr std::size_t kMinLevels = 3;
 
-std::optional<LampLevel> none(std::string* reason, std::string text) {
+std::optional<LampLevel> no_lamp_level(std::string* reason, std::string text) {
   if (reason != nullptr) *reason = std::move(text);
   return std::nullopt;
 }
 
-/// One sample a level, by rising level; what is not finite is left out.
+/// One sample a level, by rising level, without values that are not finite.
 std::vector<LampSample> by_level(std::span<const LampSample> samples) {
   std::map<double, LampSample> levels;
   for (const LampSample& s : samples) {
@@ -42,21 +42,23 @@ std::optional<LampLevel> best_lamp_level(std::span<const LampSample> samples,
                                          std::string* reason) {
   std::vector<LampSample> levels = by_level(samples);
   if (levels.size() < kMinLevels) {
-    return none(reason, fmt::format("{} lamp levels are too few for a choice", levels.size()));
+    return no_lamp_level(reason,
+                         fmt::format("{} lamp levels are too few for a choice", levels.size()));
   }
   const auto clips = std::ranges::find_if(
       levels, [&](const LampSample& s) { return !(s.clipped_share <= limits.clipped_share); });
   const bool has_clipped = clips != levels.end();
   levels.erase(clips, levels.end());
   if (levels.empty()) {
-    return none(reason, "the picture clips at every lamp level: shorten the exposure");
+    return no_lamp_level(reason, "the picture clips at every lamp level: shorten the exposure");
   }
   const auto best = std::ranges::max_element(levels, {}, &LampSample::contrast);
   if (!(best->contrast >= limits.contrast)) {
-    return none(reason,
-                fmt::format("the contrast is {:.3f} at best without clipping, {:.3f} is needed",
-                            best->contrast,
-                            limits.contrast));
+    return no_lamp_level(
+        reason,
+        fmt::format("the contrast is {:.3f} at best without clipping, {:.3f} is needed",
+                    best->contrast,
+                    limits.contrast));
   }
   const double enough = best->contrast * (1 - limits.worth);
   const auto darkest =

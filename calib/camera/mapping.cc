@@ -9,7 +9,7 @@ namespace {
 /// Newton's method on r (1 + k1 r^2) = bent converges from one side without overshooting, since
 /// the left side has no turning point between the start and the root; near a fold it halves the
 /// error per step.
-constexpr int kMaxIterations = 100;
+constexpr int kMaxMappingIterations = 100;
 
 /// The radius that the lens model carries to `bent_px`; empty from the fold on.
 std::optional<double> straight_radius_px(double bent_px, double k1_per_px2) {
@@ -18,7 +18,7 @@ std::optional<double> straight_radius_px(double bent_px, double k1_per_px2) {
     if (!(bent_px < fold_px * 2 / 3)) return std::nullopt;
   }
   double r_px = bent_px;
-  for (int i = 0; i < kMaxIterations; ++i) {
+  for (int i = 0; i < kMaxMappingIterations; ++i) {
     const double slope = 1 + 3 * k1_per_px2 * r_px * r_px;
     if (!(slope > 0)) return std::nullopt;
     const double step_px = (r_px * (1 + k1_per_px2 * r_px * r_px) - bent_px) / slope;

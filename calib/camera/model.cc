@@ -15,7 +15,7 @@ constexpr std::array<std::string_view, kCameraParameters> kUnits = {
     "mm/px", "rad", "1", "1", "1/px^2", "1/px^4", "1/px", "1/px"};
 
 /// Newton's method doubles its digits per step; a lens or tilt that needs more bends beyond use.
-constexpr int kMaxIterations = 50;
+constexpr int kMaxModelIterations = 50;
 constexpr double kConverged_px = 1e-10;
 /// A step across the picture at once may jump over a fold into another branch of the lens.
 constexpr double kLongestStep_px = 500;
@@ -174,7 +174,7 @@ std::optional<Position<frame::Image>> CameraModel::image_near(
     const Position<frame::Optical>& p, const Position<frame::Image>& start) const {
   if (!p.in_mm().allFinite() || !sees(start)) return std::nullopt;
   Position<frame::Image> u = start;
-  for (int i = 0; i < kMaxIterations; ++i) {
+  for (int i = 0; i < kMaxModelIterations; ++i) {
     const Eigen::Vector2d missing_mm = p.in_mm() - (*this)(u).in_mm();
     Eigen::Vector2d step_px = jacobian(u).inverse() * missing_mm;
     const double length_px = step_px.norm();

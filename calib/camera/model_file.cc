@@ -19,7 +19,7 @@ namespace {
 /// that is this smooth and folds between two of them folds at one of them too, or at the rim.
 constexpr int kLatticeSteps = 32;
 
-Diagnostic invalid(const std::string& file, std::string what, std::string expected) {
+Diagnostic invalid_camera_model(const std::string& file, std::string what, std::string expected) {
   return {Code::CalibrationInvalid, {file, 0, 0}, std::move(what), std::move(expected)};
 }
 
@@ -30,7 +30,7 @@ Expected<std::optional<double>> optional_number(const StrictObject& object, std:
   return std::optional(value);
 }
 
-std::string text_of(const std::optional<double>& number) {
+std::string number_or_null(const std::optional<double>& number) {
   return number ? fmt::format("{}", *number) : "null";
 }
 
@@ -48,11 +48,11 @@ Expected<CameraForm> read_form(const StrictObject& top, const std::string& file)
     if (word == word_of(form)) return form;
     all += (all.empty() ? "" : ", ") + word_of(form);
   }
-  return failure(invalid(file, "\"form\" is " + quoted(word), "one of " + all));
+  return failure(invalid_camera_model(file, "\"form\" is " + quoted(word), "one of " + all));
 }
 
-Expected<CameraModel::Parameters> read_parameters(const StrictObject& top,
-                                                  const std::string& file) {
+Expected<CameraModel::Parameters> read_model_parameters(const StrictObject& top,
+                                                        const std::string& file) {
   constexpr std::array<std::string_view, 9> kKeys = {"scale_mm_per_px",
                                                      "rotation_rad",
                                                      "axis_px",
@@ -81,11 +81,12 @@ Expected<CameraModel::Parameters> read_parameters(const StrictObject& top,
   return p;
 }
 
-Expected<std::vector<CameraParameter>> read_undetermined(const StrictObject& top,
-                                                         const std::string& file) {
+Expected<std::vector<CameraParameter>> read_undetermined_parameters(const StrictObject& top,
+                                                                    const std::string& file) {
   const nlohmann::json& list = top.member("undetermined");
   std::vector<CameraParameter> out;
-  if (!list.is_array()) return failure(invalid(file, "\"undetermined\" is no array", "[...]"));
+  if (!list.is_array())
+    return failure(invalid_camera_model(file, "\"undetermined\" is no array", "[...]"));
   for (const nlohmann::json& element : list) {
     const auto* word = element.get_ptr<const std::string*>();
     bool is_known = false;
@@ -96,9 +97,10 @@ Expected<std::vector<CameraParameter>> read_undetermined(const StrictObject& top
       is_known = true;
     }
     if (is_known) continue;
-    return failure(invalid(file,
-                           "\"undetermined\" names something that is no camera parameter, or twice",
-                           "scale, rotation, tilt x, tilt y, k1, k2, p1, p2, each once at most"));
+    return failure(invalid_camera_model(
+        file,
+        "\"undetermined\" names something that is no camera parameter, or twice",
+        "scale, rotation, tilt x, tilt y, k1, k2, p1, p2, each once at most"));
   }
   return out;
 }
@@ -130,13 +132,13 @@ std::span<const std::string_view> model_keys() {
 Expected<FullCamera> read_full_camera(const StrictObject& top, const std::string& file) {
   FullCamera camera;
   PANELCAL_TRY(camera.form, read_form(top, file));
-  PANELCAL_TRY(camera.parameters, read_parameters(top, file));
+  PANELCAL_TRY(camera.parameters, read_model_parameters(top, file));
   constexpr std::size_t kN = kCameraParameters;
   PANELCAL_TRY(const std::vector<double> covariance, top.matrix("covariance", kN, kN));
   camera.covariance = Eigen::Map<
       const Eigen::Matrix<double, kCameraParameters, kCameraParameters, Eigen::RowMajor>>(
       covariance.data());
-  PANELCAL_TRY(camera.undetermined, read_undetermined(top, file));
+  PANELCAL_TRY(camera.undetermined, read_undetermined_parameters(top, file));
   PANELCAL_TRY(camera.zoom, optional_number(top, "zoom"));
   PANELCAL_TRY(camera.rms_px, top.number("rms_px"));
   PANELCAL_TRY(camera.held_out_rms_px, optional_number(top, "held_out_rms_px"));
@@ -188,9 +190,9 @@ std::string full_camera_text(const FullCamera& camera) {
   "held_out_rms_px": {}
 )",
                             undetermined,
-                            text_of(camera.zoom),
+                            number_or_null(camera.zoom),
                             camera.rms_px,
-                            text_of(camera.held_out_rms_px));
+                            number_or_null(camera.held_out_rms_px));
 }
 
 Expected<void> check_full_camera(const FullCamera& camera,
@@ -198,26 +200,30 @@ Expected<void> check_full_camera(const FullCamera& camera,
                                  int height_px,
                                  const std::string& file) {
   if (!CameraModel::is_valid(camera.parameters)) {
-    return failure(invalid(file,
-                           "a parameter is not finite, or the scale or focal length not above 0",
-                           "finite numbers, positive lengths; focal_px null if telecentric"));
+    return failure(
+        invalid_camera_model(file,
+                             "a parameter is not finite, or the scale or focal length not above 0",
+                             "finite numbers, positive lengths; focal_px null if telecentric"));
   }
   if (const auto u_px = unseen_px(CameraModel(camera.parameters), width_px, height_px)) {
-    return failure(invalid(file,
-                           fmt::format("the camera model folds over, or looks past the panel, at "
-                                       "pixel ({:.1f}, {:.1f}) of the picture",
-                                       u_px->x(),
-                                       u_px->y()),
-                           "a lens and a tilt that see the panel everywhere in the picture"));
+    return failure(
+        invalid_camera_model(file,
+                             fmt::format("the camera model folds over, or looks past the panel, at "
+                                         "pixel ({:.1f}, {:.1f}) of the picture",
+                                         u_px->x(),
+                                         u_px->y()),
+                             "a lens and a tilt that see the panel everywhere in the picture"));
   }
   if (camera.zoom && !std::isfinite(*camera.zoom)) {
-    return failure(invalid(file, "\"zoom\" is not finite", "a zoom level, or null"));
+    return failure(invalid_camera_model(file, "\"zoom\" is not finite", "a zoom level, or null"));
   }
   if (!is_share(camera.rms_px) || !is_share(camera.held_out_rms_px)) {
-    return failure(invalid(file, "an rms is none", "px, 0 or more"));
+    return failure(invalid_camera_model(
+        file, "rms_px or held_out_rms_px is negative or not finite", "px, 0 or more"));
   }
   if (const auto flaw = covariance_flaw(camera.covariance)) {
-    return failure(invalid(file, std::string(flaw->what), std::string(flaw->expected)));
+    return failure(
+        invalid_camera_model(file, std::string(flaw->what), std::string(flaw->expected)));
   }
   return {};
 }

@@ -7,7 +7,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/strict_json.h"
-#include "calib/camera/calibration_file.h"
+#include "calib/camera/full_camera.h"
 
 // Not installed: public headers know nothing of JSON.
 namespace panelcal::internal {

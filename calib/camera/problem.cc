@@ -22,10 +22,10 @@ using Eigen::MatrixXd;
 
 /// The bias of circle centres depends on the camera so weakly that a second round already agrees
 /// with the first to a millionth of it.
-constexpr int kRounds = 4;
+constexpr int kCameraRounds = 4;
 constexpr double kSameBias_px = 1e-6;
 /// Eigenvalues of a normal matrix with ones on its diagonal: below this lies only a gauge.
-constexpr double kGauge = 1e-9;
+constexpr double kCameraGauge = 1e-9;
 
 Camera coefficients(const CameraModel::Parameters& p) {
   Camera c;
@@ -53,11 +53,11 @@ struct Projection {
   Eigen::Matrix2d by_dot;
 };
 
-std::optional<Projection> project(const CameraModel& camera,
-                                  const PlatePose& pose,
-                                  const Eigen::Vector2d& dot_mm,
-                                  const Eigen::Vector2d& axis_at_mm,
-                                  const Position<frame::Image>& near) {
+std::optional<Projection> project_dot(const CameraModel& camera,
+                                      const PlatePose& pose,
+                                      const Eigen::Vector2d& dot_mm,
+                                      const Eigen::Vector2d& axis_at_mm,
+                                      const Position<frame::Image>& near) {
   const double c = std::cos(pose.angle_rad);
   const double s = std::sin(pose.angle_rad);
   Eigen::Matrix2d turn;
@@ -107,11 +107,11 @@ class SeenDot final : public ceres::SizedCostFunction<2, kCameraParameters, 3, 2
     const CameraModel::Parameters parameters = with(fixed_, inner.cwiseProduct(unit_));
     if (!CameraModel::is_valid(parameters)) return false;
     const PlatePose pose{in[1][0], {in[1][1], in[1][2]}};
-    const auto at = project(CameraModel(parameters),
-                            pose,
-                            Eigen::Map<const Eigen::Vector2d>(in[2]),
-                            axis_at_mm_,
-                            position_px<frame::Image>(seen_px_));
+    const auto at = project_dot(CameraModel(parameters),
+                                pose,
+                                Eigen::Map<const Eigen::Vector2d>(in[2]),
+                                axis_at_mm_,
+                                position_px<frame::Image>(seen_px_));
     if (!at) return false;
     Eigen::Map<Eigen::Vector2d> residual(out);
     residual = whitening_ * (seen_px_ - at->at.in_px());
@@ -154,8 +154,8 @@ MatrixXd pseudo_inverse(const MatrixXd& normal, const Eigen::VectorXd& before, i
                                                       unit.asDiagonal());
   Eigen::VectorXd inverse = modes.eigenvalues();
   for (double& value : inverse) {
-    rank += value > kGauge;
-    value = value > kGauge ? 1 / value : 0;
+    rank += value > kCameraGauge;
+    value = value > kCameraGauge ? 1 / value : 0;
   }
   const MatrixXd scaled = unit.asDiagonal() * modes.eigenvectors();
   return scaled * inverse.asDiagonal() * scaled.transpose();
@@ -184,7 +184,7 @@ bool CameraProblem::solve(std::span<const CameraParameter> free, CameraState& st
     const bool is_free = std::ranges::find(free, static_cast<CameraParameter>(i)) != free.end();
     if (!is_free) held.push_back(i);
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kCameraRounds; ++round) {
     const CameraModel now(state.camera);
     double moved_px = 0;
     for (std::size_t i = 0; i < used_.size(); ++i) {
@@ -240,11 +240,11 @@ CameraInformation CameraProblem::information(const CameraState& state) const {
   for (const std::size_t i : used_) {
     const CameraObservation& seen = data_.seen[i];
     const PlateView& view = data_.views[seen.i_view];
-    const auto at = project(camera,
-                            state.poses[view.i_pose],
-                            state.dots_mm[seen.i_dot],
-                            view.axis_at.in_mm(),
-                            seen.seen.position);
+    const auto at = project_dot(camera,
+                                state.poses[view.i_pose],
+                                state.dots_mm[seen.i_dot],
+                                view.axis_at.in_mm(),
+                                seen.seen.position);
     if (!at) continue;
     Eigen::Matrix2d white = whitening_of(seen.seen.cov);
     const double sigmas = (white * residual_px(state, seen)).norm();
@@ -287,11 +287,11 @@ Eigen::Vector2d CameraProblem::residual_px(const CameraState& state,
                                            const CameraObservation& seen) const {
   const CameraModel camera(state.camera);
   const PlateView& view = data_.views[seen.i_view];
-  const auto at = project(camera,
-                          state.poses[view.i_pose],
-                          state.dots_mm[seen.i_dot],
-                          view.axis_at.in_mm(),
-                          seen.seen.position);
+  const auto at = project_dot(camera,
+                              state.poses[view.i_pose],
+                              state.dots_mm[seen.i_dot],
+                              view.axis_at.in_mm(),
+                              seen.seen.position);
   if (!at) return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
   const Eigen::Vector2d bias_px =
       circle_bias(camera, at->at, data_.dots[seen.i_dot].radius).in_px();

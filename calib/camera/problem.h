@@ -4,7 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "calib/camera/fit.h"
+#include "calib/camera/fit_input.h"
+#include "calib/camera/model.h"
 #include "calib/camera/start.h"
 #include <Eigen/Core>
 

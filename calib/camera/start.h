@@ -3,7 +3,9 @@
 
 #include <vector>
 
-#include "calib/camera/fit.h"
+#include "calib/base/calibration_plate.h"
+#include "calib/camera/fit_input.h"
+#include "calib/camera/model.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

@@ -5,7 +5,7 @@
 
 namespace panelcal {
 
-/// A probability as a sum of normal ones: what is known of a value whose sigma is itself uncertain.
+/// A probability as a sum of normal ones, of a value whose sigma is itself uncertain.
 struct NormalMixture {
   struct Part {
     double weight = 0;

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "calib/base/distributions.h"
-#include "calib/charts/quadrature.h"
+#include "calib/base/quadrature.h"
 #include <Eigen/LU>
 
 namespace panelcal {
@@ -34,7 +34,7 @@ double noncentral_chi_density(int n, double a, double s) {
 
 /// The limit at which an increasing run length reaches the wanted one.
 template <class RunLength>
-double solve(const RunLength& run_length, double nights, double low, double high) {
+double solve_run_length(const RunLength& run_length, double nights, double low, double high) {
   constexpr double kEnough = 1e-9;
   while (high - low > kEnough) {
     const double middle = 0.5 * (low + high);
@@ -84,13 +84,13 @@ double cusum_run_length(double allowance, double limit) {
 
 double ewma_limit(int n_axes, double weight, double nights) {
   constexpr double kWidest = 9;
-  return solve(
+  return solve_run_length(
       [&](double limit) { return ewma_run_length(n_axes, weight, limit); }, nights, 1e-3, kWidest);
 }
 
 double cusum_limit(double allowance, double nights) {
   constexpr double kHighest = 30;
-  return solve(
+  return solve_run_length(
       [&](double limit) { return cusum_run_length(allowance, limit); }, nights, 1e-3, kHighest);
 }
 

@@ -26,7 +26,7 @@ double ewma_run_length(int n_axes, double weight, double limit);
 /// Source Page 1954; van Dobben de Bruyn 1968
 double cusum_run_length(double allowance, double limit);
 
-/// The limits that give a mean run length of so many nights, 2 to 1e6.
+/// The limits that give a mean run length of this number of nights, 2 to 1e6.
 double ewma_limit(int n_axes, double weight, double nights);
 double cusum_limit(double allowance, double nights);
 

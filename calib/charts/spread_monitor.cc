@@ -13,7 +13,7 @@ namespace {
 /// with 16 degrees of freedom is a scatter grown by a fifth.
 constexpr double kAllowance = 0.5;
 
-Diagnostic invalid(std::string what, std::string expected) {
+Diagnostic invalid_spread(std::string what, std::string expected) {
   return {Code::CalibrationInvalid, {}, std::move(what), std::move(expected)};
 }
 
@@ -21,11 +21,12 @@ Diagnostic invalid(std::string what, std::string expected) {
 
 Expected<SpreadMonitor> SpreadMonitor::make(double nights_per_false_alarm, int min_nights) {
   if (!(nights_per_false_alarm >= 20 && nights_per_false_alarm <= 1e5)) {
-    return failure(invalid(fmt::format("nights_per_false_alarm is {}", nights_per_false_alarm),
-                           "a number from 20 to 100000"));
+    return failure(
+        invalid_spread(fmt::format("nights_per_false_alarm is {}", nights_per_false_alarm),
+                       "a number from 20 to 100000"));
   }
   if (min_nights < 1) {
-    return failure(invalid(fmt::format("min_nights is {}", min_nights), "1 or more"));
+    return failure(invalid_spread(fmt::format("min_nights is {}", min_nights), "1 or more"));
   }
   return SpreadMonitor(nights_per_false_alarm, min_nights);
 }
@@ -38,15 +39,17 @@ SpreadMonitor::SpreadMonitor(double nights_per_false_alarm, int min_nights)
 
 Expected<WatchedSpread> SpreadMonitor::add(const SpreadPoint& point) {
   if (!(point.variance >= 0) || !std::isfinite(point.variance)) {
-    return failure(invalid(fmt::format("a night's variance is {}", point.variance), "0 or more"));
+    return failure(
+        invalid_spread(fmt::format("a night's variance is {}", point.variance), "0 or more"));
   }
   if (!(point.degrees_of_freedom > 0) || !std::isfinite(point.degrees_of_freedom)) {
-    return failure(invalid(
+    return failure(invalid_spread(
         fmt::format("a night's variance has {} degrees of freedom", point.degrees_of_freedom),
         "more than 0"));
   }
   if (last_ && point.time <= *last_) {
-    return failure(invalid("a night is not after the one before it", "nights in order of time"));
+    return failure(
+        invalid_spread("a night is not after the one before it", "nights in order of time"));
   }
   last_ = point.time;
   if (point.is_fresh_start) {

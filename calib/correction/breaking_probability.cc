@@ -52,7 +52,7 @@ double by_angle(double ratio, double sigma_ratio) {
   const double mean = (1 + small_2) / 2;
   const double half = (1 - small_2) / 2;
   const double b = ratio * ratio / 2;
-  // A bound of the integral: nobody's errors are normal so far out.
+  // A bound of the integral: no real errors are normal so far out.
   if (b > -std::log(kLeastProbability)) return 0;
   const auto [n, step_cos] = steps_of(ratio, sigma_ratio);
   double previous = step_cos;  // of one step back

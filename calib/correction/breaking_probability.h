@@ -28,8 +28,8 @@ PrincipalSigmas principal_sigmas(const Eigen::Matrix2d& cov_mm2);
 ///
 /// Out    0 to 1, to 1e-6 of itself; 0 where the bound exp(-radius^2 / (2 s1^2)) is below 1e-20,
 /// for
-///        errors are not normal so far out; 1 where the covariance is not finite, since then nobody
-///        knows where the hole is
+///        errors are not normal so far out; 1 where the covariance is not finite, since then the
+///        place of the hole is unknown
 /// Cost   17 exponentials where radius is 3 to 8 times the larger sigma; up to 1000 error functions
 ///        where it is a small part of it
 /// Source Hoyt 1947 (distribution of |e|); Craig 1991 (the integral's form); Trefethen and Weideman

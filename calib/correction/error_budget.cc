@@ -59,7 +59,7 @@ void take(const Eigen::Matrix2d& by_measured,
   terms.map += propagate(by_measured, machine.map_mm2());
 }
 
-/// A smooth fit: what its covariance has on top of the targets' errors is what nobody knows of the
+/// A smooth fit: the part of its covariance beyond the targets' errors is the unknown part of the
 /// panel between them.
 ErrorBudget smooth_budget(const CorrectionStack& stack, const Position<frame::Nominal>& nominal) {
   const MachineUncertainty& machine = stack.machine();

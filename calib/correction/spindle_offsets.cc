@@ -4,7 +4,7 @@
 namespace panelcal {
 namespace {
 
-bool is_covariance(const Eigen::Matrix2d& c) {
+bool is_offset_covariance(const Eigen::Matrix2d& c) {
   return c.allFinite() && c(0, 1) == c(1, 0) && c(0, 0) >= 0 && c(1, 1) >= 0 &&
          c(0, 0) * c(1, 1) >= c(0, 1) * c(1, 0);
 }
@@ -26,7 +26,7 @@ bool is_meant(const OffsetOrder& order, const SpindleAt& at) {
 bool SpindleOffsets::set(SpindleAt at, const SpindleCameraOffset& offset) {
   const bool is_there = at.spindle >= 1 && at.spindle <= kMostSpindles && at.station >= 1 &&
                         at.station <= kMostStations;
-  if (!is_there || !offset.offset.in_mm().allFinite() || !is_covariance(offset.cov_mm2)) {
+  if (!is_there || !offset.offset.in_mm().allFinite() || !is_offset_covariance(offset.cov_mm2)) {
     return false;
   }
   offsets_[at] = offset;
@@ -49,7 +49,7 @@ std::optional<SpindleDistance> SpindleOffsets::between(int from, int to, int sta
 int SpindleOffsets::correct(const OffsetOrder& order,
                             const Displacement<frame::Machine>& deviation,
                             const Eigen::Matrix2d& cov_mm2) {
-  if (!deviation.in_mm().allFinite() || !is_covariance(cov_mm2)) return 0;
+  if (!deviation.in_mm().allFinite() || !is_offset_covariance(cov_mm2)) return 0;
   int n_moved = 0;
   for (auto& [at, offset] : offsets_) {
     if (!is_meant(order, at)) continue;

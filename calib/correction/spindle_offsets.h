@@ -47,7 +47,7 @@ class SpindleOffsets {
  public:
   /// False, and nothing is changed, if there is no such spindle or station, or no such offset.
   bool set(SpindleAt at, const SpindleCameraOffset& offset);
-  /// nullptr if nobody has calibrated it: the offset of another spindle is no substitute.
+  /// nullptr if it is not calibrated: the offset of another spindle is no substitute.
   const SpindleCameraOffset* find(SpindleAt at) const;
   bool empty() const { return offsets_.empty(); }
   const std::map<SpindleAt, SpindleCameraOffset>& all() const { return offsets_; }

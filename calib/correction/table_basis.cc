@@ -28,7 +28,7 @@ std::array<Node, 4> gauss_nodes() {
 }
 
 /// Legendre's polynomials of t in -1 .. 1, with mean square 1.
-double legendre(int degree, double t) {
+double scaled_legendre(int degree, double t) {
   switch (degree) {
     case 0:
       return 1;
@@ -86,8 +86,8 @@ AxisBasis::AxisBasis(int steps) {
       for (std::size_t i = 0; i < 4; ++i) {
         const Index row = step + static_cast<Index>(i);
         for (int degree = 0; degree < kDegrees; ++degree) {
-          moments(row, degree) +=
-              node.weight / steps * weights.value[i] * legendre(degree, centered(step + node.at));
+          moments(row, degree) += node.weight / steps * weights.value[i] *
+                                  scaled_legendre(degree, centered(step + node.at));
         }
         for (std::size_t j = 0; j < 4; ++j) {
           for (std::size_t order = 0; order < 3; ++order) {

@@ -5,20 +5,20 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/correction/table_basis.h"
+#include "calib/correction/spline_weights.h"
 
 namespace panelcal {
 namespace {
 
-constexpr int kMostSteps = 256;
+constexpr int kMaxMapSteps = 256;
 /// A stage errs by a thousandth of its way at most, so each step is a thousand times shorter.
-constexpr int kMaxIterations = 30;
+constexpr int kMaxMapIterations = 30;
 constexpr double kConverged_mm = 1e-9;
 
 }  // namespace
 
 bool TableGrid::is_valid() const {
-  const bool has_steps = nx >= 1 && ny >= 1 && nx <= kMostSteps && ny <= kMostSteps;
+  const bool has_steps = nx >= 1 && ny >= 1 && nx <= kMaxMapSteps && ny <= kMaxMapSteps;
   const Eigen::Vector2d span_mm = high_mm - low_mm;
   return has_steps && low_mm.allFinite() && span_mm.allFinite() && span_mm.minCoeff() > 0;
 }
@@ -81,7 +81,7 @@ std::optional<Position<frame::Machine>> TableMap::command_for(
     const Position<frame::Table>& wanted) const {
   Eigen::Vector2d c_mm = wanted.in_mm();
   if (!c_mm.allFinite()) return std::nullopt;
-  for (int i = 0; i < kMaxIterations; ++i) {
+  for (int i = 0; i < kMaxMapIterations; ++i) {
     const Eigen::Vector2d next_mm = wanted.in_mm() - error_mm(position_mm<frame::Machine>(c_mm));
     const double step_mm = (next_mm - c_mm).norm();
     c_mm = next_mm;

@@ -48,7 +48,7 @@ class TableMap {
   const std::vector<Eigen::Vector2d>& coefficients_mm() const { return coefficients_mm_; }
 
   bool covers(const Position<frame::Machine>& commanded) const;
-  /// E; NaN for a place that is none.
+  /// E; NaN for a place that is not finite.
   Eigen::Vector2d error_mm(const Position<frame::Machine>& commanded) const;
   /// dE/dc.
   Eigen::Matrix2d error_slope(const Position<frame::Machine>& commanded) const;

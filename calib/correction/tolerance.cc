@@ -74,7 +74,7 @@ std::string Tolerances::problem(int tool, std::optional<Length> diameter) const 
   if (row->position) return {};
   const std::optional<Length> drill = diameter ? diameter : row->drill;
   if (!drill) {
-    return fmt::format("nobody says how wide tool {} is, so its annular ring is not known", tool);
+    return fmt::format("tool {} has no diameter, so its annular ring is not known", tool);
   }
   // Less is rounding.
   constexpr Length kLeastRoom = um(1e-3);

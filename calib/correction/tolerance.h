@@ -49,11 +49,11 @@ struct Tolerances {
   bool asks_positions() const;
   bool asks_depths() const;
   /// How far a hole of this tool may be off; `diameter` is what the program says. Absent where
-  /// nothing is asked of the tool, and where what is asked makes no sense.
+  /// nothing is asked of the tool, and where problem() is not empty.
   std::optional<Length> radius(int tool, std::optional<Length> diameter) const;
   /// How wrong the depths of this tool may be: all of the tool's row, if it says anything.
   DepthTolerance depth_of(int tool, std::optional<Length> diameter) const;
-  /// Why what is asked of the tool makes no sense; empty if it does.
+  /// Why the tool's tolerance is not valid; empty if it is.
   std::string problem(int tool, std::optional<Length> diameter) const;
 
  private:

@@ -18,7 +18,7 @@ namespace {
 constexpr std::array kWidths = {3.0, 10.0, 30.0, 100.0, 300.0};
 constexpr double kDaysOfASlope = 30;
 constexpr double kMinSigmas = 3;
-constexpr double kShareOfNights = 0.9;
+constexpr double kQuietShareOfNights = 0.9;
 
 /// An axis reduced to what is needed: the usual steps of the level, the noise, the values.
 struct Axis {
@@ -165,12 +165,12 @@ void describe(ChangeFound& found,
   bool has_first = false;
   for (std::size_t i = 0; i < logs.size(); ++i) {
     below += std::exp(logs[i] - total);
-    if (!has_first && below >= 0.5 * (1 - kShareOfNights)) {
+    if (!has_first && below >= 0.5 * (1 - kQuietShareOfNights)) {
       found.i_first = nights[i + 1];
       has_first = true;
     }
     found.i_last = nights[i + 1];
-    if (below >= 0.5 * (1 + kShareOfNights)) break;
+    if (below >= 0.5 * (1 + kQuietShareOfNights)) break;
   }
   const auto n = static_cast<Eigen::Index>(axes.size());
   found.size.resize(n);

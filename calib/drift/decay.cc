@@ -21,7 +21,7 @@ constexpr std::size_t kMinTimes = 6;
 /// differ.
 constexpr double kWorthExponential = 10;
 constexpr double kWorthOscillation = 20;
-constexpr int kTimeConstants = 40;
+constexpr int kDecayTimeConstants = 40;
 
 int columns_of(DecayShape shape) {
   return shape == DecayShape::Still ? 1 : shape == DecayShape::Exponential ? 2 : 3;
@@ -59,11 +59,11 @@ Eigen::MatrixXd weighted_values(const std::vector<DecaySample>& samples) {
 }
 
 /// The linear part's best answer for this time constant and frequency.
-Decay project(const std::vector<DecaySample>& samples,
-              const Eigen::MatrixXd& values,
-              DecayShape shape,
-              double time_constant,
-              double frequency) {
+Decay project_decay(const std::vector<DecaySample>& samples,
+                    const Eigen::MatrixXd& values,
+                    DecayShape shape,
+                    double time_constant,
+                    double frequency) {
   const Eigen::MatrixXd a = columns(samples, shape, time_constant, frequency);
   const Eigen::MatrixXd x = a.colPivHouseholderQr().solve(values);
   Decay out;
@@ -129,11 +129,11 @@ Decay refine(const std::vector<DecaySample>& samples, const Eigen::MatrixXd& val
     const Eigen::VectorXd change = normal.ldlt().solve(right);
     if (!change.allFinite()) break;
     const double log_step = std::clamp(change(0), -1.0, 1.0);
-    const Decay next = project(samples,
-                               values,
-                               best.shape,
-                               best.time_constant * std::exp(log_step),
-                               n_nonlinear > 1 ? best.frequency + change(1) : 0);
+    const Decay next = project_decay(samples,
+                                     values,
+                                     best.shape,
+                                     best.time_constant * std::exp(log_step),
+                                     n_nonlinear > 1 ? best.frequency + change(1) : 0);
     if (next.chi_square < best.chi_square) {
       const double gain = best.chi_square - next.chi_square;
       best = next;
@@ -166,11 +166,11 @@ Decay search(const std::vector<DecaySample>& samples,
   Decay best;
   best.chi_square = std::numeric_limits<double>::infinity();
   const double shortest = 0.3 * gap;
-  const double ratio = std::pow(3 * last / shortest, 1.0 / (kTimeConstants - 1));
-  for (int i = 0; i < kTimeConstants; ++i) {
+  const double ratio = std::pow(3 * last / shortest, 1.0 / (kDecayTimeConstants - 1));
+  for (int i = 0; i < kDecayTimeConstants; ++i) {
     for (int f = 1; f <= n_frequencies; ++f) {
-      const Decay d =
-          project(samples, values, shape, shortest * std::pow(ratio, i), turns ? f * step : 0);
+      const Decay d = project_decay(
+          samples, values, shape, shortest * std::pow(ratio, i), turns ? f * step : 0);
       if (d.chi_square < best.chi_square) best = d;
     }
   }
@@ -178,7 +178,7 @@ Decay search(const std::vector<DecaySample>& samples,
 }
 
 /// False if some parameter is left open.
-bool finish(const std::vector<DecaySample>& samples, Decay& d) {
+bool finish_decay(const std::vector<DecaySample>& samples, Decay& d) {
   const Eigen::MatrixXd j = jacobian(samples, d);
   // Scaled, since parameters have units of their own.
   const Eigen::VectorXd scale = j.colwise().norm();
@@ -244,7 +244,7 @@ std::optional<Decay> fit_decay(const std::vector<DecaySample>& samples,
   std::ranges::sort(sorted, {}, &DecaySample::time);
   const Eigen::MatrixXd values = weighted_values(sorted);
   const auto n_axes = static_cast<double>(values.cols());
-  Decay best = project(sorted, values, DecayShape::Still, 1, 0);
+  Decay best = project_decay(sorted, values, DecayShape::Still, 1, 0);
   double needed = 2 * (1 + n_axes) + kWorthExponential;
   Decay exponential = search(sorted, values, DecayShape::Exponential);
   if (exponential.chi_square + needed < best.chi_square) best = exponential;
@@ -254,7 +254,7 @@ std::optional<Decay> fit_decay(const std::vector<DecaySample>& samples,
     const double also = best.shape == DecayShape::Still ? 2 * (1 + n_axes) : 0;
     if (oscillation.chi_square + needed + also < best.chi_square) best = oscillation;
   }
-  if (!finish(sorted, best)) return none("the views do not determine a decay");
+  if (!finish_decay(sorted, best)) return none("the views do not determine a decay");
   return best;
 }
 

@@ -52,7 +52,7 @@ DecayTime time_to(const Decay& decay, double limit);
 /// For a time constant and a frequency the rest is linear (variable projection, Golub and Pereyra
 /// 1973), so both are searched for on a grid, and then all are refined together (Levenberg and
 /// Marquardt). An exponential has to be better than standing still, and an oscillation than that,
-/// by what chance would gain in so many trials.
+/// by what chance would gain in that number of trials.
 ///
 /// In     samples: 6 or more at different times, any order, one size of value; finite
 /// Out    empty: `reason` says why

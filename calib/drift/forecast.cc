@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kParts = 5;
 
-Diagnostic invalid(std::string what, std::string expected) {
+Diagnostic invalid_forecast(std::string what, std::string expected) {
   return {Code::CalibrationInvalid, {}, std::move(what), std::move(expected)};
 }
 
@@ -63,19 +63,22 @@ double size_of(const Eigen::VectorXd& error) {
 
 Expected<void> ForecastLimits::validate() const {
   if (!(tolerance > 0) || !std::isfinite(tolerance)) {
-    return failure(invalid(fmt::format("the tolerance of a forecast is {}", tolerance), "above 0"));
+    return failure(
+        invalid_forecast(fmt::format("the tolerance of a forecast is {}", tolerance), "above 0"));
   }
   if (!(probability > 0 && probability < 0.5)) {
-    return failure(invalid(fmt::format("the probability of a forecast is {}", probability),
-                           "above 0 and below 0.5"));
+    return failure(invalid_forecast(fmt::format("the probability of a forecast is {}", probability),
+                                    "above 0 and below 0.5"));
   }
   constexpr double kLongest_s = 10 * 366 * 86400.0;
   if (!(horizon.in_s() > 0 && horizon.in_s() <= kLongest_s)) {
-    return failure(invalid(fmt::format("the horizon of a forecast is {} s", horizon.in_s()),
-                           "above 0 and up to ten years"));
+    return failure(
+        invalid_forecast(fmt::format("the horizon of a forecast is {} s", horizon.in_s()),
+                         "above 0 and up to ten years"));
   }
   if (temperature_c && !std::isfinite(*temperature_c)) {
-    return failure(invalid("the temperature of a forecast is not finite", "degrees Celsius"));
+    return failure(
+        invalid_forecast("the temperature of a forecast is not finite", "degrees Celsius"));
   }
   return {};
 }
@@ -98,11 +101,12 @@ Expected<DrillForecast> may_drill(const DriftModel& model,
                                   const ForecastLimits& limits) {
   PANELCAL_CHECK(limits.validate());
   if (in_force.size() != model.n_axes() || !in_force.allFinite()) {
-    return failure(invalid("the value in force does not have the series' axes",
-                           "as many numbers as the nights have"));
+    return failure(invalid_forecast("the value in force does not have the series' axes",
+                                    "as many numbers as the nights have"));
   }
   if (model.last() && now < *model.last()) {
-    return failure(invalid("a forecast is asked for before the last night", "a time after it"));
+    return failure(
+        invalid_forecast("a forecast is asked for before the last night", "a time after it"));
   }
   DrillForecast out;
   out.now = now;
@@ -135,7 +139,7 @@ std::string words_of(const DrillForecast& forecast,
                      const ForecastLimits& limits,
                      const std::string& unit) {
   if (forecast.answer == DrillAnswer::NotEnoughHistory) {
-    return "nobody can say: not enough history";
+    return "no forecast: not enough history";
   }
   const std::string bound = amount(limits.tolerance, unit);
   const std::string now = fmt::format(

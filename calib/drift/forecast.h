@@ -27,22 +27,22 @@ struct ForecastLimits {
 
 /// May I drill now, and until when?
 enum class DrillAnswer : std::uint8_t {
-  NotEnoughHistory,  ///< nobody can say
+  NotEnoughHistory,  ///< too few nights to tell
   No,
   Until,
-  BeyondHorizon,  ///< yes, and for longer than is foretold
+  BeyondHorizon,  ///< yes, and for longer than is predicted
 };
 
 struct DrillForecast {
   DrillAnswer answer = DrillAnswer::NotEnoughHistory;
   double chance_now = 1;  ///< that the error is larger than the tolerance
-  Eigen::VectorXd error;  ///< true value minus the one in force, as foretold for now
+  Eigen::VectorXd error;  ///< true value minus the one in force, as predicted for now
   Eigen::MatrixXd cov;    ///< of that
   std::chrono::sys_seconds now{};
   std::chrono::sys_seconds until{};  ///< for Until: to the minute, rounded down
 };
 
-/// The chance that the length of (value foretold - center) exceeds a radius; of more than two axes
+/// The chance that the length of (value predicted - center) exceeds a radius; of more than two axes
 /// the chance that any of them does so by itself, or rather more (the sum of their chances:
 /// Bonferroni). Of the mixtures five parts each are kept, so that an uncertain sigma counts in the
 /// tail.

@@ -16,7 +16,7 @@ constexpr int kMostAxes = 12;
 /// Steps of the grid and how far it reaches, in standard deviations of the prior's logarithm. A
 /// sigma between two neighbours is then at most 15 % from one, and their mean is nearer.
 constexpr double kStep = 1.35;
-constexpr double kReach = 2.5;
+constexpr double kDriftReach = 2.5;
 /// Variance of a level of which nothing is known, in those of a night.
 constexpr double kDiffuse = 1e8;
 constexpr double kMostKelvin = 1000;
@@ -25,14 +25,14 @@ constexpr double kLargest = 1e100;
 /// For how many nights DriftOptions::unknown_kelvin counts.
 constexpr int kNightsOfUnknown = 2;
 
-Diagnostic invalid(std::string what, std::string expected) {
+Diagnostic invalid_drift(std::string what, std::string expected) {
   return {Code::CalibrationInvalid, {}, std::move(what), std::move(expected)};
 }
 
 /// Values of a log-normal prior and the logarithms of their weights.
 std::vector<std::pair<double, double>> grid(double median, double factor) {
   const double step = std::log(kStep) / std::log(factor);
-  const int n = static_cast<int>(std::ceil(kReach / step));
+  const int n = static_cast<int>(std::ceil(kDriftReach / step));
   std::vector<std::pair<double, double>> out;
   for (int i = -n; i <= n; ++i) {
     const double z = i * step;
@@ -46,7 +46,7 @@ double days_between(std::chrono::sys_seconds a, std::chrono::sys_seconds b) {
   return static_cast<double>((b - a).count()) / kSecondsPerDay;
 }
 
-bool is_covariance(const Eigen::MatrixXd& cov) {
+bool is_drift_covariance(const Eigen::MatrixXd& cov) {
   constexpr double kRounding = 1e-9;
   if (!cov.allFinite() || !(cov.cwiseAbs().maxCoeff() < kLargest)) return false;
   for (Eigen::Index i = 0; i < cov.rows(); ++i) {
@@ -76,8 +76,8 @@ double quantile(std::vector<std::pair<double, double>> value_and_weight, double 
 Expected<void> DriftOptions::validate() const {
   const auto above = [](std::string_view field, double value, double bound) -> Expected<void> {
     if (std::isfinite(value) && value > bound) return {};
-    return failure(invalid(fmt::format("{} of a drift model is {}", field, value),
-                           fmt::format("a number above {}", bound)));
+    return failure(invalid_drift(fmt::format("{} of a drift model is {}", field, value),
+                                 fmt::format("a number above {}", bound)));
   };
   PANELCAL_CHECK(above("drift", priors.drift, 0));
   PANELCAL_CHECK(above("drift_factor", priors.drift_factor, 1.05));
@@ -93,7 +93,7 @@ Expected<void> DriftOptions::validate() const {
   if (priors.drift_factor <= kLargestFactor && priors.repeatability_factor <= kLargestFactor) {
     return {};
   }
-  return failure(invalid("a factor of a drift model's priors is too large", "100 at most"));
+  return failure(invalid_drift("a factor of a drift model's priors is too large", "100 at most"));
 }
 
 Eigen::VectorXd DriftPrediction::mean() const {
@@ -114,7 +114,7 @@ Expected<DriftModel> DriftModel::make(int n_axes, const DriftOptions& options) {
   PANELCAL_CHECK(options.validate());
   if (n_axes >= 1 && n_axes <= kMostAxes) return DriftModel(n_axes, options);
   return failure(
-      invalid(fmt::format("a series of {} axes", n_axes), fmt::format("1 to {}", kMostAxes)));
+      invalid_drift(fmt::format("a series of {} axes", n_axes), fmt::format("1 to {}", kMostAxes)));
 }
 
 DriftModel::DriftModel(int n_axes, const DriftOptions& options)
@@ -214,24 +214,27 @@ DriftPrediction DriftModel::forecast(std::chrono::sys_seconds time,
 Expected<void> DriftModel::check(const DriftPoint& point) const {
   const auto n = static_cast<Eigen::Index>(banks_.size());
   if (point.value.size() != n || point.cov.rows() != n || point.cov.cols() != n) {
-    return failure(invalid(fmt::format("a night of {} axes", point.value.size()),
-                           fmt::format("{} values and their covariance", n)));
+    return failure(invalid_drift(fmt::format("a night of {} axes", point.value.size()),
+                                 fmt::format("{} values and their covariance", n)));
   }
   if (!point.value.allFinite() || !(point.value.cwiseAbs().maxCoeff() < kLargest)) {
-    return failure(invalid("a night's value is not finite", "numbers"));
+    return failure(invalid_drift("a night's value is not finite", "numbers"));
   }
-  if (!is_covariance(point.cov)) {
-    return failure(invalid("a night's covariance is none", "a symmetric one, not negative"));
+  if (!is_drift_covariance(point.cov)) {
+    return failure(invalid_drift("the covariance of a night is not positive semidefinite",
+                                 "a symmetric one, not negative"));
   }
   if (point.temperature_c && !(std::abs(*point.temperature_c) < kMostKelvin)) {
-    return failure(invalid(fmt::format("a night's temperature is {}", *point.temperature_c),
-                           "degrees Celsius"));
+    return failure(invalid_drift(fmt::format("a night's temperature is {}", *point.temperature_c),
+                                 "degrees Celsius"));
   }
   if (point.since_start && !(point.since_start->in_s() >= 0)) {
-    return failure(invalid("a machine had been running for less than no time", "0 s or more"));
+    return failure(
+        invalid_drift("a machine had been running for less than no time", "0 s or more"));
   }
   if (last_ && point.time <= *last_) {
-    return failure(invalid("a night is not after the one before it", "nights in order of time"));
+    return failure(
+        invalid_drift("a night is not after the one before it", "nights in order of time"));
   }
   return {};
 }

@@ -40,7 +40,7 @@ struct DriftOptions {
   Expected<void> validate() const;
 };
 
-/// A value foretold.
+/// A value predicted.
 struct DriftPrediction {
   std::vector<NormalMixture> axes;
   Eigen::MatrixXd correlation;  ///< between the axes
@@ -61,7 +61,7 @@ struct DriftParameters {
   double warm_up_sigma = 0;
 };
 
-/// Learns night by night how a calibrated value moves, and foretells it with honest uncertainty.
+/// Learns night by night how a calibrated value moves, and predicts it with honest uncertainty.
 ///
 ///   value_t = level_t + b (T_t - T0) + a exp(-on_t / warm_up) + e_t,   e_t ~ N(0, cov_t + rep^2)
 ///   level_t = level_t-1 + w_t,   w_t ~ N(0, drift^2 days)
@@ -69,7 +69,7 @@ struct DriftParameters {
 /// A local level model with regression (Durbin and Koopman 2012, 2.1 and 6.2). Level, b and a are
 /// the state of a Kalman filter. drift and rep are not set to their likeliest values, which a short
 /// history knows badly, but averaged over: a filter each for a grid of them, weighted by prior and
-/// likelihood (Magill 1965). What is foretold has the wide tails that go with that, and so false
+/// likelihood (Magill 1965). What is predicted has the wide tails that go with that, and so false
 /// alarms keep their rate from the first judged night on.
 ///
 /// rep counts as the calibrations' own error and not as the machine's: it is no part of a forecast
@@ -96,8 +96,8 @@ class DriftModel {
 
   /// Learns a night. Points left out may hold anything.
   ///
-  /// Fails  calibration-invalid: number of axes; what is not finite; a covariance that is none; a
-  ///        time not after the last one's
+  /// Fails  calibration-invalid: number of axes; what is not finite; a covariance that is not
+  ///        positive semidefinite; a time not after the last one's
   Expected<void> add(const DriftPoint& point);
 
   int n_axes() const { return static_cast<int>(banks_.size()); }

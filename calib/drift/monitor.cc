@@ -14,12 +14,12 @@ namespace panelcal {
 namespace {
 
 /// Shares of the false alarms; they add up to 1.
-constexpr double kShareOfNights = 0.5;
+constexpr double kMonitoredShareOfNights = 0.5;
 constexpr double kShareOfAverage = 0.25;
 constexpr double kShareOfSums = 0.25;
 
-/// Limits are for so many times the stated nights; measured by drift_monitor_slow_test.cc. A single
-/// night suffers less from learned parameters than sums of many do.
+/// Limits are for this multiple of the stated nights; measured by drift_monitor_slow_test.cc. A
+/// single night suffers less from learned parameters than sums of many do.
 constexpr double kForLearningOfNights = 1.2;
 constexpr double kForLearning = 2;
 
@@ -68,7 +68,9 @@ DriftMonitor::DriftMonitor(DriftModel model, int n_axes, const WatchOptions& wat
     : model_(std::move(model)),
       moved_(watch.moved),
       night_limit_(ewma_limit(
-          n_axes, 1, kForLearningOfNights * watch.nights_per_false_alarm / kShareOfNights)),
+          n_axes,
+          1,
+          kForLearningOfNights * watch.nights_per_false_alarm / kMonitoredShareOfNights)),
       average_(n_axes,
                watch.average_weight,
                kForLearning * watch.nights_per_false_alarm / kShareOfAverage),
@@ -156,18 +158,18 @@ std::string words_of(const DriftAlarm& alarm,
   switch (alarm.chart) {
     case DriftChart::Night:
       return fmt::format(
-          "a step: tonight is {:.1f} sigma from what the nights before foretold, "
+          "a step: tonight is {:.1f} sigma from the prediction of the nights before, "
           "limit {:.1f}",
           alarm.statistic,
           alarm.limit);
     case DriftChart::Average:
       return fmt::format(
-          "a shift that stays: the last nights together are {:.1f} sigma from what "
-          "was foretold, limit {:.1f}",
+          "a shift that stays: the last nights together are {:.1f} sigma from "
+          "the prediction, limit {:.1f}",
           alarm.statistic,
           alarm.limit);
     case DriftChart::Moved:
-      return fmt::format("it has moved by {} since it was last said, limit {}",
+      return fmt::format("it has moved by {} since the last alarm, limit {}",
                          amount(alarm.statistic, unit),
                          amount(alarm.limit, unit));
     case DriftChart::Sum:

@@ -55,14 +55,14 @@ struct WatchOptions {
   Expected<void> validate() const;
 };
 
-/// Standard scores of a value among what was foretold, one an axis: that of the first, and of each
+/// Standard scores of a value among what was predicted, one an axis: that of the first, and of each
 /// further one what those before do not tell of it.
 Eigen::VectorXd independent_scores(const DriftPrediction& prediction, const Eigen::VectorXd& value);
 
 /// Watches a calibrated value night by night, and alarms falsely once in the stated number of
 /// nights.
 ///
-/// Each night is held against what the nights before it foretell (DriftModel), so what is usual for
+/// Each night is held against what the nights before it predict (DriftModel), so what is usual for
 /// this machine, its drift, the temperature and the warm-up included, is no alarm. Half of the
 /// false alarms go to the chart of single nights, a quarter to the average's and a quarter to the
 /// sums'. Rates are added, so the true one is rather below.
@@ -112,7 +112,7 @@ Expected<std::vector<WatchedNight>> watch_drift(const DriftSeries& series,
                                                 const DriftOptions& options,
                                                 const WatchOptions& watch);
 
-/// "a step: tonight is 7.2 sigma from what the nights before foretold, limit 3.9".
+/// "a step: tonight is 7.2 sigma from what the nights before predicted, limit 3.9".
 ///
 /// In     names: of the axes; unit: of the series
 std::string words_of(const DriftAlarm& alarm,

@@ -15,7 +15,8 @@
 namespace panelcal {
 namespace {
 
-/// Largest standard deviation in any direction; NaN where the covariance is none.
+/// Largest standard deviation in any direction; NaN where the covariance is not positive
+/// semidefinite.
 double largest_sigma(const Eigen::MatrixXd& cov) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(cov, Eigen::EigenvaluesOnly);
   constexpr double kRounding = 1e-9;
@@ -93,7 +94,7 @@ class Examination {
     const double limit = ewma_limit(model.n_axes(), 1, limits_.nights_per_refusal);
     add("change",
         sigmas <= limit,
-        fmt::format("the result is {} from what {} nights foretold, {:.1f} sigma, limit {:.1f}",
+        fmt::format("the result is {} from the prediction of {} nights, {:.1f} sigma, limit {:.1f}",
                     amount((p.value - expected.mean()).norm(), history_.unit),
                     model.n_nights(),
                     sigmas,

@@ -27,7 +27,7 @@ struct NightGate {
 struct NightResult {
   DriftPoint point;
   std::string used = "holes";  ///< what the fit is made of: holes, views, pictures
-  int n_used = 0;              ///< so many of them
+  int n_used = 0;              ///< how many of them
   int n_outliers = 0;          ///< that it left out
   /// The chance that healthy residuals show as much structure (a trend over the coupon), by the
   /// fit's F test; absent where there were too few for one.
@@ -77,8 +77,8 @@ std::string_view name(NightVerdict verdict);
 /// before, in its standard deviations; with fewer nights than history.min_nights, and for a fresh
 /// start, only against what is in force. A refused result leaves the old calibration in force if
 /// the forecast allows it until the next night, and if tonight does not speak against it: a change
-/// that fails its gate is either a moved machine or a bad measurement, and nobody knows which. A
-/// person does, looks, and marks the next night as a fresh start.
+/// that fails its gate is either a moved machine or a bad measurement, and the data do not
+/// show which. A person looks, and marks the next night as a fresh start.
 ///
 /// In     history: nights before tonight, the refused ones left out (DriftPoint::is_left_out);
 ///        in_force: what holes are drilled with now, if anything is

@@ -9,7 +9,7 @@
 namespace panelcal {
 namespace {
 
-constexpr int kTimeConstants = 60;
+constexpr int kRestTimeConstants = 60;
 constexpr double kShortest = 0.02;  ///< of the time from the first sample to the last
 constexpr double kLongest = 2;
 constexpr double kFine = 1.0001;  ///< steps of the time constant that are small enough
@@ -66,8 +66,8 @@ double most_to_come(std::span<const WarmUpSample> samples) {
   const double whole_s = last_s - first_s;
   std::vector<Guess> guesses;
   const auto try_all = [&](double shortest_s, double longest_s) {
-    for (int i = 0; i < kTimeConstants; ++i) {
-      const double part = static_cast<double>(i) / (kTimeConstants - 1);
+    for (int i = 0; i < kRestTimeConstants; ++i) {
+      const double part = static_cast<double>(i) / (kRestTimeConstants - 1);
       const double tau_s = shortest_s * std::pow(longest_s / shortest_s, part);
       guesses.push_back(guess(samples, first_s, last_s, tau_s));
     }
@@ -75,8 +75,8 @@ double most_to_come(std::span<const WarmUpSample> samples) {
   };
   Guess best = try_all(kShortest * whole_s, kLongest * whole_s);
   // A long way tells its time constant more sharply than the first steps are.
-  for (double step = std::pow(kLongest / kShortest, 1.0 / (kTimeConstants - 1)); step > kFine;
-       step = std::pow(step, 2.0 / (kTimeConstants - 1))) {
+  for (double step = std::pow(kLongest / kShortest, 1.0 / (kRestTimeConstants - 1)); step > kFine;
+       step = std::pow(step, 2.0 / (kRestTimeConstants - 1))) {
     best = try_all(best.tau_s / step, std::min(best.tau_s * step, kLongest * whole_s));
   }
   double most = 0;

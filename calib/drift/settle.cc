@@ -20,11 +20,11 @@ using internal::DecaySample;
 using internal::DecayShape;
 
 /// Views of which chance would give so few as scatter like these are not described by a decay.
-constexpr double kLeastChance = 1e-6;
-/// A motion as large as so many standard deviations of the mean view is seen for certain.
+constexpr double kMinSettleChance = 1e-6;
+/// A motion as large as this number of standard deviations of the mean view is seen for certain.
 constexpr double kSeen = 5;
 
-std::optional<SettleTime> none(std::string* reason, std::string text) {
+std::optional<SettleTime> no_settle_time(std::string* reason, std::string text) {
   if (reason != nullptr) *reason = std::move(text);
   return std::nullopt;
 }
@@ -45,7 +45,7 @@ SettleMotion motion_of(DecayShape shape) {
 std::optional<SettleTime> fit_settle(std::span<const SettleView> views,
                                      Length limit,
                                      std::string* reason) {
-  if (!(limit > mm(0))) return none(reason, "the limit of a settle time is not above 0");
+  if (!(limit > mm(0))) return no_settle_time(reason, "the limit of a settle time is not above 0");
   std::vector<DecaySample> samples;
   double last_s = 0;
   double first_s = std::numeric_limits<double>::infinity();
@@ -59,28 +59,29 @@ std::optional<SettleTime> fit_settle(std::span<const SettleView> views,
   }
   const std::optional<Decay> decay = internal::fit_decay(samples, true, reason);
   if (!decay) return std::nullopt;
-  if (decay->degrees_of_freedom < 2) return none(reason, "the views are too few for a decay");
-  if (!(chi_square_exceedance(decay->chi_square, decay->degrees_of_freedom) >= kLeastChance)) {
-    return none(
+  if (decay->degrees_of_freedom < 2)
+    return no_settle_time(reason, "the views are too few for a decay");
+  if (!(chi_square_exceedance(decay->chi_square, decay->degrees_of_freedom) >= kMinSettleChance)) {
+    return no_settle_time(
         reason,
-        fmt::format("the views scatter {:.1f} times as much as they say, and not as a decay",
+        fmt::format("the views scatter {:.1f} times their stated sigma, and not as a decay",
                     std::sqrt(decay->chi_square / decay->degrees_of_freedom)));
   }
   SettleTime out;
   out.motion = motion_of(decay->shape);
   if (out.motion == SettleMotion::Still) {
     if (best_sigma_mm * kSeen > limit.in_mm()) {
-      return none(reason,
-                  fmt::format("the views' sigma of {:.1f} um hides a motion of {:.1f} um",
-                              best_sigma_mm * 1e3,
-                              limit.in_um()));
+      return no_settle_time(reason,
+                            fmt::format("the views' sigma of {:.1f} um hides a motion of {:.1f} um",
+                                        best_sigma_mm * 1e3,
+                                        limit.in_um()));
     }
     out.sigma = seconds(0.5 * first_s);
     return out;
   }
   const internal::DecayTime time = internal::time_to(*decay, limit.in_mm());
   if (time.time > last_s) {
-    return none(
+    return no_settle_time(
         reason,
         fmt::format("the last view, after {:.3f} s, is from before the mark is at rest; that "
                     "takes about {:.3f} s",

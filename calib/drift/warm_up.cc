@@ -14,9 +14,9 @@ namespace panelcal {
 namespace {
 
 /// Samples of which chance would give so few as scatter like these do not follow an exponential.
-constexpr double kLeastChance = 1e-6;
+constexpr double kMinWarmUpChance = 1e-6;
 
-std::optional<WarmUp> none(std::string* reason, std::string text) {
+std::optional<WarmUp> no_warm_up(std::string* reason, std::string text) {
   if (reason != nullptr) *reason = std::move(text);
   return std::nullopt;
 }
@@ -26,7 +26,7 @@ std::optional<WarmUp> none(std::string* reason, std::string text) {
 std::optional<WarmUp> fit_warm_up(std::span<const WarmUpSample> samples,
                                   double limit,
                                   std::string* reason) {
-  if (!(limit > 0)) return none(reason, "the limit of a warm-up is not above 0");
+  if (!(limit > 0)) return no_warm_up(reason, "the limit of a warm-up is not above 0");
   std::vector<internal::DecaySample> decaying;
   double last_s = 0;
   for (const WarmUpSample& s : samples) {
@@ -36,8 +36,8 @@ std::optional<WarmUp> fit_warm_up(std::span<const WarmUpSample> samples,
   const auto decay = internal::fit_decay(decaying, false, reason);
   if (!decay) return std::nullopt;
   if (decay->degrees_of_freedom < 1 ||
-      !(chi_square_exceedance(decay->chi_square, decay->degrees_of_freedom) >= kLeastChance)) {
-    return none(reason, "the samples do not follow an exponential within their sigmas");
+      !(chi_square_exceedance(decay->chi_square, decay->degrees_of_freedom) >= kMinWarmUpChance)) {
+    return no_warm_up(reason, "the samples do not follow an exponential within their sigmas");
   }
   WarmUp out;
   out.warm = decay->rest;
@@ -46,11 +46,12 @@ std::optional<WarmUp> fit_warm_up(std::span<const WarmUpSample> samples,
   if (!out.is_seen) return out;
   const internal::DecayTime time = internal::time_to(*decay, limit);
   if (time.time > last_s) {
-    return none(reason,
-                fmt::format("the samples end after {:.0f} min, and the machine is warm after about "
-                            "{:.0f} min",
-                            last_s / 60,
-                            time.time / 60));
+    return no_warm_up(
+        reason,
+        fmt::format("the samples end after {:.0f} min, and the machine is warm after about "
+                    "{:.0f} min",
+                    last_s / 60,
+                    time.time / 60));
   }
   out.time_constant = seconds(decay->time_constant);
   out.time_constant_sigma = seconds(decay->time_constant * std::sqrt(decay->cov(0, 0)));

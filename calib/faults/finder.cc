@@ -12,7 +12,7 @@
 namespace panelcal::internal {
 namespace {
 
-/// Suspicions are listed until this much of the probability is, but at most so many.
+/// Suspicions are listed until this much of the probability is, but at most this number.
 constexpr double kListed = 0.99;
 constexpr std::size_t kMostListed = 6;
 

@@ -7,26 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "calib/faults/examined_target.h"
 #include "calib/faults/known_pads.h"
 #include "calib/faults/series_fault.h"
 #include "calib/panel/fit.h"
 #include "calib/panel/gates.h"
 
 namespace panelcal {
-
-namespace internal {
-
-struct ExaminedTarget {
-  Eigen::Vector2d from_mm;
-  Eigen::Vector2d to_mm;
-  Eigen::Matrix2d cov_mm2;
-  ObservedAxes axes = ObservedAxes::Both;
-  std::optional<double> score;
-  std::string name;
-  std::optional<Eigen::Matrix2d> picture_cov_mm2 = std::nullopt;
-};
-
-}  // namespace internal
 
 /// A target with what may speak for or against it.
 template <class To, class From>

@@ -31,13 +31,13 @@ constexpr double kBadScore = 0.75;
 constexpr double kLeastShift_sigmas = 4;
 constexpr double kGreatestShift_mm = 10;
 constexpr double kShiftStep = 2;
-/// Pads that a liar is held against, the nearest to what was seen.
+/// Pads that an outlier is held against, the nearest to what was seen.
 constexpr std::size_t kMostPads = 8;
 /// More targets than this are not all suspected one by one.
 constexpr std::size_t kMostSuspects = 24;
 constexpr double kHuber_sigmas = 2.5;  // design note "Robust"
 
-double median(std::vector<double> values) {
+double median_or_zero(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);
@@ -164,9 +164,9 @@ bool has_bad_picture(std::span<const PictureFacts> facts, std::size_t i) {
     if (facts[k].score) scores.push_back(*facts[k].score);
   }
   if (sigmas_mm.empty()) return false;
-  const bool is_vague = facts[i].sigma_mm >= kBadSigma * median(sigmas_mm);
+  const bool is_vague = facts[i].sigma_mm >= kBadSigma * median_or_zero(sigmas_mm);
   const bool is_poor =
-      facts[i].score && !scores.empty() && *facts[i].score <= kBadScore * median(scores);
+      facts[i].score && !scores.empty() && *facts[i].score <= kBadScore * median_or_zero(scores);
   return is_vague || is_poor;
 }
 

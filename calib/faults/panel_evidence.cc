@@ -13,7 +13,7 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMaxIterations = 20;
+constexpr int kMaxEvidenceIterations = 20;
 /// Wide enough for panels that are laid by hand, where the machine's file sets no limit.
 constexpr double kWideOffset_mm = 10;
 constexpr double kWideRotation_rad = 0.02;
@@ -151,7 +151,7 @@ Evidence evidence(std::span<const ToldTarget> targets, const PanelBelief& belief
   Parameters descent;
   Normal curvature;
   double cost = story.cost(z);
-  for (int i = 0; i < kMaxIterations; ++i) {
+  for (int i = 0; i < kMaxEvidenceIterations; ++i) {
     story.linearise(z, descent, curvature);
     Parameters step = curvature.ldlt().solve(descent);
     double next = story.cost(z + step);

@@ -13,7 +13,7 @@
 // likelihood, in which a story pays for everything that it leaves open.
 namespace panelcal::internal {
 
-/// What is believed of a panel before it is measured, one standard deviation each; 0: not at all.
+/// Prior standard deviations of a panel, before any measurement; 0: not at all.
 struct PanelBelief {
   double offset_mm = 0;  ///< of the targets' centre, in x and in y
   double rotation_rad = 0;

@@ -17,7 +17,7 @@ constexpr double kPriorLie = 0.01;
 /// A panel laid against the same pins the wrong way comes to lie so near its middle; or anywhere.
 constexpr double kPinned_mm = 5;
 /// Deviations of this many standard deviations are still looked for.
-constexpr double kReach = 4;
+constexpr double kPlacementReach = 4;
 /// What a camera sees by itself is not farther from where it looks.
 constexpr double kGreatestView_mm = 25;
 /// Assignments of pads that are weighed for one lie; regular grids of pads give very many.
@@ -66,12 +66,12 @@ class Matching {
   Matching(const Series& series, const NamedLie& named, const WayToLie& pinned)
       : series_(series), pads_(*series.pads), back_(named.turn.inverse()), pinned_(pinned) {
     const PanelBelief& belief = series.belief;
-    rotation_ = kReach * belief.rotation_rad;
+    rotation_ = kPlacementReach * belief.rotation_rad;
     // Scales of both directions.
-    stretch_ = kReach * std::hypot(belief.scale, belief.difference) + belief.shear;
+    stretch_ = kPlacementReach * std::hypot(belief.scale, belief.difference) + belief.shear;
     for (const ToldTarget& target : series.targets) {
       const double variance_mm2 = target.cov_mm2.trace() / 2;
-      noise_mm_ = std::max(noise_mm_, kReach * std::sqrt(2 * variance_mm2) / named.factor);
+      noise_mm_ = std::max(noise_mm_, kPlacementReach * std::sqrt(2 * variance_mm2) / named.factor);
     }
     find_base();
   }
@@ -118,7 +118,7 @@ class Matching {
     const Eigen::Vector2d middle = back_ * (target(first_).to_mm - pinned_.lie.shift_mm);
     const double scale = std::abs(back_(0, 0)) + std::abs(back_(0, 1));
     const Eigen::Vector2d reach = Eigen::Vector2d::Constant(
-        scale * kReach * pinned_.belief.offset_mm + rotation_ * pads_.box_diagonal_mm());
+        scale * kPlacementReach * pinned_.belief.offset_mm + rotation_ * pads_.box_diagonal_mm());
     pads_.inside(middle - reach, middle + reach, out);
     return out;
   }
@@ -221,7 +221,7 @@ void weigh(const Series& series,
   stories.push_back(story);
 }
 
-/// Slots and targets far from where the camera looked are none that it took by itself.
+/// The camera did not take slots and targets far from where it looked by itself.
 bool may_be_taken(const Series& series) {
   if (series.pads == nullptr || series.targets.size() < kLeastTargets) return false;
   return std::ranges::all_of(series.targets, [](const ToldTarget& target) {

@@ -40,7 +40,7 @@ struct SeriesFault {
   std::vector<Suspicion> suspicions;  ///< the likeliest first; several if data cannot tell
   /// The one target that lies, whatever the reason, with a probability above kNamed.
   std::optional<std::size_t> i_liar;
-  /// The liar was left out, and the others fit each other and the limits.
+  /// The outlier was left out, and the others fit each other and the limits.
   bool is_resolved = false;
 
   static constexpr double kNamed = 0.99;

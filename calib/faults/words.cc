@@ -144,8 +144,9 @@ std::string words_of(const FaultStory& story,
     case FaultCause::SofterPanel:
       return softer_words(story.told, series.model);
     default:
-      return story.kind == StoryKind::Noise ? "the measurements are noisier than they say"
-                                            : "nothing is wrong with any one target";
+      return story.kind == StoryKind::Noise
+                 ? "the measurements scatter more than their stated sigma"
+                 : "nothing is wrong with any one target";
   }
 }
 
@@ -180,7 +181,7 @@ std::string_view name(FaultCause cause) {
 std::string SeriesFault::text() const {
   if (suspicions.empty()) return "the targets do not fit each other";
   if (is_named() || suspicions.size() == 1) return suspicions[0].text;
-  std::string out = i_liar ? "of one cause or another: " : "the data cannot tell what it is: ";
+  std::string out = i_liar ? "of one cause or another: " : "the data do not single out one cause: ";
   for (std::size_t i = 0; i < suspicions.size(); ++i) {
     out += fmt::format(
         "{}{} ({:.2g})", i == 0 ? "" : "; or ", suspicions[i].text, suspicions[i].probability);

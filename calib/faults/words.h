@@ -4,7 +4,8 @@
 #include <span>
 #include <string>
 
-#include "calib/faults/finder.h"
+#include "calib/faults/examined_target.h"
+#include "calib/faults/series_fault.h"
 #include "calib/faults/stories.h"
 
 namespace panelcal::internal {

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "calib/base/expected.h"
-#include "calib/ledger/ledger.h"
+#include "calib/ledger/head.h"
 #include "calib/ledger/sqlite.h"
 
 // Not installed: the hashes that chain the entries.

@@ -17,7 +17,7 @@ constexpr double kCovarianceRounding = 1e-9;
 constexpr std::uint64_t kMaxExactInteger = std::uint64_t{1} << 53;
 constexpr std::size_t kSha256Digits = 64;
 
-Diagnostic invalid(const std::string& file, std::string what, std::string expected) {
+Diagnostic invalid_entry(const std::string& file, std::string what, std::string expected) {
   return {Code::LedgerEntryInvalid, {file, 0, 0}, std::move(what), std::move(expected)};
 }
 
@@ -41,9 +41,10 @@ Expected<void> check_name(const std::string& text,
   const bool good = !text.empty() && text.size() <= kMaxLedgerNameBytes &&
                     std::none_of(text.begin(), text.end(), is_control) && is_utf8(text);
   if (good) return {};
-  return failure(invalid(file,
-                         fmt::format("{} is {}", field, quoted(text)),
-                         fmt::format("1 to {} bytes of UTF-8 on one line", kMaxLedgerNameBytes)));
+  return failure(
+      invalid_entry(file,
+                    fmt::format("{} is {}", field, quoted(text)),
+                    fmt::format("1 to {} bytes of UTF-8 on one line", kMaxLedgerNameBytes)));
 }
 
 /// Words for people; a NUL would end them early in other programs.
@@ -54,7 +55,7 @@ Expected<void> check_words(const std::string& text,
   const bool good = (!needed || !text.empty()) && text.size() <= kMaxLedgerTextBytes &&
                     text.find('\0') == std::string::npos && is_utf8(text);
   if (good) return {};
-  return failure(invalid(
+  return failure(invalid_entry(
       file,
       fmt::format("{} is {}", field, quoted(text)),
       fmt::format("{} to {} bytes of UTF-8 without NUL", needed ? 1 : 0, kMaxLedgerTextBytes)));
@@ -62,23 +63,23 @@ Expected<void> check_words(const std::string& text,
 
 Expected<void> check_inputs(const std::vector<LedgerInput>& inputs, const std::string& file) {
   if (inputs.size() > kMaxLedgerInputs) {
-    return failure(invalid(file,
-                           fmt::format("there are {} inputs", inputs.size()),
-                           fmt::format("at most {}", kMaxLedgerInputs)));
+    return failure(invalid_entry(file,
+                                 fmt::format("there are {} inputs", inputs.size()),
+                                 fmt::format("at most {}", kMaxLedgerInputs)));
   }
   for (const LedgerInput& input : inputs) {
     PANELCAL_CHECK(check_words(input.name, "an input's name", true, file));
     const bool is_digest = input.sha256.size() == kSha256Digits &&
                            input.sha256.find_first_not_of("0123456789abcdef") == std::string::npos;
     if (!is_digest) {
-      return failure(invalid(
+      return failure(invalid_entry(
           file,
           fmt::format("sha256 of the input {} is {}", quoted(input.name), quoted(input.sha256)),
           fmt::format("{} hexadecimal digits in small letters", kSha256Digits)));
     }
     if (input.bytes > kMaxExactInteger) {
       return failure(
-          invalid(file, fmt::format("an input has {} bytes", input.bytes), "below 2^53"));
+          invalid_entry(file, fmt::format("an input has {} bytes", input.bytes), "below 2^53"));
     }
   }
   return {};
@@ -87,29 +88,29 @@ Expected<void> check_inputs(const std::vector<LedgerInput>& inputs, const std::s
 Expected<void> check_parameters(const std::vector<LedgerParameter>& parameters,
                                 const std::string& file) {
   if (parameters.size() > kMaxLedgerParameters) {
-    return failure(
-        invalid(file,
-                fmt::format("there are {} parameters", parameters.size()),
-                fmt::format("at most {}; more belong into the result", kMaxLedgerParameters)));
+    return failure(invalid_entry(
+        file,
+        fmt::format("there are {} parameters", parameters.size()),
+        fmt::format("at most {}; more belong into the result", kMaxLedgerParameters)));
   }
   std::set<std::string_view> names;
   for (const LedgerParameter& parameter : parameters) {
     PANELCAL_CHECK(check_name(parameter.name, "a parameter's name", file));
     PANELCAL_CHECK(check_name(parameter.unit, "the unit of " + quoted(parameter.name), file));
     if (!std::isfinite(parameter.value)) {
-      return failure(invalid(
+      return failure(invalid_entry(
           file, fmt::format("{} is {}", quoted(parameter.name), parameter.value), "finite"));
     }
     if (!names.insert(parameter.name).second) {
-      return failure(
-          invalid(file, "the parameter " + quoted(parameter.name) + " is there twice", "once"));
+      return failure(invalid_entry(
+          file, "the parameter " + quoted(parameter.name) + " is there twice", "once"));
     }
   }
   return {};
 }
 
 /// Judged on correlations, since variances of different units differ by many orders of magnitude.
-bool is_covariance(const Eigen::MatrixXd& cov) {
+bool is_entry_covariance(const Eigen::MatrixXd& cov) {
   if (!cov.allFinite() || (cov.size() > 0 && !(cov.diagonal().minCoeff() >= 0))) return false;
   const Eigen::Index n = cov.rows();
   const Eigen::VectorXd sigma = cov.diagonal().cwiseSqrt();
@@ -134,13 +135,14 @@ Expected<void> check_covariance(const LedgerRecord& record, const std::string& f
   const Eigen::MatrixXd& cov = *record.covariance;
   const auto n = static_cast<Eigen::Index>(record.parameters.size());
   if (cov.rows() != n || cov.cols() != n) {
-    return failure(invalid(file,
-                           fmt::format("the covariance is {} x {}", cov.rows(), cov.cols()),
-                           fmt::format("{0} x {0}, as there are parameters", n)));
+    return failure(invalid_entry(file,
+                                 fmt::format("the covariance is {} x {}", cov.rows(), cov.cols()),
+                                 fmt::format("{0} x {0}, as there are parameters", n)));
   }
-  if (is_covariance(cov)) return {};
-  return failure(
-      invalid(file, "the covariance is none", "finite, symmetric and positive semidefinite"));
+  if (is_entry_covariance(cov)) return {};
+  return failure(invalid_entry(file,
+                               "the covariance is not positive semidefinite",
+                               "finite, symmetric and positive semidefinite"));
 }
 
 }  // namespace
@@ -154,7 +156,7 @@ Expected<void> check_record(const LedgerRecord& record, const std::string& file)
       record.verdict == LedgerVerdict::Refused || record.verdict == LedgerVerdict::RolledBack;
   PANELCAL_CHECK(check_words(record.reason, "reason", needs_reason, file));
   if (record.temperature_degC && !std::isfinite(*record.temperature_degC)) {
-    return failure(invalid(
+    return failure(invalid_entry(
         file, fmt::format("temperature_degC is {}", *record.temperature_degC), "finite or absent"));
   }
   PANELCAL_CHECK(check_inputs(record.inputs, file));
@@ -165,20 +167,21 @@ Expected<void> check_record(const LedgerRecord& record, const std::string& file)
 Expected<void> check_draft(const LedgerDraft& draft, const std::string& file) {
   PANELCAL_CHECK(check_record(draft.record, file));
   if (draft.record.verdict == LedgerVerdict::RolledBack) {
-    return failure(invalid(file, "the verdict is rolled-back", "roll_back to be called for that"));
+    return failure(
+        invalid_entry(file, "the verdict is rolled-back", "roll_back to be called for that"));
   }
   const bool installs = draft.record.verdict == LedgerVerdict::Installed;
   if (draft.record.replaces && !installs) {
-    return failure(invalid(file, "replaces is given", "an installed entry to have it"));
+    return failure(invalid_entry(file, "replaces is given", "an installed entry to have it"));
   }
   if (draft.result.size() > kMaxLedgerResultBytes) {
-    return failure(invalid(file,
-                           fmt::format("the result has {} bytes", draft.result.size()),
-                           fmt::format("at most {}", kMaxLedgerResultBytes)));
+    return failure(invalid_entry(file,
+                                 fmt::format("the result has {} bytes", draft.result.size()),
+                                 fmt::format("at most {}", kMaxLedgerResultBytes)));
   }
   const Expected<nlohmann::json> result = parse_strict_json(draft.result, "result");
   if (!result) {
-    return failure(invalid(file, "the result is no JSON: " + result.error().text(), "JSON"));
+    return failure(invalid_entry(file, "the result is no JSON: " + result.error().text(), "JSON"));
   }
   return {};
 }

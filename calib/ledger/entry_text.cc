@@ -144,8 +144,8 @@ Expected<std::vector<LedgerInput>> read_inputs(const StrictObject& top, const st
   return inputs;
 }
 
-Expected<std::vector<LedgerParameter>> read_parameters(const StrictObject& top,
-                                                       const std::string& file) {
+Expected<std::vector<LedgerParameter>> read_ledger_parameters(const StrictObject& top,
+                                                              const std::string& file) {
   constexpr std::array<std::string_view, 3> kParameterKeys = {"name", "value", "unit"};
   PANELCAL_TRY(const nlohmann::json* elements, array(top, "parameters", file));
   std::vector<LedgerParameter> parameters;
@@ -164,7 +164,7 @@ Expected<std::vector<LedgerParameter>> read_parameters(const StrictObject& top,
 Expected<void> read_numbers(const StrictObject& top,
                             const std::string& file,
                             LedgerRecord& record) {
-  PANELCAL_TRY(record.parameters, read_parameters(top, file));
+  PANELCAL_TRY(record.parameters, read_ledger_parameters(top, file));
   if (!top.member("temperature_degC").is_null()) {
     PANELCAL_TRY(record.temperature_degC, top.number("temperature_degC"));
   }
@@ -177,7 +177,7 @@ Expected<void> read_numbers(const StrictObject& top,
   return {};
 }
 
-Expected<LedgerRecord> read_record(const StrictObject& top, const std::string& file) {
+Expected<LedgerRecord> read_ledger_record(const StrictObject& top, const std::string& file) {
   LedgerRecord record;
   PANELCAL_TRY(record.key.machine, top.text("machine"));
   PANELCAL_TRY(record.key.kind, known_word(top, "kind", &ledger_kind, file));
@@ -234,7 +234,7 @@ Expected<LedgerEntry> parse_entry(std::string_view content, const std::string& f
   const std::optional<std::chrono::sys_seconds> parsed = from_iso_8601(time);
   if (!parsed) return failure(corrupt(file, "the time of an entry is " + quoted(time)));
   entry.time = *parsed;
-  PANELCAL_TRY(entry.record, read_record(top, file));
+  PANELCAL_TRY(entry.record, read_ledger_record(top, file));
   PANELCAL_TRY(entry.restores, optional_count(top, "restores", file));
   PANELCAL_TRY(entry.result_sha256, top.text("result_sha256"));
   PANELCAL_TRY(const std::int64_t bytes, count(top, "result_bytes", file));

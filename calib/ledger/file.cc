@@ -29,7 +29,7 @@ Diagnostic not_written(const fs::path& path, std::string_view doing, int error) 
                  fmt::format("cannot {}: {}", doing, std::generic_category().message(error)));
 }
 
-void sync_folder_of(const fs::path& path) {
+void sync_ledger_folder(const fs::path& path) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd < 0) return;
@@ -97,7 +97,7 @@ Expected<void> check_exists(const fs::path& path) {
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found || error) {
     const std::string why = error ? error.message() : "there is no such file";
-    return failure(problem(Code::FileUnreadable, path, "cannot read: " + why, "a ledger"));
+    return failure(problem(Code::FileUnreadable, path, why, "a ledger"));
   }
   if (status.type() != fs::file_type::regular) {
     return failure(problem(Code::LedgerForeign, path, "it is a folder or a device", "a ledger"));
@@ -147,7 +147,7 @@ Expected<void> create_ledger_file(const fs::path& path) {
   }
   // Another program was faster: its ledger is as good.
   if (error != 0 && error != EEXIST) return failure(not_written(path, "start a ledger", error));
-  sync_folder_of(path);
+  sync_ledger_folder(path);
   return {};
 }
 
@@ -165,12 +165,11 @@ Expected<void> check_version(SqliteConnection& connection) {
   if (version > kLedgerVersion) {
     return failure({Code::LedgerNewer,
                     place,
-                    fmt::format("it is of version {}", version),
+                    fmt::format("version {}", version),
                     fmt::format("at most {}", kLedgerVersion)});
   }
   if (version == kLedgerVersion) return {};
-  return failure(
-      {Code::LedgerCorrupt, place, fmt::format("it says that it is of version {}", version), ""});
+  return failure({Code::LedgerCorrupt, place, fmt::format("version {} is not known", version), ""});
 }
 
 Expected<std::unique_ptr<SqliteConnection>> open_ledger_file(const fs::path& path,
@@ -194,7 +193,7 @@ Expected<std::unique_ptr<SqliteConnection>> open_ledger_file(const fs::path& pat
   // SQLite calls everything damaged that it cannot read, a text file too.
   const bool is_unclear = !is_ledger && good.error().code == Code::LedgerCorrupt;
   if (is_unclear && !is_wrecked_ledger(path)) {
-    return failure(problem(Code::LedgerForeign, path, "it is no ledger", "a ledger"));
+    return failure(problem(Code::LedgerForeign, path, "", "a ledger"));
   }
   return failure(good.error());
 }
@@ -215,7 +214,7 @@ Expected<fs::path> move_aside(const fs::path& path, const std::string& suffix) {
     for (const std::string_view part : {"-journal", "-wal", "-shm"}) {
       rename_to_free_name(real.string() + std::string(part), aside.string() + std::string(part));
     }
-    sync_folder_of(real);
+    sync_ledger_folder(real);
     return aside;
   }
   return failure(not_written(path, "move it aside", EEXIST));

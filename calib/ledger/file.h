@@ -9,7 +9,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/ledger/entry.h"
-#include "calib/ledger/ledger.h"
+#include "calib/ledger/options.h"
 #include "calib/ledger/sqlite.h"
 
 // Not installed: the file that a ledger is, apart from what stands in it.

@@ -13,8 +13,8 @@
 namespace panelcal {
 namespace {
 
-/// Held by whoever moves a ledger in this folder aside: without it the second of two programs
-/// could move away the new ledger that the first has started.
+/// Held by the program that moves a ledger in this folder aside: without it the second of two
+/// programs could move away the new ledger that the first has started.
 class FolderLock {
  public:
   explicit FolderLock(const std::filesystem::path& path) {
@@ -57,7 +57,7 @@ Expected<std::filesystem::path> Ledger::keep_aside(const std::filesystem::path& 
   if (good) {
     return failure({Code::LedgerEntryInvalid,
                     {path.string(), 0, 0},
-                    "nothing is wrong with this ledger",
+                    "the ledger is not damaged",
                     "a damaged one"});
   }
   if (good.error().code != Code::LedgerCorrupt) return failure(good.error());

@@ -22,7 +22,9 @@ using internal::SqliteTransaction;
 /// What stands in the place of a calibration where there is none; JSON like the others.
 constexpr std::string_view kNoResult = "null";
 
-Diagnostic invalid(const SqliteConnection& connection, std::string what, std::string expected) {
+Diagnostic invalid_ledger(const SqliteConnection& connection,
+                          std::string what,
+                          std::string expected) {
   return {
       Code::LedgerEntryInvalid, {connection.file(), 0, 0}, std::move(what), std::move(expected)};
 }
@@ -62,9 +64,9 @@ Expected<void> settle_replaced(SqliteConnection& connection, LedgerRecord& recor
                internal::id_in_force(connection, record.key));
   if (record.replaces && record.replaces != present) {
     return failure(
-        invalid(connection,
-                named(present) + " is in force by now",
-                fmt::format("entry {}, which this one should replace", *record.replaces)));
+        invalid_ledger(connection,
+                       named(present) + " is in force by now",
+                       fmt::format("entry {}, which this one should replace", *record.replaces)));
   }
   record.replaces = present;
   return {};
@@ -95,7 +97,8 @@ Expected<void> record(
   // Asked for once the ledger is ours, so that waiting for others does not mix up the times.
   const std::chrono::sys_seconds now = clock();
   if (from_iso_8601(iso_8601(now)) != now) {
-    return failure(invalid(connection, "the clock says " + iso_8601(now), "years 0 to 9999"));
+    return failure(
+        invalid_ledger(connection, "the clock says " + iso_8601(now), "years 0 to 9999"));
   }
   PANELCAL_CHECK(work(now, head));
   return writing.commit();
@@ -108,13 +111,13 @@ Expected<std::int64_t> entry_to_restore(SqliteConnection& connection,
   if (!request.to) {
     PANELCAL_TRY(const LedgerEntry entry, internal::entry_of(connection, present));
     if (entry.record.replaces) return *entry.record.replaces;
-    return failure(invalid(connection,
-                           fmt::format("entry {} was the first of its kind", present),
-                           "an earlier one to go back to"));
+    return failure(invalid_ledger(connection,
+                                  fmt::format("entry {} was the first of its kind", present),
+                                  "an earlier one to go back to"));
   }
   PANELCAL_TRY(const LedgerEntry entry, internal::entry_of(connection, *request.to));
   if (entry.record.verdict != LedgerVerdict::Installed || !(entry.record.key == request.key)) {
-    return failure(invalid(
+    return failure(invalid_ledger(
         connection,
         fmt::format("entry {} is {}, {} {} of {}",
                     entry.id,
@@ -126,8 +129,8 @@ Expected<std::int64_t> entry_to_restore(SqliteConnection& connection,
             "an installed one of {} {}", word(request.key.kind), quoted(request.key.subject))));
   }
   if (entry.id != present) return entry.id;
-  return failure(
-      invalid(connection, fmt::format("entry {} is in force already", entry.id), "another one"));
+  return failure(invalid_ledger(
+      connection, fmt::format("entry {} is in force already", entry.id), "another one"));
 }
 
 }  // namespace
@@ -194,12 +197,12 @@ Expected<LedgerEntry> Ledger::roll_back(const RollBack& request) {
   const auto insert_it = [&](std::chrono::sys_seconds now, LedgerHead& head) -> Expected<void> {
     PANELCAL_TRY(entry.record.replaces, internal::id_in_force(*connection_, request.key));
     if (!entry.record.replaces) {
-      return failure(invalid(*connection_,
-                             fmt::format("nothing is in force for {} {} of {}",
-                                         word(request.key.kind),
-                                         quoted(request.key.subject),
-                                         quoted(request.key.machine)),
-                             "an installed calibration"));
+      return failure(invalid_ledger(*connection_,
+                                    fmt::format("nothing is in force for {} {} of {}",
+                                                word(request.key.kind),
+                                                quoted(request.key.subject),
+                                                quoted(request.key.machine)),
+                                    "an installed calibration"));
     }
     PANELCAL_TRY(entry.restores, entry_to_restore(*connection_, request, *entry.record.replaces));
     entry.time = now;

@@ -16,30 +16,15 @@
 #include "calib/base/clock.h"
 #include "calib/base/expected.h"
 #include "calib/ledger/entry.h"
+#include "calib/ledger/filter.h"
+#include "calib/ledger/head.h"
+#include "calib/ledger/options.h"
 
 namespace panelcal {
 
 namespace internal {
 class SqliteConnection;
 }  // namespace internal
-
-struct LedgerOptions {
-  /// How long to wait for another program. Longer than a colleague's query takes, shorter than
-  /// anybody's patience.
-  std::chrono::milliseconds busy_timeout{10000};
-  /// How many of the newest entries have their hashes checked when the ledger is opened; all of
-  /// them take `verify`.
-  std::size_t n_checked = 64;
-};
-
-/// Which entries; what is empty does not restrict.
-struct LedgerFilter {
-  std::optional<std::string> machine;
-  std::optional<LedgerKind> kind;
-  std::optional<std::string> subject;
-  std::optional<std::chrono::sys_seconds> since;  ///< not older than this
-  std::optional<std::size_t> last;                ///< only the newest so many
-};
 
 /// One parameter over time.
 struct LedgerSeries {
@@ -53,15 +38,6 @@ struct LedgerSeries {
   };
   std::string unit;  ///< empty if there are no points
   std::vector<Point> points;
-};
-
-/// The newest entry, 0 and "" of an empty ledger. Noted elsewhere (a report), it proves later that
-/// nothing was cut off or rewritten up to there; the ledger alone cannot prove that.
-struct LedgerHead {
-  std::int64_t id = 0;
-  std::string hash;
-
-  friend bool operator==(const LedgerHead&, const LedgerHead&) = default;
 };
 
 /// What happened to the machines' calibrations: a file that only grows.

@@ -18,8 +18,8 @@ using internal::SqliteStatement;
 Expected<void> Ledger::for_each(
     const LedgerFilter& filter,
     const std::function<Expected<void>(const LedgerEntry&)>& visit) const {
-  // The ids first, so that nobody waits for the ledger while the visitor takes its time. Entries
-  // never change, so they are the same when they are read.
+  // The ids first, so that no program waits for the ledger while the visitor takes its time.
+  // Entries never change, so they are the same when they are read.
   PANELCAL_TRY(const std::vector<std::int64_t> ids, internal::ids_of(*connection_, filter));
   for (const std::int64_t id : ids) {
     PANELCAL_TRY(const LedgerEntry one, internal::entry_of(*connection_, id));

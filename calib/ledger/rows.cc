@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "calib/base/clock.h"
 #include "calib/ledger/entry_text.h"
 #include <fmt/format.h>
 
@@ -48,7 +49,7 @@ Expected<LedgerEntry> entry_of(SqliteConnection& connection, std::int64_t id) {
   row.bind(1, id);
   PANELCAL_TRY(const bool has_row, row.step());
   if (!has_row) {
-    return failure({Code::LedgerEntryUnknown, place, fmt::format("there is no entry {}", id), ""});
+    return failure({Code::LedgerEntryUnknown, place, fmt::format("entry {}", id), ""});
   }
   const std::string_view content = row.text(2);
   if (chained_hash(row.text(0), content) != row.text(1)) {

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/ledger/ledger.h"
+#include "calib/ledger/entry.h"
+#include "calib/ledger/filter.h"
 #include "calib/ledger/sqlite.h"
 
 // Not installed: looking entries up.

@@ -36,7 +36,7 @@ Diagnostic diagnostic_of(sqlite3* handle, const std::string& file) {
     case SQLITE_READONLY:
     case SQLITE_PERM:
     case SQLITE_AUTH:
-      return {Code::DeviceWrite, place, "nothing was recorded: it may not be written", ""};
+      return {Code::DeviceWrite, place, "nothing was recorded: no permission", ""};
     case SQLITE_CANTOPEN:
       // Of an open database it is the journal that cannot be made.
       if (sqlite3_db_readonly(handle, "main") == 0) {
@@ -46,7 +46,7 @@ Diagnostic diagnostic_of(sqlite3* handle, const std::string& file) {
       return {Code::FileUnreadable, place, "cannot open: " + words, "a readable file"};
     case SQLITE_IOERR: {
       if (extended == SQLITE_IOERR_READ) {
-        return {Code::FileUnreadable, place, "cannot read: " + words, ""};
+        return {Code::FileUnreadable, place, words, ""};
       }
       const int error = sqlite3_system_errno(handle);
       const std::string why = error == 0 ? words : std::generic_category().message(error);
@@ -131,7 +131,7 @@ Expected<std::unique_ptr<SqliteConnection>> SqliteConnection::open(
   if (status != SQLITE_OK) return failure(diagnostic_of(handle, connection->file_));
   // SQLite itself would go on with a file that can only be read.
   if (mode == Mode::Write && sqlite3_db_readonly(handle, "main") != 0) {
-    return failure({Code::DeviceWrite, {path.string(), 0, 0}, "it may not be written", ""});
+    return failure({Code::DeviceWrite, {path.string(), 0, 0}, "no permission", ""});
   }
   sqlite3_extended_result_codes(handle, 1);
   sqlite3_busy_timeout(handle, static_cast<int>(busy_timeout.count()));

@@ -15,7 +15,7 @@ namespace {
 /// Least curvature of the cost, relative to Gauss-Newton's, that Newton's method is trusted with.
 /// It is 1 for exact data and near it while residuals are small against the targets' distances.
 constexpr double kLeastCurvature = 0.1;
-constexpr int kMaxIterations = 50;
+constexpr int kMaxPanelIterations = 50;
 /// Chi square by which a large rotation must fit slots better than a small one: five sigmas.
 constexpr double kWorthALargeRotation = 25;
 
@@ -122,7 +122,7 @@ std::optional<ModelParameters> descend(const SquareRoot& system,
   if (!linear) return std::nullopt;
   ModelParameters parameters = start_parameters(model, coefficients(first, *linear));
   double last_length = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kMaxIterations; ++i) {
+  for (int i = 0; i < kMaxPanelIterations; ++i) {
     const std::optional<Linearised> at = linearise(system, model, parameters);
     if (!at) return std::nullopt;
     const ModelParameters step = shortened(system, model, parameters, newton_step(*at));
@@ -155,9 +155,9 @@ std::optional<ModelParameters> minimise(const SquareRoot& system,
   return cost_of_small <= cost_of_any + kWorthALargeRotation ? small : any;
 }
 
-std::optional<Solution> solve(const SquareRoot& system,
-                              const std::optional<SquareRoot>& structure,
-                              PanelModel model) {
+std::optional<Solution> solve_panel(const SquareRoot& system,
+                                    const std::optional<SquareRoot>& structure,
+                                    PanelModel model) {
   const std::optional<ModelParameters> parameters = minimise(system, structure, model);
   if (!parameters) return std::nullopt;
   const std::optional<Linearised> at = linearise(system, model, *parameters);
@@ -217,7 +217,7 @@ RawFitResult fit_raw(std::span<const RawPair> pairs, PanelModel model) {
   if (has_slots(pairs)) structure = structure_of(pairs, spread);
   const bool is_determined = structure ? determines(*structure, model) : determines(spread, model);
   if (!is_determined) return {std::nullopt, FitFailure::Degenerate};
-  const std::optional<Solution> solution = solve(*system, structure, model);
+  const std::optional<Solution> solution = solve_panel(*system, structure, model);
   if (!solution) return {std::nullopt, FitFailure::Degenerate};
   RawFit fit = assemble(pairs, spread, *solution);
   fit.degrees_of_freedom = n_equations - parameter_count(model);

@@ -10,67 +10,11 @@
 
 #include "calib/base/estimate.h"
 #include "calib/base/frames.h"
-#include "calib/base/machine_uncertainty.h"
+#include "calib/panel/model.h"
+#include "calib/panel/target_pair.h"
 #include <Eigen/Core>
 
 namespace panelcal {
-
-/// What a panel may have done between the drawing and the table, from stiff to soft.
-enum class PanelModel {
-  Offset,      ///< tx ty
-  Rigid,       ///< theta tx ty
-  Similarity,  ///< theta s tx ty
-  Stretch,     ///< theta sx sy tx ty: R(theta) diag(sx, sy) p + t
-  Affine,      ///< six free coefficients
-};
-
-int parameter_count(PanelModel model);
-std::string_view name(PanelModel model);
-std::optional<PanelModel> panel_model_from_name(std::string_view name);
-
-/// The model the manual prescribes for a series of n points: 1 offset, 2 offset and rotation,
-/// 3 or more offset, rotation and stretch (CNC-7 manual, Vision Assist, G36).
-PanelModel default_model(int n_points);
-
-/// The same by scalar equations, of which a point gives two and a slot one: below 3 offset, below
-/// 6 rigid, or similarity if a scale is wanted and there are 4; from 6 on stretch (SIEB & MEYER
-/// G31, measurement mode 5).
-PanelModel default_model_of_equations(int n_equations, bool with_scale);
-
-/// An affine map in the words of the trade: map = R(rotation) [scale_x, shear; 0, scale_y].
-///
-/// scale_x is never negative; a mirrored map has a negative scale_y.
-struct PanelDeformation {
-  double rotation_rad = 0;
-  double scale_x = 1;
-  double scale_y = 1;
-  double shear = 0;
-};
-PanelDeformation deformation_of(const Eigen::Matrix2d& linear);
-
-/// The coordinates that a measurement determines: both of a hole, one of a slot (SIEB & MEYER G32
-/// and G33 in measurement mode 5).
-enum class ObservedAxes : std::uint8_t { Both, X, Y };
-
-constexpr bool observes_x(ObservedAxes axes) {
-  return axes != ObservedAxes::Y;
-}
-
-constexpr bool observes_y(ObservedAxes axes) {
-  return axes != ObservedAxes::X;
-}
-
-/// A target: where the program says, where it was seen, and how well that is known.
-template <class To, class From>
-struct TargetPair {
-  Position<From> nominal;
-  PositionEstimate<To> measured;  ///< of which only `axes` count
-  ObservedAxes axes = ObservedAxes::Both;
-  /// Not seen by the fit: what `measured` shares with other targets, see CorrectionStack.
-  CameraJacobian by_camera = CameraJacobian::Zero();
-  int i_camera = 0;    ///< whose calibration that is, as MachineUncertainty counts
-  int n_arrivals = 1;  ///< of the stage, of which `measured` is the mean
-};
 
 /// Why a fit is not possible.
 enum class FitFailure {
@@ -80,13 +24,6 @@ enum class FitFailure {
 };
 
 namespace internal {
-
-struct RawPair {
-  Eigen::Vector2d from_mm;
-  Eigen::Vector2d to_mm;
-  Eigen::Matrix2d cov_mm2;
-  ObservedAxes axes = ObservedAxes::Both;
-};
 
 struct RawFit {
   Eigen::Matrix2d linear;
@@ -105,17 +42,6 @@ struct RawFitResult {
 };
 
 RawFitResult fit_raw(std::span<const RawPair> pairs, PanelModel model);
-
-template <class To, class From>
-std::vector<RawPair> raw_pairs(std::span<const TargetPair<To, From>> pairs) {
-  std::vector<RawPair> raw;
-  raw.reserve(pairs.size());
-  for (const auto& pair : pairs) {
-    raw.push_back(
-        {pair.nominal.in_mm(), pair.measured.position.in_mm(), pair.measured.cov, pair.axes});
-  }
-  return raw;
-}
 
 }  // namespace internal
 

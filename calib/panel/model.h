@@ -1,10 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "calib/panel/fit.h"
+#include <optional>
+#include <string_view>
+
 #include <Eigen/Core>
 
-namespace panelcal::internal {
+namespace panelcal {
+
+/// What a panel may have done between the drawing and the table, from stiff to soft.
+enum class PanelModel {
+  Offset,      ///< tx ty
+  Rigid,       ///< theta tx ty
+  Similarity,  ///< theta s tx ty
+  Stretch,     ///< theta sx sy tx ty: R(theta) diag(sx, sy) p + t
+  Affine,      ///< six free coefficients
+};
+
+int parameter_count(PanelModel model);
+
+std::string_view name(PanelModel model);
+
+std::optional<PanelModel> panel_model_from_name(std::string_view name);
+
+/// The model the manual prescribes for a series of n points: 1 offset, 2 offset and rotation,
+/// 3 or more offset, rotation and stretch (CNC-7 manual, Vision Assist, G36).
+PanelModel default_model(int n_points);
+
+/// The same by scalar equations, of which a point gives two and a slot one: below 3 offset, below
+/// 6 rigid, or similarity if a scale is wanted and there are 4; from 6 on stretch (SIEB & MEYER
+/// G31, measurement mode 5).
+PanelModel default_model_of_equations(int n_equations, bool with_scale);
+
+/// An affine map in the words of the trade: map = R(rotation) [scale_x, shear; 0, scale_y].
+///
+/// scale_x is never negative; a mirrored map has a negative scale_y.
+struct PanelDeformation {
+  double rotation_rad = 0;
+  double scale_x = 1;
+  double scale_y = 1;
+  double shear = 0;
+};
+
+PanelDeformation deformation_of(const Eigen::Matrix2d& linear);
+
+namespace internal {
 
 /// The coefficients of an affine map, [l00 l01 l10 l11 tx ty], and up to six parameters of a model.
 /// All sizes are bounded, so nothing here allocates.
@@ -40,4 +80,5 @@ PanelModel start_model(PanelModel model);
 /// Stretch the closest R(theta) diag(sx, sy) in the sense of Frobenius, with sx > 0.
 ModelParameters start_parameters(PanelModel model, const Coefficients& solution);
 
-}  // namespace panelcal::internal
+}  // namespace internal
+}  // namespace panelcal

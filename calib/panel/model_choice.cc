@@ -17,11 +17,11 @@ namespace panelcal {
 namespace internal {
 namespace {
 
-constexpr std::array kStiffToSoft = {PanelModel::Offset,
-                                     PanelModel::Rigid,
-                                     PanelModel::Similarity,
-                                     PanelModel::Stretch,
-                                     PanelModel::Affine};
+constexpr std::array kPanelStiffToSoft = {PanelModel::Offset,
+                                          PanelModel::Rigid,
+                                          PanelModel::Similarity,
+                                          PanelModel::Stretch,
+                                          PanelModel::Affine};
 
 /// Fitting anew without each target costs the square of their number; above this many a single one
 /// hardly moves the others, and leverage is as good.
@@ -29,7 +29,7 @@ constexpr std::size_t kMostRefits = 64;
 
 /// 1 - leverage of a target without which the others leave the model open. Rounding leaves some
 /// 1e-15; targets that are nearly in one line, by the ratio that fits accept, 1e-12.
-constexpr double kNothingLeft = 1e-10;
+constexpr double kNoModelResidual = 1e-10;
 
 /// Sum of squares, or empty.
 std::optional<double> by_refit(std::span<const RawPair> pairs, PanelModel model) {
@@ -57,7 +57,7 @@ std::optional<double> by_leverage(std::span<const RawPair> pairs, const RawFit& 
     if (!observes_x(pairs[i].axes)) left.row(0) << 1, 0;
     if (!observes_y(pairs[i].axes)) left.row(1) << 0, 1;
     // Eigenvalues of a leverage are those of a symmetric matrix, from 0 to 1.
-    if (!(left.determinant() > kNothingLeft)) return std::nullopt;
+    if (!(left.determinant() > kNoModelResidual)) return std::nullopt;
     sum_mm2 += (left.inverse() * fit.residuals_mm[i]).squaredNorm();
   }
   return sum_mm2;
@@ -194,7 +194,7 @@ std::vector<ModelScore> compare_raw(std::span<const RawPair> pairs,
                                     PanelModel usual,
                                     SmoothModels smooth_models) {
   std::vector<ModelScore> scores;
-  for (const PanelModel model : kStiffToSoft) {
+  for (const PanelModel model : kPanelStiffToSoft) {
     const RawFitResult result = fit_raw(pairs, model);
     if (!result.fit) continue;
     ModelScore score;

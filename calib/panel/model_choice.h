@@ -64,8 +64,8 @@ inline constexpr double kWorthASofterModel = 2;
 /// difference is no evidence (Burnham and Anderson 2002, 2.6). A model that leave-one-out cannot
 /// examine is not chosen, for nothing stands behind its residuals; but for the manual's own model.
 /// A smooth model (calib/panel/smooth_panel.h) may be chosen where it is Eligible, and then only if
-/// it also foretells left-out targets better than any other: a single wrong target bends a spline,
-/// but does not help it to foretell. Where it is only Compared see recommended_smooth.
+/// it also predicts left-out targets better than any other: a single wrong target bends a spline,
+/// but does not help it to predict. Where it is only Compared see recommended_smooth.
 ///
 /// In     pairs as for fit_panel; usual: what the manual prescribes for them
 /// Out    one score each, at most one chosen; empty if not even an offset is determined
@@ -87,7 +87,7 @@ std::vector<ModelScore> compare_models(std::span<const TargetPair<To, From>> pai
 /// with w_m ~ exp(-criterion_m / 2) over the eligible m, c the chosen one and a the coefficients.
 ///
 /// Ellipses of the chosen model alone would forget that it might be another: of 95 % they hold as
-/// little as 75 % (tests/bench/README.md). What is added is PanelFit::choice_cov. Where a smooth
+/// little as 75 % (tests/bench/README.md). The added part is PanelFit::choice_cov. Where a smooth
 /// model is eligible the sum differs from place to place, so it is in PanelFit::smooth instead,
 /// also of a panel that is taken for straight.
 ///

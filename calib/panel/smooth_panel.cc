@@ -19,9 +19,9 @@ using Eigen::VectorXd;
 /// Bendings weaker than this share of what the targets' places allow are rounding.
 constexpr double kNoBending = 1e-12;
 /// As in model_choice.cc: 1 - leverage of a target that the others cannot do without.
-constexpr double kNothingLeft = 1e-10;
+constexpr double kNoPanelResidual = 1e-10;
 
-/// Strengths that hardly count need not foretell a target that is left out: the strongest cannot.
+/// Strengths that hardly count need not predict a target that is left out: the strongest cannot.
 constexpr double kNoWeight = 1e-6;
 
 /// r^2 log r, by the square of r.
@@ -181,7 +181,7 @@ std::optional<double> left_out_rms(std::span<const RawPair> pairs,
       const VectorXd kept = (1 - smoothing.shrinkage.col(k).array()).matrix();
       const MatrixXd left = v * kept.asDiagonal() * v.transpose();
       const Eigen::FullPivLU<MatrixXd> lu(left);
-      if (!(std::abs(lu.determinant()) > kNothingLeft)) return std::nullopt;
+      if (!(std::abs(lu.determinant()) > kNoPanelResidual)) return std::nullopt;
       white += smoothing.weight[k] * lu.solve(v * kept.cwiseProduct(split.z));
     }
     if (n_rows == 2) white = whitening(pairs[i])->inverse() * white;

@@ -70,7 +70,7 @@ struct RawSmooth {
   /// The whole weights of an affine map, as if it were fitted.
   Eigen::Matrix2Xd weights_of(const Eigen::Matrix2d& linear,
                               const Eigen::Vector2d& translation_mm) const;
-  /// f(p), written out: a product with so many columns would allocate.
+  /// f(p), written out: a product with that many columns would allocate.
   Eigen::Vector2d place_mm(const Basis& b) const;
   Eigen::Vector2d map_mm(const Eigen::Vector2d& p_mm) const;
   Eigen::Matrix2d jacobian(const Eigen::Vector2d& p_mm) const;
@@ -162,7 +162,7 @@ PanelFitResult<To, From> with_bending(PanelFit<To, From> affine, SmoothPanelFit<
 /// targets, for the residuals of a spline are orthogonal to affine maps.
 ///
 /// Degrees of freedom are the equations less the effective parameters, to the nearest number: chi
-/// square has this expectation, and spreads less than one of so many degrees.
+/// square has this expectation, and spreads less than one of that number of degrees.
 ///
 /// Out    TooFewTargets also where there are too many targets or too few equations
 template <class To, class From>

@@ -15,7 +15,7 @@ constexpr int kSteps = 32;
 /// 0.5 a hole errs 1 to 2 % more than by an affine map, with this 4 %, with 0 8 %. Smaller is more
 /// honest where a bending drowns in the noise: of 95 % ellipses 10 um of bow and 9 targets leave
 /// 87, 92 and 94 %.
-constexpr double kNotBent = 0.2;
+constexpr double kUnbentPanel = 0.2;
 
 /// Mean over what can bend; coincident targets leave modes that cannot.
 double share(double strength, const Eigen::VectorXd& d) {
@@ -55,7 +55,7 @@ Smoothing weigh_strengths(const Eigen::VectorXd& z, const Eigen::VectorXd& d) {
     const double s = k == 0 ? 0 : strength_of_share(0.5 * (1 - std::cos(angle_rad)), d);
     const Eigen::ArrayXd variance = 1 + s * d.array();
     const double step = 0.5 * std::numbers::pi / kSteps * std::sin(angle_rad);
-    const double prior = k == 0 ? kNotBent : (1 - kNotBent) * step;
+    const double prior = k == 0 ? kUnbentPanel : (1 - kUnbentPanel) * step;
     out.strength[k] = s;
     out.shrinkage.col(k) = (s * d.array() / variance).matrix();
     log_weight[k] = std::log(prior) - 0.5 * (variance.log() + z.array().square() / variance).sum();

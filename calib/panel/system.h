@@ -6,8 +6,8 @@
 #include <optional>
 #include <span>
 
-#include "calib/panel/fit.h"
 #include "calib/panel/model.h"
+#include "calib/panel/target_pair.h"
 #include <Eigen/Core>
 
 // The work is done once per target on a square-root form: min |factor a - target|^2 over the six

@@ -20,15 +20,15 @@ namespace {
 
 using internal::StrictObject;
 
-constexpr std::string_view kKind = "spindle-camera";
-constexpr int kVersion = 1;
+constexpr std::string_view kSpindleKind = "spindle-camera";
+constexpr int kSpindleVersion = 1;
 /// As machine.toml has it: what is larger has the wrong unit.
 constexpr double kMaxPlace_mm = 1e5;
 constexpr double kMaxSigma_mm = 1e3;
 constexpr double kMaxScatter_um = 1e6;
 constexpr int kMaxCount = 1'000'000;
 
-Diagnostic invalid(const std::string& file, std::string what, std::string expected) {
+Diagnostic invalid_spindle_file(const std::string& file, std::string what, std::string expected) {
   return {Code::CalibrationInvalid, {file, 0, 0}, std::move(what), std::move(expected)};
 }
 
@@ -36,13 +36,15 @@ std::string words(SpindleAt at) {
   return fmt::format("spindle {} station {}", at.spindle, at.station);
 }
 
-Expected<void> check(SpindleAt at, const SpindleCameraOffset& offset, const std::string& file) {
+Expected<void> check_spindle_offset(SpindleAt at,
+                                    const SpindleCameraOffset& offset,
+                                    const std::string& file) {
   const Eigen::Vector2d& d_mm = offset.offset.in_mm();
   if (!(d_mm.cwiseAbs().maxCoeff() <= kMaxPlace_mm) || !d_mm.allFinite()) {
-    return failure(
-        invalid(file,
-                fmt::format("the offset of {} is ({}, {}) mm", words(at), d_mm.x(), d_mm.y()),
-                fmt::format("at most {} mm", kMaxPlace_mm)));
+    return failure(invalid_spindle_file(
+        file,
+        fmt::format("the offset of {} is ({}, {}) mm", words(at), d_mm.x(), d_mm.y()),
+        fmt::format("at most {} mm", kMaxPlace_mm)));
   }
   // Whatever it does not take has no covariance: its place has been looked at.
   SpindleOffsets taker;
@@ -50,13 +52,15 @@ Expected<void> check(SpindleAt at, const SpindleCameraOffset& offset, const std:
       offset.cov_mm2.diagonal().maxCoeff() <= kMaxSigma_mm * kMaxSigma_mm) {
     return {};
   }
-  return failure(invalid(
+  return failure(invalid_spindle_file(
       file,
-      fmt::format("the covariance of {} is none", words(at)),
+      fmt::format("the covariance of {} is not positive semidefinite", words(at)),
       fmt::format("a symmetric, positive semidefinite one with sigmas up to {} mm", kMaxSigma_mm)));
 }
 
-Expected<void> check(const SpindleQuality& quality, SpindleAt at, const std::string& file) {
+Expected<void> check_spindle_offset(const SpindleQuality& quality,
+                                    SpindleAt at,
+                                    const std::string& file) {
   const auto is_count = [](int n) { return n >= 0 && n <= kMaxCount; };
   bool is_sound =
       is_count(quality.n_holes) && is_count(quality.n_looks) && is_count(quality.n_left_out);
@@ -70,40 +74,43 @@ Expected<void> check(const SpindleQuality& quality, SpindleAt at, const std::str
     is_sound = is_sound && std::abs(backlash_um.value_or(0)) <= kMaxScatter_um;
   }
   if (is_sound) return {};
-  return failure(invalid(file,
-                         fmt::format("the quality of {} makes no sense", words(at)),
-                         "counts and scatters from 0, and finite numbers"));
+  return failure(invalid_spindle_file(file,
+                                      fmt::format("the quality of {} is not valid", words(at)),
+                                      "counts and scatters from 0, and finite numbers"));
 }
 
 /// What the types cannot say.
-Expected<void> check(const SpindleCalibration& calibration, const std::string& file) {
+Expected<void> check_spindle_offset(const SpindleCalibration& calibration,
+                                    const std::string& file) {
   if (calibration.offsets.empty()) {
-    return failure(invalid(file, "there is no offset", "one spindle or more"));
+    return failure(invalid_spindle_file(file, "there is no offset", "one spindle or more"));
   }
   for (const auto& [at, offset] : calibration.offsets.all()) {
-    PANELCAL_CHECK(check(at, offset, file));
+    PANELCAL_CHECK(check_spindle_offset(at, offset, file));
   }
   for (const auto& [at, record] : calibration.records) {
     if (calibration.offsets.find(at) == nullptr) {
-      return failure(invalid(file, fmt::format("{} has no offset", words(at)), "one for each"));
+      return failure(
+          invalid_spindle_file(file, fmt::format("{} has no offset", words(at)), "one for each"));
     }
     if (record.date > calibration.date) {
-      return failure(invalid(
+      return failure(invalid_spindle_file(
           file,
           fmt::format(
               "{} was calibrated {}, after the file's own date", words(at), iso_8601(record.date)),
           "the newest offset's date"));
     }
-    if (record.quality) PANELCAL_CHECK(check(*record.quality, at, file));
+    if (record.quality) PANELCAL_CHECK(check_spindle_offset(*record.quality, at, file));
   }
   return {};
 }
 
-Expected<std::chrono::sys_seconds> read_date(const StrictObject& object, const std::string& file) {
+Expected<std::chrono::sys_seconds> read_spindle_date(const StrictObject& object,
+                                                     const std::string& file) {
   PANELCAL_TRY(const std::string text, object.text("date"));
   if (const std::optional<std::chrono::sys_seconds> date = from_iso_8601(text)) return *date;
-  return failure(
-      invalid(file, "\"date\" is " + quoted(text), "a time such as 2026-11-21T08:37:38Z"));
+  return failure(invalid_spindle_file(
+      file, "\"date\" is " + quoted(text), "a time such as 2026-11-21T08:37:38Z"));
 }
 
 Expected<std::array<double, 2>> read_pair(const StrictObject& object, std::string_view key) {
@@ -117,8 +124,8 @@ Expected<std::array<std::optional<double>, 2>> read_backlash(const StrictObject&
   std::array<std::optional<double>, 2> backlash_um;
   const auto is_fit = [](const nlohmann::json& v) { return v.is_null() || v.is_number(); };
   if (!value.is_array() || value.size() != 2 || !is_fit(value[0]) || !is_fit(value[1])) {
-    return failure(
-        invalid(file, "\"backlash_um\" in quality is wrong", "two of: a number or null"));
+    return failure(invalid_spindle_file(
+        file, "\"backlash_um\" in quality is wrong", "two of: a number or null"));
   }
   for (std::size_t i = 0; i < 2; ++i) {
     if (value[i].is_number()) backlash_um[i] = value[i].get<double>();
@@ -157,17 +164,18 @@ Expected<void> read_offset(const nlohmann::json& value,
   PANELCAL_TRY(at.spindle, object.integer("spindle", 1, kMostSpindles));
   PANELCAL_TRY(at.station, object.integer("station", 1, kMostStations));
   if (calibration.offsets.find(at) != nullptr) {
-    return failure(invalid(file, words(at) + " is there twice", "each spindle and station once"));
+    return failure(
+        invalid_spindle_file(file, words(at) + " is there twice", "each spindle and station once"));
   }
   SpindleOffsetRecord record;
-  PANELCAL_TRY(record.date, read_date(object, file));
+  PANELCAL_TRY(record.date, read_spindle_date(object, file));
   PANELCAL_TRY(record.quality, read_quality(object, file));
   PANELCAL_TRY(const auto offset_mm, read_pair(object, "offset_mm"));
   PANELCAL_TRY(const std::vector<double> cov, object.matrix("covariance_mm2", 2, 2));
   SpindleCameraOffset offset;
   offset.offset = displacement_mm<frame::Machine>(offset_mm[0], offset_mm[1]);
   offset.cov_mm2 << cov[0], cov[1], cov[2], cov[3];
-  PANELCAL_CHECK(check(at, offset, file));
+  PANELCAL_CHECK(check_spindle_offset(at, offset, file));
   calibration.offsets.set(at, offset);
   calibration.records.emplace(at, std::move(record));
   return {};
@@ -236,24 +244,24 @@ Expected<SpindleCalibration> parse_spindle_calibration(std::string_view text,
   PANELCAL_TRY(
       const StrictObject top,
       StrictObject::make(document, "the calibration", kKeys, Code::CalibrationInvalid, file));
-  PANELCAL_CHECK(top.constant("kind", kKind));
-  PANELCAL_TRY(const int version, top.integer("version", kVersion, kVersion));
+  PANELCAL_CHECK(top.constant("kind", kSpindleKind));
+  PANELCAL_TRY(const int version, top.integer("version", kSpindleVersion, kSpindleVersion));
   static_cast<void>(version);
   PANELCAL_TRY(
       const StrictObject units,
       StrictObject::make(top.member("units"), "units", kUnitKeys, Code::CalibrationInvalid, file));
   PANELCAL_CHECK(units.constant("length", "mm"));
   SpindleCalibration calibration;
-  PANELCAL_TRY(calibration.date, read_date(top, file));
+  PANELCAL_TRY(calibration.date, read_spindle_date(top, file));
   PANELCAL_TRY(calibration.provenance, top.text("provenance"));
   const nlohmann::json& offsets = top.member("offsets");
   if (!offsets.is_array()) {
-    return failure(invalid(file, "\"offsets\" is no array", "an array of objects"));
+    return failure(invalid_spindle_file(file, "\"offsets\" is no array", "an array of objects"));
   }
   for (const nlohmann::json& offset : offsets) {
     PANELCAL_CHECK(read_offset(offset, file, calibration));
   }
-  PANELCAL_CHECK(check(calibration, file));
+  PANELCAL_CHECK(check_spindle_offset(calibration, file));
   return calibration;
 }
 
@@ -273,8 +281,8 @@ std::string spindle_calibration_text(const SpindleCalibration& calibration) {
   "units": {{"length": "mm"}},
   "offsets": [
 )",
-                                 kKind,
-                                 kVersion,
+                                 kSpindleKind,
+                                 kSpindleVersion,
                                  iso_8601(calibration.date),
                                  provenance);
   std::string_view between;
@@ -288,7 +296,7 @@ std::string spindle_calibration_text(const SpindleCalibration& calibration) {
 
 Expected<void> write_spindle_calibration(const std::filesystem::path& path,
                                          const SpindleCalibration& calibration) {
-  PANELCAL_CHECK(check(calibration, path.string()));
+  PANELCAL_CHECK(check_spindle_offset(calibration, path.string()));
   return write_file(path, spindle_calibration_text(calibration));
 }
 

@@ -10,19 +10,19 @@
 namespace panelcal::internal {
 namespace {
 
-/// Beyond so many sigmas a hole pulls no harder (docs: semantics, "Robust").
+/// Beyond this number of sigmas a hole pulls no harder (docs: semantics, "Robust").
 constexpr double kHuber = 2.5;
 constexpr int kHuberIterations = 50;
 /// Median of the length of a vector whose coordinates have a standard deviation of 1.
 constexpr double kRayleighMedian = 1.1774100225154747;
 /// Keeps a backlash that the means of holes leave open at zero; relative to a hole's weight.
-constexpr double kRidge = 1e-9;
+constexpr double kCouponRidge = 1e-9;
 
 bool is_approach(const Approach& approach) {
   return std::abs(approach.x) <= 1 && std::abs(approach.y) <= 1;
 }
 
-bool is_sound(const CouponView& view) {
+bool is_sound_view(const CouponView& view) {
   const Eigen::Matrix2d& c = view.seen.cov;
   const bool is_finite = view.spindle.in_mm().allFinite() &&
                          view.seen.position.in_mm().allFinite() && c.allFinite() &&
@@ -38,7 +38,7 @@ Eigen::Vector2d value_mm(const CouponHole& hole, const CouponView& view) {
   return (hole.drilled - view.spindle).in_mm() - view.seen.position.in_mm();
 }
 
-double median(std::vector<double> values) {
+double median_difference(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);
   return *middle;
@@ -67,7 +67,7 @@ struct HoleMean {
   Eigen::Vector2d approach_difference = Eigen::Vector2d::Zero();
 };
 
-HoleMean mean_of(const CouponHole& hole) {
+HoleMean hole_mean(const CouponHole& hole) {
   HoleMean mean;
   for (const CouponView& view : hole.views) {
     mean.value_mm += value_mm(hole, view);
@@ -87,7 +87,7 @@ std::vector<double> distances_mm(std::span<const HoleMean> means,
     const auto row_of = [&](const HoleMean& mean) {
       return Eigen::Vector2d(1, has_backlash ? mean.approach_difference[axis] : 0);
     };
-    Eigen::Matrix2d normal = kRidge * Eigen::Matrix2d::Identity();
+    Eigen::Matrix2d normal = kCouponRidge * Eigen::Matrix2d::Identity();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     // About the first hole, so that the ridge pulls nothing towards machine zero.
     const double about_mm = means.front().value_mm[axis];
@@ -112,7 +112,7 @@ std::vector<double> distances_from_median_mm(std::span<const HoleMean> means) {
   for (int axis = 0; axis < 2; ++axis) {
     std::vector<double> values;
     for (const HoleMean& mean : means) values.push_back(mean.value_mm[axis]);
-    middle_mm[axis] = median(std::move(values));
+    middle_mm[axis] = median_difference(std::move(values));
   }
   std::vector<double> distances;
   for (const HoleMean& mean : means) distances.push_back((mean.value_mm - middle_mm).norm());
@@ -125,10 +125,11 @@ Eigen::Vector2d approach_difference(const CouponHole& hole, const CouponView& vi
   return {0.5 * (hole.approach.x - view.approach.x), 0.5 * (hole.approach.y - view.approach.y)};
 }
 
-bool is_sound(std::span<const CouponHole> holes) {
+bool is_sound_view(std::span<const CouponHole> holes) {
   return std::ranges::all_of(holes, [](const CouponHole& hole) {
     return hole.drilled.in_mm().allFinite() && is_approach(hole.approach) && !hole.views.empty() &&
-           std::ranges::all_of(hole.views, [](const CouponView& view) { return is_sound(view); });
+           std::ranges::all_of(hole.views,
+                               [](const CouponView& view) { return is_sound_view(view); });
   });
 }
 
@@ -204,11 +205,11 @@ std::vector<GroupedObservation> observations_of(std::span<const CouponHole> hole
 std::vector<std::size_t> nearest_first(std::span<const CouponHole> holes,
                                        const std::array<BacklashDesign, 2>& backlash) {
   std::vector<HoleMean> means;
-  for (const CouponHole& hole : holes) means.push_back(mean_of(hole));
+  for (const CouponHole& hole : holes) means.push_back(hole_mean(hole));
   std::vector<double> distances = distances_from_median_mm(means);
   std::vector<double> weights(means.size(), 1);
   for (int i = 0; i < kHuberIterations; ++i) {
-    const double limit_mm = kHuber * median(distances) / kRayleighMedian;
+    const double limit_mm = kHuber * median_difference(distances) / kRayleighMedian;
     for (std::size_t k = 0; k < weights.size(); ++k) {
       weights[k] = distances[k] > limit_mm ? limit_mm / distances[k] : 1;
     }

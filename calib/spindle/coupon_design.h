@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/spindle/fit.h"
+#include "calib/spindle/coupon.h"
 #include "calib/spindle/variance_components.h"
 #include <Eigen/Core>
 

@@ -24,7 +24,7 @@ using internal::VarianceModel;
 using Holes = std::span<const CouponHole>;
 using Indices = std::vector<std::size_t>;
 
-/// So many looks more than holes tell repeatability from wander.
+/// With this number of looks more than holes, repeatability separates from wander.
 constexpr std::size_t kLeastRepeats = 2;
 /// Fewer holes say too little to call another one an outlier, or axes unequal.
 constexpr std::size_t kLeastToJudge = 5;

@@ -13,39 +13,16 @@
 #include "calib/base/machine_uncertainty.h"
 #include "calib/base/units.h"
 #include "calib/correction/spindle_camera.h"
+#include "calib/spindle/coupon.h"
 #include <Eigen/Core>
 
 namespace panelcal {
-
-/// How the stage came to rest: per axis +1 moving up, -1 moving down, 0 if that is not known or
-/// makes no difference.
-struct Approach {
-  int x = 0;
-  int y = 0;
-  friend bool operator==(const Approach&, const Approach&) = default;
-};
-
-/// One look at a hole. Several pictures without a move in between are one look.
-struct CouponView {
-  Position<frame::Machine> spindle;       ///< where the stage stood; not where its camera looked
-  Approach approach;                      ///< how it came there
-  PositionEstimate<frame::Optical> seen;  ///< of the hole's middle
-  /// d seen / d camera parameters, whose error all looks share; see SpindleCameraFit::by_camera.
-  CameraJacobian by_camera = CameraJacobian::Zero();
-};
-
-/// A hole of the coupon and all looks at it.
-struct CouponHole {
-  Position<frame::Machine> drilled;  ///< where the spindle was sent to
-  Approach approach;                 ///< how it came there
-  std::vector<CouponView> views;     ///< one or more
-};
 
 struct SpindleCameraFitOptions {
   /// Chance that a sound coupon loses a hole, above 0 and at most 0.5. Larger: holes that drilled
   /// badly are found sooner, but to lose a sound one makes the offset look better than it is.
   double outlier_false_alarm = 0.002;
-  /// At most so many holes are left out; more are a failure. Absent: a quarter of them. Never so
+  /// At most this number of holes is left out; more are a failure. Absent: a quarter. Never so
   /// many that fewer than five are left: of six holes one, of five none.
   std::optional<int> max_outliers = std::nullopt;
   /// What the stage's backlash is known not to exceed, as a standard deviation: needed where all
@@ -139,9 +116,10 @@ struct SpindleCameraFit {
   /// always seen at the same place.
   std::optional<ResidualTrend> over_picture;
 
-  /// So many more holes, looked at as often, would halve the standard deviation.
+  /// This number of further holes, looked at as often, would halve the standard deviation.
   int more_holes_to_halve = 0;
-  /// So many more looks at each hole would; absent if no number of them could, or nobody knows.
+  /// This number of further looks at each hole would; absent if no number of them could, or that is
+  /// not known.
   std::optional<int> more_views_to_halve;
 
   int n_outliers() const { return static_cast<int>(holes.size()) - n_used; }

@@ -13,7 +13,7 @@ namespace {
 /// Eigenvalues of scaled normal equations below it leave a fixed effect open.
 constexpr double kSingular = 1e-10;
 
-/// d covariance / d component for a group of so many observations.
+/// d covariance / d component for a group of n observations.
 Eigen::MatrixXd pattern_of(const Component& component, Eigen::Index n_observations) {
   const Eigen::Index n = 2 * n_observations;
   Eigen::MatrixXd pattern = Eigen::MatrixXd::Zero(n, n);
@@ -29,7 +29,7 @@ Eigen::MatrixXd pattern_of(const Component& component, Eigen::Index n_observatio
 }
 
 /// What the fixed effects take away, which is known only when all groups are added up.
-void finish(const std::vector<Eigen::MatrixXd>& a, LikelihoodState& state) {
+void finish_likelihood(const std::vector<Eigen::MatrixXd>& a, LikelihoodState& state) {
   state.slope.clear();
   for (std::size_t k = 0; k < a.size(); ++k) {
     const auto row = static_cast<Eigen::Index>(k);
@@ -148,7 +148,7 @@ void RestrictedLikelihood::differentiate(LikelihoodState& state) const {
       }
     }
   }
-  finish(a, state);
+  finish_likelihood(a, state);
 }
 
 }  // namespace panelcal::internal

@@ -15,7 +15,7 @@ namespace panelcal::internal {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMaxIterations = 200;
+constexpr int kMaxVarianceIterations = 200;
 constexpr int kMaxHalvings = 40;
 /// Of the variances, relative to all the scatter there is.
 constexpr double kConverged = 1e-11;
@@ -30,7 +30,7 @@ std::vector<Component> components_of(const VarianceModel& model) {
   return components;
 }
 
-bool is_sound(const GroupedObservation& one, Eigen::Index n_fixed) {
+bool is_sound_observation(const GroupedObservation& one, Eigen::Index n_fixed) {
   if (one.group < 0 || one.design.cols() != n_fixed) return false;
   if (!one.value_mm.allFinite() || !one.cov_mm2.allFinite() || !one.design.allFinite()) {
     return false;
@@ -46,7 +46,7 @@ std::optional<std::vector<Block>> blocks_of(std::span<const GroupedObservation> 
   const Eigen::Index n_fixed = observations.front().design.cols();
   std::vector<Block> blocks;
   for (std::size_t i = 0; i < observations.size(); ++i) {
-    if (!is_sound(observations[i], n_fixed)) return std::nullopt;
+    if (!is_sound_observation(observations[i], n_fixed)) return std::nullopt;
     const auto group = static_cast<std::size_t>(observations[i].group);
     if (group >= observations.size()) return std::nullopt;
     if (group >= blocks.size()) blocks.resize(group + 1);
@@ -114,7 +114,7 @@ std::optional<LikelihoodState> maximum(const RestrictedLikelihood& likelihood) {
   auto state = likelihood.at(
       Eigen::VectorXd::Constant(static_cast<Eigen::Index>(likelihood.components().size()), 0.5));
   if (!state) return std::nullopt;
-  for (int i = 0; i < kMaxIterations; ++i) {
+  for (int i = 0; i < kMaxVarianceIterations; ++i) {
     likelihood.differentiate(*state);
     auto next = climb(likelihood, *state, false);
     if (!next) next = climb(likelihood, *state, true);
@@ -160,7 +160,7 @@ Eigen::VectorXd degrees_of_freedom(const LikelihoodState& state) {
 }
 
 /// The weighted mean of residuals of covariance v.
-GroupDeviation mean_of(const Eigen::VectorXd& residual, const Eigen::MatrixXd& v) {
+GroupDeviation group_mean(const Eigen::VectorXd& residual, const Eigen::MatrixXd& v) {
   const Eigen::Index n = residual.size();
   Eigen::MatrixXd ones(n, 2);
   for (Eigen::Index k = 0; k < n; k += 2) ones.middleRows<2>(k) = Eigen::Matrix2d::Identity();
@@ -197,7 +197,7 @@ MixedFit result_of(const RestrictedLikelihood& likelihood,
   for (std::size_t i = 0; i < likelihood.blocks().size(); ++i) {
     const Block& block = likelihood.blocks()[i];
     const Eigen::MatrixXd v = likelihood.covariance(i, state.theta);
-    GroupDeviation group = mean_of(block.value - block.design * state.fixed, v);
+    GroupDeviation group = group_mean(block.value - block.design * state.fixed, v);
     fit.groups.push_back({scale_mm * group.mean_mm, scale_mm2 * group.cov_mm2});
     const Eigen::MatrixXd gain = state.cov * v.llt().solve(block.design).transpose();
     for (std::size_t k = 0; k < block.from.size(); ++k) {
@@ -295,7 +295,7 @@ GroupDeviation deviation_of_other(const MixedFit& fit, std::span<const GroupedOb
     v.block<2, 2>(k, k) += within + one.cov_mm2;
   }
   v += design * fit.cov * design.transpose();
-  return mean_of(residual, v);
+  return group_mean(residual, v);
 }
 
 }  // namespace panelcal::internal

@@ -36,7 +36,7 @@ std::string scatter_lines(const SpindleCameraFit& fit) {
            scatter_line("between looks (repeatability)", fit.repeatability, fit.has_unequal_axes);
   }
   return scatter_line("drill wander and repeatability together", fit.wander, fit.has_unequal_axes) +
-         "each hole was looked at once, so that they cannot be told apart\n";
+         "each hole was looked at once, so that they cannot be separated\n";
 }
 
 std::string backlash_line(const BacklashEstimate& backlash, char axis) {
@@ -95,7 +95,8 @@ std::string text(SpindleCameraFailure failure) {
     case SpindleCameraFailure::BadOptions:
       return "an option of the fit is outside its bounds";
     case SpindleCameraFailure::BadInput:
-      return "a hole has no look, or a look's numbers are not finite or its covariance is none";
+      return "a hole has no look, or a look's numbers are not finite or its covariance is not "
+             "positive definite";
     case SpindleCameraFailure::TooFewHoles:
       return fmt::format(
           "too few holes: {} or more are needed, more if axes or sides are to be "

@@ -18,15 +18,15 @@ namespace {
 
 using internal::StrictObject;
 
-constexpr std::string_view kKind = "table";
-constexpr int kVersion = 1;
+constexpr std::string_view kTableKind = "table";
+constexpr int kTableVersion = 1;
 /// Larger errors are no errors of a table but a wrong unit.
 constexpr double kMostError_mm = 100;
 constexpr double kMostPlace_mm = 1e5;
 /// Steps of the lattice on which a map is looked at, between two knots.
 constexpr int kPerStep = 4;
 
-Diagnostic invalid(const std::string& file, std::string what, std::string expected) {
+Diagnostic invalid_table_file(const std::string& file, std::string what, std::string expected) {
   return {Code::CalibrationInvalid, {file, 0, 0}, std::move(what), std::move(expected)};
 }
 
@@ -58,34 +58,36 @@ Expected<void> check_grid(const TableGrid& grid, const std::string& file) {
   const bool is_near = grid.low_mm.cwiseAbs().maxCoeff() <= kMostPlace_mm &&
                        grid.high_mm.cwiseAbs().maxCoeff() <= kMostPlace_mm;
   if (grid.is_valid() && is_near) return {};
-  return failure(
-      invalid(file,
-              "the grid is none",
-              "low_mm below high_mm, both within 100 m, 1 to 256 steps along each axis"));
+  return failure(invalid_table_file(
+      file,
+      "the grid has no area or no steps",
+      "low_mm below high_mm, both within 100 m, 1 to 256 steps along each axis"));
 }
 
-Expected<void> check(const TableCalibration& c, const std::string& file) {
+Expected<void> check_table_calibration(const TableCalibration& c, const std::string& file) {
   PANELCAL_CHECK(check_grid(c.map.grid(), file));
   for (const Eigen::Vector2d& knot_mm : c.map.coefficients_mm()) {
     if (knot_mm.allFinite() && knot_mm.norm() <= kMostError_mm) continue;
-    return failure(invalid(file,
+    return failure(
+        invalid_table_file(file,
                            fmt::format("a coefficient is ({}, {}) mm", knot_mm.x(), knot_mm.y()),
                            fmt::format("errors of at most {} mm", kMostError_mm)));
   }
   if (!is_one_to_one(c.map)) {
-    return failure(invalid(file,
-                           "the map is not one to one: it folds the table over itself",
-                           "errors that grow much slower than the way"));
+    return failure(invalid_table_file(file,
+                                      "the map is not one to one: it folds the table over itself",
+                                      "errors that grow much slower than the way"));
   }
   if (!c.geometry.value.allFinite()) {
-    return failure(invalid(file, "the geometry is not finite", "finite numbers"));
+    return failure(invalid_table_file(file, "the geometry is not finite", "finite numbers"));
   }
   if (const auto flaw = internal::covariance_flaw(c.geometry.cov)) {
-    return failure(invalid(file, std::string(flaw->what), std::string(flaw->expected)));
+    return failure(invalid_table_file(file, std::string(flaw->what), std::string(flaw->expected)));
   }
   for (const Length size : {c.sigma, c.rms, c.held_out_rms.value_or(Length())}) {
     if (std::isfinite(size.in_mm()) && size >= Length()) continue;
-    return failure(invalid(file, "sigma_mm, rms_mm or held_out_rms_mm is none", "mm, 0 or more"));
+    return failure(invalid_table_file(
+        file, "sigma_mm, rms_mm or held_out_rms_mm is negative or not finite", "mm, 0 or more"));
   }
   return {};
 }
@@ -110,7 +112,7 @@ Expected<TableMap> read_map(const StrictObject& top, const std::string& file) {
   grid.high_mm << high_mm[0], high_mm[1];
   for (const double n : steps) {
     if (n >= 1 && n <= 256 && n == std::floor(n)) continue;
-    return failure(invalid(file, fmt::format("a number of steps is {}", n), "1 to 256"));
+    return failure(invalid_table_file(file, fmt::format("a number of steps is {}", n), "1 to 256"));
   }
   grid.nx = static_cast<int>(steps[0]);
   grid.ny = static_cast<int>(steps[1]);
@@ -121,7 +123,7 @@ Expected<TableMap> read_map(const StrictObject& top, const std::string& file) {
   for (std::size_t i = 0; i < n; ++i) {
     coefficients_mm.emplace_back(numbers[2 * i], numbers[2 * i + 1]);
     if (!coefficients_mm.back().allFinite()) {
-      return failure(invalid(file, "a coefficient is not finite", "finite numbers"));
+      return failure(invalid_table_file(file, "a coefficient is not finite", "finite numbers"));
     }
   }
   return TableMap(grid, std::move(coefficients_mm));
@@ -146,8 +148,8 @@ Expected<TableGeometry> read_geometry(const StrictObject& top, const std::string
   return geometry;
 }
 
-Expected<std::vector<std::string>> read_undetermined(const StrictObject& top,
-                                                     const std::string& file) {
+Expected<std::vector<std::string>> read_undetermined_modes(const StrictObject& top,
+                                                           const std::string& file) {
   std::vector<std::string> out;
   const nlohmann::json& list = top.member("undetermined");
   bool is_list = list.is_array();
@@ -157,10 +159,11 @@ Expected<std::vector<std::string>> read_undetermined(const StrictObject& top,
     if (text != nullptr) out.push_back(*text);
   }
   if (is_list) return out;
-  return failure(invalid(file, "\"undetermined\" is no array of texts", "[\"scale\", ...] or []"));
+  return failure(
+      invalid_table_file(file, "\"undetermined\" is no array of texts", "[\"scale\", ...] or []"));
 }
 
-Expected<void> check_units(const StrictObject& top, const std::string& file) {
+Expected<void> check_table_units(const StrictObject& top, const std::string& file) {
   constexpr std::array<std::string_view, 2> kKeys = {"length", "angle"};
   PANELCAL_TRY(
       const StrictObject units,
@@ -169,12 +172,14 @@ Expected<void> check_units(const StrictObject& top, const std::string& file) {
   return units.constant("angle", "rad");
 }
 
-Expected<void> read_record(const StrictObject& top, const std::string& file, TableCalibration& c) {
+Expected<void> read_table_record(const StrictObject& top,
+                                 const std::string& file,
+                                 TableCalibration& c) {
   PANELCAL_TRY(const std::string date, top.text("date"));
   const auto time = from_iso_8601(date);
   if (!time) {
-    return failure(
-        invalid(file, "\"date\" is " + quoted(date), "a time such as 2026-11-21T08:37:38Z"));
+    return failure(invalid_table_file(
+        file, "\"date\" is " + quoted(date), "a time such as 2026-11-21T08:37:38Z"));
   }
   c.date = *time;
   PANELCAL_TRY(c.provenance, top.text("provenance"));
@@ -265,15 +270,15 @@ Expected<TableCalibration> parse_table_calibration(std::string_view text, const 
   PANELCAL_TRY(
       const StrictObject top,
       StrictObject::make(document, "the calibration", kKeys, Code::CalibrationInvalid, file));
-  PANELCAL_CHECK(top.constant("kind", kKind));
-  PANELCAL_CHECK(top.integer("version", kVersion, kVersion));
-  PANELCAL_CHECK(check_units(top, file));
+  PANELCAL_CHECK(top.constant("kind", kTableKind));
+  PANELCAL_CHECK(top.integer("version", kTableVersion, kTableVersion));
+  PANELCAL_CHECK(check_table_units(top, file));
   TableCalibration c;
-  PANELCAL_CHECK(read_record(top, file, c));
+  PANELCAL_CHECK(read_table_record(top, file, c));
   PANELCAL_TRY(c.map, read_map(top, file));
   PANELCAL_TRY(c.geometry, read_geometry(top, file));
-  PANELCAL_TRY(c.undetermined, read_undetermined(top, file));
-  PANELCAL_CHECK(check(c, file));
+  PANELCAL_TRY(c.undetermined, read_undetermined_modes(top, file));
+  PANELCAL_CHECK(check_table_calibration(c, file));
   return c;
 }
 
@@ -295,8 +300,8 @@ std::string table_calibration_text(const TableCalibration& c) {
   "provenance": {},
   "units": {{"length": "mm", "angle": "rad"}},
 )",
-                     kKind,
-                     kVersion,
+                     kTableKind,
+                     kTableVersion,
                      iso_8601(c.date),
                      json_text(c.provenance)) +
          map_text(c.map) + geometry_text(c.geometry) +
@@ -314,7 +319,7 @@ std::string table_calibration_text(const TableCalibration& c) {
 
 Expected<void> write_table_calibration(const std::filesystem::path& path,
                                        const TableCalibration& calibration) {
-  PANELCAL_CHECK(check(calibration, path.string()));
+  PANELCAL_CHECK(check_table_calibration(calibration, path.string()));
   return write_file(path, table_calibration_text(calibration));
 }
 

@@ -40,8 +40,8 @@ inline constexpr std::size_t kMaxTableCalibrationBytes = std::size_t{1} << 24;
 /// Reads `*.cal.json` of kind "table", version 1.
 ///
 /// Strict, as read_camera_calibration is: unknown and missing keys, wrong types, a grid that is
-/// none, errors of more than 100 mm, a map that is not one to one and a covariance that is none are
-/// refused.
+/// none, errors of more than 100 mm, a map that is not one to one and a covariance that is not
+/// positive semidefinite are refused.
 ///
 /// Fails  file-unreadable; json-syntax (with line and column); calibration-invalid
 /// See    docs/formats/calibration.md; tests/calib/table/calibration_file_test.cc

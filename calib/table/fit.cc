@@ -28,10 +28,10 @@ using internal::TableSystem;
 
 /// Angles of poses are the only thing that is not linear. They begin a warp over the travel off;
 /// the first round finds them, the second what it made of their squares, the last is reported.
-constexpr int kRounds = 3;
-constexpr int kMostSteps = 24;  ///< 1458 coefficients; beyond that a fit takes minutes
+constexpr int kTableRounds = 3;
+constexpr int kMaxFitSteps = 24;  ///< 1458 coefficients; beyond that a fit takes minutes
 
-tl::unexpected<Diagnostic> refused(std::string what, std::string expected) {
+tl::unexpected<Diagnostic> table_data_refused(std::string what, std::string expected) {
   return failure({Code::CalibrationData, {}, std::move(what), std::move(expected)});
 }
 
@@ -39,7 +39,7 @@ Expected<void> check_seen(const TableData& data) {
   for (std::size_t i = 0; i < data.seen.size(); ++i) {
     const TableObservation& seen = data.seen[i];
     if (seen.i_view >= data.views.size() || seen.i_dot >= data.dots.size()) {
-      return refused(
+      return table_data_refused(
           fmt::format("observation {} is of view {}, dot {}", i, seen.i_view, seen.i_dot),
           fmt::format("{} views, {} dots", data.views.size(), data.dots.size()));
     }
@@ -47,38 +47,43 @@ Expected<void> check_seen(const TableData& data) {
     const bool is_cov =
         cov.allFinite() && cov(0, 1) == cov(1, 0) && cov(0, 0) > 0 && cov.determinant() > 0;
     if (!seen.seen.position.in_mm().allFinite() || !is_cov) {
-      return refused(fmt::format("observation {} or its covariance is not one", i),
-                     "a finite place, symmetric positive definite mm^2");
+      return table_data_refused(fmt::format("observation {} or its covariance is not one", i),
+                                "a finite place, symmetric positive definite mm^2");
     }
   }
   if (data.seen.size() < 4) {
-    return refused(fmt::format("{} observations", data.seen.size()), "4 or more");
+    return table_data_refused(fmt::format("{} observations", data.seen.size()), "4 or more");
   }
   return {};
 }
 
-Expected<void> check(const TableData& data, const TableFitOptions& options) {
+Expected<void> check_table_data(const TableData& data, const TableFitOptions& options) {
   for (const PlateView& view : data.views) {
-    if (!view.axis_at.in_mm().allFinite()) return refused("a view's place is not finite", "mm");
+    if (!view.axis_at.in_mm().allFinite())
+      return table_data_refused("a view's place is not finite", "mm");
     if (view.i_pose >= data.views.size()) {
-      return refused(fmt::format("pose {} of {} views", view.i_pose, data.views.size()),
-                     "poses counted from 0, each with a view");
+      return table_data_refused(fmt::format("pose {} of {} views", view.i_pose, data.views.size()),
+                                "poses counted from 0, each with a view");
     }
   }
   for (const PlateDot& dot : data.dots) {
-    if (!dot.place.in_mm().allFinite()) return refused("a dot's place is not finite", "mm");
+    if (!dot.place.in_mm().allFinite())
+      return table_data_refused("a dot's place is not finite", "mm");
   }
-  if (options.steps < 1 || options.steps > kMostSteps) {
-    return refused(fmt::format("steps is {}", options.steps), fmt::format("1 to {}", kMostSteps));
+  if (options.steps < 1 || options.steps > kMaxFitSteps) {
+    return table_data_refused(fmt::format("steps is {}", options.steps),
+                              fmt::format("1 to {}", kMaxFitSteps));
   }
-  if (options.grid && (!options.grid->is_valid() || options.grid->nx > kMostSteps ||
-                       options.grid->ny > kMostSteps)) {
-    return refused("the grid is none",
-                   fmt::format("a rectangle, 1 to {} steps a side", kMostSteps));
+  if (options.grid && (!options.grid->is_valid() || options.grid->nx > kMaxFitSteps ||
+                       options.grid->ny > kMaxFitSteps)) {
+    return table_data_refused("the grid has no area or no steps",
+                              fmt::format("a rectangle, 1 to {} steps a side", kMaxFitSteps));
   }
-  if (!(options.open_sigma > mm(0))) return refused("open_sigma is not positive", "a length");
+  if (!(options.open_sigma > mm(0)))
+    return table_data_refused("open_sigma is not positive", "a length");
   if (options.held_out_every == 1 || options.held_out_every < 0) {
-    return refused(fmt::format("held_out_every is {}", options.held_out_every), "0, or 2 or more");
+    return table_data_refused(fmt::format("held_out_every is {}", options.held_out_every),
+                              "0, or 2 or more");
   }
   return check_seen(data);
 }
@@ -89,17 +94,17 @@ std::vector<Eigen::Vector2d> pairs_of(const VectorXd& v) {
   return pairs;
 }
 
-/// Every so many-th on average, but without a pattern that might fall in with the plate's rows.
+/// Every n-th on average, but without a pattern that might fall in with the plate's rows.
 bool is_held_out(std::size_t i, int every) {
   return Random(1).fork(i).uniform() * every < 1;
 }
 
-void hold_out(const TableData& data,
-              const TableFitOptions& options,
-              const TableBasis& basis,
-              const internal::OpenModes& open,
-              const TableState& about,
-              TableFit& fit) {
+void hold_out_looks(const TableData& data,
+                    const TableFitOptions& options,
+                    const TableBasis& basis,
+                    const internal::OpenModes& open,
+                    const TableState& about,
+                    TableFit& fit) {
   std::vector<std::size_t> used;
   std::vector<std::size_t> held;
   std::vector<int> by_pose(about.poses.size(), 0);
@@ -129,10 +134,10 @@ void hold_out(const TableData& data,
   fit.held_out_rms_mm = std::sqrt(sum_mm2 / static_cast<double>(fit.n_held_out));
 }
 
-TableFit report(const TableData& data,
-                const TableBasis& basis,
-                const TableState& state,
-                const TableSolution& solution) {
+TableFit table_report(const TableData& data,
+                      const TableBasis& basis,
+                      const TableState& state,
+                      const TableSolution& solution) {
   TableFit fit;
   fit.poses = state.poses;
   for (const Eigen::Vector2d& error_mm : state.dots_mm) {
@@ -198,7 +203,7 @@ std::string TableFit::summary() const {
 }
 
 Expected<TableGrid> table_grid(const TableData& data, const TableFitOptions& options) {
-  PANELCAL_CHECK(check(data, options));
+  PANELCAL_CHECK(check_table_data(data, options));
   if (options.grid) return *options.grid;
   Eigen::Vector2d low = data.views[data.seen.front().i_view].axis_at.in_mm();
   Eigen::Vector2d high = low;
@@ -209,7 +214,8 @@ Expected<TableGrid> table_grid(const TableData& data, const TableFitOptions& opt
   }
   const Eigen::Vector2d span = high - low;
   if (!(span.minCoeff() > 0) || !span.allFinite()) {
-    return refused("all looks are from one line", "commanded places that spread along x and y");
+    return table_data_refused("all looks are from one line",
+                              "commanded places that spread along x and y");
   }
   const Eigen::Vector2d steps = (span / span.maxCoeff() * options.steps).array().ceil();
   return TableGrid{low, high, static_cast<int>(steps.x()), static_cast<int>(steps.y())};
@@ -226,13 +232,13 @@ Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& optio
   std::optional<TableSolution> solution;
   internal::OpenModes open;
   int n_eliminated = 0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kTableRounds; ++round) {
     about = state;
     about.dots_mm.assign(data.dots.size(), Eigen::Vector2d::Zero());
     const TableSystem system(data, all, basis, about);
     open = internal::find_open_modes(basis, system.normal(), options.open_sigma.in_mm());
     const Smoother smoother(basis, system, open, about.table_mm);
-    const bool is_last = round + 1 == kRounds;
+    const bool is_last = round + 1 == kTableRounds;
     solution = smoother.solve(is_last ? smoother.best() : smoother.usual());
     if (!solution) break;
     internal::settle(basis, open, *solution);
@@ -240,15 +246,15 @@ Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& optio
     n_eliminated = system.n_eliminated();
   }
   if (!solution || open.combinations.cols() == basis.modes.cols()) {
-    return refused("nothing about the table can be seen in these looks",
-                   "a plate seen from many places, certified or in several poses");
+    return table_data_refused("nothing about the table can be seen in these looks",
+                              "a plate seen from many places, certified or in several poses");
   }
-  TableFit fit = report(data, basis, state, *solution);
+  TableFit fit = table_report(data, basis, state, *solution);
   fit.undetermined = open.names;
   fit.parameters = solution->parameters + n_eliminated;
   fit.degrees_of_freedom =
       2 * static_cast<double>(data.seen.size()) - solution->taken_up - n_eliminated;
-  if (options.held_out_every > 0) hold_out(data, options, basis, open, about, fit);
+  if (options.held_out_every > 0) hold_out_looks(data, options, basis, open, about, fit);
   return fit;
 }
 

@@ -13,62 +13,11 @@
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
 #include "calib/correction/table_map.h"
+#include "calib/table/fit_input.h"
+#include "calib/table/geometry.h"
 #include <Eigen/Core>
 
 namespace panelcal {
-
-/// A dot of the plate, seen from where the axis stood: in machine directions, camera calibrated.
-/// Its covariance holds all that differs from look to look, the stage's repeatability too.
-struct TableObservation {
-  std::size_t i_view = 0;
-  std::size_t i_dot = 0;
-  PositionEstimate<frame::Optical> seen;
-};
-
-struct TableData {
-  std::vector<PlateView> views;
-  std::vector<PlateDot> dots;
-  std::vector<TableObservation> seen;
-};
-
-struct TableFitOptions {
-  /// Of the grid along its longer side. More follow a rougher warp and cost the cube; what the
-  /// data do not ask for is smoothed away in any case.
-  int steps = 10;
-  /// The grid; by default the rectangle of commanded places.
-  std::optional<TableGrid> grid;
-  /// A polynomial error whose mean size is known no better than this counts as undetermined.
-  Length open_sigma = mm(0.05);
-  /// One in so many observations is left out for the held-out check; 0: there is none.
-  int held_out_every = 5;
-};
-
-/// What a machine builder asks of a table, from the map; means over its rectangle.
-///
-///   x error = scale_x x + ...          y error = scale_y y + ...          (1)
-///   squareness: the angle between the axes is 90 degrees minus this       (rad)
-///
-/// Straightness and linearity are Legendre's polynomials of degree 2 and 3 along the axis, each by
-/// its value at the axis' high end.
-struct TableGeometry {
-  enum Index {
-    ScaleX,
-    ScaleY,
-    Squareness,
-    LinearityX2,  ///< x error along x, mm
-    LinearityX3,
-    LinearityY2,  ///< y error along y
-    LinearityY3,
-    StraightnessX2,  ///< y error along x
-    StraightnessX3,
-    StraightnessY2,  ///< x error along y
-    StraightnessY3,
-  };
-  static constexpr int kSize = 11;
-  Eigen::Matrix<double, kSize, 1> value = Eigen::Matrix<double, kSize, 1>::Zero();
-  Eigen::Matrix<double, kSize, kSize> cov = Eigen::Matrix<double, kSize, kSize>::Zero();
-  static std::string_view name(Index index);
-};
 
 /// A fitted table, and what the data say about it.
 struct TableFit {
@@ -123,8 +72,8 @@ Expected<TableGrid> table_grid(const TableData& data, const TableFitOptions& opt
 ///
 /// In     seen: mm from the axis, covariance mm^2
 /// Out    map, covariance, geometry, residuals, held-out check
-/// Fails  calibration-data (an index out of range, a number or covariance that is none; too few
-///        observations; nothing about the table determined)
+/// Fails  calibration-data (an index out of range, a number that is not finite, a covariance that
+///        is not positive definite; too few observations; nothing about the table determined)
 /// Cost   15 x 15 looks, 10 steps: 0.3 s; grows with the sixth power of the steps
 /// Source Wahba 1990; Harville 1974 (REML); Raugh 1985; Ye, Takac, Berglund, Owen, Pease 1997
 /// See    tests/calib/table/fit_test.cc, tests/calib/table/self_calibration_test.cc

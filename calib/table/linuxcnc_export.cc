@@ -12,12 +12,12 @@ namespace panelcal {
 namespace {
 
 constexpr int kMostPoints = 256;
-/// Means and the check are over so many places along each axis.
+/// Means and the check are over this number of places along each axis.
 constexpr int kSamples = 64;
 /// Each brings a correction nearer by the slope of the error, a thousandth.
-constexpr int kRounds = 3;
+constexpr int kExportRounds = 3;
 
-tl::unexpected<Diagnostic> refused(std::string what, std::string expected) {
+tl::unexpected<Diagnostic> export_refused(std::string what, std::string expected) {
   return failure({Code::CalibrationData, {}, std::move(what), std::move(expected)});
 }
 
@@ -75,7 +75,7 @@ AxisTable axis_table(const TableMap& map, const Eigen::Matrix2d& linear, int axi
   for (int i = 0; i < points; ++i) {
     const double nominal_mm = sample(grid.low_mm[axis], grid.high_mm[axis], i, points);
     double error_mm = 0;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kExportRounds; ++round) {
       const double sent_to_mm = nominal_mm - error_mm;
       error_mm = mean_error_mm(map, linear, axis, sent_to_mm) / (1 + linear(axis, axis));
     }
@@ -85,7 +85,7 @@ AxisTable axis_table(const TableMap& map, const Eigen::Matrix2d& linear, int axi
   return table;
 }
 
-std::string text_of(const AxisTable& table, Length backlash, bool in_inches) {
+std::string axis_table_text(const AxisTable& table, Length backlash, bool in_inches) {
   const double unit = in_inches ? 1 / kMmPerInch : 1;
   std::string text;
   for (std::size_t i = 0; i < table.nominal_mm.size(); ++i) {
@@ -113,7 +113,9 @@ std::string hal_of(const Eigen::Matrix3d& matrix) {
 }
 
 /// What the corrected machine is off, place by place.
-void check(const TableMap& map, const std::array<AxisTable, 2>& tables, LinuxcncCorrection& out) {
+void check_axis_tables(const TableMap& map,
+                       const std::array<AxisTable, 2>& tables,
+                       LinuxcncCorrection& out) {
   const TableGrid& grid = map.grid();
   std::vector<Eigen::Vector2d> off;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
@@ -139,12 +141,12 @@ void check(const TableMap& map, const std::array<AxisTable, 2>& tables, Linuxcnc
 Expected<LinuxcncCorrection> linuxcnc_correction(const TableMap& map,
                                                  const LinuxcncOptions& options) {
   if (options.points < 2 || options.points > kMostPoints) {
-    return refused(fmt::format("points is {}", options.points),
-                   fmt::format("2 to {}", kMostPoints));
+    return export_refused(fmt::format("points is {}", options.points),
+                          fmt::format("2 to {}", kMostPoints));
   }
   for (const Length backlash : options.backlash) {
     if (!(backlash >= mm(0)) || !std::isfinite(backlash.in_mm())) {
-      return refused("a backlash is negative or no number", "0 or more");
+      return export_refused("a backlash is negative or no number", "0 or more");
     }
   }
   const Eigen::Matrix2d linear = linear_part(map);
@@ -155,20 +157,22 @@ Expected<LinuxcncCorrection> linuxcnc_correction(const TableMap& map,
     for (std::size_t i = 1; i < table.error_mm.size(); ++i) {
       const double step_mm = table.nominal_mm[i] - table.nominal_mm[i - 1];
       if (!(std::abs(table.error_mm[i] - table.error_mm[i - 1]) < 0.1 * step_mm)) {
-        return refused("the table's error is as steep as its way", "an error of a real stage");
+        return export_refused("the table's error is as steep as its way",
+                              "an error of a real stage");
       }
     }
   }
   if (!(linear.cwiseAbs().maxCoeff() < 0.1)) {
-    return refused("the table's axes are a tenth off", "scale and squareness of a real stage");
+    return export_refused("the table's axes are a tenth off",
+                          "scale and squareness of a real stage");
   }
   LinuxcncCorrection out;
   out.matrix.topLeftCorner<2, 2>() = (Eigen::Matrix2d::Identity() + linear).inverse();
   out.hal = hal_of(out.matrix);
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    out.comp_file[axis] = text_of(tables[axis], options.backlash[axis], options.in_inches);
+    out.comp_file[axis] = axis_table_text(tables[axis], options.backlash[axis], options.in_inches);
   }
-  check(map, tables, out);
+  check_axis_tables(map, tables, out);
   return out;
 }
 

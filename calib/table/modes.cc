@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calib/table/fit.h"
+#include "calib/table/geometry.h"
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 

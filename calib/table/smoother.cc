@@ -18,7 +18,7 @@ constexpr double kLeastSmoothing = 1e-12;
 constexpr double kMostSmoothing = 1e6;
 constexpr int kSearchSteps = 24;  ///< of golden sections: the logarithm to 1e-3
 /// Energy of a mode of mean square 1 that is not bent, but for rounding.
-constexpr double kNotBent = 1e-6;
+constexpr double kUnbentTable = 1e-6;
 
 }  // namespace
 
@@ -39,7 +39,7 @@ Smoother::Smoother(const TableBasis& basis,
   Index n_bent = 0;
   const MatrixXd held = basis.modes * open.combinations;
   for (Index k = 0; k < held.cols(); ++k) {
-    n_bent += held.col(k).dot(bending_ * held.col(k)) > kNotBent;
+    n_bent += held.col(k).dot(bending_ * held.col(k)) > kUnbentTable;
   }
   rank_ = static_cast<double>(2 * (n - 3) - n_bent);
   // Of modes of mean square 1 the functionals are short where the coefficients are many.

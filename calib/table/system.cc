@@ -16,7 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Eigenvalues of a normal matrix with ones on its diagonal: below this lies only a gauge.
-constexpr double kGauge = 1e-9;
+constexpr double kTableGauge = 1e-9;
 
 Eigen::Matrix2d rotation(double angle_rad) {
   const double c = std::cos(angle_rad);
@@ -173,8 +173,8 @@ void TableSystem::eliminate_poses() {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(scaled);
   VectorXd inverse = modes.eigenvalues();
   for (double& value : inverse) {
-    n_eliminated_ += value > kGauge;
-    value = value > kGauge ? 1 / value : 0;
+    n_eliminated_ += value > kTableGauge;
+    value = value > kTableGauge ? 1 / value : 0;
   }
   const MatrixXd vectors = unit.asDiagonal() * modes.eigenvectors();
   const MatrixXd back = vectors * inverse.asDiagonal() * vectors.transpose();

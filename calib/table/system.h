@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/correction/table_basis.h"
-#include "calib/table/fit.h"
+#include "calib/table/fit_input.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

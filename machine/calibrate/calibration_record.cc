@@ -35,7 +35,7 @@ SpindleQuality quality_of(const SpindleCameraFit& fit) {
   return quality;
 }
 
-std::string provenance_of(const MachineConfig& config, const SpindleCameraRun& run) {
+std::string coupon_provenance(const MachineConfig& config, const SpindleCameraRun& run) {
   return fmt::format("{} holes of coupon {}, rows from {}, tool {}; {}",
                      run.places.size(),
                      config.coupon ? quoted(config.coupon->name) : "?",
@@ -71,7 +71,9 @@ void add_words(std::string words, std::string& provenance) {
 }
 
 /// Adds what an entry has on its own spindle.
-Expected<void> add(const LedgerEntry& entry, const std::string& result, SpindleCalibration& all) {
+Expected<void> add_entry(const LedgerEntry& entry,
+                         const std::string& result,
+                         SpindleCalibration& all) {
   const std::string where = fmt::format("ledger entry {}", entry.id);
   PANELCAL_TRY(const SpindleCalibration found, parse_spindle_calibration(result, where));
   for (const auto& [at, offset] : found.offsets.all()) {
@@ -87,7 +89,7 @@ Expected<void> add(const LedgerEntry& entry, const std::string& result, SpindleC
 }
 
 /// Adds spindles that the file has and the ledger knows nothing of: somebody found them before
-/// there was a ledger, and nobody said that they are wrong.
+/// there was a ledger, and no message stated that they are wrong.
 void add_others(const std::string& present, SpindleCalibration& all) {
   const auto found = parse_spindle_calibration(present, "");
   // A damaged file is what the ledger is there for.
@@ -99,7 +101,7 @@ void add_others(const std::string& present, SpindleCalibration& all) {
   }
 }
 
-bool is_same(const SpindleCameraOffset& a, const SpindleCameraOffset& b) {
+bool is_same_offset(const SpindleCameraOffset& a, const SpindleCameraOffset& b) {
   return a.offset.in_mm() == b.offset.in_mm() && a.cov_mm2 == b.cov_mm2;
 }
 
@@ -116,7 +118,7 @@ Expected<bool> is_by_hand(const MachineConfig& config,
     PANELCAL_TRY(const std::string result, ledger.result(entry.id));
     const auto installed = parse_spindle_calibration(result, "");
     const SpindleCameraOffset* const offset = installed ? installed->offsets.find(at) : nullptr;
-    if (offset != nullptr && is_same(*offset, *file.offsets.find(at))) return false;
+    if (offset != nullptr && is_same_offset(*offset, *file.offsets.find(at))) return false;
   }
   return is_since_the_ledger(entries, *in_force, file.date_of(at));
 }
@@ -131,7 +133,7 @@ Expected<std::string> text_in_force(const MachineConfig& config,
   std::string result;
   for (const LedgerEntry& entry : entries) {
     PANELCAL_TRY(result, ledger.result(entry.id));
-    PANELCAL_CHECK(add(entry, result, all));
+    PANELCAL_CHECK(add_entry(entry, result, all));
   }
   add_others(present, all);
   return all.offsets.all().size() == 1 ? result : spindle_calibration_text(all);
@@ -214,7 +216,7 @@ SpindleCalibration spindle_camera_calibration(const MachineConfig& config,
   offset.cov_mm2 = 0.5 * (run.fit.offset.cov_mm2 + run.fit.offset.cov_mm2.transpose());
   calibration.offsets.set(at, offset);
   calibration.date = words.date;
-  calibration.provenance = words.software + ": " + provenance_of(config, run);
+  calibration.provenance = words.software + ": " + coupon_provenance(config, run);
   calibration.records.emplace(at, SpindleOffsetRecord{words.date, quality_of(run.fit)});
   return calibration;
 }

@@ -48,8 +48,8 @@ Expected<LedgerInput> input_of(const std::filesystem::path& file);
 /// All of a key that were ever installed, in their order.
 Expected<std::vector<LedgerEntry>> installed_entries(const Ledger& ledger, const LedgerKey& key);
 
-/// Whether a calibration of `date`, which is none of the installed ones, was made since there is a
-/// ledger: the first installation may have been cut off before it replaced what was there without
+/// Whether a calibration of `date`, which is not one of the installed ones, was made since there is
+/// a ledger: the first installation may have been cut off before it replaced what was there without
 /// one.
 bool is_since_the_ledger(const std::vector<LedgerEntry>& installed,
                          const LedgerEntry& in_force,
@@ -86,8 +86,8 @@ Expected<LedgerDraft> spindle_camera_draft(const MachineConfig& config,
 /// together, in their order. Spindles that only the file has are kept.
 ///
 /// Out    whether a file was written; false where the ledger has nothing in force
-/// Fails  config-value (no [spindle] calibration); calibration-invalid (a result is none); what the
-///        ledger reports; device-write
+/// Fails  config-value (no [spindle] calibration); calibration-invalid (a result is not valid);
+///        what the ledger reports; device-write
 /// See    tests/machine/calibrate/calibration_record_test.cc
 Expected<bool> install_spindle_camera(const MachineConfig& config, const Ledger& ledger);
 

@@ -16,11 +16,11 @@ namespace panelcal::internal {
 namespace {
 
 /// Honest noise of two coordinates is so far off once in 270000.
-constexpr double kOutlierSigmas = 5;
+constexpr double kCameraOutlierSigmas = 5;
 /// What one bad view hides, another fit shows.
-constexpr int kRounds = 5;
+constexpr int kCameraOutlierRounds = 5;
 
-double median(std::vector<double> values) {
+double median_distance_px(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);
   return *middle;
@@ -42,10 +42,10 @@ std::vector<double> sigmas_off(const CameraData& data, const CameraFit& fit) {
 double scatter(const std::vector<double>& off, int degrees_of_freedom) {
   const double honest =
       std::sqrt(2 * std::numbers::ln2 * degrees_of_freedom / (2 * static_cast<double>(off.size())));
-  return std::max(1.0, median(off) / honest);
+  return std::max(1.0, median_distance_px(off) / honest);
 }
 
-std::string words(const MarkSights& sights, const CameraObservation& seen) {
+std::string sight_words(const MarkSights& sights, const CameraObservation& seen) {
   const std::string& view = sights.names[seen.i_view];
   return sights.data.dots.size() == 1 ? view : fmt::format("{}, dot {}", view, seen.i_dot);
 }
@@ -78,7 +78,7 @@ Expected<int> leave_out_outliers(const CameraFitOptions& options, MarkSights& si
   CameraFitOptions robust = options;
   robust.huber_sigmas = kHuberSigmas;
   int n_left_out = 0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kCameraOutlierRounds; ++round) {
     PANELCAL_TRY(const CameraFit fit, least_scattered_camera(sights.data, robust));
     if (fit.degrees_of_freedom < kFewestFreedoms) break;
     const std::vector<double> off = sigmas_off(sights.data, fit);
@@ -86,12 +86,12 @@ Expected<int> leave_out_outliers(const CameraFitOptions& options, MarkSights& si
     std::vector<CameraObservation> kept;
     for (std::size_t i = 0; i < off.size(); ++i) {
       const CameraObservation& seen = sights.data.seen[i];
-      if (off[i] <= kOutlierSigmas * sigma) {
+      if (off[i] <= kCameraOutlierSigmas * sigma) {
         kept.push_back(seen);
         continue;
       }
       sights.missed.push_back(
-          {words(sights, seen),
+          {sight_words(sights, seen),
            fmt::format("it does not fit the others: {:.3f} px off, {:.1f} times "
                        "what they scatter",
                        fit.residuals[i].in_px().norm(),

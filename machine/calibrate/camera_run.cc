@@ -15,21 +15,21 @@ namespace {
 /// A mark in so few places says nothing of a camera.
 constexpr std::size_t kFewestViews = 5;
 /// A limit of refusal(): a quarter of a pixel where the detector says a hundredth.
-constexpr double kMostExcess = 25;
+constexpr double kMaxCameraExcess = 25;
 /// The same, of what the calibration errs where no view was used: more than a stage wanders.
-constexpr double kMostHeldOut_um = 5;
-/// The same: one in so many observations left out is one too many.
-constexpr int kMostLeftOut = 4;
+constexpr double kMaxCameraHeldOut_um = 5;
+/// The same: one in this number of observations left out is one too many.
+constexpr int kMaxCameraLeftOut = 4;
 
-tl::unexpected<Diagnostic> refused(const MachineConfig& config,
-                                   std::string what,
-                                   std::string expected) {
+tl::unexpected<Diagnostic> camera_refused(const MachineConfig& config,
+                                          std::string what,
+                                          std::string expected) {
   return failure(
       {Code::CalibrationData, {config.file.string(), 0, 0}, std::move(what), std::move(expected)});
 }
 
 /// Tells where: a fit knows of no file.
-Diagnostic at(const MachineConfig& config, Diagnostic diagnostic) {
+Diagnostic in_config(const MachineConfig& config, Diagnostic diagnostic) {
   if (diagnostic.place.file.empty()) diagnostic.place.file = config.file.string();
   return diagnostic;
 }
@@ -61,7 +61,7 @@ Expected<double> excess_of(const CameraData& data, const CameraFitOptions& optio
   return std::sqrt(std::max(1.0, fit.chi_square / fit.degrees_of_freedom));
 }
 
-/// A mark whose size nobody has said in mm has one as soon as there is a scale.
+/// A mark without a size in mm has one as soon as there is a scale.
 void give_radius(const MachineConfig& config,
                  const MarkViews& views,
                  double scale_mm,
@@ -78,7 +78,7 @@ Expected<void> check_count(const MachineConfig& config, const MarkSights& sights
   const std::size_t n_seen = sights.data.seen.size();
   if (n_seen >= kFewestViews) return {};
   const std::string why = sights.missed.empty() ? "" : ": " + sights.missed.front().reason;
-  return refused(
+  return camera_refused(
       config,
       fmt::format("{} of {} pictures show the mark{}", n_seen, n_seen + sights.missed.size(), why),
       fmt::format("{} or more", kFewestViews));
@@ -119,7 +119,7 @@ bool is_held(const CameraFit& fit, CameraParameter parameter) {
          std::ranges::find(fit.undetermined, parameter) != fit.undetermined.end();
 }
 
-std::string provenance_of(const CameraRun& run) {
+std::string camera_provenance(const CameraRun& run) {
   const MarkSights& sights = run.sights;
   const std::size_t n_dots = sights.data.dots.size();
   std::string text =
@@ -144,19 +144,19 @@ Expected<CameraRun> fit_camera_run(const MachineConfig& config,
   CameraFitOptions first_options = fit_options;
   first_options.huber_sigmas = internal::kHuberSigmas;
   auto first = fit_camera(data, first_options);
-  if (!first) return failure(at(config, std::move(first).error()));
+  if (!first) return failure(in_config(config, std::move(first).error()));
   give_radius(config, options.views, first->parameters.scale_mm_per_px, data);
   const auto n_left_out = internal::leave_out_outliers(fit_options, run.sights);
-  if (!n_left_out) return failure(at(config, n_left_out.error()));
+  if (!n_left_out) return failure(in_config(config, n_left_out.error()));
   run.n_left_out = *n_left_out;
   PANELCAL_CHECK(check_count(config, run.sights));
   const auto excess = excess_of(data, fit_options);
-  if (!excess) return failure(at(config, excess.error()));
+  if (!excess) return failure(in_config(config, excess.error()));
   run.excess = *excess;
   for (CameraObservation& seen : data.seen) seen.seen.cov *= run.excess * run.excess;
   if (options.form) fit_options.form = *options.form;
   auto fit = options.form ? fit_camera(data, fit_options) : choose_camera(data, fit_options);
-  if (!fit) return failure(at(config, std::move(fit).error()));
+  if (!fit) return failure(in_config(config, std::move(fit).error()));
   run.fit = *std::move(fit);
   run.calibration = calibration_of(
       full_camera(run.fit, options.views.zoom), run.sights.width_px, run.sights.height_px);
@@ -189,31 +189,32 @@ Expected<CameraRun> calibrate_camera(const MachineConfig& config,
 std::string refusal(const CameraRun& run) {
   const auto n_left_out = static_cast<std::size_t>(run.n_left_out);
   const std::size_t n_all = run.sights.data.seen.size() + n_left_out;
-  if (n_left_out * kMostLeftOut > n_all) {
+  if (n_left_out * kMaxCameraLeftOut > n_all) {
     return fmt::format("{} of {} looks do not fit the others, more than one in {}",
                        n_left_out,
                        n_all,
-                       kMostLeftOut);
+                       kMaxCameraLeftOut);
   }
   if (run.loses_tilt) {
-    return "the camera in force is tilted, and these views do not say how much: without its focal "
+    return "the camera in force is tilted, and these views do not determine how much: without its "
+           "focal "
            "length they cannot";
   }
   if (run.fit.held_out_rms_px) {
     const double held_out_um = 1e3 * *run.fit.held_out_rms_px * run.fit.parameters.scale_mm_per_px;
-    if (!(held_out_um <= kMostHeldOut_um)) {
+    if (!(held_out_um <= kMaxCameraHeldOut_um)) {
       return fmt::format(
           "looks that the fit did not see are {:.1f} um beside it, the limit is {} um",
           held_out_um,
-          kMostHeldOut_um);
+          kMaxCameraHeldOut_um);
     }
   }
-  if (run.excess <= kMostExcess) return {};
+  if (run.excess <= kMaxCameraExcess) return {};
   return fmt::format(
       "looks scatter {:.1f} times more than the detector and [uncertainty] "
-      "stage_repeatability_um say, the limit is {} times",
+      "stage_repeatability_um state, the limit is {} times",
       run.excess,
-      kMostExcess);
+      kMaxCameraExcess);
 }
 
 std::string report(const CameraRun& run) {
@@ -255,7 +256,7 @@ LedgerKey camera_key(const MachineConfig& config, const std::optional<double>& z
 CameraCalibration camera_calibration(const CameraRun& run, const RecordWords& words) {
   CameraCalibration calibration = run.calibration;
   calibration.date = words.date;
-  calibration.provenance = provenance_of(run);
+  calibration.provenance = camera_provenance(run);
   calibration.provenance += by_whom(words);
   return calibration;
 }

@@ -32,11 +32,11 @@ constexpr std::array<TrialWords, 3> kTrials = {{
     {LedgerKind::Settle, "stage", "wait", "s", "machine", "settle_s"},
 }};
 
-const TrialWords& words_of(TrialKind kind) {
+const TrialWords& kind_words(TrialKind kind) {
   return kTrials[static_cast<std::size_t>(kind)];
 }
 
-std::string dump(const nlohmann::ordered_json& json, int indent = -1) {
+std::string place_json_text(const nlohmann::ordered_json& json, int indent = -1) {
   // What is no UTF-8 must not throw.
   return json.dump(indent, ' ', true, nlohmann::json::error_handler_t::replace);
 }
@@ -81,7 +81,7 @@ TrialValue trial_value(const FocusResult& result) {
   for (const auto& sample : result.curve) {
     json["curve"].push_back({sample.z.in_mm(), sample.sharpness});
   }
-  TrialValue out = {TrialKind::Focus, {}, 0, result.reason, dump(json)};
+  TrialValue out = {TrialKind::Focus, {}, 0, result.reason, place_json_text(json)};
   if (!result.is_found) return out;
   out.value = result.z.in_mm();
   out.sigma = result.sigma.in_mm();
@@ -108,7 +108,7 @@ TrialValue trial_value(const LightRun& run) {
                                {"contrast", sample.contrast},
                                {"clipped_share", sample.clipped_share}});
   }
-  out.details = dump(json);
+  out.details = place_json_text(json);
   return out;
 }
 
@@ -129,27 +129,27 @@ TrialValue trial_value(const SettleRun& run) {
     json["reason"] = run.reason;
   }
   json["missed"] = run.n_missed;
-  out.details = dump(json);
+  out.details = place_json_text(json);
   return out;
 }
 
 LedgerKey trial_key(const MachineConfig& config, TrialKind kind) {
-  return {machine_name(config), words_of(kind).kind, std::string(words_of(kind).subject)};
+  return {machine_name(config), kind_words(kind).kind, std::string(kind_words(kind).subject)};
 }
 
 std::string trial_parameter(TrialKind kind) {
-  return std::string(words_of(kind).parameter);
+  return std::string(kind_words(kind).parameter);
 }
 
 std::string trial_unit(TrialKind kind) {
-  return std::string(words_of(kind).unit);
+  return std::string(kind_words(kind).unit);
 }
 
 Expected<LedgerDraft> trial_draft(const MachineConfig& config,
                                   const TrialPlace& place,
                                   const TrialValue& found,
                                   const RecordWords& words) {
-  const TrialWords& trial = words_of(found.kind);
+  const TrialWords& trial = kind_words(found.kind);
   LedgerDraft draft;
   LedgerRecord& record = draft.record;
   record = record_of(trial_key(config, found.kind), words);
@@ -173,7 +173,7 @@ Expected<LedgerDraft> trial_draft(const MachineConfig& config,
                                    {"mark_mm", {mark_mm.x(), mark_mm.y()}},
                                    {"tool", place.tool}};
   result.update(nlohmann::ordered_json::parse(found.details));
-  draft.result = dump(result, 2) + "\n";
+  draft.result = place_json_text(result, 2) + "\n";
   return draft;
 }
 
@@ -214,7 +214,7 @@ std::optional<double> stated_number(const MachineConfig& config, TrialKind kind)
 }
 
 std::string stated_line(TrialKind kind, const TrialNumber& number) {
-  const TrialWords& trial = words_of(kind);
+  const TrialWords& trial = kind_words(kind);
   std::string value = fmt::format("{:g}", number.value);
   if (kind == TrialKind::Focus) value = fmt::format("{:.3f}", number.value);
   if (kind == TrialKind::Settle) {
@@ -229,7 +229,7 @@ Expected<std::string> stated_otherwise(const MachineConfig& config,
   PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(trial_key(config, kind)));
   const auto number = in_force ? trial_number(*in_force) : std::nullopt;
   if (!number || keeps_to(config, kind, *number)) return std::string();
-  const TrialWords& trial = words_of(kind);
+  const TrialWords& trial = kind_words(kind);
   const std::optional<double> stated = stated_number(config, kind);
   return fmt::format(
       "machine.toml says {}, and entry {} of the ledger, in force since {}, {} {}: "

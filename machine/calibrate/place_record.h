@@ -37,7 +37,7 @@ struct TrialValue {
 
 /// The peak of the sharpness curve with its sigma.
 TrialValue trial_value(const FocusResult& result);
-/// The best level. Only so many are tried: a level between two is as good as either, so sigma is
+/// The best level. Only a few are tried: a level between two is as good as either, so sigma is
 /// that of an even chance over the wider of the steps to its neighbours, step / sqrt(12).
 TrialValue trial_value(const LightRun& run);
 /// The wait with its sigma; what is written into machine.toml is two sigmas more.

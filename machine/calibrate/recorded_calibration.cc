@@ -15,57 +15,58 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr Code kCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 11> kKeys = {"calibration",
-                                                    "command",
-                                                    "cov",
-                                                    "file",
-                                                    "first_hole",
-                                                    "lamp",
-                                                    "line",
-                                                    "offset",
-                                                    "path",
-                                                    "text",
-                                                    "zoom"};
-constexpr int kMaxInt = std::numeric_limits<int>::max();
-constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
-constexpr std::size_t kMaxPath = 128;  // as of measurements
+constexpr Code kOrderCode = Code::MeasurementFile;
+constexpr std::array<std::string_view, 11> kOrderKeys = {"calibration",
+                                                         "command",
+                                                         "cov",
+                                                         "file",
+                                                         "first_hole",
+                                                         "lamp",
+                                                         "line",
+                                                         "offset",
+                                                         "path",
+                                                         "text",
+                                                         "zoom"};
+constexpr int kMaxOrderInt = std::numeric_limits<int>::max();
+constexpr std::int64_t kMaxOrderNumber = std::numeric_limits<std::int64_t>::max();
+constexpr std::size_t kMaxOrderPath = 128;  // as of measurements
 /// Recorded and requested places come from the same arithmetic; this only forgives printing.
-constexpr double kSamePlace_mm = 1e-6;
+constexpr double kSameOrder_mm = 1e-6;
 /// Far beyond any machine; squares of larger ones would leave no covariance.
-constexpr double kMost_mm = 1e6;
+constexpr double kMaxOrderPlace_mm = 1e6;
 
 Expected<CalibrationOrder> read_order(const JsonLine& line) {
   CalibrationOrder order;
-  PANELCAL_TRY(order.number, line.integer("calibration", 0, kMaxInt64, kCode));
-  PANELCAL_TRY(const auto program_line, line.integer("line", 0, kMaxInt, kCode));
+  PANELCAL_TRY(order.number, line.integer("calibration", 0, kMaxOrderNumber, kOrderCode));
+  PANELCAL_TRY(const auto program_line, line.integer("line", 0, kMaxOrderInt, kOrderCode));
   order.line = static_cast<int>(program_line);
-  PANELCAL_TRY(order.command, line.text("command", kCode));
-  PANELCAL_TRY(order.path, line.integers("path", 0, kMaxInt, kMaxPath, kCode));
+  PANELCAL_TRY(order.command, line.text("command", kOrderCode));
+  PANELCAL_TRY(order.path, line.integers("path", 0, kMaxOrderInt, kMaxOrderPath, kOrderCode));
   if (line.has("file")) {
-    PANELCAL_TRY(order.file, line.text("file", kCode));
+    PANELCAL_TRY(order.file, line.text("file", kOrderCode));
   }
   if (line.has("first_hole")) {
-    PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("first_hole", 2, kCode));
+    PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("first_hole", 2, kOrderCode));
     order.first_hole = position_mm<frame::Machine>(xy_mm[0], xy_mm[1]);
   }
   if (line.has("lamp")) {
-    PANELCAL_TRY(order.lamp, line.number("lamp", kCode));
+    PANELCAL_TRY(order.lamp, line.number("lamp", kOrderCode));
   }
   if (line.has("zoom")) {
-    PANELCAL_TRY(order.zoom, line.number("zoom", kCode));
+    PANELCAL_TRY(order.zoom, line.number("zoom", kOrderCode));
   }
   return order;
 }
 
 Expected<SpindleCameraOffset> read_offset(const JsonLine& line) {
-  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("offset", 2, kCode));
-  PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kCode));
+  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("offset", 2, kOrderCode));
+  PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kOrderCode));
   for (const double number : xy_mm) {
-    if (number >= -kMost_mm && number <= kMost_mm) continue;
-    return failure(line.problem("offset", kCode, fmt::format("at most {:.0f} mm each", kMost_mm)));
+    if (number >= -kMaxOrderPlace_mm && number <= kMaxOrderPlace_mm) continue;
+    return failure(line.problem(
+        "offset", kOrderCode, fmt::format("at most {:.0f} mm each", kMaxOrderPlace_mm)));
   }
-  constexpr double kMost_mm2 = kMost_mm * kMost_mm;
+  constexpr double kMost_mm2 = kMaxOrderPlace_mm * kMaxOrderPlace_mm;
   const bool is_covariance = cov[0] >= 0 && cov[2] >= 0 && cov[0] <= kMost_mm2 &&
                              cov[2] <= kMost_mm2 && cov[1] * cov[1] <= cov[0] * cov[2];
   if (!is_covariance) {
@@ -82,16 +83,16 @@ std::string place_text(const std::optional<Position<frame::Machine>>& place) {
   return fmt::format("first hole [{}, {}]", place->in_mm().x(), place->in_mm().y());
 }
 
-bool is_same(const std::optional<Position<frame::Machine>>& a,
-             const std::optional<Position<frame::Machine>>& b) {
+bool is_same_place(const std::optional<Position<frame::Machine>>& a,
+                   const std::optional<Position<frame::Machine>>& b) {
   if (a.has_value() != b.has_value()) return false;
   // Written so that a NaN differs.
-  return !a || (*a - *b).in_mm().norm() <= kSamePlace_mm;
+  return !a || (*a - *b).in_mm().norm() <= kSameOrder_mm;
 }
 
 /// What a recorded order has and the program's has; empty if it is the same.
-std::optional<std::pair<std::string, std::string>> difference(const CalibrationOrder& recorded,
-                                                              const CalibrationOrder& asked) {
+std::optional<std::pair<std::string, std::string>> order_difference(
+    const CalibrationOrder& recorded, const CalibrationOrder& asked) {
   const auto words = [](const CalibrationOrder& order) {
     return fmt::format("{}{}{}, line {}, path [{}]",
                        order.command,
@@ -101,7 +102,7 @@ std::optional<std::pair<std::string, std::string>> difference(const CalibrationO
                        fmt::join(order.path, ","));
   };
   if (words(recorded) != words(asked)) return std::pair(words(recorded), words(asked));
-  if (is_same(recorded.first_hole, asked.first_hole)) return std::nullopt;
+  if (is_same_place(recorded.first_hole, asked.first_hole)) return std::nullopt;
   return std::pair(place_text(recorded.first_hole), place_text(asked.first_hole));
 }
 
@@ -112,15 +113,15 @@ bool is_calibration(const JsonLine& line) {
 }
 
 Expected<CalibrationAnswer> read_calibration(const JsonLine& line) {
-  PANELCAL_CHECK(line.check_keys(kKeys, kCode));
+  PANELCAL_CHECK(line.check_keys(kOrderKeys, kOrderCode));
   CalibrationAnswer answer;
   PANELCAL_TRY(answer.order, read_order(line));
   if (line.has("offset")) {
     PANELCAL_TRY(answer.offset, read_offset(line));
   } else if (line.has("cov")) {
-    return failure(line.problem("cov", kCode, "no covariance without an offset"));
+    return failure(line.problem("cov", kOrderCode, "no covariance without an offset"));
   }
-  PANELCAL_TRY(answer.text, line.text("text", kCode));
+  PANELCAL_TRY(answer.text, line.text("text", kOrderCode));
   return answer;
 }
 
@@ -137,7 +138,7 @@ Expected<std::optional<CalibrationAnswer>> CalibrationReplay::calibrate(
         return one.answer.order.number;
       });
   if (found == recorded_.end() || found->answer.order.number != order.number) return std::nullopt;
-  if (const auto differs = difference(found->answer.order, order)) {
+  if (const auto differs = order_difference(found->answer.order, order)) {
     return failure({Code::MeasurementMismatch,
                     {file_, found->line, 1},
                     fmt::format("calibration {} has {}", order.number, differs->first),

@@ -38,7 +38,7 @@ class CalibrationReplay {
   /// Out    empty where the file has no such calibration: it was only passed on
   /// Fails  measurement-mismatch (it is of another order than the program's)
   Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order);
-  /// Fails  measurement-mismatch (a calibration that nobody asked for)
+  /// Fails  measurement-mismatch (a calibration that no command asks for)
   Expected<void> check_all_used() const;
 
  private:

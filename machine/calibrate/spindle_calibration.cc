@@ -31,9 +31,9 @@ Expected<Position<frame::Machine>> come_to(Stage& stage,
   return stage.move_to(place);
 }
 
-Expected<void> check_travel(const MachineConfig& config,
-                            const Position<frame::Machine>& place,
-                            const Coupon& coupon) {
+Expected<void> check_coupon_travel(const MachineConfig& config,
+                                   const Position<frame::Machine>& place,
+                                   const Coupon& coupon) {
   if (is_in_travel(config, place)) return {};
   const Eigen::Vector2d& p_mm = place.in_mm();
   return failure({Code::TravelExceeded,
@@ -50,14 +50,14 @@ Expected<void> check_way(const MachineConfig& config,
                          const Position<frame::Machine>& place,
                          const Approach& approach,
                          const Coupon& coupon) {
-  PANELCAL_CHECK(check_travel(config, place, coupon));
-  return check_travel(config, start_of(place, approach, coupon.approach_distance), coupon);
+  PANELCAL_CHECK(check_coupon_travel(config, place, coupon));
+  return check_coupon_travel(config, start_of(place, approach, coupon.approach_distance), coupon);
 }
 
 /// The coupon's hole as a request that a locator understands; work zero is machine zero.
-MeasurementRequest request_of(const Coupon& coupon,
-                              const Position<frame::Machine>& place,
-                              std::size_t i_place) {
+MeasurementRequest coupon_request(const Coupon& coupon,
+                                  const Position<frame::Machine>& place,
+                                  std::size_t i_place) {
   MeasurementRequest request;
   request.seq = static_cast<std::int64_t>(i_place);
   request.line = coupon.place.line;
@@ -73,12 +73,12 @@ std::string reason_of(const Sight& sight) {
 }
 
 /// Looks at one hole after another.
-class Looks {
+class CouponLooks {
  public:
-  Looks(const MachineConfig& config,
-        const Coupon& coupon,
-        const CouponLooker& looker,
-        PictureLocator locator)
+  CouponLooks(const MachineConfig& config,
+              const Coupon& coupon,
+              const CouponLooker& looker,
+              PictureLocator locator)
       : config_(config), coupon_(coupon), looker_(looker), locator_(std::move(locator)) {}
 
   Expected<Sight> look(const Position<frame::Machine>& place,
@@ -93,7 +93,7 @@ class Looks {
     PANELCAL_TRY(Image image, looker_.camera.take());
     const TakenPicture picture{
         std::move(image), config_.spindle_camera.optical_axis(standing), "", looker_.camera.name()};
-    const MeasurementRequest request = request_of(coupon_, place, i_place);
+    const MeasurementRequest request = coupon_request(coupon_, place, i_place);
     PANELCAL_TRY(const Target target, locator_.target_of(request));
     Look look;
     look.view.axis = picture.axis;
@@ -140,7 +140,8 @@ Expected<void> check_looking(const MachineConfig& config,
           check_way(config, config.spindle_camera.spindle_to_see(place), approach, coupon));
     }
   }
-  return places.empty() ? Expected<void>() : locator.check(request_of(coupon, places.front(), 0));
+  return places.empty() ? Expected<void>()
+                        : locator.check(coupon_request(coupon, places.front(), 0));
 }
 
 Expected<void> tell(const Prompt& prompt, bool is_wanted, std::string_view what) {
@@ -148,7 +149,7 @@ Expected<void> tell(const Prompt& prompt, bool is_wanted, std::string_view what)
   if (!prompt) {
     return failure({Code::DeviceStage,
                     {"coupon", 0, 0},
-                    fmt::format("somebody has to {}, and nobody can be asked", what),
+                    fmt::format("a person has to {}, and none is at a terminal", what),
                     "a person at the machine, or [coupon] entry_material = false"});
   }
   return prompt(what);
@@ -185,7 +186,7 @@ Expected<CouponSights> look_at_coupon(const MachineConfig& config,
                                       const CouponLooker& looker) {
   PANELCAL_TRY(PictureLocator locator, PictureLocator::create(config, looker.observer));
   PANELCAL_CHECK(check_looking(config, coupon, places, locator));
-  const Looks looks(config, coupon, looker, std::move(locator));
+  const CouponLooks looks(config, coupon, looker, std::move(locator));
   std::vector<CouponHole> all;
   for (const Position<frame::Machine>& place : places) {
     all.push_back({place, coupon.drilling, {}});

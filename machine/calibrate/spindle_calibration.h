@@ -14,15 +14,13 @@
 #include "calib/spindle/fit.h"
 #include "machine/calibrate/coupon.h"
 #include "machine/config/machine_config.h"
+#include "machine/devices/calibration_devices.h"
 #include "machine/devices/camera.h"
 #include "machine/devices/spindle.h"
 #include "machine/devices/stage.h"
 #include "machine/look/picture_locator.h"
 
 namespace panelcal {
-
-/// Tells the operator something and returns when it is done; fails if nobody is there to do it.
-using Prompt = std::function<Expected<void>(std::string_view)>;
 
 /// Whether everything is there that a calibration at these places needs, before anything moves.
 ///
@@ -61,7 +59,7 @@ struct CouponSights {
   std::vector<MissedLook> missed;
 };
 
-/// Whoever looks: devices, and how to wait for the machine to come to rest.
+/// The looking side: devices, and how to wait for the machine to come to rest.
 struct CouponLooker {
   Stage& stage;
   CameraDevice& camera;

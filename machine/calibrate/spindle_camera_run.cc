@@ -181,7 +181,7 @@ Expected<SpindleCameraRun> calibrate_spindle_camera(const MachineConfig& config,
   PANELCAL_CHECK(check(config, devices, *coupon, next));
   // Behind the last row there is something else than coupon.
   if (n_used <= coupon->rows - coupon->rows_per_run) {
-    const std::string cause = fmt::format("coupon {} is used farther than {} says",
+    const std::string cause = fmt::format("coupon {} is used farther than {} records",
                                           quoted(coupon->name),
                                           quoted(coupon->state_file.filename().string()));
     PANELCAL_CHECK(check_is_fresh(config, devices, *coupon, next, cause));

@@ -10,6 +10,7 @@
 #include "calib/spindle/fit.h"
 #include "machine/calibrate/spindle_calibration.h"
 #include "machine/config/machine_config.h"
+#include "machine/devices/calibration_devices.h"
 #include "machine/devices/camera.h"
 #include "machine/devices/spindle.h"
 #include "machine/devices/stage.h"
@@ -17,19 +18,6 @@
 #include "program/walk/probing.h"
 
 namespace panelcal {
-
-/// What a calibration works with; see DeviceSet for who owns it.
-struct CalibrationDevices {
-  Stage& stage;
-  Spindle& spindle;
-  CameraDevice& camera;
-  std::function<void(Time)> wait;  ///< empty: nobody waits
-  Prompt prompt;  ///< empty: nobody can be asked, and no coupon that needs it is drilled
-  PictureObserver observer = {};
-  /// A clock that never goes back, for what is timed; empty: nothing can be.
-  std::function<Time()> now = {};
-  ProbeSource* probe = nullptr;  ///< null: the machine cannot probe
-};
 
 /// One calibration of the spindle-camera offset. Nothing is installed.
 struct SpindleCameraRun {

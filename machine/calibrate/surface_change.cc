@@ -15,7 +15,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Probes of two maps that are nearer than this stand at the same place.
-constexpr double kSamePlace_mm = 0.5;
+constexpr double kSameProbePlace_mm = 0.5;
 
 /// What the probes of a map scatter, as it knows it.
 double sigma_mm(const StoredMap& stored, const ProbePoint& probe) {
@@ -52,7 +52,7 @@ struct WasThere {
 std::optional<WasThere> was_at(const StoredMap& before, const Position<frame::Nominal>& place) {
   for (const SurfaceOutlier& outlier : before.map.outliers()) {
     const ProbePoint& probe = before.points[outlier.i_point];
-    if ((probe.place - place).in_mm().norm() > kSamePlace_mm) continue;
+    if ((probe.place - place).in_mm().norm() > kSameProbePlace_mm) continue;
     return WasThere{{probe.measured.height.in_mm(), sigma_mm(before, probe)}, true};
   }
   const auto height = before.map.height_at(place);

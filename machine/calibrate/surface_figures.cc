@@ -30,7 +30,7 @@ std::vector<Vector2d> unit_places() {
   return out;
 }
 
-std::vector<Position<frame::Nominal>> places_of(const SurfaceArea& area) {
+std::vector<Position<frame::Nominal>> area_places(const SurfaceArea& area) {
   std::vector<Position<frame::Nominal>> out;
   for (const Vector2d& unit : unit_places()) {
     out.push_back(position_mm<frame::Nominal>(area.center_mm + unit.cwiseProduct(area.half_mm)));
@@ -77,7 +77,7 @@ Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& are
                     "a Gaussian process, a thin plate or a plane"});
   }
   PANELCAL_CHECK(reaches_over(map, area));
-  const auto places = places_of(area);
+  const auto places = area_places(area);
   const std::vector<double> heights_mm = map.surface().heights_mm(places);
   const MatrixXd by_heights = figures_by_heights();
   SurfaceFigures out;
@@ -96,7 +96,7 @@ Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& are
 
 Length largest_sigma(const HeightMap& map, const SurfaceArea& area) {
   Length largest;
-  for (const auto& place : places_of(area)) {
+  for (const auto& place : area_places(area)) {
     const auto height = map.height_at(place);
     // One that cannot be had has to fail.
     if (!height) return mm(std::numeric_limits<double>::infinity());

@@ -19,7 +19,7 @@ struct ProbedPlace {
 };
 
 /// Row by row, to and fro.
-std::vector<ProbedPlace> places_of(const NightSurface& surface) {
+std::vector<ProbedPlace> probed_places(const NightSurface& surface) {
   const Eigen::Vector2d step_mm =
       (surface.high_mm - surface.low_mm)
           .cwiseQuotient(Eigen::Vector2d(surface.n_columns - 1, surface.n_rows - 1));
@@ -117,7 +117,7 @@ Expected<SurfaceRun> probe_surface(const NightSurface& surface,
                                    ProbeSource& probe,
                                    const std::string& made_by) {
   Probing probing(surface, probe);
-  for (const ProbedPlace& place : places_of(surface)) PANELCAL_CHECK(probing.at(place));
+  for (const ProbedPlace& place : probed_places(surface)) PANELCAL_CHECK(probing.at(place));
   HeightMapOptions options;
   options.model = SurfaceModel::GaussianProcess;
   auto map = HeightMap::of_probes(probing.points, options);

@@ -6,7 +6,7 @@
 
 #include "calib/base/expected.h"
 #include "machine/calibrate/surface_figures.h"
-#include "machine/nightly/night_config.h"
+#include "machine/config/nightly_options.h"
 #include "program/walk/probing.h"
 #include "surface/map/file.h"
 

@@ -14,14 +14,14 @@ namespace panelcal::internal {
 namespace {
 
 /// Honest noise of two coordinates is so far off once in 270000.
-constexpr double kOutlierSigmas = 5;
+constexpr double kTableOutlierSigmas = 5;
 /// The worst ones are those at least half as far off as the worst one.
 constexpr double kWorst = 0.5;
-constexpr int kRounds = 5;
+constexpr int kTableOutlierRounds = 5;
 /// The median of fewer says nothing.
 constexpr std::size_t kFewestPredicted = 8;
 
-double median(std::vector<double> values) {
+double median_distance_mm(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);
   return *middle;
@@ -38,11 +38,12 @@ double limit_of(const std::vector<TablePrediction>& all) {
   for (const TablePrediction& one : all) values.push_back(one.chi_square);
   const double largest = *std::ranges::max_element(values);
   // The median of chi square (2) is 2 ln 2.
-  const double scatter = std::max(1.0, median(std::move(values)) / (2 * std::numbers::ln2));
-  return std::max(kOutlierSigmas * kOutlierSigmas * scatter, kWorst * kWorst * largest);
+  const double scatter =
+      std::max(1.0, median_distance_mm(std::move(values)) / (2 * std::numbers::ln2));
+  return std::max(kTableOutlierSigmas * kTableOutlierSigmas * scatter, kWorst * kWorst * largest);
 }
 
-std::string words(const TableData& data, const TablePrediction& one) {
+std::string dot_words(const TableData& data, const TablePrediction& one) {
   const TableObservation& look = data.seen[one.i_look];
   const Eigen::Vector2d& at_mm = data.views[look.i_view].axis_at.in_mm();
   return fmt::format("dot {} from ({:.3f}, {:.3f}) mm: {:.4f} mm beside where the others have it",
@@ -91,7 +92,7 @@ std::vector<TablePrediction> predict(const TableData& data,
 
 std::vector<std::string> leave_out_outliers(const TableFitOptions& options, TableData& data) {
   std::vector<std::string> left_out;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kTableOutlierRounds; ++round) {
     std::vector<TablePrediction> all;
     for (std::size_t i_fold = 0; i_fold < kTableFolds; ++i_fold) {
       const std::vector<TablePrediction> some = predict(data, options, i_fold);
@@ -103,7 +104,7 @@ std::vector<std::string> leave_out_outliers(const TableFitOptions& options, Tabl
     bool is_done = true;
     for (const TablePrediction& one : all) {
       if (one.chi_square < limit) continue;
-      left_out.push_back(words(data, one));
+      left_out.push_back(dot_words(data, one));
       is_kept[one.i_look] = false;
       is_done = false;
     }

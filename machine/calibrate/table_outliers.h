@@ -18,7 +18,7 @@ struct TablePrediction {
   double chi_square = 0;  ///< of two coordinates, the prediction's covariance counted
 };
 
-/// So many parts of the looks are predicted, one after the other, from the rest.
+/// This number of parts of the looks is predicted, one after the other, from the rest.
 inline constexpr std::size_t kTableFolds = 5;
 
 /// Predicts every kTableFolds-th look, from number i_fold on, from all others; none of a dot that

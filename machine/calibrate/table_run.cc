@@ -20,19 +20,19 @@ namespace {
 
 using internal::JsonLine;
 
-constexpr Code kCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 5> kKeys = {"axis", "cov", "dot", "pose", "seen"};
+constexpr Code kSightCode = Code::MeasurementFile;
+constexpr std::array<std::string_view, 5> kSightKeys = {"axis", "cov", "dot", "pose", "seen"};
 constexpr int kMostPoses = 1000;
-constexpr double kMost_mm = 1e5;
+constexpr double kMaxSightPlace_mm = 1e5;
 /// Fewer degrees of freedom say nothing of the scatter.
 constexpr double kFewestFreedoms = 8;
 constexpr int kFewestHeld = 16;  ///< coordinates
-constexpr int kRounds = 8;
+constexpr int kTableRunRounds = 8;
 /// Limits of refusal(): stated sigmas that are so far from the truth, or a map that is, belong to a
-/// person; one in so many looks left out is one too many.
-constexpr double kMostExcess = 25;
-constexpr double kMostHeldOut_um = 10;
-constexpr std::size_t kMostLeftOut = 4;
+/// person; one in this number of looks left out is one too many.
+constexpr double kMaxTableExcess = 25;
+constexpr double kMaxTableHeldOut_um = 10;
+constexpr std::size_t kMaxTableLeftOut = 4;
 
 /// A mean of squares over what was predicted, and of how many.
 struct Excess {
@@ -43,28 +43,28 @@ struct Excess {
   bool is_surprising() const { return squared > 1 + 2.3 * std::sqrt(2 / n); }
 };
 
-Expected<Eigen::Vector2d> read_point(const JsonLine& line, std::string_view key) {
-  PANELCAL_TRY(const std::vector<double> p_mm, line.numbers(key, 2, kCode));
-  if (std::abs(p_mm[0]) <= kMost_mm && std::abs(p_mm[1]) <= kMost_mm) {
+Expected<Eigen::Vector2d> read_table_point(const JsonLine& line, std::string_view key) {
+  PANELCAL_TRY(const std::vector<double> p_mm, line.numbers(key, 2, kSightCode));
+  if (std::abs(p_mm[0]) <= kMaxSightPlace_mm && std::abs(p_mm[1]) <= kMaxSightPlace_mm) {
     return Eigen::Vector2d(p_mm[0], p_mm[1]);
   }
-  return failure(line.problem(key, kCode, "mm, within 100 m"));
+  return failure(line.problem(key, kSightCode, "mm, within 100 m"));
 }
 
 /// Puts looks together to views.
-class Looks {
+class TableLooks {
  public:
-  Looks(const MachineConfig& config, const CalibrationPlate& plate)
+  TableLooks(const MachineConfig& config, const CalibrationPlate& plate)
       : config_(config), plate_(plate), is_covered_(plate.covered_dots()) {
     sights_.data.dots = plate.dots();
   }
 
   Expected<void> add(const JsonLine& line) {
-    PANELCAL_CHECK(line.check_keys(kKeys, kCode));
-    PANELCAL_TRY(const std::int64_t pose, line.integer("pose", 0, kMostPoses - 1, kCode));
-    PANELCAL_TRY(const Eigen::Vector2d axis_mm, read_point(line, "axis"));
-    PANELCAL_TRY(const std::vector<int> dot, line.integers("dot", 0, 1'000'000, 2, kCode));
-    if (dot.size() != 2) return failure(line.problem("dot", kCode, "[column, row]"));
+    PANELCAL_CHECK(line.check_keys(kSightKeys, kSightCode));
+    PANELCAL_TRY(const std::int64_t pose, line.integer("pose", 0, kMostPoses - 1, kSightCode));
+    PANELCAL_TRY(const Eigen::Vector2d axis_mm, read_table_point(line, "axis"));
+    PANELCAL_TRY(const std::vector<int> dot, line.integers("dot", 0, 1'000'000, 2, kSightCode));
+    if (dot.size() != 2) return failure(line.problem("dot", kSightCode, "[column, row]"));
     if (dot[0] >= plate_.columns || dot[1] >= plate_.rows) {
       return failure(line.problem(
           "dot",
@@ -76,8 +76,8 @@ class Looks {
       return failure(line.problem(
           "dot", Code::CalibrationData, "a dot that is there: [tags] has a tag in its place"));
     }
-    PANELCAL_TRY(const Eigen::Vector2d seen_mm, read_point(line, "seen"));
-    PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kCode));
+    PANELCAL_TRY(const Eigen::Vector2d seen_mm, read_table_point(line, "seen"));
+    PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kSightCode));
     PositionEstimate<frame::Optical> seen{position_mm<frame::Optical>(seen_mm), {}};
     seen.cov << cov[0], cov[1], cov[1], cov[2];
     const bool is_covariance = cov[0] > 0 && cov[2] > 0 && seen.cov.allFinite() &&
@@ -120,7 +120,7 @@ void close_gaps(TableData& data) {
   for (PlateView& view : data.views) view.i_pose = number[view.i_pose];
 }
 
-Diagnostic at(const std::string& file, Diagnostic diagnostic) {
+Diagnostic in_file(const std::string& file, Diagnostic diagnostic) {
   if (diagnostic.place.file.empty()) diagnostic.place.file = file;
   return diagnostic;
 }
@@ -174,7 +174,7 @@ Expected<TableSights> parse_plate_looks(std::string_view text,
                                         const std::string& file,
                                         const MachineConfig& config,
                                         const CalibrationPlate& plate) {
-  Looks looks(config, plate);
+  TableLooks looks(config, plate);
   const std::string_view whole = text;
   for (int number = 1; !text.empty(); ++number) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -206,14 +206,14 @@ Expected<TableRun> calibrate_table(const MachineConfig& config,
   run.sights = std::move(sights);
   run.left_out = internal::leave_out_outliers(options, run.sights.data);
   Expected<TableFit> fit = fit_table(run.sights.data, options);
-  for (int round = 0; fit && round < kRounds; ++round) {
+  for (int round = 0; fit && round < kTableRunRounds; ++round) {
     const double excess2 = excess_squared(*fit, run.sights.data, options);
     if (!(excess2 > 1)) break;
     run.excess *= std::sqrt(excess2);
     for (TableObservation& look : run.sights.data.seen) look.seen.cov *= excess2;
     fit = fit_table(run.sights.data, options);
   }
-  if (!fit) return failure(at(file, std::move(fit).error()));
+  if (!fit) return failure(in_file(file, std::move(fit).error()));
   run.fit = *std::move(fit);
   run.calibration = calibration_of(run.fit);
   PANELCAL_CHECK(parse_table_calibration(table_calibration_text(run.calibration), file));
@@ -223,23 +223,23 @@ Expected<TableRun> calibrate_table(const MachineConfig& config,
 std::string refusal(const TableRun& run) {
   const std::size_t n_left_out = run.left_out.size();
   const std::size_t n_all = run.sights.data.seen.size() + n_left_out;
-  if (n_left_out * kMostLeftOut > n_all) {
+  if (n_left_out * kMaxTableLeftOut > n_all) {
     return fmt::format("{} of {} looks do not fit the others, more than one in {}",
                        n_left_out,
                        n_all,
-                       kMostLeftOut);
+                       kMaxTableLeftOut);
   }
-  if (run.fit.held_out_rms_mm && !(1e3 * *run.fit.held_out_rms_mm <= kMostHeldOut_um)) {
+  if (run.fit.held_out_rms_mm && !(1e3 * *run.fit.held_out_rms_mm <= kMaxTableHeldOut_um)) {
     return fmt::format("looks that the fit did not see are {:.1f} um beside it, the limit is {} um",
                        1e3 * *run.fit.held_out_rms_mm,
-                       kMostHeldOut_um);
+                       kMaxTableHeldOut_um);
   }
-  if (run.excess <= kMostExcess) return {};
+  if (run.excess <= kMaxTableExcess) return {};
   return fmt::format(
       "looks scatter {:.1f} times more than they and [uncertainty] "
-      "stage_repeatability_um say, the limit is {} times",
+      "stage_repeatability_um state, the limit is {} times",
       run.excess,
-      kMostExcess);
+      kMaxTableExcess);
 }
 
 std::string report(const TableRun& run) {

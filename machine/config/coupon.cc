@@ -7,30 +7,29 @@
 #include <string_view>
 #include <vector>
 
-#include "machine/config/sim.h"
+#include "calib/spindle/fit.h"
+#include "machine/config/ranges.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 13> kKeys = {"approach_mm",
-                                                    "approaches",
-                                                    "columns",
-                                                    "drill_approach",
-                                                    "drill_tool",
-                                                    "entry_material",
-                                                    "name",
-                                                    "origin_mm",
-                                                    "pitch_mm",
-                                                    "rows",
-                                                    "rows_per_run",
-                                                    "state",
-                                                    "vision_tool"};
-constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
-constexpr Range kAboveZero{0, kMaxPlace_mm, true};
+constexpr std::array<std::string_view, 13> kCouponTableKeys = {"approach_mm",
+                                                               "approaches",
+                                                               "columns",
+                                                               "drill_approach",
+                                                               "drill_tool",
+                                                               "entry_material",
+                                                               "name",
+                                                               "origin_mm",
+                                                               "pitch_mm",
+                                                               "rows",
+                                                               "rows_per_run",
+                                                               "state",
+                                                               "vision_tool"};
+constexpr Range kCouponLength_mm{0, kMaxPlace_mm, true};
 constexpr int kMaxCount = 1000;
-constexpr int kMaxToolNumber = 1'000'000;
-constexpr std::size_t kMaxViews = 64;
+constexpr std::size_t kMaxCouponViews = 64;
 constexpr std::string_view kApproach = "\"+x+y\", \"-x+y\", \"+x-y\", \"-x-y\" or one axis alone";
 
 Expected<void> read_count(const TomlTable& table, std::string_view key, int low, int& count) {
@@ -56,7 +55,7 @@ Expected<void> read_lattice(const TomlTable& table, Coupon& coupon) {
         fmt::format("columns times rows_per_run of {} or more, better 9", kLeastHoles)));
   }
   PANELCAL_TRY(const double pitch_mm,
-               table.number_or("pitch_mm", kAboveZero, coupon.pitch.in_mm()));
+               table.number_or("pitch_mm", kCouponLength_mm, coupon.pitch.in_mm()));
   coupon.pitch = mm(pitch_mm);
   return {};
 }
@@ -69,12 +68,12 @@ Expected<void> read_approaches(const TomlTable& table, Coupon& coupon) {
     coupon.drilling = *approach;
   }
   PANELCAL_TRY(const double distance_mm,
-               table.number_or("approach_mm", kAboveZero, coupon.approach_distance.in_mm()));
+               table.number_or("approach_mm", kCouponLength_mm, coupon.approach_distance.in_mm()));
   coupon.approach_distance = mm(distance_mm);
   PANELCAL_TRY(const std::vector<std::string> looking, table.texts("approaches"));
   if (!table.has("approaches")) return {};
-  if (looking.empty() || looking.size() > kMaxViews) {
-    return failure(table.problem("approaches", fmt::format("1 to {} of them", kMaxViews)));
+  if (looking.empty() || looking.size() > kMaxCouponViews) {
+    return failure(table.problem("approaches", fmt::format("1 to {} of them", kMaxCouponViews)));
   }
   coupon.looking.clear();
   for (const std::string& text : looking) {
@@ -85,7 +84,7 @@ Expected<void> read_approaches(const TomlTable& table, Coupon& coupon) {
   return {};
 }
 
-Expected<void> read_tools(const TomlTable& table, Coupon& coupon) {
+Expected<void> read_coupon_tools(const TomlTable& table, Coupon& coupon) {
   PANELCAL_TRY(const auto drill, table.integer("drill_tool", 1, kMaxToolNumber));
   if (drill) coupon.drill_tool = static_cast<int>(*drill);
   PANELCAL_TRY(const auto vision, table.integer("vision_tool", 1, kMaxToolNumber));
@@ -99,15 +98,16 @@ Expected<void> read_tools(const TomlTable& table, Coupon& coupon) {
 
 Expected<std::optional<Coupon>> read_coupon_config(const TomlTable& top,
                                                    const std::filesystem::path& folder) {
-  PANELCAL_TRY(const auto table, top.table("coupon", "[coupon]", {kKeys, {}}));
+  PANELCAL_TRY(const auto table, top.table("coupon", "[coupon]", {kCouponTableKeys, {}}));
   if (!table) return std::nullopt;
   Coupon coupon;
   coupon.place = top.problem("coupon", "").place;
   PANELCAL_TRY(const auto name, table->text("name"));
-  if (name && name->empty()) return failure(table->problem("name", "what is written on it"));
+  if (name && name->empty())
+    return failure(table->problem("name", "the name that is written on it"));
   coupon.name = name.value_or(coupon.name);
   PANELCAL_CHECK(read_lattice(*table, coupon));
-  PANELCAL_CHECK(read_tools(*table, coupon));
+  PANELCAL_CHECK(read_coupon_tools(*table, coupon));
   PANELCAL_CHECK(read_approaches(*table, coupon));
   PANELCAL_TRY(const auto state, table->text("state"));
   if (state && state->empty()) return failure(table->problem("state", "the name of a file"));

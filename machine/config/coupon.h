@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "calib/base/expected.h"
-#include "machine/calibrate/coupon.h"
+#include "machine/config/coupon_options.h"
 #include "machine/config/toml_table.h"
 
 // Not installed: parts of machine.toml.

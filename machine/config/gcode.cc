@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include "machine/config/tool_row.h"
 #include <fmt/format.h>
 
@@ -15,39 +15,41 @@ namespace {
 
 using Words = std::string_view;
 
-constexpr std::array<Words, 15> kKeys = {"approach_z_mm",
-                                         "board_z_mm",
-                                         "change_z_mm",
-                                         "drill_z_mm",
-                                         "feed_mm_s",
-                                         "infeed_mm_s",
-                                         "length_offset",
-                                         "peck_mm",
-                                         "retract_mm_s",
-                                         "rout_z_mm",
-                                         "safe_z_mm",
-                                         "speed_rpm",
-                                         "spin_up_s",
-                                         "table_z_mm",
-                                         "tool"};
-constexpr std::array<Words, 9> kToolKeys = {"drill_mm",
-                                            "drill_z_mm",
-                                            "feed_mm_s",
-                                            "infeed_mm_s",
-                                            "number",
-                                            "peck_mm",
-                                            "retract_mm_s",
-                                            "rout_z_mm",
-                                            "speed_rpm"};
+constexpr std::array<Words, 15> kGcodeKeys = {"approach_z_mm",
+                                              "board_z_mm",
+                                              "change_z_mm",
+                                              "drill_z_mm",
+                                              "feed_mm_s",
+                                              "infeed_mm_s",
+                                              "length_offset",
+                                              "peck_mm",
+                                              "retract_mm_s",
+                                              "rout_z_mm",
+                                              "safe_z_mm",
+                                              "speed_rpm",
+                                              "spin_up_s",
+                                              "table_z_mm",
+                                              "tool"};
+constexpr std::array<Words, 9> kGcodeToolKeys = {"drill_mm",
+                                                 "drill_z_mm",
+                                                 "feed_mm_s",
+                                                 "infeed_mm_s",
+                                                 "number",
+                                                 "peck_mm",
+                                                 "retract_mm_s",
+                                                 "rout_z_mm",
+                                                 "speed_rpm"};
 
 constexpr Range kHeight_mm{-kMaxPlace_mm, kMaxPlace_mm};
-constexpr Range kLength_mm{.low = 0, .high = kMaxPlace_mm, .low_is_open = true};
+constexpr Range kGcodeLength_mm{.low = 0, .high = kMaxPlace_mm, .low_is_open = true};
 /// What rounds to 0 in a program's digits would be no feed at all.
 constexpr Range kRate_mm_s{1e-3, 1e5};
 constexpr Range kSpeed_rpm{1, 1e7};
 constexpr Range kWait_s{0, 3600};
 
-Expected<std::optional<Length>> read_length(const TomlTable& table, Words key, const Range& range) {
+Expected<std::optional<Length>> read_gcode_length(const TomlTable& table,
+                                                  Words key,
+                                                  const Range& range) {
   PANELCAL_TRY(const auto value_mm, table.number(key, range));
   return value_mm ? std::optional(mm(*value_mm)) : std::nullopt;
 }
@@ -59,9 +61,9 @@ Expected<std::optional<Feed>> read_rate(const TomlTable& table, Words key) {
 
 Expected<GcodeWork> read_work(const TomlTable& table) {
   GcodeWork work;
-  PANELCAL_TRY(work.drill_z, read_length(table, "drill_z_mm", kHeight_mm));
-  PANELCAL_TRY(work.rout_z, read_length(table, "rout_z_mm", kHeight_mm));
-  PANELCAL_TRY(work.peck, read_length(table, "peck_mm", kLength_mm));
+  PANELCAL_TRY(work.drill_z, read_gcode_length(table, "drill_z_mm", kHeight_mm));
+  PANELCAL_TRY(work.rout_z, read_gcode_length(table, "rout_z_mm", kHeight_mm));
+  PANELCAL_TRY(work.peck, read_gcode_length(table, "peck_mm", kGcodeLength_mm));
   PANELCAL_TRY(work.infeed, read_rate(table, "infeed_mm_s"));
   PANELCAL_TRY(work.retract, read_rate(table, "retract_mm_s"));
   PANELCAL_TRY(work.feed, read_rate(table, "feed_mm_s"));
@@ -92,27 +94,27 @@ Expected<void> check_work(const TomlTable& table,
 }
 
 Expected<void> read_heights(const TomlTable& table, GcodeSetting& setting) {
-  PANELCAL_TRY(const auto safe_z, read_length(table, "safe_z_mm", kHeight_mm));
+  PANELCAL_TRY(const auto safe_z, read_gcode_length(table, "safe_z_mm", kHeight_mm));
   if (!safe_z) {
     return failure(
         table.missing("safe_z_mm", "safe_z_mm = 5, a height for moves above everything"));
   }
   setting.safe_z = *safe_z;
-  PANELCAL_TRY(setting.approach_z, read_length(table, "approach_z_mm", kHeight_mm));
+  PANELCAL_TRY(setting.approach_z, read_gcode_length(table, "approach_z_mm", kHeight_mm));
   if (setting.approach_z && *setting.approach_z > setting.safe_z) {
     return failure(table.problem("approach_z_mm", "at most safe_z_mm"));
   }
-  PANELCAL_TRY(setting.change_z, read_length(table, "change_z_mm", kHeight_mm));
+  PANELCAL_TRY(setting.change_z, read_gcode_length(table, "change_z_mm", kHeight_mm));
   if (setting.change_z && *setting.change_z < setting.safe_z) {
     return failure(table.problem("change_z_mm", "at least safe_z_mm"));
   }
-  PANELCAL_TRY(setting.table_z, read_length(table, "table_z_mm", kHeight_mm));
+  PANELCAL_TRY(setting.table_z, read_gcode_length(table, "table_z_mm", kHeight_mm));
   PANELCAL_CHECK(check_below(table, "table_z_mm", setting.table_z, setting));
-  PANELCAL_TRY(setting.board_z, read_length(table, "board_z_mm", kHeight_mm));
+  PANELCAL_TRY(setting.board_z, read_gcode_length(table, "board_z_mm", kHeight_mm));
   return check_below(table, "board_z_mm", setting.board_z, setting);
 }
 
-Expected<GcodeTool> read_tool(const TomlTable& table, const GcodeSetting& setting) {
+Expected<GcodeTool> read_gcode_tool(const TomlTable& table, const GcodeSetting& setting) {
   GcodeTool row;
   PANELCAL_TRY(const ToolRow tool, read_single_tool_row(table));
   row.number = tool.number;
@@ -125,7 +127,7 @@ Expected<GcodeTool> read_tool(const TomlTable& table, const GcodeSetting& settin
   return row;
 }
 
-bool is_same_tool(const GcodeTool& a, const GcodeTool& b) {
+bool is_same_gcode_tool(const GcodeTool& a, const GcodeTool& b) {
   if (a.number || b.number) return a.number == b.number;
   return std::abs((*a.drill - *b.drill).in_um()) <= 1;
 }
@@ -133,7 +135,7 @@ bool is_same_tool(const GcodeTool& a, const GcodeTool& b) {
 }  // namespace
 
 Expected<std::optional<GcodeSetting>> read_gcode_config(const TomlTable& top) {
-  PANELCAL_TRY(const auto table, top.table("gcode", "[gcode]", {kKeys, {}}));
+  PANELCAL_TRY(const auto table, top.table("gcode", "[gcode]", {kGcodeKeys, {}}));
   if (!table) return std::nullopt;
   GcodeSetting setting;
   PANELCAL_CHECK(read_heights(*table, setting));
@@ -143,10 +145,10 @@ Expected<std::optional<GcodeSetting>> read_gcode_config(const TomlTable& top) {
   setting.has_length_offset = has_length_offset.value_or(false);
   PANELCAL_TRY(setting.usual, read_work(*table));
   PANELCAL_CHECK(check_work(*table, setting.usual, setting));
-  PANELCAL_TRY(const auto rows, table->tables("tool", "[[gcode.tool]]", {kToolKeys, {}}));
+  PANELCAL_TRY(const auto rows, table->tables("tool", "[[gcode.tool]]", {kGcodeToolKeys, {}}));
   for (const TomlTable& row : rows) {
-    PANELCAL_TRY(const GcodeTool tool, read_tool(row, setting));
-    const auto same = [&](const GcodeTool& other) { return is_same_tool(tool, other); };
+    PANELCAL_TRY(const GcodeTool tool, read_gcode_tool(row, setting));
+    const auto same = [&](const GcodeTool& other) { return is_same_gcode_tool(tool, other); };
     if (std::ranges::any_of(setting.tools, same)) {
       return failure(row.problem(
           tool.number ? "number" : "drill_mm", "each tool once", "another row names it"));

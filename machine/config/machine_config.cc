@@ -9,7 +9,9 @@
 #include "calib/base/atomic_file.h"
 #include "machine/config/coupon.h"
 #include "machine/config/gcode.h"
+#include "machine/config/nightly.h"
 #include "machine/config/program.h"
+#include "machine/config/ranges.h"
 #include "machine/config/sim.h"
 #include "machine/config/spindle.h"
 #include "machine/config/stage.h"
@@ -19,36 +21,36 @@
 #include "machine/config/toml_table.h"
 #include "machine/config/uncertainty.h"
 #include "machine/config/vision.h"
-#include "machine/nightly/night_config_toml.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
+using internal::kMaxToolNumber;
 using internal::Range;
 using internal::TomlKeys;
 using internal::TomlSource;
 using internal::TomlTable;
 using Words = std::string_view;
 
-constexpr std::array<Words, 18> kTopKeys = {"camera",
-                                            "coupon",
-                                            "depth",
-                                            "diameter_page",
-                                            "gates",
-                                            "gcode",
-                                            "ledger",
-                                            "machine",
-                                            "nightly",
-                                            "program",
-                                            "reference_scaling",
-                                            "sim",
-                                            "spindle",
-                                            "surface",
-                                            "table",
-                                            "tolerance",
-                                            "uncertainty",
-                                            "vision"};
+constexpr std::array<Words, 18> kMachineFileKeys = {"camera",
+                                                    "coupon",
+                                                    "depth",
+                                                    "diameter_page",
+                                                    "gates",
+                                                    "gcode",
+                                                    "ledger",
+                                                    "machine",
+                                                    "nightly",
+                                                    "program",
+                                                    "reference_scaling",
+                                                    "sim",
+                                                    "spindle",
+                                                    "surface",
+                                                    "table",
+                                                    "tolerance",
+                                                    "uncertainty",
+                                                    "vision"};
 constexpr std::array<Words, 11> kMachineKeys = {"command_limit_s",
                                                 "drill_command",
                                                 "focus_command",
@@ -91,12 +93,11 @@ constexpr std::array<Words, 7> kGateKeys = {"false_alarm",
 constexpr std::array<Words, 6> kNestedGateKeys = {
     "false_alarm", "max_dropped", "offset_mm", "residual_um", "rotation_mrad", "stretch_ppm"};
 
-constexpr Range kShare{0, 1};
+constexpr Range kGateShare{0, 1};
 constexpr Range kAboveZero{.low = 0, .low_is_open = true};
 constexpr Range kFromZero{.low = 0};
 constexpr Range kFalseAlarm{.low = 0, .high = 0.5, .low_is_open = true};
 constexpr int kMaxSeries = 1000;
-constexpr int kMaxToolNumber = 1'000'000;
 
 Expected<void> read_machine(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto table,
@@ -192,12 +193,13 @@ Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
   PANELCAL_CHECK(read_optical(*table, config.walk.sieb_meyer));
   PANELCAL_CHECK(internal::read_vision_options(*table, config.vision));
   LocateOptions& locate = config.locate;
-  PANELCAL_TRY(locate.min_score, table->number_or("min_score", kShare, locate.min_score));
-  PANELCAL_TRY(locate.min_contrast, table->number_or("min_contrast", kShare, locate.min_contrast));
-  PANELCAL_TRY(locate.min_visible, table->number_or("min_visible", kShare, locate.min_visible));
+  PANELCAL_TRY(locate.min_score, table->number_or("min_score", kGateShare, locate.min_score));
+  PANELCAL_TRY(locate.min_contrast,
+               table->number_or("min_contrast", kGateShare, locate.min_contrast));
+  PANELCAL_TRY(locate.min_visible, table->number_or("min_visible", kGateShare, locate.min_visible));
   PANELCAL_TRY(locate.max_blur_px, table->number_or("max_blur_px", kAboveZero, locate.max_blur_px));
   PANELCAL_TRY(locate.ambiguity_margin,
-               table->number_or("ambiguity_margin", kShare, locate.ambiguity_margin));
+               table->number_or("ambiguity_margin", kGateShare, locate.ambiguity_margin));
 
   PANELCAL_TRY(const auto tools, table->tables("tool", "[[vision.tool]]", internal::kTargetKeys));
   for (const TomlTable& tool : tools) {
@@ -218,7 +220,7 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
   PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
   PANELCAL_TRY(
       const TomlTable top,
-      TomlTable::make(document, "machine.toml", document.source(), {kTopKeys, {}}, source));
+      TomlTable::make(document, "machine.toml", document.source(), {kMachineFileKeys, {}}, source));
   MachineConfig config;
   config.file = file;
   PANELCAL_CHECK(read_machine(top, config));

@@ -8,7 +8,7 @@
 
 #include "calib/base/atomic_file.h"
 #include "machine/config/plate_tags.h"
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include "machine/config/toml_table.h"
 #include <fmt/format.h>
 
@@ -19,27 +19,27 @@ using internal::Range;
 using internal::TomlSource;
 using internal::TomlTable;
 
-constexpr std::array<std::string_view, 4> kTopKeys = {"plate", "pose", "tag", "tags"};
+constexpr std::array<std::string_view, 4> kPlateFileKeys = {"plate", "pose", "tag", "tags"};
 constexpr std::array<std::string_view, 7> kPlateKeys = {
     "certified", "columns", "dot_diameter_mm", "name", "pitch_mm", "polarity", "rows"};
 constexpr std::array<std::string_view, 2> kPoseKeys = {"angle_deg", "origin_mm"};
 /// A hundred thousand dots are more than any plate has.
-constexpr int kMostPerSide = 300;
-constexpr Range kLength_mm{0, internal::kMaxPlace_mm, true};
+constexpr int kMaxDotsPerSide = 300;
+constexpr Range kPlateLength_mm{0, internal::kMaxPlace_mm, true};
 
 Expected<int> count(const TomlTable& table, std::string_view key) {
-  PANELCAL_TRY(const auto n, table.integer(key, 1, kMostPerSide));
+  PANELCAL_TRY(const auto n, table.integer(key, 1, kMaxDotsPerSide));
   if (n) return static_cast<int>(*n);
-  return failure(table.missing(key, fmt::format("{} = 9, or what the plate has", key)));
+  return failure(table.missing(key, fmt::format("{} = 9, or the number that the plate has", key)));
 }
 
-Expected<void> read_dots(const TomlTable& table, CalibrationPlate& plate) {
+Expected<void> read_plate_dots(const TomlTable& table, CalibrationPlate& plate) {
   PANELCAL_TRY(plate.columns, count(table, "columns"));
   PANELCAL_TRY(plate.rows, count(table, "rows"));
-  PANELCAL_TRY(const auto pitch_mm, table.number("pitch_mm", kLength_mm));
+  PANELCAL_TRY(const auto pitch_mm, table.number("pitch_mm", kPlateLength_mm));
   if (!pitch_mm) return failure(table.missing("pitch_mm", "the distance of the dots"));
   plate.pitch = mm(*pitch_mm);
-  PANELCAL_TRY(const auto diameter_mm, table.number("dot_diameter_mm", kLength_mm));
+  PANELCAL_TRY(const auto diameter_mm, table.number("dot_diameter_mm", kPlateLength_mm));
   if (!diameter_mm) return {};
   plate.dot_diameter = mm(*diameter_mm);
   if (plate.dot_diameter < plate.pitch) return {};
@@ -47,7 +47,7 @@ Expected<void> read_dots(const TomlTable& table, CalibrationPlate& plate) {
 }
 
 Expected<void> read_plate_table(const TomlTable& table, CalibrationPlate& plate) {
-  PANELCAL_CHECK(read_dots(table, plate));
+  PANELCAL_CHECK(read_plate_dots(table, plate));
   PANELCAL_TRY(const auto name, table.text("name"));
   if (name) plate.name = *name;
   PANELCAL_TRY(const auto certified, table.truth("certified"));
@@ -119,8 +119,9 @@ Position<frame::Machine> place_in(const PlatePose& pose, const Position<frame::P
 Expected<CalibrationPlate> parse_plate(std::string_view text, const std::filesystem::path& file) {
   const TomlSource source{file.string(), text};
   PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
-  PANELCAL_TRY(const TomlTable top,
-               TomlTable::make(document, "the file", document.source(), {kTopKeys, {}}, source));
+  PANELCAL_TRY(
+      const TomlTable top,
+      TomlTable::make(document, "the file", document.source(), {kPlateFileKeys, {}}, source));
   PANELCAL_TRY(const auto table, top.table("plate", "[plate]", {kPlateKeys, {}}));
   if (!table) return failure(top.missing("[plate]", "[plate] columns, rows, pitch_mm"));
   CalibrationPlate plate;

@@ -11,7 +11,7 @@
 #include "calib/base/calibration_plate.h"
 #include "calib/base/expected.h"
 #include "calib/base/units.h"
-#include "machine/plate/tags.h"
+#include "machine/config/tags.h"
 
 namespace panelcal {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include "vision/tag/family.h"
 #include <Eigen/Core>
 #include <fmt/format.h>
@@ -27,10 +27,9 @@ constexpr std::array<std::string_view, 9> kTagsKeys = {"angle_deg",
                                                        "size_mm",
                                                        "step_cells"};
 constexpr std::array<std::string_view, 3> kTagKeys = {"angle_deg", "cell", "id"};
-/// More tell nobody more, and every pair is looked at.
-constexpr int kMostPerSide = 100;
+/// More add nothing, and every pair is compared.
+constexpr int kMaxTagsPerSide = 100;
 constexpr std::size_t kMostTags = 2000;
-constexpr int kMaxTagId = 1'000'000;
 constexpr Range kCells{-1000, 1000};
 constexpr Range kStep_cells{0, 1000, true};
 constexpr Range kAngle_deg{-360, 360};
@@ -62,8 +61,8 @@ class TagsReader {
 
   /// Tags in columns and rows, their ids counted along x first.
   Expected<void> read_lattice() {
-    PANELCAL_TRY(const auto columns, table_.integer("columns", 1, kMostPerSide));
-    PANELCAL_TRY(const auto rows, table_.integer("rows", 1, kMostPerSide));
+    PANELCAL_TRY(const auto columns, table_.integer("columns", 1, kMaxTagsPerSide));
+    PANELCAL_TRY(const auto rows, table_.integer("rows", 1, kMaxTagsPerSide));
     PANELCAL_TRY(const auto first_id, table_.integer("first_id", 0, kMaxTagId));
     PANELCAL_TRY(const auto first_cell, table_.pair("first_cell", kCells));
     PANELCAL_TRY(const auto step_cells, table_.pair("step_cells", kStep_cells));
@@ -120,7 +119,7 @@ class TagsReader {
     return {};
   }
 
-  /// Takes a tag; what is wrong with it is blamed on the key of its id or of its place.
+  /// Takes a tag; a problem is reported at the key of its id or of its place.
   Expected<void> add(const TomlTable& table,
                      std::string_view id_key,
                      std::string_view place_key,

@@ -5,8 +5,8 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/units.h"
+#include "machine/config/tags.h"
 #include "machine/config/toml_table.h"
-#include "machine/plate/tags.h"
 
 // Not installed: a part of a plate's file.
 namespace panelcal::internal {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "calib/correction/tolerance.h"
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include "machine/config/tool_row.h"
 #include "program/geometry/dot_font.h"
 #include "program/sieb_meyer/settings.h"
@@ -42,8 +42,7 @@ constexpr std::array<Words, 4> kScalingKeys = {"about_mm", "enabled", "x", "y"};
 constexpr std::array<Words, 6> kDiameterKeys = {
     "depth_offset_mm", "diameter_mm", "infeed_mm_s", "max_hits", "retract_mm_s", "speed_rpm"};
 
-constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
-constexpr Range kAboveZero{.low = 0, .low_is_open = true};
+constexpr Range kProgramLength{.low = 0, .low_is_open = true};
 /// Contours are cut no coarser than this, in um.
 constexpr Range kTolerance{0, 1000, true};
 /// A panel that shrinks or grows by a tenth is another panel.
@@ -130,20 +129,20 @@ Expected<void> read_surface(const TomlTable& top, WalkOptions& walk) {
   PANELCAL_CHECK(read_average(*table, settings));
   PANELCAL_TRY(const auto height_mm, table->number("height_mm", kPlace));
   if (height_mm) settings.surface_height = mm(*height_mm);
-  PANELCAL_TRY(const auto tolerance_mm, table->number("tolerance_mm", kAboveZero));
+  PANELCAL_TRY(const auto tolerance_mm, table->number("tolerance_mm", kProgramLength));
   if (tolerance_mm) settings.surface_tolerance = mm(*tolerance_mm);
   PANELCAL_TRY(const auto hold_mm, table->number("grid_hold_mm", {0, kMaxPlace_mm}));
   if (hold_mm) settings.grid_hold = mm(*hold_mm);
   PANELCAL_TRY(const auto height_um, table->number("height_tolerance_um", kTolerance));
   if (height_um) walk.board.height_tolerance = um(*height_um);
-  PANELCAL_TRY(const auto sigma_um, table->number("max_sigma_um", kAboveZero));
+  PANELCAL_TRY(const auto sigma_um, table->number("max_sigma_um", kProgramLength));
   if (sigma_um) walk.board.max_sigma = um(*sigma_um);
   PANELCAL_TRY(const auto fills, table->truth("fill_gaps"));
   settings.fills_gaps = fills.value_or(false);
   return {};
 }
 
-Expected<ToolDepth> read_depth(const TomlTable& table) {
+Expected<ToolDepth> read_tool_depth(const TomlTable& table) {
   PANELCAL_TRY(const internal::ToolRow tool, internal::read_single_tool_row(table));
   PANELCAL_TRY(const auto depth_mm, table.number("depth_mm", kDepth));
   if (!depth_mm) return failure(table.missing("depth_mm", "depth_mm = 0.8"));
@@ -154,7 +153,7 @@ Expected<ToolDepth> read_depth(const TomlTable& table) {
 Expected<void> read_depths(const TomlTable& top, BoardDepths& board) {
   PANELCAL_TRY(const auto rows, top.tables("depth", "[[depth]]", {kDepthKeys, {}}));
   for (const TomlTable& table : rows) {
-    PANELCAL_TRY(const ToolDepth row, read_depth(table));
+    PANELCAL_TRY(const ToolDepth row, read_tool_depth(table));
     for (const ToolDepth& other : board.tools) {
       const bool is_same = row.number ? row.number == other.number
                                       : other.drill && is_same_drill(*row.drill, *other.drill);
@@ -184,14 +183,14 @@ Expected<void> read_scaling(const TomlTable& top, MachineConfig& config) {
 
 Expected<Tool> read_diameter(const TomlTable& table) {
   Tool row;
-  PANELCAL_TRY(const auto diameter_mm, table.number("diameter_mm", kAboveZero));
+  PANELCAL_TRY(const auto diameter_mm, table.number("diameter_mm", kProgramLength));
   if (!diameter_mm) return failure(table.missing("diameter_mm", "diameter_mm = 1.016"));
   row.diameter = mm(*diameter_mm);
-  PANELCAL_TRY(const auto infeed, table.number("infeed_mm_s", kAboveZero));
+  PANELCAL_TRY(const auto infeed, table.number("infeed_mm_s", kProgramLength));
   if (infeed) row.infeed = mm_per_s(*infeed);
-  PANELCAL_TRY(const auto retract, table.number("retract_mm_s", kAboveZero));
+  PANELCAL_TRY(const auto retract, table.number("retract_mm_s", kProgramLength));
   if (retract) row.retract = mm_per_s(*retract);
-  PANELCAL_TRY(const auto speed, table.number("speed_rpm", kAboveZero));
+  PANELCAL_TRY(const auto speed, table.number("speed_rpm", kProgramLength));
   if (speed) row.speed = rpm(*speed);
   PANELCAL_TRY(const auto max_hits, table.integer("max_hits", 1, kMaxHits));
   if (max_hits) row.max_hits = static_cast<int>(*max_hits);

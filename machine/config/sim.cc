@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "machine/config/ranges.h"
 #include "machine/config/sim_surface.h"
 #include <fmt/format.h>
 
@@ -46,7 +47,7 @@ constexpr std::array<std::string_view, 35> kSimKeys = {"background",
                                                        "vignetting",
                                                        "weave_amplitude",
                                                        "weave_period_mm"};
-constexpr std::array<std::string_view, 4> kCameraKeys = {
+constexpr std::array<std::string_view, 4> kSimCameraKeys = {
     "axis_px", "k1_per_px2", "rotation_rad", "scale_mm_per_px"};
 constexpr std::array<std::string_view, 7> kDebrisKeys = {"brightest",
                                                          "darkest",
@@ -67,15 +68,14 @@ constexpr std::array<std::string_view, 10> kCouponKeys = {"backlash_um",
                                                           "swing_um",
                                                           "warm_up_s"};
 
-constexpr std::array<std::string_view, 5> kTableKeys = {
+constexpr std::array<std::string_view, 5> kSimTableKeys = {
     "bow_radius_mm", "bow_um", "center_mm", "scale_ppm", "squareness_urad"};
 
-constexpr int kMaxToolNumber = 1'000'000;
 constexpr int kMaxPictureSide_px = 10'000;
-constexpr Range kShare{0, 1};
-constexpr Range kPpm{-1e5, 1e5};
+constexpr Range kSimShare{0, 1};
+constexpr Range kSimPpm{-1e5, 1e5};
 constexpr Range kStage_ppm{-1e4, 1e4};
-constexpr Range kHeight_um{-1e5, 1e5};
+constexpr Range kSimHeight_um{-1e5, 1e5};
 constexpr Range kScatter_um{0, 1e4};
 
 Expected<void> read_panel(const TomlTable& table, SimConfig& sim) {
@@ -84,7 +84,7 @@ Expected<void> read_panel(const TomlTable& table, SimConfig& sim) {
   if (offset_mm) sim.panel_offset = displacement_mm<frame::Actual>(*offset_mm);
   PANELCAL_TRY(const double rotation_mrad, table.number_or("panel_rotation_mrad", {-1e4, 1e4}, 0));
   sim.panel_rotation = rad(rotation_mrad * 1e-3);
-  PANELCAL_TRY(const auto stretch_ppm, table.pair("stretch_ppm", kPpm));
+  PANELCAL_TRY(const auto stretch_ppm, table.pair("stretch_ppm", kSimPpm));
   if (stretch_ppm) {
     sim.stretch_x_ppm = stretch_ppm->x();
     sim.stretch_y_ppm = stretch_ppm->y();
@@ -126,14 +126,14 @@ Expected<void> read_light(const TomlTable& table, SimConfig& sim) {
   // Below 0.3 px the renderer's quadrature would need far more nodes; no lens is that sharp.
   PANELCAL_TRY(sim.blur_px, table.number_or("blur_px", {0.3, 20}, sim.blur_px));
   PANELCAL_TRY(sim.noise, table.number_or("noise", {0, 255}, sim.noise));
-  PANELCAL_TRY(sim.background, table.number_or("background", kShare, sim.background));
-  PANELCAL_TRY(sim.target_level, table.number_or("target_level", kShare, sim.target_level));
+  PANELCAL_TRY(sim.background, table.number_or("background", kSimShare, sim.background));
+  PANELCAL_TRY(sim.target_level, table.number_or("target_level", kSimShare, sim.target_level));
   PANELCAL_TRY(sim.light_gradient, table.number_or("light_gradient", {-1, 1}, sim.light_gradient));
   PANELCAL_TRY(sim.light_gradient_y,
                table.number_or("light_gradient_y", {-1, 1}, sim.light_gradient_y));
-  PANELCAL_TRY(sim.vignetting, table.number_or("vignetting", kShare, sim.vignetting));
+  PANELCAL_TRY(sim.vignetting, table.number_or("vignetting", kSimShare, sim.vignetting));
   PANELCAL_TRY(sim.weave_amplitude,
-               table.number_or("weave_amplitude", kShare, sim.weave_amplitude));
+               table.number_or("weave_amplitude", kSimShare, sim.weave_amplitude));
   PANELCAL_TRY(const auto neighbors, table.integer("neighbors", 0, 100));
   sim.neighbors = static_cast<int>(neighbors.value_or(0));
   if (sim.target_level <= sim.background) {
@@ -181,8 +181,8 @@ Expected<void> read_debris(const TomlTable& sim, DebrisOptions& debris) {
   PANELCAL_TRY(debris.rim_share, table->number_or("rim_share", {0, 0.95}, debris.rim_share));
   PANELCAL_TRY(const double size_um, table->number_or("size_um", {10, 1e4}, debris.size.in_um()));
   debris.size = um(size_um);
-  PANELCAL_TRY(debris.darkest, table->number_or("darkest", kShare, debris.darkest));
-  PANELCAL_TRY(debris.brightest, table->number_or("brightest", kShare, debris.brightest));
+  PANELCAL_TRY(debris.darkest, table->number_or("darkest", kSimShare, debris.darkest));
+  PANELCAL_TRY(debris.brightest, table->number_or("brightest", kSimShare, debris.brightest));
   if (debris.brightest < debris.darkest) {
     const bool is_dark = table->has("darkest");
     return failure(table->problem(is_dark ? "darkest" : "brightest",
@@ -212,11 +212,11 @@ Expected<void> read_lamp_and_focus(const TomlTable& table, SimConfig& sim) {
   return {};
 }
 
-/// The real camera: what is left out is as calibrated.
-Expected<void> read_camera(const TomlTable& table,
-                           const std::optional<CameraCalibration>& calibrated,
-                           SimConfig& sim) {
-  PANELCAL_TRY(const auto camera, table.table("camera", "[sim.camera]", {kCameraKeys, {}}));
+/// The real camera: a missing key is as calibrated.
+Expected<void> read_sim_camera(const TomlTable& table,
+                               const std::optional<CameraCalibration>& calibrated,
+                               SimConfig& sim) {
+  PANELCAL_TRY(const auto camera, table.table("camera", "[sim.camera]", {kSimCameraKeys, {}}));
   if (!camera) {
     if (!calibrated || !calibrated->needs_model()) return {};
     return failure(table.missing(
@@ -268,7 +268,7 @@ Expected<void> read_sim_motion(const TomlTable& table, SimCouponOptions& coupon)
                table.number_or("swing_decay_s", {0, 3600, true}, coupon.swing_decay.in_s()));
   coupon.swing_decay = seconds(decay_s);
   PANELCAL_TRY(coupon.swing_hz, table.number_or("swing_hz", {0, 1e4}, coupon.swing_hz));
-  PANELCAL_TRY(const auto cold_um, table.pair("cold_um", kHeight_um));
+  PANELCAL_TRY(const auto cold_um, table.pair("cold_um", kSimHeight_um));
   if (cold_um) coupon.cold = displacement_mm<frame::Machine>(1e-3 * *cold_um);
   PANELCAL_TRY(const double warm_up_s,
                table.number_or("warm_up_s", {0, 1e6, true}, coupon.warm_up.in_s()));
@@ -292,7 +292,7 @@ Expected<void> read_sim_coupon(const TomlTable& sim, SimCouponOptions& coupon) {
 
 /// How the stage errs.
 Expected<void> read_sim_table(const TomlTable& sim, std::optional<SimTable>& out) {
-  PANELCAL_TRY(const auto table, sim.table("table", "[sim.table]", {kTableKeys, {}}));
+  PANELCAL_TRY(const auto table, sim.table("table", "[sim.table]", {kSimTableKeys, {}}));
   if (!table) return {};
   SimTable& error = out.emplace();
   PANELCAL_TRY(const auto scale_ppm, table->pair("scale_ppm", kStage_ppm));
@@ -332,7 +332,7 @@ Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
   PANELCAL_CHECK(read_board(*table, sim));
   PANELCAL_CHECK(read_debris(*table, sim.debris));
   PANELCAL_CHECK(read_lamp_and_focus(*table, sim));
-  PANELCAL_CHECK(read_camera(*table, camera, sim));
+  PANELCAL_CHECK(read_sim_camera(*table, camera, sim));
   sim.surface.seed = sim.seed;
   sim.surface.height = surface_height;
   sim.surface.noise_sigma = Length();

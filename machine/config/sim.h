@@ -5,7 +5,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/units.h"
-#include "machine/config/machine_config.h"
+#include "machine/config/machine.h"
 #include "machine/config/toml_table.h"
 
 namespace panelcal::internal {
@@ -18,8 +18,5 @@ namespace panelcal::internal {
 Expected<std::optional<SimConfig>> read_sim_config(const TomlTable& top,
                                                    const std::optional<CameraCalibration>& camera,
                                                    Length surface_height);
-
-/// Lengths, angles and so on that no machine exceeds: what is larger has the wrong unit.
-inline constexpr double kMaxPlace_mm = 1e5;
 
 }  // namespace panelcal::internal

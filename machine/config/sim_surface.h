@@ -5,9 +5,8 @@
 #include <optional>
 
 #include "calib/base/expected.h"
+#include "machine/config/sim_options.h"
 #include "machine/config/toml_table.h"
-#include "machine/sim/sim_table_surface.h"
-#include "machine/sim/simulated_probe.h"
 
 // Not installed: the surfaces of [sim] in machine.toml.
 namespace panelcal::internal {

@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -21,12 +21,12 @@ constexpr std::array<std::string_view, 6> kSpindleKeys = {"calibration",
                                                           "number",
                                                           "station"};
 constexpr std::array<std::string_view, 1> kLedgerKeys = {"file"};
-constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
-constexpr Range kSigma_um{0, 1e6};
+constexpr Range kSpindleSigma_um{0, 1e6};
 
 /// The offset that stands in machine.toml itself.
 Expected<void> read_stated(const TomlTable& table, MachineConfig& config) {
-  PANELCAL_TRY(const double sigma_um, table.number_or("camera_offset_sigma_um", kSigma_um, 0));
+  PANELCAL_TRY(const double sigma_um,
+               table.number_or("camera_offset_sigma_um", kSpindleSigma_um, 0));
   const double sigma_mm = um(sigma_um).in_mm();
   config.spindle_camera.cov_mm2 = sigma_mm * sigma_mm * Eigen::Matrix2d::Identity();
   PANELCAL_TRY(const auto date, table.wall_time("camera_offset_date"));
@@ -51,7 +51,7 @@ Expected<void> read_calibrated(const TomlTable& table,
   for (const std::string_view key : {"camera_offset_sigma_um", "camera_offset_date"}) {
     if (!table.has(key)) continue;
     return failure(table.problem(
-        key, "[spindle] without it", "the calibration that it names says this as well"));
+        key, "[spindle] without it", "the calibration that it names states this as well"));
   }
   if (file.empty()) return failure(table.problem("calibration", "the name of a file"));
   SpindleSetting& setting = config.spindle_setting;
@@ -131,14 +131,13 @@ Expected<void> select_spindle(MachineConfig& config, SpindleAt at) {
 Expected<void> check_spindle_is_calibrated(const MachineConfig& config) {
   const SpindleSetting& setting = config.spindle_setting;
   if (setting.is_calibrated) return {};
-  return failure(
-      {Code::ConfigValue,
-       {setting.file.string(), 0, 0},
-       fmt::format("the offset of spindle {} at station {} was never calibrated, so that "
-                   "nobody knows where its holes would be",
-                   setting.spindle,
-                   setting.station),
-       "a calibration: `panelcal calibrate spindle-camera --install`"});
+  return failure({Code::ConfigValue,
+                  {setting.file.string(), 0, 0},
+                  fmt::format("the offset of spindle {} at station {} was never calibrated: "
+                              "the places of its holes are not known",
+                              setting.spindle,
+                              setting.station),
+                  "a calibration: `panelcal calibrate spindle-camera --install`"});
 }
 
 }  // namespace panelcal

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "calib/base/expected.h"
-#include "machine/config/machine_config.h"
+#include "machine/config/machine.h"
 #include "machine/config/toml_table.h"
 
 // Not installed: parts of machine.toml.

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include "vision/locate/target_check.h"
 #include "vision/picture/image_io.h"
 #include "vision/tag/family.h"
@@ -18,34 +18,31 @@ namespace {
 
 using Words = std::string_view;
 
-constexpr std::array<Words, 18> kKeys = {"angle_deg",
-                                         "angle_tolerance_deg",
-                                         "dots_mm",
-                                         "dots_px",
-                                         "family",
-                                         "id",
-                                         "inner_mm",
-                                         "inner_px",
-                                         "number",
-                                         "picture",
-                                         "polarity",
-                                         "reference_px",
-                                         "shape",
-                                         "size_mm",
-                                         "size_px",
-                                         "size_tolerance",
-                                         "width_mm",
-                                         "width_px"};
+constexpr std::array<Words, 18> kTargetTableKeys = {"angle_deg",
+                                                    "angle_tolerance_deg",
+                                                    "dots_mm",
+                                                    "dots_px",
+                                                    "family",
+                                                    "id",
+                                                    "inner_mm",
+                                                    "inner_px",
+                                                    "number",
+                                                    "picture",
+                                                    "polarity",
+                                                    "reference_px",
+                                                    "shape",
+                                                    "size_mm",
+                                                    "size_px",
+                                                    "size_tolerance",
+                                                    "width_mm",
+                                                    "width_px"};
 constexpr std::array<Words, 1> kPlanned = {"algorithm"};
-constexpr Range kAboveZero{.low = 0, .low_is_open = true};
-constexpr Range kPlace{-kMaxPlace_mm, kMaxPlace_mm};
-constexpr int kMaxToolNumber = 1'000'000;
-constexpr int kMaxTagId = 1'000'000;
+constexpr Range kTargetLength{.low = 0, .low_is_open = true};
 constexpr std::string_view kShapeWords =
     "\"disc\", \"hole\", \"ring\", \"square\", \"diamond\", \"cross\", \"slot\", \"dots\", "
     "\"template\" or \"apriltag\"";
 
-Expected<Shape> read_shape(const TomlTable& table) {
+Expected<Shape> read_target_shape(const TomlTable& table) {
   PANELCAL_TRY(const auto word, table.text("shape"));
   if (!word) return failure(table.missing("shape", "shape = " + std::string(kShapeWords)));
   if (const auto shape = shape_from_name(*word)) return *shape;
@@ -77,15 +74,15 @@ struct InUnits {
   std::optional<Value> px;
 };
 
-Expected<InUnits<double>> read_length(const TomlTable& table,
-                                      std::string_view name,
-                                      Shape owner,
-                                      const Target& target) {
+Expected<InUnits<double>> read_target_length(const TomlTable& table,
+                                             std::string_view name,
+                                             Shape owner,
+                                             const Target& target) {
   const std::string key_mm = std::string(name) + "_mm";
   const std::string key_px = std::string(name) + "_px";
   InUnits<double> length;
-  PANELCAL_TRY(length.mm, table.number(key_mm, kAboveZero));
-  PANELCAL_TRY(length.px, table.number(key_px, kAboveZero));
+  PANELCAL_TRY(length.mm, table.number(key_mm, kTargetLength));
+  PANELCAL_TRY(length.px, table.number(key_px, kTargetLength));
   if (!length.mm && !length.px) return length;
   const std::string& key = length.mm ? key_mm : key_px;
   if (target.shape != owner) {
@@ -105,8 +102,8 @@ Expected<InUnits<double>> read_length(const TomlTable& table,
 }
 
 Expected<void> read_sizes(const TomlTable& table, bool has_camera, Target& target) {
-  PANELCAL_TRY(const auto size_mm, table.number("size_mm", kAboveZero));
-  PANELCAL_TRY(const auto size_px, table.number("size_px", kAboveZero));
+  PANELCAL_TRY(const auto size_mm, table.number("size_mm", kTargetLength));
+  PANELCAL_TRY(const auto size_px, table.number("size_px", kTargetLength));
   if (!size_mm && !size_px) {
     return failure(table.missing(
         "size", fmt::format("size_mm, {} (size_px without [camera])", size_words(target.shape))));
@@ -120,10 +117,10 @@ Expected<void> read_sizes(const TomlTable& table, bool has_camera, Target& targe
   }
   if (size_mm) target.size = mm(*size_mm);
   if (size_px) target.size_px = px(*size_px);
-  PANELCAL_TRY(const auto inner, read_length(table, "inner", Shape::Ring, target));
+  PANELCAL_TRY(const auto inner, read_target_length(table, "inner", Shape::Ring, target));
   if (inner.mm) target.inner_size = mm(*inner.mm);
   if (inner.px) target.inner_size_px = px(*inner.px);
-  PANELCAL_TRY(const auto width, read_length(table, "width", Shape::Cross, target));
+  PANELCAL_TRY(const auto width, read_target_length(table, "width", Shape::Cross, target));
   if (width.mm) target.width = mm(*width.mm);
   if (width.px) target.width_px = px(*width.px);
   if (target.shape == Shape::Cross && !width.mm && !width.px) {
@@ -141,7 +138,7 @@ Expected<void> check_owner(const TomlTable& table,
   return failure(table.problem(key, "none", fmt::format("only {} have it", owners)));
 }
 
-Expected<void> read_dots(const TomlTable& table, Target& target) {
+Expected<void> read_target_dots(const TomlTable& table, Target& target) {
   const bool is_dots = target.shape == Shape::Dots;
   PANELCAL_CHECK(check_owner(table, "dots_mm", is_dots, "dot-codes"));
   PANELCAL_CHECK(check_owner(table, "dots_px", is_dots, "dot-codes"));
@@ -172,7 +169,7 @@ Expected<void> read_picture(const TomlTable& table,
   if (!is_template) return {};
   PANELCAL_TRY(const auto file, table.text("picture"));
   if (!file || file->empty()) {
-    return failure(table.missing("picture", "picture = \"FILE\", what the target looks like"));
+    return failure(table.missing("picture", "picture = \"FILE\", a picture of the target"));
   }
   PANELCAL_TRY(Image image, read_image(folder / *file));
   const Eigen::Vector2d middle(0.5 * (image.width() - 1), 0.5 * (image.height() - 1));
@@ -244,7 +241,7 @@ Expected<void> check_whole(const TomlTable& table,
 
 }  // namespace
 
-const TomlKeys kTargetKeys{kKeys, kPlanned};
+const TomlKeys kTargetKeys{kTargetTableKeys, kPlanned};
 
 Expected<Target> read_target(const TomlTable& table,
                              const std::optional<CameraCalibration>& camera,
@@ -253,11 +250,11 @@ Expected<Target> read_target(const TomlTable& table,
   PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxToolNumber));
   if (!number) return failure(table.missing("number", "number = 1, as in G34,1"));
   target.number = static_cast<int>(*number);
-  PANELCAL_TRY(target.shape, read_shape(table));
+  PANELCAL_TRY(target.shape, read_target_shape(table));
   if (target.shape == Shape::Hole) target.polarity = Polarity::Dark;
   PANELCAL_CHECK(read_sizes(table, camera.has_value(), target));
   PANELCAL_CHECK(read_angles(table, target));
-  PANELCAL_CHECK(read_dots(table, target));
+  PANELCAL_CHECK(read_target_dots(table, target));
   PANELCAL_CHECK(read_picture(table, folder, target));
   PANELCAL_CHECK(read_tag(table, target));
   PANELCAL_TRY(const auto polarity, table.text("polarity"));

@@ -13,23 +13,23 @@ namespace {
 
 using Words = std::string_view;
 
-constexpr std::array<Words, 6> kKeys = {
+constexpr std::array<Words, 6> kToleranceKeys = {
     "hold_probability", "position_um", "too_deep_um", "too_shallow_um", "tool", "warn_probability"};
-constexpr std::array<Words, 7> kToolKeys = {
+constexpr std::array<Words, 7> kToleranceToolKeys = {
     "drill_mm", "min_ring_um", "number", "pad_mm", "position_um", "too_deep_um", "too_shallow_um"};
 
 constexpr double kMost_um = 1e5;
-constexpr double kMost_mm = 100;
+constexpr double kMaxTolerance_mm = 100;
 constexpr Range kError_um{.low = 0, .high = kMost_um, .low_is_open = true};
-constexpr Range kDiameter_mm{.low = 0, .high = kMost_mm, .low_is_open = true};
-constexpr Range kProbability{0, 1};
+constexpr Range kPadDiameter_mm{.low = 0, .high = kMaxTolerance_mm, .low_is_open = true};
+constexpr Range kProbabilityRange{0, 1};
 
 Expected<AnnularRing> read_ring(const TomlTable& table, double pad_mm) {
   PANELCAL_TRY(const double least_um, table.number_or("min_ring_um", {0, kMost_um}, 0));
   return AnnularRing{mm(pad_mm), um(least_um)};
 }
 
-Expected<DepthTolerance> read_depth(const TomlTable& table) {
+Expected<DepthTolerance> read_depth_tolerance(const TomlTable& table) {
   DepthTolerance depth;
   PANELCAL_TRY(const auto shallow_um, table.number("too_shallow_um", kError_um));
   if (shallow_um) depth.too_shallow = um(*shallow_um);
@@ -38,15 +38,15 @@ Expected<DepthTolerance> read_depth(const TomlTable& table) {
   return depth;
 }
 
-Expected<ToolTolerance> read_tool(const TomlTable& table) {
+Expected<ToolTolerance> read_toleranced_tool(const TomlTable& table) {
   ToolTolerance row;
   PANELCAL_TRY(const ToolRow tool, read_tool_row(table));
   row.number = tool.number;
   row.drill = tool.drill;
   PANELCAL_TRY(const auto position_um, table.number("position_um", kError_um));
   if (position_um) row.position = um(*position_um);
-  PANELCAL_TRY(row.depth, read_depth(table));
-  PANELCAL_TRY(const auto pad_mm, table.number("pad_mm", kDiameter_mm));
+  PANELCAL_TRY(row.depth, read_depth_tolerance(table));
+  PANELCAL_TRY(const auto pad_mm, table.number("pad_mm", kPadDiameter_mm));
   if (pad_mm && position_um) {
     return failure(table.problem("pad_mm", "position_um or pad_mm", "there are both"));
   }
@@ -62,7 +62,7 @@ Expected<ToolTolerance> read_tool(const TomlTable& table) {
   return row;
 }
 
-bool is_same_tool(const ToolTolerance& a, const ToolTolerance& b) {
+bool is_same_toleranced_tool(const ToolTolerance& a, const ToolTolerance& b) {
   if (a.number || b.number) return a.number == b.number;
   return std::abs((*a.drill - *b.drill).in_um()) <= 1;
 }
@@ -71,23 +71,26 @@ bool is_same_tool(const ToolTolerance& a, const ToolTolerance& b) {
 
 Expected<Tolerances> read_tolerances(const TomlTable& top) {
   Tolerances tolerances;
-  PANELCAL_TRY(const auto table, top.table("tolerance", "[tolerance]", {kKeys, {}}));
+  PANELCAL_TRY(const auto table, top.table("tolerance", "[tolerance]", {kToleranceKeys, {}}));
   if (!table) return tolerances;
   PANELCAL_TRY(const auto position_um, table->number("position_um", kError_um));
   if (position_um) tolerances.position = um(*position_um);
-  PANELCAL_TRY(tolerances.depth, read_depth(*table));
+  PANELCAL_TRY(tolerances.depth, read_depth_tolerance(*table));
   PANELCAL_TRY(tolerances.warn_above,
-               table->number_or("warn_probability", kProbability, tolerances.warn_above));
+               table->number_or("warn_probability", kProbabilityRange, tolerances.warn_above));
   PANELCAL_TRY(tolerances.hold_above,
-               table->number_or("hold_probability", kProbability, tolerances.hold_above));
+               table->number_or("hold_probability", kProbabilityRange, tolerances.hold_above));
   if (tolerances.hold_above < tolerances.warn_above) {
     const Words key = table->has("hold_probability") ? "hold_probability" : "warn_probability";
     return failure(table->problem(key, "warn_probability at most hold_probability"));
   }
-  PANELCAL_TRY(const auto rows, table->tables("tool", "[[tolerance.tool]]", {kToolKeys, {}}));
+  PANELCAL_TRY(const auto rows,
+               table->tables("tool", "[[tolerance.tool]]", {kToleranceToolKeys, {}}));
   for (const TomlTable& row : rows) {
-    PANELCAL_TRY(const ToolTolerance tool, read_tool(row));
-    const auto same = [&](const ToolTolerance& other) { return is_same_tool(tool, other); };
+    PANELCAL_TRY(const ToolTolerance tool, read_toleranced_tool(row));
+    const auto same = [&](const ToolTolerance& other) {
+      return is_same_toleranced_tool(tool, other);
+    };
     if (std::ranges::any_of(tolerances.tools, same)) {
       return failure(row.problem(
           tool.number ? "number" : "drill_mm", "each tool once", "another row names it"));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calib/base/clock.h"
+#include "calib/base/units.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -116,15 +117,13 @@ Expected<TomlTable> TomlTable::make(const toml::table& table,
     if (std::ranges::find(keys.known, word) != keys.known.end()) continue;
     const Place place = source.place(key.source().begin);
     if (std::ranges::find(keys.planned, word) != keys.planned.end()) {
-      return failure({Code::NotSupported,
-                      place,
-                      quoted(word) + " in " + name + " is not supported yet",
-                      "a file without it"});
+      return failure(
+          {Code::NotSupported, place, quoted(word) + " in " + name, "a file without it"});
     }
     const std::string_view nearest = nearest_word(word, keys.known);
     return failure({Code::ConfigKeyUnknown,
                     place,
-                    "unknown key " + quoted(word) + " in " + name,
+                    quoted(word) + " in " + name,
                     nearest.empty() ? fmt::format("one of {}", fmt::join(keys.known, ", "))
                                     : quoted(nearest)});
   }
@@ -149,7 +148,7 @@ Diagnostic TomlTable::problem(std::string_view key,
 }
 
 Diagnostic TomlTable::not_supported(std::string_view key, std::string expected) const {
-  Diagnostic diagnostic = problem(key, std::move(expected), "not supported yet");
+  Diagnostic diagnostic = problem(key, std::move(expected), "");
   diagnostic.code = Code::NotSupported;
   return diagnostic;
 }
@@ -296,6 +295,12 @@ Expected<std::vector<TomlTable>> TomlTable::tables(std::string_view key,
     made.push_back(std::move(one));
   }
   return made;
+}
+
+Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm) {
+  PANELCAL_TRY(const double read_um, table.number_or(key, kAboveZero_um, mm(value_mm).in_um()));
+  value_mm = um(read_um).in_mm();
+  return {};
 }
 
 }  // namespace panelcal::internal

@@ -51,7 +51,8 @@ struct Range {
 /// The keys a table may have.
 struct TomlKeys {
   std::span<const std::string_view> known;
-  /// Agreed on, not yet supported: an error of its own, so that nobody searches for a typing error.
+  /// Agreed on, not yet supported: an error of its own, so that no user searches for a typing
+  /// error.
   std::span<const std::string_view> planned;
 };
 
@@ -114,5 +115,10 @@ class TomlTable {
   toml::source_region at_;
   const TomlSource* source_;
 };
+
+inline constexpr Range kAboveZero_um{0, 1e6, true};
+
+/// A number in um, stored in mm, where it is given.
+Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm);
 
 }  // namespace panelcal::internal

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/config/tool_row.h"
 
+#include "machine/config/ranges.h"
+
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMaxToolNumber = 1'000'000;
-constexpr Range kDiameter_mm{.low = 0, .high = 100, .low_is_open = true};
+constexpr Range kDrillDiameter_mm{.low = 0, .high = 100, .low_is_open = true};
 
 }  // namespace
 
@@ -13,7 +14,7 @@ Expected<ToolRow> read_tool_row(const TomlTable& table) {
   ToolRow row;
   PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxToolNumber));
   if (number) row.number = static_cast<int>(*number);
-  PANELCAL_TRY(const auto drill_mm, table.number("drill_mm", kDiameter_mm));
+  PANELCAL_TRY(const auto drill_mm, table.number("drill_mm", kDrillDiameter_mm));
   if (drill_mm) row.drill = mm(*drill_mm);
   if (!number && !drill_mm) return failure(table.missing("number", "number, or drill_mm"));
   return row;

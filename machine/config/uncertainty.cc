@@ -7,7 +7,7 @@
 
 #include "calib/base/clock.h"
 #include "calib/camera/shared_error.h"
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -19,22 +19,25 @@ constexpr std::array<std::string_view, 5> kUncertaintyKeys = {"depth_um",
                                                               "drill_wander_um",
                                                               "stage_repeatability_um",
                                                               "table_residual_um"};
-constexpr Range kSigma_um{0, 1e6};
+constexpr Range kUncertaintySigma_um{0, 1e6};
 
 Expected<void> read_terms(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto table, top.table("uncertainty", "[uncertainty]", {kUncertaintyKeys, {}}));
   if (!table) return {};
   MachineUncertainty& machine = config.walk.uncertainty;
-  PANELCAL_TRY(const double stage_um, table->number_or("stage_repeatability_um", kSigma_um, 0));
+  PANELCAL_TRY(const double stage_um,
+               table->number_or("stage_repeatability_um", kUncertaintySigma_um, 0));
   machine.stage_repeatability = um(stage_um);
-  PANELCAL_TRY(const double table_um, table->number_or("table_residual_um", kSigma_um, 0));
+  PANELCAL_TRY(const double table_um,
+               table->number_or("table_residual_um", kUncertaintySigma_um, 0));
   machine.table_residual = um(table_um);
-  PANELCAL_TRY(const double wander_um, table->number_or("drill_wander_um", kSigma_um, 0));
+  PANELCAL_TRY(const double wander_um,
+               table->number_or("drill_wander_um", kUncertaintySigma_um, 0));
   machine.drill_wander = um(wander_um);
-  PANELCAL_TRY(const double depth_um, table->number_or("depth_um", kSigma_um, 0));
+  PANELCAL_TRY(const double depth_um, table->number_or("depth_um", kUncertaintySigma_um, 0));
   machine.depth = um(depth_um);
   PANELCAL_TRY(config.drift_um_per_sqrt_day,
-               table->number_or("drift_um_per_sqrt_day", kSigma_um, 0));
+               table->number_or("drift_um_per_sqrt_day", kUncertaintySigma_um, 0));
   // Before its first calibration no hole is placed, and nothing drifts.
   const bool knows_since = config.offset_date || !config.spindle_setting.is_calibrated;
   if (config.drift_um_per_sqrt_day > 0 && !knows_since) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "calib/base/expected.h"
-#include "machine/config/machine_config.h"
+#include "machine/config/machine.h"
 #include "machine/config/toml_table.h"
 
 // Not installed: parts of machine.toml.
@@ -13,8 +13,8 @@ namespace panelcal::internal {
 /// calibrations in config.walk.uncertainty.
 ///
 /// Precondition: [camera] and [spindle] have been read
-/// Fails  config-key-unknown; config-value (a drift without camera_offset_date, of which nobody
-///        knows how long it has gone on)
+/// Fails  config-key-unknown; config-value (a drift without camera_offset_date, whose
+///        duration is unknown)
 Expected<void> read_uncertainty_config(const TomlTable& top, MachineConfig& config);
 
 }  // namespace panelcal::internal

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "machine/config/sim.h"
+#include "machine/config/ranges.h"
 
 namespace panelcal::internal {
 namespace {
@@ -56,8 +56,8 @@ Expected<void> read_zoom_and_focus(const TomlTable& camera, MachineConfig& confi
       range_mm ? Range{range_mm->x(), range_mm->y()} : Range{-kMaxPlace_mm, kMaxPlace_mm};
   PANELCAL_TRY(const auto focus_mm, camera.number("focus_mm", heights));
   if (focus_mm && !range_mm) {
-    return failure(camera.problem(
-        "focus_mm", "focus_range_mm as well", "nothing says between which heights it may go"));
+    return failure(
+        camera.problem("focus_mm", "focus_range_mm as well", "the range of heights is missing"));
   }
   if (focus_mm) config.vision.focus = mm(*focus_mm);
   PANELCAL_TRY(config.vision.lamp, camera.number("lamp", {.low = 0, .high = kMaxLamp}));

@@ -43,7 +43,7 @@ struct VisionOptions {
   std::vector<int> algorithms = {0};
   std::optional<FocusRange> focus_range;  ///< [camera] focus_range_mm; absent: no focus axis
   /// [camera] focus_mm: where the focus axis stands unless `$uvis,focus` has moved it. Absent:
-  /// nobody says, and it is left where it is.
+  /// not stated, and it is left where it is.
   std::optional<Length> focus;
   /// [camera] lamp: the level for targets without an `$uvis,lamp`. Absent: as it is.
   std::optional<double> lamp;

@@ -19,7 +19,8 @@ using internal::Range;
 using internal::TomlSource;
 using internal::TomlTable;
 
-constexpr std::array<std::string_view, 4> kTopKeys = {"panel", "probe_tip_mm", "void", "zone"};
+constexpr std::array<std::string_view, 4> kZonesFileKeys = {
+    "panel", "probe_tip_mm", "void", "zone"};
 constexpr std::array<std::string_view, 2> kPanelKeys = {"polygon_mm", "rectangle_mm"};
 constexpr std::array<std::string_view, 7> kZoneKeys = {"center_mm",
                                                        "diameter_mm",
@@ -74,7 +75,7 @@ Expected<Length> needed_size(const TomlTable& table, std::string_view key, std::
 }
 
 /// Precondition: the table has the key.
-Expected<Area> read_shape(const TomlTable& table, std::string_view key) {
+Expected<Area> read_zone_shape(const TomlTable& table, std::string_view key) {
   if (key == "rectangle_mm") return read_rectangle(table);
   if (key == "center_mm") {
     PANELCAL_TRY(const auto center_mm, table.pair(key, kPlace_mm));
@@ -114,7 +115,7 @@ Expected<Area> read_area(const TomlTable& table,
       return failure(table.problem(size, fmt::format("none without {}", of)));
     }
   }
-  PANELCAL_TRY(Area area, read_shape(table, found));
+  PANELCAL_TRY(Area area, read_zone_shape(table, found));
   PANELCAL_CHECK(check_area(area, name, place_of(table, found)));
   return area;
 }
@@ -164,8 +165,9 @@ Expected<ZonesFile> parse_zones_file(std::string_view text,
                                      const HeightMapOptions& defaults) {
   const TomlSource source{file.string(), text};
   PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
-  PANELCAL_TRY(const TomlTable top,
-               TomlTable::make(document, "the file", document.source(), {kTopKeys, {}}, source));
+  PANELCAL_TRY(
+      const TomlTable top,
+      TomlTable::make(document, "the file", document.source(), {kZonesFileKeys, {}}, source));
   ZonesFile out;
   PANELCAL_TRY(const auto tip_mm, top.number("probe_tip_mm", {0, 100, true}));
   if (tip_mm) out.probe_tip = mm(*tip_mm);

@@ -14,8 +14,7 @@
 
 namespace panelcal {
 
-/// What somebody says of a table before its map is made: whose surfaces lie on it, and where there
-/// is none.
+/// A description of a table before its map is made: the surfaces on it, and the areas without one.
 struct ZonesFile {
   std::vector<Zone> zones;  ///< in the order of the file: the first one that holds a place has it
   std::vector<Void> voids;  ///< what lies beyond the panel's edge comes last
@@ -28,8 +27,8 @@ inline constexpr std::size_t kMaxZonesBytes = std::size_t{1} << 20;
 /// Reads a zones.toml: `[[zone]]`, `[[void]]`, `[panel]` and `probe_tip_mm`.
 ///
 /// In     defaults: of zones that do not say their own model or max_extrapolation_mm
-/// Fails  file-unreadable; toml-syntax; config-key-unknown; config-value: an area that is none, or
-///        not exactly one; a zone without a name or with that of another one
+/// Fails  file-unreadable; toml-syntax; config-key-unknown; config-value: an area that is not
+///        valid, or not exactly one; a zone without a name or with that of another one
 /// See    docs/formats/zones.md, tests/machine/config/zones_file_test.cc
 Expected<ZonesFile> read_zones_file(const std::filesystem::path& path,
                                     const HeightMapOptions& defaults = {});

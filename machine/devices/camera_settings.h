@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "calib/base/expected.h"
-#include "machine/calibrate/spindle_camera_run.h"
 #include "machine/config/machine_config.h"
+#include "machine/devices/calibration_devices.h"
 #include "machine/devices/camera.h"
 
 // Lamp and focus of a machine that calibrates: the camera's own, or else the machine's.

@@ -183,16 +183,6 @@ Expected<CameraAddress> parse_camera_uri(std::string_view uri) {
   return VideoAddress{.kind = VideoAddress::Kind::Rtsp, .what = std::string(uri)};
 }
 
-std::string without_password(std::string_view uri) {
-  constexpr std::string_view kNetwork = "rtsp://";
-  if (!uri.starts_with(kNetwork)) return std::string(uri);
-  const std::string_view host = uri.substr(kNetwork.size());
-  // A password may hold an @ itself.
-  const auto at = host.substr(0, host.find('/')).rfind('@');
-  if (at == host.npos) return std::string(uri);
-  return std::string(kNetwork) + std::string(host.substr(at + 1));
-}
-
 Expected<std::unique_ptr<CameraDevice>> open_camera(std::string_view uri) {
   PANELCAL_TRY(const CameraAddress address, parse_camera_uri(uri));
   if (const auto* folder = std::get_if<FolderAddress>(&address)) {

@@ -8,8 +8,9 @@
 
 #include "calib/base/expected.h"
 #include "machine/devices/camera.h"
-#include "machine/devices/gige_vision/gige_camera.h"
+#include "machine/devices/gige_camera.h"
 #include "machine/devices/opencv_camera.h"
+#include "machine/devices/without_password.h"
 
 namespace panelcal {
 
@@ -32,14 +33,10 @@ using CameraAddress = std::variant<FolderAddress, VideoAddress, GigeAddress>;
 /// Fails  camera-uri, naming the part, what was expected and the nearest known word
 Expected<CameraAddress> parse_camera_uri(std::string_view uri);
 
-/// A camera's address as it may stand in a report: without what stands before the @ of a host, a
-/// name and a password. Other text stays as it is.
-std::string without_password(std::string_view uri);
-
 /// Opens the camera of an address.
 ///
 /// Fails  camera-uri; file-unreadable; picture-format (a file that is no video); device-camera
-///        (nobody there, no camera, busy, refuses a setting, or built without)
+///        (no answer, no camera, busy, refuses a setting, or built without)
 Expected<std::unique_ptr<CameraDevice>> open_camera(std::string_view uri);
 
 }  // namespace panelcal

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n";
 
-std::string_view trimmed(std::string_view text) {
+std::string_view trimmed_blanks(std::string_view text) {
   const auto first = text.find_first_not_of(kBlanks);
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(kBlanks) + 1 - first);
@@ -36,7 +36,7 @@ Expected<ProbeReading> CommandProbe::probe(const ProbeRequest& request) {
       commands_.probe,
       {{"{x}", internal::place_text(place_mm.x())}, {"{y}", internal::place_text(place_mm.y())}});
   PANELCAL_TRY(const std::string answer, internal::run_program(words, commands_.limit));
-  const std::string_view said = trimmed(answer);
+  const std::string_view said = trimmed_blanks(answer);
   if (said == "none") {
     return ProbeReading{request, ProbeStatus::NotFound, {}, "nothing was touched"};
   }

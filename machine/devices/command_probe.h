@@ -22,7 +22,7 @@ class CommandProbe final : public ProbeSource {
   explicit CommandProbe(StageCommands commands) : commands_(std::move(commands)) {}
 
   /// Out    a sigma of 0 if the program does not say it
-  /// Fails  device-stage (see run_program; output that is none of these)
+  /// Fails  device-stage (see run_program; output of another form)
   Expected<ProbeReading> probe(const ProbeRequest& request) override;
 
  private:

@@ -15,9 +15,6 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::string_view, 6> kPlaceholders = {
-    "{x}", "{y}", "{z}", "{lamp}", "{zoom}", "{tool}"};
-
 /// No machine has axes of a kilometre: such a number is a mistake, or in another unit.
 constexpr double kFarthest_mm = 1e6;
 
@@ -27,11 +24,6 @@ std::optional<Position<frame::Machine>> parse_place(std::string_view text) {
   const auto y_mm = internal::take_number(text);
   if (!y_mm || !text.empty()) return std::nullopt;
   return position_mm<frame::Machine>(*x_mm, *y_mm);
-}
-
-bool contains(const CommandWords& words, std::string_view placeholder) {
-  return std::ranges::any_of(
-      words, [&](const std::string& word) { return word.find(placeholder) != std::string::npos; });
 }
 
 }  // namespace
@@ -68,27 +60,6 @@ CommandWords filled(CommandWords words,
 }
 
 }  // namespace internal
-
-std::string placeholder_problem(const CommandWords& words, const std::vector<std::string>& wanted) {
-  for (const std::string& word : words) {
-    for (auto open = word.find('{'); open != std::string::npos; open = word.find('{', open + 1)) {
-      const auto close = word.find('}', open);
-      if (close == std::string::npos) continue;
-      const std::string found = word.substr(open, close + 1 - open);
-      if (std::ranges::find(wanted, found) != wanted.end()) continue;
-      if (std::ranges::find(kPlaceholders, found) != kPlaceholders.end()) {
-        return found + " has no meaning here";
-      }
-      if (found.find_first_not_of("{}abcdefghijklmnopqrstuvwxyz") == std::string::npos) {
-        return "there is no " + quoted(found);
-      }
-    }
-  }
-  for (const std::string& placeholder : wanted) {
-    if (!contains(words, placeholder)) return placeholder + " is missing";
-  }
-  return {};
-}
 
 Expected<Position<frame::Machine>> CommandStage::move_to(const Position<frame::Machine>& spindle) {
   const CommandWords words = internal::filled(commands_.move,

@@ -194,7 +194,7 @@ std::optional<Ending> attend(Child& child, Pipe& out, Pipe& err, Clock::time_poi
   }
 }
 
-std::string trimmed(std::string_view text) {
+std::string trimmed_answer(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t\r\n");
   if (begin == std::string_view::npos) return {};
   return std::string(text.substr(begin, text.find_last_not_of(" \t\r\n") + 1 - begin));
@@ -204,7 +204,7 @@ std::string ending_text(const Ending& ending) {
   std::string text = WIFSIGNALED(ending.status)
                          ? fmt::format("was ended by signal {}", WTERMSIG(ending.status))
                          : fmt::format("ended with code {}", WEXITSTATUS(ending.status));
-  const std::string last_words = trimmed(ending.err);
+  const std::string last_words = trimmed_answer(ending.err);
   if (!last_words.empty()) text += ": " + quoted(last_words, kLastWords);
   return text;
 }
@@ -239,7 +239,7 @@ Expected<std::string> run_program(const std::vector<std::string>& words, Time li
   if (ending->out.size() > kMaxOutput) {
     return failure(problem(words, "writes more than 64 KiB", "at most two numbers"));
   }
-  return trimmed(ending->out);
+  return trimmed_answer(ending->out);
 }
 
 }  // namespace panelcal::internal

@@ -10,9 +10,9 @@
 #include <system_error>
 #include <utility>
 
-#include "machine/devices/camera_uri.h"
 #include "machine/devices/fresh_frame.h"
 #include "machine/devices/video/video_reader.h"
+#include "machine/devices/without_password.h"
 #include "vision/picture/luma.h"
 #include "vision/picture/stderr_capture.h"
 #include <dlfcn.h>
@@ -37,7 +37,7 @@ struct VideoModule {
 };
 
 template <class Function>
-bool find(void* library, const char* symbol, Function& function) {
+bool find_symbol(void* library, const char* symbol, Function& function) {
   function = reinterpret_cast<Function>(dlsym(library, symbol));
   return function != nullptr;
 }
@@ -46,11 +46,11 @@ Expected<VideoModule> load_module(const std::string& camera) {
   // Never unloaded: FFmpeg and GStreamer keep threads and handlers of their own.
   void* const library = dlopen(kModule, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   VideoModule module;
-  if (library != nullptr && find(library, "panelcal_video_open", module.open) &&
-      find(library, "panelcal_video_rate", module.rate) &&
-      find(library, "panelcal_video_grab", module.grab) &&
-      find(library, "panelcal_video_decode", module.decode) &&
-      find(library, "panelcal_video_close", module.close)) {
+  if (library != nullptr && find_symbol(library, "panelcal_video_open", module.open) &&
+      find_symbol(library, "panelcal_video_rate", module.rate) &&
+      find_symbol(library, "panelcal_video_grab", module.grab) &&
+      find_symbol(library, "panelcal_video_decode", module.decode) &&
+      find_symbol(library, "panelcal_video_close", module.close)) {
     return module;
   }
   const char* const reason = dlerror();
@@ -60,7 +60,7 @@ Expected<VideoModule> load_module(const std::string& camera) {
                   fmt::format("{} where panelcal was installed, with OpenCV's videoio", kModule)});
 }
 
-std::string name_of(const VideoAddress& address) {
+std::string address_name(const VideoAddress& address) {
   switch (address.kind) {
     case VideoAddress::Kind::File:
       return "video:" + address.what;
@@ -73,7 +73,7 @@ std::string name_of(const VideoAddress& address) {
 }
 
 /// FFmpeg says "[tcp @ 0x55d1c0] Connection failed": the address is another one every time, and of
-/// use to nobody.
+/// no use.
 std::string without_pointers(std::string words) {
   constexpr std::string_view kPointer = " @ 0x";
   for (auto at = words.find(kPointer); at != std::string::npos; at = words.find(kPointer, at)) {
@@ -117,7 +117,7 @@ Time steady_time() {
 class OpenCvCamera final : public CameraDevice {
  public:
   OpenCvCamera(const VideoAddress& address, const VideoModule& module, PanelcalVideo* video)
-      : name_(name_of(address)),
+      : name_(address_name(address)),
         is_live_(address.kind != VideoAddress::Kind::File),
         module_(module),
         video_(video) {
@@ -175,7 +175,7 @@ class OpenCvCamera final : public CameraDevice {
 }  // namespace
 
 Expected<std::unique_ptr<CameraDevice>> open_opencv_camera(const VideoAddress& address) {
-  const std::string name = name_of(address);
+  const std::string name = address_name(address);
   const bool is_file = address.kind == VideoAddress::Kind::File;
   std::error_code error;
   if (address.kind != VideoAddress::Kind::Rtsp) {
@@ -197,7 +197,7 @@ Expected<std::unique_ptr<CameraDevice>> open_opencv_camera(const VideoAddress& a
   if (video != nullptr) return std::make_unique<OpenCvCamera>(address, module, video);
   return failure({is_file ? Code::PictureFormat : Code::DeviceCamera,
                   {name, 0, 0},
-                  is_file ? "is no video that FFmpeg reads"
+                  is_file ? "not a video that FFmpeg reads"
                           : "cannot be opened" + (words.empty() ? "" : ": " + quoted(words)),
                   is_file ? "a video" : "a camera that is on and not used by another program"});
 }

@@ -34,11 +34,4 @@ Expected<Position<frame::Machine>> listed_from_axis(const MachineConfig& config,
   return config.spindle_camera.optical_axis(*command);
 }
 
-Expected<void> correct_views(const MachineConfig& config, MarkSights& sights) {
-  for (PlateView& view : sights.data.views) {
-    PANELCAL_TRY(view.axis_at, axis_from_listed(config, view.axis_at));
-  }
-  return {};
-}
-
 }  // namespace panelcal

@@ -8,12 +8,11 @@
 #include "calib/correction/table_correction.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/stage.h"
-#include "machine/look/mark_sights.h"
 
 namespace panelcal {
 
 /// A stage with its table's error taken back: it is sent to places, and the stage below it is told
-/// the commands that lead there. So whoever measures with it need not know of the table.
+/// the commands that lead there. So a measurement with it need not know of the table.
 ///
 /// See    calib/correction/table_correction.h; tests/machine/devices/table_stage_test.cc
 class TableStage final : public Stage {
@@ -47,11 +46,5 @@ Expected<Position<frame::Machine>> axis_from_listed(const MachineConfig& config,
 /// The other way round: what a list says of a picture whose axis stood there.
 Expected<Position<frame::Machine>> listed_from_axis(const MachineConfig& config,
                                                     const Position<frame::Machine>& axis);
-
-/// The same of all views of recorded pictures. Not for those that a table is calibrated with: they
-/// are to show its whole error.
-///
-/// Fails  travel-exceeded
-Expected<void> correct_views(const MachineConfig& config, MarkSights& sights);
 
 }  // namespace panelcal

@@ -20,14 +20,14 @@ namespace panelcal {
 
 /// Shows the panel with a live camera on a stage: drives, sets lamp, zoom and focus, lets the
 /// machine come to rest, takes a picture. The focus comes after the drive, since the best height
-/// belongs to a place and the camera need not carry it to the next; what nobody can set is refused
-/// before anything moves.
+/// belongs to a place and the camera need not carry it to the next; a setting without a command is
+/// refused before anything moves.
 ///
 ///   spindle = place to look at - spindle-camera offset
 ///   axis    = where the stage says the spindle stands + spindle-camera offset
 ///
-/// What is already so is not ordered again: the pictures of several inspections are taken without
-/// moving. After a failure everything is ordered anew.
+/// A setting that is already so is not ordered again: the pictures of several inspections are taken
+/// without moving. After a failure everything is ordered anew.
 class CameraViews final : public ViewTaker {
  public:
   /// Waits for a time; tests wait in their own way.
@@ -56,7 +56,7 @@ class CameraViews final : public ViewTaker {
 
   /// Looks through another offset from here on.
   void set_offset(const SpindleCameraOffset& offset) { offset_ = offset; }
-  // For who calibrates with the same devices; whoever drives the stage has to say so afterwards.
+  // For calibrations with the same devices; code that drives the stage has to say so afterwards.
   CameraDevice& camera() { return *camera_; }
   Stage& stage() { return *stage_; }
   const Wait& wait() const { return wait_; }

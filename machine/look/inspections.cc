@@ -14,7 +14,7 @@ namespace {
 /// Rounding of an axis that did not move; far below what a pixel can show.
 constexpr double kSameAxis_mm = 1e-6;
 
-std::string text_of(const Displacement<frame::Actual>& scatter) {
+std::string scatter_text(const Displacement<frame::Actual>& scatter) {
   return fmt::format("{:.4f}, {:.4f} mm", scatter.in_mm().x(), scatter.in_mm().y());
 }
 
@@ -68,7 +68,7 @@ Expected<Sight> Inspections::result(const PictureLocator& locator,
       whole.status = MeasurementStatus::Rejected;
       whole.reason = fmt::format("{} inspections scatter by {}, and their mean shows no target: {}",
                                  places_.size(),
-                                 text_of(*whole.scatter),
+                                 scatter_text(*whole.scatter),
                                  in_mean.reason);
       return whole;
     }

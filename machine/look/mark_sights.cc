@@ -18,22 +18,22 @@ namespace panelcal {
 namespace {
 
 /// Between a mark's rim and the picture's, where the ground beside it must be seen, px.
-constexpr double kRim_px = 12;
-/// Where a mark may be, if nobody says, as a part of the picture's width.
+constexpr double kMarkRim_px = 12;
+/// Where a mark may be, if not stated, as a part of the picture's width.
 constexpr double kSearchPart = 0.1;
-constexpr int kMostPerSide = 21;
+constexpr int kMaxSightsPerSide = 21;
 
-tl::unexpected<Diagnostic> refused(Code code,
-                                   const MachineConfig& config,
-                                   std::string what,
-                                   std::string expected) {
+tl::unexpected<Diagnostic> sight_refused(Code code,
+                                         const MachineConfig& config,
+                                         std::string what,
+                                         std::string expected) {
   return failure({code, {config.file.string(), 0, 0}, std::move(what), std::move(expected)});
 }
 
 /// A mark as it is looked for: a circle in the picture, with the size it has on the panel.
 struct PixelMark {
   Target target;
-  Length radius;  ///< 0: nobody has said in mm
+  Length radius;  ///< 0: not stated in mm
   double radius_px = 0;
   double scale_mm = 0;  ///< per px at present; 0: not known
 };
@@ -41,15 +41,15 @@ struct PixelMark {
 Expected<PixelMark> mark_of(const MachineConfig& config, const MarkViews& views) {
   const auto found = config.vision_tools.find(views.tool);
   if (found == config.vision_tools.end()) {
-    return refused(Code::VisionToolUndefined,
-                   config,
-                   fmt::format("there is no vision tool {}", views.tool),
-                   fmt::format("a [[vision.tool]] with number = {}", views.tool));
+    return sight_refused(Code::VisionToolUndefined,
+                         config,
+                         fmt::format("vision tool {}", views.tool),
+                         fmt::format("a [[vision.tool]] with number = {}", views.tool));
   }
   PixelMark mark{found->second, {}, 0, 0};
   Target& target = mark.target;
   if (target.shape != Shape::Disc && target.shape != Shape::Hole && target.shape != Shape::Ring) {
-    return refused(
+    return sight_refused(
         Code::TargetInvalid,
         config,
         fmt::format("vision tool {} is a {}, and a camera is calibrated with round marks",
@@ -61,12 +61,13 @@ Expected<PixelMark> mark_of(const MachineConfig& config, const MarkViews& views)
   if (camera != nullptr) mark.scale_mm = camera->parameters.scale_mm_per_px;
   if (target.size) {
     if (camera == nullptr) {
-      return refused(Code::ConfigValue,
-                     config,
-                     fmt::format("vision tool {} has its size in mm, and there is no calibration "
-                                 "that says how large that looks",
-                                 views.tool),
-                     "size_px in the vision tool, or a calibration to begin with");
+      return sight_refused(
+          Code::ConfigValue,
+          config,
+          fmt::format("vision tool {} has its size in mm, and there is no calibration "
+                      "that states how large that appears",
+                      views.tool),
+          "size_px in the vision tool, or a calibration to begin with");
     }
     mark.radius = 0.5 * *target.size;
     target.size_px = px(target.size->in_mm() / mark.scale_mm);
@@ -79,9 +80,10 @@ Expected<PixelMark> mark_of(const MachineConfig& config, const MarkViews& views)
 }
 
 /// One after another: pictures in, observations out.
-class Collector {
+class SightCollector {
  public:
-  Collector(const MachineConfig& config, const PixelMark& mark) : config_(config), mark_(mark) {
+  SightCollector(const MachineConfig& config, const PixelMark& mark)
+      : config_(config), mark_(mark) {
     sights_.data.dots = {{position_mm<frame::Plate>(0, 0), false, mark.radius}};
   }
 
@@ -136,15 +138,17 @@ class Collector {
   MarkSights sights_;
 };
 
-Expected<void> check_travel(const MachineConfig& config, const Position<frame::Machine>& spindle) {
+Expected<void> check_sight_travel(const MachineConfig& config,
+                                  const Position<frame::Machine>& spindle) {
   if (is_in_travel(config, spindle)) return {};
   const Eigen::Vector2d& p_mm = spindle.in_mm();
-  return refused(Code::TravelExceeded,
-                 config,
-                 fmt::format("a calibration of the camera sends the spindle to ({:.3f}, {:.3f}) mm",
-                             p_mm.x(),
-                             p_mm.y()),
-                 "places within [machine] travel");
+  return sight_refused(
+      Code::TravelExceeded,
+      config,
+      fmt::format("a calibration of the camera sends the spindle to ({:.3f}, {:.3f}) mm",
+                  p_mm.x(),
+                  p_mm.y()),
+      "places within [machine] travel");
 }
 
 /// The pixels at which the mark is shown, in rows to and fro.
@@ -181,8 +185,8 @@ class Driver {
     return spindle - displacement_mm<frame::Machine>(Eigen::Vector2d::Constant(approach_.in_mm()));
   }
   Expected<void> check(const Position<frame::Machine>& spindle) const {
-    PANELCAL_CHECK(check_travel(config_, start_of(spindle)));
-    return check_travel(config_, spindle);
+    PANELCAL_CHECK(check_sight_travel(config_, start_of(spindle)));
+    return check_sight_travel(config_, spindle);
   }
 
   struct Taken {
@@ -213,11 +217,11 @@ class Driver {
 };
 
 Expected<void> check_views(const MachineConfig& config, const MarkViews& views) {
-  if (views.per_side >= 3 && views.per_side <= kMostPerSide) return {};
-  return refused(Code::ConfigValue,
-                 config,
-                 fmt::format("a lattice of {} views along each side", views.per_side),
-                 fmt::format("3 to {}", kMostPerSide));
+  if (views.per_side >= 3 && views.per_side <= kMaxSightsPerSide) return {};
+  return sight_refused(Code::ConfigValue,
+                       config,
+                       fmt::format("a lattice of {} views along each side", views.per_side),
+                       fmt::format("3 to {}", kMaxSightsPerSide));
 }
 
 Expected<void> check_camera_size(const Image& image,
@@ -238,7 +242,7 @@ Expected<void> check_camera_size(const Image& image,
 Expected<Position<frame::Machine>> find_mark(const MachineConfig& config,
                                              const CameraCalibration& camera,
                                              const Driver& driver,
-                                             const Collector& collector,
+                                             const SightCollector& collector,
                                              const Position<frame::Machine>& place) {
   PANELCAL_TRY(const Driver::Taken taken,
                driver.take(driver.spindle_for(place, Eigen::Vector2d::Zero())));
@@ -248,14 +252,15 @@ Expected<Position<frame::Machine>> find_mark(const MachineConfig& config,
   const auto near_px = middle ? std::optional<Eigen::Vector2d>(middle->in_px()) : std::nullopt;
   const Detection seen = collector.find(taken.image, near_px);
   if (seen.status != DetectionStatus::Found || !model.sees(seen.best->center.position)) {
-    return refused(Code::TargetNotFound,
-                   config,
-                   fmt::format("there is no mark to calibrate the camera with at ({:.3f}, {:.3f}) "
-                               "mm: {}",
-                               place.in_mm().x(),
-                               place.in_mm().y(),
-                               seen.reason.empty() ? "it is out of sight" : seen.reason),
-                   "a mark of the vision tool there");
+    return sight_refused(
+        Code::TargetNotFound,
+        config,
+        fmt::format("there is no mark to calibrate the camera with at ({:.3f}, {:.3f}) "
+                    "mm: {}",
+                    place.in_mm().x(),
+                    place.in_mm().y(),
+                    seen.reason.empty() ? "it is out of sight" : seen.reason),
+        "a mark of the vision tool there");
   }
   return machine_from_optical(taken.axis, model(seen.best->center.position));
 }
@@ -288,21 +293,22 @@ Expected<MarkSights> look_at_mark(const MachineConfig& config,
   PANELCAL_CHECK(check_views(config, views));
   const CameraCalibration* camera = camera_at(config, views.zoom);
   if (camera == nullptr) {
-    return refused(Code::ConfigValue,
-                   config,
-                   views.zoom ? fmt::format("zoom {} has no calibration to begin with", *views.zoom)
-                              : "there is no [camera] that says how far to drive",
-                   "a calibration to begin with, or recorded pictures");
+    return sight_refused(Code::ConfigValue,
+                         config,
+                         views.zoom
+                             ? fmt::format("zoom {} has no calibration to begin with", *views.zoom)
+                             : "[camera] is missing, which states how far to drive",
+                         "a calibration to begin with, or recorded pictures");
   }
   PANELCAL_TRY(const PixelMark mark, mark_of(config, views));
   const Driver driver(config, devices, views.approach_distance);
   const CameraModel model = camera->model();
-  const auto pixels = lattice_px(*camera, mark.radius_px + kRim_px, views.per_side);
+  const auto pixels = lattice_px(*camera, mark.radius_px + kMarkRim_px, views.per_side);
   for (const Eigen::Vector2d& pixel : pixels) {
     const Eigen::Vector2d from_axis_mm = model(position_px<frame::Image>(pixel)).in_mm();
     PANELCAL_CHECK(driver.check(driver.spindle_for(place, from_axis_mm)));
   }
-  Collector collector(config, mark);
+  SightCollector collector(config, mark);
   PANELCAL_CHECK(driver.set_zoom(views.zoom));
   PANELCAL_TRY(const Position<frame::Machine> lies,
                find_mark(config, *camera, driver, collector, place));
@@ -321,7 +327,7 @@ Expected<MarkSights> look_at_folder(const MachineConfig& config,
                                     const PictureFolder& folder,
                                     const MarkViews& views) {
   PANELCAL_TRY(const PixelMark mark, mark_of(config, views));
-  Collector collector(config, mark);
+  SightCollector collector(config, mark);
   for (const PictureRow& row : folder.rows) {
     if (!is_wanted(row, views)) {
       ++collector.sights().n_skipped;
@@ -351,6 +357,13 @@ std::string pictures_report(const std::vector<MissedPicture>& left_out,
                     "not checked\n",
                     without_tag.size(),
                     without_tag.front());
+}
+
+Expected<void> correct_views(const MachineConfig& config, MarkSights& sights) {
+  for (PlateView& view : sights.data.views) {
+    PANELCAL_TRY(view.axis_at, axis_from_listed(config, view.axis_at));
+  }
+  return {};
 }
 
 }  // namespace panelcal

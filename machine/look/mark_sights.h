@@ -10,8 +10,8 @@
 #include "calib/base/units.h"
 #include "calib/camera/fit.h"
 #include "calib/ledger/entry.h"
-#include "machine/calibrate/spindle_camera_run.h"
 #include "machine/config/machine_config.h"
+#include "machine/devices/calibration_devices.h"
 #include "vision/picture/folder.h"
 #include <Eigen/Core>
 
@@ -82,6 +82,12 @@ Expected<MarkSights> look_at_mark(const MachineConfig& config,
 Expected<MarkSights> look_at_folder(const MachineConfig& config,
                                     const PictureFolder& folder,
                                     const MarkViews& views);
+
+/// Takes all views of recorded pictures to where the optical axis stood (axis_from_listed()). Not
+/// for those that a table is calibrated with: they are to show its whole error.
+///
+/// Fails  travel-exceeded
+Expected<void> correct_views(const MachineConfig& config, MarkSights& sights);
 
 /// Lines of a report: which pictures of a plate with tags were left out and why, and how many show
 /// no tag.

@@ -28,12 +28,12 @@ MeasurementStatus status_of(DetectionStatus status) {
   return MeasurementStatus::Rejected;
 }
 
-std::string point_text(const Position<frame::Machine>& p) {
+std::string machine_point_text(const Position<frame::Machine>& p) {
   return fmt::format("({:.4f}, {:.4f}) mm", p.in_mm().x(), p.in_mm().y());
 }
 
 /// How a picture is called in messages.
-std::string name_of(const TakenPicture& picture) {
+std::string looked_at_name(const TakenPicture& picture) {
   return picture.name.empty() ? "the picture" : "picture " + quoted(picture.name);
 }
 
@@ -257,7 +257,7 @@ Expected<void> PictureLocator::check_picture(const MeasurementRequest& request,
     return failure(
         {Code::PictureMismatch,
          {picture.path, 0, 0},
-         fmt::format("{} has {} x {} px", name_of(picture), image.width(), image.height()),
+         fmt::format("{} has {} x {} px", looked_at_name(picture), image.width(), image.height()),
          fmt::format(
              "{} x {} px, for which [camera] is calibrated", camera.width_px, camera.height_px)});
   }
@@ -265,11 +265,11 @@ Expected<void> PictureLocator::check_picture(const MeasurementRequest& request,
   return failure({Code::PictureMissing,
                   {picture.path, 0, 0},
                   fmt::format("{} was taken at {} and does not show {}{}",
-                              name_of(picture),
-                              point_text(picture.axis),
+                              looked_at_name(picture),
+                              machine_point_text(picture.axis),
                               describe(request),
                               look.words),
-                  "a picture of " + point_text(look.shown)});
+                  "a picture of " + machine_point_text(look.shown)});
 }
 
 Expected<Sight> PictureLocator::look(const MeasurementRequest& request,

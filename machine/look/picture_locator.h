@@ -13,6 +13,7 @@
 #include "calib/camera/model.h"
 #include "calib/camera/shared_error.h"
 #include "machine/config/machine_config.h"
+#include "machine/devices/picture_observer.h"
 #include "machine/look/view_taker.h"
 #include "program/model/measurement.h"
 #include "vision/fit/target.h"
@@ -79,9 +80,6 @@ struct SeenView {
   const ZoomedCamera& camera;
   const Detection& detection;
 };
-
-/// Sees every picture that is looked at, for reports and overlays.
-using PictureObserver = std::function<void(const SeenView&)>;
 
 /// From one picture to a place on the machine.
 ///

@@ -21,10 +21,10 @@ constexpr int kMostLevels = 1000;
 constexpr int kMostDelays = 200;
 constexpr int kMostMoves = 50;
 
-tl::unexpected<Diagnostic> refused(Code code,
-                                   const MachineConfig& config,
-                                   std::string what,
-                                   std::string expected) {
+tl::unexpected<Diagnostic> trial_refused(Code code,
+                                         const MachineConfig& config,
+                                         std::string what,
+                                         std::string expected) {
   return failure({code, {config.file.string(), 0, 0}, std::move(what), std::move(expected)});
 }
 
@@ -37,7 +37,7 @@ class PlaceViews final : public ViewTaker {
   Expected<void> check(const Position<frame::Machine>& spindle) const {
     if (is_in_travel(config_, spindle)) return {};
     const Eigen::Vector2d& p_mm = spindle.in_mm();
-    return refused(
+    return trial_refused(
         Code::TravelExceeded,
         config_,
         fmt::format("the spindle would have to go to ({:.3f}, {:.3f}) mm", p_mm.x(), p_mm.y()),
@@ -85,7 +85,7 @@ MeasurementRequest request_at(const Position<frame::Machine>& place, int tool) {
   return request;
 }
 
-double clipped_share(const Image& image) {
+double trial_clipped_share(const Image& image) {
   if (image.empty()) return 0;
   const auto pixels = image.pixels();
   const auto n =
@@ -96,10 +96,10 @@ double clipped_share(const Image& image) {
 Expected<Target> target_of(const MachineConfig& config, int tool) {
   const auto found = config.vision_tools.find(tool);
   if (found != config.vision_tools.end()) return found->second;
-  return refused(Code::VisionToolUndefined,
-                 config,
-                 fmt::format("there is no vision tool {}", tool),
-                 fmt::format("a [[vision.tool]] with number = {}", tool));
+  return trial_refused(Code::VisionToolUndefined,
+                       config,
+                       fmt::format("vision tool {}", tool),
+                       fmt::format("a [[vision.tool]] with number = {}", tool));
 }
 
 Expected<void> check_levels(const MachineConfig& config, const std::vector<double>& levels) {
@@ -108,20 +108,20 @@ Expected<void> check_levels(const MachineConfig& config, const std::vector<doubl
   const bool is_finite =
       std::ranges::all_of(levels, [](double level) { return std::isfinite(level); });
   if (levels.size() >= 3 && levels.size() <= kMostLevels && is_ascending && is_finite) return {};
-  return refused(Code::ConfigValue,
-                 config,
-                 fmt::format("{} lamp levels to try", levels.size()),
-                 fmt::format("3 to {} in ascending order", kMostLevels));
+  return trial_refused(Code::ConfigValue,
+                       config,
+                       fmt::format("{} lamp levels to try", levels.size()),
+                       fmt::format("3 to {} in ascending order", kMostLevels));
 }
 
 Expected<void> check_trial(const MachineConfig& config,
                            const CalibrationDevices& devices,
                            const SettleTrial& trial) {
   const auto bad = [&](std::string what, std::string expected) {
-    return refused(Code::ConfigValue, config, std::move(what), std::move(expected));
+    return trial_refused(Code::ConfigValue, config, std::move(what), std::move(expected));
   };
   if (!devices.wait || !devices.now) {
-    return bad("nobody waits for this machine, which stands still at once", "a real machine");
+    return bad("this machine stands still at once, without a settling time", "a real machine");
   }
   if (!(trial.way > Length()) || !(trial.limit > Length())) {
     return bad("the way or the limit of a settle trial is not above 0", "lengths above 0");
@@ -149,7 +149,8 @@ Expected<FocusResult> calibrate_focus(const MachineConfig& config,
                                       int tool,
                                       const FocusRange& range) {
   if (!(range.high > range.low)) {
-    return refused(Code::ConfigValue, config, "the range of focus heights is empty", "low < high");
+    return trial_refused(
+        Code::ConfigValue, config, "the range of focus heights is empty", "low < high");
   }
   PlaceViews views(config, devices);
   PANELCAL_CHECK(check_can_set(config, devices, CameraSetting::Focus));
@@ -188,7 +189,7 @@ Expected<LightRun> calibrate_light(const MachineConfig& config,
     const bool is_found = seen.status == DetectionStatus::Found;
     const double contrast =
         is_found ? std::abs(seen.best->contrast) / picture.image.full_scale() : 0;
-    run.samples.push_back({level, contrast, clipped_share(picture.image)});
+    run.samples.push_back({level, contrast, trial_clipped_share(picture.image)});
   }
   run.best = best_lamp_level(run.samples, {}, &run.reason);
   if (run.best) PANELCAL_CHECK(views.set(CameraSetting::Lamp, run.best->level));

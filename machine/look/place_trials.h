@@ -10,9 +10,9 @@
 #include "calib/base/units.h"
 #include "calib/camera/lamp_level.h"
 #include "calib/drift/settle.h"
-#include "machine/calibrate/spindle_camera_run.h"
 #include "machine/config/machine_config.h"
 #include "machine/config/vision_options.h"
+#include "machine/devices/calibration_devices.h"
 #include "program/model/measurement.h"
 
 // What is tried at one place with a mark: focus, lamp, how long to wait after a move.
@@ -20,7 +20,7 @@ namespace panelcal {
 
 /// Looks for the height at which the camera is sharpest; see autofocus.
 ///
-/// Fails  config-value (nobody can set a focus; the range is empty); travel-exceeded; device errors
+/// Fails  config-value (no focus command; the range is empty); travel-exceeded; device errors
 /// See    tests/machine/look/place_trials_test.cc
 Expected<FocusResult> calibrate_focus(const MachineConfig& config,
                                       const CalibrationDevices& devices,
@@ -28,7 +28,7 @@ Expected<FocusResult> calibrate_focus(const MachineConfig& config,
                                       int tool,
                                       const FocusRange& range);
 
-/// So many levels from `low` to `high`, evenly.
+/// `n` levels from `low` to `high`, evenly.
 ///
 /// Precondition: n >= 2
 std::vector<double> lamp_levels(double low, double high, int n);
@@ -42,11 +42,11 @@ struct LightRun {
 
 /// Tries lamp levels on a mark, which is looked for anew at each.
 ///
-/// A level at which it is not found has no contrast. What is clipped is counted over the whole
+/// A level at which it is not found has no contrast. Clipped pixels are counted over the whole
 /// picture. Afterwards the lamp stands at the best level, if there is one.
 ///
 /// In     levels: 3 or more, in ascending order
-/// Fails  config-value (nobody can set a lamp; too few levels, or not ascending);
+/// Fails  config-value (no lamp command; too few levels, or not ascending);
 ///        vision-tool-undefined; travel-exceeded; device errors
 Expected<LightRun> calibrate_light(const MachineConfig& config,
                                    const CalibrationDevices& devices,

@@ -9,7 +9,7 @@
 namespace panelcal {
 namespace {
 
-constexpr std::size_t kMaxViews = 400;
+constexpr std::size_t kMaxSpiralViews = 400;
 /// Pincushion and barrel make a picture's sides bend by less than this between their middles and
 /// ends in any usable lens; taken off the rectangle, beside its least chord.
 constexpr double kStraightness = 0.98;
@@ -78,13 +78,13 @@ Expected<std::vector<Position<frame::Machine>>> search_spiral(
   const double reach_mm = radius_mm + view.middle_mm.norm() + std::max(along_mm, across_mm);
   const double n_views = 3.2 * radius_mm * radius_mm / (along_mm * across_mm);
   std::vector<Position<frame::Machine>> places = {expected};
-  for (int r = 1; n_views < kMaxViews && r * std::min(along_mm, across_mm) <= reach_mm; ++r) {
+  for (int r = 1; n_views < kMaxSpiralViews && r * std::min(along_mm, across_mm) <= reach_mm; ++r) {
     for (const Eigen::Vector2i& cell : ring(r)) {
       const Eigen::Vector2d step_mm = cell.x() * view.along_mm + cell.y() * view.across_mm;
       if (touches(step_mm)) places.push_back(expected + displacement_mm<frame::Machine>(step_mm));
     }
   }
-  if (n_views < kMaxViews && places.size() <= kMaxViews) return places;
+  if (n_views < kMaxSpiralViews && places.size() <= kMaxSpiralViews) return places;
   return failure({Code::NotSupported,
                   {},
                   fmt::format("a search of radius {:.3f} mm needs about {:.0f} views of {:.3f} x "
@@ -93,7 +93,7 @@ Expected<std::vector<Position<frame::Machine>>> search_spiral(
                               std::max(n_views, static_cast<double>(places.size())),
                               along_mm,
                               across_mm),
-                  fmt::format("a search area of at most {} views", kMaxViews)});
+                  fmt::format("a search area of at most {} views", kMaxSpiralViews)});
 }
 
 }  // namespace panelcal

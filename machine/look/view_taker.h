@@ -29,7 +29,7 @@ struct View {
   std::optional<Length> focus_z;  ///< where the camera's focus axis is to stand; absent: as it is
 };
 
-/// Whoever can show the panel at a place: a machine with a camera, a simulation of one, a folder of
+/// Shows the panel at a place: a machine with a camera, a simulation of one, a folder of
 /// recorded pictures.
 class ViewTaker {
  public:

@@ -14,7 +14,7 @@
 
 namespace panelcal {
 
-/// How requests are answered by looking at the panel, whoever shows it: all that recorded,
+/// How requests are answered by looking at the panel, whatever shows it: all that recorded,
 /// simulated and live pictures have in common.
 ///
 /// One view    at the expected place.

@@ -20,10 +20,10 @@ namespace {
 /// scale and an angle by themselves have no common unit, and no limit that a hole cares for.
 ///
 ///   radius = r scale,   turn = r scale rotation,   r = half of the picture's diagonal, px
-NightValue corner(double radius_px,
-                  double scale_mm_per_px,
-                  double rotation_rad,
-                  const Eigen::Matrix2d& cov) {
+NightValue picture_corner(double radius_px,
+                          double scale_mm_per_px,
+                          double rotation_rad,
+                          const Eigen::Matrix2d& cov) {
   Eigen::Matrix2d by_parameters;
   by_parameters << radius_px, 0, radius_px * rotation_rad, radius_px * scale_mm_per_px;
   const Eigen::Vector2d value(radius_px * scale_mm_per_px,
@@ -56,10 +56,10 @@ class CameraNight final : public NightCalibration {
   }
   std::optional<Eigen::VectorXd> present() const override {
     const CameraModel::Parameters parameters = camera().model().parameters();
-    return corner(radius_px_,
-                  parameters.scale_mm_per_px,
-                  parameters.rotation_rad,
-                  Eigen::Matrix2d::Zero())
+    return picture_corner(radius_px_,
+                          parameters.scale_mm_per_px,
+                          parameters.rotation_rad,
+                          Eigen::Matrix2d::Zero())
         .value;
   }
   Expected<std::vector<SelfTestCheck>> check() const override {
@@ -95,7 +95,7 @@ std::optional<NightValue> CameraNight::value_of(const LedgerEntry& entry) const 
   const Eigen::Index r = rotation - all.begin();
   Eigen::Matrix2d of_both;
   of_both << (*cov)(s, s), (*cov)(s, r), (*cov)(r, s), (*cov)(r, r);
-  return corner(radius_px_, scale->value, rotation->value, of_both);
+  return picture_corner(radius_px_, scale->value, rotation->value, of_both);
 }
 
 /// By how much the two see the farthest corner elsewhere, tilt and lens included.
@@ -153,10 +153,10 @@ Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& device
   NightMeasurement out;
   PANELCAL_TRY(out.draft, camera_draft(*config_, run, record));
   const auto& parameters = run.fit.parameters;
-  const NightValue found = corner(radius_px_,
-                                  parameters.scale_mm_per_px,
-                                  parameters.rotation_rad,
-                                  run.fit.covariance.topLeftCorner<2, 2>());
+  const NightValue found = picture_corner(radius_px_,
+                                          parameters.scale_mm_per_px,
+                                          parameters.rotation_rad,
+                                          run.fit.covariance.topLeftCorner<2, 2>());
   out.result.point.value = found.value;
   out.result.point.cov = found.cov;
   const std::size_t n_seen = run.fit.residuals.size();
@@ -215,13 +215,13 @@ Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<Machine
     return failure({Code::ConfigValue, nightly.place, std::move(what), std::move(expected)});
   };
   const std::string needs = "[nightly] calibrates the camera, and ";
-  if (!config->camera) return missing(needs + "there is none", "[camera] calibration");
+  if (!config->camera) return missing(needs + "[camera] is missing", "[camera] calibration");
   if (!nightly.mark) return missing(needs + "there is no mark to see", "mark_mm = [x, y]");
   if (!config->vision_tools.contains(nightly.mark_tool)) {
     return missing(needs + "the mark's vision tool is not defined", "a [[vision.tool]]");
   }
   if (zoom && !usual_zoom(*config)) {
-    return missing(needs + "nothing says which zoom it goes back to",
+    return missing(needs + "the zoom to go back to is missing",
                    "a [[camera.zoom]] that names the file of [camera] calibration as well");
   }
   return std::make_unique<CameraNight>(std::move(config), nightly, zoom);

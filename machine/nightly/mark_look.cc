@@ -11,12 +11,12 @@ namespace panelcal {
 namespace {
 
 /// From where every look comes: so much below the mark, on both axes.
-Displacement<frame::Machine> approach() {
+Displacement<frame::Machine> mark_approach() {
   return displacement_mm<frame::Machine>(1, 1);
 }
 
 /// The mark as a request that a locator understands; work zero is machine zero.
-MeasurementRequest request_of(const NightlyConfig& nightly) {
+MeasurementRequest mark_request(const NightlyConfig& nightly) {
   MeasurementRequest request;
   request.line = nightly.place.line;
   request.command = "mark";
@@ -26,16 +26,16 @@ MeasurementRequest request_of(const NightlyConfig& nightly) {
   return request;
 }
 
-double clipped_share(const Image& image) {
+double mark_clipped_share(const Image& image) {
   if (image.empty()) return 0;
   const auto full = static_cast<float>(image.full_scale());
   const auto n = std::ranges::count_if(image.pixels(), [&](float v) { return v >= full; });
   return static_cast<double>(n) / static_cast<double>(image.pixels().size());
 }
 
-Expected<void> check_travel(const MachineConfig& config,
-                            const Position<frame::Machine>& place,
-                            const Place& at) {
+Expected<void> check_mark_travel(const MachineConfig& config,
+                                 const Position<frame::Machine>& place,
+                                 const Place& at) {
   if (is_in_travel(config, place)) return {};
   const Eigen::Vector2d& p_mm = place.in_mm();
   return failure(
@@ -55,24 +55,24 @@ Expected<MarkLooker> MarkLooker::make(const MachineConfig& config,
     return failure({Code::ConfigValue, nightly.place, "there is no mark to look at", "mark_mm"});
   }
   PANELCAL_TRY(PictureLocator locator, PictureLocator::create(config, std::move(observer)));
-  PANELCAL_CHECK(locator.check(request_of(nightly)));
+  PANELCAL_CHECK(locator.check(mark_request(nightly)));
   const Position<frame::Machine> spindle = config.spindle_camera.spindle_to_see(*nightly.mark);
-  PANELCAL_CHECK(check_travel(config, spindle, nightly.place));
-  PANELCAL_CHECK(check_travel(config, spindle - approach(), nightly.place));
+  PANELCAL_CHECK(check_mark_travel(config, spindle, nightly.place));
+  PANELCAL_CHECK(check_mark_travel(config, spindle - mark_approach(), nightly.place));
   return MarkLooker(config, nightly, std::move(locator));
 }
 
 Expected<MarkLook> MarkLooker::look(const CalibrationDevices& devices) const {
   const Position<frame::Machine> spindle = config_.spindle_camera.spindle_to_see(*nightly_.mark);
-  PANELCAL_CHECK(devices.stage.move_to(spindle - approach()));
+  PANELCAL_CHECK(devices.stage.move_to(spindle - mark_approach()));
   PANELCAL_TRY(const Position<frame::Machine> standing, devices.stage.move_to(spindle));
   if (devices.wait) devices.wait(config_.settle);
   PANELCAL_TRY(Image image, devices.camera.take());
   MarkLook out;
-  out.clipped_share = clipped_share(image);
+  out.clipped_share = mark_clipped_share(image);
   const TakenPicture picture{
       std::move(image), config_.spindle_camera.optical_axis(standing), "", devices.camera.name()};
-  const MeasurementRequest request = request_of(nightly_);
+  const MeasurementRequest request = mark_request(nightly_);
   Look asked;
   asked.view.axis = picture.axis;
   PANELCAL_TRY(asked.target, locator_.target_of(request));

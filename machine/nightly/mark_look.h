@@ -8,8 +8,8 @@
 #include "calib/base/expected.h"
 #include "machine/calibrate/spindle_camera_run.h"
 #include "machine/config/machine_config.h"
+#include "machine/config/nightly_options.h"
 #include "machine/look/picture_locator.h"
-#include "machine/nightly/night_config.h"
 #include <Eigen/Core>
 
 namespace panelcal {

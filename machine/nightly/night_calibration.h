@@ -10,7 +10,7 @@
 #include "calib/drift/night_gates.h"
 #include "calib/ledger/ledger.h"
 #include "machine/calibrate/spindle_camera_run.h"
-#include "machine/nightly/night_config.h"
+#include "machine/config/nightly_options.h"
 #include "machine/nightly/night_record.h"
 #include <Eigen/Core>
 
@@ -79,7 +79,7 @@ class NightCalibration {
   virtual Expected<std::vector<SelfTestCheck>> check() const = 0;
   /// Something that is used up by measuring, counted up: rows of a coupon. 0 where nothing is.
   virtual Expected<int> used_up() const { return 0; }
-  /// At most so many spreads and levels a measurement has.
+  /// At most this number of spreads and levels a measurement has.
   virtual int n_qualities() const = 0;
 
   /// Whether bad pictures may come of what it measures: then it is measured when the self-test
@@ -105,7 +105,7 @@ class NightCalibration {
   /// Whether the file says what is in force.
   virtual Expected<bool> is_installed(const Ledger& ledger) const = 0;
   /// Whose calibration the file has if a person has put one there past the ledger, in words: to
-  /// write the file again would lose it. Empty if nobody has.
+  /// write the file again would lose it. Empty if that has not happened.
   virtual Expected<std::string> by_hand(const Ledger& ledger) const = 0;
   /// Makes the file say what is in force, and measurements to come begin there.
   ///

@@ -9,8 +9,8 @@
 #include "calib/base/expected.h"
 #include "machine/calibrate/place_record.h"
 #include "machine/config/machine_config.h"
+#include "machine/config/nightly_options.h"
 #include "machine/nightly/night_calibration.h"
-#include "machine/nightly/night_config.h"
 
 namespace panelcal {
 

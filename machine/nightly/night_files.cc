@@ -27,7 +27,7 @@ using std::filesystem::path;
 std::string why(const path& file, const Diagnostic& problem) {
   return fmt::format("{} could not be read ({}): written again from the ledger",
                      quoted(file.string(), 200),
-                     problem.what);
+                     problem.message());
 }
 
 /// A file that is its entry's result, byte for byte. Empty if there was nothing to do.

@@ -30,7 +30,7 @@ struct NightFiles {
 Expected<NightFiles> find_night_files(const std::filesystem::path& machine_toml);
 
 /// Writes calibration files again that are not there or are damaged while the ledger has one in
-/// force: nobody can read machine.toml without them. Files that can be read stay as they are,
+/// force: machine.toml cannot be read without them. Files that can be read stay as they are,
 /// whatever they say.
 ///
 /// The caller holds the night's lock.

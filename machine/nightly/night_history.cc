@@ -43,7 +43,7 @@ Expected<std::vector<LedgerEntry>> newest(const Ledger& ledger, const LedgerKey&
   return ledger.list(filter);
 }
 
-std::string dump(const nlohmann::ordered_json& document) {
+std::string history_json_text(const nlohmann::ordered_json& document) {
   // What is no UTF-8 must not throw.
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
@@ -62,7 +62,7 @@ void put_qualities(const std::vector<NightSpread>& spreads,
   }
 }
 
-std::optional<double> find(const LedgerRecord& record, std::string_view name) {
+std::optional<double> find_parameter(const LedgerRecord& record, std::string_view name) {
   const auto found = std::ranges::find(record.parameters, name, &LedgerParameter::name);
   if (found == record.parameters.end()) return std::nullopt;
   return found->value;
@@ -74,7 +74,7 @@ QualityNight qualities_of(const LedgerEntry& entry) {
   for (const LedgerParameter& p : entry.record.parameters) {
     if (p.name.starts_with(kVariance)) {
       const std::string name = p.name.substr(kVariance.size());
-      const auto degrees = find(entry.record, std::string(kDegrees) + name);
+      const auto degrees = find_parameter(entry.record, std::string(kDegrees) + name);
       const std::string unit = p.unit.ends_with("^2") ? p.unit.substr(0, p.unit.size() - 2) : "";
       if (degrees) night.spreads.push_back({name, unit, p.value, *degrees});
     } else if (p.name.starts_with(kLow)) {
@@ -198,7 +198,7 @@ class Reader {
 
   void add_qualities(const LedgerEntry& companion, LedgerVerdict verdict) {
     QualityNight night = qualities_of(companion);
-    const auto used_up = find(companion.record, kUsedUp);
+    const auto used_up = find_parameter(companion.record, kUsedUp);
     if (used_up) history_.used_up = static_cast<int>(*used_up);
     if (night.spreads.empty() && night.levels.empty()) return;
     night.time = after(night.time, last_quality_);
@@ -318,11 +318,11 @@ LedgerDraft companion_draft(const LedgerRecord& calibration,
   if (measurement != nullptr) {
     put_qualities(measurement->spreads, measurement->levels, draft.record.parameters);
   }
-  draft.result = dump({{"kind", "night-step"},
-                       {"version", 1},
-                       {"night", night},
-                       {"state", name(state)},
-                       {"summary", summary}});
+  draft.result = history_json_text({{"kind", "night-step"},
+                                    {"version", 1},
+                                    {"night", night},
+                                    {"state", name(state)},
+                                    {"summary", summary}});
   return draft;
 }
 
@@ -339,7 +339,7 @@ LedgerDraft self_test_draft(const std::string& machine,
   record.software = words.software;
   record.temperature_degC = words.temperature_c;
   put_qualities(quality.spreads, quality.levels, record.parameters);
-  draft.result = dump({{"kind", "self-test"}, {"version", 1}, {"problem", problem}});
+  draft.result = history_json_text({{"kind", "self-test"}, {"version", 1}, {"problem", problem}});
   return draft;
 }
 
@@ -386,9 +386,9 @@ Expected<LedgerEntry> mark_fresh_start(Ledger& ledger,
   draft.record.reason = words.reason;
   draft.record.asked_by = words.asked_by;
   draft.record.software = words.software;
-  draft.result = dump({{"kind", "fresh-start"},
-                       {"version", 1},
-                       {"of", {{"kind", word(key.kind)}, {"subject", key.subject}}}});
+  draft.result = history_json_text({{"kind", "fresh-start"},
+                                    {"version", 1},
+                                    {"of", {{"kind", word(key.kind)}, {"subject", key.subject}}}});
   return ledger.append(draft);
 }
 
@@ -400,7 +400,8 @@ LedgerDraft begun_anew_draft(const std::string& machine,
   draft.record.reason = "the ledger before this one is damaged";
   draft.record.asked_by = words.asked_by;
   draft.record.software = words.software;
-  draft.result = dump({{"kind", "begun-anew"}, {"version", 1}, {"kept_aside", kept.string()}});
+  draft.result =
+      history_json_text({{"kind", "begun-anew"}, {"version", 1}, {"kept_aside", kept.string()}});
   return draft;
 }
 

@@ -44,7 +44,7 @@ struct NightHistory {
   /// The ledger had to be begun anew, and no person has yet said that this is a fresh start.
   bool is_unconfirmed = false;
   /// By how much the newest entry is of the future, if by more than kMostAhead: the clock was wrong
-  /// then, or is now, and nobody can say how old anything is.
+  /// then, or is now, and the age of every entry is unknown.
   std::optional<std::chrono::seconds> ahead;
 
   /// What this night has already recorded.
@@ -57,7 +57,7 @@ struct NightHistory {
   std::optional<int> used_up;  ///< by the newest recorded night, see NightCalibration::used_up
 };
 
-/// At most so many of the newest entries are looked at: two years, and a filter forgets sooner.
+/// At most this number of the newest entries is looked at: two years, and a filter forgets sooner.
 inline constexpr std::size_t kMostNights = 730;
 /// What clocks of computers that share a ledger may differ by.
 inline constexpr std::chrono::seconds kMostAhead = std::chrono::hours(1);

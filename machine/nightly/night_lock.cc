@@ -39,8 +39,8 @@ std::string content(int fd) {
 }
 
 /// The line of `text` that is to be believed: another program may have written anything there.
-std::string words_of(const std::string& text) {
-  return text.empty() ? std::string("a process that has not said its name") : quoted(text, 100);
+std::string owner_words(const std::string& text) {
+  return text.empty() ? std::string("a process without a name") : quoted(text, 100);
 }
 
 Diagnostic write_problem(const std::filesystem::path& path, int error) {
@@ -60,7 +60,7 @@ Expected<NightLock> NightLock::take(const std::filesystem::path& ledger,
   struct flock lock = whole_file();
   if (::fcntl(fd, F_OFD_SETLK, &lock) != 0) {
     const int error = errno;
-    const std::string who = words_of(content(fd));
+    const std::string who = owner_words(content(fd));
     ::close(fd);
     if (error != EAGAIN && error != EACCES) return failure(write_problem(path, error));
     return failure({Code::LedgerBusy,
@@ -82,7 +82,7 @@ std::string NightLock::holder(const std::filesystem::path& ledger) {
   if (fd < 0) return "";
   struct flock lock = whole_file();
   const bool is_held = ::fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
-  std::string who = is_held ? words_of(content(fd)) : "";
+  std::string who = is_held ? owner_words(content(fd)) : "";
   ::close(fd);
   return who;
 }

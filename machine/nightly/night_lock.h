@@ -14,8 +14,8 @@ namespace panelcal {
 ///
 /// A lock of the system's on <ledger>.lock: freed however the program ends, kill -9 and a power cut
 /// included. The file says who holds it, for the message to a second run; if it still says so when
-/// nobody holds it, that run was cut off. The file stays: to remove it could take it from under a
-/// run that has just opened it.
+/// no program holds it, that run was cut off. The file stays: to remove it could take it from under
+/// a run that has just opened it.
 ///
 /// See    tests/machine/nightly/night_lock_test.cc
 class NightLock {
@@ -23,7 +23,7 @@ class NightLock {
   /// Fails  ledger-busy (names process and time); device-write
   static Expected<NightLock> take(const std::filesystem::path& ledger,
                                   std::chrono::sys_seconds now);
-  /// Who holds the lock now, in words; empty if nobody does. Writes nothing.
+  /// Who holds the lock now, in words; empty if it is free. Writes nothing.
   static std::string holder(const std::filesystem::path& ledger);
 
   NightLock(NightLock&& other) noexcept;

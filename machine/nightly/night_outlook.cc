@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kPlotted = 60;
 /// Of a change that is told: the search costs the square of the nights.
 constexpr std::size_t kSearched = 60;
-constexpr double kProbability = 0.95;
+constexpr double kOutlookProbability = 0.95;
 
 std::vector<double> list(const Eigen::VectorXd& v) {
   return {v.data(), v.data() + v.size()};
@@ -94,7 +94,8 @@ Expected<void> fill_since_when(const DriftSeries& series,
   if (n_since + 1 < config.drift.min_nights) return {};
   const Expected<ChangeFound> change = find_change(searched, config.drift);
   // Too few nights are no failure of the night.
-  if (!change || change->kind == ChangeKind::None || change->probability < kProbability) return {};
+  if (!change || change->kind == ChangeKind::None || change->probability < kOutlookProbability)
+    return {};
   step.since_when = words_of(*change, searched);
   return {};
 }
@@ -154,7 +155,7 @@ Expected<void> fill_outlook(const NightHistory& history,
   fill_series(history, series, watched, in_force, step);
   PANELCAL_CHECK(fill_since_when(series, config, step));
   if (history.ahead) {
-    step.forecast_text = "nobody can say: the clock is wrong, or was";
+    step.forecast_text = "no forecast: the clock is wrong, or was";
     return {};
   }
   return fill_forecast(monitor.model(), tonight.point, in_force, config, series.unit, step);

@@ -6,7 +6,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/drift/night_gates.h"
-#include "machine/nightly/night_config.h"
+#include "machine/config/nightly_options.h"
 #include "machine/nightly/night_history.h"
 #include "machine/nightly/night_record.h"
 
@@ -18,7 +18,7 @@ struct NightPlace {
   bool is_in_series = false;  ///< the history has it already: an earlier run of this night
 };
 
-/// Puts into a step what the nights together say of it: what was foretold, the alarms, since when
+/// Puts into a step what the nights together say of it: what was predicted, the alarms, since when
 /// something has changed, the plot's points, and how long what is in force may be used.
 ///
 /// In     history: as it was before tonight's entry, or with it (NightPlace::is_in_series)

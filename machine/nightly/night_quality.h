@@ -7,7 +7,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/drift/night_gates.h"
-#include "machine/nightly/night_config.h"
+#include "machine/config/nightly_options.h"
 #include "machine/nightly/night_history.h"
 #include "machine/nightly/night_record.h"
 
@@ -29,7 +29,7 @@ struct QualityVerdict {
 /// judged after DriftOptions::min_nights.
 ///
 /// In     nights: with ascending times; tonight: after them
-/// Fails  calibration-invalid: a number that is none
+/// Fails  calibration-invalid: a number that is not finite
 /// See    tests/machine/nightly/night_quality_test.cc
 Expected<QualityVerdict> judge_qualities(std::span<const QualityNight> nights,
                                          const QualityNight& tonight,

@@ -52,7 +52,7 @@ struct NightAxis {
   std::optional<double> old_value;
   std::optional<double> new_value;  ///< absent if nothing was found
   std::optional<double> new_sigma;
-  std::optional<double> expected;  ///< as the nights before foretold it, of tonight's value
+  std::optional<double> expected;  ///< as the nights before predicted it, of tonight's value
   std::optional<double> expected_sigma;
 };
 
@@ -84,7 +84,7 @@ struct NightWarmUp {
   Length limit;               ///< less than this had still to come
   std::optional<WarmUp> fit;  ///< absent if the looks do not tell; values in mm
   bool is_warm = false;
-  std::string text;  ///< "warm after 14 min: ...", or why nobody can say that it is
+  std::string text;  ///< "warm after 14 min: ...", or why that is not known
 };
 
 /// For the picture of the coupon: a hole and where the drill went astray.
@@ -110,7 +110,7 @@ struct NightStep {
   std::vector<NightQuality> qualities;
   std::vector<std::string> alarms;        ///< of drift and of qualities, in words
   std::optional<DrillForecast> forecast;  ///< of what is in force after this step
-  std::string forecast_text;              ///< "yes, until ...", or why nobody can say
+  std::string forecast_text;              ///< "yes, until ...", or why there is no forecast
   std::string since_when;                 ///< what changed in the series and since when; or empty
   std::vector<NightPlotPoint> series;     ///< the last 60 nights, tonight included
   std::vector<NightHole> holes;
@@ -153,8 +153,8 @@ struct NightRecord {
 
   NightOutcome outcome = NightOutcome::Failed;
   bool may_drill = false;
-  /// The earliest end of the steps' forecasts; absent if it may not, if nobody can say, or if it is
-  /// beyond what is foretold.
+  /// The earliest end of the steps' forecasts; absent if it may not, if that is not known, or if it
+  /// is beyond what is predicted.
   std::optional<std::chrono::sys_seconds> drill_until;
   std::string verdict;               ///< in words, with what to do: the report's first line
   std::vector<std::string> changes;  ///< what is in force now against a week ago, a line each

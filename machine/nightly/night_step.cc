@@ -31,7 +31,7 @@ NightStep begin_step(const NightCalibration& calibration) {
 
 NightStep fail(NightStep step, Diagnostic problem) {
   step.state = NightState::Failed;
-  step.summary = "failed: " + problem.what;
+  step.summary = "failed: " + problem.message();
   step.problem = std::move(problem);
   return step;
 }
@@ -179,7 +179,7 @@ class Step {
     return {};
   }
 
-  /// Nothing is measured: it would be recorded with a time that is none.
+  /// Nothing is measured: it would be recorded with a time that is not valid.
   Expected<void> hold_for_the_clock() {
     step_.state = NightState::Held;
     step_.summary = ahead_text(*history_.ahead);
@@ -232,7 +232,7 @@ class Step {
     Expected<NightMeasurement> found = calibration_.measure(context_.job.devices, words_);
     if (!found && is_of_a_device(found.error())) return failure(std::move(found).error());
     if (!found) {
-      // What is wrong before anything is measured (no coupon is left) leaves the night open.
+      // A problem before anything is measured (no coupon is left) leaves the night open.
       const bool is_measured = found.error().code == Code::CalibrationData ||
                                info(found.error().code).fault == Fault::Gate;
       return decide_without(std::move(found).error(), is_measured);
@@ -246,8 +246,8 @@ class Step {
     NightResult nothing;
     nothing.point = point_;
     PANELCAL_TRY(NightDecision decision, decide(context_, history_, nothing, in_force_, {}));
-    if (!decision.gates.empty()) decision.gates.front().text = problem.what;
-    if (!decision.reasons.empty()) decision.reasons.front() = problem.what;
+    if (!decision.gates.empty()) decision.gates.front().text = problem.message();
+    if (!decision.reasons.empty()) decision.reasons.front() = problem.message();
     step_.problem = std::move(problem);
     step_.decision = std::move(decision);
     step_.state = state_of(step_.decision->verdict);

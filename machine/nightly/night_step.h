@@ -8,8 +8,8 @@
 #include "calib/ledger/ledger.h"
 #include "machine/nightly/night_calibration.h"
 #include "machine/nightly/night_history.h"
+#include "machine/nightly/night_job.h"
 #include "machine/nightly/night_record.h"
-#include "machine/nightly/nightly.h"
 
 namespace panelcal {
 
@@ -23,7 +23,7 @@ struct NightContext {
   /// Why nothing is to be measured (the self-test did not pass); empty: measure. The one in force
   /// may stay if the forecast lets it.
   std::string no_measuring;
-  /// Why what is measured is not to be installed; empty: its gates decide.
+  /// Why the result is not to be installed; empty: its gates decide.
   std::string untrusted = {};
 };
 

@@ -64,7 +64,7 @@ std::string why_not(const NightRecord& record) {
   return "nothing is calibrated";
 }
 
-std::string words_of(const NightRecord& record) {
+std::string verdict_words(const NightRecord& record) {
   if (!record.may_drill) return "do not drill: " + why_not(record);
   std::string words = record.drill_until
                           ? fmt::format("drill, until {}", iso_8601(*record.drill_until))
@@ -109,7 +109,7 @@ void fill_verdict(NightRecord& record) {
     const std::chrono::sys_seconds until = step.forecast->until;
     record.drill_until = record.drill_until ? std::min(*record.drill_until, until) : until;
   }
-  record.verdict = words_of(record);
+  record.verdict = verdict_words(record);
 }
 
 LedgerDraft night_draft(const NightRecord& record, const std::string& machine) {

@@ -150,9 +150,9 @@ class Night {
       const std::string file = quoted(calibration->file().string(), 200);
       if (written && !*written) continue;
       record_.notes.push_back(
-          written
-              ? fmt::format("{} did not say what is in force: written again from the ledger", file)
-              : fmt::format("{} cannot be written: {}", file, written.error().what));
+          written ? fmt::format(
+                        "{} was not the calibration in force: written again from the ledger", file)
+                  : fmt::format("{} cannot be written: {}", file, written.error().what));
       if (!written) blocked_ = record_.notes.back();
     }
   }
@@ -201,9 +201,9 @@ class Night {
     SelfTestCheck check;
     check.name = "machine";
     check.passed = false;
-    check.text = problem.what;
+    check.text = problem.message();
     record_.checks.push_back(check);
-    blocked_ = problem.what;
+    blocked_ = check.text;
   }
 
   Expected<void> test_and_record(Ledger& ledger) {
@@ -384,7 +384,7 @@ class Night {
       return;
     }
     record_.notes.push_back(
-        fmt::format("{} does not say what is in force: it would be written again from the ledger",
+        fmt::format("{} is not the calibration in force: it would be written again from the ledger",
                     quoted(calibration.file().string(), 200)));
   }
 

@@ -12,32 +12,15 @@
 #include "calib/base/expected.h"
 #include "machine/calibrate/spindle_camera_run.h"
 #include "machine/config/machine_config.h"
+#include "machine/config/nightly_options.h"
 #include "machine/nightly/night_calibration.h"
-#include "machine/nightly/night_config.h"
+#include "machine/nightly/night_job.h"
 #include "machine/nightly/night_lock.h"
 #include "machine/nightly/night_record.h"
 
 namespace panelcal {
 
-/// What a night needs.
-struct NightJob {
-  const MachineConfig& config;
-  const NightlyConfig& nightly;
-  CalibrationDevices devices;
-  Clock clock;
-  std::string software;  ///< "panelcal 0.1.0"
-  std::string asked_by;  ///< a user, a timer
-  bool is_dry_run = false;
-  /// Calibrate again what this night has calibrated already (somebody has cleaned the lens since).
-  bool is_again = false;
-  std::optional<double> temperature_c = {};  ///< absent: [nightly] says where it stands, or nobody
-  std::function<void(std::string_view)> progress = {};  ///< a line each; empty: nobody listens
-  /// The machine's, if the caller holds it already: from before the devices were opened.
-  const NightLock* lock = nullptr;
-  std::vector<std::string> notes = {};  ///< what happened before, for the record
-};
-
-/// A machine calibrates itself while nobody watches.
+/// A machine calibrates itself at night, without a person.
 ///
 /// Lock, ledger, repair of an installation that was interrupted, warm-up, self-test; then each
 /// calibration is measured, judged (decide_night and the charts of scatter), appended to the ledger

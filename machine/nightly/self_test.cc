@@ -18,7 +18,7 @@ constexpr int kLooks = 5;
 constexpr double kMostClipped = 0.02;
 
 /// What the looks found so far.
-struct Looks {
+struct RepeatedLooks {
   std::vector<Eigen::Vector2d> places_mm;
   double log_contrast = 0;
   double log_blur = 0;
@@ -26,7 +26,7 @@ struct Looks {
   std::string missed;
 };
 
-void add(const MarkLook& look, Looks& looks) {
+void add_look(const MarkLook& look, RepeatedLooks& looks) {
   looks.clipped = std::max(looks.clipped, look.clipped_share);
   if (look.place_mm) {
     looks.places_mm.push_back(*look.place_mm);
@@ -43,7 +43,7 @@ double variance_of(const std::vector<Eigen::Vector2d>& places_mm) {
   return sum / (2.0 * static_cast<double>(places_mm.size() - 1));
 }
 
-SelfTestCheck found_check(const Looks& looks) {
+SelfTestCheck found_check(const RepeatedLooks& looks) {
   SelfTestCheck check;
   check.name = "mark";
   check.value = static_cast<double>(looks.places_mm.size());
@@ -58,7 +58,7 @@ SelfTestCheck found_check(const Looks& looks) {
   return check;
 }
 
-SelfTestCheck clipped_check(const Looks& looks) {
+SelfTestCheck clipped_check(const RepeatedLooks& looks) {
   SelfTestCheck check;
   check.name = "overexposure";
   check.value = looks.clipped;
@@ -96,7 +96,7 @@ SelfTestCheck check_disk(const std::filesystem::path& ledger, double min_mb) {
 Expected<MarkLooks> test_mark(const MachineConfig& config,
                               const NightlyConfig& nightly,
                               const CalibrationDevices& devices) {
-  Looks looks;
+  RepeatedLooks looks;
   int n_seen = 0;
   const PictureObserver observer = [&](const SeenView& seen) {
     if (devices.observer) devices.observer(seen);
@@ -110,7 +110,7 @@ Expected<MarkLooks> test_mark(const MachineConfig& config,
   PANELCAL_TRY(const MarkLooker looker, MarkLooker::make(config, nightly, observer));
   for (int i = 0; i < kLooks; ++i) {
     PANELCAL_TRY(const MarkLook look, looker.look(devices));
-    add(look, looks);
+    add_look(look, looks);
   }
   MarkLooks out;
   out.checks = {found_check(looks), clipped_check(looks)};

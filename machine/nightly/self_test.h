@@ -7,8 +7,8 @@
 
 #include "calib/base/expected.h"
 #include "machine/nightly/night_history.h"
+#include "machine/nightly/night_job.h"
 #include "machine/nightly/night_record.h"
-#include "machine/nightly/nightly.h"
 
 namespace panelcal {
 

@@ -184,7 +184,7 @@ Expected<std::unique_ptr<NightCalibration>> spindle_camera_night(
   const std::string needs = "[nightly] calibrates the spindle-camera offset, and ";
   if (!config->coupon) return missing(needs + "there is no coupon to drill", "[coupon]");
   if (config->coupon->has_entry_material && !nightly.is_simulated) {
-    return missing(needs + "its coupon needs entry material, which nobody lays on at night",
+    return missing(needs + "its coupon needs entry material, and no person lays it on at night",
                    "[coupon] entry_material = false");
   }
   if (!config->camera) return missing(needs + "there is no camera", "[camera] calibration");

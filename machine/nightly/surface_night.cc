@@ -21,7 +21,7 @@ namespace panelcal {
 namespace {
 
 /// Of the places that may be left out or not touched: tables get dirty.
-constexpr int kMostOutliers = 20;  ///< one in so many
+constexpr int kMaxSurfaceOutliers = 20;  ///< one in this number
 /// Smaller chances than this say that the table changed.
 constexpr double kSignificant = 0.01;
 
@@ -29,7 +29,7 @@ NightValue value_of_figures(const SurfaceFigures& figures) {
   return {figures.value_mm, figures.cov_mm2};
 }
 
-std::string words_of(const DifferencePart& part) {
+std::string part_words(const DifferencePart& part) {
   return fmt::format("{} (chance {:.2g})",
                      part.chance < kSignificant ? "more than probes scatter" : "as probes scatter",
                      part.chance);
@@ -128,7 +128,7 @@ NightlyConfig SurfaceNight::held_to(const NightlyConfig& nightly) const {
   const double most_mm = std::max({surface_.offset, surface_.tilt, surface_.bow}).in_mm();
   out.limits.change = std::sqrt(double{SurfaceFigures::kSize}) * most_mm;
   out.limits.min_used = std::max(out.limits.min_used, n_places() / 2);
-  out.limits.max_outliers = std::max(out.limits.max_outliers, n_places() / kMostOutliers);
+  out.limits.max_outliers = std::max(out.limits.max_outliers, n_places() / kMaxSurfaceOutliers);
   return out;
 }
 
@@ -151,11 +151,11 @@ std::vector<NightGate> SurfaceNight::gates_of(const SurfaceChange& change) const
       limit("against the map in force the middle has moved",
             um(d.offset_um.value).in_mm(),
             surface_.offset,
-            words_of(d.offset)),
-      limit("tilt has moved the corners", tilted_mm(d), surface_.tilt, words_of(d.tilt))};
+            part_words(d.offset)),
+      limit("tilt has moved the corners", tilted_mm(d), surface_.tilt, part_words(d.tilt))};
   if (d.bow) {
     gates.push_back(
-        limit("bow and twist have moved the edges", bowed_mm(d), surface_.bow, words_of(*d.bow)));
+        limit("bow and twist have moved the edges", bowed_mm(d), surface_.bow, part_words(*d.bow)));
   }
   const std::string where =
       fmt::format("({:.1f}, {:.1f})", change.greatest_at_mm.x(), change.greatest_at_mm.y());
@@ -164,7 +164,7 @@ std::vector<NightGate> SurfaceNight::gates_of(const SurfaceChange& change) const
     gates.push_back(limit(fmt::format("the surface has moved most at {},", where),
                           change.greatest_mm.value,
                           surface_.anywhere,
-                          fmt::format("{}, {}", sigma, words_of(d.all))));
+                          fmt::format("{}, {}", sigma, part_words(d.all))));
   } else {
     gates.push_back(limit(fmt::format("the surface has moved most at {}, the probe at {} that is "
                                       "left out,",
@@ -189,10 +189,9 @@ std::vector<NightGate> SurfaceNight::gates_of(
   if (*change) {
     std::ranges::move(gates_of(**change), std::back_inserter(gates));
   } else {
-    gates.push_back(
-        {"change",
-         false,
-         "nobody can say what has changed since the map in force: " + change->error().what});
+    gates.push_back({"change",
+                     false,
+                     "the change since the map in force is not known: " + change->error().what});
   }
   return gates;
 }
@@ -253,7 +252,9 @@ Expected<std::unique_ptr<NightCalibration>> surface_night(std::shared_ptr<Machin
                     fmt::format("[nightly] probes the surface, and {}", what),
                     std::move(expected)});
   };
-  if (nightly.surface.file.empty()) return missing("nothing says where", "[nightly.surface]");
+  if (nightly.surface.file.empty())
+    return missing("[nightly] calibrates the surface, and [nightly.surface] is missing",
+                   "[nightly.surface]");
   if (nightly.is_simulated && !(config->sim && config->sim->table_surface)) {
     return missing("the virtual machine has no table to probe", "[sim.table_surface]");
   }

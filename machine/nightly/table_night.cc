@@ -21,7 +21,7 @@ namespace panelcal {
 namespace {
 
 /// Of the dots that may be missing or wrong: plates get dirty.
-constexpr int kMostOutliers = 20;  ///< one in so many
+constexpr int kMaxTableOutliers = 20;  ///< one in this number
 /// Places along each side of the plate at which two maps are compared.
 constexpr int kCompared = 11;
 
@@ -37,18 +37,18 @@ Eigen::Vector2d half_sides_mm(const CalibrationPlate& plate) {
 /// What drift is watched in: how far the stage errs at the plate's corner, of what is affine.
 ///
 ///   corner x = scale_x h_x + squareness h_y,   corner y = scale_y h_y,   h half of the plate
-NightValue corner(const Eigen::Vector2d& half_mm,
-                  const Eigen::Vector3d& scales_and_squareness,
-                  const Eigen::Matrix3d& cov) {
+NightValue table_corner(const Eigen::Vector2d& half_mm,
+                        const Eigen::Vector3d& scales_and_squareness,
+                        const Eigen::Matrix3d& cov) {
   Eigen::Matrix<double, 2, 3> by_parameters;
   by_parameters << half_mm.x(), 0, half_mm.y(), 0, half_mm.y(), 0;
   return {by_parameters * scales_and_squareness, by_parameters * cov * by_parameters.transpose()};
 }
 
-NightValue corner(const Eigen::Vector2d& half_mm, const TableGeometry& geometry) {
+NightValue table_corner(const Eigen::Vector2d& half_mm, const TableGeometry& geometry) {
   const std::array<int, 3> rows = {
       TableGeometry::ScaleX, TableGeometry::ScaleY, TableGeometry::Squareness};
-  return corner(half_mm, geometry.value(rows), geometry.cov(rows, rows));
+  return table_corner(half_mm, geometry.value(rows), geometry.cov(rows, rows));
 }
 
 /// By how much two maps differ, at most.
@@ -109,7 +109,7 @@ class TableNight final : public NightCalibration {
   std::optional<Eigen::VectorXd> present() const override {
     const auto calibration = read_table_calibration(file_);
     if (!calibration) return std::nullopt;
-    return corner(half_mm_, calibration->geometry).value;
+    return table_corner(half_mm_, calibration->geometry).value;
   }
   Expected<std::vector<SelfTestCheck>> check() const override {
     return std::vector<SelfTestCheck>{};
@@ -118,7 +118,7 @@ class TableNight final : public NightCalibration {
   NightlyConfig held_to(const NightlyConfig& nightly) const override {
     NightlyConfig out = nightly;
     out.limits.max_outliers =
-        std::max(out.limits.max_outliers, static_cast<int>(plate_.n_dots()) / kMostOutliers);
+        std::max(out.limits.max_outliers, static_cast<int>(plate_.n_dots()) / kMaxTableOutliers);
     return out;
   }
   std::optional<NightValue> value_of(const LedgerEntry& entry) const override;
@@ -160,7 +160,7 @@ std::optional<NightValue> TableNight::value_of(const LedgerEntry& entry) const {
     value[i] = found->value;
     rows[static_cast<std::size_t>(i++)] = found - all.begin();
   }
-  return corner(half_mm_, value, (*cov)(rows, rows));
+  return table_corner(half_mm_, value, (*cov)(rows, rows));
 }
 
 Expected<TableRun> TableNight::look(const CalibrationDevices& devices, int& n_missed) const {
@@ -233,7 +233,7 @@ Expected<NightMeasurement> TableNight::measure(const CalibrationDevices& devices
   record.temperature_degC = words.temperature_c;
   NightMeasurement out;
   PANELCAL_TRY(out.draft, table_draft(*config_, run, record));
-  const NightValue found = corner(half_mm_, run.fit.geometry);
+  const NightValue found = table_corner(half_mm_, run.fit.geometry);
   out.result.point.value = found.value;
   out.result.point.cov = found.cov;
   out.result.used = "looks";
@@ -272,7 +272,7 @@ Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineC
     return missing("the plate does not lie in one known way", "a plate's file with one [[pose]]");
   }
   if (!plate.is_certified) {
-    return missing("nobody has certified the plate: in one pose its errors are the table's",
+    return missing("the plate is not certified: in one pose its errors are the table's",
                    "certified = true");
   }
   std::filesystem::path file = config->table_file;

@@ -220,7 +220,7 @@ Expected<NightMeasurement> TrialNight::measure(const CalibrationDevices& devices
   return out;
 }
 
-/// There is no file; but what is in force is how long this night waits at least.
+/// There is no file; but this night waits at least as long as the value in force.
 Expected<bool> TrialNight::install(const Ledger& ledger) {
   if (kind_ != TrialKind::Settle) return false;
   PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key()));
@@ -258,13 +258,13 @@ Diagnostic missing(TrialKind kind, const MachineConfig& config, const NightlyCon
   } else if (sim != nullptr && kind == TrialKind::Light && !sim->lamp) {
     virtual_lacks("sees the same with any lamp", "[sim] lamp");
   } else if (kind == TrialKind::Focus && !vision.focus_range) {
-    out.what = "[nightly] calibrates the focus, and nothing says between which heights to look";
+    out.what = "[nightly] calibrates the focus, and the range of heights is missing";
     out.expected = "[camera] focus_range_mm";
   } else if (kind == TrialKind::Focus && !vision.focus) {
-    out.what = "[nightly] calibrates the focus, and nothing says where the axis goes back to";
+    out.what = "[nightly] calibrates the focus, and the height to go back to is missing";
     out.expected = "[camera] focus_mm";
   } else if (kind == TrialKind::Light && !vision.lamp) {
-    out.what = "[nightly] calibrates the light, and nothing says what the lamp goes back to";
+    out.what = "[nightly] calibrates the light, and the lamp level to go back to is missing";
     out.expected = "[camera] lamp";
   }
   return out;
@@ -279,7 +279,7 @@ Expected<std::unique_ptr<NightCalibration>> trial_night(TrialKind kind,
                                                         const NightlyConfig& nightly) {
   Diagnostic problem = missing(kind, *config, nightly);
   if (problem.what.empty() && !nightly.mark) {
-    problem.what = "[nightly] calibrates at a mark, and there is none";
+    problem.what = "[nightly] calibrates at a mark, and mark_mm is missing";
     problem.expected = "mark_mm = [x, y]";
   } else if (problem.what.empty() && !config->camera) {
     problem.what = "[nightly] calibrates at a mark, and there is no camera to see it";

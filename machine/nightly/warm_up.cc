@@ -18,12 +18,12 @@ namespace {
 
 /// Between two moves, so that the machine is moved and not hurried.
 constexpr Time kPause = seconds(5);
-/// At most so many times the mark is looked at in the whole time, so often each time.
+/// At most this number of times the mark is looked at in the whole time, that often each time.
 constexpr int kMostSamples = 60;
 constexpr int kLooksEach = 3;
 /// Fewer tell nothing of an exponential.
 constexpr std::size_t kFewest = 6;
-/// Nobody sees better; a simulation without noise has no scatter.
+/// No camera sees better; a simulation without noise has no scatter.
 constexpr Length kLeastSigma = um(0.01);
 
 /// Two places, far apart, that the stage can certainly reach.
@@ -39,7 +39,7 @@ Expected<std::array<Position<frame::Machine>, 2>> ends_of(const MachineConfig& c
   }
   return failure({Code::ConfigValue,
                   nightly.place,
-                  "[nightly] warm_up_s is given, and nothing says where the stage may move",
+                  "[nightly] warm_up_s is given, and the travel of the stage is missing",
                   "[machine] travel_low_mm and travel_high_mm"});
 }
 
@@ -57,7 +57,7 @@ std::string why_not_warm(NightWarmUp& seen) {
   if (!seen.fit) return reason;
   const double most_mm = most_to_come(seen.looks);
   if (most_mm <= seen.limit.in_mm()) return {};
-  return fmt::format("as far as the looks tell, {} may still be to come, limit {}",
+  return fmt::format("the looks allow that {} is still to come, limit {}",
                      amount(most_mm, "mm"),
                      amount(seen.limit.in_mm(), "mm"));
 }
@@ -136,7 +136,7 @@ void judge_warm_up(NightWarmUp& seen) {
   const std::string why = why_not_warm(seen);
   seen.is_warm = why.empty();
   if (!why.empty()) {
-    seen.text = "nobody can say that the machine is warm: " + why;
+    seen.text = "it is not known that the machine is warm: " + why;
   } else if (!seen.fit->is_seen) {
     seen.text = fmt::format("no warming up is seen in {}: less than {} may still be to come",
                             minutes(seen.looks.back().since_start),

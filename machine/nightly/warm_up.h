@@ -9,7 +9,7 @@
 #include "calib/ledger/ledger.h"
 #include "machine/calibrate/spindle_camera_run.h"
 #include "machine/config/machine_config.h"
-#include "machine/nightly/night_config.h"
+#include "machine/config/nightly_options.h"
 #include "machine/nightly/night_record.h"
 
 namespace panelcal {

@@ -21,10 +21,10 @@ namespace {
 using internal::PlacePair;
 
 /// Between a dot's rim and the picture's, px.
-constexpr double kRim_px = 10;
+constexpr double kDotRim_px = 10;
 /// How far a dot may be from where it is expected, as a part of the pitch: less than half, or it is
 /// taken for its neighbour.
-constexpr double kReach = 0.3;
+constexpr double kDotReach = 0.3;
 /// Dots nearer together say nothing of a pose's angle, as a part of the pitch; two neighbours do.
 constexpr double kLeastLever = 0.63;
 /// Tags say where dots are to this part of the pitch; more says that the file has them elsewhere.
@@ -34,10 +34,10 @@ constexpr double kMostBesideTags = 0.25;
 constexpr double kMostScatter = 0.1;
 
 /// From where every stop over a plate is come to.
-Displacement<frame::Machine> approach() {
+Displacement<frame::Machine> plate_approach() {
   return displacement_mm<frame::Machine>(1, 1);
 }
-/// Along each side at most so many dots are driven to.
+/// Along each side at most this number of dots is driven to.
 constexpr int kMostStops = 15;
 
 /// The dots that are driven to, row by row.
@@ -72,7 +72,7 @@ class PlateLooks {
     target_.polarity = plate.is_dark ? Polarity::Dark : Polarity::Bright;
     target_.size_px = px(plate.dot_diameter.in_mm() / scale_mm);
     options_ = config.locate;
-    options_.search_radius = px(kReach * plate.pitch.in_mm() / scale_mm);
+    options_.search_radius = px(kDotReach * plate.pitch.in_mm() / scale_mm);
     stage_px2_ = config.walk.uncertainty.stage_mm2() / (scale_mm * scale_mm);
     sights_.data.dots = plate.dots();
     sights_.width_px = camera.picture_width_px;
@@ -120,7 +120,7 @@ class PlateLooks {
     for (const PlateDot& stop : stops) {
       const auto spindle =
           config_.spindle_camera.spindle_to_see(place_in(plate_.poses.front(), stop.place));
-      PANELCAL_CHECK(devices.stage.move_to(spindle - approach()));
+      PANELCAL_CHECK(devices.stage.move_to(spindle - plate_approach()));
       PANELCAL_TRY(const Position<frame::Machine> standing, devices.stage.move_to(spindle));
       if (devices.wait) devices.wait(config_.settle);
       PANELCAL_TRY(const Image image, devices.camera.take());
@@ -141,7 +141,8 @@ class PlateLooks {
  private:
   Expected<void> check_travel(const Position<frame::Machine>& axis) const {
     const auto spindle = config_.spindle_camera.spindle_to_see(axis);
-    if (is_in_travel(config_, spindle) && is_in_travel(config_, spindle - approach())) return {};
+    if (is_in_travel(config_, spindle) && is_in_travel(config_, spindle - plate_approach()))
+      return {};
     const Eigen::Vector2d& p_mm = spindle.in_mm();
     return failure(
         {Code::TravelExceeded,
@@ -185,7 +186,7 @@ class PlateLooks {
                                 "have them",
                                 i_pose,
                                 beside.in_mm()),
-                    fmt::format("less than {:.3f} mm; does [tags] say where they are?",
+                    fmt::format("less than {:.3f} mm; are their places in [tags] right?",
                                 kMostBesideTags * plate_.pitch.in_mm())});
   }
 
@@ -229,7 +230,7 @@ class PlateLooks {
     if (from_axis_mm.norm() > view_mm) return std::nullopt;
     const auto pixel = model_.image_of(position_mm<frame::Optical>(from_axis_mm));
     if (!pixel) return std::nullopt;
-    const double margin_px = 0.5 * target_.size_px->in_px() + kRim_px;
+    const double margin_px = 0.5 * target_.size_px->in_px() + kDotRim_px;
     const Eigen::Vector2d& u_px = pixel->in_px();
     const bool is_whole = u_px.minCoeff() >= margin_px &&
                           u_px.x() <= camera_.picture_width_px - 1 - margin_px &&
@@ -278,10 +279,10 @@ class PlateLooks {
   MarkSights sights_;
 };
 
-tl::unexpected<Diagnostic> refused(Code code,
-                                   const std::filesystem::path& file,
-                                   std::string what,
-                                   std::string expected) {
+tl::unexpected<Diagnostic> picture_refused(Code code,
+                                           const std::filesystem::path& file,
+                                           std::string what,
+                                           std::string expected) {
   return failure({code, {file.string(), 0, 0}, std::move(what), std::move(expected)});
 }
 
@@ -290,10 +291,10 @@ tl::unexpected<Diagnostic> refused(Code code,
 Expected<std::vector<PictureFolder>> read_plate_folders(const std::filesystem::path& folder,
                                                         const CalibrationPlate& plate) {
   if (plate.poses.empty() && !plate.tags) {
-    return refused(Code::ConfigValue,
-                   plate.file,
-                   "nothing says how the plate lay, so that its dots could be told apart",
-                   "[[pose]] origin_mm, angle_deg; or [tags]");
+    return picture_refused(Code::ConfigValue,
+                           plate.file,
+                           "the pose of the plate is missing, without which its dots look alike",
+                           "[[pose]] origin_mm, angle_deg; or [tags]");
   }
   const auto has_list = [](const std::filesystem::path& of) {
     std::error_code ignored;
@@ -320,49 +321,52 @@ Expected<MarkSights> look_at_plate(const MachineConfig& config,
                                    const std::optional<double>& zoom) {
   const CameraCalibration* camera = camera_at(config, zoom);
   if (camera == nullptr) {
-    return refused(Code::ConfigValue,
-                   config.file,
-                   "there is no calibration of the camera that says where dots are expected",
-                   zoom ? "[[camera.zoom]] of this level" : "[camera] calibration");
+    return picture_refused(Code::ConfigValue,
+                           config.file,
+                           "a calibration of the camera is missing, without which the places of "
+                           "the dots are not known",
+                           zoom ? "[[camera.zoom]] of this level" : "[camera] calibration");
   }
   if (!(plate.dot_diameter > Length())) {
-    return refused(Code::ConfigValue,
-                   plate.file,
-                   "[plate] has no dot_diameter_mm, by which dots are found in pictures",
-                   "dot_diameter_mm");
+    return picture_refused(Code::ConfigValue,
+                           plate.file,
+                           "[plate] has no dot_diameter_mm, by which dots are found in pictures",
+                           "dot_diameter_mm");
   }
   PlateLooks looks(config, plate, *camera, zoom);
   const std::size_t n = plate.tags ? poses.size() : std::min(poses.size(), plate.poses.size());
   for (std::size_t i = 0; i < n; ++i) PANELCAL_CHECK(looks.add(poses[i], i));
   if (!looks.sights().data.seen.empty()) return std::move(looks.sights());
   const auto& missed = looks.sights().missed;
-  return refused(Code::CalibrationData,
-                 plate.file,
-                 missed.empty() ? std::string("no picture shows a place where a dot should be")
-                                : fmt::format("no dot was found: {}", missed.front().reason),
-                 plate.tags ? "dots where [plate] and [tags] have them"
-                            : "a [[pose]] that is right to a quarter of the pitch");
+  return picture_refused(Code::CalibrationData,
+                         plate.file,
+                         missed.empty()
+                             ? std::string("no picture shows a place where a dot should be")
+                             : fmt::format("no dot was found: {}", missed.front().reason),
+                         plate.tags ? "dots where [plate] and [tags] have them"
+                                    : "a [[pose]] that is right to a quarter of the pitch");
 }
 
 Expected<MarkSights> look_at_plate(const MachineConfig& config,
                                    const CalibrationDevices& devices,
                                    const CalibrationPlate& plate) {
   if (!config.camera) {
-    return refused(Code::ConfigValue, config.file, "there is no [camera]", "[camera] calibration");
+    return picture_refused(
+        Code::ConfigValue, config.file, "there is no [camera]", "[camera] calibration");
   }
   if (!(plate.dot_diameter > Length()) || plate.poses.empty()) {
-    return refused(Code::ConfigValue,
-                   plate.file,
-                   "nothing says how large the dots are, or how the plate lies",
-                   "dot_diameter_mm and a [[pose]]");
+    return picture_refused(Code::ConfigValue,
+                           plate.file,
+                           "the diameter of the dots and the pose of the plate are missing",
+                           "dot_diameter_mm and a [[pose]]");
   }
   PlateLooks looks(config, plate, *config.camera, std::nullopt);
   PANELCAL_CHECK(looks.drive(devices));
   if (!looks.sights().data.seen.empty()) return std::move(looks.sights());
-  return refused(Code::CalibrationData,
-                 plate.file,
-                 "no dot was found",
-                 "a [[pose]] that is right to a quarter of the pitch");
+  return picture_refused(Code::CalibrationData,
+                         plate.file,
+                         "no dot was found",
+                         "a [[pose]] that is right to a quarter of the pitch");
 }
 
 TableSights table_sights(const MachineConfig& config, const MarkSights& seen) {

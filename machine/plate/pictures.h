@@ -32,7 +32,7 @@ Expected<std::vector<PictureFolder>> read_plate_folders(const std::filesystem::p
 /// `without_tag`: where the axis stood there is checked by nothing but the dots, which look the
 /// same a pitch off. Dots are fitted as circles in the picture itself, as look_at_mark does. A dot
 /// that is not found is no error: plates get dirty. Axes stay where they were sent to:
-/// correct_views of table_stage.h takes them to where they stood, for whoever does not calibrate
+/// correct_views of mark_sights.h takes them to where they stood, for code that does not calibrate
 /// the table itself. A pose without pictures of the zoom is skipped.
 ///
 /// Fails  config-value (no [camera]; no dot diameter); picture-mismatch; what reading a picture

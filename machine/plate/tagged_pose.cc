@@ -17,14 +17,14 @@ namespace {
 
 /// How far a tag may be from where the others have it, as a part of the pitch: far less than what
 /// another dot's place is away, and more than a stage or a camera's calibration errs.
-constexpr double kReach = 0.25;
+constexpr double kTagReach = 0.25;
 /// And by how much it may be turned against them: tags stand in one of four ways, as a rule.
 constexpr double kMostTurn_rad = std::numbers::pi / 4;
-/// One tag in so many that contradicts the others is as many as may be.
+/// One tag in this number may contradict the others.
 constexpr std::size_t kMostContradict = 4;
-/// Codes that differ in so many bits are not taken for each other (vision/tag/reader.h).
+/// Codes that differ in this number of bits are not taken for each other (vision/tag/reader.h).
 constexpr int kSafeDistance = 9;
-constexpr int kRounds = 10;
+constexpr int kPoseRounds = 10;
 
 /// A sight beside what the plate's file says of the tag.
 struct Known {
@@ -100,13 +100,14 @@ class Agreement {
       const bool is_on_plate =
           cell.minCoeff() > -0.5 && cell.x() < plate_.columns - 0.5 && cell.y() < plate_.rows - 0.5;
       if (!is_on_plate) return {};
-      return fmt::format("tag {} lies on the plate at cell ({:.1f}, {:.1f}), and is none of its",
-                         id,
-                         cell.x(),
-                         cell.y());
+      return fmt::format(
+          "tag {} lies on the plate at cell ({:.1f}, {:.1f}), and [tags] does not have it",
+          id,
+          cell.x(),
+          cell.y());
     }
     const double beside_mm = (place_in(pose, known.tag->center).in_mm() - seen_mm).norm();
-    if (!(beside_mm <= kReach * plate_.pitch.in_mm())) {
+    if (!(beside_mm <= kTagReach * plate_.pitch.in_mm())) {
       return fmt::format("tag {} lies {:.3f} mm beside where the others have it", id, beside_mm);
     }
     const double own_rad = best_pose(known.pairs, {}, Length()).angle_rad;
@@ -121,7 +122,7 @@ class Agreement {
   /// the near ones agree at first and far ones later.
   PlatePose grown(PlatePose pose) const {
     std::size_t n_before = 0;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kPoseRounds; ++round) {
       std::vector<PlacePair> pairs;
       for (const Known* known : agreeing(pose)) {
         pairs.insert(pairs.end(), known->pairs.begin(), known->pairs.end());
@@ -143,7 +144,7 @@ class Agreement {
   std::vector<Known> all_;
 };
 
-tl::unexpected<Diagnostic> refused(std::string what, std::string expected) {
+tl::unexpected<Diagnostic> pose_refused(std::string what, std::string expected) {
   return failure({Code::CalibrationData, {}, std::move(what), std::move(expected)});
 }
 
@@ -154,29 +155,29 @@ Expected<TaggedPose> pose_from_tags(const CalibrationPlate& plate,
   const Agreement agreement(plate, sights);
   const auto pose = agreement.best();
   if (!pose) {
-    return refused(sights.empty()
-                       ? std::string("no picture shows a tag of the plate")
+    return pose_refused(
+        sights.empty() ? std::string("no picture shows a tag of the plate")
                        : fmt::format("no picture shows a tag of the plate, but there is tag {}",
                                      sights.front().id),
-                   "a tag of [tags], of its family, polarity and size_mm");
+        "a tag of [tags], of its family, polarity and size_mm");
   }
   const auto agreeing = agreement.agreeing(*pose);
   const auto contradicting = agreement.contradicting(*pose);
   if (!Agreement::is_enough(agreeing.size(), contradicting.size())) {
-    return refused(fmt::format("{} of {} tags contradict the others: {}",
-                               contradicting.size(),
-                               agreeing.size() + contradicting.size(),
-                               agreement.why_not(*contradicting.front(), *pose)),
-                   fmt::format("at most one in {}: tags where [tags] has them, and x, y of "
-                               "images.csv where the axis stood",
-                               kMostContradict));
+    return pose_refused(fmt::format("{} of {} tags contradict the others: {}",
+                                    contradicting.size(),
+                                    agreeing.size() + contradicting.size(),
+                                    agreement.why_not(*contradicting.front(), *pose)),
+                        fmt::format("at most one in {}: tags where [tags] has them, and x, y of "
+                                    "images.csv where the axis stood",
+                                    kMostContradict));
   }
   const auto family = find_tag_family(plate.tags->family);
   const int id = agreeing.front()->tag->id;
   const bool is_alone =
       std::ranges::all_of(agreeing, [&](const Known* known) { return known->tag->id == id; });
   if (is_alone && family->hamming_distance < kSafeDistance) {
-    return refused(
+    return pose_refused(
         fmt::format(
             "tag {} is the only one seen, and a tag of {} is easily misread", id, family->name),
         "two tags of the plate, or a family such as tag36h11");

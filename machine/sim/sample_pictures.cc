@@ -87,14 +87,14 @@ Expected<SampleRenderer> SampleRenderer::create(const MachineConfig& config, int
   if (!config.sim) {
     return failure(refusal(Code::ConfigValue,
                            config,
-                           "there is no [sim] to say what the virtual camera is like",
+                           "[sim] is missing, which describes the virtual camera",
                            "[sim]"));
   }
   const auto found = config.vision_tools.find(tool);
   if (found == config.vision_tools.end()) {
     return failure(refusal(Code::VisionToolUndefined,
                            config,
-                           fmt::format("there is no vision tool {}", tool),
+                           fmt::format("vision tool {}", tool),
                            fmt::format("[[vision.tool]] with number = {}", tool)));
   }
   const Target& target = found->second;

@@ -10,7 +10,7 @@
 namespace panelcal {
 namespace {
 
-constexpr std::uint64_t kMarkStream = 4;
+constexpr std::uint64_t kCouponMarkStream = 4;
 constexpr std::uint64_t kHoleStream = 100;  ///< of the first hole
 
 }  // namespace
@@ -59,7 +59,7 @@ Expected<Image> SimCoupon::take() {
     marks.push_back({target_, holes_[i], {}, Random(options_.seed).fork(kHoleStream + i)});
   }
   if (mark_) {
-    marks.push_back({*mark_, *options_.mark, {}, Random(options_.seed).fork(kMarkStream)});
+    marks.push_back({*mark_, *options_.mark, {}, Random(options_.seed).fork(kCouponMarkStream)});
   }
   return eye_.picture(true_offset().optical_axis(motion_.standing()), marks);
 }

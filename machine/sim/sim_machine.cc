@@ -18,21 +18,6 @@ namespace {
 using internal::random_of;
 using internal::RandomStream;
 
-Expected<std::vector<MeasurementRequest>> requests_of(const Program& program,
-                                                      const WalkOptions& options) {
-  NominalSource nominal;
-  DiagnosticLog log;
-  const Survey survey = panelcal::survey(program, options, nominal, log);
-  for (const Diagnostic& diagnostic : log.kept()) {
-    if (diagnostic.severity() == Severity::Error) return failure(diagnostic);
-  }
-  std::vector<MeasurementRequest> requests;
-  for (const Measurement& measurement : survey.measurements) {
-    requests.push_back(measurement.request);
-  }
-  return requests;
-}
-
 Length size_of(const Target& target, const CameraMapping& calibrated) {
   if (target.size) return *target.size;
   return mm(target.size_px->in_px() * calibrated.parameters().scale_mm_per_px);
@@ -91,14 +76,28 @@ SimMachine::SimMachine(const MachineConfig& config, VisionProcedure procedure)
 Expected<SimMachine> SimMachine::create(const MachineConfig& config,
                                         const Program& program,
                                         PictureObserver observer) {
+  DiagnosticLog log;
+  const CheckedWalk checked = check(program, config.walk, log);
+  for (const Diagnostic& diagnostic : log.kept()) {
+    if (diagnostic.severity() == Severity::Error) return failure(diagnostic);
+  }
+  return create(config, checked.survey, std::move(observer));
+}
+
+Expected<SimMachine> SimMachine::create(const MachineConfig& config,
+                                        const Survey& nominal,
+                                        PictureObserver observer) {
   if (!config.sim) {
     return failure({Code::ConfigValue,
                     {config.file.string(), 0, 0},
-                    "there is no [sim] to say what the virtual machine is like",
+                    "[sim] is missing, which describes the virtual machine",
                     "[sim]"});
   }
   PANELCAL_TRY(VisionProcedure procedure, VisionProcedure::create(config, std::move(observer)));
-  PANELCAL_TRY(const std::vector<MeasurementRequest> requests, requests_of(program, config.walk));
+  std::vector<MeasurementRequest> requests;
+  for (const Measurement& measurement : nominal.measurements) {
+    requests.push_back(measurement.request);
+  }
   SimMachine machine(config, std::move(procedure));
   machine.truth_ = make_truth(*config.sim, requests);
   PANELCAL_CHECK(machine.place_marks(requests, config.file));

@@ -46,6 +46,12 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   static Expected<SimMachine> create(const MachineConfig& config,
                                      const Program& program,
                                      PictureObserver observer = {});
+  /// The same for a program that was checked.
+  ///
+  /// In     nominal: what the check has measured on a perfect panel
+  static Expected<SimMachine> create(const MachineConfig& config,
+                                     const Survey& nominal,
+                                     PictureObserver observer = {});
 
   Expected<Measurement> measure(const MeasurementRequest& request) override;
   Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {

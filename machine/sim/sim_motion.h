@@ -4,20 +4,10 @@
 #include "calib/base/frames.h"
 #include "calib/base/random.h"
 #include "calib/base/units.h"
+#include "machine/config/sim_options.h"
 #include <Eigen/Core>
 
 namespace panelcal {
-
-/// How the stage of a virtual machine stops.
-struct SimStops {
-  Length stage_repeatability;  ///< of every stop, per axis
-  /// Per axis: it stops half of that too low when it moved up, too high when it moved down.
-  Displacement<frame::Machine> backlash;
-  /// After a move it swings along it: amplitude exp(-t / decay) cos(2 pi frequency t).
-  Length swing;
-  Time swing_decay = seconds(0.05);
-  double swing_hz = 20;
-};
 
 namespace internal {
 

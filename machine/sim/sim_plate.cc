@@ -8,7 +8,7 @@
 namespace panelcal {
 namespace {
 
-constexpr std::uint64_t kMarkStream = 100;  ///< of the first mark
+constexpr std::uint64_t kPlateMarkStream = 100;  ///< of the first mark
 
 }  // namespace
 
@@ -44,7 +44,8 @@ Expected<void> SimPlate::set(CameraSetting setting, double value) {
 Expected<Image> SimPlate::take() {
   std::vector<internal::SimSeenMark> marks;
   const auto add = [&](const Target& target, const Position<frame::Machine>& place, Angle turn) {
-    marks.push_back({target, place, turn, Random(options_.seed).fork(kMarkStream + marks.size())});
+    marks.push_back(
+        {target, place, turn, Random(options_.seed).fork(kPlateMarkStream + marks.size())});
   };
   for (const Position<frame::Machine>& mark : options_.marks) add(target_, mark, {});
   for (const SimOtherMark& other : options_.others) add(other.target, other.place, other.turn);

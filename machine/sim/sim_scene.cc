@@ -58,14 +58,14 @@ Expected<Target> sim_target(const MachineConfig& config, int vision_tool) {
   if (!config.sim || !config.camera) {
     return failure({Code::ConfigValue,
                     place,
-                    "there is no [sim] or no [camera] to say what the virtual machine is like",
+                    "[sim] or [camera] is missing, which describe the virtual machine",
                     "[sim] and [camera]"});
   }
   const auto target = config.vision_tools.find(vision_tool);
   if (target == config.vision_tools.end()) {
     return failure({Code::VisionToolUndefined,
                     place,
-                    fmt::format("there is no vision tool {}", vision_tool),
+                    fmt::format("vision tool {}", vision_tool),
                     "a [[vision.tool]] of that number"});
   }
   return target->second;

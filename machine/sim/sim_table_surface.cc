@@ -8,16 +8,16 @@
 
 namespace panelcal {
 
-SimulatedProbeOptions SimTableSurface::at(std::chrono::sys_seconds time) const {
-  SimulatedProbeOptions out = surface;
-  const std::chrono::duration<double, std::chrono::days::period> since_then = time - since;
+SimulatedProbeOptions surface_at(const SimTableSurface& table, std::chrono::sys_seconds time) {
+  SimulatedProbeOptions out = table.surface;
+  const std::chrono::duration<double, std::chrono::days::period> since_then = time - table.since;
   const double days = std::max(0.0, since_then.count());
-  out.height = surface.height + days * height_per_day;
-  out.slope_x_ppm += days * slope_ppm_per_day.x();
-  out.slope_y_ppm += days * slope_ppm_per_day.y();
-  if (time >= chip_since) out.chip = chip;
+  out.height = table.surface.height + days * table.height_per_day;
+  out.slope_x_ppm += days * table.slope_ppm_per_day.x();
+  out.slope_y_ppm += days * table.slope_ppm_per_day.y();
+  if (time >= table.chip_since) out.chip = table.chip;
   Random nights = internal::random_of(
-      surface.seed, internal::RandomStream::Nights, time.time_since_epoch().count());
+      table.surface.seed, internal::RandomStream::Nights, time.time_since_epoch().count());
   out.seed = static_cast<std::uint64_t>(nights.uniform() * 0x1p53);
   return out;
 }

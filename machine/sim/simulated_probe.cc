@@ -12,39 +12,9 @@
 namespace panelcal {
 namespace {
 
-constexpr double kPpm = 1e-6;
-
-bool is_finite(Length length) {
-  return std::isfinite(length.in_mm());
-}
-
-Expected<void> invalid(std::string what, std::string expected) {
-  return failure({Code::ConfigValue, {}, std::move(what), std::move(expected)});
-}
+constexpr double kPerPpm = 1e-6;
 
 }  // namespace
-
-Expected<void> SimulatedProbeOptions::validate() const {
-  const bool all_finite = is_finite(height) && is_finite(bow) && bow_center.in_mm().allFinite() &&
-                          std::isfinite(slope_x_ppm) && std::isfinite(slope_y_ppm) &&
-                          std::ranges::all_of(axis_offsets, is_finite);
-  if (!all_finite) {
-    return invalid("height, slope, bow, bow_center or an axis_offset is not finite",
-                   "finite numbers");
-  }
-  if (!is_finite(bow_radius) || !(bow_radius > Length())) {
-    return invalid(fmt::format("bow_radius is {} mm", bow_radius.in_mm()), "more than 0");
-  }
-  if (!is_finite(noise_sigma) || !(noise_sigma >= Length())) {
-    return invalid(fmt::format("noise_sigma is {} um", noise_sigma.in_um()), "0 or more");
-  }
-  if (chip && !(chip->place.in_mm().allFinite() && is_finite(chip->radius) &&
-                chip->radius > Length() && is_finite(chip->depth) && chip->depth > Length())) {
-    return invalid("the chip has no place, radius or depth", "radius and depth above 0");
-  }
-  if (axis_offsets.empty()) return invalid("axis_offsets is empty", "one for each Z axis");
-  return {};
-}
 
 SimulatedProbe::SimulatedProbe(SimulatedProbeOptions options) : options_(std::move(options)) {
 }
@@ -57,7 +27,7 @@ Expected<SimulatedProbe> SimulatedProbe::create(SimulatedProbeOptions options) {
 Length SimulatedProbe::true_height(const Position<frame::Actual>& place, std::size_t axis) const {
   const Eigen::Vector2d& p_mm = place.in_mm();
   const double slope_mm =
-      kPpm * (options_.slope_x_ppm * p_mm.x() + options_.slope_y_ppm * p_mm.y());
+      kPerPpm * (options_.slope_x_ppm * p_mm.x() + options_.slope_y_ppm * p_mm.y());
   const double from_center =
       (place - options_.bow_center).in_mm().norm() / options_.bow_radius.in_mm();
   const bool is_chipped = options_.chip && (place - options_.chip->place).in_mm().norm() <

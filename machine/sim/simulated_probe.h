@@ -9,36 +9,10 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
+#include "machine/config/sim_options.h"
 #include "program/walk/probing.h"
 
 namespace panelcal {
-
-/// Where something is broken out of a surface.
-struct SimulatedChip {
-  Position<frame::Actual> place;
-  Length radius;
-  Length depth;
-};
-
-/// What a simulated board is like, and the probe that touches it.
-struct SimulatedProbeOptions {
-  std::uint64_t seed = 1;
-  Length height = mm(1.6);  ///< of the surface above Z0, at work zero
-  double slope_x_ppm = 0;   ///< rise along x: 1000 is 1 mm in a metre
-  double slope_y_ppm = 0;
-  /// A bowl, or with a negative value a hill: how much the surface rises from bow_center to
-  /// bow_radius away from it. The bow takes no part in `height`.
-  Length bow;
-  Position<frame::Actual> bow_center;  ///< relative to work zero
-  Length bow_radius = mm(300);         ///< above 0
-  std::optional<SimulatedChip> chip;   ///< radius and depth above 0
-  /// What every Z axis reads too high, one per Z axis; at least one.
-  std::vector<Length> axis_offsets = {Length()};
-  Length noise_sigma = um(2);  ///< of one reading; 0 or more
-
-  /// Fails  config-value, without a place
-  Expected<void> validate() const;
-};
 
 /// A probe over a hidden surface.
 ///

@@ -48,7 +48,7 @@ bool is_numbered_picture(std::string_view name) {
 }
 
 /// A member of an object that is a text; empty if there is none.
-std::string text_of(const nlohmann::json& value, const char* key) {
+std::string json_text_at(const nlohmann::json& value, const char* key) {
   const auto at = value.is_object() ? value.find(key) : value.end();
   const bool is_text = value.is_object() && at != value.end() && at->is_string();
   return is_text ? at->get<std::string>() : std::string();
@@ -58,7 +58,7 @@ std::vector<std::string> pictures_of_samples(const nlohmann::json& truth) {
   std::vector<std::string> names;
   const auto pictures = truth.find("pictures");
   if (pictures == truth.end() || !pictures->is_array()) return names;
-  for (const nlohmann::json& picture : *pictures) names.push_back(text_of(picture, "file"));
+  for (const nlohmann::json& picture : *pictures) names.push_back(json_text_at(picture, "file"));
   return names;
 }
 
@@ -77,7 +77,7 @@ std::set<std::string, std::less<>> made_by_synth(const fs::path& folder) {
   if (!text) return made;
   const auto truth = parse_strict_json(*text, std::string(kTruth));
   if (!truth) return made;
-  const std::string kind = text_of(*truth, "kind");
+  const std::string kind = json_text_at(*truth, "kind");
   std::vector<std::string> pictures;
   if (kind == "sample-truth") {
     pictures = pictures_of_samples(*truth);
@@ -120,7 +120,7 @@ Expected<void> prepare_synth_folder(const fs::path& folder) {
   if (!foreign.empty()) {
     return failure({Code::Usage,
                     {folder.string(), 0, 0},
-                    quoted(*foreign.begin()) + " in it is of no finished synth",
+                    quoted(*foreign.begin()) + " in it was not written by a finished synth",
                     "a folder without pictures, or one that synth wrote"});
   }
   for (const std::string& name : made) {

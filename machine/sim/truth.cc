@@ -21,14 +21,14 @@ namespace {
 using internal::StrictObject;
 using Map = Transform<frame::Actual, frame::Nominal>;
 
-constexpr Code kCode = Code::TruthInvalid;
+constexpr Code kTruthCode = Code::TruthInvalid;
 constexpr int kVersion = 1;
 constexpr std::array<std::string_view, 7> kErringKeys = {
     "kind", "version", "seed", "panel", "instances", "targets", "table"};
-constexpr std::size_t kTopKeys = 6;  // of those above
+constexpr std::size_t kTruthFileKeys = 6;  // of those above
 constexpr std::array<std::string_view, 2> kMapKeys = {"linear", "translation_mm"};
 constexpr std::array<std::string_view, 3> kInstanceKeys = {"path", "linear", "translation_mm"};
-constexpr std::array<std::string_view, 5> kTableKeys = {
+constexpr std::array<std::string_view, 5> kTruthTableKeys = {
     "scale_ppm", "squareness_urad", "bow_um", "bow_radius_mm", "center_mm"};
 constexpr std::array<std::string_view, 4> kRingKeys = {"seq", "nominal", "actual", "hole_offset"};
 constexpr std::size_t kTargetKeys = 3;  // of those above
@@ -73,8 +73,8 @@ void append_map(std::string& out, const Map& map) {
                  t.y());
 }
 
-Diagnostic invalid(const std::string& file, std::string what, std::string expected) {
-  return {kCode, {file, 0, 0}, std::move(what), std::move(expected)};
+Diagnostic invalid_truth(const std::string& file, std::string what, std::string expected) {
+  return {kTruthCode, {file, 0, 0}, std::move(what), std::move(expected)};
 }
 
 Expected<Map> read_map(const StrictObject& object,
@@ -87,7 +87,7 @@ Expected<Map> read_map(const StrictObject& object,
   const double determinant = a[0] * a[3] - a[1] * a[2];
   if (!std::isfinite(determinant) || determinant == 0) {
     return failure(
-        invalid(file, "\"linear\" of " + name + " is singular", "a map with an inverse"));
+        invalid_truth(file, "\"linear\" of " + name + " is singular", "a map with an inverse"));
   }
   return Map(linear, Eigen::Vector2d(t[0], t[1]));
 }
@@ -105,8 +105,8 @@ Expected<InstancePath> read_path(const StrictObject& object,
     path.push_back(index.get<int>());
   }
   if (is_path) return path;
-  return failure(
-      invalid(file, "\"path\" of " + name + " is " + quoted(array.dump()), "whole numbers from 0"));
+  return failure(invalid_truth(
+      file, "\"path\" of " + name + " is " + quoted(array.dump()), "whole numbers from 0"));
 }
 
 Expected<std::uint64_t> read_whole(const StrictObject& object,
@@ -118,38 +118,39 @@ Expected<std::uint64_t> read_whole(const StrictObject& object,
   if (value.is_number_unsigned() && value.get<std::uint64_t>() <= high) {
     return value.get<std::uint64_t>();
   }
-  return failure(invalid(file,
-                         quoted(key) + " of " + name + " is " + quoted(value.dump()),
-                         fmt::format("a whole number from 0 to {}", high)));
+  return failure(invalid_truth(file,
+                               quoted(key) + " of " + name + " is " + quoted(value.dump()),
+                               fmt::format("a whole number from 0 to {}", high)));
 }
 
 Expected<void> read_instances(const nlohmann::json& array, const std::string& file, Truth& truth) {
-  if (!array.is_array()) return failure(invalid(file, "\"instances\" is no array", "[...]"));
+  if (!array.is_array()) return failure(invalid_truth(file, "\"instances\" is no array", "[...]"));
   for (std::size_t i = 0; i < array.size(); ++i) {
     const std::string name = fmt::format("instance {}", i);
     PANELCAL_TRY(const StrictObject object,
-                 StrictObject::make(array[i], name, kInstanceKeys, kCode, file));
+                 StrictObject::make(array[i], name, kInstanceKeys, kTruthCode, file));
     PANELCAL_TRY(const InstancePath path, read_path(object, name, file));
     PANELCAL_TRY(const Map map, read_map(object, name, file));
     if (!truth.instances.emplace(path, map).second) {
-      return failure(invalid(file, name + " has the path of another one", "each path once"));
+      return failure(invalid_truth(file, name + " has the path of another one", "each path once"));
     }
   }
   return {};
 }
 
 Expected<void> read_targets(const nlohmann::json& array, const std::string& file, Truth& truth) {
-  if (!array.is_array()) return failure(invalid(file, "\"targets\" is no array", "[...]"));
+  if (!array.is_array()) return failure(invalid_truth(file, "\"targets\" is no array", "[...]"));
   std::set<std::uint64_t> seen;
   for (std::size_t i = 0; i < array.size(); ++i) {
     const std::string name = fmt::format("target {}", i);
     const bool is_ring = array[i].is_object() && array[i].contains("hole_offset");
     const auto keys = std::span(kRingKeys.data(), is_ring ? kRingKeys.size() : kTargetKeys);
-    PANELCAL_TRY(const StrictObject object, StrictObject::make(array[i], name, keys, kCode, file));
+    PANELCAL_TRY(const StrictObject object,
+                 StrictObject::make(array[i], name, keys, kTruthCode, file));
     PANELCAL_TRY(const std::uint64_t seq,
                  read_whole(object, "seq", std::numeric_limits<std::int64_t>::max(), name, file));
     if (!seen.insert(seq).second) {
-      return failure(invalid(file, name + " has the seq of another one", "each seq once"));
+      return failure(invalid_truth(file, name + " has the seq of another one", "each seq once"));
     }
     PANELCAL_TRY(const std::vector<double> nominal_mm, object.numbers("nominal", 2));
     PANELCAL_TRY(const std::vector<double> actual_mm, object.numbers("actual", 2));
@@ -163,9 +164,9 @@ Expected<void> read_targets(const nlohmann::json& array, const std::string& file
   return {};
 }
 
-Expected<SimTable> read_table(const nlohmann::json& json, const std::string& file) {
+Expected<SimTable> read_truth_table(const nlohmann::json& json, const std::string& file) {
   PANELCAL_TRY(const StrictObject object,
-               StrictObject::make(json, "table", kTableKeys, kCode, file));
+               StrictObject::make(json, "table", kTruthTableKeys, kTruthCode, file));
   SimTable table;
   PANELCAL_TRY(const std::vector<double> scale_ppm, object.numbers("scale_ppm", 2));
   table.scale_x_ppm = scale_ppm[0];
@@ -178,7 +179,7 @@ Expected<SimTable> read_table(const nlohmann::json& json, const std::string& fil
   PANELCAL_TRY(const double radius_mm, object.number("bow_radius_mm"));
   table.bow_radius = mm(radius_mm);
   if (!(radius_mm > 0)) {
-    return failure(invalid(
+    return failure(invalid_truth(
         file, fmt::format("\"bow_radius_mm\" of table is {}", radius_mm), "a number above 0"));
   }
   PANELCAL_TRY(const std::vector<double> center_mm, object.numbers("center_mm", 2));
@@ -268,9 +269,9 @@ Expected<void> write_truth_json(const std::filesystem::path& path, const Truth& 
 Expected<Truth> parse_truth(std::string_view text, const std::string& file) {
   PANELCAL_TRY(const nlohmann::json document, internal::parse_strict_json(text, file));
   const bool errs = document.is_object() && document.contains("table");
-  const auto keys = std::span(kErringKeys.data(), errs ? kErringKeys.size() : kTopKeys);
+  const auto keys = std::span(kErringKeys.data(), errs ? kErringKeys.size() : kTruthFileKeys);
   PANELCAL_TRY(const StrictObject top,
-               StrictObject::make(document, "the truth", keys, kCode, file));
+               StrictObject::make(document, "the truth", keys, kTruthCode, file));
   PANELCAL_CHECK(top.constant("kind", "truth"));
   PANELCAL_CHECK(top.integer("version", kVersion, kVersion));
   Truth truth;
@@ -278,12 +279,12 @@ Expected<Truth> parse_truth(std::string_view text, const std::string& file) {
       truth.seed,
       read_whole(top, "seed", std::numeric_limits<std::uint64_t>::max(), "the truth", file));
   PANELCAL_TRY(const StrictObject panel,
-               StrictObject::make(top.member("panel"), "panel", kMapKeys, kCode, file));
+               StrictObject::make(top.member("panel"), "panel", kMapKeys, kTruthCode, file));
   PANELCAL_TRY(truth.panel, read_map(panel, "panel", file));
   PANELCAL_CHECK(read_instances(top.member("instances"), file, truth));
   PANELCAL_CHECK(read_targets(top.member("targets"), file, truth));
   if (errs) {
-    PANELCAL_TRY(truth.table, read_table(top.member("table"), file));
+    PANELCAL_TRY(truth.table, read_truth_table(top.member("table"), file));
   }
   return truth;
 }

@@ -17,88 +17,95 @@ namespace {
 
 using internal::JsonLine;
 
-constexpr Code kCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 25> kKeys = {
+constexpr Code kMeasurementCode = Code::MeasurementFile;
+constexpr std::array<std::string_view, 25> kMeasurementKeys = {
     "algorithm", "axes",   "by_camera",   "command", "cov",    "delta",       "expected",
     "file",      "image",  "inspections", "lamp",    "line",   "measured",    "nominal",
     "path",      "reason", "scatter",     "score",   "search", "search_area", "seq",
     "status",    "tool",   "tools",       "zoom"};
 
-constexpr int kMaxInt = std::numeric_limits<int>::max();
-constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
+constexpr int kMaxMeasurementInt = std::numeric_limits<int>::max();
+constexpr std::int64_t kMaxMeasurementSeq = std::numeric_limits<std::int64_t>::max();
 /// Step and repeat nests at most 64 deep (nesting-too-deep), in the program and again in a stored
 /// pattern; G34 takes at most four tools.
-constexpr std::size_t kMaxPath = 128;
+constexpr std::size_t kMaxMeasurementPath = 128;
 constexpr std::size_t kMaxTools = 4;
-constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16;
+constexpr std::size_t kMaxMeasurementLine = std::size_t{1} << 16;
 
 /// Recorded and requested nominals come from the same arithmetic; this only forgives printing.
-constexpr double kSameNominal_mm = 1e-6;
+constexpr double kSameMeasured_mm = 1e-6;
 
-Expected<Eigen::Vector2d> read_point(const JsonLine& line, std::string_view key) {
-  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers(key, 2, kCode));
+Expected<Eigen::Vector2d> read_measured_point(const JsonLine& line, std::string_view key) {
+  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers(key, 2, kMeasurementCode));
   return Eigen::Vector2d(xy_mm[0], xy_mm[1]);
 }
 
-Expected<void> read_tools(const JsonLine& line, VisionSettings& settings) {
-  PANELCAL_TRY(const auto tool, line.integer("tool", 0, kMaxInt, kCode));
+Expected<void> read_vision_tools(const JsonLine& line, VisionSettings& settings) {
+  PANELCAL_TRY(const auto tool, line.integer("tool", 0, kMaxMeasurementInt, kMeasurementCode));
   settings.tools = {static_cast<int>(tool)};
   if (!line.has("tools")) return {};
-  PANELCAL_TRY(settings.tools, line.integers("tools", 0, kMaxInt, kMaxTools, kCode));
+  PANELCAL_TRY(settings.tools,
+               line.integers("tools", 0, kMaxMeasurementInt, kMaxTools, kMeasurementCode));
   if (settings.tools.size() > 1 && settings.tools.front() == tool) return {};
-  return failure(line.problem(
-      "tools", kCode, fmt::format("two or more vision tools, \"tool\" = {} first", tool)));
+  return failure(line.problem("tools",
+                              kMeasurementCode,
+                              fmt::format("two or more vision tools, \"tool\" = {} first", tool)));
 }
 
 Expected<void> read_settings(const JsonLine& line, VisionSettings& settings) {
-  PANELCAL_CHECK(read_tools(line, settings));
+  PANELCAL_CHECK(read_vision_tools(line, settings));
   if (line.has("delta")) {
-    PANELCAL_TRY(const double delta_mm, line.number("delta", kCode));
+    PANELCAL_TRY(const double delta_mm, line.number("delta", kMeasurementCode));
     settings.delta = mm(delta_mm);
   }
   if (line.has("inspections")) {
-    PANELCAL_TRY(const auto n, line.integer("inspections", 1, kMaxInt, kCode));
+    PANELCAL_TRY(const auto n,
+                 line.integer("inspections", 1, kMaxMeasurementInt, kMeasurementCode));
     settings.inspections = static_cast<int>(n);
   }
   if (line.has("search")) {
-    PANELCAL_TRY(settings.search, line.truth_value("search", kCode));
+    PANELCAL_TRY(settings.search, line.truth_value("search", kMeasurementCode));
   }
   if (line.has("algorithm")) {
-    PANELCAL_TRY(const auto algorithm, line.integer("algorithm", 0, kMaxInt, kCode));
+    PANELCAL_TRY(const auto algorithm,
+                 line.integer("algorithm", 0, kMaxMeasurementInt, kMeasurementCode));
     settings.algorithm = static_cast<int>(algorithm);
   }
   if (line.has("search_area")) {
-    PANELCAL_TRY(const double radius_mm, line.number("search_area", kCode));
+    PANELCAL_TRY(const double radius_mm, line.number("search_area", kMeasurementCode));
     settings.search_area = mm(radius_mm);
   }
   if (line.has("lamp")) {
-    PANELCAL_TRY(settings.lamp, line.number("lamp", kCode));
+    PANELCAL_TRY(settings.lamp, line.number("lamp", kMeasurementCode));
   }
   if (line.has("zoom")) {
-    PANELCAL_TRY(settings.zoom, line.number("zoom", kCode));
+    PANELCAL_TRY(settings.zoom, line.number("zoom", kMeasurementCode));
   }
   return {};
 }
 
-Expected<MeasurementRequest> read_request(const JsonLine& line) {
+Expected<MeasurementRequest> read_measurement_request(const JsonLine& line) {
   MeasurementRequest request;
-  PANELCAL_TRY(request.seq, line.integer("seq", 0, kMaxInt64, kCode));
-  PANELCAL_TRY(const auto program_line, line.integer("line", 0, kMaxInt, kCode));
+  PANELCAL_TRY(request.seq, line.integer("seq", 0, kMaxMeasurementSeq, kMeasurementCode));
+  PANELCAL_TRY(const auto program_line,
+               line.integer("line", 0, kMaxMeasurementInt, kMeasurementCode));
   request.line = static_cast<int>(program_line);
   if (line.has("file")) {
-    PANELCAL_TRY(request.file, line.text("file", kCode));
+    PANELCAL_TRY(request.file, line.text("file", kMeasurementCode));
   }
-  PANELCAL_TRY(request.command, line.text("command", kCode));
+  PANELCAL_TRY(request.command, line.text("command", kMeasurementCode));
   PANELCAL_CHECK(read_settings(line, request.settings));
-  PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_point(line, "nominal"));
+  PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_measured_point(line, "nominal"));
   request.nominal = position_mm<frame::Nominal>(nominal_mm);
-  PANELCAL_TRY(const Eigen::Vector2d expected_mm, read_point(line, "expected"));
+  PANELCAL_TRY(const Eigen::Vector2d expected_mm, read_measured_point(line, "expected"));
   request.expected = position_mm<frame::Actual>(expected_mm);
-  PANELCAL_TRY(request.path, line.integers("path", 0, kMaxInt, kMaxPath, kCode));
+  PANELCAL_TRY(request.path,
+               line.integers("path", 0, kMaxMeasurementInt, kMaxMeasurementPath, kMeasurementCode));
   if (line.has("axes")) {
-    PANELCAL_TRY(const std::string axes, line.text("axes", kCode));
+    PANELCAL_TRY(const std::string axes, line.text("axes", kMeasurementCode));
     const std::string_view word = axes;
-    if (word != "x" && word != "y") return failure(line.problem("axes", kCode, "\"x\" or \"y\""));
+    if (word != "x" && word != "y")
+      return failure(line.problem("axes", kMeasurementCode, "\"x\" or \"y\""));
     request.axes = word == "x" ? ObservedAxes::X : ObservedAxes::Y;
   }
   return request;
@@ -110,8 +117,8 @@ bool is_positive_definite(double xx, double xy, double yy) {
 }
 
 Expected<PositionEstimate<frame::Actual>> read_measured(const JsonLine& line) {
-  PANELCAL_TRY(const Eigen::Vector2d measured_mm, read_point(line, "measured"));
-  PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kCode));
+  PANELCAL_TRY(const Eigen::Vector2d measured_mm, read_measured_point(line, "measured"));
+  PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kMeasurementCode));
   if (!is_positive_definite(cov[0], cov[1], cov[2])) {
     return failure(line.problem(
         "cov", Code::MeasurementInvalid, "[xx, xy, yy] with xx > 0, yy > 0 and xy^2 < xx yy"));
@@ -125,23 +132,24 @@ Expected<std::optional<CameraJacobian>> read_by_camera(const JsonLine& line) {
   if (!line.has("by_camera")) return std::nullopt;
   // Far beyond any camera; squares of larger ones would leave no covariance.
   constexpr double kMost = 1e15;
-  PANELCAL_TRY(const std::vector<double> rows, line.numbers("by_camera", 10, kCode));
+  PANELCAL_TRY(const std::vector<double> rows, line.numbers("by_camera", 10, kMeasurementCode));
   for (const double number : rows) {
     if (std::abs(number) <= kMost) continue;
-    return failure(
-        line.problem("by_camera", kCode, fmt::format("numbers of at most {:.0e}", kMost)));
+    return failure(line.problem(
+        "by_camera", kMeasurementCode, fmt::format("numbers of at most {:.0e}", kMost)));
   }
   return Eigen::Map<const Eigen::Matrix<double, 2, 5, Eigen::RowMajor>>(rows.data());
 }
 
 Expected<Measurement> read_measurement(const JsonLine& line) {
-  PANELCAL_CHECK(line.check_keys(kKeys, kCode));
+  PANELCAL_CHECK(line.check_keys(kMeasurementKeys, kMeasurementCode));
   Measurement measurement;
-  PANELCAL_TRY(measurement.request, read_request(line));
-  PANELCAL_TRY(const std::string status, line.text("status", kCode));
+  PANELCAL_TRY(measurement.request, read_measurement_request(line));
+  PANELCAL_TRY(const std::string status, line.text("status", kMeasurementCode));
   const auto known = measurement_status_from_name(status);
   if (!known) {
-    return failure(line.problem("status", kCode, "found, not_found, ambiguous or rejected"));
+    return failure(
+        line.problem("status", kMeasurementCode, "found, not_found, ambiguous or rejected"));
   }
   measurement.status = *known;
   if (*known == MeasurementStatus::Found) {
@@ -150,44 +158,45 @@ Expected<Measurement> read_measurement(const JsonLine& line) {
   } else {
     for (const std::string_view key : {"measured", "cov", "by_camera"}) {
       if (!line.has(key)) continue;
-      return failure(line.problem(key, kCode, "no measured place unless status is found"));
+      return failure(
+          line.problem(key, kMeasurementCode, "no measured place unless status is found"));
     }
   }
   if (line.has("scatter")) {
-    PANELCAL_TRY(const Eigen::Vector2d scatter_mm, read_point(line, "scatter"));
+    PANELCAL_TRY(const Eigen::Vector2d scatter_mm, read_measured_point(line, "scatter"));
     if (!(scatter_mm.minCoeff() >= 0)) {
-      return failure(line.problem("scatter", kCode, "[sx, sy], none below 0"));
+      return failure(line.problem("scatter", kMeasurementCode, "[sx, sy], none below 0"));
     }
     measurement.scatter = displacement_mm<frame::Actual>(scatter_mm);
   }
   if (line.has("score")) {
-    PANELCAL_TRY(measurement.score, line.number("score", kCode));
+    PANELCAL_TRY(measurement.score, line.number("score", kMeasurementCode));
   }
   if (line.has("image")) {
-    PANELCAL_TRY(measurement.image, line.text("image", kCode));
+    PANELCAL_TRY(measurement.image, line.text("image", kMeasurementCode));
   }
   if (line.has("reason")) {
-    PANELCAL_TRY(measurement.reason, line.text("reason", kCode));
+    PANELCAL_TRY(measurement.reason, line.text("reason", kMeasurementCode));
   }
   return measurement;
 }
 
-std::string point_text(const Eigen::Vector2d& p_mm) {
+std::string measured_point_text(const Eigen::Vector2d& p_mm) {
   return fmt::format("[{}, {}]", p_mm.x(), p_mm.y());
 }
 
 /// In which way a recorded request is another one than the program's; empty if it is the same.
-struct Difference {
+struct MeasurementDifference {
   std::string recorded;
   std::string requested;
 };
-std::optional<Difference> difference(const MeasurementRequest& recorded,
-                                     const MeasurementRequest& requested) {
+std::optional<MeasurementDifference> measurement_difference(const MeasurementRequest& recorded,
+                                                            const MeasurementRequest& requested) {
   const auto tool_of = [](const MeasurementRequest& request) {
     return request.settings.tools.empty() ? 0 : request.settings.tools.front();
   };
   const auto differs = [](std::string_view what, const auto& a, const auto& b) {
-    return Difference{fmt::format("{} {}", what, a), fmt::format("{} {}", what, b)};
+    return MeasurementDifference{fmt::format("{} {}", what, a), fmt::format("{} {}", what, b)};
   };
   if (recorded.command != requested.command) {
     return differs("command", quoted(recorded.command), quoted(requested.command));
@@ -206,9 +215,10 @@ std::optional<Difference> difference(const MeasurementRequest& recorded,
   }
   const Displacement<frame::Nominal> apart = recorded.nominal - requested.nominal;
   // Written so that a NaN differs.
-  if (!(apart.in_mm().norm() <= kSameNominal_mm)) {
-    return differs(
-        "nominal", point_text(recorded.nominal.in_mm()), point_text(requested.nominal.in_mm()));
+  if (!(apart.in_mm().norm() <= kSameMeasured_mm)) {
+    return differs("nominal",
+                   measured_point_text(recorded.nominal.in_mm()),
+                   measured_point_text(requested.nominal.in_mm()));
   }
   return std::nullopt;
 }
@@ -227,11 +237,11 @@ Expected<RecordedMeasurements> parse_measurements(std::string_view text, const s
     text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
     if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
     const Place place{file, number, 1};
-    if (line.size() > kMaxLineBytes) {
+    if (line.size() > kMaxMeasurementLine) {
       return failure({Code::MeasurementFile,
                       place,
                       "the line is too long",
-                      fmt::format("at most {} bytes", kMaxLineBytes)});
+                      fmt::format("at most {} bytes", kMaxMeasurementLine)});
     }
     PANELCAL_TRY(const JsonLine parsed, JsonLine::parse(line, place));
     if (internal::is_calibration(parsed)) {
@@ -240,7 +250,7 @@ Expected<RecordedMeasurements> parse_measurements(std::string_view text, const s
       if (!is_new) {
         return failure(parsed.problem(
             "calibration",
-            kCode,
+            kMeasurementCode,
             fmt::format("each number once; line {} has this one already", seen->second)));
       }
       recorded.calibrations.push_back({std::move(answer), number});
@@ -249,8 +259,10 @@ Expected<RecordedMeasurements> parse_measurements(std::string_view text, const s
     PANELCAL_TRY(Measurement measurement, read_measurement(parsed));
     const auto [seen, is_new] = line_by_seq.emplace(measurement.request.seq, number);
     if (!is_new) {
-      return failure(parsed.problem(
-          "seq", kCode, fmt::format("each seq once; line {} has this one already", seen->second)));
+      return failure(
+          parsed.problem("seq",
+                         kMeasurementCode,
+                         fmt::format("each seq once; line {} has this one already", seen->second)));
     }
     recorded.measurements.push_back({std::move(measurement), number});
   }
@@ -274,11 +286,11 @@ Expected<Measurement> MeasurementFileSource::measure(const MeasurementRequest& r
   if (found == by_seq_.end()) {
     return failure({Code::MeasurementMissing,
                     {recorded_.file, 0, 0},
-                    "there is no seq " + std::to_string(request.seq),
+                    "seq " + std::to_string(request.seq),
                     "a measurement for " + describe(request)});
   }
   const RecordedMeasurement& recorded = recorded_.measurements[found->second.index];
-  if (const auto differs = difference(recorded.measurement.request, request)) {
+  if (const auto differs = measurement_difference(recorded.measurement.request, request)) {
     return failure({Code::MeasurementMismatch,
                     {recorded_.file, recorded.line, 1},
                     fmt::format("seq {} has {}", request.seq, differs->recorded),

@@ -67,11 +67,12 @@ class MeasurementFileSource final : public MeasurementSource {
     return calibrations_.calibrate(order);
   }
 
-  /// After a complete survey: fails if the file has a measurement or a calibration that nobody
+  /// After a complete survey: fails if the file has a measurement or a calibration that no command
   /// asked for.
   ///
   /// Fails  measurement-mismatch, at the first such line
   Expected<void> check_all_used() const;
+  Expected<void> finish() override { return check_all_used(); }
 
  private:
   struct Entry {

@@ -26,7 +26,7 @@ bool serves(const PictureRow& row, const MeasurementRequest& request, const View
   return !row.tool || request.settings.tools.empty() || *row.tool == tool_of(request, view);
 }
 
-std::string words_of(const MeasurementRequest& request, const View& view) {
+std::string view_words(const MeasurementRequest& request, const View& view) {
   return view.i_view == 0 ? describe(request)
                           : fmt::format("{}, view {}", describe(request), view.i_view + 1);
 }
@@ -87,7 +87,7 @@ Expected<void> PictureSource::check_number_of_rows(const MeasurementRequest& req
         Code::PictureMismatch,
         0,
         fmt::format("{} asks for {} pictures", describe(request), request.settings.inspections),
-        "a seq column that tells which pictures belong together"));
+        "a seq column that states which pictures belong together"));
   }
   if (found == rows_by_seq_.end()) {
     return failure(problem(Code::PictureMissing,
@@ -115,7 +115,7 @@ Expected<std::size_t> PictureSource::next_row_of_seq(const MeasurementRequest& r
     return failure(problem(Code::PictureMissing,
                            rows.empty() ? 0 : folder_.rows[rows.back()].line,
                            fmt::format("{} picture(s) have seq {}", rows.size(), request.seq),
-                           "one more, of " + words_of(request, view)));
+                           "one more, of " + view_words(request, view)));
   }
   const std::size_t i_row = rows[n_shown++];
   const PictureRow& row = folder_.rows[i_row];
@@ -123,7 +123,8 @@ Expected<std::size_t> PictureSource::next_row_of_seq(const MeasurementRequest& r
   return failure(problem(
       Code::PictureMismatch,
       row.line,
-      fmt::format("the picture of {} is for another vision tool or zoom", words_of(request, view)),
+      fmt::format("the picture of {} is for another vision tool or zoom",
+                  view_words(request, view)),
       fmt::format("vision tool {}{}",
                   tool_of(request, view),
                   request.settings.zoom ? fmt::format(", zoom {}", *request.settings.zoom) : "")));
@@ -141,7 +142,7 @@ Expected<std::size_t> PictureSource::nearest_row(const MeasurementRequest& reque
     nearest = i;
   }
   if (nearest && camera.pixel_of(view.axis, axis_of(folder_.rows[*nearest]))) return *nearest;
-  std::string what = "no picture shows " + words_of(request, view);
+  std::string what = "no picture shows " + view_words(request, view);
   if (nearest) {
     what += fmt::format(
         "; the nearest, {}, is {:.3f} mm away", quoted(folder_.rows[*nearest].file), least_mm);

@@ -40,8 +40,8 @@ class PictureSource final : public MeasurementSource, public ViewTaker {
   /// Fails  picture-missing; picture-mismatch (size, vision tool, number); travel-exceeded; what
   ///        VisionProcedure::measure and reading a picture report
   Expected<Measurement> measure(const MeasurementRequest& request) override;
-  /// G39,SPOP and its kin move where later pictures were taken. Nothing is drilled: G39 finds
-  /// nobody.
+  /// G39,SPOP and its kin move where later pictures were taken. Nothing is drilled: G39 is
+  /// only passed on.
   Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
 
   /// Fails  picture-missing; picture-mismatch; travel-exceeded; what reading a picture reports

@@ -15,18 +15,18 @@ namespace {
 
 using internal::JsonLine;
 
-constexpr Code kCode = Code::MeasurementFile;
+constexpr Code kProbeCode = Code::MeasurementFile;
 
-constexpr int kMaxInt = std::numeric_limits<int>::max();
-constexpr std::int64_t kMaxInt64 = std::numeric_limits<std::int64_t>::max();
+constexpr int kMaxProbeInt = std::numeric_limits<int>::max();
+constexpr std::int64_t kMaxProbeSeq = std::numeric_limits<std::int64_t>::max();
 /// More levels than any nesting limit of a program, subprogram calls counted.
-constexpr std::size_t kMaxPath = 128;
+constexpr std::size_t kMaxProbePath = 128;
 /// More spindles than a machine has.
 constexpr int kMaxAxis = 63;
-constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16;
+constexpr std::size_t kMaxProbeLine = std::size_t{1} << 16;
 
 /// Recorded and requested nominals come from the same arithmetic; this only forgives printing.
-constexpr double kSameNominal_mm = 1e-6;
+constexpr double kSameProbed_mm = 1e-6;
 
 /// One line: the height of one Z axis, or that nothing was found.
 struct ProbeLine {
@@ -35,56 +35,56 @@ struct ProbeLine {
   std::optional<HeightEstimate> height;
 };
 
-Expected<Eigen::Vector2d> read_point(const JsonLine& line, std::string_view key) {
-  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers(key, 2, kCode));
+Expected<Eigen::Vector2d> read_probed_point(const JsonLine& line, std::string_view key) {
+  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers(key, 2, kProbeCode));
   return Eigen::Vector2d(xy_mm[0], xy_mm[1]);
 }
 
-Expected<int> read_int(const JsonLine& line, std::string_view key, int high = kMaxInt) {
-  PANELCAL_TRY(const std::int64_t value, line.integer(key, 0, high, kCode));
+Expected<int> read_int(const JsonLine& line, std::string_view key, int high = kMaxProbeInt) {
+  PANELCAL_TRY(const std::int64_t value, line.integer(key, 0, high, kProbeCode));
   return static_cast<int>(value);
 }
 
-Expected<ProbeRequest> read_request(const JsonLine& line) {
+Expected<ProbeRequest> read_probe_request(const JsonLine& line) {
   ProbeRequest request;
-  PANELCAL_TRY(request.seq, line.integer("probe", 0, kMaxInt64, kCode));
+  PANELCAL_TRY(request.seq, line.integer("probe", 0, kMaxProbeSeq, kProbeCode));
   PANELCAL_TRY(request.line, read_int(line, "line"));
   if (line.has("file")) {
-    PANELCAL_TRY(request.file, line.text("file", kCode));
+    PANELCAL_TRY(request.file, line.text("file", kProbeCode));
   }
-  PANELCAL_TRY(request.command, line.text("command", kCode));
+  PANELCAL_TRY(request.command, line.text("command", kProbeCode));
   PANELCAL_TRY(request.tool, read_int(line, "tool"));
-  PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_point(line, "nominal"));
+  PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_probed_point(line, "nominal"));
   request.nominal = position_mm<frame::Nominal>(nominal_mm);
-  PANELCAL_TRY(const Eigen::Vector2d expected_mm, read_point(line, "expected"));
+  PANELCAL_TRY(const Eigen::Vector2d expected_mm, read_probed_point(line, "expected"));
   request.expected = position_mm<frame::Actual>(expected_mm);
-  PANELCAL_TRY(request.path, line.integers("path", 0, kMaxInt, kMaxPath, kCode));
+  PANELCAL_TRY(request.path, line.integers("path", 0, kMaxProbeInt, kMaxProbePath, kProbeCode));
   if (line.has("L")) {
     PANELCAL_TRY(request.memory, read_int(line, "L"));
   }
   if (line.has("depth")) {
-    PANELCAL_TRY(const double depth_mm, line.number("depth", kCode));
+    PANELCAL_TRY(const double depth_mm, line.number("depth", kProbeCode));
     request.depth = mm(depth_mm);
   }
-  PANELCAL_TRY(const double reference_mm, line.number("reference", kCode));
+  PANELCAL_TRY(const double reference_mm, line.number("reference", kProbeCode));
   request.reference = mm(reference_mm);
   return request;
 }
 
 Expected<HeightEstimate> read_height(const JsonLine& line) {
-  PANELCAL_TRY(const double height_mm, line.number("height", kCode));
-  PANELCAL_TRY(const double sigma_mm, line.number("sigma", kCode));
+  PANELCAL_TRY(const double height_mm, line.number("height", kProbeCode));
+  PANELCAL_TRY(const double sigma_mm, line.number("sigma", kProbeCode));
   if (sigma_mm >= 0) return HeightEstimate{mm(height_mm), mm(sigma_mm)};
   return failure(line.problem("sigma", Code::MeasurementInvalid, "0 or more"));
 }
 
 Expected<ProbeLine> read_line(const JsonLine& line) {
-  PANELCAL_CHECK(line.check_keys(internal::kProbeKeys, kCode));
+  PANELCAL_CHECK(line.check_keys(internal::kProbeKeys, kProbeCode));
   ProbeLine read;
-  PANELCAL_TRY(read.reading.request, read_request(line));
-  PANELCAL_TRY(const std::string status, line.text("status", kCode));
+  PANELCAL_TRY(read.reading.request, read_probe_request(line));
+  PANELCAL_TRY(const std::string status, line.text("status", kProbeCode));
   const auto known = probe_status_from_name(status);
-  if (!known) return failure(line.problem("status", kCode, "found or not_found"));
+  if (!known) return failure(line.problem("status", kProbeCode, "found or not_found"));
   read.reading.status = *known;
   if (*known == ProbeStatus::Found) {
     PANELCAL_TRY(read.axis, read_int(line, "zaxis", kMaxAxis));
@@ -92,19 +92,19 @@ Expected<ProbeLine> read_line(const JsonLine& line) {
   } else {
     for (const std::string_view key : {"zaxis", "height", "sigma"}) {
       if (!line.has(key)) continue;
-      return failure(line.problem(key, kCode, "no height unless status is found"));
+      return failure(line.problem(key, kProbeCode, "no height unless status is found"));
     }
   }
   if (line.has("reason")) {
-    PANELCAL_TRY(read.reading.reason, line.text("reason", kCode));
+    PANELCAL_TRY(read.reading.reason, line.text("reason", kProbeCode));
   }
   return read;
 }
 
 /// Puts the lines of each probe together.
-class Collector {
+class ProbeCollector {
  public:
-  explicit Collector(const std::string& file) : recorded_{file, {}} {}
+  explicit ProbeCollector(const std::string& file) : recorded_{file, {}} {}
 
   Expected<void> add(const JsonLine& parsed, ProbeLine line, int number) {
     const auto [at, is_new] =
@@ -117,8 +117,8 @@ class Collector {
     }
     if (!line.height) return {};
     if (heights_[at->second].emplace(line.axis, *line.height).second) return {};
-    return failure(
-        parsed.problem("zaxis", kCode, fmt::format("each Z axis of probe {} once", at->first)));
+    return failure(parsed.problem(
+        "zaxis", kProbeCode, fmt::format("each Z axis of probe {} once", at->first)));
   }
 
   Expected<RecordedProbes> finish() {
@@ -153,7 +153,7 @@ class Collector {
     if (!is_one_of_several) {
       return failure(parsed.problem(
           "probe",
-          kCode,
+          kProbeCode,
           fmt::format("each number once if it is not found; line {} has this one already",
                       first.line)));
     }
@@ -163,12 +163,12 @@ class Collector {
     }
     return failure(parsed.problem(
         "probe",
-        kCode,
+        kProbeCode,
         fmt::format("the same request as in line {}, which has this number already", first.line)));
   }
 
   Diagnostic wrong_axes(const RecordedProbe& probe, std::string_view what, std::string expected) {
-    return {kCode,
+    return {kProbeCode,
             {recorded_.file, probe.line, 1},
             fmt::format("probe {} {}", probe.reading.request.seq, what),
             std::move(expected)};
@@ -180,18 +180,19 @@ class Collector {
   std::size_t n_axes_ = 0;
 };
 
-std::string point_text(const Eigen::Vector2d& p_mm) {
+std::string probed_point_text(const Eigen::Vector2d& p_mm) {
   return fmt::format("[{}, {}]", p_mm.x(), p_mm.y());
 }
 
 /// In which way a recorded request is another one than the program's; empty if it is the same.
-struct Difference {
+struct ProbeDifference {
   std::string recorded;
   std::string requested;
 };
-std::optional<Difference> difference(const ProbeRequest& recorded, const ProbeRequest& requested) {
+std::optional<ProbeDifference> probe_difference(const ProbeRequest& recorded,
+                                                const ProbeRequest& requested) {
   const auto differs = [](std::string_view what, const auto& a, const auto& b) {
-    return Difference{fmt::format("{} {}", what, a), fmt::format("{} {}", what, b)};
+    return ProbeDifference{fmt::format("{} {}", what, a), fmt::format("{} {}", what, b)};
   };
   if (recorded.command != requested.command) {
     return differs("command", quoted(recorded.command), quoted(requested.command));
@@ -208,9 +209,10 @@ std::optional<Difference> difference(const ProbeRequest& recorded, const ProbeRe
   }
   const Displacement<frame::Nominal> apart = recorded.nominal - requested.nominal;
   // Written so that a NaN differs.
-  if (!(apart.in_mm().norm() <= kSameNominal_mm)) {
-    return differs(
-        "nominal", point_text(recorded.nominal.in_mm()), point_text(requested.nominal.in_mm()));
+  if (!(apart.in_mm().norm() <= kSameProbed_mm)) {
+    return differs("nominal",
+                   probed_point_text(recorded.nominal.in_mm()),
+                   probed_point_text(requested.nominal.in_mm()));
   }
   return std::nullopt;
 }
@@ -218,7 +220,7 @@ std::optional<Difference> difference(const ProbeRequest& recorded, const ProbeRe
 }  // namespace
 
 Expected<RecordedProbes> parse_probes(std::string_view text, const std::string& file) {
-  Collector collector(file);
+  ProbeCollector collector(file);
   int number = 0;
   while (!text.empty()) {
     ++number;
@@ -227,9 +229,11 @@ Expected<RecordedProbes> parse_probes(std::string_view text, const std::string& 
     text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
     if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
     const Place place{file, number, 1};
-    if (line.size() > kMaxLineBytes) {
-      return failure(
-          {kCode, place, "the line is too long", fmt::format("at most {} bytes", kMaxLineBytes)});
+    if (line.size() > kMaxProbeLine) {
+      return failure({kProbeCode,
+                      place,
+                      "the line is too long",
+                      fmt::format("at most {} bytes", kMaxProbeLine)});
     }
     PANELCAL_TRY(const JsonLine parsed, JsonLine::parse(line, place));
     PANELCAL_TRY(ProbeLine read, read_line(parsed));
@@ -258,7 +262,7 @@ Expected<ProbeReading> ProbeFileSource::probe(const ProbeRequest& request) {
                     "a reading for " + describe(request)});
   }
   const RecordedProbe& recorded = recorded_.probes[found->second.index];
-  if (const auto differs = difference(recorded.reading.request, request)) {
+  if (const auto differs = probe_difference(recorded.reading.request, request)) {
     return failure({Code::MeasurementMismatch,
                     {recorded_.file, recorded.line, 1},
                     fmt::format("probe {} has {}", request.seq, differs->recorded),

@@ -57,10 +57,11 @@ class ProbeFileSource final : public ProbeSource {
   /// Fails  measurement-missing; measurement-mismatch
   Expected<ProbeReading> probe(const ProbeRequest& request) override;
 
-  /// After a complete run: fails if the file has a reading that nobody asked for.
+  /// After a complete run: fails if the file has a reading that no command asked for.
   ///
   /// Fails  measurement-mismatch, at the first such line
   Expected<void> check_all_used() const;
+  Expected<void> finish() override { return check_all_used(); }
 
  private:
   struct Entry {

@@ -17,9 +17,9 @@ constexpr double kMaxCount = kMaxHoles;
 constexpr double kMaxCusp_mm = inch(0.0005).in_mm();
 constexpr double kPlungeInside_mm = inch(0.01).in_mm();
 constexpr double kRetractInside_mm = inch(0.1).in_mm();
-constexpr double kNoise_mm = 1e-6;       // what converted and added lengths may be off
-constexpr double kCountNoise = 1e-6;     // the same of a ratio of two lengths
-constexpr double kCoincident_mm = 1e-9;  // two holes that no machine tells apart
+constexpr double kCycleNoise_mm = 1e-6;       // what converted and added lengths may be off
+constexpr double kCycleCountNoise = 1e-6;     // the same of a ratio of two lengths
+constexpr double kCycleCoincident_mm = 1e-9;  // two holes that no machine tells apart
 
 tl::unexpected<std::string> wrong(std::string what) {
   return tl::unexpected<std::string>(std::move(what));
@@ -37,7 +37,7 @@ tl::unexpected<std::string> not_finite() {
   return wrong("a number is not finite, expected lengths in mm");
 }
 
-tl::unexpected<std::string> no_tool(double diameter_mm) {
+tl::unexpected<std::string> no_cycle_tool(double diameter_mm) {
   return wrong(fmt::format("the tool's diameter is {:.6g} mm, expected one above 0", diameter_mm));
 }
 
@@ -58,7 +58,7 @@ Cycle<HoleSequence> dual_in_line(const Eigen::Vector2d& corner_a_mm,
                     pitch_mm,
                     row_mm));
   }
-  const double slack_mm = rounding_mm + kNoise_mm;
+  const double slack_mm = rounding_mm + kCycleNoise_mm;
   const std::string corners = fmt::format("the corners are {:.6g} by {:.6g} mm apart", x_mm, y_mm);
   if (x_mm <= slack_mm || y_mm <= slack_mm) return wrong(corners + ", expected opposite corners");
   if (std::abs(x_mm - y_mm) <= slack_mm) {
@@ -89,7 +89,7 @@ Cycle<HoleSequence> eight_pin(const Eigen::Vector2d& a_mm,
                               double rounding_mm) {
   const Eigen::Vector2d apart_mm = (b_mm - a_mm).cwiseAbs();
   if (!apart_mm.allFinite()) return not_finite();
-  const double slack_mm = rounding_mm + kNoise_mm;
+  const double slack_mm = rounding_mm + kCycleNoise_mm;
   const std::string holes =
       fmt::format("the holes are {:.6g} by {:.6g} mm apart", apart_mm.x(), apart_mm.y());
   if (apart_mm.maxCoeff() <= slack_mm) return wrong(holes + ", expected two opposite ones");
@@ -104,8 +104,8 @@ Cycle<HoleSequence> canned_circle(const Eigen::Vector2d& center_mm,
                                   double tool_diameter_mm) {
   if (!all_finite({center_mm.x(), center_mm.y(), diameter_mm, tool_diameter_mm}))
     return not_finite();
-  if (!(tool_diameter_mm > 0)) return no_tool(tool_diameter_mm);
-  if (diameter_mm < 2 * tool_diameter_mm - kCoincident_mm) {
+  if (!(tool_diameter_mm > 0)) return no_cycle_tool(tool_diameter_mm);
+  if (diameter_mm < 2 * tool_diameter_mm - kCycleCoincident_mm) {
     return wrong(fmt::format(
         "the circle's diameter is {:.6g} mm, expected at least twice the tool's {:.6g} mm",
         diameter_mm,
@@ -122,9 +122,9 @@ Cycle<HoleSequence> canned_slot(const Eigen::Vector2d& start_mm,
                                 double tool_diameter_mm) {
   const double length_mm = (end_mm - start_mm).norm();
   if (!all_finite({length_mm, tool_diameter_mm})) return not_finite();
-  if (!(tool_diameter_mm > 0)) return no_tool(tool_diameter_mm);
-  if (length_mm <= kCoincident_mm) return HoleSequence::passes(start_mm, end_mm, 0, 0);
-  const double n_first = std::max(1.0, std::floor(length_mm / tool_diameter_mm + kCountNoise));
+  if (!(tool_diameter_mm > 0)) return no_cycle_tool(tool_diameter_mm);
+  if (length_mm <= kCycleCoincident_mm) return HoleSequence::passes(start_mm, end_mm, 0, 0);
+  const double n_first = std::max(1.0, std::floor(length_mm / tool_diameter_mm + kCycleCountNoise));
   const std::optional<std::int64_t> n_steps =
       slot_steps(length_mm, n_first, tool_diameter_mm, kMaxCusp_mm);
   if (!n_steps) return too_many("holes");
@@ -140,7 +140,7 @@ Cycle<StepDepths> step_slot_depths(double initial_mm, double increment_mm) {
     return wrong(
         fmt::format("the depth increment is {:.6g} mm, expected one below 0", increment_mm));
   }
-  const double n_steps = std::ceil(initial_mm / -increment_mm - kCountNoise);
+  const double n_steps = std::ceil(initial_mm / -increment_mm - kCycleCountNoise);
   if (!(n_steps < kMaxCount)) return too_many("passes");
   return StepDepths(initial_mm, increment_mm, std::max<std::int64_t>(0, std::llround(n_steps)) + 1);
 }
@@ -154,7 +154,7 @@ Cycle<RoutedCircle> routed_circle(const Eigen::Vector2d& center_mm,
         fmt::format("the compensation is {:.6g} mm, expected 0 or above", compensation_mm));
   }
   const double least_mm = 0.5 * compensation_mm + kPlungeInside_mm;
-  if (radius_mm < least_mm - kCoincident_mm) {
+  if (radius_mm < least_mm - kCycleCoincident_mm) {
     return wrong(
         fmt::format("the radius is {:.6g} mm, expected at least {:.6g} mm", radius_mm, least_mm));
   }

@@ -42,7 +42,7 @@ Cycle<HoleSequence> eight_pin(const Eigen::Vector2d& a_mm,
 
 /// G84: a big hole, drilled as a ring of overlapping ones from +x on.
 ///
-/// The holes' centres lie on a circle of radius (D - d) / 2. There are just so many that the cusps
+/// The holes' centres lie on a circle of radius (D - d) / 2. There are just enough that the cusps
 /// between neighbours stand less than 0.0005 inch out of the wall.
 ///
 /// Fails  tool_diameter_mm not above zero; diameter_mm below two tool diameters

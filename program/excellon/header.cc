@@ -76,8 +76,7 @@ class HeaderReader {
       }
       read_line(line, text);
     }
-    reporter_.report(
-        Code::HeaderUnclosed, start_line_, 1, "the header opened here has no end", "% or M95");
+    reporter_.report(Code::HeaderUnclosed, start_line_, 1, "", "% or M95");
     return finish();
   }
 
@@ -168,7 +167,7 @@ class HeaderReader {
         reporter_.report(Code::NotSupported,
                          line,
                          column,
-                         quoted(text) + " may move a zero, and the manual does not say how",
+                         quoted(text) + " may move a zero in a way that the manual does not state",
                          "the zero set at the machine, or G93X#Y#");
         return;
       case WordKind::Handled:
@@ -262,7 +261,7 @@ class HeaderReader {
     reporter_.report(Code::SettingUnseen,
                      line,
                      column,
-                     "the control reverses the direction of routing; outputs say it as programmed",
+                     "the control reverses the direction of routing; outputs keep it as programmed",
                      "CCW,OFF");
   }
 
@@ -274,7 +273,7 @@ class HeaderReader {
         Code::HeaderWordUnknown,
         line,
         column,
-        quoted(word) + " is no header command",
+        quoted(word),
         near.empty() ? "a command of the manual's header table" : "perhaps " + std::string(near));
   }
 
@@ -291,7 +290,7 @@ class HeaderReader {
       reporter_.report(Code::ArgumentInvalid,
                        line,
                        column,
-                       quoted(word) + " comes behind numbers that it would have told the unit of",
+                       quoted(word) + " comes behind numbers whose unit it states",
                        "INCH or METRIC before all dimensions");
     }
     unit_word_ = word;

@@ -12,7 +12,7 @@ bool takes_arguments(std::optional<Command> command) {
   return command && info(*command).operands.find(',') != std::string_view::npos;
 }
 
-Placement axis_placement(int version) {
+Placement excellon_placement(int version) {
   return {axis_orientation(version), Eigen::Vector2d::Zero()};
 }
 
@@ -23,12 +23,16 @@ Interpreter::Interpreter(const Program& program,
                          Survey& survey,
                          MeasurementSource* source,
                          OperationSink* sink,
-                         DiagnosticLog& log)
+                         DiagnosticLog& log,
+                         TrialExecution* trial)
     : program_(program),
       options_(options),
-      reporter_(program.source.file,
-                log,
-                sink == nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly),
+      trial_(trial),
+      reporter_(
+          program.source.file,
+          log,
+          sink == nullptr || trial != nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly,
+          trial == nullptr ? nullptr : &trial->working_log),
       vision_(options, survey, source, reporter_, log),
       emitter_(program.header.tools, options, place_, vision_.corrections(), reporter_, sink),
       set_(program.header.set),
@@ -36,13 +40,14 @@ Interpreter::Interpreter(const Program& program,
       cursor_(program.source.bytes, program.header.body),
       format_(program.header.format),
       plain_(format_),
-      axes_(axis_placement(program.axis_version())),
+      axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
       body_rules_(program.header.body_rules) {
   modal_.incremental = program.header.incremental;
   modal_.text_offset = program.header.text_offset;
   states_unit_ = program.header.states_format;
-  warned_format_ = sink != nullptr || (program.header.states_format && program.header.states_zeros);
+  const bool is_second_walk = sink != nullptr && trial == nullptr;
+  warned_format_ = is_second_walk || (program.header.states_format && program.header.states_zeros);
   place_.placement = frame_;
   place_.is_scaled = options.scaling && options.scaling->starts_enabled;
   const auto correction = program.header.zero_correction;
@@ -55,11 +60,17 @@ Interpreter::Interpreter(const Program& program,
   if (program.header.zero_set) place_.work_zero = place_.work_zero + zero(*program.header.zero_set);
 }
 
+void Interpreter::end_at(std::size_t offset) {
+  ends_early_ = true;
+  cursor_ =
+      LineCursor(std::string_view(program_.source.bytes).substr(0, offset), program_.header.body);
+}
+
 void Interpreter::run() {
   pass_on_header();
   while (!cursor_.at_end() && !has_ended()) run_line(cursor_.next());
   if (has_end_) return check_rest();
-  if (has_ended()) return;
+  if (has_ended() || ends_early_) return;
   refuse_pending(cursor_.line_number(), "the end of the program");
   if (is_plunged_) {
     reporter_.report(Code::ToolPlunged,
@@ -70,8 +81,7 @@ void Interpreter::run() {
   }
   vision_.end_program(cursor_.line_number());
   if (!vision_.must_stop()) {
-    reporter_.report(
-        Code::EndMissing, cursor_.line_number(), 0, "the program has no end", "M30 or M00");
+    reporter_.report(Code::EndMissing, cursor_.line_number(), 0, "", "M30 or M00");
   }
 }
 
@@ -130,6 +140,11 @@ void Interpreter::run_line(const SourceLine& line) {
       run_words(line);
       break;
   }
+  if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
+  const bool is_of_program = !in_pattern_ && !in_stored_pattern_;
+  if (is_of_program && std::exchange(n_vision_steps_, vision_.n_steps()) != vision_.n_steps()) {
+    asked_until_ = cursor_.offset();
+  }
   if (vision_.must_stop()) ended_ = true;
 }
 
@@ -168,7 +183,7 @@ void Interpreter::run_slashed(const SourceLine& line) {
     reporter_.report(Code::BlockDeleteAssumed,
                      line.number,
                      line.column,
-                     quoted(line.text) + " is executed",
+                     quoted(line.text),
                      "BLKD,ON or BLKD,OFF in the header");
   }
   if (kind_of(rest.text) == LineKind::BlockDelete) {

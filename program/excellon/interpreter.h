@@ -16,12 +16,16 @@
 #include "program/excellon/vision.h"
 #include "program/text/plain_coordinate.h"
 #include "program/walk/emitter.h"
+#include "program/walk/options.h"
+#include "program/walk/program.h"
 #include "program/walk/reporter.h"
-#include "program/walk/walk.h"
+#include "program/walk/survey.h"
+#include "program/walk/trial_execution.h"
 
 namespace panelcal::excellon {
 
-/// One walk over a program. With a sink it executes; without one it measures and checks.
+/// One walk over a program. With a sink it executes; without one it measures and checks. With a
+/// trial, a source and a sink it does both until the trial is over.
 ///
 /// Memory does not grow with the number of holes: every instance of a step and repeat section reads
 /// the pattern's text again.
@@ -37,9 +41,17 @@ class Interpreter {
               Survey& survey,
               MeasurementSource* source,
               OperationSink* sink,
-              DiagnosticLog& log);
+              DiagnosticLog& log,
+              TrialExecution* trial = nullptr);
+
+  /// Ends a measuring walk at a byte of the program, behind which it asks for nothing: the place
+  /// that asked_until() of the check has given.
+  void end_at(std::size_t offset);
 
   void run();
+
+  /// Where the last line ends that measured, fitted or took back a fit.
+  std::size_t asked_until() const { return asked_until_; }
 
  private:
   /// Who used an axis last: the two passes of the machine see different coordinates, so an axis
@@ -208,6 +220,7 @@ class Interpreter {
 
   const Program& program_;
   const WalkOptions& options_;
+  TrialExecution* trial_;
   Reporter reporter_;
   VisionSession vision_;
   WalkPlace place_;
@@ -239,8 +252,11 @@ class Interpreter {
   bool warned_format_ = false;  ///< or nothing is to be warned of
   bool warned_slash_ = false;
   bool reported_no_tool_ = false;
-  bool ended_ = false;    ///< nothing more is executed
-  bool has_end_ = false;  ///< because the program said so
+  bool ended_ = false;       ///< nothing more is executed
+  bool has_end_ = false;     ///< because the program said so
+  bool ends_early_ = false;  ///< where end_at() has said
+  std::int64_t n_vision_steps_ = 0;
+  std::size_t asked_until_ = 0;
 };
 
 }  // namespace panelcal::excellon

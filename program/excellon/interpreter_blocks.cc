@@ -196,12 +196,7 @@ void Interpreter::repeat_hole(const Block& block) {
 bool Interpreter::has_tool(int line) {
   if (tool_ && tool_->number > 0) return true;
   if (!std::exchange(reported_no_tool_, true)) {
-    reporter_.report(Code::ToolMissing,
-                     line,
-                     1,
-                     tool_ ? "a hole or rout move comes while no tool is taken, after T0"
-                           : "a hole or rout move comes before any tool was taken",
-                     "T#");
+    reporter_.report(Code::ToolMissing, line, 1, tool_ ? "T0 was the last" : "", "T#");
   }
   return false;
 }
@@ -301,7 +296,7 @@ void Interpreter::stored_label(const Block& block, Command command) {
 }
 
 /// G39(X#Y#): the order goes through as well, for the machine's own use. Without a place the holes
-/// go where [coupon] is free, which only whoever performs it knows.
+/// go where [coupon] is free, which only the code that performs it knows.
 void Interpreter::autocalibration(const Block& block) {
   if (refuse_while_plunged(block)) return;
   MotionWords words;

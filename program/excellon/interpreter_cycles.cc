@@ -12,7 +12,7 @@ namespace panelcal::excellon {
 namespace {
 
 // CNC-7 manual, Dual In Line Package.
-constexpr Length kDefaultPitch = inch(0.1);
+constexpr Length kDefaultCyclePitch = inch(0.1);
 constexpr Length kDefaultRow = inch(0.3);
 // CNC-7 manual, Canned Circle.
 constexpr Length kDefaultCircleTool = inch(0.125);
@@ -57,7 +57,7 @@ void Interpreter::begin_cycle(const Block& block, Command command) {
                   .line = block.line,
                   .text = std::string(block.text),
                   .argument = std::string(block.arguments),
-                  .pitch_mm = read.xy_mm[0].value_or(kDefaultPitch.in_mm()),
+                  .pitch_mm = read.xy_mm[0].value_or(kDefaultCyclePitch.in_mm()),
                   .row_mm = read.xy_mm[1].value_or(kDefaultRow.in_mm()),
                   .first_mm = std::nullopt};
   if (command == Command::StoredPattern) {
@@ -259,7 +259,7 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
     reporter_.report(Code::PatternMissing,
                      cycle.line,
                      1,
-                     "there is no stored pattern " + quoted(cycle.name),
+                     quoted(cycle.name),
                      folders.empty() ? "a folder to look in" : "a file in " + folders);
     ended_ = true;
     return;

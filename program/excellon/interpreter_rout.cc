@@ -121,9 +121,7 @@ void Interpreter::rout_arc(const Block& block, const Eigen::Vector2d& from_mm, d
     reporter_.report(Code::ArcAdjusted,
                      block.line,
                      block.column,
-                     fmt::format("{}: the radius is changed by {:.4f} mm to fit both ends",
-                                 quoted(block.text),
-                                 fit.adjusted_mm));
+                     fmt::format("{} by {:.4f} mm", quoted(block.text), fit.adjusted_mm));
   }
   emitter_.rout(block.line, fit.arc, modal_.feed);
 }

@@ -24,6 +24,10 @@ void Interpreter::run_section(int line) {
     ended_ = true;
     return;
   }
+  if (trial_ != nullptr) {
+    trial_->is_repeated = true;
+    emitter_.stop_executing();
+  }
   const std::size_t depth = place_.path.size();
   in_pattern_ = true;
   place_.path.resize(depth + section->levels.size(), 0);

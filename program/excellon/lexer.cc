@@ -10,36 +10,42 @@
 namespace panelcal::excellon {
 namespace {
 
-using enum CommandClass;
-constexpr std::array kCommands = {
+constexpr auto kExcellonCommands = [] {
+  using enum CommandClass;
+  return std::array{
 #define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) \
   CommandInfo{Command::name, letter, number, kind, operands, section, effect, test},
 #include "program/excellon/commands.def"
-};
-constexpr std::array kWords = {
+  };
+}();
+constexpr auto kExcellonWords = [] {
+  using enum CommandClass;
+  return std::array{
 #define EXCELLON_WORD(form, kind, section, effect, test) \
   WordInfo{form, kind, section, effect, test},
 #include "program/excellon/commands.def"
-};
+  };
+}();
 
-constexpr int kCodes = 100;  // G00..G99, M00..M99
-using CodeIndex = std::array<std::int8_t, kCodes>;
+constexpr int kExcellonCodes = 100;  // G00..G99, M00..M99
+using ExcellonIndex = std::array<std::int8_t, kExcellonCodes>;
 
-constexpr CodeIndex index_of_letter(char letter) {
-  CodeIndex index{};
+constexpr ExcellonIndex index_of_letter(char letter) {
+  ExcellonIndex index{};
   index.fill(-1);
-  for (std::size_t i = 0; i < kCommands.size(); ++i) {
-    if (kCommands[i].letter == letter) index[kCommands[i].number] = static_cast<std::int8_t>(i);
+  for (std::size_t i = 0; i < kExcellonCommands.size(); ++i) {
+    if (kExcellonCommands[i].letter == letter)
+      index[kExcellonCommands[i].number] = static_cast<std::int8_t>(i);
   }
   return index;
 }
-constexpr CodeIndex kIndexOfG = index_of_letter('G');
-constexpr CodeIndex kIndexOfM = index_of_letter('M');
+constexpr ExcellonIndex kIndexOfG = index_of_letter('G');
+constexpr ExcellonIndex kIndexOfM = index_of_letter('M');
 
-bool is_blank(char c) {
+bool is_excellon_blank(char c) {
   return c == ' ' || c == '\t';
 }
-bool is_letter(char c) {
+bool is_capital(char c) {
   return c >= 'A' && c <= 'Z';
 }
 bool is_number_part(char c) {
@@ -65,11 +71,11 @@ constexpr std::array kFormatOne = {
 }  // namespace
 
 std::span<const CommandInfo> command_table() {
-  return kCommands;
+  return kExcellonCommands;
 }
 
 std::span<const WordInfo> word_table() {
-  return kWords;
+  return kExcellonWords;
 }
 
 std::span<const FormatOneInfo> format_one_table() {
@@ -100,14 +106,14 @@ std::optional<Command> command_of(const Word& word, ProgramSet set) {
 }
 
 const CommandInfo& info(Command command) {
-  return kCommands[static_cast<std::size_t>(command)];
+  return kExcellonCommands[static_cast<std::size_t>(command)];
 }
 
 std::optional<Command> find_command(char letter, int number) {
-  if (number < 0 || number >= kCodes) return std::nullopt;
+  if (number < 0 || number >= kExcellonCodes) return std::nullopt;
   const int i = letter == 'G' ? kIndexOfG[number] : letter == 'M' ? kIndexOfM[number] : -1;
   if (i < 0) return std::nullopt;
-  return kCommands[static_cast<std::size_t>(i)].command;
+  return kExcellonCommands[static_cast<std::size_t>(i)].command;
 }
 
 const Word* Block::find(char letter) const {
@@ -116,11 +122,12 @@ const Word* Block::find(char letter) const {
 }
 
 LineKind kind_of(std::string_view line) {
-  const auto first = std::ranges::find_if_not(line, is_blank);
+  const auto first = std::ranges::find_if_not(line, is_excellon_blank);
   if (first == line.end() || *first == ';') return LineKind::Empty;
   if (*first == '/') return LineKind::BlockDelete;
   if (*first == '$') return LineKind::KeyboardOrder;
-  if (*first == '%' && std::all_of(first + 1, line.end(), is_blank)) return LineKind::PatternMark;
+  if (*first == '%' && std::all_of(first + 1, line.end(), is_excellon_blank))
+    return LineKind::PatternMark;
   return LineKind::Words;
 }
 
@@ -136,7 +143,7 @@ bool is_continued(std::string_view line) {
 }
 
 bool is_long_message(std::string_view line) {
-  const auto first = std::ranges::find_if_not(line, is_blank);
+  const auto first = std::ranges::find_if_not(line, is_excellon_blank);
   return std::string_view(first, line.end()).starts_with("M45,");
 }
 
@@ -150,8 +157,8 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
   const std::string_view text = line.text;
   std::size_t i = 0;
   std::size_t end = text.size();
-  while (i < end && is_blank(text[i])) ++i;
-  while (end > i && is_blank(text[end - 1])) --end;
+  while (i < end && is_excellon_blank(text[i])) ++i;
+  while (end > i && is_excellon_blank(text[end - 1])) --end;
 
   block.line = line.number;
   block.text = text.substr(i, end - i);
@@ -166,14 +173,14 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
       block.arguments_column = column + 1;
       return std::nullopt;
     }
-    if (!is_letter(text[i])) return LexFault{column, text.substr(i, 1), "a letter A to Z"};
+    if (!is_capital(text[i])) return LexFault{column, text.substr(i, 1), "a letter A to Z"};
     if (block.n_words == Block::kMaxWords) {
       return LexFault{column, text.substr(i, end - i), "at most 16 words in a block"};
     }
     const std::size_t begin = ++i;
     while (i < end && is_number_part(text[i])) ++i;
     block.words[block.n_words++] = {text[begin - 1], column, text.substr(begin, i - begin)};
-    while (i < end && is_blank(text[i])) ++i;
+    while (i < end && is_excellon_blank(text[i])) ++i;
   }
   return std::nullopt;
 }

@@ -59,8 +59,8 @@ std::string code_text(Command command);
 /// Which of the two command sets of the manual's table of equivalents a program is written in.
 enum class ProgramSet : std::uint8_t { FormatOne, FormatTwo };
 
-/// The command that a G or M word of one or two digits stands for. `G045` is none: taken for G45 it
-/// would measure a target that nobody meant.
+/// The command that a G or M word of one or two digits stands for. `G045` is not one: taken for G45
+/// it would measure a target that was not meant.
 /// Source CNC-7 manual, List of Equivalent Format One Commands
 std::optional<Command> command_of(const Word& word, ProgramSet set);
 

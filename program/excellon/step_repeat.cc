@@ -216,7 +216,7 @@ class SectionScanner {
     reporter_.report(Code::RepeatUnclosed,
                      section_.line,
                      1,
-                     "the step and repeat section opened here has no " + std::string(missing),
+                     "no " + std::string(missing),
                      "M25 ... M01 ... M02 ... M08");
     return std::nullopt;
   }

@@ -6,13 +6,13 @@
 namespace panelcal::excellon {
 namespace {
 
-constexpr Length kDefaultPitch = inch(0.0417);
+constexpr Length kDefaultTextPitch = inch(0.0417);
 
 }  // namespace
 
 double text_pitch_mm(std::optional<Length> tool_diameter) {
   const bool is_known = tool_diameter && tool_diameter->in_mm() > 0;
-  return (is_known ? kPitchDiameters * *tool_diameter : kDefaultPitch).in_mm();
+  return (is_known ? kPitchDiameters * *tool_diameter : kDefaultTextPitch).in_mm();
 }
 
 tl::expected<std::string, std::size_t> prepare_text(std::string_view text, std::string_view opid) {

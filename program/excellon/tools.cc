@@ -8,13 +8,13 @@
 namespace panelcal::excellon {
 namespace {
 
-bool is_all_digits(std::string_view text) {
+bool is_tool_digits(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
 /// A whole rate with leading zeros kept: of three digits, `2` is 200 and `02` is 20.
 std::optional<double> parse_rate(std::string_view text, std::size_t n_digits) {
-  if (!is_all_digits(text) || text.size() > n_digits) return std::nullopt;
+  if (!is_tool_digits(text) || text.size() > n_digits) return std::nullopt;
   double value = *parse_count(text);
   for (std::size_t i = text.size(); i < n_digits; ++i) value *= 10;
   return value;
@@ -22,7 +22,7 @@ std::optional<double> parse_rate(std::string_view text, std::size_t n_digits) {
 
 /// Thousands of revolutions a minute: `612` is 61,200, `6` is 60,000, `110.5` is 110,500.
 std::optional<double> parse_speed_rpm(std::string_view text) {
-  if (is_all_digits(text) && text.size() <= 3) return *parse_rate(text, 3) * 100;
+  if (is_tool_digits(text) && text.size() <= 3) return *parse_rate(text, 3) * 100;
   if (text.find('.') == std::string_view::npos) return std::nullopt;
   // Millimetres are stored as they are, so that 110.5 stays exact.
   const ParsedLength thousands = parse_length(text, {.unit = LengthUnit::Millimeter});
@@ -59,7 +59,7 @@ class ToolReader {
   bool read_number(const std::map<int, Tool>* defined, ToolBlock& out) const {
     const Word& word = block_.words[0];
     const std::optional<int> number = parse_count(word.number);
-    if (!number || !is_all_digits(word.number) || word.number.size() > 4) {
+    if (!number || !is_tool_digits(word.number) || word.number.size() > 4) {
       return fail(word, "a tool number of 1 to 4 digits");
     }
     out.tool.number = *number;

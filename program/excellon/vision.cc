@@ -55,7 +55,7 @@ std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
     reporter_.report(Code::VisionToolMissing,
                      target.line,
                      1,
-                     code_text(target.command) + " measures before any G34",
+                     code_text(target.command),
                      "G34,# with the number of a vision tool");
     measuring_.stop();
     return std::nullopt;

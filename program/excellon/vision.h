@@ -10,8 +10,8 @@
 #include "calib/correction/memory.h"
 #include "program/excellon/lexer.h"
 #include "program/walk/measuring.h"
+#include "program/walk/options.h"
 #include "program/walk/reporter.h"
-#include "program/walk/walk.h"
 
 namespace panelcal::excellon {
 
@@ -75,6 +75,7 @@ class VisionSession {
   bool has_open_series() const { return open_.has_value(); }
   void stop() { measuring_.stop(); }
   bool must_stop() const { return measuring_.must_stop(); }
+  std::int64_t n_steps() const { return measuring_.n_steps(); }
   const CorrectionState& corrections() const { return measuring_.corrections(); }
 
  private:
@@ -98,7 +99,7 @@ class VisionSession {
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
   bool is_allowed(int line);
-  /// False if `key` is none of the orders that set how the camera is to look.
+  /// False if `key` is not one of the orders that set how the camera is to look.
   bool set_uvis(std::string_view key,
                 std::string_view value,
                 const SourceLine& line,

@@ -217,7 +217,7 @@ void VisionSession::refuse_unknown(std::string_view key, const SourceLine& line)
   reporter_.report(Code::CommandUnknown,
                    line.number,
                    static_cast<int>(key.data() - line.text.data()) + 1,
-                   quoted(key) + " is no $uvis command",
+                   quoted(key) + " behind $uvis",
                    near.empty() ? "auto, box, search, searcharea, entry, insp, focus, lamp, zoom, "
                                   "calib or alg"
                                 : "perhaps " + std::string(near));

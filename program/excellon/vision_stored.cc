@@ -21,7 +21,7 @@ void VisionSession::rewind(const Block& block, int label) {
   reporter_.report(Code::LabelUnknown,
                    block.line,
                    block.column,
-                   fmt::format("{}: nothing was stored under label {}", quoted(block.text), label),
+                   quoted(block.text),
                    fmt::format("M50,{} earlier in the program", label));
   measuring_.stop();
 }
@@ -29,11 +29,8 @@ void VisionSession::rewind(const Block& block, int label) {
 void VisionSession::advance(const Block& block, int n_points, const Placement& placement) {
   refuse_unfinished(block.line, block.text);
   if (!memory_.is_rewound()) {
-    reporter_.report(Code::RewindMissing,
-                     block.line,
-                     block.column,
-                     quoted(block.text) + " has no pointer to advance",
-                     "M51,# before it");
+    reporter_.report(
+        Code::RewindMissing, block.line, block.column, quoted(block.text), "M51,# before it");
     measuring_.stop();
     return;
   }
@@ -78,23 +75,18 @@ void VisionSession::end_section(int line) {
   reporter_.report(Code::PointsLeft,
                    line,
                    1,
-                   fmt::format("{} stored points of the M51 in line {} were not used",
-                               memory_.points_left(),
-                               rewind_line),
+                   fmt::format("{} of the M51 in line {}", memory_.points_left(), rewind_line),
                    "as many points advanced by M52 as were measured under M50");
   measuring_.stop();
 }
 
 bool VisionSession::refuse_without_advance(int line) {
   if (rewind_line_ == 0 || has_advanced_) return false;
-  reporter_.report(
-      Code::AdvanceMissing,
-      line,
-      1,
-      fmt::format("a coordinate comes after the M51 in line {} without an M52 for this "
-                  "board",
-                  rewind_line_),
-      "M52,# at the beginning of the pattern");
+  reporter_.report(Code::AdvanceMissing,
+                   line,
+                   1,
+                   fmt::format("coordinate after the M51 in line {}", rewind_line_),
+                   "M52,# at the beginning of the pattern");
   measuring_.stop();
   return true;
 }
@@ -104,9 +96,7 @@ bool VisionSession::refuse_inside_stored(int line) {
   reporter_.report(Code::PointerInsideSeries,
                    line,
                    1,
-                   fmt::format("a coordinate comes while the M52 in line {} has stopped inside a "
-                               "stored series",
-                               advance_line_),
+                   fmt::format("coordinate after the M52 in line {}", advance_line_),
                    "an M52 count that ends where a stored series ends");
   measuring_.stop();
   return true;

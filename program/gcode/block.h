@@ -38,7 +38,7 @@ struct GcodeBlock {
 
 /// Reads one line: words in any order, blanks anywhere, comments in brackets or behind a semicolon.
 ///
-/// Fails  not-supported: variables, expressions and words of O, whose numbers nobody knows before
+/// Fails  not-supported: variables, expressions and words of O, whose numbers are unknown before
 ///        they are executed; number-malformed; command-unknown: a character that begins nothing;
 ///        argument-invalid: a letter but G and M twice in a line
 /// Source NIST RS274NGC version 3 (2000), 3.3

@@ -190,8 +190,10 @@ class Leveller {
                           motion->to.y_mm,
                           is_cycle ? std::optional(motion->travel_mm) : motion->to.z_mm};
     if (!motion->to.z_mm && motion->kind != MotionKind::Rapid) {
-      return failure(problem(
-          block, Code::CoordinateMissing, "a move at nobody knows what height", "Z before it"));
+      return failure(problem(block,
+                             Code::CoordinateMissing,
+                             "move before the first Z: height unknown",
+                             "Z before it"));
     }
     if (!is_below(motion->from.z_mm) && !is_below(motion->to.z_mm)) {
       lines_.put(block);
@@ -339,7 +341,7 @@ class Leveller {
     return {};
   }
 
-  /// Up and down where the tool stands, and rapid moves from nobody knows where.
+  /// Up and down where the tool stands, and rapid moves from an unknown place.
   Expected<void> put_end(const GcodeBlock& block, const Motion& motion) {
     const bool from_nowhere = motion.goes() && motion.kind != MotionKind::Rapid;
     double added_mm = 0;
@@ -347,7 +349,7 @@ class Leveller {
       if (!motion.to.has_xy() || from_nowhere) {
         return failure(problem(block,
                                Code::CoordinateMissing,
-                               "a move below the safe height, and nobody knows from where",
+                               "move below the safe height from an unknown place",
                                "X, Y and Z before it"));
       }
       PANELCAL_TRY(added_mm, shift_mm(block, motion.to.xy_mm()));

@@ -38,7 +38,7 @@ struct LevelFigures {
   Length highest;
   std::int64_t n_filled = 0;        ///< levelled moves over places where a probe is missing
   std::int64_t n_extrapolated = 0;  ///< outside of the probes' hull
-  std::int64_t n_over_voids = 0;    ///< over holes and the like, at the height foretold there
+  std::int64_t n_over_voids = 0;    ///< over holes and the like, at the height predicted there
   Length largest_sigma;             ///< of the surface under a levelled move
   int line_of_largest_sigma = 0;
 };
@@ -55,13 +55,13 @@ struct LevelledGcode {
 /// the safe height is cut there first, and above it stays as it is. Rapid moves below it are no
 /// exception. Steps (G91) lead to the surface and back. Drilling cycles get a Z and an R of their
 /// own at every hole. Everything else, comments and feeds too, stays as written. Over a void the
-/// foretold height holds, as a tool cuts across what was drilled before; from one zone to another
+/// predicted height holds, as a tool cuts across what was drilled before; from one zone to another
 /// it goes where both have one height. A move whose place is not known, or lies where the map does
 /// not reach, is refused: the tool would go through the board, or through the table.
 ///
 /// Fails  as read_gcode_block() and MotionReader; coordinate-missing: a move below the safe height
-///        from or to nobody knows where; grid-invalid: the map does not reach; argument-invalid: a
-///        safe height that the board reaches, none at all, a tolerance that makes no sense, a map
+///        from or to an unknown place; grid-invalid: the map does not reach; argument-invalid: a
+///        safe height that the board reaches, none at all, a tolerance of 0 or less, a map
 ///        whose 0 is not on the board, a step between zones
 /// See    tests/program/gcode/leveller_test.cc
 Expected<LevelledGcode> level_gcode(const SourceText& program,

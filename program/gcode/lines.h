@@ -15,7 +15,7 @@ namespace panelcal::gcode {
 /// but other coordinates.
 ///
 /// Ends of moves keep the digits that the program has, lest a full circle become none, or the other
-/// way round; what is new has so many that nothing of the kind happens. Lines end with LF.
+/// way round; the new line has enough that this does not happen. Lines end with LF.
 class GcodeLines {
  public:
   /// The line as it is.

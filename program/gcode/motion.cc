@@ -21,7 +21,7 @@ constexpr std::array kHarmless = {
 constexpr std::array kCycles = {73.0, 81.0, 82.0, 83.0, 85.0, 86.0, 89.0};
 constexpr std::array kMotions = {
     MotionKind::Rapid, MotionKind::Line, MotionKind::Clockwise, MotionKind::Counterclockwise};
-/// Beside a known move these turn or shift what nobody maps.
+/// Beside a known move these turn or shift coordinates that have no map.
 constexpr std::string_view kOtherAxes = "ABCUVW";
 
 bool is_one_of(std::span<const double> codes, double code) {
@@ -191,7 +191,7 @@ Expected<std::optional<Motion>> MotionReader::read(const GcodeBlock& block) {
   return motion;
 }
 
-/// A step from nobody knows where leads nobody knows where to.
+/// A step from an unknown place leads to an unknown place.
 void MotionReader::read_axis(const GcodeBlock& block,
                              char letter,
                              std::optional<double>& at_mm) const {
@@ -245,11 +245,8 @@ Expected<Motion> MotionReader::read_motion(const GcodeBlock& block) {
 /// The centre and the sweep of an arc; a full circle ends where it begins and has no radius word.
 Expected<void> MotionReader::read_arc(const GcodeBlock& block, Motion& motion) const {
   if (!motion.from.has_xy() || !motion.to.has_xy()) {
-    return problem(block,
-                   Code::CoordinateMissing,
-                   nullptr,
-                   "an arc from nobody knows where",
-                   "X and Y before it");
+    return problem(
+        block, Code::CoordinateMissing, nullptr, "arc from an unknown place", "X and Y before it");
   }
   const GcodeWord* const turns = block.find('P');
   if ((turns != nullptr && turns->value != 1) || block.has('K')) {

@@ -14,7 +14,7 @@ namespace panelcal::gcode {
 
 enum class MotionKind : std::uint8_t { Rapid, Line, Clockwise, Counterclockwise, Cycle };
 
-/// Where the tool stands in work coordinates, mm; absent where nobody knows.
+/// Where the tool stands in work coordinates, mm; absent where unknown.
 struct Standing {
   std::optional<double> x_mm, y_mm, z_mm;
 
@@ -57,7 +57,7 @@ double length_mm(const Motion& motion);  ///< in X and Y
 /// Understood: G0 to G3 in the XY plane, G73, G81 to G83, G85, G86 and G89, G20, G21, G90, G91 (but
 /// in cycles), G98, G99, arcs by I, J or R. Whatever makes coordinates mean something else in the
 /// middle of a program is refused: a move counts for the board only if it is known where it goes.
-/// Behind a change of tool and a way home (M6, G28, G30, G53) nobody knows where the tool stands,
+/// Behind a change of tool and a way home (M6, G28, G30, G53) the place of the tool is unknown,
 /// nor behind a step from there.
 ///
 /// Source NIST RS274NGC version 3 (2000), 3.5; LinuxCNC G-code reference
@@ -70,7 +70,7 @@ class MotionReader {
 
   /// The move of a block, if it makes one.
   ///
-  /// Fails  not-supported; argument-invalid (no units yet, an arc that is none);
+  /// Fails  not-supported; argument-invalid (no units yet, an arc that is not valid);
   ///        coordinate-missing
   Expected<std::optional<Motion>> read(const GcodeBlock& block);
 
@@ -108,7 +108,7 @@ class MotionReader {
   bool returns_to_r_ = false;
   bool has_moved_ = false;
   bool has_ended_ = false;
-  bool leaves_ = false;  ///< this block goes where nobody knows
+  bool leaves_ = false;  ///< this block goes to an unknown place
   Standing at_;
   std::optional<double> cycle_z_mm_, cycle_r_mm_;
   std::optional<double> cycle_began_mm_;  ///< Z before the first of a series of cycles

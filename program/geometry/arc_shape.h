@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "program/geometry/plane_vectors.h"
 #include "program/model/operation.h"
 #include <Eigen/Core>
 
@@ -24,13 +25,13 @@ struct ArcShape {
 
   double radius_mm() const { return (from.norm() + to.norm()) / 2; }
   double length_mm() const {
-    return radius_mm() * std::atan2(std::abs(cross(from, to)), from.dot(to));
+    return radius_mm() * std::atan2(std::abs(internal::cross(from, to)), from.dot(to));
   }
   /// The arc has a point in this direction from its center.
   bool covers(const Eigen::Vector2d& direction) const {
     // Both signs also fit the opposite of an arc without length.
     const double nearer = std::max(direction.dot(from), direction.dot(to));
-    return cross(from, direction) >= 0 && cross(direction, to) >= 0 &&
+    return internal::cross(from, direction) >= 0 && internal::cross(direction, to) >= 0 &&
            nearer >= -1e-6 * radius_mm();
   }
   /// Calls `see` with every point that is the farthest right, up, left or down between the ends.
@@ -42,11 +43,6 @@ struct ArcShape {
                                              Eigen::Vector2d(0, -1)}) {
       if (covers(direction)) see(Eigen::Vector2d(center + radius_mm() * direction));
     }
-  }
-
- private:
-  static double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    return a.x() * b.y() - a.y() * b.x();
   }
 };
 

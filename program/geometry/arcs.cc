@@ -6,24 +6,20 @@
 #include <limits>
 #include <numbers>
 
+#include "program/geometry/plane_vectors.h"
+
 namespace panelcal {
 namespace {
+
+using internal::cross;
+using internal::left_of;
 
 constexpr double kMaxMismatch = 0.03;  // of the radius (semantics page, I/J)
 constexpr double kRoundingSteps = 3;   // start, end, I and J rounded by half a step in x and y each
 constexpr double kRelativeNoise = 1e-12;
-constexpr double kStraightSagitta_mm = 1e-9;
+constexpr double kStraightArc_mm = 1e-9;
 constexpr double kSimilarity = 1e-12;  // what composing rotations leaves of unequal stretch
 constexpr int kMaxHalvings = 12;       // 4096 pieces
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-/// A quarter turn counterclockwise.
-Eigen::Vector2d left_of(const Eigen::Vector2d& direction) {
-  return {-direction.y(), direction.x()};
-}
 
 /// The line between the ends and the unit vector from it to where the centre belongs.
 struct Chord {
@@ -191,7 +187,7 @@ class ArcImage {
     if (phi > 0.5 * std::numbers::pi + 1e-9) return piece;  // more than half a circle: split it
     // Where x(theta) does not turn round, the piece keeps between its ends.
     const double advance = v_norm * std::cos(phi) - std::abs(ux) * std::sin(phi);
-    if (sagitta_mm < kStraightSagitta_mm) {
+    if (sagitta_mm < kStraightArc_mm) {
       piece.deviation_mm = sagitta_mm + (advance >= 0 ? 0 : std::abs(lean_mm));
       return piece;
     }
@@ -313,7 +309,7 @@ std::vector<Arc> carry_arc(const Arc& arc,
 
   const ArcImage splitter(arc, linear, translation_mm, image.clockwise);
   if (splitter.is_similarity()) {
-    image.straight = splitter.sagitta_mm() < kStraightSagitta_mm;
+    image.straight = splitter.sagitta_mm() < kStraightArc_mm;
     if (!image.straight) image.center_mm = linear * arc.center_mm + translation_mm;
     return {image};
   }

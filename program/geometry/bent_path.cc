@@ -17,7 +17,7 @@ constexpr int kMostPieces = 4096;
 constexpr int kLeastSamples = 8;  // steps from a piece's begin to its end; even, for its middle
 constexpr int kMostSamples = 8192;
 constexpr double kSampled_mm = 2;
-constexpr double kStraightSagitta_mm = 1e-9;
+constexpr double kStraightPath_mm = 1e-9;
 
 double distance_to_chord_mm(const Vector2d& p_mm, const Arc& line) {
   const Vector2d along = line.end_mm - line.start_mm;
@@ -36,7 +36,7 @@ Arc through(const Vector2d& start_mm, const Vector2d& middle_mm, const Vector2d&
   const Vector2d left = Vector2d(-chord.y(), chord.x()) / length_mm;
   const Vector2d rise = middle_mm - arc.center_mm;
   const double sagitta_mm = left.dot(rise);
-  if (std::abs(sagitta_mm) < kStraightSagitta_mm) return arc;
+  if (std::abs(sagitta_mm) < kStraightPath_mm) return arc;
   // The centre is c left of the chord: |rise - c left|^2 = c^2 + (length / 2)^2.
   const double to_center_mm =
       0.5 * (rise.squaredNorm() - 0.25 * length_mm * length_mm) / sagitta_mm;

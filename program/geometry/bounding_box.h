@@ -8,7 +8,8 @@
 
 namespace panelcal {
 
-/// The smallest upright rectangle around positions in frame F; what is not a number is left out.
+/// The smallest upright rectangle around positions in frame F; positions that are not finite are
+/// left out.
 template <class F>
 class BoundingBox {
  public:

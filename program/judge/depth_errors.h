@@ -59,8 +59,8 @@ class DepthErrors {
  public:
   /// In     depth_sigma: [uncertainty] depth_um
   ///        maps: of the surface, one for each Z axis, or why there is none
-  ///        finds_surface: false: the output is for a machine that cannot, so that nobody knows how
-  ///        wrong a depth is that counts on no measured height
+  ///        finds_surface: false: the output is for a machine that cannot, so that it is unknown
+  ///        how wrong a depth is that counts on no measured height
   /// Precondition: at least one map
   DepthErrors(Length depth_sigma, std::vector<Expected<ZonedMap>> maps, bool finds_surface = true)
       : depth_sigma_(depth_sigma), maps_(std::move(maps)), finds_surface_(finds_surface) {}
@@ -68,9 +68,8 @@ class DepthErrors {
   Length depth_sigma() const { return depth_sigma_; }
   std::span<const Expected<ZonedMap>> maps() const { return maps_; }
 
-  /// On the axis that is likeliest to break the tolerance; empty where nobody knows, if only of one
-  /// axis, and for planes above the table that no probe has moved: nobody says how deep those are
-  /// meant to be.
+  /// On the axis that is likeliest to break the tolerance; empty where it is unknown, if only of
+  /// one axis, and for planes above the table that no probe has moved: their depth is not stated.
   std::optional<DepthError> worst_at(const Position<frame::Nominal>& place,
                                      const DepthOfCut& cut,
                                      const DepthTolerance& tolerance) const;
@@ -107,7 +106,7 @@ class DepthJudge {
   const DepthErrors& errors() const { return errors_; }
   /// Empty where nothing is asked of the tool, or it works to no depth.
   DepthTolerance tolerance_of(int tool, const DepthOfCut& cut) const;
-  /// Absent where nothing is asked, and where nobody knows.
+  /// Absent where nothing is asked, and where it is unknown.
   std::optional<JudgedDepth> judge(int tool,
                                    const Position<frame::Nominal>& place,
                                    const DepthOfCut& cut) const;

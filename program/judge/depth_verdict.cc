@@ -240,9 +240,8 @@ void DepthVerdict::report(const std::string& file, DiagnosticLog& log) const {
     }
     log.add({Code::ToleranceWarning,
              {file, 0, 0},
-             fmt::format("of {} with a tolerance nobody knows how wrong {}{}",
+             fmt::format("the error of {} with a tolerance is not known{}",
                          count_of(sum.n_unjudged, "depth", "depths"),
-                         sum.n_unjudged == 1 ? "it is" : "they are",
                          problem),
              "twelve or more probes about them that state a sigma, or [uncertainty] depth_um where "
              "the machine finds the surface itself"});

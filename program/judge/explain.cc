@@ -38,7 +38,7 @@ std::string source_line(std::string_view bytes, int number) {
   return "";
 }
 
-const PlacedPoint* place_of(const Operation& operation) {
+const PlacedPoint* placed_point_of(const Operation& operation) {
   if (const auto* drill = std::get_if<Drill>(&operation.what)) return drill;
   if (const auto* rout = std::get_if<Rout>(&operation.what)) return rout;
   if (const auto* move = std::get_if<RapidMove>(&operation.what)) return move;
@@ -159,7 +159,7 @@ void Explainer::put(const Operation& operation) {
     tool_ = change->tool;
     if (depths_) depths_->take(*change);
   }
-  const PlacedPoint* place = place_of(operation);
+  const PlacedPoint* place = placed_point_of(operation);
   if (place == nullptr || operation.origin == nullptr) return;
   ++n_places_;
   const bool is_meant = choice_.line ? operation.file.empty() && operation.line == *choice_.line
@@ -286,7 +286,7 @@ void Explainer::explain_depth(const Operation& operation) {
 }
 
 void PlaceNumber::put(const Operation& operation) {
-  const PlacedPoint* place = place_of(operation);
+  const PlacedPoint* place = placed_point_of(operation);
   if (place == nullptr || operation.origin == nullptr) return;
   ++n_places_;
   if (is_of_its_line_ || place->nominal != place_.nominal || operation.file != place_.file ||

@@ -127,7 +127,7 @@ void JobCheck::report(const Program& program, DiagnosticLog& log) const {
     if (used.contains(number) || used_.empty()) continue;
     log.add({Code::ToolUnused,
              {file, program.tool_lines().at(number), 1},
-             fmt::format("tool {} is defined and never used", number),
+             fmt::format("tool {}", number),
              ""});
   }
   if (!without_infeed_.empty()) {

@@ -21,7 +21,7 @@ struct Travel {
 };
 
 /// Watches a whole job pass and finds what no single block shows: tools that nothing uses, feeds
-/// that nobody sets, moves outside the travel, and coordinates of a suspicious size.
+/// that no block sets, moves outside the travel, and coordinates of a suspicious size.
 ///
 /// The size is held against three things: panels are 1 mm to 2 m, tools 0.03 to 20 mm, and holes
 /// that are programmed one after the other do not overlap. Where a factor of 25.4 or a power of ten

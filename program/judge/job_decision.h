@@ -38,7 +38,7 @@ struct JudgedPlaces {
 };
 JobDecision decide(const JudgedPlaces& places);
 
-/// A probability in two digits, "below 1e-12" where nobody cares any more.
+/// A probability in two digits, "below 1e-12" where the figure no longer matters.
 std::string risk_text(double risk);
 
 /// "at nominal (1.000, 2.000) mm, copy [0,3]".

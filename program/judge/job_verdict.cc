@@ -76,18 +76,23 @@ JobVerdict::ToolFigures& JobVerdict::figures(int tool) {
 
 void JobVerdict::put(const Operation& operation) {
   if (const auto* drill = std::get_if<Drill>(&operation.what)) {
+    ++n_places_;
     put_place(operation, drill->tool, *drill);
   } else if (const auto* rout = std::get_if<Rout>(&operation.what)) {
+    ++n_places_;
     put_place(operation, rout->tool, *rout);
     router_ = *rout;
   } else if (const auto* move = std::get_if<RapidMove>(&operation.what)) {
+    ++n_places_;
     router_ = *move;
   } else if (const auto* plunge = std::get_if<Plunge>(&operation.what)) {
     put_plunge(operation, plunge->tool);
   } else if (const auto* slot = std::get_if<Slot>(&operation.what)) {
+    has_slots_ = true;
     put_place(operation, slot->tool, slot->start);
     put_place(operation, slot->tool, slot->end);
   } else if (const auto* step_slot = std::get_if<StepSlot>(&operation.what)) {
+    has_slots_ = true;
     put_place(operation, step_slot->tool, step_slot->start);
     put_place(operation, step_slot->tool, step_slot->end);
   } else if (const auto* change = std::get_if<ToolChange>(&operation.what)) {
@@ -142,6 +147,8 @@ void JobVerdict::judge(const Operation& operation, ToolFigures& tool, const Plac
   tool.worst.path.assign(operation.path.begin(), operation.path.end());
   tool.worst.nominal = place.nominal;
   tool.worst.risk = risk;
+  const bool is_counted = !has_slots_ && std::holds_alternative<Drill>(operation.what);
+  tool.worst.number = is_counted ? std::optional(n_places_) : std::nullopt;
   tool.worst.budget_place.reset();
   if (operation.origin != nullptr) {
     tool.worst.budget_place = budget_place(place, *operation.origin);
@@ -259,14 +266,13 @@ void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
              "at most " + risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above)});
   }
   if (n_unjudged() > 0) {
-    log.add(
-        {Code::ToleranceWarning,
-         {file, 0, 0},
-         fmt::format("{} with a tolerance {} drilled without a correction, and nothing says how "
-                     "far off",
-                     count_of(n_unjudged(), "place", "places"),
-                     n_unjudged() == 1 ? "is" : "are"),
-         "a fit in force where holes have a tolerance"});
+    log.add({Code::ToleranceWarning,
+             {file, 0, 0},
+             fmt::format("{} with a tolerance {} drilled without a correction, and the error is "
+                         "not known",
+                         count_of(n_unjudged(), "place", "places"),
+                         n_unjudged() == 1 ? "is" : "are"),
+             "a fit in force where holes have a tolerance"});
   }
   if (auto problem = sum_problem(places(), has_said, file, "places")) log.add(*std::move(problem));
 }

@@ -51,7 +51,10 @@ class JobVerdict final : public OperationSink {
     InstancePath path;
     Position<frame::Nominal> nominal;
     double risk = 0;
-    /// For its error budget; absent where nobody says how the place came about.
+    /// Of a hole, as `run --explain` counts places: from 1. Absent for other places, and behind a
+    /// slot that is passed on whole.
+    std::optional<std::int64_t> number;
+    /// For its error budget; absent where the origin of the place is not recorded.
     std::optional<BudgetPlace> budget_place;
   };
 
@@ -122,7 +125,9 @@ class JobVerdict final : public OperationSink {
   std::map<int, ToolFigures> by_tool_;
   std::array<Decade, kDecades> decades_;
   PlacedPoint router_;  ///< where it stands
-  int tool_ = 0;        ///< of last_
+  std::int64_t n_places_ = 0;
+  bool has_slots_ = false;  ///< passed on whole
+  int tool_ = 0;            ///< of last_
   ToolFigures* last_ = nullptr;
   // Every place asks for them.
   ByRatio radii_95_;  ///< radius_exceeded by 5 %

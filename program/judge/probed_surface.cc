@@ -20,11 +20,10 @@ Expected<ZonedMap> probed_surface(const Survey& survey,
     const ProbeRequest& request = reading.request;
     const HeightEstimate& height = reading.heights[axis];
     if (!(height.sigma > Length())) {
-      return failure(
-          {Code::MeasurementInvalid,
-           {request.file, request.line, 1},
-           describe(request) + " states a sigma of 0, so that nobody knows how wrong it is",
-           "a sigma above 0"});
+      return failure({Code::MeasurementInvalid,
+                      {request.file, request.line, 1},
+                      describe(request) + " states a sigma of 0",
+                      "a sigma above 0"});
     }
     points.push_back({request.nominal, height, describe(request), {request.file, request.line, 1}});
   }
@@ -32,7 +31,7 @@ Expected<ZonedMap> probed_surface(const Survey& survey,
     return failure({Code::GridInvalid,
                     {},
                     count_of(static_cast<std::int64_t>(points.size()), "probe does", "probes do") +
-                        " not tell how the board bends between them",
+                        " not determine how the board bends between them",
                     fmt::format("{} or more", kLeastForBow)});
   }
   HeightMapOptions options;

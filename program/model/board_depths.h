@@ -21,7 +21,7 @@ struct ToolDepth {
 /// What a job is told of the board that its program does not say.
 struct BoardDepths {
   /// --surface: the board as it was probed before, above the table plane, on the first Z axis.
-  /// Null: nobody knows it.
+  /// Null: unknown.
   std::shared_ptr<const ZonedMap> map;
   std::vector<ToolDepth> tools;  ///< [[depth]]; rows with a number go before those with a diameter
   /// [surface] height_tolerance_um: how near to the surface lines and arcs keep that follow it, the

@@ -83,7 +83,7 @@ struct FocusResult {
   std::vector<Sample> curve;  ///< in the order in which it was taken
 };
 
-/// Whoever can say where a target really is: camera, picture folder, recorded file, simulation.
+/// A source of true places of targets: camera, picture folder, recorded file, simulation.
 class MeasurementSource {
  public:
   virtual ~MeasurementSource() = default;
@@ -95,11 +95,15 @@ class MeasurementSource {
   ///
   /// Fails  as measure
   virtual Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request);
-  /// Calibrates the spindle-camera offset, and measures with it from then on. Empty where nobody
-  /// can: then the stored calibration stays in force.
+  /// Calibrates the spindle-camera offset, and measures with it from then on. Empty where the
+  /// source cannot: then the stored calibration stays in force.
   ///
   /// Fails  as measure; a calibration that is refused
   virtual Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order);
+  /// Ends a measuring walk that found no error.
+  ///
+  /// Fails  as measure; an answer that the program did not ask for
+  virtual Expected<void> finish() { return {}; }
 };
 
 /// Answers that every target is where it is expected, and that every calibration finds what was

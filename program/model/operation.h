@@ -58,7 +58,7 @@ struct PlaneReference {
 /// A measured height, a filled one and so on: surface/map/height_map.h.
 enum class HeightSource : std::uint8_t;
 
-/// How sure a height is that nobody probed at this place.
+/// How sure a height is that is not probed at this place.
 struct Foretold {
   Length sigma;
   HeightSource source;

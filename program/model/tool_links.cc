@@ -8,7 +8,7 @@
 namespace panelcal {
 namespace {
 
-bool is_all_digits(std::string_view text) {
+bool is_link_digits(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
@@ -31,7 +31,7 @@ bool is_tool_link(std::string_view text) {
   bool has_slash = false;
   while (true) {
     const auto slash = text.find('/');
-    if (!is_all_digits(text.substr(0, slash))) return false;
+    if (!is_link_digits(text.substr(0, slash))) return false;
     if (slash == std::string_view::npos) return has_slash;
     has_slash = true;
     text.remove_prefix(slash + 1);

@@ -6,27 +6,21 @@
 #include <numbers>
 #include <utility>
 
+#include "program/geometry/plane_vectors.h"
 #include "program/sieb_meyer/refusal.h"
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
 namespace {
 
+using internal::cross;
+using internal::left_of;
 using Rounding = tl::expected<Arc, std::string>;
 
 constexpr double kMeets_mm = 1e-6;
-constexpr double kNoise_mm = 1e-9;  // what a tangent point may lie beyond a piece's end
+constexpr double kCornerNoise_mm = 1e-9;  // what a tangent point may lie beyond a piece's end
 constexpr double kAngleNoise_rad = 1e-12;
 constexpr double kStraight_rad = 1e-6;  // less than this is no corner, or a turn straight back
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-/// A quarter turn counterclockwise.
-Eigen::Vector2d left_of(const Eigen::Vector2d& direction) {
-  return {-direction.y(), direction.x()};
-}
 
 /// The angle counterclockwise from a to b, 0 to 2 pi.
 double turn_rad(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
@@ -57,7 +51,7 @@ bool is_finite(const ContourPiece& piece) {
 
 bool has_length(const ContourPiece& piece) {
   const Eigen::Vector2d from_mm = piece.center_mm.value_or(piece.end_mm);
-  return (piece.start_mm - from_mm).norm() > kNoise_mm;
+  return (piece.start_mm - from_mm).norm() > kCornerNoise_mm;
 }
 
 tl::unexpected<std::string> too_short(double needed_mm, double length_mm) {
@@ -80,7 +74,7 @@ Rounding between_lines(const ContourPiece& first, const ContourPiece& second, do
   const double tangent_mm = radius_mm * std::abs(std::tan(0.5 * std::atan2(sine, u.dot(v))));
   for (const ContourPiece* piece : {&first, &second}) {
     const double length_mm = (piece->end_mm - piece->start_mm).norm();
-    if (!(tangent_mm <= length_mm + kNoise_mm)) return too_short(tangent_mm, length_mm);
+    if (!(tangent_mm <= length_mm + kCornerNoise_mm)) return too_short(tangent_mm, length_mm);
   }
   Arc arc;
   arc.clockwise = sine < 0;
@@ -103,7 +97,7 @@ Rounding from_line_to_arc(const ContourPiece& line, const ContourPiece& arc, dou
   // A bigger circle around the arc's would have the corner, and so the line, in its inside; of one
   // that almost coincides with it the tangent point is lost in rounding.
   const double apart_mm = arc_radius_mm - same_way * radius_mm;
-  if (apart_mm <= kNoise_mm) return fits_nowhere(radius_mm);
+  if (apart_mm <= kCornerNoise_mm) return fits_nowhere(radius_mm);
 
   // t^2 - 2 half_sum t + product = 0. With one positive and one negative root t is the positive
   // one; of two positive ones it is the smaller: the other would cut off the far end of the chord.
@@ -115,7 +109,7 @@ Rounding from_line_to_arc(const ContourPiece& line, const ContourPiece& arc, dou
   const double t_mm = product_mm2 / (half_sum_mm + same_way * std::sqrt(root_mm2));
   if (!(t_mm >= 0)) return fits_nowhere(radius_mm);
   const double line_mm = (line.end_mm - line.start_mm).norm();
-  if (t_mm > line_mm + kNoise_mm) return too_short(t_mm, line_mm);
+  if (t_mm > line_mm + kCornerNoise_mm) return too_short(t_mm, line_mm);
 
   Arc rounding;
   rounding.clockwise = side < 0;
@@ -127,9 +121,9 @@ Rounding from_line_to_arc(const ContourPiece& line, const ContourPiece& arc, dou
   const Eigen::Vector2d last_mm = arc.end_mm - *arc.center_mm;
   const double full_rad = arc.clockwise ? turn_rad(last_mm, spoke_mm) : turn_rad(spoke_mm, last_mm);
   const double used_rad = arc.clockwise ? turn_rad(outward, spoke_mm) : turn_rad(spoke_mm, outward);
-  const bool is_full_circle = (arc.end_mm - corner_mm).norm() <= kNoise_mm;
+  const bool is_full_circle = (arc.end_mm - corner_mm).norm() <= kCornerNoise_mm;
   const double length_mm = arc_radius_mm * (is_full_circle ? 2 * std::numbers::pi : full_rad);
-  if (arc_radius_mm * used_rad > length_mm + kNoise_mm) {
+  if (arc_radius_mm * used_rad > length_mm + kCornerNoise_mm) {
     return too_short(arc_radius_mm * used_rad, length_mm);
   }
   return rounding;

@@ -18,8 +18,8 @@ using Holes = tl::expected<HoleSequence, std::string>;
 constexpr double kStandardPitch_mm = inch(0.1).in_mm();
 constexpr double kLeastCircle_mm = 0.5;
 constexpr double kSequentialStep_mm = 0.381;
-constexpr double kCountNoise = 1e-6;     // what a ratio of two lengths may be off
-constexpr double kCoincident_mm = 1e-9;  // two holes that no machine tells apart
+constexpr double kPatternCountNoise = 1e-6;     // what a ratio of two lengths may be off
+constexpr double kPatternCoincident_mm = 1e-9;  // two holes that no machine tells apart
 
 tl::unexpected<std::string> too_many_holes() {
   return refusal(fmt::format("too many holes, expected at most {:g}", kMaxHoles));
@@ -40,7 +40,7 @@ tl::expected<Grid, std::string> grid_between(const Eigen::Vector2d& first_mm,
                                              std::optional<std::int64_t> n_in_row) {
   const Eigen::Vector2d diagonal_mm = second_mm - first_mm;
   if (!diagonal_mm.allFinite()) return not_finite();
-  if (diagonal_mm.cwiseAbs().minCoeff() <= kCoincident_mm) {
+  if (diagonal_mm.cwiseAbs().minCoeff() <= kPatternCoincident_mm) {
     return refusal(fmt::format("the corners are {:.6g} by {:.6g} mm apart, expected opposite ones",
                                std::abs(diagonal_mm.x()),
                                std::abs(diagonal_mm.y())));
@@ -78,7 +78,7 @@ tl::expected<Grid, std::string> grid_between(const Eigen::Vector2d& first_mm,
   return grid;
 }
 
-tl::unexpected<std::string> no_tool(double diameter_mm) {
+tl::unexpected<std::string> no_pattern_tool(double diameter_mm) {
   return refusal(
       fmt::format("the tool's diameter is {:.6g} mm, expected one above 0", diameter_mm));
 }
@@ -103,7 +103,7 @@ Holes single_row(const Eigen::Vector2d& first_mm,
                  std::int64_t n_holes) {
   const double length_mm = (last_mm - first_mm).norm();
   if (!all_finite({length_mm})) return not_finite();
-  const bool is_one_place = length_mm <= kCoincident_mm;
+  const bool is_one_place = length_mm <= kPatternCoincident_mm;
   if (n_holes == 1 && is_one_place) return HoleSequence::passes(first_mm, last_mm, 0, 0);
   if (n_holes < 2) {
     return refusal(fmt::format("W is {}, expected at least the first and the last hole", n_holes));
@@ -130,7 +130,7 @@ Holes circular_row(const Eigen::Vector2d& center_mm,
   const double radius_mm = spoke_mm.norm();
   if (!all_finite({radius_mm})) return not_finite();
   if (n_holes < 1) return refusal(fmt::format("W is {}, expected at least 1 hole", n_holes));
-  if (radius_mm <= kCoincident_mm) {
+  if (radius_mm <= kPatternCoincident_mm) {
     return refusal("the hole on the circle is its centre, expected two different points");
   }
   if (static_cast<double>(n_holes) > kMaxHoles) return too_many_holes();
@@ -145,12 +145,12 @@ Holes nibbled_circle(const Eigen::Vector2d& center_mm,
           {center_mm.x(), center_mm.y(), radius_mm, tool_diameter_mm, nibbling.roughness_mm})) {
     return not_finite();
   }
-  if (radius_mm < kLeastCircle_mm - kCoincident_mm) {
+  if (radius_mm < kLeastCircle_mm - kPatternCoincident_mm) {
     return refusal(fmt::format(
         "the circle's radius is {:.6g} mm, expected at least {:g} mm", radius_mm, kLeastCircle_mm));
   }
-  if (!(tool_diameter_mm > 0)) return no_tool(tool_diameter_mm);
-  if (tool_diameter_mm > radius_mm + kCoincident_mm) {
+  if (!(tool_diameter_mm > 0)) return no_pattern_tool(tool_diameter_mm);
+  if (tool_diameter_mm > radius_mm + kPatternCoincident_mm) {
     return refusal(
         fmt::format("the tool's diameter is {:.6g} mm, expected at most the circle's radius of "
                     "{:.6g} mm",
@@ -162,7 +162,7 @@ Holes nibbled_circle(const Eigen::Vector2d& center_mm,
   if (nibbling.order == NibbleOrder::Sequential) {
     // The step is a chord: path_mm >= radius_mm / 2 makes it less than the diameter.
     const double turn_rad = 2 * std::asin(0.5 * kSequentialStep_mm / path_mm);
-    const double n_holes = std::ceil(2 * std::numbers::pi / turn_rad - kCountNoise);
+    const double n_holes = std::ceil(2 * std::numbers::pi / turn_rad - kPatternCountNoise);
     if (!(n_holes <= kMaxHoles)) return too_many_holes();
     return HoleSequence::ring(center_mm, first_mm, std::llround(n_holes));
   }
@@ -182,12 +182,13 @@ Holes nibbled_slot(const Eigen::Vector2d& start_mm,
   if (!all_finite({length_mm})) return not_finite();
   if (!is_sequential) {
     if (!all_finite({tool_diameter_mm, nibbling.roughness_mm})) return not_finite();
-    if (!(tool_diameter_mm > 0)) return no_tool(tool_diameter_mm);
+    if (!(tool_diameter_mm > 0)) return no_pattern_tool(tool_diameter_mm);
     if (!(nibbling.roughness_mm > 0)) return no_roughness(nibbling.roughness_mm);
   }
-  if (length_mm <= kCoincident_mm) return HoleSequence::passes(start_mm, end_mm, 0, 0);
+  if (length_mm <= kPatternCoincident_mm) return HoleSequence::passes(start_mm, end_mm, 0, 0);
   if (is_sequential) {
-    const double n_steps = std::max(1.0, std::ceil(length_mm / kSequentialStep_mm - kCountNoise));
+    const double n_steps =
+        std::max(1.0, std::ceil(length_mm / kSequentialStep_mm - kPatternCountNoise));
     if (!(n_steps < kMaxHoles)) return too_many_holes();
     return HoleSequence::passes(start_mm, end_mm, std::llround(n_steps), std::llround(n_steps));
   }

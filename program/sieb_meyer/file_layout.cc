@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t";
 
-std::string_view trimmed(std::string_view text) {
+std::string_view trimmed_line(std::string_view text) {
   const auto begin = text.find_first_not_of(kBlanks);
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
@@ -39,7 +39,7 @@ class TableReader {
   void read(LineCursor cursor) {
     const SourceLine first = cursor.next();
     if (layout_.format == FileFormat::F1000) return read_fixed(first, cursor);
-    if (trimmed(first.text) != "$") {
+    if (trimmed_line(first.text) != "$") {
       refuse(first.number, first.column, quoted(first.text), "a $ alone in its line");
       return;
     }
@@ -48,7 +48,7 @@ class TableReader {
     while (!cursor.at_end()) {
       const SourceLine line = cursor.next();
       last_line = line.number;
-      const std::string_view text = trimmed(line.text);
+      const std::string_view text = trimmed_line(line.text);
       if (text.empty()) continue;
       if (is_closed) {
         reporter_.report(
@@ -77,7 +77,7 @@ class TableReader {
   }
 
   void read_line(const SourceLine& line) {
-    if (trimmed(line.text).starts_with('M')) return read_magazines(line);
+    if (trimmed_line(line.text).starts_with('M')) return read_magazines(line);
     Block block;
     if (const auto fault = lex(line, block)) {
       return refuse(line.number, fault->column, quoted(fault->text), std::string(fault->expected));
@@ -189,8 +189,8 @@ class TableReader {
   void read_fixed(const SourceLine& first, LineCursor cursor) {
     constexpr int kTools = 15;
     constexpr std::string_view kLetters = "DSFRNA";
-    std::string text(trimmed(first.text));
-    while (!cursor.at_end()) text += trimmed(cursor.next().text);
+    std::string text(trimmed_line(first.text));
+    while (!cursor.at_end()) text += trimmed_line(cursor.next().text);
     std::size_t n_values = 0;
     std::size_t at = 1;
     while (at < text.size()) {
@@ -227,7 +227,7 @@ class TableReader {
 };
 
 /// The place of a line that begins at `offset`.
-LinePlace place_of(std::string_view bytes, LinePlace from, std::size_t offset) {
+LinePlace line_place_of(std::string_view bytes, LinePlace from, std::size_t offset) {
   const std::string_view before = bytes.substr(from.offset, offset - from.offset);
   if (before.find('\r') == std::string_view::npos) {
     return {offset, from.number + static_cast<int>(count_line_feeds(before))};
@@ -242,7 +242,8 @@ std::optional<LinePlace> find_table(std::string_view bytes, LinePlace from) {
   for (auto at = bytes.find('$', from.offset); at != std::string_view::npos;
        at = bytes.find('$', at + 1)) {
     const auto before = bytes.find_last_not_of(kBlanks, at - 1);
-    if (bytes[before] == '\n' || bytes[before] == '\r') return place_of(bytes, from, before + 1);
+    if (bytes[before] == '\n' || bytes[before] == '\r')
+      return line_place_of(bytes, from, before + 1);
   }
   return std::nullopt;
 }
@@ -252,7 +253,7 @@ std::optional<LinePlace> find_table(std::string_view bytes, LinePlace from) {
 bool is_program(std::string_view bytes) {
   LineCursor cursor(bytes);
   while (!cursor.at_end()) {
-    const std::string_view text = trimmed(cursor.next().text);
+    const std::string_view text = trimmed_line(cursor.next().text);
     if (text.starts_with("%%")) return true;
     if (text.starts_with('%') || text == "M48") return false;
   }
@@ -265,7 +266,7 @@ FileLayout read_layout(const SourceText& source, DiagnosticLog& log) {
   LineCursor cursor(source.bytes);
   while (!cursor.at_end()) {
     const SourceLine line = cursor.next();
-    const std::string_view mark = trimmed(line.text);
+    const std::string_view mark = trimmed_line(line.text);
     if (!mark.starts_with("%%")) continue;
     layout.head_line = line.number;
     layout.body = cursor.place();

@@ -51,11 +51,12 @@ Expected<std::vector<FilledNode>> fill_nodes(std::span<const GridPoint> points,
                                              std::span<const Eigen::Vector2d> nodes_mm,
                                              Length max_extrapolation) {
   if (points.size() < kLeastForBow) {
-    return failure({Code::GridInvalid,
-                    {},
-                    fmt::format("{} points do not tell how the board bends where one is missing",
-                                points.size()),
-                    fmt::format("{} or more", kLeastForBow)});
+    return failure(
+        {Code::GridInvalid,
+         {},
+         fmt::format("{} points do not determine how the board bends where one is missing",
+                     points.size()),
+         fmt::format("{} or more", kLeastForBow)});
   }
   if (static_cast<double>(nodes_mm.size()) >
       kMostMissing * static_cast<double>(points.size() + nodes_mm.size())) {

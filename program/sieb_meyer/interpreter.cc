@@ -18,7 +18,7 @@ NumberFormat plain_format(FileFormat format) {
           .decimal_digits = format == FileFormat::F1000 ? 2 : 3};
 }
 
-Placement axis_placement(int version) {
+Placement sieb_meyer_placement(int version) {
   return {axis_orientation(version), Eigen::Vector2d::Zero()};
 }
 
@@ -30,18 +30,21 @@ Interpreter::Interpreter(const Program& program,
                          const WalkEnds& ends)
     : program_(program),
       options_(options),
+      trial_(ends.trial),
       format_(program.layout.format),
       plain_(plain_format(format_)),
       reporter_(program.source.file,
                 ends.log,
-                ends.sink == nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly),
+                ends.sink == nullptr || ends.trial != nullptr ? Reporter::Level::All
+                                                              : Reporter::Level::ErrorsOnly,
+                ends.trial == nullptr ? nullptr : &ends.trial->working_log),
       measuring_(options, survey, ends.measurements, reporter_, ends.log),
       emitter_(
           program.layout.tools, options, place_, measuring_.corrections(), reporter_, ends.sink),
       optical_(measuring_, options, reporter_),
       settings_(options.sieb_meyer),
       surface_(settings_, survey, ends.probes, reporter_, ends.log),
-      frame_(axis_placement(program.axis_version())),
+      frame_(sieb_meyer_placement(program.axis_version())),
       deletes_blocks_(program.deletes_blocks()),
       obeys_areas_(options.sieb_meyer.obeys_areas) {
   place_.work_zero =
@@ -92,7 +95,7 @@ void Interpreter::run_line(const SourceLine& line) {
     reporter_.report(Code::LineTooLong,
                      line.number,
                      static_cast<int>(kLongLine) + 1,
-                     fmt::format("the line has {} characters", line.text.size()),
+                     fmt::format("{} characters", line.text.size()),
                      "at most 64");
   }
   if (is_blank(line.text)) return;
@@ -102,7 +105,7 @@ void Interpreter::run_line(const SourceLine& line) {
       reporter_.report(Code::BlockDeleteAssumed,
                        line.number,
                        line.column,
-                       quoted(line.text) + " is executed",
+                       quoted(line.text),
                        "M49,BLKD or M49,NOBLKD, or [program] block_delete in machine.toml");
     }
     if (without_slash(*rest)) {
@@ -160,7 +163,7 @@ void Interpreter::run_block(const Block& block) {
   if (holds_once && modal_.motion && order->has_xy() && !order->motion && !order->is_tool_up) {
     return report(Code::CommandMisplaced,
                   block,
-                  quoted(block.text) + " routs without saying how",
+                  quoted(block.text) + " routs without G1, G2 or G3",
                   "G1, G2 or G3 in every line of format 1000");
   }
   skips_surface_ = order->skips_surface;
@@ -168,6 +171,7 @@ void Interpreter::run_block(const Block& block) {
   if (std::exchange(skips_surface_, false)) update_cut();
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
   needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on();
+  if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
 }
 
 /// The order of things in one line: what holds for the coordinate first, then the coordinate, then

@@ -21,8 +21,11 @@
 #include "program/text/plain_coordinate.h"
 #include "program/walk/emitter.h"
 #include "program/walk/hole_sequence.h"
+#include "program/walk/options.h"
+#include "program/walk/program.h"
 #include "program/walk/reporter.h"
-#include "program/walk/walk.h"
+#include "program/walk/survey.h"
+#include "program/walk/trial_execution.h"
 
 namespace panelcal::sieb_meyer {
 
@@ -33,9 +36,11 @@ struct WalkEnds {
   ProbeSource* probes = nullptr;
   OperationSink* sink = nullptr;
   DiagnosticLog& log;
+  TrialExecution* trial = nullptr;
 };
 
-/// One walk over a program. With a sink it executes; without one it measures and checks.
+/// One walk over a program. With a sink it executes; without one it measures and checks. With a
+/// trial, sources and a sink it does both until the trial is over.
 ///
 /// Memory does not grow with the number of holes: every copy of a section reads its text again.
 ///
@@ -227,6 +232,7 @@ class Interpreter {
 
   const Program& program_;
   const WalkOptions& options_;
+  TrialExecution* trial_;
   FileFormat format_;
   PlainReader plain_;
   Reporter reporter_;
@@ -300,7 +306,7 @@ class Interpreter {
   bool clears_areas_ = false;  ///< ROUT,A
   std::optional<bool> obeys_areas_;
   bool warned_areas_ = false;
-  std::optional<bool> areas_in_copies_;  ///< FORB,A or FORB,M and FORB,P; absent: nobody said
+  std::optional<bool> areas_in_copies_;  ///< FORB,A or FORB,M and FORB,P; absent: not stated
   std::vector<ForbiddenArea> areas_;
   struct Scaling {
     Eigen::Vector2d factor = Eigen::Vector2d::Ones();

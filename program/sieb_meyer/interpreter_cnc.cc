@@ -307,7 +307,7 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
 }
 
 /// A scale that was set, and nothing said about where it holds: either answer may be wrong. So it
-/// is with a depth below a surface that nobody named.
+/// is with a depth below a surface that is not named.
 bool Interpreter::is_decided(int line) {
   if (surface_.is_on() && !skips_surface_ && surface_.reference().empty()) {
     if (!std::exchange(reported_surface_, true)) {

@@ -91,7 +91,7 @@ void Interpreter::update_cut() {
 }
 
 /// "For the depth control (relative working plane) the Z-value is the minimum limit for lowering
-/// the Z-axis" (manual, Z). On a board that nobody has probed the height says nothing.
+/// the Z-axis" (manual, Z). On a board that is not probed the height says nothing.
 bool Interpreter::is_below_limit() const {
   if (!base_cut_.surface || !base_cut_.depth || !z_mm_ || !surface_.is_measured()) return false;
   return *base_cut_.surface - *base_cut_.depth < mm(*z_mm_);

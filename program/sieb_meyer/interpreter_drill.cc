@@ -13,8 +13,7 @@ namespace panelcal::sieb_meyer {
 bool Interpreter::has_tool(int line) {
   if (tool_) return true;
   if (!std::exchange(reported_no_tool_, true)) {
-    reporter_.report(
-        Code::ToolMissing, line, 1, "a hole or contour comes before any tool was taken", "T#");
+    reporter_.report(Code::ToolMissing, line, 1, "", "T#");
   }
   return false;
 }
@@ -39,13 +38,12 @@ bool Interpreter::is_forbidden(int line, const Eigen::Vector2d& at_mm) {
     return apart_mm.maxCoeff() <= area.half_mm;
   });
   if (!is_inside) return false;
-  reporter_.report(Code::HoleOmitted,
-                   line,
-                   1,
-                   fmt::format("the hole at nominal ({:.4f}, {:.4f}) mm lies in a forbidden area",
-                               nominal.in_mm().x(),
-                               nominal.in_mm().y()),
-                   "");
+  reporter_.report(
+      Code::HoleOmitted,
+      line,
+      1,
+      fmt::format("nominal ({:.4f}, {:.4f}) mm", nominal.in_mm().x(), nominal.in_mm().y()),
+      "");
   emitter_.put(
       line,
       Function{

@@ -118,7 +118,7 @@ void Interpreter::area(const Block& block, const Order& order) {
     reporter_.report(Code::AreasAssumed,
                      block.line,
                      block.column,
-                     quoted(block.text) + " is obeyed",
+                     quoted(block.text),
                      "M49,PRGM,C or M49,PRGM,-C, or [program] obeys_areas in machine.toml");
   }
   contour_ = Contour::None;

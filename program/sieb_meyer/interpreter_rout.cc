@@ -5,19 +5,18 @@
 #include <numbers>
 #include <utility>
 
+#include "program/geometry/plane_vectors.h"
 #include "program/sieb_meyer/interpreter.h"
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
 namespace {
 
+using internal::cross;
+
 bool is_figure(Command motion) {
   return motion != Command::RoutLine && motion != Command::RoutClockwise &&
          motion != Command::RoutCounterclockwise;
-}
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
 }
 
 /// The angle that an arc covers, above 0; its ends in one place make a full circle.
@@ -129,10 +128,7 @@ void Interpreter::rout(const Block& block, const Order& order) {
     return;
   }
   if (modal_.at_mm == from_mm && !is_first) {
-    return report(Code::RoutRepeated,
-                  block,
-                  quoted(block.text) + " has the same coordinates as the line before",
-                  "another place, or T0");
+    return report(Code::RoutRepeated, block, quoted(block.text), "another place, or T0");
   }
   PendingPiece next;
   next.piece.start_mm = from_mm;
@@ -223,9 +219,7 @@ bool Interpreter::make_center_arc(const Block& block, bool, ContourPiece& piece)
     reporter_.report(Code::ArcAdjusted,
                      block.line,
                      block.column,
-                     fmt::format("{}: the radius is changed by {:.4f} mm to fit both ends",
-                                 quoted(block.text),
-                                 mismatch_mm / 2));
+                     fmt::format("{} by {:.4f} mm", quoted(block.text), mismatch_mm / 2));
   }
   return true;
 }
@@ -255,7 +249,7 @@ bool Interpreter::make_quadrant(const Block& block, bool clockwise, ContourPiece
   if (!best_mm) {
     report(Code::ArcInvalid,
            block,
-           quoted(block.text) + " is no arc of at most one quadrant",
+           quoted(block.text) + " is longer than one quadrant",
            "a line for each quadrant in format 1000");
     return false;
   }

@@ -72,6 +72,10 @@ void Interpreter::run_section(int i_section) {
     ended_ = true;
     return;
   }
+  if (trial_ != nullptr) {
+    trial_->is_repeated = true;
+    emitter_.stop_executing();
+  }
   ++depth_;
   if (is_kept(section)) {
     run_kept(i_section);

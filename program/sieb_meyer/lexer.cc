@@ -9,33 +9,34 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
-constexpr auto kCommands = std::to_array<CommandInfo>({
+constexpr auto kSiebMeyerCommands = std::to_array<CommandInfo>({
 #define SIEB_MEYER_COMMAND(name, letter, number, kind, operands, formats, section, effect, test) \
   {Command::name, letter, number, CommandClass::kind, operands, formats, section, effect, test},
 #include "program/sieb_meyer/commands.def"
 });
 
-constexpr auto kWords = std::to_array<WordInfo>({
+constexpr auto kSiebMeyerWords = std::to_array<WordInfo>({
 #define SIEB_MEYER_WORD(form, kind, formats, section, effect, test) \
   {form, CommandClass::kind, formats, section, effect, test},
 #include "program/sieb_meyer/commands.def"
 });
 
-constexpr std::size_t kCodes = 100;
+constexpr std::size_t kSiebMeyerCodes = 100;
 
-/// Index into kCommands by the code's number, one more so that zero is none.
-using CodeIndex = std::array<std::uint8_t, kCodes>;
+/// Index into kCommands by the code's number, one more so that zero means no command.
+using SiebMeyerIndex = std::array<std::uint8_t, kSiebMeyerCodes>;
 
-constexpr CodeIndex index_of(char letter) {
-  CodeIndex index{};
-  for (std::size_t i = 0; i < kCommands.size(); ++i) {
-    if (kCommands[i].letter != letter) continue;
-    index[static_cast<std::size_t>(kCommands[i].number)] = static_cast<std::uint8_t>(i + 1);
+constexpr SiebMeyerIndex index_of(char letter) {
+  SiebMeyerIndex index{};
+  for (std::size_t i = 0; i < kSiebMeyerCommands.size(); ++i) {
+    if (kSiebMeyerCommands[i].letter != letter) continue;
+    index[static_cast<std::size_t>(kSiebMeyerCommands[i].number)] =
+        static_cast<std::uint8_t>(i + 1);
   }
   return index;
 }
-constexpr CodeIndex kGCodes = index_of('G');
-constexpr CodeIndex kMCodes = index_of('M');
+constexpr SiebMeyerIndex kGCodes = index_of('G');
+constexpr SiebMeyerIndex kMCodes = index_of('M');
 
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
@@ -47,7 +48,7 @@ bool is_gap(char c) {
   return c == ' ' || c == '\t';
 }
 
-std::string_view trimmed(std::string_view text) {
+std::string_view trimmed_gaps(std::string_view text) {
   while (!text.empty() && is_gap(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_gap(text.back())) text.remove_suffix(1);
   return text;
@@ -94,15 +95,15 @@ std::string_view behind_comments(std::string_view text) {
 }  // namespace
 
 std::span<const CommandInfo> command_table() {
-  return kCommands;
+  return kSiebMeyerCommands;
 }
 
 std::span<const WordInfo> word_table() {
-  return kWords;
+  return kSiebMeyerWords;
 }
 
 const CommandInfo& info(Command command) {
-  return kCommands.at(static_cast<std::size_t>(command));
+  return kSiebMeyerCommands.at(static_cast<std::size_t>(command));
 }
 
 std::string code_text(Command command) {
@@ -119,7 +120,7 @@ std::optional<Command> command_of(const Word& word) {
   }
   const std::uint8_t found = (word.letter == 'G' ? kGCodes : kMCodes).at(number);
   if (found == 0) return std::nullopt;
-  return kCommands.at(found - 1U).command;
+  return kSiebMeyerCommands.at(found - 1U).command;
 }
 
 bool is_offset(Command command) {
@@ -164,7 +165,7 @@ bool is_camera(Command command) {
 
 std::optional<LexFault> lex(const SourceLine& line, Block& block) {
   block.line = line.number;
-  block.text = trimmed(line.text);
+  block.text = trimmed_gaps(line.text);
   const auto column_of = [&line](const char* at) {
     return line.column + static_cast<int>(at - line.text.data());
   };
@@ -196,14 +197,14 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
     if (letter != 'G' && letter != 'M') continue;
     const auto command = command_of(word);
     if (!command || !takes_text(*command)) continue;
-    std::string_view text = trimmed(rest);
+    std::string_view text = trimmed_gaps(rest);
     if (text.empty()) return std::nullopt;
     if (text.front() == ',') {
-      text = trimmed(text.substr(1));
+      text = trimmed_gaps(text.substr(1));
     } else if (*command != Command::UserMessage) {
       return LexFault{column_of(text.data()), text, "a comma before the text"};
     }
-    if (!may_have_brackets(*command)) text = trimmed(text.substr(0, text.find('(')));
+    if (!may_have_brackets(*command)) text = trimmed_gaps(text.substr(0, text.find('(')));
     block.argument = text;
     block.argument_column = column_of(text.data());
     return std::nullopt;
@@ -211,12 +212,12 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
 }
 
 bool is_blank(std::string_view line) {
-  line = trimmed(line);
+  line = trimmed_gaps(line);
   return line.empty() || (line.front() == '(' && behind_comments(line).empty());
 }
 
 std::optional<SourceLine> without_slash(const SourceLine& line) {
-  const std::string_view text = trimmed(line.text);
+  const std::string_view text = trimmed_gaps(line.text);
   if (text.empty() || text.front() != '/') return std::nullopt;
   const int at = static_cast<int>(text.data() - line.text.data());
   return SourceLine{text.substr(1), line.number, line.column + at + 1};

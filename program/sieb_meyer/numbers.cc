@@ -7,7 +7,7 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
-constexpr std::array<double, 16> kPowersOfTen = {
+constexpr std::array<double, 16> kSiebMeyerPowers = {
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 
 /// How a quantity is written in a format: value = digits * per_step / divisor without a point.
@@ -98,7 +98,7 @@ ParsedNumber parse_number(std::string_view text, FileFormat format, Quantity qua
   if (has_point && !rule.has_point) return {.problem = NumberProblem::PointForbidden};
   if (is_negative && !rule.has_sign) return {.problem = NumberProblem::SignForbidden};
   const double factor = has_point ? rule.per_unit : rule.per_step;
-  const double divisor = has_point ? kPowersOfTen.at(n_decimals) : rule.divisor;
+  const double divisor = has_point ? kSiebMeyerPowers.at(n_decimals) : rule.divisor;
   const double value = static_cast<double>(is_negative ? -digits : digits) * factor / divisor;
   return {.value = value, .step = factor / divisor};
 }

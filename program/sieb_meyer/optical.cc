@@ -11,7 +11,7 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
-/// Sound holes are refused once in so many orders to store their offset.
+/// Sound holes are refused once in this number of orders to store their offset.
 constexpr double kScatterChance = 0.001;
 
 }  // namespace
@@ -190,11 +190,8 @@ void OpticalSession::calculate(const TargetPlace& place) {
     return;
   }
   if (points_.empty() && !base_) {
-    reporter_.report(Code::CorrectionMissing,
-                     place.line,
-                     1,
-                     "G31 has nothing to calculate from",
-                     "G32 before it");
+    reporter_.report(
+        Code::CorrectionMissing, place.line, 1, "G31 without measurements", "G32 before it");
     measuring_.stop();
     return;
   }
@@ -268,7 +265,7 @@ void OpticalSession::end_program(int line) {
   reporter_.report(Code::SeriesUnfinished,
                    line,
                    1,
-                   fmt::format("nothing uses what was measured since line {}", first_line_),
+                   fmt::format("no command uses the measurements since line {}", first_line_),
                    "G31 behind the last target");
 }
 
@@ -354,12 +351,12 @@ bool OpticalSession::may_move_offset(const Block& block) {
   if ((on.base_series && is_made_of_last(*on.base_series)) ||
       (on.nested_series && is_made_of_last(*on.nested_series))) {
     return refuse(
-        "takes over what the correction that is on was calculated from; with both, holes would be "
+        "takes over the measurements of the correction that is on; with both, holes would be "
         "moved by it twice",
         "G30 or G34 before it");
   }
   if (last_deviation_ && n_looks_ != n_looks_at_order_) {
-    return refuse("stores a second time what was measured with the offset before that",
+    return refuse("stores a second time the measurement with the offset before that",
                   "all orders for one measurement before the next is made");
   }
   return true;
@@ -456,7 +453,7 @@ void OpticalSession::save(const Block& block, int slot, bool has_number, const T
     reporter_.report(Code::CorrectionMissing,
                      block.line,
                      block.column,
-                     quoted(block.text) + " has nothing to save",
+                     quoted(block.text) + " without a correction to save",
                      "G32 and G31 before it");
     measuring_.stop();
     return;
@@ -472,7 +469,7 @@ void OpticalSession::load(const Block& block, int slot, const TargetPlace& place
     reporter_.report(Code::CorrectionMissing,
                      block.line,
                      block.column,
-                     fmt::format("{}: nothing was saved in location {}", quoted(block.text), slot),
+                     fmt::format("{}: location {} is empty", quoted(block.text), slot),
                      "G39,SAVE earlier in the program");
     measuring_.stop();
     return;

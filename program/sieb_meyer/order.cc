@@ -64,7 +64,7 @@ class OrderReader {
       reporter_.report(Code::WordRepeated,
                        block_.line,
                        word.column,
-                       quoted(word.text()) + " in " + quoted(block_.text) + " is said again",
+                       quoted(word.text()) + " in " + quoted(block_.text),
                        "each once in a line");
     }
     to = value;

@@ -19,7 +19,7 @@ tl::unexpected<std::string> too_many_strokes() {
   return refusal(fmt::format("too many partial strokes, expected at most {}", kMaxStrokes));
 }
 
-std::optional<std::string> fault_of(double distance_mm, double stroke_mm, double third) {
+std::optional<std::string> peck_fault(double distance_mm, double stroke_mm, double third) {
   if (!all_finite({distance_mm, stroke_mm, third})) {
     return "a number is not finite, expected lengths in mm and a factor";
   }
@@ -39,7 +39,7 @@ std::optional<std::string> fault_of(double distance_mm, double stroke_mm, double
 tl::expected<PeckStrokes, std::string> peck_strokes(double distance_mm,
                                                     double first_stroke_mm,
                                                     double factor_permille) {
-  if (const auto fault = fault_of(distance_mm, first_stroke_mm, factor_permille)) {
+  if (const auto fault = peck_fault(distance_mm, first_stroke_mm, factor_permille)) {
     return refusal(*fault);
   }
   if (factor_permille < 0 || factor_permille > 1000) {
@@ -70,7 +70,7 @@ tl::expected<PeckStrokes, std::string> peck_strokes(double distance_mm,
 tl::expected<std::vector<double>, std::string> pulse_strokes(double distance_mm,
                                                              double stroke_mm,
                                                              double least_last_mm) {
-  if (const auto fault = fault_of(distance_mm, stroke_mm, least_last_mm)) return refusal(*fault);
+  if (const auto fault = peck_fault(distance_mm, stroke_mm, least_last_mm)) return refusal(*fault);
   if (least_last_mm < 0) {
     return refusal(fmt::format("the minimum partial stroke R is {:.6g} mm, expected 0 or above",
                                least_last_mm));

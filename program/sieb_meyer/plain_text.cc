@@ -132,7 +132,7 @@ class Expansion {
       HoleRow row;
       for (int column = 0; column < n_columns; ++column) {
         const int bit = n_cells * n_columns - 1 - column;
-        // Bits beyond those of an unsigned are 0; shifting by so many is undefined.
+        // Bits beyond those of an unsigned are 0; shifting by that many is undefined.
         const unsigned is_hole = bit < n_bits ? run >> bit & 1U : 0U;
         row.columns = static_cast<std::uint8_t>(row.columns | is_hole << column);
       }

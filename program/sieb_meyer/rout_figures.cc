@@ -17,7 +17,7 @@ using Figure = tl::expected<FigurePath, std::string>;
 
 constexpr double kRingStep = 0.7;  // of the cutter's diameter
 constexpr double kMaxRings = 10000;
-constexpr double kCountNoise = 1e-9;  // what a ratio of two lengths may be off
+constexpr double kFigureCountNoise = 1e-9;  // what a ratio of two lengths may be off
 constexpr double kLeastMove_mm = 1e-9;
 constexpr double kSine45 = 0.5 * std::numbers::sqrt2;
 
@@ -79,9 +79,9 @@ Eigen::Vector2d mirror_up_down(Turn turn) {
   return {1, turn == Turn::Clockwise ? -1 : 1};
 }
 
-std::optional<std::string> fault_of(const Eigen::Vector2d& center_mm,
-                                    double size_mm,
-                                    double cutter_diameter_mm) {
+std::optional<std::string> figure_fault(const Eigen::Vector2d& center_mm,
+                                        double size_mm,
+                                        double cutter_diameter_mm) {
   if (!all_finite({center_mm.x(), center_mm.y(), size_mm, cutter_diameter_mm})) {
     return not_finite().value();
   }
@@ -106,7 +106,8 @@ tl::expected<Rings, std::string> rings_inside(double half_mm, double cutter_diam
   if (cut == Cut::Contour) return Rings{};
   // The cutter meets itself across the innermost ring as it meets its neighbours.
   const double least_mm = 0.5 * kRingStep * cutter_diameter_mm;
-  const double n = std::ceil((half_mm - least_mm) / (kRingStep * cutter_diameter_mm) - kCountNoise);
+  const double n =
+      std::ceil((half_mm - least_mm) / (kRingStep * cutter_diameter_mm) - kFigureCountNoise);
   if (n < 1) return Rings{};
   if (!(n <= kMaxRings)) {
     return refusal(
@@ -122,7 +123,8 @@ Figure circle_inside(const Eigen::Vector2d& center_mm,
                      double cutter_diameter_mm,
                      Turn turn,
                      Cut cut) {
-  if (const auto fault = fault_of(center_mm, radius_mm, cutter_diameter_mm)) return refusal(*fault);
+  if (const auto fault = figure_fault(center_mm, radius_mm, cutter_diameter_mm))
+    return refusal(*fault);
   const double path_mm = radius_mm - 0.5 * cutter_diameter_mm;
   if (path_mm <= kLeastMove_mm) {
     return refusal(
@@ -155,7 +157,8 @@ Figure disk_outside(const Eigen::Vector2d& center_mm,
                     double radius_mm,
                     double cutter_diameter_mm,
                     Turn turn) {
-  if (const auto fault = fault_of(center_mm, radius_mm, cutter_diameter_mm)) return refusal(*fault);
+  if (const auto fault = figure_fault(center_mm, radius_mm, cutter_diameter_mm))
+    return refusal(*fault);
   const double cutter_radius_mm = 0.5 * cutter_diameter_mm;
   const Eigen::Vector2d left_mm(-(radius_mm + cutter_radius_mm), 0);
   const Eigen::Vector2d beside_mm(0, cutter_radius_mm);
@@ -173,7 +176,8 @@ Figure rectangle_inside(const Eigen::Vector2d& center_mm,
                         Turn turn,
                         Cut cut) {
   for (const double side_mm : {sides_mm.x(), sides_mm.y()}) {
-    if (const auto fault = fault_of(center_mm, side_mm, cutter_diameter_mm)) return refusal(*fault);
+    if (const auto fault = figure_fault(center_mm, side_mm, cutter_diameter_mm))
+      return refusal(*fault);
   }
   const double half_x_mm = 0.5 * (sides_mm.x() - cutter_diameter_mm);
   const double half_y_mm = 0.5 * (sides_mm.y() - cutter_diameter_mm);

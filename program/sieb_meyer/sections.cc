@@ -233,7 +233,7 @@ class Scanner {
              rules_.in_subprogram
                  ? "an offset line in a subprogram, outside all brackets"
                  : "an offset line outside all brackets, in a program that uses brackets",
-             "M31 and M30 round what it moves");
+             "M31 and M30 round the lines that it moves");
       return false;
     }
     if (!std::exchange(run_moves_, false)) {

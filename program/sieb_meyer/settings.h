@@ -18,15 +18,15 @@ struct Settings {
   bool pattern_mode = false;  ///< CAMA: G36 aligns a pattern; else NOCAMA: a hole
   bool fits_scale = false;    ///< two points give one scale as well
   int vision_tool = 1;        ///< until a G35 names another
-  /// PRGM,C: M56 to M58 are obeyed; absent: nobody said.
+  /// PRGM,C: M56 to M58 are obeyed; absent: not stated.
   std::optional<bool> obeys_areas;
 
   AverageKind average = AverageKind::Mean;  ///< SPAV
   Length surface_height;                    ///< where the board's surface is expected, above Z0
   std::optional<Length> surface_tolerance;  ///< BOTT, MAPT: the most that a probe may differ
   Length grid_hold = mm(10);                ///< how far outside the grid its edge's value holds
-  /// [surface] fill_gaps: nodes of the grid that nobody probed get the height that the others
-  /// foretell; else they are an error.
+  /// [surface] fill_gaps: nodes of the grid that are not probed get the height that the others
+  /// predict; else they are an error.
   bool fills_gaps = false;
 };
 

@@ -26,7 +26,7 @@ std::optional<SubprogramText> find_subprogram(std::string_view bytes, std::strin
 /// Reads the files of all subprograms that a program calls, also by way of others, by their names.
 ///
 /// A subprogram NAME is in the first folder that has it: in NAME.SS5 (or .ss5, or without), or else
-/// in the first *.SS5 or *.ss5, in alphabetical order, with a line @NAME. What is not there is left
+/// in the first *.SS5 or *.ss5, in alphabetical order, with a line @NAME. A missing file is left
 /// out: that is a problem only where the program calls it.
 ///
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 6 Subprograms

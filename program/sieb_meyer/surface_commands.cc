@@ -85,7 +85,7 @@ std::optional<std::vector<HeightEstimate>> SurfaceSession::probe(ProbeRequest re
   if (missing == Missing::LeavesGap && settings_.fills_gaps) return std::nullopt;
   stop(Code::SurfaceNotFound,
        request.line,
-       fmt::format("{} at nominal ({:.4f}, {:.4f}) mm finds no surface{}{}",
+       fmt::format("{} at nominal ({:.4f}, {:.4f}) mm{}{}",
                    request.command,
                    request.nominal.in_mm().x(),
                    request.nominal.in_mm().y(),
@@ -223,7 +223,7 @@ void SurfaceSession::grid_point(ProbeRequest request) {
   point_lines_.push_back(line);
 }
 
-/// A further point may make another grid, so what was filled is to be foretold anew.
+/// A further point may make another grid, so what was filled is to be predicted anew.
 void SurfaceSession::forget_filled() {
   grid_.reset();
   if (source_ != nullptr) {
@@ -249,7 +249,7 @@ const GridMap* SurfaceSession::grid(int line) {
   return &*grid_;
 }
 
-/// Nodes that nobody probed get the height that the others foretell, each with a warning.
+/// Nodes that are not probed get the height that the others predict, each with a warning.
 bool SurfaceSession::fill_gaps(int line) {
   filled_.clear();
   const std::vector<Eigen::Vector2d> missing_mm = missing_nodes(points_);
@@ -266,13 +266,11 @@ bool SurfaceSession::fill_gaps(int line) {
   }
   for (FilledNode& node : *filled) {
     node.line = line;
-    reporter_.report(
-        Code::GridFilled,
-        line,
-        1,
-        fmt::format("the grid has no point at {}; what the others foretell holds there",
-                    place_text(node.place.in_mm())),
-        "all nodes ([surface] fill_gaps lets some be missing)");
+    reporter_.report(Code::GridFilled,
+                     line,
+                     1,
+                     fmt::format("the grid has no point at {}", place_text(node.place.in_mm())),
+                     "all nodes ([surface] fill_gaps lets some be missing)");
     points_.push_back({node.place.in_mm(), node.heights});
     point_lines_.push_back(line);
     if (source_ != nullptr) survey_.filled_nodes.push_back(node);
@@ -321,7 +319,7 @@ std::optional<SurfaceSession::GridSurface> SurfaceSession::grid_surface_at(
            fmt::format("at most {:.3f} mm ([surface] grid_hold_mm)", settings_.grid_hold.in_mm()));
       return std::nullopt;
     }
-    reporter_.report(Code::GridOutside, line, 1, what + "; its edge holds");
+    reporter_.report(Code::GridOutside, line, 1, what);
   }
   GridSurface surface;
   surface.heights = heights_of(found.heights);

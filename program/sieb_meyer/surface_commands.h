@@ -68,7 +68,7 @@ class SurfaceSession {
   struct GridSurface {
     std::vector<Length> heights;       ///< one a Z axis
     Length deviation;                  ///< of the first axis: how much above the grid's reference
-    std::optional<Foretold> foretold;  ///< nobody probed a node about it: [surface] fill_gaps
+    std::optional<Foretold> foretold;  ///< a node about it is not probed: [surface] fill_gaps
   };
   std::optional<GridSurface> grid_surface_at(int line, const Eigen::Vector2d& nominal_mm);
   /// The same where it was measured; empty if the control was told it.

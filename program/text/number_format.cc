@@ -7,10 +7,10 @@
 namespace panelcal {
 namespace {
 
-constexpr int kMaxDigits = 15;  // every integer of 15 digits is exact in a double
-constexpr std::array<double, 23> kPowersOfTen = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                                 1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                                 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+constexpr int kMaxFormatDigits = 15;  // every integer of 15 digits is exact in a double
+constexpr std::array<double, 23> kFormatPowers = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                  1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                                  1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
 }  // namespace
 
@@ -33,7 +33,7 @@ ParsedLength parse_length(std::string_view text, const NumberFormat& format) {
   for (; at != end; ++at) {
     const unsigned digit = static_cast<unsigned char>(*at) - '0';
     if (digit < 10) {
-      if (++n_digits > kMaxDigits) return {{}, NumberFault::TooManyDigits};
+      if (++n_digits > kMaxFormatDigits) return {{}, NumberFault::TooManyDigits};
       mantissa = mantissa * 10 + digit;
       if (n_behind_point >= 0) ++n_behind_point;
     } else if (*at == '.' && n_behind_point < 0) {
@@ -55,8 +55,8 @@ ParsedLength parse_length(std::string_view text, const NumberFormat& format) {
   } else {
     exponent = n_digits - format.integer_digits;
   }
-  const double magnitude = exponent >= 0 ? static_cast<double>(mantissa) / kPowersOfTen[exponent]
-                                         : static_cast<double>(mantissa) * kPowersOfTen[-exponent];
+  const double magnitude = exponent >= 0 ? static_cast<double>(mantissa) / kFormatPowers[exponent]
+                                         : static_cast<double>(mantissa) * kFormatPowers[-exponent];
   return {format.one_unit() * (negative ? -magnitude : magnitude), NumberFault::None};
 }
 

@@ -10,8 +10,9 @@
 namespace panelcal {
 namespace {
 
-constexpr int kMaxDigits = 15;  // as parse_length: every integer of 15 digits is exact in a double
-constexpr std::array<double, kMaxDigits + 1> kPowersOfTen = {
+constexpr int kMaxPlainDigits =
+    15;  // as parse_length: every integer of 15 digits is exact in a double
+constexpr std::array<double, kMaxPlainDigits + 1> kPlainPowers = {
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 constexpr std::array<std::int64_t, 9> kWholePowersOfTen = {
     1, 10, 100, 1'000, 10'000, 100'000, 1'000'000, 10'000'000, 100'000'000};
@@ -74,9 +75,9 @@ PlainReader::PlainReader(const NumberFormat& format)
                                                              : n_digits - format.integer_digits;
     Scale& scale = of_count_[static_cast<std::size_t>(n_digits)];
     if (exponent >= 0) {
-      scale.per = kPowersOfTen[static_cast<std::size_t>(exponent)];
+      scale.per = kPlainPowers[static_cast<std::size_t>(exponent)];
     } else {
-      scale.times = kPowersOfTen[static_cast<std::size_t>(-exponent)];
+      scale.times = kPlainPowers[static_cast<std::size_t>(-exponent)];
     }
   }
 }
@@ -102,10 +103,10 @@ bool PlainReader::read(std::string_view line, PlainCoordinate& out) const {
       const DigitRun fraction = read_digits(next_eight(line, at));
       at += fraction.n_digits;
       const int n_digits = whole.n_digits + fraction.n_digits;
-      if (n_digits == 0 || n_digits > kMaxDigits) return false;
+      if (n_digits == 0 || n_digits > kMaxPlainDigits) return false;
       const auto n_behind = static_cast<std::size_t>(fraction.n_digits);
       mantissa = static_cast<double>(whole.value * kWholePowersOfTen[n_behind] + fraction.value);
-      scale = {1, kPowersOfTen[n_behind]};
+      scale = {1, kPlainPowers[n_behind]};
     } else if (at != begin) {
       if (whole.n_digits == 0 || whole.n_digits > n_most_digits_) return false;
       out.has_point = false;

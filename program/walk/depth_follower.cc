@@ -19,20 +19,24 @@ constexpr Length kSameDepth = um(1e-3);
 
 void DepthFollower::refuse(Code code, int line, std::string what, std::string expected) {
   if (std::exchange(has_refused_place_, true)) return;
-  reporter_.report(code, line, 0, std::move(what), std::move(expected));
+  reporter_.report_working(code, line, 0, std::move(what), std::move(expected));
 }
 
-void DepthFollower::refuse_contradiction(int line, const std::string& said) {
-  if (std::exchange(has_refused_tool_, true)) return;
-  reporter_.report(Code::ArgumentInvalid,
-                   line,
-                   0,
-                   fmt::format("the program gives tool {} {}, and [[depth]] says that it works "
-                               "{:.4g} mm below the surface",
-                               tool_,
-                               said,
-                               tool_depth_->in_mm()),
-                   "one of them");
+std::optional<Diagnostic> DepthFollower::contradiction(int line, const std::string& said) {
+  if (std::exchange(has_refused_tool_, true)) return std::nullopt;
+  return Diagnostic{Code::ArgumentInvalid,
+                    {{}, line, 0},
+                    fmt::format("the program gives tool {} {}, and [[depth]] has it work "
+                                "{:.4g} mm below the surface",
+                                tool_,
+                                said,
+                                tool_depth_->in_mm()),
+                    "one of them"};
+}
+
+void DepthFollower::refuse_at(int line, const std::string& said) {
+  const auto refusal = contradiction(line, said);
+  if (refusal) reporter_.report_working(refusal->code, line, 0, refusal->what, refusal->expected);
 }
 
 void DepthFollower::take(int line, const Tool& tool) {
@@ -40,8 +44,9 @@ void DepthFollower::take(int line, const Tool& tool) {
   tool_depth_ = board_.depth_of(tool.number, tool.diameter);
   has_refused_tool_ = false;
   if (tool_depth_ && tool.depth_offset.value_or(Length()) != Length()) {
-    refuse_contradiction(line,
-                         fmt::format("a depth offset of {:.4g} mm", tool.depth_offset->in_mm()));
+    const auto refusal =
+        contradiction(line, fmt::format("a depth offset of {:.4g} mm", tool.depth_offset->in_mm()));
+    if (refusal) reporter_.report(refusal->code, line, 0, refusal->what, refusal->expected);
   }
 }
 
@@ -50,13 +55,13 @@ DepthOfCut DepthFollower::at(int line,
                              const DepthOfCut& asked) {
   DepthOfCut cut = asked;
   if (tool_depth_) {
+    const Length depth = cut.depth.value_or(*tool_depth_);
     if (cut.z) {
-      refuse_contradiction(line, fmt::format("the working plane Z{:.4g}", cut.z->in_mm()));
+      refuse_at(line, fmt::format("the working plane Z{:.4g}", cut.z->in_mm()));
       return cut;
     }
-    const Length depth = cut.depth.value_or(*tool_depth_);
     if (std::abs((depth - *tool_depth_).in_mm()) > kSameDepth.in_mm()) {
-      refuse_contradiction(line, fmt::format("a depth of {:.4g} mm", depth.in_mm()));
+      refuse_at(line, fmt::format("a depth of {:.4g} mm", depth.in_mm()));
       return cut;
     }
     cut.depth = depth;
@@ -84,7 +89,7 @@ void DepthFollower::take_height(int line, const Position<frame::Nominal>& place,
     return refuse(
         Code::ToleranceHold,
         line,
-        fmt::format("the map is sure of its height at nominal ({:.4f}, {:.4f}) mm to {:.1f} um",
+        fmt::format("the sigma of the map's height at nominal ({:.4f}, {:.4f}) mm is {:.1f} um",
                     place.in_mm().x(),
                     place.in_mm().y(),
                     found->height.sigma.in_um()),

@@ -60,7 +60,9 @@ class DepthFollower {
                    const Position<frame::Nominal>& from,
                    const Position<frame::Nominal>& to);
   void refuse(Code code, int line, std::string what, std::string expected);
-  void refuse_contradiction(int line, const std::string& said);
+  /// Once for the tool in use.
+  std::optional<Diagnostic> contradiction(int line, const std::string& said);
+  void refuse_at(int line, const std::string& said);
 
   const BoardDepths& board_;
   const Reporter& reporter_;

@@ -6,14 +6,13 @@
 
 #include "program/geometry/arc_path.h"
 #include "program/geometry/bent_path.h"
+#include "program/geometry/plane_vectors.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
-bool is_mirror(const Eigen::Matrix2d& linear) {
-  return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) < 0;
-}
+using internal::is_mirror;
 
 /// The table's feed where the program sets none (CNC-7 manual, Z-Axis Infeed).
 constexpr Feed kDefaultTableFeed = inch_per_min(100);
@@ -207,7 +206,7 @@ Displacement<frame::Machine> Emitter::told_on_table(int line,
   if (const auto command = options_.table->command_for(place)) return *command - place_.work_zero;
   if (!std::exchange(is_off_table_, true)) {
     const Diagnostic refusal = options_.table->refusal(place);
-    reporter_.report(refusal.code, line, 0, refusal.what, refusal.expected);
+    reporter_.report_working(refusal.code, line, 0, refusal.what, refusal.expected);
   }
   return from_zero;
 }
@@ -459,11 +458,11 @@ void Emitter::rout_arc(int line,
 
 DepthOfCut Emitter::cut_where_it_stands(int line) {
   if (!stands_at_ && follows_map()) {
-    reporter_.report(Code::CoordinateMissing,
-                     line,
-                     0,
-                     "the router goes down, and nobody knows where",
-                     "a move to X#Y# before it");
+    reporter_.report_working(Code::CoordinateMissing,
+                             line,
+                             0,
+                             "the router goes down before the first place",
+                             "a move to X#Y# before it");
   }
   return cut_at(line, stands_at_.value_or(Position<frame::Nominal>()));
 }

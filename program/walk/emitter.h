@@ -12,8 +12,8 @@
 #include "program/model/tool_links.h"
 #include "program/walk/depth_follower.h"
 #include "program/walk/measuring.h"
+#include "program/walk/options.h"
 #include "program/walk/reporter.h"
-#include "program/walk/walk.h"
 
 namespace panelcal {
 
@@ -41,6 +41,8 @@ class Emitter {
           OperationSink* sink);
 
   bool is_executing() const { return sink_ != nullptr; }
+  /// Only counts from here on.
+  void stop_executing() { sink_ = nullptr; }
   /// More was asked for than the limits allow; that was reported.
   bool is_over_limit() const { return is_over_limit_; }
   std::int64_t n_operations() const { return n_operations_; }
@@ -50,7 +52,7 @@ class Emitter {
     n_operations_ += n;
     return true;
   }
-  /// Counts copies that need not be walked: so many of this many operations and idle lines.
+  /// Counts copies that need not be walked: their number, operations and idle lines of each.
   void count_copies(std::int64_t n_copies,
                     std::int64_t n_operations,
                     std::int64_t n_idle,

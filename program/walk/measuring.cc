@@ -104,6 +104,7 @@ Measuring::Measuring(const WalkOptions& options,
 
 std::optional<std::size_t> Measuring::measure(MeasurementRequest request) {
   const std::size_t index = n_measured_++;
+  ++n_steps_;
   if (source_ == nullptr) return index;
   request.seq = static_cast<std::int64_t>(index);
 
@@ -122,12 +123,12 @@ std::optional<std::size_t> Measuring::measure(MeasurementRequest request) {
 
 void Measuring::report_not_calibrated(int line, int column, std::string_view text) {
   if (!is_first_pass()) return;
-  reporter_.report(
-      Code::CalibrationNotPerformed, line, column, quoted(text) + " is passed on, not performed");
+  reporter_.report(Code::CalibrationNotPerformed, line, column, quoted(text));
 }
 
 void Measuring::calibrate(CalibrationOrder order, int column, std::string_view text) {
   if (!is_first_pass() || must_stop_) return;
+  ++n_steps_;
   if (n_calibrations_ == options_.max_measurements) {
     reporter_.report(Code::TooManyOperations,
                      order.line,
@@ -160,6 +161,7 @@ void Measuring::calibrate(CalibrationOrder order, int column, std::string_view t
 }
 
 void Measuring::focus(const MeasurementRequest& request) {
+  ++n_steps_;
   Expected<std::optional<FocusResult>> result = source_->focus(request);
   if (!result) {
     log_.add(std::move(result).error());
@@ -230,12 +232,11 @@ void Measuring::report_lost(const Measurement& measurement) {
   reporter_.report(lost_code(measurement.status),
                    request.line,
                    1,
-                   fmt::format("{} target {} at nominal ({:.4f}, {:.4f}) mm is {}{}{}",
+                   fmt::format("{} target {} at nominal ({:.4f}, {:.4f}) mm{}{}",
                                request.command,
                                request.seq,
                                request.nominal.in_mm().x(),
                                request.nominal.in_mm().y(),
-                               name(measurement.status),
                                measurement.reason.empty() ? "" : ": ",
                                measurement.reason));
 }
@@ -262,6 +263,7 @@ void Measuring::gate_hole(const Measurement& measurement, CorrectionLevel level)
 
 std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points) {
   const std::size_t i_series = n_fitted_++;
+  ++n_steps_;
   if (!is_first_pass()) return i_series;
   series.prescribed = series.model;
   if (series.level == CorrectionLevel::Nested) series.base_series = corrections_.base_series;
@@ -289,7 +291,8 @@ void Measuring::examine(std::vector<FitPoint> points, SeriesResult& series) {
       series.level == CorrectionLevel::Base ? options_.base_limits : options_.nested_limits;
   series.fault = examine_series(series, points, survey_, corrections_.stack, options_);
   const auto may_go_on = [&](const SeriesResult& s) {
-    // A spline follows a liar as far as nothing else is near: it is not told apart by its residual.
+    // A spline follows an outlier as far as nothing else is near: it is not told apart by its
+    // residual.
     return s.is_fitted() && !s.is_smooth() && s.fault && s.fault->i_liar &&
            s.dropped.size() < static_cast<std::size_t>(std::max(0, limits.max_dropped));
   };
@@ -322,8 +325,8 @@ void Measuring::report_dropped(const SeriesResult& series, std::span<const std::
     reporter_.report(Code::TargetDropped,
                      request.line,
                      1,
-                     fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm is left out, {} others "
-                                 "make the fit: {}",
+                     fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm, {} others make "
+                                 "the fit: {}",
                                  request.command,
                                  request.nominal.in_mm().x(),
                                  request.nominal.in_mm().y(),
@@ -449,26 +452,23 @@ void Measuring::report_folded(const SeriesResult& series) {
   reporter_.report(Code::PanelFolded,
                    series.line,
                    1,
-                   fmt::format("the smooth model of the {} targets folds the panel over itself",
-                               series.points.size()),
+                   fmt::format("{} targets", series.points.size()),
                    "targets that were not taken for one another, or an affine [vision] model");
 }
 
 void Measuring::report_nested_on_smooth(const SeriesResult& series) {
-  reporter_.report(
-      Code::NestedOnSmooth,
-      series.line,
-      1,
-      fmt::format("the nested series from line {} is on top of a smooth panel model", series.line),
-      "[vision] model = \"affine\" or a stiffer one, or no nested series");
+  reporter_.report(Code::NestedOnSmooth,
+                   series.line,
+                   1,
+                   fmt::format("nested series from line {}", series.line),
+                   "[vision] model = \"affine\" or a stiffer one, or no nested series");
 }
 
 void Measuring::report_mirrored(const SeriesResult& series) {
   reporter_.report(Code::PanelMirrored,
                    series.line,
                    1,
-                   fmt::format("the {} targets of the series are seen as in a mirror",
-                               series.measurements.size()),
+                   fmt::format("{} targets of the series", series.measurements.size()),
                    "the panel the right way up");
 }
 
@@ -492,6 +492,7 @@ OffsetUncertainty Measuring::offset_of(const SeriesResult& series) const {
 }
 
 void Measuring::activate(std::size_t i_series, int line) {
+  ++n_steps_;
   const SeriesResult& series = survey_.series[i_series];
   if (series.level == CorrectionLevel::Base) {
     if (!series.base) {

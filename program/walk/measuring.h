@@ -11,9 +11,10 @@
 
 #include "calib/base/diagnostic.h"
 #include "calib/correction/stack.h"
+#include "program/walk/fit_point.h"
+#include "program/walk/options.h"
 #include "program/walk/reporter.h"
 #include "program/walk/survey.h"
-#include "program/walk/walk.h"
 
 namespace panelcal {
 
@@ -32,19 +33,6 @@ struct CorrectionState {
 /// Two placements carry to the same place, but for rounding: both are sums of the same program's
 /// numbers, not always in the same order.
 bool is_same_place(const Placement& a, const Placement& b);
-
-/// A target as a fit sees it: one measurement, or the mean of several. The covariance is the
-/// picture's and what the machine adds to every target; measurements keep the picture's alone, so
-/// that a recorded run replays with any machine's figures.
-struct FitPoint {
-  Position<frame::Nominal> nominal;
-  PositionEstimate<frame::Actual> measured;
-  ObservedAxes axes = ObservedAxes::Both;
-  CameraJacobian by_camera = CameraJacobian::Zero();
-  int i_camera = 0;               ///< as MachineUncertainty counts
-  int n_arrivals = 1;             ///< of the stage, of which `measured` is the mean
-  std::size_t i_measurement = 0;  ///< the one to name when the point is at fault
-};
 
 /// A hole that is drilled where its own target was seen.
 struct TargetHolePlace {
@@ -70,6 +58,8 @@ class Measuring {
             DiagnosticLog& log);
 
   bool is_first_pass() const { return source_ != nullptr; }
+  /// Counts all that depends on what the source answers.
+  std::int64_t n_steps() const { return n_steps_; }
 
   /// Looks for one target; `request` lacks its number. Index into Survey::measurements; nothing if
   /// the source failed, which stops the walk.
@@ -77,7 +67,7 @@ class Measuring {
   /// Has the source focus, in the first pass.
   void focus(const MeasurementRequest& request);
   /// Has the source calibrate, in the first pass; the walk stops if that fails. `text` is the
-  /// block, for the warning that nobody could.
+  /// block, for the warning that the source could not.
   ///
   /// In     order: lacks its number
   void calibrate(CalibrationOrder order, int column, std::string_view text);
@@ -102,7 +92,7 @@ class Measuring {
 
   CorrectionState& corrections() { return corrections_; }
   const CorrectionState& corrections() const { return corrections_; }
-  /// Nobody knows where to look next, or the source failed.
+  /// The next place to look at is unknown, or the source failed.
   bool must_stop() const { return must_stop_; }
   void stop() { must_stop_ = true; }
 
@@ -132,6 +122,7 @@ class Measuring {
   std::size_t n_measured_ = 0;
   std::int64_t n_calibrations_ = 0;
   std::size_t n_fitted_ = 0;
+  std::int64_t n_steps_ = 0;
   bool must_stop_ = false;
 };
 

@@ -52,13 +52,17 @@ struct ProbeReading {
   std::string reason;                   ///< why it is not Found
 };
 
-/// Whoever can say how high the surface really is: machine, recorded file, simulation.
+/// A source of true heights of the surface: machine, recorded file, simulation.
 class ProbeSource {
  public:
   virtual ~ProbeSource() = default;
   /// Fails when the source itself fails (broken device, wrong file); a surface that is not touched
   /// is an answer.
   virtual Expected<ProbeReading> probe(const ProbeRequest& request) = 0;
+  /// Ends a measuring walk that found no error.
+  ///
+  /// Fails  as probe; a reading that the program did not ask for
+  virtual Expected<void> finish() { return {}; }
 };
 
 /// Answers that the surface is where it is expected, exactly: the walk over a perfect board.

@@ -18,16 +18,27 @@ class Reporter {
   enum class Level : std::uint8_t { All, ErrorsOnly };
 
   /// ErrorsOnly is for a second walk: the first has given all warnings.
-  Reporter(std::string file, DiagnosticLog& log, Level level = Level::All)
-      : file_(std::move(file)), log_(&log), level_(level) {}
+  ///
+  /// In     working: where problems go that only a working walk finds; null: into the log as well
+  Reporter(std::string file,
+           DiagnosticLog& log,
+           Level level = Level::All,
+           DiagnosticLog* working = nullptr)
+      : file_(std::move(file)),
+        log_(&log),
+        working_(working == nullptr ? &log : working),
+        level_(level) {}
 
   void report(Code code, int line, int column, std::string what, std::string expected = "") const {
-    Diagnostic diagnostic{code, {file_, line, column}, std::move(what), std::move(expected)};
-    if (level_ == Level::ErrorsOnly && diagnostic.severity() != Severity::Error) return;
-    if (reported_.size() < DiagnosticLog::kKept && !reported_.insert(diagnostic.text()).second) {
-      return;
-    }
-    log_->add(std::move(diagnostic));
+    add({code, {file_, line, column}, std::move(what), std::move(expected)}, level_, *log_);
+  }
+
+  /// The same for an error that only a working walk finds.
+  void report_working(
+      Code code, int line, int column, std::string what, std::string expected = "") const {
+    add({code, {file_, line, column}, std::move(what), std::move(expected)},
+        Level::ErrorsOnly,
+        *working_);
   }
 
   /// Reports a number that parse_length refused.
@@ -41,13 +52,13 @@ class Reporter {
       report(Code::NumberTooLong,
              line,
              column,
-             quoted(text) + " has too many digits",
+             quoted(text),
              "at most " + std::to_string(digits) + " digits (" + format.summary() + ")");
     } else {
       report(Code::NumberMalformed,
              line,
              column,
-             quoted(text) + " is not a number",
+             quoted(text),
              "a sign, digits and at most one decimal point");
     }
   }
@@ -57,8 +68,17 @@ class Reporter {
   void set_file(std::string file) { file_ = std::move(file); }
 
  private:
+  void add(Diagnostic diagnostic, Level level, DiagnosticLog& log) const {
+    if (level == Level::ErrorsOnly && diagnostic.severity() != Severity::Error) return;
+    if (reported_.size() < DiagnosticLog::kKept && !reported_.insert(diagnostic.text()).second) {
+      return;
+    }
+    log.add(std::move(diagnostic));
+  }
+
   std::string file_;
   DiagnosticLog* log_;
+  DiagnosticLog* working_;
   Level level_;
   mutable std::set<std::string> reported_;
 };

@@ -80,7 +80,7 @@ std::optional<SeriesFault> examine_series(const SeriesResult& series,
   }
   FaultContext context{.limits = is_base ? options.base_limits : options.nested_limits};
   context.is_refused = !series.is_fitted() || !all_accepted(series.gates);
-  // Most series are healthy, and then nobody has to look for pads.
+  // Most series are healthy, and then no pads need to be searched.
   const auto first = internal::find_fault_raw(targets, series.model, context);
   if (!first || !options.known_pads) return first;
   const KnownPads* known = options.known_pads();

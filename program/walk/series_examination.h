@@ -5,8 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "calib/correction/stack.h"
 #include "calib/faults/finder.h"
-#include "program/walk/measuring.h"
+#include "program/walk/fit_point.h"
+#include "program/walk/options.h"
+#include "program/walk/survey.h"
 
 namespace panelcal {
 

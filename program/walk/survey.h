@@ -52,7 +52,7 @@ struct SeriesResult {
 /// "offset" to "affine", or "smooth, 9.4 effective parameters".
 std::string model_text(const SeriesResult& series);
 
-/// A node of a probed grid whose height the other nodes foretell.
+/// A node of a probed grid whose height the other nodes predict.
 struct FilledNode {
   int line = 0;  ///< of the grid's first use
   Position<frame::Nominal> place;
@@ -65,7 +65,7 @@ struct Survey {
   std::vector<Measurement> measurements;
   std::vector<SeriesResult> series;
   std::vector<ProbeReading> probes;
-  /// Nodes of a G79 grid that nobody probed, as [surface] fill_gaps allows.
+  /// Nodes of a G79 grid that are not probed, as [surface] fill_gaps allows.
   std::vector<FilledNode> filled_nodes;
   std::vector<FocusResult> focus;  ///< what autofocus orders found, in the order of execution
   /// What orders to calibrate have found, in the order of execution; those that were only passed on

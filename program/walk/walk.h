@@ -23,105 +23,12 @@
 #include "program/model/operation.h"
 #include "program/sieb_meyer/file_layout.h"
 #include "program/sieb_meyer/settings.h"
+#include "program/walk/options.h"
 #include "program/walk/probing.h"
+#include "program/walk/program.h"
 #include "program/walk/survey.h"
 
 namespace panelcal {
-
-/// What the machine decides about how a program is read.
-struct ReadOptions {
-  /// Tool data by diameter; every row has a diameter (CNC-7 manual, Tool Diameter).
-  std::vector<Tool> diameter_page;
-  /// Where M99 looks for stored patterns and subprograms, in order.
-  std::vector<std::filesystem::path> pattern_folders;
-  std::optional<bool> block_delete;  ///< the operator's switch, where the header has no BLKD
-  int axis_version = 1;              ///< where the header has no VER
-  std::string operator_id;           ///< OPID: what an asterisk in a canned text stands for
-};
-
-/// Scales drilled holes about a point, in work coordinates, while M60 is in force.
-struct ReferenceScaling {
-  double x = 1;
-  double y = 1;
-  Position<frame::Nominal> about;
-  bool starts_enabled = false;  ///< SCLR,ON before the program starts
-};
-
-enum class Structure : std::uint8_t {
-  Expanded,  ///< every copy is executed at its place, and targets are measured
-  Kept,      ///< patterns and vision sequences are passed on as such: for translation
-};
-
-enum class Cycles : std::uint8_t {
-  Expanded,  ///< every hole and pass is an operation of its own
-  Kept,      ///< passed on whole; the control expands it
-};
-
-/// What the machine and the vision system decide about how a program is executed.
-struct WalkOptions {
-  int series_size = 3;  ///< [vision] rotate: G36 or G46 blocks that form one series
-  int inspections = 1;  ///< [vision] inspections: until a $uvis,insp says another number
-  std::optional<PanelModel> model;  ///< [vision] model; absent: what the manual says for the count
-  bool chooses_model = false;       ///< [vision] model = "auto": what the targets themselves say
-  bool bends_panel = false;         ///< [vision] model = "smooth": base series; nested as usual
-  bool compares_models = false;     ///< somebody wants to read of the models that were not taken
-  MachineUncertainty uncertainty;   ///< [uncertainty], [spindle], [camera]
-  Tolerances tolerances;            ///< [tolerance]
-  GateLimits base_limits;
-  GateLimits nested_limits;
-  /// Where the program has holes and targets, asked for only when a series does not fit. Without it
-  /// no pad can be named that was taken for another.
-  std::function<const KnownPads*()> known_pads;
-  /// Work zero without any zero set (the machine's zero correction), and absolute zero.
-  Position<frame::Machine> work_zero;
-  Position<frame::Machine> absolute_zero;
-  /// A repeat of repeats can ask for more holes than there are atoms; this is where we stop. So
-  /// many lines of step and repeat that do not operate are the most as well.
-  std::int64_t max_operations = 1'000'000'000;
-  /// The same for targets; their measurements are kept in memory, about 1 kB each.
-  std::int64_t max_measurements = 100'000;
-  std::optional<ReferenceScaling> scaling;
-  Cycles slots = Cycles::Expanded;       ///< G85
-  Cycles step_slots = Cycles::Expanded;  ///< G87
-  /// [table]: what the stage errs by, which commands take back. Null: nothing.
-  std::shared_ptr<const TableCorrection> table;
-  /// A corrected arc stays one arc while it is this close to the true ellipse;
-  /// on a bent panel and on a calibrated table lines are held to it as well.
-  Length arc_tolerance = um(1);
-  Structure structure = Structure::Expanded;
-  BoardDepths board;                ///< --surface, [surface], [[depth]]
-  sieb_meyer::Settings sieb_meyer;  ///< what only that language needs
-  /// [camera] focus_range_mm: whoever measures is asked to focus; otherwise `$uvis,focus` is only
-  /// passed on, with a warning.
-  bool has_focus = false;
-  /// [coupon]: whoever measures is asked to calibrate (G39, `$uvis,calib`); otherwise the order is
-  /// only passed on, with a warning.
-  bool has_coupon = false;
-  /// [camera]: G39,SPOP and its kin move the offset of later measurements; otherwise as above.
-  bool moves_offset = false;
-};
-
-/// A program that has been read as far as its header.
-struct Program {
-  SourceText source;
-  Dialect dialect = Dialect::Excellon;
-  excellon::Header header;        ///< of an Excellon program
-  sieb_meyer::FileLayout layout;  ///< of a SIEB & MEYER program
-  /// The stored patterns or subprograms it names.
-  std::map<std::string, SourceText, std::less<>> patterns;
-  ReadOptions reading;
-
-  bool deletes_blocks() const;  ///< blocks that begin with / are left out
-  int axis_version() const { return header.axis_version.value_or(reading.axis_version); }
-  const std::map<int, Tool>& tools() const {
-    return dialect == Dialect::Excellon ? header.tools : layout.tools;
-  }
-  const std::map<int, int>& tool_lines() const {
-    return dialect == Dialect::Excellon ? header.tool_lines : layout.tool_lines;
-  }
-  /// How numbers are read: "inch 2.4, leading zeros kept".
-  std::string number_summary() const;
-};
 
 /// Reads the header, or the tool table, and the stored patterns that the program names; problems go
 /// into the log. A pattern that is missing is a problem only where the program runs it. A program
@@ -131,7 +38,7 @@ Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options 
 /// The measuring walk: executes the vision commands, asks `source` for every target, fits every
 /// series and holds it against its limits. Checks the whole program on the way, so that with a
 /// NominalSource it is what `panelcal check` does. Stops early when the source fails or a base
-/// series has no fit, since then nobody knows where to look next.
+/// series has no fit, since then the next place to look at is unknown.
 ///
 /// Fails  into the log: everything in diagnostic_codes.def under "Part programs" and "Vision
 ///        results", and what the source reports
@@ -144,6 +51,47 @@ Survey survey(const Program& program,
 /// them.
 Survey survey(const Program& program,
               const WalkOptions& options,
+              MeasurementSource& source,
+              ProbeSource& probes,
+              DiagnosticLog& log);
+
+/// What check() found.
+struct CheckedWalk {
+  Survey survey;
+  bool asks = false;          ///< a target, a probe, a focus or a calibration
+  bool is_executed = false;   ///< the sink has the whole job
+  DiagnosticLog working_log;  ///< problems that only a working walk finds, if it is executed
+  /// The byte of the program behind which it asks for nothing more; absent: not known.
+  std::optional<std::size_t> asks_until;
+};
+
+/// Until where a check executes as well.
+enum class Execution : std::uint8_t {
+  None,
+  UntilAsked,  ///< where the program asks for a measurement, another walk executes it
+  OfNominal,   ///< on a perfect panel
+};
+
+/// The measuring walk over a perfect panel, which breaks no limit: gates are left out.
+///
+/// With a sink this is the working walk as well, as long as that is certain: a section that is
+/// repeated ends the execution, since a check only counts its copies. Nothing of a sink that does
+/// not get the whole job may be used.
+///
+/// In     options.structure: Expanded, if anything is executed
+///        sink: not null, if anything is executed
+CheckedWalk check(const Program& program,
+                  const WalkOptions& options,
+                  Execution execution,
+                  OperationSink* sink,
+                  DiagnosticLog& log);
+/// The check alone.
+CheckedWalk check(const Program& program, const WalkOptions& options, DiagnosticLog& log);
+
+/// The measuring walk of a program that was checked without errors, as far as it asks for anything.
+Survey survey(const Program& program,
+              const WalkOptions& options,
+              const CheckedWalk& checked,
               MeasurementSource& source,
               ProbeSource& probes,
               DiagnosticLog& log);

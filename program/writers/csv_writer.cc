@@ -263,7 +263,7 @@ constexpr auto kHoleEnd = [] {
   return end;
 }();
 
-char* write_number(char* at, int n) {
+char* write_integer(char* at, int n) {
   const fmt::format_int digits(n);
   return std::copy_n(digits.data(), digits.size(), at);
 }
@@ -284,16 +284,16 @@ bool append_hole(std::string& out, const Operation& operation) {
                  kBeforeRisk.size() + kRiskChars + kHoleEnd.size()>
       row;
   char* end = std::ranges::copy(kName, row.begin()).out;
-  end = write_number(end, operation.line);
+  end = write_integer(end, operation.line);
   char separator = ',';
   for (const int index : operation.path) {
     *end++ = separator;
-    end = write_number(end, index);
+    end = write_integer(end, index);
     separator = '.';
   }
   if (operation.path.empty()) *end++ = ',';
   *end++ = ',';
-  end = write_number(end, drill->tool);
+  end = write_integer(end, drill->tool);
   const Eigen::Vector2d sigma = sigma_mm(*drill);
   for (const Eigen::Vector2d& point_mm : {drill->nominal.in_mm(), drill->actual.in_mm(), sigma}) {
     for (const double value_mm : {point_mm.x(), point_mm.y()}) {

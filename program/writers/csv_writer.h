@@ -14,7 +14,7 @@ namespace panelcal {
 /// A path is written with dots, outermost index first: 0.2.
 class CsvWriter final : public TextWriter {
  public:
-  /// In     judge: says how likely depths break their tolerance; empty: nobody asks
+  /// In     judge: says how likely depths break their tolerance; empty: not asked for
   explicit CsvWriter(ByteSink& bytes, std::optional<DepthJudge> judge = std::nullopt)
       : TextWriter(bytes), judge_(std::move(judge)) {}
   void begin(const ProgramInfo& info) override;

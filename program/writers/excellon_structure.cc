@@ -101,7 +101,7 @@ void ExcellonWriter::write(const PatternEnd& end) {
   close_pattern(others);
 }
 
-/// Offsets add up, so what is rounded is their sum.
+/// Offsets add up, so their sum is rounded.
 /// Source CNC-7 manual, Step and Repeat Commands
 void ExcellonWriter::close_pattern(const std::vector<WorkMap>& copies) {
   go_to_drill_mode();

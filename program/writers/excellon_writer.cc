@@ -37,14 +37,15 @@ bool has_bare_number(std::string_view text) {
 }
 
 template <class T>
-bool differs(const std::optional<T>& body, const std::optional<T>& header) {
+bool body_differs(const std::optional<T>& body, const std::optional<T>& header) {
   return body && header && *body != *header;
 }
 
 bool contradicts(const Tool& body, const Tool& header) {
-  return differs(body.diameter, header.diameter) || differs(body.infeed, header.infeed) ||
-         differs(body.retract, header.retract) || differs(body.speed, header.speed) ||
-         differs(body.max_hits, header.max_hits) || differs(body.depth_offset, header.depth_offset);
+  return body_differs(body.diameter, header.diameter) || body_differs(body.infeed, header.infeed) ||
+         body_differs(body.retract, header.retract) || body_differs(body.speed, header.speed) ||
+         body_differs(body.max_hits, header.max_hits) ||
+         body_differs(body.depth_offset, header.depth_offset);
 }
 
 }  // namespace

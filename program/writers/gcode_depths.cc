@@ -30,9 +30,8 @@ std::optional<Length> GcodeWriter::height_of(const DepthOfCut& cut,
                                              std::string_view plane_key) {
   const bool counts_from_table = cut.depth ? cut.surface.has_value() : cut.z.has_value();
   if (counts_from_table && !setting_.table_z) {
-    refuse_unsaid(cut.depth
-                      ? "a surface is measured above the table plane, and nobody says where that is"
-                      : "a plane (Z#) is above the table plane, and nobody says where that is",
+    refuse_unsaid(cut.depth ? "a surface is measured above the table plane, whose height is missing"
+                            : "a plane (Z#) is above the table plane, whose height is missing",
                   "table_z_mm in [gcode]: 0 if the tool is zeroed on it");
     return std::nullopt;
   }
@@ -48,13 +47,13 @@ std::optional<Length> GcodeWriter::height_of(const DepthOfCut& cut,
     return *setting_.table_z + (cut.depth ? *cut.surface - *cut.depth : *cut.z);
   }
   if (cut.depth && !setting_.board_z) {
-    refuse_unsaid("a depth is below the board's surface, which nobody measured",
+    refuse_unsaid("a depth is below the board's surface, which is not measured",
                   "board_z_mm in [gcode], 0 if the tool is zeroed on it; or probes");
     return std::nullopt;
   }
   if (cut.depth) return *setting_.board_z - *cut.depth;
   if (!plane) {
-    refuse_unsaid(fmt::format("nobody says how deep T{} works", tool_.number),
+    refuse_unsaid(fmt::format("T{} has no depth", tool_.number),
                   fmt::format("{} in [gcode] or [[gcode.tool]]", plane_key));
   }
   return plane;
@@ -73,7 +72,7 @@ bool GcodeWriter::surface_is_below(const DepthOfCut& cut) {
 
 std::optional<Feed> GcodeWriter::infeed() {
   if (!work_.infeed) {
-    refuse_unsaid(fmt::format("nobody says how fast T{} goes down", tool_.number),
+    refuse_unsaid(fmt::format("T{} has no infeed", tool_.number),
                   "F of the tool, or infeed_mm_s in [gcode] or [[gcode.tool]]");
   }
   return work_.infeed;
@@ -84,7 +83,7 @@ std::optional<Feed> GcodeWriter::routing_feed(const Rout& rout) {
   if (!rout.feed_is_default) return rout.feed;
   if (work_.feed) return work_.feed;
   if (info().dialect == Dialect::Excellon) return rout.feed;
-  refuse_unsaid(fmt::format("nobody says how fast T{} routs", tool_.number),
+  refuse_unsaid(fmt::format("T{} has no feed to rout with", tool_.number),
                 "F# in the program, or feed_mm_s in [gcode] or [[gcode.tool]]");
   return std::nullopt;
 }

@@ -13,7 +13,7 @@ namespace panelcal {
 namespace {
 
 /// The interpreter reads lines of 255 characters.
-constexpr std::size_t kMostCharacters = 200;
+constexpr std::size_t kMaxEventCharacters = 200;
 
 /// Inside brackets; a bracket would end the comment.
 std::string shown(std::string_view text) {
@@ -29,8 +29,8 @@ std::string shown(std::string_view text) {
 void GcodeWriter::comment(std::string_view words) {
   std::string rest = printable(words);
   do {
-    say("; " + rest.substr(0, kMostCharacters));
-    rest.erase(0, kMostCharacters);
+    say("; " + rest.substr(0, kMaxEventCharacters));
+    rest.erase(0, kMaxEventCharacters);
   } while (!rest.empty());
 }
 
@@ -84,8 +84,8 @@ void GcodeWriter::write(const Message& message) {
     const auto end = rest.find('\n');
     std::string text = shown(rest.substr(0, end));
     do {
-      say("(MSG, " + text.substr(0, kMostCharacters) + ")");
-      text.erase(0, kMostCharacters);
+      say("(MSG, " + text.substr(0, kMaxEventCharacters) + ")");
+      text.erase(0, kMaxEventCharacters);
     } while (!text.empty());
     if (end == std::string_view::npos) break;
     rest.remove_prefix(end + 1);
@@ -149,7 +149,7 @@ void GcodeWriter::write(const Setting& setting) {
   const std::string_view key = setting_key(setting.text);
   if (is_spelling(key) || is_tool_link(setting.text) || setting.text == "/") return;
   if (decides_places(key)) {
-    return refuse(quoted(setting.text), "[gcode] of machine.toml, which says depths");
+    return refuse(quoted(setting.text), "[gcode] of machine.toml, which states depths");
   }
   lose(quoted(setting.text));
 }

@@ -11,7 +11,7 @@ namespace panelcal {
 namespace {
 
 constexpr double kStepsPerMm = 1e6;  // kMmDecimals
-/// Centres of arcs may be far away; numbers with so many decimals are still exact.
+/// Centres of arcs may be far away; numbers with this many decimals are still exact.
 constexpr double kMost_mm = 1e9;
 
 std::string number(double value, int n_decimals) {
@@ -87,11 +87,11 @@ void GcodeWriter::go_to(const Place& at) {
   told_ = at;
 }
 
-/// False if nobody knows how fast it turns.
+/// False if its speed is unknown.
 bool GcodeWriter::start_spindle() {
   if (spindle_runs_) return true;
   if (!work_.speed) {
-    refuse_unsaid(fmt::format("nobody says how fast T{} turns", tool_.number),
+    refuse_unsaid(fmt::format("T{} has no spindle speed", tool_.number),
                   "S of the tool, or speed_rpm in [gcode] or [[gcode.tool]]");
     return false;
   }

@@ -47,7 +47,7 @@ void GcodeWriter::write(const ToolChange& change) {
   take(change.tool);
 }
 
-/// Whoever changes the tool may have moved it anywhere.
+/// A tool change may have moved it anywhere.
 void GcodeWriter::take(const Tool& tool) {
   park({});
   tool_ = tool;
@@ -155,7 +155,7 @@ void GcodeWriter::write(const Plunge& plunge) {
   const auto feed = infeed();
   if (!start_spindle() || !z || !feed) return;
   if (!at_) {
-    return fail({Code::Internal, place(), "a plunge nobody knows where", "a move before it"});
+    return fail({Code::Internal, place(), "plunge before the first place", "a move before it"});
   }
   if (height_ != Height::Down) go_to(*at_);
   go_down(*z, *feed);

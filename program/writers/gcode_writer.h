@@ -17,9 +17,9 @@ namespace panelcal {
 /// X and Y are what the machine is told, from the work zero that the options name, x right and y up
 /// whatever the program's axes; a G93 or FA of the program is in them. Z words are those of
 /// GcodeSetting: a plane of the program counts from table_z, a depth below the measured surface
-/// from there, one below a surface that nobody measured from board_z; where the program says
+/// from there, one below a surface that is not measured from board_z; where the program says
 /// nothing, holes go to drill_z and contours to rout_z, and a tool's depth offset comes to planes.
-/// What nobody states is refused.
+/// A missing value is refused.
 ///
 /// The tool goes up alone before it goes anywhere else, and the exact path is asked for (G61): a
 /// blended corner would draw a drill sideways through the board. Holes are cycles (G81, G83, G73),

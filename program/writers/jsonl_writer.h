@@ -12,7 +12,7 @@ namespace panelcal {
 /// Operations as JSON Lines (docs/formats/operations.md): mm, mm/s, rpm, s.
 class JsonlWriter final : public TextWriter {
  public:
-  /// In     judge: says how likely depths break their tolerance; empty: nobody asks
+  /// In     judge: says how likely depths break their tolerance; empty: not asked for
   explicit JsonlWriter(ByteSink& bytes, std::optional<DepthJudge> judge = std::nullopt)
       : TextWriter(bytes), judge_(std::move(judge)) {}
   void begin(const ProgramInfo& info) override {

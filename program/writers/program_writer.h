@@ -18,7 +18,7 @@ struct ProgramWriterOptions {
   /// Who wrote the file, and from what: one line each.
   std::vector<std::string> comments;
   /// Leaves out what decides where or how deep a tool goes and has no form in the language, instead
-  /// of failing. Whoever sets it has to look at losses().
+  /// of failing. Code that sets it has to look at losses().
   bool allow_losses = false;
   /// The operations were passed with WalkOptions::structure Kept: the vision system's settings are
   /// the control's again.
@@ -57,7 +57,7 @@ class ProgramWriter : public TextWriter {
   /// `what` has no form, and without it a tool would go elsewhere or to another depth. The output
   /// fails unless losses are allowed.
   void refuse(std::string what, std::string expected = "");
-  /// Nobody says what a tool needs to be used: `problem`, a sentence. Fails as refuse() does; each
+  /// A value that a tool needs is missing: `problem`, a sentence. Fails as refuse() does; each
   /// problem once.
   void refuse_unsaid(const std::string& problem, std::string expected);
 

@@ -12,7 +12,7 @@ namespace panelcal {
 namespace {
 
 /// Source SIEB & MEYER CNC 8x.00 Command Set, A.7.1
-constexpr std::size_t kMostCharacters = 64;
+constexpr std::size_t kMaxLineCharacters = 64;
 constexpr int kMostTools = 99;
 
 double m_per_min(Feed feed) {
@@ -20,7 +20,7 @@ double m_per_min(Feed feed) {
 }
 
 /// Every number has a point: without one it would count steps of the last digit.
-char* write_number(char* at, double value, int n_decimals) {
+char* write_with_point(char* at, double value, int n_decimals) {
   char* end = write_fixed(at, value, n_decimals);
   if (std::find(at, end, '.') == end) *end++ = '.';
   return end;
@@ -28,16 +28,16 @@ char* write_number(char* at, double value, int n_decimals) {
 
 std::string number_text(double value, int n_decimals) {
   std::array<char, kFixedChars + 1> chars;
-  return {chars.data(), write_number(chars.data(), value, n_decimals)};
+  return {chars.data(), write_with_point(chars.data(), value, n_decimals)};
 }
 
 template <class T>
-bool differs(const std::optional<T>& now, const std::optional<T>& before) {
+bool differs_from_before(const std::optional<T>& now, const std::optional<T>& before) {
   return now && before && *now != *before;
 }
 
 template <class T>
-void fill(std::optional<T>& known, const std::optional<T>& said) {
+void fill_unknown(std::optional<T>& known, const std::optional<T>& said) {
   if (!known) known = said;
 }
 
@@ -61,7 +61,7 @@ void SiebMeyerWriter::append_point(const Eigen::Vector2d& at_mm,
   char* end = chars.data();
   for (std::size_t axis = 0; axis < 2; ++axis) {
     *end++ = letters[axis];
-    end = write_number(end, written[static_cast<Eigen::Index>(axis)], n_decimals);
+    end = write_with_point(end, written[static_cast<Eigen::Index>(axis)], n_decimals);
   }
   line_.append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
@@ -86,8 +86,9 @@ void SiebMeyerWriter::tool_up_line(const Eigen::Vector2d& at_mm) {
 void SiebMeyerWriter::finish_line() {
   is_tool_up_line_ = false;
   if (line_.empty()) return;
-  if (line_.size() > kMostCharacters) {
-    refuse(fmt::format("a line of more than {} characters ({})", kMostCharacters, quoted(line_)));
+  if (line_.size() > kMaxLineCharacters) {
+    refuse(
+        fmt::format("a line of more than {} characters ({})", kMaxLineCharacters, quoted(line_)));
   }
   text() += line_;
   text() += '\n';
@@ -115,11 +116,10 @@ void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
   if (cut.depth && cut.surface) {
     z = *cut.surface - *cut.depth;
     if (*z < Length()) {
-      refuse(
-          fmt::format("a plane {:.4g} mm below the table: the surface is said to be at {:.4g} mm",
-                      -z->in_mm(),
-                      cut.surface->in_mm()),
-          "heights above the table plane Z0, and Z of zero or more");
+      refuse(fmt::format("a plane {:.4g} mm below the table: the surface is at {:.4g} mm",
+                         -z->in_mm(),
+                         cut.surface->in_mm()),
+             "heights above the table plane Z0, and Z of zero or more");
       return;
     }
     const auto tool = tools_.find(tool_);
@@ -184,7 +184,7 @@ void SiebMeyerWriter::say_feed(const Rout& rout) {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, M47
 void SiebMeyerWriter::message(std::string_view text) {
   constexpr std::string_view kCommand = "M47,";
-  constexpr std::size_t kMost = kMostCharacters - kCommand.size();
+  constexpr std::size_t kMost = kMaxLineCharacters - kCommand.size();
   std::string shown = printable(text);
   if (is_foreign() && (shown.starts_with('!') || shown.starts_with("&P"))) shown.insert(0, "- ");
   do {
@@ -207,19 +207,22 @@ void SiebMeyerWriter::note_tool(const Tool& tool) {
     known = tool;
     return;
   }
-  if (differs(tool.diameter, known.diameter) || differs(tool.depth_offset, known.depth_offset)) {
+  if (differs_from_before(tool.diameter, known.diameter) ||
+      differs_from_before(tool.depth_offset, known.depth_offset)) {
     refuse(fmt::format("tool {} with another diameter or depth offset than before", tool.number),
            "one set of data for the tool");
-  } else if (differs(tool.infeed, known.infeed) || differs(tool.retract, known.retract) ||
-             differs(tool.speed, known.speed) || differs(tool.max_hits, known.max_hits)) {
+  } else if (differs_from_before(tool.infeed, known.infeed) ||
+             differs_from_before(tool.retract, known.retract) ||
+             differs_from_before(tool.speed, known.speed) ||
+             differs_from_before(tool.max_hits, known.max_hits)) {
     lose(fmt::format("another rate or hit count of tool {} than before", tool.number));
   }
-  fill(known.diameter, tool.diameter);
-  fill(known.infeed, tool.infeed);
-  fill(known.retract, tool.retract);
-  fill(known.speed, tool.speed);
-  fill(known.max_hits, tool.max_hits);
-  fill(known.depth_offset, tool.depth_offset);
+  fill_unknown(known.diameter, tool.diameter);
+  fill_unknown(known.infeed, tool.infeed);
+  fill_unknown(known.retract, tool.retract);
+  fill_unknown(known.speed, tool.speed);
+  fill_unknown(known.max_hits, tool.max_hits);
+  fill_unknown(known.depth_offset, tool.depth_offset);
 }
 
 void SiebMeyerWriter::write_tool_table() {

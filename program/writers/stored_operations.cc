@@ -4,12 +4,12 @@
 #include <utility>
 #include <variant>
 
+#include "program/geometry/plane_vectors.h"
+
 namespace panelcal {
 namespace {
 
-bool is_mirror(const Eigen::Matrix2d& linear) {
-  return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) < 0;
-}
+using internal::is_mirror;
 
 /// Changes an operation in place. A pattern is kept only where nothing is corrected, so that the
 /// machine is told where it is.

@@ -9,7 +9,7 @@
 namespace panelcal::svg {
 namespace {
 
-/// A placement to a micrometre; all zero if nobody says which it is.
+/// A placement to a micrometre; all zero if it is not stated which it is.
 std::array<std::int64_t, 6> rounded(const Operation& operation) {
   if (operation.origin == nullptr || operation.origin->placement == nullptr) return {};
   const Placement& placement = *operation.origin->placement;

@@ -2,9 +2,11 @@
 #include "program/writers/svg_writer.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <functional>
 #include <iterator>
-#include <set>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,27 +16,20 @@ namespace {
 
 using svg::append_mm;
 
-/// Drawn for a tool whose diameter nobody knows.
+/// Drawn for a tool of unknown diameter.
 constexpr double kUnknownDiameterMm = 0.5;
 /// Path data of contours and rapid moves leave in pieces of about this size.
 constexpr std::size_t kPieceBytes = 32768;
 /// Legend rows besides those of tools: targets, residuals, rapid moves, compensation, instances.
 constexpr std::size_t kOtherRows = 5;
 
-std::set<int> tools_of(const SvgScene& scene) {
-  std::set<int> tools;
-  for (const auto* counts : {&scene.holes_by_tool, &scene.slots_by_tool, &scene.routs_by_tool}) {
-    for (const auto& [tool, n] : *counts) tools.insert(tool);
-  }
-  return tools;
-}
-
 /// Room for everything with the widths of the tools, and some around it.
-svg::Sheet sheet_of(const SvgScene& scene) {
+svg::Sheet sheet_of(const SvgScene& scene, const Tally& tally) {
   BoundingBox<frame::Actual> box;
-  if (!tools_of(scene).empty()) {
-    box.add(scene.low);
-    box.add(scene.high);
+  if (!tally.tools_used().empty()) {
+    const auto& worked = tally.corrected_box();
+    box.add(worked.is_empty() ? Position<frame::Actual>() : worked.low());
+    box.add(worked.is_empty() ? Position<frame::Actual>() : worked.high());
   }
   for (const SvgTarget& target : scene.targets) box.add(target.at);
   Eigen::Vector2d low_mm(0, 0);
@@ -44,16 +39,67 @@ svg::Sheet sheet_of(const SvgScene& scene) {
     high_mm = box.high().in_mm();
   }
   double widest_mm = kUnknownDiameterMm;
-  for (const auto& [number, tool] : scene.tools) {
+  for (const auto& [number, tool] : tally.tools()) {
     if (tool.diameter) widest_mm = std::max(widest_mm, tool.diameter->in_mm());
   }
   const double margin_mm = 0.04 * (high_mm - low_mm).maxCoeff() + widest_mm;
   return {low_mm.array() - margin_mm,
           high_mm.array() + margin_mm,
-          tools_of(scene).size() + kOtherRows,
+          tally.tools_used().size() + kOtherRows,
           scene.title,
           scene.provenance};
 }
+
+// A mark in the drawing: kMarkBegin, what it stands for, kMarkEnd.
+constexpr char kMarkBegin = '\x01';
+constexpr char kMarkEnd = '\x02';
+constexpr char kColorMark = 'c';   ///< and a tool's number
+constexpr char kDarkerMark = 'd';  ///< the same
+constexpr char kThinMark = 'w';    ///< and a width in mm that it is not to exceed
+
+std::string mark(char kind, int tool) {
+  return fmt::format("{}{}{}{}", kMarkBegin, kind, tool, kMarkEnd);
+}
+
+std::string thin_mark(double at_most_mm) {
+  return fmt::format("{}{}{}{}", kMarkBegin, kThinMark, at_most_mm, kMarkEnd);
+}
+
+template <class Number>
+Number number_of(std::string_view text) {
+  Number number{};
+  std::from_chars(text.data(), text.data() + text.size(), number);
+  return number;
+}
+
+/// Passes a drawing on, with what its marks stand for.
+class MarkReader final : public ByteSink {
+ public:
+  using Meaning = std::function<std::string(char kind, std::string_view argument)>;
+
+  MarkReader(ByteSink& bytes, Meaning meaning) : bytes_(bytes), meaning_(std::move(meaning)) {}
+
+  Expected<void> write(std::string_view bytes) override {
+    std::string out;
+    out.reserve(bytes.size());
+    while (!bytes.empty()) {
+      const std::size_t end = bytes.find(is_in_mark_ ? kMarkEnd : kMarkBegin);
+      (is_in_mark_ ? mark_ : out) += bytes.substr(0, end);
+      if (end == std::string_view::npos) break;
+      bytes.remove_prefix(end + 1);
+      if (is_in_mark_) out += meaning_(mark_.front(), std::string_view(mark_).substr(1));
+      mark_.clear();
+      is_in_mark_ = !is_in_mark_;
+    }
+    return bytes_.write(out);
+  }
+
+ private:
+  ByteSink& bytes_;
+  Meaning meaning_;
+  bool is_in_mark_ = false;
+  std::string mark_;
+};
 
 std::string grouped(std::int64_t n) {
   std::string digits = fmt::format("{}", n);
@@ -81,46 +127,31 @@ std::string shortest(double value, int n_decimals) {
 
 }  // namespace
 
-SvgScene svg_scene(const Tally& tally) {
-  SvgScene scene;
-  if (!tally.corrected_box().is_empty()) {
-    scene.low = tally.corrected_box().low();
-    scene.high = tally.corrected_box().high();
-  }
-  scene.tools = tally.tools();
-  scene.holes_by_tool = tally.holes_by_tool();
-  scene.slots_by_tool = tally.slots_by_tool();
-  scene.routs_by_tool = tally.routs_by_tool();
-  return scene;
-}
-
 SvgWriter::SvgWriter(ByteSink& bytes, SvgScene scene)
-    : TextWriter(bytes),
-      scene_(std::move(scene)),
-      sheet_(sheet_of(scene_)),
-      targets_(scene_.targets, sheet_) {
-  for (const int tool : tools_of(scene_)) ink_of(tool);
+    : TextWriter(drawing_), bytes_(bytes), scene_(std::move(scene)) {
 }
 
 void SvgWriter::begin(const ProgramInfo& info) {
-  // The body's data are in the scene as well, and rule where the header has none.
-  for (const auto& [number, tool] : info.tools) scene_.tools.emplace(number, tool);
-  for (auto& [number, ink] : inks_) {
-    const auto tool = scene_.tools.find(number);
-    if (tool != scene_.tools.end()) set_width(ink, tool->second);
-  }
-  text() += sheet_.open();
+  tally_.begin(info);
+  tools_ = info.tools;
 }
 
 SvgWriter::Ink& SvgWriter::ink_of(int tool) {
   const auto known = inks_.find(tool);
   if (known != inks_.end()) return known->second;
   Ink ink;
-  ink.color = svg::tool_color(inks_.size() - inks_.count(0));  // T0 is drawn without one
   ink.width_mm = kUnknownDiameterMm;
-  const auto data = scene_.tools.find(tool);
-  if (data != scene_.tools.end()) set_width(ink, data->second);
+  const auto data = tools_.find(tool);
+  if (data != tools_.end()) set_width(ink, data->second);
   return inks_.emplace(tool, ink).first->second;
+}
+
+void SvgWriter::choose_colors() {
+  std::size_t i_color = 0;
+  for (auto& [tool, ink] : inks_) {
+    ink.color = svg::tool_color(i_color);
+    if (tool != 0) ++i_color;  // T0 is drawn without one
+  }
 }
 
 void SvgWriter::set_width(Ink& ink, const Tool& tool) {
@@ -131,6 +162,7 @@ void SvgWriter::set_width(Ink& ink, const Tool& tool) {
 // --- drawing -----------------------------------------------------------------------------------
 
 void SvgWriter::put(const Operation& operation) {
+  tally_.put(operation);
   if (const auto* drill = std::get_if<Drill>(&operation.what)) {
     open_holes(drill->tool);
     ++hole_ink_->n_holes;
@@ -160,7 +192,7 @@ void SvgWriter::put(const Operation& operation) {
     flush_contour();
     close_holes();
     if (change->tool.number > 0) {
-      scene_.tools[change->tool.number] = change->tool;
+      tools_[change->tool.number] = change->tool;
       const auto ink = inks_.find(change->tool.number);
       if (ink != inks_.end()) set_width(ink->second, change->tool);
     }
@@ -175,7 +207,7 @@ void SvgWriter::open_holes(int tool) {
   close_holes();
   hole_tool_ = tool;
   hole_ink_ = &ink_of(tool);
-  text() += tool > 0 ? fmt::format("<g class=\"t{}\" fill=\"{}\">\n", tool, hole_ink_->color.hex())
+  text() += tool > 0 ? fmt::format("<g class=\"t{}\" fill=\"{}\">\n", tool, mark(kColorMark, tool))
                      : "<g class=\"untooled\">\n";
   hole_end_ = "\" r=\"";
   append_mm(hole_end_, hole_ink_->width_mm / 2);
@@ -201,7 +233,7 @@ void SvgWriter::put_slot(const Operation& operation,
   append_mm(text(), end.corrected.in_mm());
   fmt::format_to(std::back_inserter(text()),
                  "\" class=\"way\" stroke=\"{}\" stroke-width=\"{}\"/>\n",
-                 ink.color.hex(),
+                 mark(kColorMark, tool),
                  shortest(ink.width_mm, 3));
   instances_.add(operation, start, ink.width_mm / 2);
   instances_.add(operation, end, ink.width_mm / 2);
@@ -276,10 +308,10 @@ void SvgWriter::flush_contour() {
                  "<path d=\"{0}\" class=\"rout\" stroke=\"{1}\" stroke-width=\"{2}\"/>\n"
                  "<path d=\"{0}\" class=\"way\" stroke=\"{3}\" stroke-width=\"{4}\"/>\n",
                  contour_,
-                 ink.color.hex(),
+                 mark(kColorMark, contour_tool_),
                  shortest(ink.width_mm, 3),
-                 ink.color.darker().hex(),
-                 shortest(std::min(sheet_.thin_mm(), ink.width_mm / 4), 4));
+                 mark(kDarkerMark, contour_tool_),
+                 thin_mark(ink.width_mm / 4));
   contour_.clear();
 }
 
@@ -292,7 +324,7 @@ void SvgWriter::flush_rapid_moves() {
 
 // --- around it ---------------------------------------------------------------------------------
 
-std::vector<svg::LegendRow> SvgWriter::legend() const {
+std::vector<svg::LegendRow> SvgWriter::legend(const svg::Targets& targets) const {
   std::vector<svg::LegendRow> rows;
   for (const auto& [number, ink] : inks_) {
     svg::LegendRow& row = rows.emplace_back();
@@ -313,13 +345,13 @@ std::vector<svg::LegendRow> SvgWriter::legend() const {
          "vision target",
          grouped(static_cast<std::int64_t>(scene_.targets.size()))});
   }
-  if (const double scale = targets_.arrow_scale(); scale > 0) {
+  if (const double scale = targets.arrow_scale(); scale > 0) {
     rows.push_back(
         {"<path d=\"M-.5 0H.5L.2 .2M.5 0L.2-.2\" fill=\"none\" stroke=\"#d40000\" "
          "stroke-width=\".1\"/>",
          "residual, drawn " + (scale < 1e3 ? shortest(scale, 6) : grouped(std::llround(scale))) +
              " times longer",
-         "longest " + shortest(targets_.longest_residual_mm() * 1e3, 2) + " um"});
+         "longest " + shortest(targets.longest_residual_mm() * 1e3, 2) + " um"});
   }
   if (has_rapid_moves_) {
     rows.push_back(
@@ -351,8 +383,24 @@ void SvgWriter::end() {
   if (const std::string frames = instances_.frames(); !frames.empty()) {
     text() += "<path class=\"instance\" d=\"" + frames + "\"/>\n";
   }
-  text() += targets_.marks();
-  text() += sheet_.close(targets_.labels(), legend());
+  flush();
+  if (has_failed()) return;
+  choose_colors();
+  const svg::Sheet sheet = sheet_of(scene_, tally_);
+  const svg::Targets targets(scene_.targets, sheet);
+  MarkReader drawing(bytes_, [&](char kind, std::string_view argument) {
+    if (kind == kThinMark) {
+      return shortest(std::min(sheet.thin_mm(), number_of<double>(argument)), 4);
+    }
+    const svg::Color& color = inks_.at(number_of<int>(argument)).color;
+    return (kind == kDarkerMark ? color.darker() : color).hex();
+  });
+  Expected<void> done = bytes_.write(sheet.open());
+  if (done) done = drawing_.pass_to(drawing);
+  if (done) {
+    done = bytes_.write(targets.marks() + sheet.close(targets.labels(), legend(targets)));
+  }
+  if (!done) fail(std::move(done).error());
 }
 
 }  // namespace panelcal

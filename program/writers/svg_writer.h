@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/spool.h"
 #include "program/judge/tally.h"
 #include "program/writers/svg_instances.h"
 #include "program/writers/svg_sheet.h"
@@ -16,27 +17,21 @@
 
 namespace panelcal {
 
-/// What a picture must know before the first hole: how large it is, and which tools come.
+/// What a picture shows besides the operations.
 struct SvgScene {
-  Position<frame::Actual> low;  ///< corners of everything worked at; targets may lie outside
-  Position<frame::Actual> high;
-  std::map<int, Tool> tools;  ///< those of the body as well
-  std::map<int, std::int64_t> holes_by_tool;
-  std::map<int, std::int64_t> slots_by_tool;
-  std::map<int, std::int64_t> routs_by_tool;
   std::vector<SvgTarget> targets;
   std::string title;
   std::vector<std::string> provenance;  ///< who made the file, and from what; one line each
   bool shows_rapid_moves = true;
 };
 
-/// The scene of a job that was counted before; without targets, title and provenance.
-SvgScene svg_scene(const Tally& tally);
-
 /// A picture of the corrected job for people, to scale: holes, slots and routs in a colour per
 /// tool, targets with residuals, frames of step-and-repeat instances, a legend. Compensated routs
 /// are shifted by half of the compensation value, as the controller does, each by itself. Memory
 /// does not grow with the number of holes.
+///
+/// How large the picture is and which tools there are shows with the last operation, so the drawing
+/// waits in a spool, with marks where colours and thin lines go.
 ///
 /// See    docs/formats/svg.md; tests/program/writers/svg_writer_test.cc
 class SvgWriter final : public TextWriter {
@@ -69,14 +64,17 @@ class SvgWriter final : public TextWriter {
                 const PlacedPoint& start,
                 const PlacedPoint& end);
   void put_rapid_move(const PlacedPoint& place);
+  void choose_colors();
   void put_rout(const Rout& rout);
   void flush_contour();
   void flush_rapid_moves();
-  std::vector<svg::LegendRow> legend() const;
+  std::vector<svg::LegendRow> legend(const svg::Targets& targets) const;
 
+  ByteSink& bytes_;
+  Spool drawing_;
   SvgScene scene_;
-  svg::Sheet sheet_;
-  svg::Targets targets_;
+  Tally tally_;
+  std::map<int, Tool> tools_;  ///< as far as the job has come
   std::map<int, Ink> inks_;
 
   std::optional<int> hole_tool_;  ///< a group of this tool's holes is open

@@ -25,14 +25,15 @@ class TextWriter : public OperationSink {
   std::string& text() { return text_; }
   /// Call after each operation.
   void flush_if_large();
+  /// Hands over what there is.
+  void flush();
   /// The output would be wrong: nothing more leaves, and finish() says why.
   void fail(Diagnostic diagnostic);
+  bool has_failed() const { return !status_.has_value(); }
   /// Writes what can only come after the last operation.
   virtual void end() {}
 
  private:
-  void flush();
-
   ByteSink& bytes_;
   std::string text_;
   Expected<void> status_;

@@ -66,7 +66,7 @@ std::optional<GridProblem> bad_point(std::span<const GridPoint> points) {
     if (is_good) continue;
     return GridProblem{
         GridFailure::BadPoint,
-        "a grid point has numbers that are none, expected finite ones and a sigma of "
+        "a grid point has numbers that are not finite, expected finite ones and a sigma of "
         "0 or more",
         i};
   }

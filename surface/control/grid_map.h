@@ -26,7 +26,7 @@ enum class GridFailure : std::uint8_t {
   TooFewPoints,  ///< fewer than two columns or fewer than two rows
   Incomplete,    ///< a node of the lattice has no point
   Duplicate,     ///< two points on one node
-  BadPoint,      ///< another number of Z axes than the first point; a number that is none
+  BadPoint,      ///< another number of Z axes than the first point; a number that is not finite
 };
 
 /// What is wrong with which point, and what was expected.

@@ -10,7 +10,7 @@
 namespace panelcal {
 namespace {
 
-bool is_good(const HeightEstimate& estimate) {
+bool is_good_estimate(const HeightEstimate& estimate) {
   return std::isfinite(estimate.height.in_mm()) && std::isfinite(estimate.sigma.in_mm()) &&
          estimate.sigma >= Length();
 }
@@ -57,7 +57,7 @@ tl::expected<void, std::string> SurfaceMemory::check(
     return tl::unexpected(fmt::format(
         "there are heights of {} Z axes, expected {} as before", heights.size(), n_axes_));
   }
-  if (std::ranges::all_of(heights, is_good)) return {};
+  if (std::ranges::all_of(heights, is_good_estimate)) return {};
   return tl::unexpected<std::string>(
       "a height is not finite, or its sigma is no sigma, expected finite numbers and a sigma of 0 "
       "or more");

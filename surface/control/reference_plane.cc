@@ -33,7 +33,7 @@ double weight_per_mm2(const ProbedHeight& probe) {
   return 1 / (sigma_mm * sigma_mm);
 }
 
-bool is_good(const ProbedHeight& probe) {
+bool is_good_probe(const ProbedHeight& probe) {
   const double weight = weight_per_mm2(probe);
   return probe.measured.sigma > Length() && std::isfinite(weight) && weight > 0 &&
          std::isfinite(probe.measured.height.in_mm()) && probe.position.in_mm().allFinite();
@@ -85,7 +85,7 @@ HeightEstimate ReferencePlane::height_at(const Position<frame::Machine>& p) cons
 
 ReferencePlaneResult fit_reference_plane(std::span<const ProbedHeight> probes) {
   if (probes.size() < 3) return {std::nullopt, PlaneFailure::TooFewProbes};
-  if (!std::all_of(probes.begin(), probes.end(), is_good)) {
+  if (!std::all_of(probes.begin(), probes.end(), is_good_probe)) {
     return {std::nullopt, PlaneFailure::BadSigma};
   }
   if (is_collinear(probes, mean_mm(probes))) return {std::nullopt, PlaneFailure::Collinear};

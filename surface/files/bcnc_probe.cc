@@ -38,7 +38,7 @@ Expected<Line> read_three(TextLines& lines, const std::string& expected) {
   return out;
 }
 
-Expected<LatticeAxis> read_axis(TextLines& lines, char name) {
+Expected<LatticeAxis> read_bcnc_axis(TextLines& lines, char name) {
   PANELCAL_TRY(const Line line, read_three(lines, fmt::format("{0}min {0}max {0}n", name)));
   constexpr int kMost = static_cast<int>(kMaxFileProbes);
   PANELCAL_TRY(const int n_nodes, count_of(lines.file(), line.words[2], 2, kMost));
@@ -46,7 +46,7 @@ Expected<LatticeAxis> read_axis(TextLines& lines, char name) {
 }
 
 /// The node that a coordinate belongs to; empty if it belongs to none.
-std::optional<int> node_of(const LatticeAxis& axis, double value) {
+std::optional<int> bcnc_node(const LatticeAxis& axis, double value) {
   const double i = std::round((value - axis.first_mm) / axis.step_mm);
   if (!(i >= 0 && i < axis.n_nodes)) return std::nullopt;
   const int i_node = static_cast<int>(i);
@@ -61,8 +61,8 @@ Expected<ProbeFile> parse_bcnc_probe(std::string_view text,
                                      const ProbeFileOptions& options) {
   TextLines lines(text, file);
   ReadGrid grid;
-  PANELCAL_TRY(grid.x, read_axis(lines, 'x'));
-  PANELCAL_TRY(grid.y, read_axis(lines, 'y'));
+  PANELCAL_TRY(grid.x, read_bcnc_axis(lines, 'x'));
+  PANELCAL_TRY(grid.y, read_bcnc_axis(lines, 'y'));
   PANELCAL_CHECK(check_grid(file, {"", 1, 1}, grid.x, grid.y));
   PANELCAL_CHECK(read_three(lines, "zmin zmax feed"));
   const auto n_columns = static_cast<std::size_t>(grid.x.n_nodes);
@@ -70,8 +70,8 @@ Expected<ProbeFile> parse_bcnc_probe(std::string_view text,
   for (std::size_t k = 0; k < grid.nodes.size(); ++k) {
     PANELCAL_TRY(const Line line,
                  read_three(lines, fmt::format("x y z of {} nodes, has {}", grid.nodes.size(), k)));
-    const auto column = node_of(grid.x, line.numbers[0]);
-    const auto row = node_of(grid.y, line.numbers[1]);
+    const auto column = bcnc_node(grid.x, line.numbers[0]);
+    const auto row = bcnc_node(grid.y, line.numbers[1]);
     if (!column || !row) {
       return failure(unexpected_field(
           file, line.words[column ? 1 : 0], "a node of the grid, but for a tenth of a step"));

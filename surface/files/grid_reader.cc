@@ -9,7 +9,7 @@
 namespace panelcal::internal {
 namespace {
 
-/// In the file's unit. Closer nodes are none of a machine, and few digits would tell them apart.
+/// In the file's unit. No machine probes closer nodes, and few digits would tell them apart.
 constexpr double kLeastStep = 0.001;
 
 }  // namespace

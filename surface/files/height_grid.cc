@@ -34,7 +34,7 @@ Expected<void> check_axes(const LatticeAxis& x, const LatticeAxis& y) {
 }
 
 /// The node nearest to a coordinate; empty beyond the ends.
-std::optional<std::size_t> node_of(const LatticeAxis& axis, double value_mm) {
+std::optional<std::size_t> grid_node(const LatticeAxis& axis, double value_mm) {
   const double i = std::round((value_mm - axis.first_mm) / axis.step_mm);
   if (!(i >= 0 && i < axis.n_nodes)) return std::nullopt;
   return static_cast<std::size_t>(i);
@@ -79,7 +79,7 @@ Expected<void> HeightGrid::validate() const {
     return height && !std::isfinite(height->in_mm());
   };
   if (std::ranges::any_of(heights, is_none)) {
-    return failure({Code::GridInvalid, {}, "a grid with a height that is none", "finite numbers"});
+    return failure({Code::GridInvalid, {}, "a height of the grid is not finite", "finite numbers"});
   }
   if (std::ranges::any_of(heights, [](const auto& height) { return height.has_value(); }))
     return {};
@@ -115,8 +115,8 @@ Expected<HeightGrid> height_grid(const ProbeFile& file) {
   const auto n_columns = static_cast<std::size_t>(out.x.n_nodes);
   out.heights.resize(n_columns * static_cast<std::size_t>(out.y.n_nodes));
   for (const ProbePoint& point : file.points) {
-    const auto column = node_of(out.x, point.place.in_mm().x());
-    const auto row = node_of(out.y, point.place.in_mm().y());
+    const auto column = grid_node(out.x, point.place.in_mm().x());
+    const auto row = grid_node(out.y, point.place.in_mm().y());
     if (!column || !row) {
       return failure({Code::GridInvalid,
                       point.from,

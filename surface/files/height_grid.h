@@ -20,14 +20,14 @@ struct HeightGrid {
   std::vector<std::optional<Length>> heights;  ///< row by row; empty: nothing is known
 
   /// Fails  grid-invalid: fewer than two columns or rows, steps not above 0, another number of
-  ///        heights than nodes, a number that is none, no height at all
+  ///        heights than nodes, a number that is not finite, no height at all
   Expected<void> validate() const;
 };
 
 /// Which nodes a map gives a height.
 enum class GridFill : std::uint8_t {
   Measured,  ///< where a probe vouches for it (HeightSource::Measured); the others stay missing
-  Filled,    ///< also where it is only foretold, between probes; never outside of their hull
+  Filled,    ///< also where it is only predicted, between probes; never outside of their hull
 };
 
 /// A map's heights at the nodes of a grid.
@@ -46,7 +46,7 @@ Expected<HeightGrid> height_grid(const ZonedMap& map,
 
 /// The heights of a file of a grid; missing nodes stay missing.
 ///
-/// Fails  grid-invalid: the file's format is none of grids, or a point is none of its nodes
+/// Fails  grid-invalid: the file's format has no grid, or a point is not one of its nodes
 Expected<HeightGrid> height_grid(const ProbeFile& file);
 
 }  // namespace panelcal

@@ -35,9 +35,9 @@ Diagnostic bad_line(const std::string& file, const TextField& line, std::string 
 }
 
 /// Labels and values, as one version has them.
-class Columns {
+class CsvColumns {
  public:
-  Columns(const std::string& file, std::string_view labels, std::vector<TextField> values)
+  CsvColumns(const std::string& file, std::string_view labels, std::vector<TextField> values)
       : file_(file), labels_(cells_of({labels})), values_(std::move(values)) {}
 
   std::size_t n_labels() const { return labels_.size(); }
@@ -91,7 +91,7 @@ Expected<Header> read_header(TextLines& lines) {
     return failure(bad_line(file, labels, quoted(kLabels.back(), kLabels.back().size())));
   }
   PANELCAL_TRY(const TextField line, lines.require("the line of the grid"));
-  const Columns columns(file, labels.text, cells_of(line));
+  const CsvColumns columns(file, labels.text, cells_of(line));
   if (columns.n_values() != columns.n_labels()) {
     return failure({Code::MeasurementFile,
                     {file, line.line, 1},

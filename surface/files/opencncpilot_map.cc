@@ -26,7 +26,7 @@ Expected<void> check_tag(const std::string& file,
   return {};
 }
 
-Expected<LatticeAxis> read_axis(const std::string& file, const XmlTag& tag, char name) {
+Expected<LatticeAxis> read_pilot_axis(const std::string& file, const XmlTag& tag, char name) {
   PANELCAL_TRY(const TextField low_field, tag.attribute(file, fmt::format("Min{}", name)));
   PANELCAL_TRY(const TextField high_field, tag.attribute(file, fmt::format("Max{}", name)));
   PANELCAL_TRY(const TextField size_field, tag.attribute(file, fmt::format("Size{}", name)));
@@ -74,8 +74,8 @@ Expected<ProbeFile> parse_opencncpilot_map(std::string_view text,
   PANELCAL_TRY(const XmlTag tag, scanner.start_tag());
   PANELCAL_CHECK(check_tag(file, tag, "heightmap", kKeys));
   ReadGrid grid;
-  PANELCAL_TRY(grid.x, read_axis(file, tag, 'X'));
-  PANELCAL_TRY(grid.y, read_axis(file, tag, 'Y'));
+  PANELCAL_TRY(grid.x, read_pilot_axis(file, tag, 'X'));
+  PANELCAL_TRY(grid.y, read_pilot_axis(file, tag, 'Y'));
   PANELCAL_CHECK(check_grid(file, tag.name, grid.x, grid.y));
   ReadNode none;
   none.from = {file, tag.name.line, tag.name.column};

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "surface/files/probe_file.h"
+#include "surface/files/probe_format.h"
 
 // Not installed: part of surface/files/probe_file.h. A reader each, in a file of its own; `file`
 // stands in the diagnostics.
@@ -26,7 +26,7 @@ Expected<ProbeFile> parse_height_map_csv(std::string_view text,
 /// LinuxCNC's log of G38 probes: each line X Y Z and up to A B C U V W. The height is Z + W.
 ///
 /// Fails  measurement-file: a line of fewer than 3 or more than 9 numbers; A, B or C not 0: a
-///        tilted tool probes no height; U or V not 0: nobody knows where the probe stood
+///        tilted tool probes no height; U or V not 0: the place of the probe is unknown
 /// Source LinuxCNC, G-code reference, G38.n (PROBEOPEN)
 /// See    tests/surface/files/linuxcnc_log_test.cc
 Expected<ProbeFile> parse_linuxcnc_log(std::string_view text,

@@ -188,7 +188,7 @@ Expected<std::string> probe_file_text(ProbeFormat format, std::span<const ProbeP
     const Eigen::Vector2d& p_mm = point.place.in_mm();
     const double height_mm = point.measured.height.in_mm(), sigma_mm = point.measured.sigma.in_mm();
     if (!p_mm.allFinite() || !std::isfinite(height_mm) || !std::isfinite(sigma_mm)) {
-      return refused(fmt::format("probe {} with a number that is none", i), "finite numbers");
+      return refused(fmt::format("a number of probe {} is not finite", i), "finite numbers");
     }
     if (format == ProbeFormat::LinuxCncLog) {
       append_log_line(out, p_mm, point.measured.height);

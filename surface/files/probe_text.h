@@ -26,7 +26,7 @@ Expected<std::string> probe_file_text(ProbeFormat format, const HeightGrid& grid
 /// Probes as the text of a log: linuxcnc, rounded to 1 nm, or probes, which keep their sigma and
 /// every digit but have nothing of a program, so that only maps can be made of them.
 ///
-/// Fails  grid-invalid: a format of grids, a number that is none
+/// Fails  grid-invalid: a format of grids, a number that is not finite
 Expected<std::string> probe_file_text(ProbeFormat format, std::span<const ProbePoint> points);
 
 }  // namespace panelcal

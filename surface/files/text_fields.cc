@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16;
 constexpr double kLargest = 1e6;
-constexpr std::string_view kBlanks = " \t";
+constexpr std::string_view kFieldBlanks = " \t";
 
 TextField part_of(const TextField& line, std::size_t begin, std::size_t end) {
   return {line.text.substr(begin, end - begin), line.line, line.column + static_cast<int>(begin)};
@@ -44,7 +44,7 @@ Expected<std::optional<TextField>> TextLines::next() {
 Expected<std::optional<TextField>> TextLines::next_filled() {
   while (true) {
     PANELCAL_TRY(const std::optional<TextField> line, next());
-    if (!line || line->text.find_first_not_of(kBlanks) != std::string_view::npos) return line;
+    if (!line || line->text.find_first_not_of(kFieldBlanks) != std::string_view::npos) return line;
   }
 }
 
@@ -59,11 +59,12 @@ Expected<TextField> TextLines::require(std::string_view expected) {
 
 std::vector<TextField> words_of(const TextField& line) {
   std::vector<TextField> out;
-  std::size_t begin = line.text.find_first_not_of(kBlanks);
+  std::size_t begin = line.text.find_first_not_of(kFieldBlanks);
   while (begin != std::string_view::npos) {
-    const std::size_t end = std::min(line.text.find_first_of(kBlanks, begin), line.text.size());
+    const std::size_t end =
+        std::min(line.text.find_first_of(kFieldBlanks, begin), line.text.size());
     out.push_back(part_of(line, begin, end));
-    begin = line.text.find_first_not_of(kBlanks, end);
+    begin = line.text.find_first_not_of(kFieldBlanks, end);
   }
   return out;
 }
@@ -73,9 +74,9 @@ std::vector<TextField> cells_of(const TextField& line) {
   std::size_t from = 0;
   while (true) {
     const std::size_t comma = std::min(line.text.find(',', from), line.text.size());
-    const std::size_t begin = std::min(line.text.find_first_not_of(kBlanks, from), comma);
+    const std::size_t begin = std::min(line.text.find_first_not_of(kFieldBlanks, from), comma);
     std::size_t end = comma;
-    while (end > begin && kBlanks.find(line.text[end - 1]) != std::string_view::npos) --end;
+    while (end > begin && kFieldBlanks.find(line.text[end - 1]) != std::string_view::npos) --end;
     out.push_back(part_of(line, begin, end));
     if (comma == line.text.size()) return out;
     from = comma + 1;

@@ -7,7 +7,7 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r\n";
+constexpr std::string_view kXmlBlanks = " \t\r\n";
 /// More attributes than any element of a height map has.
 constexpr std::size_t kMaxAttributes = 32;
 /// What a message shows of a text that does not fit.
@@ -25,8 +25,8 @@ Expected<TextField> XmlTag::attribute(const std::string& file, std::string_view 
   }
   return failure({Code::MeasurementFile,
                   {file, name.line, name.column},
-                  "<" + quoted(name.text) + "> has no " + std::string(key),
-                  "it"});
+                  "<" + quoted(name.text) + ">: missing attribute " + std::string(key),
+                  ""});
 }
 
 XmlScanner::XmlScanner(std::string_view text, std::string file)
@@ -52,7 +52,7 @@ void XmlScanner::advance(std::size_t n_bytes) {
 }
 
 void XmlScanner::skip_blanks() {
-  advance(std::min(rest_.find_first_not_of(kBlanks), rest_.size()));
+  advance(std::min(rest_.find_first_not_of(kXmlBlanks), rest_.size()));
 }
 
 Expected<void> XmlScanner::skip_to(std::string_view end) {
@@ -149,7 +149,7 @@ Expected<TextField> XmlScanner::text() {
   const std::size_t end = std::min(rest_.find_first_of("<&"), rest_.size());
   TextField out = here(end);
   advance(end);
-  const std::size_t last = out.text.find_last_not_of(kBlanks);
+  const std::size_t last = out.text.find_last_not_of(kXmlBlanks);
   out.text = out.text.substr(0, last == std::string_view::npos ? 0 : last + 1);
   return out;
 }

@@ -22,7 +22,7 @@ struct XmlTag {
 };
 
 /// Walks over XML of elements, attributes and texts that need no entities. Prolog and comments are
-/// passed over; a declaration of a document type is none, nor is anything else that could expand.
+/// passed over; a declaration of a document type is not, nor is anything else that could expand.
 ///
 /// Each step fails with measurement-file at the first byte that does not fit.
 class XmlScanner {

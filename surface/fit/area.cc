@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 using Corners = std::vector<Position<frame::Nominal>>;
 
 /// Of a polygon each side is held against each other one.
-constexpr std::size_t kMostCorners = 2000;
+constexpr std::size_t kMaxAreaCorners = 2000;
 constexpr std::size_t kMostPoints = 10'000;
 /// A kilometer: no table is larger.
 constexpr double kFarthest_mm = 1e6;
@@ -26,7 +26,7 @@ double cross(const Vector2d& a, const Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-double distance_mm(const Vector2d& p_mm, const Vector2d& from_mm, const Vector2d& to_mm) {
+double edge_distance_mm(const Vector2d& p_mm, const Vector2d& from_mm, const Vector2d& to_mm) {
   const Vector2d along_mm = to_mm - from_mm;
   const double squared_mm2 = along_mm.squaredNorm();
   const double t =
@@ -39,7 +39,7 @@ double border_distance_mm(const Corners& corners, const Vector2d& p_mm, bool is_
   double least_mm = (corners.front().in_mm() - p_mm).norm();
   for (std::size_t i = is_closed ? 0 : 1; i < corners.size(); ++i) {
     const Vector2d& from_mm = corners[i > 0 ? i - 1 : corners.size() - 1].in_mm();
-    least_mm = std::min(least_mm, distance_mm(p_mm, from_mm, corners[i].in_mm()));
+    least_mm = std::min(least_mm, edge_distance_mm(p_mm, from_mm, corners[i].in_mm()));
   }
   return least_mm;
 }
@@ -99,18 +99,20 @@ bool is_size(Length size) {
   return size > mm(0) && size.in_mm() <= kFarthest_mm;
 }
 
-Problem problem_of(const Circle& circle) {
-  if (!all_near({circle.center})) return {"a center that is none", "numbers up to 1e6 mm"};
+Problem area_problem(const Circle& circle) {
+  if (!all_near({circle.center}))
+    return {"a center that is not finite or too far away", "numbers up to 1e6 mm"};
   if (is_size(circle.radius)) return {};
   return {fmt::format("a circle of radius {} mm", circle.radius.in_mm()), "above 0 mm, to 1e6 mm"};
 }
 
-Problem problem_of(const Polygon& polygon) {
-  if (polygon.corners.size() < 3 || polygon.corners.size() > kMostCorners) {
+Problem area_problem(const Polygon& polygon) {
+  if (polygon.corners.size() < 3 || polygon.corners.size() > kMaxAreaCorners) {
     return {fmt::format("a polygon of {} corners", polygon.corners.size()),
-            fmt::format("3 to {}", kMostCorners)};
+            fmt::format("3 to {}", kMaxAreaCorners)};
   }
-  if (!all_near(polygon.corners)) return {"a corner that is none", "numbers up to 1e6 mm"};
+  if (!all_near(polygon.corners))
+    return {"a corner that is not finite or too far away", "numbers up to 1e6 mm"};
   if (!(doubled_area_mm2(polygon.corners) > 0)) return {"a polygon without an area", "one"};
   if (crosses_itself(polygon.corners)) {
     return {"a polygon whose sides cross", "its corners in order"};
@@ -118,18 +120,19 @@ Problem problem_of(const Polygon& polygon) {
   return {};
 }
 
-Problem problem_of(const Track& track) {
+Problem area_problem(const Track& track) {
   if (track.points.empty() || track.points.size() > kMostPoints) {
     return {fmt::format("a track of {} points", track.points.size()),
             fmt::format("1 to {}", kMostPoints)};
   }
-  if (!all_near(track.points)) return {"a point that is none", "numbers up to 1e6 mm"};
+  if (!all_near(track.points))
+    return {"a point that is not finite or too far away", "numbers up to 1e6 mm"};
   if (is_size(track.width)) return {};
   return {fmt::format("a track of width {} mm", track.width.in_mm()), "above 0 mm, to 1e6 mm"};
 }
 
-Problem problem_of(const Outside& outside) {
-  return problem_of(outside.panel);
+Problem area_problem(const Outside& outside) {
+  return area_problem(outside.panel);
 }
 
 /// The border belongs to an area; what rounding makes of a place on it is that far off.
@@ -191,7 +194,7 @@ Polygon rectangle(const Position<frame::Nominal>& low, const Position<frame::Nom
 }
 
 Expected<void> check_area(const Area& area, std::string_view name, const Place& from) {
-  auto [what, expected] = std::visit([](const auto& shape) { return problem_of(shape); }, area);
+  auto [what, expected] = std::visit([](const auto& shape) { return area_problem(shape); }, area);
   if (what.empty()) return {};
   return failure(
       {Code::ConfigValue, from, fmt::format("{}: {}", quoted(name), what), std::move(expected)});

@@ -19,8 +19,8 @@ using Eigen::VectorXd;
 
 /// A trend whose columns are nearer to being dependent than this is not determined: a plane if only
 /// rounding tells its slopes; bow and twist already if they would be told by how little the probes
-/// stand off two rows, or by a strip so narrow that a bow across it is none.
-constexpr double kDependent = 1e-7;
+/// stand off two rows, or by a strip so narrow that it has no bow across.
+constexpr double kDependentBending = 1e-7;
 constexpr double kDependentBow = 0.03;
 /// Coefficients of a plane.
 constexpr Index kPlane = 3;
@@ -39,7 +39,7 @@ constexpr double kShortestBySpacing = 0.5;
 constexpr int kStrengthSteps = 20;
 /// Parabolas through the best lengths: the likelihood is one about its maximum, so that few do.
 constexpr int kLengthSteps = 4;
-/// Of a length; nobody sees less.
+/// Of a length; no machine resolves less.
 constexpr double kSameLength = 0.003;
 /// A kernel that is worse by more at all lengths tried, in -2 log likelihood, is not refined.
 constexpr double kWorseKernel = 10;
@@ -75,7 +75,7 @@ double parabola_least(const std::array<double, 3>& x, const std::array<double, 3
   return bend > 0 ? 0.5 * (x[0] + x[1] - before / bend) : x[1];
 }
 
-/// k^2 of so many contrasts.
+/// k^2 of this number of contrasts.
 double noise_variance(double chi_square, Index n_contrasts) {
   constexpr double kPrior = BendingLikelihood::kPriorReadings;
   return (chi_square + kPrior) / (static_cast<double>(n_contrasts) + kPrior);
@@ -169,7 +169,7 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
   const MatrixXd weighted = out.weights_per_mm_.asDiagonal() * trend;
   // Where the probes stand tells whether there is a bow to find, whatever they are said to scatter.
   if (n_trend > kPlane && !is_determined(trend, kDependentBow)) return std::nullopt;
-  if (!is_determined(weighted, kDependent)) return std::nullopt;
+  if (!is_determined(weighted, kDependentBending)) return std::nullopt;
   out.qr_.compute(weighted);
   const MatrixXd q = out.qr_.householderQ() * MatrixXd::Identity(n, n);
   const MatrixXd r = out.qr_.matrixQR().topRows(n_trend).triangularView<Eigen::Upper>();

@@ -17,7 +17,7 @@
 namespace panelcal {
 namespace {
 
-/// Squares; empty where nothing is foretold.
+/// Squares; empty where nothing is predicted.
 using Misses = std::vector<std::optional<double>>;
 
 /// What is missed, in units of what each probe is said to scatter.
@@ -42,7 +42,7 @@ bool is_clearly_worse(const Misses& other, const Misses& best) {
   double n = 0, sum = 0, squares = 0;
   for (std::size_t i = 0; i < best.size(); ++i) {
     if (!other[i] && !best[i]) continue;
-    // What a model does not foretell it cannot have missed little.
+    // What a model does not predict it cannot have missed little.
     const double difference = !best[i] ? -worst : !other[i] ? worst : *other[i] - *best[i];
     n += 1;
     sum += difference;
@@ -63,7 +63,8 @@ std::string comparison(std::span<const SurfaceFit> fits) {
   std::string out;
   for (const SurfaceFit& fit : fits) {
     const std::optional<double> rms = fit.left_out_rms();
-    if (!rms) return "the other probes foretell none that is left out, so that nothing checks them";
+    if (!rms)
+      return "no probe that is left out is predicted by the others, so that no model is checked";
     const char* article = is_of_grid(fit.model()) ? "" : "a ";
     out += out.empty()
                ? fmt::format("probes left out are missed by {:.2f} sigma of a probe by {}{}",
@@ -78,7 +79,7 @@ std::string comparison(std::span<const SurfaceFit> fits) {
 /// Of more probes than are solved for.
 Expected<ChosenSurface> choose_grid(std::span<const ProbePoint> points,
                                     const OutlierOptions& options) {
-  // What is no grid is too many probes.
+  // Without a grid these are too many probes.
   if (!fit_surface(points, SurfaceModel::Bilinear)) {
     PANELCAL_CHECK(check_probes(points, SurfaceModel::GaussianProcess));
   }

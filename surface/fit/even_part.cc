@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Indices = std::vector<std::size_t>;
 
-double distance_mm(const ProbePoint& a, const ProbePoint& b) {
+double probe_distance_mm(const ProbePoint& a, const ProbePoint& b) {
   return (a.place - b.place).in_mm().norm();
 }
 
@@ -25,7 +25,7 @@ Indices far_apart(std::span<const ProbePoint> points, std::size_t n) {
   while (out.size() < n) {
     const ProbePoint& last = points[out.back()];
     for (std::size_t i = 0; i < points.size(); ++i) {
-      nearest_mm[i] = std::min(nearest_mm[i], distance_mm(points[i], last));
+      nearest_mm[i] = std::min(nearest_mm[i], probe_distance_mm(points[i], last));
     }
     const auto farthest = std::ranges::max_element(nearest_mm);
     out.push_back(static_cast<std::size_t>(farthest - nearest_mm.begin()));
@@ -66,8 +66,8 @@ std::vector<ProbePoint> even_part(std::span<const ProbePoint> points, std::size_
     std::optional<std::size_t> nearest;
     for (std::size_t k = 0; k < points.size(); ++k) {
       if (is_in[k]) continue;
-      if (!nearest ||
-          distance_mm(points[k], points[i]) < distance_mm(points[*nearest], points[i])) {
+      if (!nearest || probe_distance_mm(points[k], points[i]) <
+                          probe_distance_mm(points[*nearest], points[i])) {
         nearest = k;
       }
     }

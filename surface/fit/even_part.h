@@ -20,7 +20,8 @@ namespace panelcal::internal {
 /// See    tests/surface/fit/even_part_test.cc
 std::vector<ProbePoint> even_part(std::span<const ProbePoint> points, std::size_t n);
 
-/// Indices of neighbours together, at most so many each: halves of halves, across the longer side.
+/// Indices of neighbours together, at most this number each: halves of halves, across the longer
+/// side.
 ///
 /// In     most: 1 or more
 /// Cost   O(n log^2 n)

@@ -33,12 +33,12 @@ constexpr std::array kProcessKernels = {
 
 /// Places of one matrix product.
 constexpr Index kAtOnce = 256;
-/// A probe whose left-out weight is less, by what it would be alone, is foretold by nothing.
+/// A probe whose left-out weight is less, by what it would be alone, is predicted by nothing.
 constexpr double kUnforetold = 1e-10;
 /// What rounding makes of a variance, by the terms that it is the difference of.
 constexpr double kVarianceRounding = 1e-15;
 
-std::optional<Diagnostic> problem_of(const ProbePoint& point) {
+std::optional<Diagnostic> point_problem(const ProbePoint& point) {
   const double sigma_mm = point.measured.sigma.in_mm();
   if (point.place.in_mm().allFinite() && std::isfinite(point.measured.height.in_mm()) &&
       std::isfinite(sigma_mm) && std::isfinite(1 / sigma_mm) && sigma_mm > 0) {
@@ -46,7 +46,8 @@ std::optional<Diagnostic> problem_of(const ProbePoint& point) {
   }
   return Diagnostic{Code::GridInvalid,
                     point.from,
-                    fmt::format("probe {} has a number that makes no height", quoted(point.name)),
+                    fmt::format("probe {} has a number that is not finite, or a sigma of 0 or less",
+                                quoted(point.name)),
                     "finite numbers and a sigma above 0"};
 }
 
@@ -122,7 +123,7 @@ std::string_view name_of(BendingKernel kernel) {
 ///   variance / k^2 = s (c(p, p) - 2 c^T g + g^T C g) + |R^-T t|^2 - s^2 |F (c - C g)|^2
 ///   with g = G^T t
 ///
-/// The bending is first foretold from the trend's own probes, then from the contrasts, which know
+/// The bending is first predicted from the trend's own probes, then from the contrasts, which know
 /// nothing of the trend.
 struct SurfaceFit::State {
   SurfaceModel model = SurfaceModel::Plane;
@@ -199,7 +200,7 @@ SurfaceFit::State::State(SurfaceModel of_model,
   const MatrixXd bending_of_trend = covariance * lift.transpose();
   trend_bending = lift * bending_of_trend;
   leave_out(root, residual_weights);
-  // What does not bend is foretold by the trend alone.
+  // What does not bend is predicted by the trend alone.
   if (bends) {
     root *= bending.strength_mm2;
   } else {
@@ -404,7 +405,8 @@ std::optional<double> SurfaceFit::left_out_rms() const {
 }
 
 std::string SurfaceFit::summary() const {
-  const std::string noise = fmt::format("noise {:.2f} times what the probes say", noise_factor());
+  const std::string noise =
+      fmt::format("noise {:.2f} times the probes' stated sigma", noise_factor());
   const std::string trend = n_trend() == kBowTrend ? "bow and twist" : "plane";
   if (model() == SurfaceModel::Plane) return fmt::format("plane; {}", noise);
   if (model() == SurfaceModel::ThinPlate) return fmt::format("thin plate; {}", noise);
@@ -425,7 +427,7 @@ std::string SurfaceFit::summary() const {
 
 Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel model) {
   for (const ProbePoint& point : points) {
-    if (auto problem = problem_of(point)) return failure(*std::move(problem));
+    if (auto problem = point_problem(point)) return failure(*std::move(problem));
   }
   const std::size_t most = is_of_grid(model) ? kMostGridProbes : kMostBentProbes;
   if (points.size() >= kPlaneTrend && points.size() <= most) return {};

@@ -14,6 +14,7 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
+#include "surface/fit/left_out_probe.h"
 #include "surface/fit/probe_point.h"
 #include "surface/fit/shape.h"
 #include <Eigen/Core>
@@ -23,7 +24,7 @@ namespace panelcal {
 /// `plane`, `thin plate`, `Gaussian process`, `bilinear`, `monotone bicubic`.
 std::string_view name_of(SurfaceModel model);
 
-/// A surface of more probes than this learns its shape from so many of them:
+/// A surface of more probes than this learns its shape from this number of them:
 /// the cost grows with the cube of their number (600: some seconds).
 inline constexpr std::size_t kMostProbes = 600;
 
@@ -36,18 +37,11 @@ inline constexpr std::size_t kMostGridProbes = 50'000;
 /// Fewer probes than this are not asked for bow and twist.
 inline constexpr std::size_t kLeastForBow = 12;
 
-/// Whether a model takes so many probes, and all of them are numbers.
+/// Whether a model takes this number of probes, and all of them are numbers.
 ///
-/// Fails  grid-invalid: too few or too many probes; a number that is none
+/// Fails  grid-invalid: too few or too many probes; a number that is not finite
 /// See    tests/surface/fit/fit_test.cc
 Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel model);
-
-/// What the other probes foretell at the place of one probe.
-struct LeftOutProbe {
-  std::optional<Length> deviation;  ///< measured minus foretold; empty: the others foretell nothing
-  Length sigma;                     ///< of that, the probe's own scatter included
-  double chance = 1;                ///< that a good probe deviates more
-};
 
 /// A surface fitted to probed heights, with its uncertainty at every place.
 ///
@@ -83,7 +77,7 @@ class SurfaceFit {
   /// In the order of the probes; trend, strength and length of the bending as they are.
   std::span<const LeftOutProbe> left_out() const;
   /// Root mean square of the deviations of probes that were left out, in units of what each probe
-  /// is said to scatter. Empty if the others foretell none of them.
+  /// is said to scatter. Empty if the others predict none of them.
   std::optional<double> left_out_rms() const;
   /// The model in words: `gaussian process: amplitude 0.112 mm, length 104 mm, noise 1.02 times`.
   std::string summary() const;
@@ -134,7 +128,7 @@ class SurfaceFit {
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model);
 
 /// The same of a known shape: that of an earlier fit of the same probes gives the same surface to
-/// the bit, one that is believed of a panel foretells how well probes would determine it.
+/// the bit, one that is believed of a panel predicts how well probes would determine it.
 ///
 /// Fails  as above, and as SurfaceShape::validate(); grid-invalid: the probes do not determine the
 ///        shape's trend

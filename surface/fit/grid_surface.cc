@@ -90,7 +90,7 @@ Expected<GridSurface> GridSurface::of(std::span<const ProbePoint> points, bool i
     return failure({Code::GridInvalid,
                     points.front().from,
                     fmt::format("a grid of {} x {} probes", n_x, n_y),
-                    "3 or more each way, so that probes left out tell what is missed between"});
+                    "3 or more each way, so that probes left out show the error between them"});
   }
   out.is_bicubic_ = is_bicubic;
   out.learn();

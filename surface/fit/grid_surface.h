@@ -8,7 +8,7 @@
 
 #include "calib/base/expected.h"
 #include "surface/control/grid_map.h"
-#include "surface/fit/fit.h"
+#include "surface/fit/left_out_probe.h"
 #include "surface/fit/monotone_nodes.h"
 #include "surface/fit/probe_point.h"
 #include <Eigen/Core>
@@ -25,7 +25,7 @@ namespace panelcal::internal {
 ///
 /// the error of a parabola with second derivatives 2 c. c_x and c_y are random, of mean 0: their
 /// mean squares and their mean product are those of what the two neighbours along x, and along y,
-/// foretell wrongly of a node, by the product of their distances, without what scatter explains;
+/// predict wrongly of a node, by the product of their distances, without what scatter explains;
 /// but for a standard error of that in the squares. Outside of the grid the edge holds, and sigma
 /// grows with the usual slope between neighbours.
 class GridSurface {
@@ -35,7 +35,7 @@ class GridSurface {
   static Expected<GridSurface> of(std::span<const ProbePoint> points, bool is_bicubic);
 
   HeightEstimate at(const Eigen::Vector2d& p_mm) const;
-  /// In the order of the probes. A node is foretold by the mean of what its neighbours along x and
+  /// In the order of the probes. A node is predicted by the mean of what its neighbours along x and
   /// along y do, at an edge by those along it, a corner by the parallelogram of the other three.
   std::vector<LeftOutProbe> left_out(std::span<const ProbePoint> points) const;
   /// What interpolation is believed to miss in the middle of the largest cell.
@@ -52,7 +52,7 @@ class GridSurface {
   /// What interpolation misses, of u (1 - u) w^2 and v (1 - v) h^2.
   double missed_variance_mm2(double x_product_mm2, double y_product_mm2) const;
   Cell cell_of(const Eigen::Vector2d& inside_mm) const;
-  /// What the others along x, or along y, foretell of a node between them; the variance is that of
+  /// What the others along x, or along y, predict of a node between them; the variance is that of
   /// their scatter. Precondition: it is no first and no last one.
   struct Foretold {
     double height_mm, variance_mm2, product_mm2;

@@ -15,11 +15,11 @@ namespace {
 
 /// Of |t|, t standard normal.
 constexpr double kNormalMedian = 0.6744897501960817;
-/// No probes are set aside below so many: what is left would fit whatever it is.
+/// No probes are set aside below this number: the rest would always fit.
 constexpr std::size_t kLeastKept = 5;
 /// Neighbours among which wild probes are looked for, if there are more than kMostProbes.
 constexpr std::size_t kNeighbors = 150;
-/// Bent surfaces that miss more than this share of what a plane does hardly foretell anything.
+/// Bent surfaces that miss more than this share of what a plane does hardly predict anything.
 constexpr double kHardlyBetter = 0.8;
 
 using Indices = std::vector<std::size_t>;
@@ -151,7 +151,7 @@ Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
     return failure(
         {Code::SurfaceOutOfTolerance,
          from,
-         fmt::format("the probes scatter {:.1f} times what they say", found.noise_factor()),
+         fmt::format("the probes scatter {:.1f} times their stated sigma", found.noise_factor()),
          fmt::format("at most {:.1f} times", most_noise_)});
   }
   if (found.model() == SurfaceModel::Plane) return {};
@@ -159,7 +159,7 @@ Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
   if (!(plane.noise_factor() > most_noise_) || !plane.left_out_rms()) return {};
   const double most = kHardlyBetter * *plane.left_out_rms();
   double missed = found.left_out_rms().value_or(0);
-  // What another model foretells well is a surface.
+  // What another model predicts well is a surface.
   for (const SurfaceModel model : {SurfaceModel::ThinPlate, SurfaceModel::GaussianProcess}) {
     if (!(missed > most)) return {};
     if (model == found.model()) continue;
@@ -167,14 +167,15 @@ Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
     missed = std::min(missed, other.left_out_rms().value_or(0));
   }
   if (!(missed > most)) return {};
-  return failure({Code::SurfaceOutOfTolerance,
-                  from,
-                  fmt::format("probes left out are missed by {:.1f} sigma, hardly less than by a "
-                              "plane, {:.1f}: many are wild, or the surface is rougher than they "
-                              "are dense",
-                              missed,
-                              *plane.left_out_rms()),
-                  fmt::format("at most {:g} times as much", kHardlyBetter)});
+  return failure(
+      {Code::SurfaceOutOfTolerance,
+       from,
+       fmt::format("probes left out are missed by {:.1f} sigma, hardly less than by a "
+                   "plane, {:.1f}: many are outliers, or the surface is rougher than they "
+                   "are dense",
+                   missed,
+                   *plane.left_out_rms()),
+       fmt::format("at most {:g} times as much", kHardlyBetter)});
 }
 
 /// Probes that are searched together: all of them, or neighbours.
@@ -189,7 +190,7 @@ std::vector<Together> searched_together(std::span<const ProbePoint> points) {
   for (Indices& indices : internal::neighborhoods(points, most)) {
     std::vector<ProbePoint> some;
     for (const std::size_t i : indices) some.push_back(points[i]);
-    // Neighbours in one line make no surface that could foretell any of them.
+    // Neighbours in one line make no surface that could predict any of them.
     if (some.size() == points.size() || fit_surface(some, SurfaceModel::Plane)) {
       out.push_back({std::move(indices), std::move(some)});
     }
@@ -228,7 +229,7 @@ std::string name_of(const ProbePoint& point) {
 }
 
 std::string SurfaceOutlier::text() const {
-  return fmt::format("{} is {:.3f} mm {} what the others foretell, {:.0f} sigma",
+  return fmt::format("{} is {:.3f} mm {} the prediction of the others, {:.0f} sigma",
                      name,
                      std::abs(deviation.in_mm()),
                      deviation > mm(0) ? "above" : "below",

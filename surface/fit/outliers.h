@@ -18,11 +18,11 @@ std::string name_of(const ProbePoint& point);
 struct SurfaceOutlier {
   std::size_t i_point = 0;
   std::string name;   ///< name_of() the probe
-  Length deviation;   ///< measured minus what the others foretell
+  Length deviation;   ///< measured minus what the others predict
   Length sigma;       ///< of that for a good probe
   double chance = 0;  ///< that a good probe deviates more
 
-  /// `column 3 row 4 is 0.512 mm above what the others foretell, 160 sigma`
+  /// `column 3 row 4 is 0.512 mm above what the others predict, 160 sigma`
   std::string text() const;
 };
 
@@ -36,9 +36,9 @@ struct SoundSurface {
 struct OutlierOptions {
   /// The chance that of good probes any is called an outlier. Smaller ones overlook smaller errors.
   double false_alarm = 0.01;
-  /// If more of the probes than this do not fit the others, nobody knows which are right.
+  /// If more of the probes than this do not fit the others, it is not known which are right.
   double most = 0.25;
-  /// Probes that scatter more than so many times what they say make no surface.
+  /// Probes that scatter more than this multiple of their stated sigma make no surface.
   double most_noise = 10;
 
   /// Fails  config-value
@@ -47,7 +47,7 @@ struct OutlierOptions {
 
 /// Fits a surface to the probes that fit each other, and names the others.
 ///
-/// First the probe that deviates most from what the others foretell is set aside, one at a time,
+/// First the probe that deviates most from what the others predict is set aside, one at a time,
 /// while it does so by the scatter of the better half, or by what the probes say if that is more:
 /// of many wild probes none hides another, for the median does not see them. A thin plate does for
 /// this search, as it has no length that wild probes could spoil. Then the model itself judges: a
@@ -55,7 +55,7 @@ struct OutlierOptions {
 /// chance false_alarm / n (Bonferroni); whatever was set aside and does not, is taken back.
 ///
 /// A third of wild probes all over the panel cannot be told from a surface that is rougher than the
-/// probes are dense: refused is one that foretells probes left out hardly better than a plane does,
+/// probes are dense: refused is one that predicts probes left out hardly better than a plane does,
 /// if they scatter about that by more than `most_noise`.
 ///
 /// Grid models need every probe: there a thin plate judges, and if it names an outlier the grid has
@@ -66,7 +66,7 @@ struct OutlierOptions {
 ///
 /// Fails  as fit_surface() and OutlierOptions::validate(); grid-invalid: a grid model with
 ///        outliers; surface-out-of-tolerance: more than `most` of the probes, or of such
-///        neighbours, do not fit, or so many that fewer than 5 would be left; the others scatter
+///        neighbours, do not fit, or fewer than 5 would be left; the others scatter
 ///        more than `most_noise` times what they say, or make no surface
 /// Cost   a thin plate for each probe set aside, O(m^3) of m probes or neighbours; then some fits
 /// Source Hadi and Simonoff 1993 (a clean part judges the rest); Rasmussen and Williams 2006, 5.4.2

@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 /// Columns of the model: 1, x, y, x^2, x y, y^2, in units of half the rectangle's sides.
 constexpr Index kOffset = 1, kTilt = 3, kBow = 6;
 /// Below it columns are dependent: probes in one line, or in two rows.
-constexpr double kDependent = 1e-3;
+constexpr double kDependentDifference = 1e-3;
 /// Fewer differences are not asked for bow and twist.
 constexpr Index kLeastForCurves = 9;
 /// Places along either side of what both maps probed.
@@ -71,7 +71,7 @@ struct Whitened {
 
   bool is_determined(Index n_columns) const {
     Eigen::ColPivHouseholderQR<MatrixXd> rank(model.leftCols(n_columns));
-    rank.setThreshold(kDependent);
+    rank.setThreshold(kDependentDifference);
     return rank.rank() == n_columns;
   }
   MatrixXd covariance(Index n) const {

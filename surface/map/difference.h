@@ -29,7 +29,7 @@ struct Measured {
 struct MapDifference {
   std::size_t n_probes = 0;   ///< of the later map, where the earlier one gives heights
   std::size_t n_outside = 0;  ///< its others
-  /// What the earlier map's probes were foretold with: its own model, or a Gaussian process of them
+  /// Predicts the earlier map's probes: its own model, or a Gaussian process of them
   SurfaceModel model = SurfaceModel::GaussianProcess;
   Eigen::Vector2d center_mm = Eigen::Vector2d::Zero();  ///< of these probes' rectangle
   Eigen::Vector2d half_mm = Eigen::Vector2d::Zero();    ///< half of its sides
@@ -52,14 +52,14 @@ struct MapDifference {
   Position<frame::Nominal> greatest_at;
 };
 
-/// What foretells the probes of another map, with errors that hang together: a map's own surface;
+/// What predicts the probes of another map, with errors that hang together: a map's own surface;
 /// of a grid model, which does not know how they do, a Gaussian process of the map's probes, or of
 /// an even part if these are more than kMostBentProbes.
 ///
 /// Fails  as fit_surface()
 Expected<SurfaceFit> foreteller_of(const StoredMap& stored);
 
-/// Compares the later map's probes with what the earlier map foretells of them.
+/// Compares the later map's probes with what the earlier map predicts of them.
 ///
 ///   d_i = height_i - before(place_i),   cov = C_before(place_i, place_j) + k^2 sigma_i^2 [i = j]
 ///

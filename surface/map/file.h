@@ -10,15 +10,10 @@
 #include "calib/base/expected.h"
 #include "surface/fit/probe_point.h"
 #include "surface/map/height_map.h"
+#include "surface/map/source.h"
 #include "surface/map/zoned_map.h"
 
 namespace panelcal {
-
-/// A file that probes of a map came from.
-struct MapSource {
-  std::string file;
-  std::string sha256;  ///< of its bytes; empty if nobody knows
-};
 
 /// A map with all that it was made of.
 struct StoredMap {
@@ -52,7 +47,7 @@ inline constexpr std::size_t kMaxMapBytes = std::size_t{1} << 26;
 /// Fails  file-unreadable; json-syntax; measurement-file: keys, numbers or words that make no map;
 ///        more probes of a zone than its model takes; config-value: as check_area() and
 ///        Voids::make(); grid-invalid: probes that make no surface
-/// Cost   as that of surfaces of so many probes; a second for 500,000 holes
+/// Cost   as that of surfaces of that number of probes; a second for 500,000 holes
 /// See    docs/formats/surface_map.md, tests/surface/map/file_test.cc
 Expected<StoredZones> read_zoned_map_file(const std::filesystem::path& path);
 

@@ -15,8 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kMaxInt = std::numeric_limits<int>::max();
-/// Probes that scatter more than so many times what they say are none.
+constexpr int kMaxSurfaceInt = std::numeric_limits<int>::max();
+/// Probes that scatter more than this multiple of their stated sigma are refused.
 constexpr double kMostNoise = 1e6;
 
 std::string_view word(LatticeInterpolation interpolation) {
@@ -40,7 +40,7 @@ Expected<ProbePoint> read_probe(const StrictObject& object,
   // -0.0 would be written as -0, which is read as 0.
   point.place = position_mm<frame::Nominal>(xy_mm[0] + 0.0, xy_mm[1] + 0.0);
   point.measured = {mm(height_mm + 0.0), mm(sigma_mm)};
-  PANELCAL_TRY(point.from.line, object.integer("line", 0, kMaxInt));
+  PANELCAL_TRY(point.from.line, object.integer("line", 0, kMaxSurfaceInt));
   if (object.member("source").is_null()) return point;
   const int last = static_cast<int>(sources.size()) - 1;
   PANELCAL_TRY(const int i_source, object.integer("source", 0, last));

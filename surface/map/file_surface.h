@@ -8,8 +8,9 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/strict_json.h"
-#include "surface/map/file.h"
+#include "surface/fit/probe_point.h"
 #include "surface/map/height_map.h"
+#include "surface/map/source.h"
 #include <nlohmann/json.hpp>
 
 // Not installed: part of surface/map/file.h, what its versions have in common.

@@ -18,7 +18,7 @@ namespace {
 using nlohmann::json;
 using Corners = std::vector<Position<frame::Nominal>>;
 
-constexpr int kMaxInt = std::numeric_limits<int>::max();
+constexpr int kMaxVoidInt = std::numeric_limits<int>::max();
 
 std::string corners_text(const Corners& corners) {
   std::string out;
@@ -141,7 +141,7 @@ Expected<void> read_circles(const StrictObject& object,
   for (const json& element : list) {
     if (!element.is_array() || element.size() != 3 || !element[0].is_number() ||
         !element[1].is_number() || !element[2].is_number_unsigned() ||
-        element[2].get<std::uint64_t>() > kMaxInt) {
+        element[2].get<std::uint64_t>() > kMaxVoidInt) {
       return bad();
     }
     Void hole = of_all;
@@ -165,7 +165,7 @@ Expected<void> read_void(const json& value, std::vector<Void>& out, const std::s
   PANELCAL_TRY(one.name, object.text("name"));
   PANELCAL_TRY(one.from.file, object.text("file"));
   if (kind.key == kCircles.key) return read_circles(object, one, out, file);
-  PANELCAL_TRY(one.from.line, object.integer("line", 0, kMaxInt));
+  PANELCAL_TRY(one.from.line, object.integer("line", 0, kMaxVoidInt));
   PANELCAL_TRY(one.area, read_area(object, kind, file));
   out.push_back(std::move(one));
   return {};

@@ -33,7 +33,7 @@ struct HermiteWeights {
   }
 };
 
-Expected<void> check(const LatticeAxis& axis, const char* name) {
+Expected<void> check_axis(const LatticeAxis& axis, const char* name) {
   const auto bad = [&](std::string what, const char* expected) {
     return failure(
         {Code::GridInvalid, {}, fmt::format("a lattice {} along {}", what, name), expected});
@@ -54,8 +54,8 @@ Expected<HeightLattice> HeightLattice::make(const LatticeAxis& x,
                                             const LatticeAxis& y,
                                             std::span<const double> heights_mm,
                                             LatticeInterpolation interpolation) {
-  PANELCAL_CHECK(check(x, "x"));
-  PANELCAL_CHECK(check(y, "y"));
+  PANELCAL_CHECK(check_axis(x, "x"));
+  PANELCAL_CHECK(check_axis(y, "y"));
   const auto n_columns = static_cast<std::size_t>(x.n_nodes);
   const auto n_rows = static_cast<std::size_t>(y.n_nodes);
   // Nodes and cells are counted with int.
@@ -69,7 +69,7 @@ Expected<HeightLattice> HeightLattice::make(const LatticeAxis& x,
   }
   if (!std::ranges::all_of(heights_mm, [](double h_mm) { return std::isfinite(h_mm); })) {
     return failure(
-        {Code::GridInvalid, {}, "a lattice with a height that is none", "finite numbers"});
+        {Code::GridInvalid, {}, "a height of the lattice is not finite", "finite numbers"});
   }
   return HeightLattice(x, y, heights_mm, interpolation);
 }

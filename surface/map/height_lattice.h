@@ -40,7 +40,7 @@ class HeightLattice {
  public:
   /// In     heights_mm: row by row
   /// Fails  grid-invalid: fewer than two nodes or a step that is not positive along either axis;
-  ///        not a height for each node; a number that is none
+  ///        not a height for each node; a number that is not finite
   static Expected<HeightLattice> make(const LatticeAxis& x,
                                       const LatticeAxis& y,
                                       std::span<const double> heights_mm,

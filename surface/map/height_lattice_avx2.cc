@@ -82,7 +82,7 @@ struct HeightLattice::Fours {
     const __m256d y =
         _mm256_mul_pd(_mm256_sub_pd(_mm256_unpackhi_pd(a, b), _mm256_set1_pd(finder.first_y_mm)),
                       _mm256_set1_pd(finder.cells_per_y_mm));
-    // Of a number that is none, the second one is the larger.
+    // Of a number that is not finite, the second one is the larger.
     const __m256d zero = _mm256_setzero_pd();
     const __m256d x_inside =
         _mm256_min_pd(_mm256_max_pd(x, zero), _mm256_set1_pd(finder.below_n_columns));

@@ -11,13 +11,27 @@
 #include <fmt/format.h>
 
 namespace panelcal {
+namespace internal {
+
+/// A surface on lattices. That of the heights is as fine as they need; sigma changes no faster than
+/// the probes stand.
+struct Sampled {
+  HeightLattice heights;
+  HeightLattice sigmas;
+  double error_mm = 0;
+};
+
+}  // namespace internal
+
 namespace {
 
-using Eigen::Vector2d;
-using Places = std::vector<Position<frame::Nominal>>;
+using internal::Sampled;
 
-/// Coordinates that differ by less are of one column or row, and such a distance is none.
-constexpr double kSamePlace_mm = 1e-3;
+using Eigen::Vector2d;
+using MapPlaces = std::vector<Position<frame::Nominal>>;
+
+/// Coordinates that differ by less are of one column or row, and such a distance counts as 0.
+constexpr double kSameMapPlace_mm = 1e-3;
 /// What the lattice may add to a sigma, and what is always good enough.
 constexpr double kMostLatticeError = 0.1;
 constexpr double kGoodLatticeError_mm = 1e-5;
@@ -26,14 +40,15 @@ constexpr double kGoodLatticeError_mm = 1e-5;
 constexpr double kFirstRefinement = 4;
 constexpr double kMostNodes = 60000;
 constexpr double kMostNodesOfGridProbe = 20;
-/// Sigma of many probes is tried at so many places; at all but a tenth it may miss this share.
+/// Sigma of many probes is tried at this number of places; at all but a tenth it may miss this
+/// share.
 constexpr std::size_t kTriedSigmas = 300;
 constexpr double kMostSigmaError = 0.1;
 /// Where a lattice is tried in a cell, along either side: Hermite's polynomials miss most in the
 /// middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are not.
 constexpr double kTried[] = {0.2113, 0.5, 0.7887};
-/// Of all cells at most so many places are tried, else evenly some of them.
-constexpr std::size_t kMostTried = 60000;
+/// Of all cells at most this number of places is tried, else evenly some of them.
+constexpr std::size_t kMaxMapTrials = 60000;
 /// Farther out nothing is known of any panel.
 constexpr double kMostExtrapolation_mm = 1000;
 /// Probes stand in columns and rows if they do but for this share of their neighbours' distance.
@@ -47,7 +62,7 @@ Position<frame::Nominal> nominal(const Vector2d& p_mm) {
   return position_mm<frame::Nominal>(p_mm);
 }
 
-Expected<void> check(const HeightMapOptions& options) {
+Expected<void> check_map_options(const HeightMapOptions& options) {
   const auto bad = [](const char* name, double value, const char* expected) {
     return failure(
         {Code::ConfigValue, {}, fmt::format("{} is {}", name, value), std::string(expected)});
@@ -77,7 +92,7 @@ double median(std::vector<double> values) {
 }
 
 /// Columns or rows that probes stand in.
-struct Columns {
+struct LatticeColumns {
   std::vector<double> first_mm;  ///< the least coordinate in each, rising
   double widest_mm = 0;
 
@@ -91,11 +106,11 @@ struct Columns {
   }
 };
 
-Columns columns_of(std::span<const ProbePoint> points, int axis, double tolerance_mm) {
+LatticeColumns columns_of(std::span<const ProbePoint> points, int axis, double tolerance_mm) {
   std::vector<double> all_mm;
   for (const ProbePoint& point : points) all_mm.push_back(point.place.in_mm()[axis]);
   std::ranges::sort(all_mm);
-  Columns out;
+  LatticeColumns out;
   for (const double value_mm : all_mm) {
     if (out.first_mm.empty() || value_mm - out.first_mm.back() > tolerance_mm) {
       out.first_mm.push_back(value_mm);
@@ -115,7 +130,7 @@ double median_neighbor_mm(std::span<const ProbePoint> points) {
   }
   const double area_mm2 = (high_mm - low_mm).prod();
   const double again_mm =
-      std::max(kSamePlace_mm, kAgain * std::sqrt(area_mm2 / static_cast<double>(points.size())));
+      std::max(kSameMapPlace_mm, kAgain * std::sqrt(area_mm2 / static_cast<double>(points.size())));
   std::vector<Vector2d> sorted_mm;
   for (const ProbePoint& point : points) sorted_mm.push_back(point.place.in_mm());
   std::ranges::sort(sorted_mm, {}, by_x);
@@ -137,9 +152,9 @@ double median_neighbor_mm(std::span<const ProbePoint> points) {
 
 Vector2d reach_of(std::span<const ProbePoint> points) {
   const double neighbor_mm = median_neighbor_mm(points);
-  const double tolerance_mm = std::max(kSamePlace_mm, kSameColumn * neighbor_mm);
-  const Columns columns = columns_of(points, 0, tolerance_mm);
-  const Columns rows = columns_of(points, 1, tolerance_mm);
+  const double tolerance_mm = std::max(kSameMapPlace_mm, kSameColumn * neighbor_mm);
+  const LatticeColumns columns = columns_of(points, 0, tolerance_mm);
+  const LatticeColumns rows = columns_of(points, 1, tolerance_mm);
   // Half of the nodes or more: columns and rows that have gaps, no places at random.
   if (columns.first_mm.size() * rows.first_mm.size() <= 2 * points.size()) {
     return {columns.reach_mm(), rows.reach_mm()};
@@ -148,7 +163,7 @@ Vector2d reach_of(std::span<const ProbePoint> points) {
 }
 
 /// The least distance of two parallel lines that hold the hull between them.
-double width_mm(const Places& hull) {
+double width_mm(const MapPlaces& hull) {
   double least_mm = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < hull.size(); ++i) {
     const Vector2d from_mm = hull[i].in_mm();
@@ -169,16 +184,8 @@ LatticeAxis axis(double low_mm, double high_mm, double step_mm) {
   return {low_mm, (high_mm - low_mm) / n_cells, n_cells + 1};
 }
 
-/// A surface on lattices. That of the heights is as fine as they need; sigma changes no faster than
-/// the probes stand.
-struct Sampled {
-  HeightLattice heights;
-  HeightLattice sigmas;
-  double error_mm = 0;
-};
-
-Places nodes_of(const LatticeAxis& x, const LatticeAxis& y) {
-  Places out;
+MapPlaces nodes_of(const LatticeAxis& x, const LatticeAxis& y) {
+  MapPlaces out;
   for (int j = 0; j < y.n_nodes; ++j) {
     for (int i = 0; i < x.n_nodes; ++i) out.push_back(nominal({x.at_mm(i), y.at_mm(j)}));
   }
@@ -186,14 +193,14 @@ Places nodes_of(const LatticeAxis& x, const LatticeAxis& y) {
 }
 
 /// Places within the cells, all over them.
-Places tried_places(const LatticeAxis& x, const LatticeAxis& y) {
+MapPlaces tried_places(const LatticeAxis& x, const LatticeAxis& y) {
   constexpr std::size_t kByCell = std::size(kTried) * std::size(kTried);
   const auto n_columns = static_cast<std::size_t>(x.n_nodes - 1);
   const std::size_t n = n_columns * static_cast<std::size_t>(y.n_nodes - 1) * kByCell;
-  std::size_t step = n / kMostTried + 1;
+  std::size_t step = n / kMaxMapTrials + 1;
   // Else some of a cell's places would never be tried.
   if (step % std::size(kTried) == 0) ++step;
-  Places out;
+  MapPlaces out;
   for (std::size_t k = 0; k < n; k += step) {
     const std::size_t cell = k / kByCell, place = k % kByCell;
     const auto i = static_cast<double>(cell % n_columns);
@@ -205,8 +212,8 @@ Places tried_places(const LatticeAxis& x, const LatticeAxis& y) {
 }
 
 bool is_fine(const SurfaceFit& surface, const HeightLattice& sigmas) {
-  const Places all = tried_places(sigmas.x(), sigmas.y());
-  Places tried;
+  const MapPlaces all = tried_places(sigmas.x(), sigmas.y());
+  MapPlaces tried;
   for (std::size_t k = 0; k < kTriedSigmas; ++k) {
     tried.push_back(all[k * all.size() / kTriedSigmas]);
   }
@@ -247,7 +254,7 @@ struct Missed {
 };
 
 Missed missed(const SurfaceFit& surface, const Sampled& sampled) {
-  const Places tried = tried_places(sampled.heights.x(), sampled.heights.y());
+  const MapPlaces tried = tried_places(sampled.heights.x(), sampled.heights.y());
   const std::vector<double> right_mm = surface.heights_mm(tried);
   Missed out;
   for (std::size_t i = 0; i < tried.size(); ++i) {
@@ -299,13 +306,13 @@ struct HeightMap::State {
   HeightMapOptions options;
   Vector2d reach_mm;
   std::vector<Vector2d> kept_mm;  ///< by rising x
-  Places hull;
+  MapPlaces hull;
   Sampled sampled;
   std::vector<std::uint8_t> marks;  ///< cells that are not within the hull
 
   Length outside(const Vector2d& p_mm) const {
     const Length distance = distance_outside(hull, nominal(p_mm));
-    return distance > mm(kSamePlace_mm) ? distance : mm(0);
+    return distance > mm(kSameMapPlace_mm) ? distance : mm(0);
   }
   Expected<Length> check(const Vector2d& p_mm) const;
   HeightSource source_of(const Vector2d& p_mm, Length outside) const;
@@ -314,7 +321,8 @@ struct HeightMap::State {
 
 Expected<Length> HeightMap::State::check(const Vector2d& p_mm) const {
   if (!p_mm.allFinite()) {
-    return failure({Code::GridInvalid, {}, "a height is asked for at no place", "finite x and y"});
+    return failure(
+        {Code::GridInvalid, {}, "a height at a place that is not finite", "finite x and y"});
   }
   const Length distance = outside(p_mm);
   if (distance > options.max_extrapolation) {
@@ -331,12 +339,12 @@ Expected<Length> HeightMap::State::check(const Vector2d& p_mm) const {
 
 HeightSource HeightMap::State::source_of(const Vector2d& p_mm, Length outside) const {
   if (outside > mm(0)) return HeightSource::Extrapolated;
-  const Vector2d reach = reach_mm + Vector2d::Constant(kSamePlace_mm);
+  const Vector2d reach = reach_mm + Vector2d::Constant(kSameMapPlace_mm);
   const auto is_near = [&](const Vector2d& probe_mm) {
     return ((probe_mm - p_mm).cwiseAbs().array() <= reach.array()).all();
   };
   // Wider than the reach by more than rounding.
-  const double aside_mm = reach.x() + kSamePlace_mm;
+  const double aside_mm = reach.x() + kSameMapPlace_mm;
   const auto first = std::ranges::lower_bound(kept_mm, p_mm.x() - aside_mm, {}, by_x);
   const auto behind = std::ranges::upper_bound(kept_mm, p_mm.x() + aside_mm, {}, by_x);
   return std::any_of(first, behind, is_near) ? HeightSource::Measured : HeightSource::Filled;
@@ -358,7 +366,7 @@ void HeightMap::State::mark_cells() {
 
 Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
                                          const HeightMapOptions& options) {
-  PANELCAL_CHECK(check(options));
+  PANELCAL_CHECK(check_map_options(options));
   if (!options.model) {
     PANELCAL_TRY(ChosenSurface chosen, choose_surface(points, options.outliers));
     return of_surface(points, std::move(chosen), options);
@@ -371,16 +379,16 @@ Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
 Expected<HeightMap> HeightMap::of_surface(std::span<const ProbePoint> points,
                                           ChosenSurface chosen,
                                           const HeightMapOptions& options) {
-  PANELCAL_CHECK(check(options));
-  Places kept;
+  PANELCAL_CHECK(check_map_options(options));
+  MapPlaces kept;
   for (const std::size_t i : chosen.surface.kept) kept.push_back(points[i].place);
-  Places hull = convex_hull(kept);
-  if (!(width_mm(hull) > kSamePlace_mm)) {
+  MapPlaces hull = convex_hull(kept);
+  if (!(width_mm(hull) > kSameMapPlace_mm)) {
     return failure(
         {Code::GridInvalid,
          points.front().from,
          fmt::format("{} probes in one line but for {:.3g} mm", kept.size(), width_mm(hull)),
-         fmt::format("a surface wider than {} mm", kSamePlace_mm)});
+         fmt::format("a surface wider than {} mm", kSameMapPlace_mm)});
   }
   Vector2d low_mm = hull.front().in_mm(), high_mm = low_mm;
   for (const auto& corner : hull) {
@@ -390,7 +398,7 @@ Expected<HeightMap> HeightMap::of_surface(std::span<const ProbePoint> points,
   const double spacing_mm =
       (high_mm - low_mm).norm() / std::sqrt(2 * static_cast<double>(kept.size()));
   // What is inside but for rounding lies in the lattice.
-  const double border_mm = options.max_extrapolation.in_mm() + kSamePlace_mm;
+  const double border_mm = options.max_extrapolation.in_mm() + kSameMapPlace_mm;
   PANELCAL_TRY(Sampled sampled,
                sample_finely(chosen.surface.fit,
                              low_mm - Vector2d::Constant(border_mm),

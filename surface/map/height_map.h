@@ -26,7 +26,7 @@ enum class HeightSource : std::uint8_t {
   Measured,      ///< a probe stands as near as probes do here
   Filled,        ///< between probes, but where one is missing or was left out
   Extrapolated,  ///< outside of the probes' hull
-  InVoid,  ///< in a hole or the like (surface/map/zoned_map.h): foretold, but nothing is there
+  InVoid,  ///< in a hole or the like (surface/map/zoned_map.h): predicted, but nothing is there
 };
 
 /// A height of a map.
@@ -38,7 +38,7 @@ struct HeightAt {
 };
 
 struct HeightMapOptions {
-  /// Empty: what foretells left-out probes best.
+  /// Empty: what predicts left-out probes best.
   std::optional<SurfaceModel> model = std::nullopt;
   LatticeInterpolation interpolation = LatticeInterpolation::MonotoneBicubic;
   /// Farther outside of the probes' hull a height is refused. At most 1000 mm.
@@ -61,7 +61,7 @@ struct HeightMapOptions {
 /// See    tests/surface/map/height_map_test.cc, height_map_slow_test.cc
 class HeightMap {
  public:
-  /// Fails  as fit_without_outliers(); config-value: an option that makes no sense; grid-invalid:
+  /// Fails  as fit_without_outliers(); config-value: an option outside its range; grid-invalid:
   ///        the probes that fit each other lie in one line but for some um
   static Expected<HeightMap> of_probes(std::span<const ProbePoint> points,
                                        const HeightMapOptions& options = {});
@@ -73,7 +73,7 @@ class HeightMap {
                                         ChosenSurface chosen,
                                         const HeightMapOptions& options);
 
-  /// Fails  grid-invalid: farther outside than max_extrapolation; a number that is none
+  /// Fails  grid-invalid: farther outside than max_extrapolation; a number that is not finite
   Expected<HeightAt> height_at(const Position<frame::Nominal>& place) const;
 
   /// The heights alone, of many places, mm: some nanoseconds each inside of the hull. Filled and

@@ -17,7 +17,7 @@ namespace panelcal {
 ///        reference, tolerance: one value per Z axis, or a single one for all of them
 /// Fails  the deviation, up or down, is above the tolerance; the text names the worst Z axis,
 ///        counted from 0 as in probe files. Also if the numbers of Z axes do not agree, if there
-///        are none, and where a number is not finite.
+///        have no surface, and where a number is not finite.
 /// Source SIEB & MEYER CNC 8x.00, G78 and G79
 /// See    tests/surface/map/height_tolerance_test.cc
 tl::expected<void, std::string> check_height(std::string_view command,

@@ -15,10 +15,10 @@ using Eigen::Vector2d;
 
 constexpr double kMostMargin_mm = 1000;
 /// Of all polygons together: whether sides cross takes long to know.
-constexpr std::size_t kMostCorners = 10'000;
-/// A void whose rectangle has more bins than this, or that touches so many, is looked at for every
-/// place.
-constexpr double kMostTried = 4096;
+constexpr std::size_t kMaxVoidCorners = 10'000;
+/// A void whose rectangle has more bins than this, or that touches that number, is looked at for
+/// every place.
+constexpr double kMaxVoidTrials = 4096;
 constexpr std::size_t kMostBins = 256;
 /// Bins by voids, of all together.
 constexpr std::size_t kUsualBins = 32;
@@ -57,10 +57,10 @@ Expected<Voids> Voids::make(std::vector<Void> all, Length margin) {
   std::size_t n_polygon_corners = 0;
   for (const Void& one : all) {
     n_polygon_corners += n_corners(one.area);
-    if (n_polygon_corners > kMostCorners) {
+    if (n_polygon_corners > kMaxVoidCorners) {
       return failure({Code::ConfigValue,
                       one.from,
-                      fmt::format("voids of more than {} corners", kMostCorners),
+                      fmt::format("voids of more than {} corners", kMaxVoidCorners),
                       "simpler polygons"});
     }
     PANELCAL_CHECK(check_area(one.area, one.name, one.from));
@@ -108,7 +108,8 @@ std::vector<std::size_t> Voids::bins_of(std::size_t i_void, const AreaBox& box) 
   const Vector2d low = (box.low_mm - low_mm_) / bin_mm_;
   const Vector2d high = (box.high_mm - low_mm_) / bin_mm_;
   const double n_tried = (high - low + Vector2d::Constant(2)).prod();
-  if (!(n_tried * static_cast<double>(n_points(area)) <= 64 * kMostTried) || n_tried > kMostTried) {
+  if (!(n_tried * static_cast<double>(n_points(area)) <= 64 * kMaxVoidTrials) ||
+      n_tried > kMaxVoidTrials) {
     return {};
   }
   const auto clamped = [](double bin, std::ptrdiff_t n_bins) {

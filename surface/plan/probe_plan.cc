@@ -14,7 +14,7 @@
 namespace panelcal {
 namespace {
 
-using Places = std::vector<Position<frame::Nominal>>;
+using PlanPlaces = std::vector<Position<frame::Nominal>>;
 
 /// Places that the search looks at to begin with; others join when they turn out to be unsure.
 constexpr std::size_t kFirstPlaces = 1100;
@@ -23,11 +23,11 @@ constexpr int kMostRounds = 12;
 /// Thinning works on some of the places; where others break the tolerance then, it is tried again.
 constexpr int kThinningRounds = 2;
 /// Places nearer than this are one.
-constexpr double kSamePlace_mm = 1e-6;
+constexpr double kSamePlanPlace_mm = 1e-6;
 
 /// What a map of these probes and the present ones knows of the request's places; empty if they
 /// determine no surface.
-std::vector<HeightEstimate> foretold(const ProbePlanRequest& request, const Places& probes) {
+std::vector<HeightEstimate> foretold(const ProbePlanRequest& request, const PlanPlaces& probes) {
   std::vector<ProbePoint> points = request.present;
   for (const auto& place : probes) points.push_back({place, {mm(0), request.probe_sigma}, "", {}});
   const auto fit = fit_surface(points, request.model, request.shape());
@@ -43,9 +43,9 @@ std::optional<WorstSigma> worst_of(const ProbePlanRequest& request,
 }
 
 /// Evenly some of the places, or all of them.
-Places some_of(const Places& places, std::size_t n_most) {
+PlanPlaces some_of(const PlanPlaces& places, std::size_t n_most) {
   const std::size_t step = (places.size() + n_most - 1) / n_most;
-  Places out;
+  PlanPlaces out;
   for (std::size_t i = 0; i < places.size(); i += step) out.push_back(places[i]);
   return out;
 }
@@ -53,7 +53,7 @@ Places some_of(const Places& places, std::size_t n_most) {
 /// Adds the least sure of the places that break the tolerance; whether there were any.
 bool join_unsure(const ProbePlanRequest& request,
                  const std::vector<HeightEstimate>& heights,
-                 Places& places) {
+                 PlanPlaces& places) {
   std::vector<std::size_t> unsure;
   for (std::size_t i = 0; i < heights.size(); ++i) {
     if (heights[i].sigma > request.tolerance) unsure.push_back(i);
@@ -66,13 +66,13 @@ bool join_unsure(const ProbePlanRequest& request,
 }
 
 /// Columns and rows over the candidates' rectangle, its sides included.
-Places grid_places(const ProbePlanRequest& request, int n_columns, int n_rows) {
+PlanPlaces grid_places(const ProbePlanRequest& request, int n_columns, int n_rows) {
   Eigen::Vector2d low_mm = request.candidates.front().in_mm(), high_mm = low_mm;
   for (const auto& place : request.candidates) {
     low_mm = low_mm.cwiseMin(place.in_mm());
     high_mm = high_mm.cwiseMax(place.in_mm());
   }
-  Places out;
+  PlanPlaces out;
   for (int j = 0; j < n_rows; ++j) {
     for (int i = 0; i < n_columns; ++i) {
       const Eigen::Vector2d part(i / (n_columns - 1.0), j / (n_rows - 1.0));
@@ -85,12 +85,12 @@ Places grid_places(const ProbePlanRequest& request, int n_columns, int n_rows) {
 
 /// The smallest whose steps along both sides are as equal as they can be.
 std::optional<RegularGrid> smallest_grid(const ProbePlanRequest& request) {
-  const Places corners = grid_places(request, 2, 2);
+  const PlanPlaces corners = grid_places(request, 2, 2);
   const Eigen::Vector2d size_mm = (corners.back() - corners.front()).in_mm();
   if (!(size_mm.minCoeff() > 0)) return std::nullopt;
   int n_columns = 2, n_rows = 2;
   while (static_cast<std::size_t>(n_columns * n_rows) + request.present.size() <= kMostPlanned) {
-    const Places probes = grid_places(request, n_columns, n_rows);
+    const PlanPlaces probes = grid_places(request, n_columns, n_rows);
     const bool is_allowed = !request.may_probe || std::ranges::all_of(probes, request.may_probe);
     const auto worst = is_allowed ? worst_of(request, foretold(request, probes)) : std::nullopt;
     if (worst && worst->sigma <= request.tolerance) return RegularGrid{n_columns, n_rows, *worst};
@@ -104,10 +104,10 @@ std::optional<RegularGrid> smallest_grid(const ProbePlanRequest& request) {
 std::vector<std::size_t> join_grid(const std::optional<RegularGrid>& grid,
                                    ProbePlanRequest& request) {
   if (!grid) return {};
-  const Places hull = convex_hull(request.candidates);
-  const Places places = grid_places(request, grid->n_columns, grid->n_rows);
+  const PlanPlaces hull = convex_hull(request.candidates);
+  const PlanPlaces places = grid_places(request, grid->n_columns, grid->n_rows);
   for (const auto& place : places) {
-    if (distance_outside(hull, place) > mm(kSamePlace_mm)) return {};
+    if (distance_outside(hull, place) > mm(kSamePlanPlace_mm)) return {};
   }
   std::vector<std::size_t> out;
   for (const auto& place : places) {
@@ -117,8 +117,8 @@ std::vector<std::size_t> join_grid(const std::optional<RegularGrid>& grid,
   return out;
 }
 
-Places places_of(const ProbePlanRequest& request, const std::vector<std::size_t>& chosen) {
-  Places out;
+PlanPlaces places_of(const ProbePlanRequest& request, const std::vector<std::size_t>& chosen) {
+  PlanPlaces out;
   for (const std::size_t i : chosen) out.push_back(request.candidates[i]);
   return out;
 }
@@ -140,7 +140,7 @@ std::vector<HeightEstimate> made_a_surface(const ProbePlanRequest& request,
 ProbePlan unreached(const ProbePlanRequest& request, ProbePlan plan) {
   plan.probes.clear();
   const std::size_t n_free = kMostPlanned - request.present.size();
-  const Places all = some_of(request.candidates, n_free);
+  const PlanPlaces all = some_of(request.candidates, n_free);
   const auto worst = worst_of(request, foretold(request, all));
   if (!worst) {
     plan.why_not = "probes wherever one may probe make no surface";
@@ -156,7 +156,7 @@ ProbePlan unreached(const ProbePlanRequest& request, ProbePlan plan) {
   return plan;
 }
 
-Expected<void> check(const ProbePlanRequest& request) {
+Expected<void> check_plan_request(const ProbePlanRequest& request) {
   const auto bad = [](std::string what, const char* expected) {
     return failure({Code::ConfigValue, {}, std::move(what), expected});
   };
@@ -171,7 +171,7 @@ Expected<void> check(const ProbePlanRequest& request) {
     if (sigma > mm(0) && std::isfinite(sigma.in_mm())) continue;
     return bad(fmt::format("a sigma or tolerance is {} mm", sigma.in_mm()), "above 0");
   }
-  for (const Places* all : {&request.places, &request.candidates}) {
+  for (const PlanPlaces* all : {&request.places, &request.candidates}) {
     for (const auto& place : *all) {
       if (!place.in_mm().allFinite()) return bad("a place is no number", "finite x and y");
     }
@@ -187,7 +187,7 @@ SurfaceShape ProbePlanRequest::shape() const {
 }
 
 Expected<ProbePlan> plan_probes(const ProbePlanRequest& asked) {
-  PANELCAL_CHECK(check(asked));
+  PANELCAL_CHECK(check_plan_request(asked));
   ProbePlan plan;
   plan.before = worst_of(asked, foretold(asked, {}));
   if (asked.tolerance < asked.probe_sigma) {
@@ -213,7 +213,7 @@ Expected<ProbePlan> plan_probes(const ProbePlanRequest& asked) {
   ProbePlanRequest request = asked;
   const std::vector<std::size_t> of_grid = join_grid(plan.grid, request);
   const internal::HeightBelief belief(request);
-  Places places = some_of(request.places, kFirstPlaces);
+  PlanPlaces places = some_of(request.places, kFirstPlaces);
   std::vector<std::size_t> chosen;
   for (int round = 0; round < kMostRounds && !plan.is_reached; ++round) {
     const internal::ProbeSearch search(request, belief, places);
@@ -243,7 +243,7 @@ Expected<ProbePlan> plan_probes(const ProbePlanRequest& asked) {
   const std::vector<int> phases(plan.probes.size(), 0);
   const std::vector<std::size_t> order = short_order(plan.probes, phases);
   plan.way = way_length(plan.probes, order);
-  Places ordered;
+  PlanPlaces ordered;
   for (const std::size_t i : order) ordered.push_back(plan.probes[i]);
   plan.probes = std::move(ordered);
   return plan;

@@ -15,21 +15,21 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Places = HeightBelief::Places;
+using SearchPlaces = HeightBelief::Places;
 
 /// The trend's coefficients are unknown by so much: more than any panel bends, little enough for
 /// the digits of a double.
 constexpr double kTrendSigma_mm = 10;
 /// Sigmas of the search and of the fit differ by rounding and by how unknown the trend is.
 constexpr double kSameSigma = 1e-4;
-/// A move that gains less is none.
+/// A move that gains less is not made.
 constexpr double kLeastGain = 1e-3;
 
 }  // namespace
 
 HeightBelief::HeightBelief(const ProbePlanRequest& request) : request_(request) {
   Eigen::Vector2d low_mm = request.places.front().in_mm(), high_mm = low_mm;
-  for (const Places* all : {&request.places, &request.candidates}) {
+  for (const SearchPlaces* all : {&request.places, &request.candidates}) {
     for (const auto& place : *all) {
       low_mm = low_mm.cwiseMin(place.in_mm());
       high_mm = high_mm.cwiseMax(place.in_mm());
@@ -39,7 +39,7 @@ HeightBelief::HeightBelief(const ProbePlanRequest& request) : request_(request) 
   scale_mm_ = std::max(1e-3, 0.5 * (high_mm - low_mm).norm());
 }
 
-MatrixXd HeightBelief::operator()(const Places& a, const Places& b) const {
+MatrixXd HeightBelief::operator()(const SearchPlaces& a, const SearchPlaces& b) const {
   MatrixXd out = kTrendSigma_mm * kTrendSigma_mm * trends(a).transpose() * trends(b);
   const double variance_mm2 = request_.amplitude.in_mm() * request_.amplitude.in_mm();
   if (!(variance_mm2 > 0)) return out;
@@ -53,14 +53,14 @@ MatrixXd HeightBelief::operator()(const Places& a, const Places& b) const {
   return out;
 }
 
-VectorXd HeightBelief::variances_mm2(const Places& places) const {
+VectorXd HeightBelief::variances_mm2(const SearchPlaces& places) const {
   const double variance_mm2 = request_.amplitude.in_mm() * request_.amplitude.in_mm();
   const VectorXd trend_mm2 =
       kTrendSigma_mm * kTrendSigma_mm * trends(places).colwise().squaredNorm().transpose();
   return trend_mm2.array() + variance_mm2;
 }
 
-MatrixXd HeightBelief::trends(const Places& places) const {
+MatrixXd HeightBelief::trends(const SearchPlaces& places) const {
   MatrixXd out(request_.n_trend, static_cast<Index>(places.size()));
   for (std::size_t i = 0; i < places.size(); ++i) {
     out.col(static_cast<Index>(i)) =
@@ -83,17 +83,17 @@ struct ProbeSearch::Given {
 
 ProbeSearch::ProbeSearch(const ProbePlanRequest& request,
                          const HeightBelief& belief,
-                         const Places& places)
+                         const SearchPlaces& places)
     : request_(request) {
   const double tolerance_mm = request.tolerance.in_mm() * (1 - kSameSigma);
   most_mm2_ = tolerance_mm * tolerance_mm;
   noise_mm2_ = request.probe_sigma.in_mm() * request.probe_sigma.in_mm();
-  Places all = places;
+  SearchPlaces all = places;
   all.insert(all.end(), request.candidates.begin(), request.candidates.end());
   believed_ = belief(all, request.candidates);
   variances_ = belief.variances_mm2(places);
   if (request.present.empty()) return;
-  Places present;
+  SearchPlaces present;
   for (const ProbePoint& probe : request.present) present.push_back(probe.place);
   MatrixXd own = belief(present, present);
   for (Index i = 0; i < own.rows(); ++i) {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "surface/plan/probe_plan.h"
+#include "surface/plan/request.h"
 #include <Eigen/Core>
 
 // Not installed: part of surface/plan/probe_plan.h.
@@ -62,7 +62,7 @@ class ProbeSearch {
   double excess(const Eigen::VectorXd& variances) const;
   Given given(const Indices& chosen) const;
   Eigen::VectorXd variances_given(const Indices& chosen) const;
-  /// The chosen probes' covariances with the first so many places and candidates, as if of
+  /// The chosen probes' covariances with the first n places and candidates, as if of
   /// independent readings of variance 1.
   Eigen::MatrixXd made_independent(const Indices& chosen, Eigen::Index n_with) const;
   std::size_t least_needed(const Indices& chosen) const;

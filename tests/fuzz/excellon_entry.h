@@ -47,7 +47,7 @@ inline std::optional<std::string> writers_complaint(const Program& program,
   WalkOptions whole = options;
   whole.step_slots = Cycles::Kept;
   execute(program, whole, survey, tee, ignored);
-  SvgWriter svg(svg_text, svg_scene(tally));
+  SvgWriter svg(svg_text, {});
   execute(program, options, survey, svg, ignored);
   if (!jsonl.finish() || !csv.finish() || !svg.finish()) return "a writer fails";
   if (!excellon.finish()) return std::nullopt;  // what Excellon cannot say is refused
@@ -104,6 +104,9 @@ inline std::optional<std::string> run_excellon(std::string_view bytes) {
   if (auto complaint = execution_complaint(program, options, found, second)) return complaint;
   if (first.has_nan()) return "a hole without a place";
   if (!(first == second)) return "two executions differ";
+  BentSource again;
+  NominalProbeSource probes;
+  if (auto complaint = checked_complaint(program, options, found, again, probes)) return complaint;
   if (auto complaint = gcode_complaint(program, options, found, first.most_mm())) return complaint;
   return writers_complaint(program, options, found, first);
 }

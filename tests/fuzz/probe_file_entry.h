@@ -35,7 +35,7 @@ inline std::optional<std::string> probe_file_complaint(const ProbeFile& read) {
   for (const ProbePoint& point : read.points) {
     if (!point.place.in_mm().allFinite() || !std::isfinite(point.measured.height.in_mm()) ||
         !(point.measured.sigma.in_mm() > 0)) {
-      return "a point that is none";
+      return "a point that is not finite or too far away";
     }
     if (point.name.empty() || point.from.line < 1) return "a point from nowhere";
   }

@@ -126,7 +126,7 @@ inline std::optional<std::string> all_writers_complaint(const Program& program,
   }
   Tee tee({&jsonl, &csv, &excellon, &sieb_meyer, &tally});
   execute(program, options, survey, tee, ignored);
-  SvgWriter svg(svg_text, svg_scene(tally));
+  SvgWriter svg(svg_text, {});
   execute(program, options, survey, svg, ignored);
   (void)excellon.finish();
   (void)sieb_meyer.finish();
@@ -205,6 +205,11 @@ inline std::optional<std::string> run_sieb_meyer(std::string_view bytes) {
   if (auto complaint = execution_complaint(program, input.options, found, second)) return complaint;
   if (!first.is_finite()) return "a place or a depth that is not finite";
   if (!(first == second)) return "two executions differ";
+  BentSource again;
+  BentProbes probes_again;
+  if (auto complaint = checked_complaint(program, input.options, found, again, probes_again)) {
+    return complaint;
+  }
   if (auto complaint = count_complaint(program, input.options)) return complaint;
   if (auto complaint = gcode_complaint(program, input.options, found, first.most_mm())) {
     return complaint;

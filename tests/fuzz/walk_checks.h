@@ -146,4 +146,37 @@ inline std::optional<std::string> report_complaint(const DiagnosticLog& log, con
   return std::nullopt;
 }
 
+/// A check that executes passes the operations that a walk of its own does, and a measuring walk
+/// that ends early finds what a whole one does.
+///
+/// In     found: what `source` and `probes` have answered a whole walk
+inline std::optional<std::string> checked_complaint(const Program& program,
+                                                    const WalkOptions& options,
+                                                    const Survey& found,
+                                                    MeasurementSource& source,
+                                                    ProbeSource& probes) {
+  DiagnosticLog log;
+  CountingSink tried;
+  const CheckedWalk checked = check(program, options, Execution::OfNominal, &tried, log);
+  if (log.has_errors()) return std::nullopt;
+  CountingSink nominal;
+  DiagnosticLog working_log;
+  if (checked.survey.is_complete()) {
+    execute(program, options, checked.survey, nominal, working_log);
+    if (checked.is_executed && !(tried == nominal)) {
+      return "a check executes otherwise than a working walk";
+    }
+    if (checked.is_executed && checked.working_log.n_errors() != working_log.n_errors()) {
+      return "a check that executes finds other errors than a working walk";
+    }
+  }
+  DiagnosticLog early_log;
+  const Survey early = survey(program, options, checked, source, probes, early_log);
+  if (measurement_lines(early) != measurement_lines(found) ||
+      early.series.size() != found.series.size() || early_log.has_errors()) {
+    return "a measuring walk that ends early finds something else";
+  }
+  return std::nullopt;
+}
+
 }  // namespace panelcal::fuzz

@@ -4,9 +4,8 @@ import hashlib
 import json
 import re
 import sqlite3
-from pathlib import Path
 
-SCHEMA_FILE = Path(__file__).resolve().parents[2] / "calib" / "ledger" / "ledger_schema.h"
+from golden_source import source_text
 
 
 def sha256(text):
@@ -38,7 +37,8 @@ def offset(x, y, time, subject="spindle 1 station 1", verdict="installed", reaso
 
 
 def make(path, entries):
-    schema = re.search(r'kLedgerSchema = R"sql\((.*?)\)sql"', SCHEMA_FILE.read_text(), re.S).group(1)
+    header = source_text("schema.h", "kLedgerSchema")
+    schema = re.search(r'kLedgerSchema = R"sql\((.*?)\)sql"', header, re.S).group(1)
     database = sqlite3.connect(path)
     database.executescript(schema)
     database.execute(f"PRAGMA application_id={int.from_bytes(b'PCAL', 'big')}")

@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
-CASE = Path(sys.argv[2]).resolve() / "tests" / "golden" / "calibrate" / "spindle-camera"
+FIXTURES = Path(sys.argv[2]).resolve() / "tests" / "golden" / "fixtures"
 MACHINE = """[machine]
 name = "drill 1"
 LEDGER
@@ -178,7 +178,7 @@ def without_ledger():
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        shutil.copy(CASE / "camera.cal.json", "camera.cal.json")
+        shutil.copy(FIXTURES / "camera-200-px" / "camera.cal.json", "camera.cal.json")
         focus()
         asked_of_history()
         light()

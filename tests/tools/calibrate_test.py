@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
-CASE = Path(sys.argv[2]).resolve() / "tests" / "golden" / "calibrate" / "spindle-camera"
+FIXTURES = Path(sys.argv[2]).resolve() / "tests" / "golden" / "fixtures"
 TRUTH_MM = (45.03, -2.98)
 # What nine digits leave of 45 mm.
 NANOMETRE_MM = 1e-6
@@ -105,8 +105,8 @@ def main():
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        for name in ("machine.toml", "camera.cal.json"):
-            shutil.copy(CASE / name, name)
+        for name in ("spindle-camera/machine.toml", "camera-200-px/camera.cal.json"):
+            shutil.copy(FIXTURES / name, ".")
         with open("machine.toml", "a", encoding="utf-8") as machine:
             machine.write('[ledger]\nfile = "drill1.ledger"\n')
         main()

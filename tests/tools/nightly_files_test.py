@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
-CASE = Path(sys.argv[2]).resolve() / "tests" / "golden" / "nightly" / "dry-run"
+FIXTURES = Path(sys.argv[2]).resolve() / "tests" / "golden" / "fixtures"
 
 
 def night(clock, code, *words):
@@ -86,6 +86,6 @@ def main():
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        for name in ("machine.toml", "camera.cal.json"):
-            shutil.copy(CASE / name, name)
+        for name in ("night/machine.toml", "camera-320-px/camera.cal.json"):
+            shutil.copy(FIXTURES / name, ".")
         main()

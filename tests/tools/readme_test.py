@@ -20,6 +20,8 @@ def main():
     panelcal, root = sys.argv[1:]
     root = Path(root)
     readme = (root / "README.md").read_text()
+    example = (root / "tests/install/consumer/main.cc").read_text().split("\n", 1)[1]
+    assert f"```cpp\n{example}```" in readme, "README's example is not tests/install/consumer/main.cc"
     demo = root / "datasets/demo"
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)

@@ -18,7 +18,7 @@ import tempfile
 from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
-CASE = Path(sys.argv[2]).resolve() / "tests" / "golden" / "calibrate" / "spindle-camera"
+FIXTURES = Path(sys.argv[2]).resolve() / "tests" / "golden" / "fixtures"
 OFFSET_MM = (45.0, -3.0)
 SCALE_PPM, SQUARENESS_URAD = (100, -60), 40
 BOW_UM, BOW_RADIUS_MM, CENTER_MM = (30, -20), 150, (200, 150)
@@ -207,5 +207,5 @@ def main():
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        shutil.copy(CASE / "camera.cal.json", "camera.cal.json")
+        shutil.copy(FIXTURES / "camera-200-px" / "camera.cal.json", "camera.cal.json")
         main()

@@ -7,8 +7,8 @@
 #include "calib/base/clock.h"
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
-#include "machine/devices/calibration_devices.h"
 #include "machine/nightly/night_lock.h"
+#include "machine/sources/device_set.h"
 #include "tools/cli/commands.h"
 
 // What `panelcal calibrate WHAT` does.

@@ -24,10 +24,10 @@
 namespace panelcal::calibrate {
 namespace {
 
-constexpr std::string_view kCommand = "panelcal calibrate camera";
+constexpr std::string_view kCalibrateCamera = "panelcal calibrate camera";
 
-Diagnostic usage(std::string what, std::string expected) {
-  return {Code::Usage, {std::string(kCommand), 0, 0}, std::move(what), std::move(expected)};
+Diagnostic camera_usage(std::string what, std::string expected) {
+  return {Code::Usage, {std::string(kCalibrateCamera), 0, 0}, std::move(what), std::move(expected)};
 }
 
 /// A form by its word on the command line; absent for "auto".
@@ -38,8 +38,8 @@ Expected<std::optional<CameraForm>> form_of(const std::string& word) {
     std::ranges::replace(name_of_form, ' ', '-');
     if (word == name_of_form) return form;
   }
-  return failure(
-      usage("--form " + quoted(word), "auto, flat, radial, tilted, tilted-radial or tangential"));
+  return failure(camera_usage("--form " + quoted(word),
+                              "auto, flat, radial, tilted, tilted-radial or tangential"));
 }
 
 Expected<CameraRunOptions> run_options(const CalibrateOptions& options) {
@@ -51,7 +51,7 @@ Expected<CameraRunOptions> run_options(const CalibrateOptions& options) {
   if (!options.focal_px) return run;
   run.focal_px = options.focal_px;
   if (*run.focal_px > 0 && std::isfinite(*run.focal_px)) return run;
-  return failure(usage(fmt::format("--focal-px {}", *run.focal_px), "a number above 0"));
+  return failure(camera_usage(fmt::format("--focal-px {}", *run.focal_px), "a number above 0"));
 }
 
 /// Drives a mark over the picture.
@@ -81,7 +81,7 @@ Expected<CameraRun> look(const CalibrateOptions& options,
   return fit_camera_run(config, std::move(sights), run_options);
 }
 
-std::string svg(const CameraRun& run) {
+std::string camera_svg(const CameraRun& run) {
   ArrowPlot plot;
   plot.title = run.fit.summary();
   plot.place_unit = plot.arrow_unit = "px";
@@ -94,10 +94,10 @@ std::string svg(const CameraRun& run) {
   return arrow_svg(plot);
 }
 
-std::string json_text(const CameraRun& run,
-                      const CameraCalibration& calibration,
-                      const std::string& refused,
-                      const std::optional<std::int64_t>& entry) {
+std::string camera_json(const CameraRun& run,
+                        const CameraCalibration& calibration,
+                        const std::string& refused,
+                        const std::optional<std::int64_t>& entry) {
   nlohmann::ordered_json json;
   json["calibration"] = nlohmann::ordered_json::parse(camera_calibration_text(calibration));
   json["views"] = run.sights.data.seen.size();
@@ -135,12 +135,12 @@ std::string json_text(const CameraRun& run,
 Expected<void> check_install(const CalibrateOptions& options, const MachineConfig& config) {
   if (!options.install) return {};
   if (!options.output.empty()) {
-    return failure(usage("--install and --output together",
-                         "one of them: --install writes the file that [camera] names"));
+    return failure(camera_usage("--install and --output together",
+                                "one of them: --install writes the file that [camera] names"));
   }
   if (options.zoom) {
-    return failure(usage("--install and --zoom together",
-                         "--output: what [camera] names is the camera without a zoom"));
+    return failure(camera_usage("--install and --zoom together",
+                                "--output: what [camera] names is the camera without a zoom"));
   }
   if (!config.camera_file.empty()) return {};
   return failure({Code::ConfigValue,
@@ -153,7 +153,7 @@ Expected<void> check_install(const CalibrateOptions& options, const MachineConfi
 
 Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context) {
   PANELCAL_CHECK(check_output_paths(
-      kCommand, {options.machine, options.plate}, {options.output, options.plot}));
+      kCalibrateCamera, {options.machine, options.plate}, {options.output, options.plot}));
   PANELCAL_TRY(const CameraRunOptions run_options, calibrate::run_options(options));
   PANELCAL_TRY(RecordWords words, words_of(options));
   PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
@@ -166,7 +166,7 @@ Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context
   const std::string refused = options.force ? std::string() : refusal(run);
   if (options.install) judge(refused, words);
   const CameraCalibration calibration = camera_calibration(run, words);
-  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, svg(run)));
+  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, camera_svg(run)));
   if (!options.output.empty() && refused.empty()) {
     PANELCAL_CHECK(write_camera_calibration(options.output, calibration));
   }
@@ -176,7 +176,7 @@ Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context
     PANELCAL_TRY(entry, recorder.record(draft, config.camera_file));
   }
   const ExitCode code = refused.empty() ? ExitCode::Done : ExitCode::GateFailed;
-  if (options.json) return Answer{json_text(run, calibration, refused, entry), code};
+  if (options.json) return Answer{camera_json(run, calibration, refused, entry), code};
   return Answer{report(run) + verdict_line(refused, entry), code};
 }
 

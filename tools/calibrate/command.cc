@@ -40,7 +40,7 @@ Expected<std::chrono::sys_seconds> time_of(const CalibrateOptions& options) {
 
 namespace {
 
-Expected<Answer> answer_to(const CalibrateOptions& options, CommandContext& context) {
+Expected<Answer> calibrate_answer(const CalibrateOptions& options, CommandContext& context) {
   using What = CalibrateOptions::What;
   switch (options.what) {
     case What::SpindleCamera:

@@ -22,11 +22,11 @@
 namespace panelcal::calibrate {
 namespace {
 
-Diagnostic usage(std::string what, std::string expected) {
+Diagnostic focus_usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal calibrate", 0, 0}, std::move(what), std::move(expected)};
 }
 
-/// One call: the machine is locked before its devices are opened, and what is found is recorded.
+/// One call: the machine is locked before its devices are opened, and the result is recorded.
 class Trial {
  public:
   static Expected<Trial> begin(const CalibrateOptions& options) {
@@ -116,7 +116,7 @@ Expected<FocusRange> range_of(const CalibrateOptions& options, const MachineConf
   if (options.range.size() == 2) {
     const FocusRange range = {mm(options.range[0]), mm(options.range[1])};
     if (!may || (range.low >= may->low && range.high <= may->high)) return range;
-    return failure(usage(
+    return failure(focus_usage(
         fmt::format("--range {:g},{:g} goes beyond where the focus axis may go",
                     options.range[0],
                     options.range[1]),
@@ -124,8 +124,8 @@ Expected<FocusRange> range_of(const CalibrateOptions& options, const MachineConf
             "{:g} to {:g} mm, [camera] focus_range_mm", may->low.in_mm(), may->high.in_mm())));
   }
   if (may) return *may;
-  return failure(usage("nothing says between which heights to look",
-                       "--range LOW,HIGH or [camera] focus_range_mm"));
+  return failure(focus_usage("the range of heights is missing",
+                             "--range LOW,HIGH or [camera] focus_range_mm"));
 }
 
 std::string settle_text(const SettleRun& run, Length limit) {
@@ -134,7 +134,7 @@ std::string settle_text(const SettleRun& run, Length limit) {
   std::string text = fmt::format("settle_s = {:.3f}\n", settle.safe_wait().in_s());
   switch (settle.motion) {
     case SettleMotion::Still:
-      text += "  at rest at once, as far as these views can tell\n";
+      text += "  at rest at once, as far as these views show\n";
       break;
     case SettleMotion::Creeping:
     case SettleMotion::Vibrating:

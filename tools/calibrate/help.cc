@@ -10,26 +10,26 @@ namespace {
 
 using Footer = std::pair<std::string_view, std::string_view>;
 
-constexpr auto kFooters = std::to_array<Footer>({
+constexpr auto kCalibrateFooters = std::to_array<Footer>({
     {"calibrate camera", R"(Examples
   $ panelcal calibrate camera -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --tool 3 \
       --focal-px 11000 -o camera.cal.json --plot residuals.svg
   $ panelcal calibrate camera -m machine.toml --images DIR --tool 3 -o camera.cal.json
 
 The mark of vision tool 3 (a disc, hole or ring; one drilled hole will do) is driven to 5 x 5 places
-of the picture, each come to from the same side. From where it is seen follow scale, rotation,
-tilt, and radial and tangential distortion, with covariance; the bias that tilt and lens give to
-circle centres is part of the model. Recorded pictures are one mark's, and x, y of images.csv say
-where the axis stood (docs/formats/picture_folder.md); a vision tool in pixels needs no [camera], so
-that a camera can be calibrated for the first time.
+of the picture, each come to from the same side. Its places in the pictures determine scale,
+rotation, tilt, and radial and tangential distortion, with covariance; the bias that tilt and lens
+give to circle centres is part of the model. Recorded pictures are one mark's, and x, y of
+images.csv say where the axis stood (docs/formats/picture_folder.md); a vision tool in pixels needs
+no [camera], so that a camera can be calibrated for the first time.
 
 --form auto takes the stiffest form that the views do not contradict. A tilt shows only if
---focal-px says how near the lens is; through a telecentric lens it cannot be told from a stretch.
+--focal-px states how near the lens is; with a telecentric lens a tilt and a stretch look alike.
 A plate of dots, with or without AprilTags (--plate, see `panelcal calibrate table --help`), does as
 well as one mark; the present [camera] says where its dots are expected.
-Parameters that the views leave open are named and held. Views that scatter more than the detector
-and [uncertainty] stage_repeatability_um say are counted as so much worse. Held-out: every fifth
-view is predicted from the others. Views that do not fit the others are left out and said.
+Parameters that the views do not determine are named and held. If the views scatter more than the
+detector and [uncertainty] stage_repeatability_um state, every sigma grows by that factor. Held-out:
+every fifth view is predicted from the others. Outliers among the views are left out and named.
 
 Refused (exit 1, and no calibration is written) is a camera that more than a quarter of the views
 were left out of, that is more than 5 um beside held-out views, or whose views scatter more than 25
@@ -50,26 +50,26 @@ Exit codes
       -o table.cal.json --plot map.svg --linuxcnc compensation
 
 Looks at the dots of a plate (docs/formats/calibration.md): pictures (--images; a folder 0, 1, ...
-for each way the plate lay), or what any other vision system measured (--measurements). From them
-follow the scale of the axes, their squareness and straightness, and a smooth map of the table's
+for each pose of the plate), or the measurements of another vision system (--measurements). They
+determine the scale of the axes, their squareness and straightness, and a smooth map of the table's
 error, each with its sigma. A plate that is not certified calibrates the table too, if it is looked
-at as it lies, turned by 90 degrees, and shifted by a dot; the scale is then undetermined, and said
-to be. So is whatever else the looks leave open.
+at as it lies, turned by 90 degrees, and shifted by a dot; the scale is then undetermined. The
+output names every parameter that the looks do not determine.
 
-Dots are told apart by where the plate lies and the axis stood ([[pose]] of the plate's file, to a
-quarter of the pitch), or by AprilTags on the plate ([tags]), which also say how it lay. Pictures
-whose tags contradict the others are left out and said; if many do, nothing is fitted. Where the
-axis stood is checked in no picture without a tag: how many these are is said, and at least two
+The pose of the plate and the place of the axis identify each dot ([[pose]] of the plate's file, to
+a quarter of the pitch), or AprilTags on the plate do ([tags]), which also give the pose. Pictures
+whose tags contradict the others are left out and named; if many do, nothing is fitted. The place of
+the axis is not checked in pictures without a tag: the output has their number, and at least two
 others have to show tags.
 
-machine.toml `[table] calibration = "table.cal.json"` makes panelcal look and drill by the map: every
-place is told the command that leads there. Or the control corrects by it, and [table] stays away;
-both would correct twice. Whatever corrects, the looks have to be at the uncorrected stage.
+machine.toml `[table] calibration = "table.cal.json"` makes panelcal look and drill by the map: it
+sends the command that leads to each place. Or the control corrects by it, and [table] is left out;
+both would correct twice. In either case the looks have to be at the uncorrected stage.
 
 --linuxcnc writes panelcal.hal (matrixkins coefficients), joint0.comp and joint1.comp (COMP_FILE),
-and says how much of the error LinuxCNC cannot be told of.
+and prints the part of the error that these files cannot hold.
 
-Looks that do not fit the others are left out and said. Refused (exit 1, and neither FILE nor
+Outliers among the looks are left out and named. Refused (exit 1, and neither FILE nor
 LinuxCNC's files are written) is a map that more than a quarter of the looks were left out of, that
 is more than 10 um beside held-out looks, or whose looks scatter more than 25 times what was stated;
 --force writes it. --install records it in [ledger] file, refused or not, with the digests of
@@ -86,15 +86,15 @@ Takes a map of the table's own surface, of the bare backing plate or of a refere
 on the machine, probed by hand or by another machine's probe; places are machine coordinates. Prints
 its figures over the area of [nightly.surface], else over its own probes: the height of the middle,
 and how high tilt, bow and twist lift an edge or a corner above it, each with its sigma. With
---install also what `surface diff` says of the map in force; the map goes into [ledger] file, and
-from there into FILE, or into [nightly.surface] file. Nights to come are held against it.
+--install also the `surface diff` to the map in force; the map goes into [ledger] file, and from
+there into FILE, or into [nightly.surface] file. Later nights are compared with it.
 
-A map that a night refused is installed the same way, once somebody has looked:
+A map that a night refused is installed the same way, after a person has looked:
   $ panelcal history show 12 --result -l drill1.ledger -o tonight.json
   $ panelcal calibrate surface tonight.json -m machine.toml --install --reason "chip at the edge"
 
 Refused (exit 1) is a map whose sigma is above [nightly.surface] sigma_um; --force installs it. A
-map of a grid model does not know how its errors hang together, and is bad input.
+map of a grid model has no covariance of its errors, and is bad input.
 
 Exit codes
   0 done; 1 it is refused; 2 bad input, or a map that does not reach over the area; 3 the ledger
@@ -106,8 +106,8 @@ Takes 25 pictures at heights of the focus axis ([machine] focus_command), prints
 each and the height of the peak with its sigma, and leaves the axis there.
 
 --install records it in [ledger] file as the one in force, or as refused where there is no peak, and
-prints the line for machine.toml, [camera] focus_mm, which a person writes. No file is written. As
-long as machine.toml says something else than what is in force, every further run says so.
+prints the line for machine.toml, [camera] focus_mm, which a person writes. No file is written.
+While machine.toml has another value than the one in force, every further run prints a note.
 
 Exit codes
   0 done; 1 there is no peak in the range; 2 bad input; 3 a device or the ledger failed, or another
@@ -121,8 +121,8 @@ nothing clips; of nearly equal ones the darkest. The lamp is left there. --insta
 machine.toml: [camera] lamp; see `panelcal calibrate focus --help`.
 
 Exit codes
-  0 done; 1 no level will do; 2 bad input; 3 a device or the ledger failed, or another run holds the
-  machine)"},
+  0 done; 1 no level is usable; 2 bad input; 3 a device or the ledger failed, or another run holds
+  the machine)"},
     {"calibrate settle", R"(Example
   $ panelcal calibrate settle -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --tool 3
 
@@ -133,15 +133,15 @@ with its sigma in [ledger] file; see `panelcal calibrate focus --help`. The virt
 still at once, so this needs a real one.
 
 Exit codes
-  0 done; 1 the pictures do not say; 2 bad input; 3 a device or the ledger failed, or another run
-  holds the machine)"},
+  0 done; 1 the pictures do not determine it; 2 bad input; 3 a device or the ledger failed, or
+  another run holds the machine)"},
 });
 
 }  // namespace
 
 std::string_view calibrate_footer(std::string_view command) {
-  const auto found = std::ranges::find(kFooters, command, &Footer::first);
-  return found == kFooters.end() ? std::string_view() : found->second;
+  const auto found = std::ranges::find(kCalibrateFooters, command, &Footer::first);
+  return found == kCalibrateFooters.end() ? std::string_view() : found->second;
 }
 
 }  // namespace panelcal

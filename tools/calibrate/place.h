@@ -7,8 +7,8 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "machine/config/machine_config.h"
-#include "machine/devices/calibration_devices.h"
 #include "machine/sim/sim_plate.h"
+#include "machine/sources/device_set.h"
 #include "tools/cli/options.h"
 
 namespace panelcal::calibrate {

@@ -12,13 +12,13 @@
 #include "machine/calibrate/coupon.h"
 #include "machine/calibrate/spindle_camera_run.h"
 #include "machine/devices/camera_settings.h"
+#include "machine/job/spindle_age.h"
 #include "machine/nightly/night_lock.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/cli/operator_prompt.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/version.h"
-#include "tools/run/spindle_age.h"
 #include "tools/run/spindle_answer.h"
 #include <fmt/format.h>
 #include <unistd.h>
@@ -26,10 +26,10 @@
 namespace panelcal::calibrate {
 namespace {
 
-constexpr const char* kCommand = "panelcal calibrate spindle-camera";
+constexpr const char* kCalibrateSpindleCamera = "panelcal calibrate spindle-camera";
 
-Diagnostic usage(std::string what, std::string expected) {
-  return {Code::Usage, {kCommand, 0, 0}, std::move(what), std::move(expected)};
+Diagnostic spindle_camera_usage(std::string what, std::string expected) {
+  return {Code::Usage, {kCalibrateSpindleCamera, 0, 0}, std::move(what), std::move(expected)};
 }
 
 /// One call of `panelcal calibrate spindle-camera`.
@@ -70,8 +70,9 @@ class SpindleCamera {
  private:
   Expected<void> prepare() {
     if (options_.install && !options_.output.empty()) {
-      return failure(usage("--install and --output together",
-                           "one of them: --install writes the file that [spindle] names"));
+      return failure(
+          spindle_camera_usage("--install and --output together",
+                               "one of them: --install writes the file that [spindle] names"));
     }
     PANELCAL_TRY(words_.date, time_of(options_));
     PANELCAL_CHECK(check_output_paths(
@@ -82,7 +83,7 @@ class SpindleCamera {
         config_,
         {options_.spindle.value_or(setting.spindle), options_.station.value_or(setting.station)}));
     PANELCAL_CHECK(check_begin());
-    // An old date that makes no sense is no reason not to find a new offset.
+    // An old date that is not valid does not prevent a new offset.
     static_cast<void>(age_offset(config_, words_.date));
     words_.reason = options_.reason;
     words_.asked_by = asking_person(options_.asked_by);
@@ -121,31 +122,30 @@ class SpindleCamera {
     return {};
   }
 
-  /// Where nothing says where to begin, the camera would look for another spindle's holes.
+  /// Without a start value, the camera would look for another spindle's holes.
   Expected<void> check_begin() const {
     const SpindleSetting& setting = config_.spindle_setting;
     if (setting.is_calibrated || setting.stated_offset) return {};
-    return failure(
-        {Code::ConfigValue,
-         {config_.file.string(), 0, 0},
-         "nothing says where to begin with " + subject({setting.spindle, setting.station}),
-         "[spindle] camera_offset_mm"});
+    return failure({Code::ConfigValue,
+                    {config_.file.string(), 0, 0},
+                    "there is no start value for " + subject({setting.spindle, setting.station}),
+                    "[spindle] camera_offset_mm"});
   }
 
-  /// DeviceSet knows that nobody lays anything on a simulated coupon.
+  /// DeviceSet knows that no person lays anything on a simulated coupon.
   Expected<Prompt> prompt_of() const {
     const bool asks = config_.coupon && config_.coupon->has_entry_material && !options_.yes &&
                       options_.machine_driver.empty();
     if (options_.yes) return Prompt([](std::string_view) -> Expected<void> { return {}; });
     if (!asks) return Prompt();
     if (::isatty(STDIN_FILENO) != 1) {
-      return failure(
-          usage("the coupon needs entry material, and nobody is at a terminal to lay it "
-                "on",
-                "--yes if it is dealt with"));
+      return failure(spindle_camera_usage(
+          "the coupon needs entry material, and no person is at a terminal to lay it "
+          "on",
+          "--yes if it is dealt with"));
     }
     return Prompt([this](std::string_view what) {
-      return ask_operator(kCommand, "Enter, or --yes", context_.console, what);
+      return ask_operator(kCalibrateSpindleCamera, "Enter, or --yes", context_.console, what);
     });
   }
 
@@ -178,7 +178,7 @@ class SpindleCamera {
   }
 
   /// What of the nights' gates refuses it; empty if nothing does. Neither the trend, which is
-  /// judged already, nor the temperature, which nobody reads here, is among them.
+  /// judged already, nor the temperature, which is not read here, is among them.
   Expected<std::string> gate_words(const SpindleCameraRun& run) const {
     NightLimits limits = config_.nightly ? config_.nightly->limits : NightLimits();
     limits.min_temperature_c.reset();

@@ -19,7 +19,7 @@
 namespace panelcal::calibrate {
 namespace {
 
-constexpr std::string_view kCommand = "panelcal calibrate surface";
+constexpr std::string_view kCalibrateSurface = "panelcal calibrate surface";
 
 /// A map that somebody else probed, and what it says of the table.
 struct GivenMap {
@@ -56,7 +56,7 @@ struct MapInForce {
   SurfaceChange change;
 };
 
-/// Empty where there is none, and where nobody can compare the two.
+/// Empty where there is none, and where the two cannot be compared.
 Expected<std::optional<MapInForce>> compared(const Recorder& recorder,
                                              const LedgerKey& key,
                                              const StoredMap& stored) {
@@ -69,9 +69,9 @@ Expected<std::optional<MapInForce>> compared(const Recorder& recorder,
   return out;
 }
 
-std::string text_of(const CalibrateOptions& options,
-                    const GivenMap& given,
-                    const std::optional<MapInForce>& before) {
+std::string surface_text(const CalibrateOptions& options,
+                         const GivenMap& given,
+                         const std::optional<MapInForce>& before) {
   const HeightMap& map = given.stored.map;
   std::string out = fmt::format("{}: {} probes, {} make the map: {}\n",
                                 options.map,
@@ -88,11 +88,11 @@ std::string text_of(const CalibrateOptions& options,
                                          before->change.difference});
 }
 
-std::string json_text(const CalibrateOptions& options,
-                      const GivenMap& given,
-                      const std::optional<MapInForce>& before,
-                      const std::string& refused,
-                      const std::optional<std::int64_t>& entry) {
+std::string surface_json(const CalibrateOptions& options,
+                         const GivenMap& given,
+                         const std::optional<MapInForce>& before,
+                         const std::string& refused,
+                         const std::optional<std::int64_t>& entry) {
   nlohmann::ordered_json json;
   json["map"] = options.map;
   json["probes"] = given.stored.points.size();
@@ -121,7 +121,8 @@ std::filesystem::path file_of(const CalibrateOptions& options, const MachineConf
 }  // namespace
 
 Expected<Answer> surface(const CalibrateOptions& options, CommandContext& /*context*/) {
-  PANELCAL_CHECK(check_output_paths(kCommand, {options.machine, options.map}, {options.output}));
+  PANELCAL_CHECK(
+      check_output_paths(kCalibrateSurface, {options.machine, options.map}, {options.output}));
   PANELCAL_TRY(RecordWords words, words_of(options));
   PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
   PANELCAL_TRY(const GivenMap given, read_given(options, config));
@@ -141,8 +142,8 @@ Expected<Answer> surface(const CalibrateOptions& options, CommandContext& /*cont
     PANELCAL_CHECK(write_file(options.output, map_file_text(given.stored)));
   }
   const ExitCode code = refused.empty() ? ExitCode::Done : ExitCode::GateFailed;
-  if (options.json) return Answer{json_text(options, given, before, refused, entry), code};
-  return Answer{text_of(options, given, before) + verdict_line(refused, entry), code};
+  if (options.json) return Answer{surface_json(options, given, before, refused, entry), code};
+  return Answer{surface_text(options, given, before) + verdict_line(refused, entry), code};
 }
 
 }  // namespace panelcal::calibrate

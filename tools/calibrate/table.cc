@@ -23,11 +23,11 @@
 namespace panelcal::calibrate {
 namespace {
 
-constexpr std::string_view kCommand = "panelcal calibrate table";
+constexpr std::string_view kCalibrateTable = "panelcal calibrate table";
 constexpr int kArrowsPerSide = 15;
 
 /// The map's error at places all over its rectangle.
-std::string svg(const TableRun& run) {
+std::string table_svg(const TableRun& run) {
   const TableGrid& grid = run.fit.map.grid();
   ArrowPlot plot;
   plot.title = run.fit.summary();
@@ -74,7 +74,7 @@ bool is_applied(const CalibrateOptions& options, const MachineConfig& config, bo
   return std::filesystem::equivalent(config.table_file, options.output, ignored);
 }
 
-/// Whoever calibrates a table expects holes to move.
+/// A calibration of the table is meant to move holes.
 std::string applied_line(const CalibrateOptions& options,
                          const MachineConfig& config,
                          bool is_applied) {
@@ -92,11 +92,11 @@ std::string applied_line(const CalibrateOptions& options,
          "the control correct by it (--linuxcnc), not both\n";
 }
 
-std::string json_text(const TableRun& run,
-                      const TableCalibration& calibration,
-                      const std::string& refused,
-                      const std::optional<std::int64_t>& entry,
-                      bool is_applied) {
+std::string table_json(const TableRun& run,
+                       const TableCalibration& calibration,
+                       const std::string& refused,
+                       const std::optional<std::int64_t>& entry,
+                       bool is_applied) {
   nlohmann::ordered_json json;
   json["calibration"] = nlohmann::ordered_json::parse(table_calibration_text(calibration));
   json["looks"] = run.sights.data.seen.size();
@@ -144,7 +144,7 @@ Expected<TableSights> sights_of(const CalibrateOptions& options,
 }  // namespace
 
 Expected<Answer> table(const CalibrateOptions& options, CommandContext& /*context*/) {
-  PANELCAL_CHECK(check_output_paths(kCommand,
+  PANELCAL_CHECK(check_output_paths(kCalibrateTable,
                                     {options.machine, options.plate, options.measurements},
                                     {options.output, options.plot}));
   PANELCAL_TRY(RecordWords words, words_of(options));
@@ -157,7 +157,7 @@ Expected<Answer> table(const CalibrateOptions& options, CommandContext& /*contex
   if (options.install) judge(refused, words);
   const TableCalibration calibration = table_calibration(run, words);
   std::string text = report(run);
-  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, svg(run)));
+  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, table_svg(run)));
   std::optional<std::int64_t> entry;
   if (options.install) {
     PANELCAL_TRY(const LedgerDraft draft, table_draft(config, run, words));
@@ -173,7 +173,7 @@ Expected<Answer> table(const CalibrateOptions& options, CommandContext& /*contex
   const bool applies = is_applied(options, config, is_written);
   text += verdict_line(refused, entry) + applied_line(options, config, applies);
   const ExitCode code = refused.empty() ? ExitCode::Done : ExitCode::GateFailed;
-  return Answer{options.json ? json_text(run, calibration, refused, entry, applies) : text, code};
+  return Answer{options.json ? table_json(run, calibration, refused, entry, applies) : text, code};
 }
 
 }  // namespace panelcal::calibrate

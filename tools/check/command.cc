@@ -5,12 +5,12 @@
 
 #include "calib/base/clock.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/checked_program.h"
+#include "machine/job/spindle_age.h"
+#include "machine/job/text_variables.h"
 #include "program/judge/job_check.h"
 #include "program/judge/tally.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/program_input.h"
-#include "tools/cli/text_variables.h"
-#include "tools/run/spindle_age.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -36,8 +36,38 @@ std::string reading(const Program& program) {
                      header.states_format ? header.format_evidence : "not stated, assumed");
 }
 
-std::string summary(const CheckedProgram& checked, const Tally& tally, const DiagnosticLog& log) {
-  const Survey& survey = checked.nominal_survey;
+/// What passes by on the way over a perfect panel.
+struct Passing {
+  explicit Passing(std::optional<Travel> travel) : job_check(travel) {}
+
+  Tally tally;
+  JobCheck job_check;
+};
+
+/// Checks the program and passes its job on the perfect panel, in one walk where that is enough.
+Survey check_job(const Program& program,
+                 const WalkOptions& walk,
+                 Passing& passing,
+                 DiagnosticLog& log) {
+  Passing first = passing;
+  Tee first_tee({&first.tally, &first.job_check});
+  CheckedWalk checked = check(program, walk, Execution::OfNominal, &first_tee, log);
+  if (log.has_errors()) return std::move(checked.survey);
+  if (checked.is_executed) {
+    passing = std::move(first);
+    for (const Diagnostic& diagnostic : checked.working_log.kept()) log.add(diagnostic);
+  } else {
+    Tee tee({&passing.tally, &passing.job_check});
+    execute(program, walk, checked.survey, tee, log);
+  }
+  passing.job_check.report(program, log);
+  return std::move(checked.survey);
+}
+
+std::string summary(const Program& program,
+                    const Survey& survey,
+                    const Tally& tally,
+                    const DiagnosticLog& log) {
   std::string job = count(tally.tools_used().size(), "tool") + ", " +
                     count(static_cast<std::size_t>(tally.n_holes()), "hole");
   if (tally.n_slots() > 0) {
@@ -52,8 +82,8 @@ std::string summary(const CheckedProgram& checked, const Tally& tally, const Dia
       ", {} in {} series", count(survey.measurements.size(), "target"), survey.series.size());
   if (!survey.probes.empty()) job += ", " + count(survey.probes.size(), "probe");
   return fmt::format("{}: {}\n{}, no errors, {}\n",
-                     checked.program.source.file,
-                     reading(checked.program),
+                     program.source.file,
+                     reading(program),
                      job,
                      count(log.n_warnings(), "warning"));
 }
@@ -90,14 +120,10 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   std::string result;
   if (!options.program.empty()) {
     walk.slots = walk.step_slots = Cycles::Kept;
-    const auto checked = read_and_check(options.program, std::move(reading), walk, log);
-    Tally tally;
-    if (!log.has_errors()) {
-      JobCheck job_check(travel);
-      Tee tee({&tally, &job_check});
-      execute_nominal(*checked, walk, tee, log);
-      job_check.report(checked->program, log);
-    }
+    const auto program = read_program(options.program, std::move(reading), log);
+    Passing passing(travel);
+    Survey survey;
+    if (program) survey = check_job(*program, walk, passing, log);
     context.console.print(log);
     if (log.has_errors()) {
       context.console.say(fmt::format("{}: {}, {}",
@@ -106,7 +132,7 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
                                       count(log.n_warnings(), "warning")));
       return exit_code(log);
     }
-    result = summary(*checked, tally, log);
+    result = summary(*program, survey, passing.tally, log);
   } else if (options.machine.empty()) {
     const Diagnostic nothing{Code::Usage,
                              {"panelcal check", 0, 0},

@@ -11,20 +11,20 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kFooters = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kCommandFooters = {{
     {"check", R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
   datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)
   7 tools, 990 holes, 21 targets in 7 series, no errors, no warnings
 
-Prints what is wrong like a compiler: FILE:LINE:COLUMN: error[CODE]: what, expected ...
-Says how numbers are read and why. Finds, without a machine: blocks that make no sense where they
-stand, series that never complete, M52 that does not match M50, coincident or collinear fiducials,
-unused tools, missing feeds, coordinates of a suspicious size, and with [machine] travel_low_mm and
-travel_high_mm moves outside the travel. In SIEB & MEYER programs also brackets that do not close,
-contours without T0, holes in forbidden areas, surfaces that nothing has measured, and peck strokes
-that end too high; every probe is taken to find the surface where it is expected.
-Without PROGRAM only the machine file and the calibrations it names are checked.
+Prints problems like a compiler: FILE:LINE:COLUMN: error[CODE]: PROBLEM: TEXT; expected REMEDY
+States how it reads numbers, and why. Finds, without a machine: blocks that are not allowed where
+they stand, series that never complete, M52 that does not match M50, coincident or collinear
+fiducials, unused tools, missing feeds, coordinates of a suspicious size, and with [machine]
+travel_low_mm and travel_high_mm moves outside the travel. In SIEB & MEYER programs also brackets
+that do not close, contours without T0, holes in forbidden areas, surfaces that are not
+measured, and peck strokes that end too high; every probe is taken to find the surface where it is
+expected. Without PROGRAM only the machine file and the calibrations it names are checked.
 
 Exit codes
   0 nothing wrong (warnings allowed); 2 errors)"},
@@ -42,22 +42,22 @@ Exit codes
     {"calibrate", R"(Example
   $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
 
-Each part has its own page: `panelcal calibrate spindle-camera --help`. What drives the machine
-needs SOURCE: --camera URI with [machine] stage_command, or --machine-driver sim for the virtual
-machine of [sim]. Nothing is put in force unless that is asked for.
+Each part has its own page: `panelcal calibrate spindle-camera --help`. A calibration that drives
+the machine needs SOURCE: --camera URI with [machine] stage_command, or --machine-driver sim for the
+virtual machine of [sim]. Only --install puts a calibration in force.
 
 Exit codes
-  0 done; 1 what was measured makes no calibration, or it was not installed; 2 bad input or usage;
+  0 done; 1 the measurements give no calibration, or it was not installed; 2 bad input or usage;
   3 a device, the ledger or the disk failed)"},
     {"calibrate spindle-camera", R"(Example
   $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
 
 Drills the next free rows of [coupon] and looks at each hole from every side that `approaches`
-names. From where the holes are seen follow the offset between spindle and camera, how far the drill
-wanders from hole to hole, how well the stage comes back (between looks), and its backlash. Holes
-that do not fit the others are left out and said. Printed are the offset with its sigma, how many
-more holes would halve it, and how far it moved from the present one, in sigmas. To be asked for
-nothing about entry material: --yes.
+names. The places of the holes determine the offset between spindle and camera, the wander of the
+drill from hole to hole, the repeatability of the stage (between looks), and its backlash. Outliers
+among the holes are left out and named. The output has the offset with its sigma, the number of
+further holes that would halve it, and its change from the present one, in sigmas. --yes answers the
+question about entry material.
 
 The rows are used up whatever happens: [coupon] state keeps count, so that no hole is drilled twice.
 Put a new coupon on the table when they are, and give it a new name.
@@ -66,7 +66,7 @@ Put a new coupon on the table when they are, and give it a new name.
 first and then writes [spindle] calibration from there: if the power fails in between, the next
 `calibrate --install` or `nightly` writes the file. Refused, and recorded as refused, is an offset
 whose residuals show a trend (the coupon moved, or the camera is turned); --force installs it.
-Who changes the camera or its calibration calibrates this offset again.
+After a change of the camera or of its calibration, calibrate this offset again.
 
 Exit codes
   0 done; 1 too few holes were seen or fit, or it was not installed; 2 bad input or usage; 3 a
@@ -75,12 +75,12 @@ Exit codes
   $ panelcal history list -l drill1.ledger --kind spindle-camera --last 5
 
 A ledger is a file that only grows: every calibration with its inputs, result, covariance and
-verdict, each entry chained to the one before it by its hash (docs/decisions/ledger.md). Which
-calibration is in force follows from it; `rollback` records that an earlier one is, and deletes
-nothing. To have that calibration's file again:
+verdict, each entry chained to the one before it by its hash (docs/decisions/ledger.md). The newest
+installed entry is in force; `rollback` puts an earlier one in force, and deletes nothing. This
+writes that calibration's file again:
   $ panelcal history show 12 --result -l drill1.ledger -o spindle1.cal.json
 
-What a change does to a job: how far every hole would move, with a picture of arrows:
+This shows how far every hole of a job would move, with a picture of arrows:
   $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
 
 Exit codes
@@ -107,9 +107,9 @@ Exit codes
     {"plan", R"(Example
   $ panelcal plan datasets/demo/panel.exc -m datasets/demo/machine.toml -o plan.html
 
-Says, before anything is measured, how much of the noise of its targets reaches the worst hole and
+Predicts, before any measurement, how much of the noise of its targets reaches the worst hole and
 where that hole is, for every model that the targets determine; how many holes lie outside of the
-targets' hull; whether a lying target would be noticed and named; which further pad of the program
+targets' hull; whether an outlier would be noticed and named; which further pad of the program
 would help most (--add K: which K together), and how; and a short order of visits. It only advises:
 nothing is measured and no program is changed (docs/howto/plan.md). Where [vision] model fixes none,
 further targets count under the manual's model for their number, which may be a softer one.
@@ -134,26 +134,26 @@ fit is held against [gates]. Only if all of them hold does the second walk write
 program, whole or not at all. The report is written in either case. A program without vision
 commands needs no SOURCE.
 
-[tolerance] says how far holes may be off. The second walk then gives each place the probability of
-breaking it ("risk"), from the fits' covariance and what [uncertainty], [spindle] and [camera] state
-of the machine, and the job its verdict: drill; drill, with a warning (exit 0); or hold (exit 1, and
-nothing is written, nor sent to standard output).
+[tolerance] states how far holes may be off. The second walk then gives each place the probability
+of breaking it ("risk"), from the fits' covariance and what [uncertainty], [spindle] and [camera]
+state of the machine, and the job its verdict: drill; drill, with a warning (exit 0); or hold (exit
+1, and nothing is written, nor sent to standard output).
 
 A program that probes the surface (G73, G78, G79) needs --probes, --machine-driver, or --camera with
 [machine] probe_command; --force does not help where a surface was not found or is out of tolerance.
 
---surface MAP.json (of `panelcal surface fit`) says how high the board is: depths below it (K of G83,
+--surface MAP.json (of `panelcal surface fit`) gives the board's heights: depths below it (K of G83,
 [[depth]]) count from the map at each place, contours are cut to [surface] height_tolerance_um, and
-SIEB & MEYER output states heights. What the program probes itself stays, and is held against the
-map. A place that the map does not reach, or knows worse than [surface] max_sigma_um, refuses the
-job (docs/howto/surface.md).
+SIEB & MEYER output states heights. The program's own probes stay, and are compared with the map. A
+place that the map does not reach, or with a sigma above [surface] max_sigma_um, refuses the job
+(docs/howto/surface.md).
 
 G39 and $uvis,calib drill into [coupon], look, and measure with the new spindle-camera offset from
-there on; G39,SPOP and its kin take the offset that was measured last. Both hold for this job only;
+there on; G39,SPOP and similar take the last measured offset. Both hold for this job only;
 without a coupon or a drill the order is passed on with a warning.
 
-With a live camera the machine is driven to each target through [machine] stage_command, a program of
-yours that speaks to its controller (docs/howto/cameras.md):
+With a live camera the machine is driven to each target through [machine] stage_command, a program
+of yours that speaks to its controller (docs/howto/cameras.md):
 
   $ panelcal run job.exc -m machine.toml -o corrected.drl \
       --camera 'gige://192.168.1.20?exposure_us=2000&format=mono8'
@@ -163,22 +163,22 @@ v4l2:/dev/video0?width=1280&height=960, rtsp://HOST/PATH and gige://ADDRESS?pack
 &gain=..&format=mono8&timeout_ms=1000&retries=20&resend=on|off are live.
 
 Formats  .jsonl .csv .drl .exc .s5 .sm .ngc .svg, or --to jsonl|csv|excellon|sieb-meyer|gcode|svg;
-.svg is a picture of the job. Either language can be written from either; what the other one has no
-form for is named, and nothing is written if a tool would go elsewhere without it.
+.svg is a picture of the job. Either language can be written from either; the output names what the
+other one has no form for, and nothing is written if a tool would go elsewhere without it.
 
-.ngc is G-code for LinuxCNC. [gcode] of machine.toml says how high the tool moves and, where the
-program does not, how deep and how fast it works (docs/formats/gcode.md); what nobody says is an
-error.
+.ngc is G-code for LinuxCNC. [gcode] of machine.toml states how high the tool moves and, where the
+program does not, how deep and how fast it works (docs/formats/gcode.md); a value that is missing in
+both is an error.
 
   $ panelcal run job.exc -m machine.toml --measurements m.jsonl --explain L33
 
-says how the holes of line 33 came about: programmed place, copy, scaling, fits with their fiducials
-and residuals, work zero, what the machine is told, and where the uncertainty comes from: an error
-budget with sigma, share and what other holes err alike, and its tolerance and risk; of a depth what
-it counts on, and the same of its error. --explain 500
-takes the 500th hole or move. Without -o the job is judged all the same.
+explains the holes of line 33: programmed place, copy, scaling, fits with their fiducials and
+residuals, work zero, the coordinates that the machine receives, and the uncertainty: an error
+budget with sigma, share and the holes that share each error, and its tolerance and risk; of a depth
+the height that it counts on, and the same budget. --explain 500 takes the 500th hole or move.
+Without -o the job is judged all the same.
 
-Stored patterns and subprograms (M99,NAME) are looked for beside the program, then in [program]
+panelcal looks for stored patterns and subprograms (M99,NAME) beside the program, then in [program]
 search_path. Texts with the date or the time (&D, &T) are drilled with --clock, else with the time
 of the run, which the output then names.
 
@@ -192,19 +192,19 @@ Exit codes
   Excellon CNC-7 into SIEB & MEYER: 2 holes, 2 rout moves as written, 1 pattern executed at 4
   places, 1 series of targets; 1 thing left out
 
-Writes an Excellon program in SIEB & MEYER's format 5000, or the other way round. Nothing is measured
-and nothing corrected ([table] of the machine neither): patterns stay patterns (M25 to M08; M31 to
-M30 with M50 to M90), and targets are measured by the other control (G35, G36, G45; G32, G31, G36).
-Executed, the translation drills the same holes in the same order and routs the same contours; only
-drilled slots (G85) are left to the controls, which space their holes each in its own way: `panelcal
-run --slots expand` writes the holes out. Coordinates are written to a nanometre.
+Writes an Excellon program in SIEB & MEYER's format 5000, or the other way round. Nothing is
+measured and nothing corrected ([table] of the machine neither): patterns stay patterns (M25 to M08;
+M31 to M30 with M50 to M90), and targets are measured by the other control (G35, G36, G45; G32, G31,
+G36). Executed, the translation drills the same holes in the same order and routs the same contours;
+only drilled slots (G85) are left to the controls, which space their holes each in its own way:
+`panelcal run --slots expand` writes the holes out. Coordinates are written to a nanometre.
 
-What has no form in the other language is named, line by line. Settings, messages to the machine,
-dwells and peck parameters are left out with a warning. What decides where or how deep a tool goes
-(working planes, nested series of two targets, step slots, M14) is an error: change the program
-there, or leave it out with --force and look at the result.
-Corrections stored by M50 or G39,SAVE, measurement modes other than 1 and surface detection have no
-form at all and are refused as bad input: use `panelcal run`.
+Commands without a form in the other language are named, line by line. Settings, messages to the
+machine, dwells and peck parameters are left out with a warning. Commands that decide where or how
+deep a tool goes (working planes, nested series of two targets, step slots, M14) are an error:
+change the program there, or leave them out with --force and look at the result. Corrections stored
+by M50 or G39,SAVE, measurement modes other than 1 and surface detection have no form at all and are
+refused as bad input: use `panelcal run`.
 
 Exit codes
   0 done, perhaps with warnings; 1 something that matters would be lost, and nothing was written
@@ -218,9 +218,9 @@ is 0,0; y down), size, score, number of candidates, what part was seen, blur and
 
   $ panelcal locate a.png --tool 1 -m machine.toml --at 239,241 --radius 60 --overlay seen.png
 
-looks for the centre within 60 px of that place only, and draws what it saw: the outline that was
-fitted (green if found, red if not), the centre with its uncertainty magnified, and every other
-candidate (yellow), by number, with its score and why it does not count. --candidates lists these
+looks for the centre within 60 px of that place only, and draws the result: the fitted outline
+(green if found, red if not), the centre with its uncertainty magnified, and every other candidate
+(yellow), by number, with its score and the reason why it does not count. --candidates lists these
 as "others" too, in the same order. For several pictures --overlay names a folder, which gets a
 NAME.png for each; overlays are PNG and nothing else. No input is ever overwritten.
 
@@ -231,8 +231,7 @@ Exit codes
   $ panelcal synth datasets/demo/panel.exc -m datasets/demo/machine.toml -o pictures
 
 Puts the panel of [sim] under the virtual camera, executes the program's measurements on it, and
-saves every picture with images.csv. truth.json, which nothing but --truth reads, holds where
-everything really is.
+saves every picture with images.csv. truth.json, which only --truth reads, holds the true places.
 
   $ panelcal synth --tool 1 --count 100 -m datasets/demo/machine.toml -o samples
 
@@ -240,8 +239,8 @@ Without a program: pictures of one target each, at random places and angles, wit
 and neighbours of [sim]. Their truth.json (docs/formats/sample_truth.md) says what `panelcal locate`
 should find in them.
 
-What an earlier synth left in the folder is removed: its lists and the pictures that they name. A
-folder with other numbered pictures or lists is refused.
+The lists of an earlier synth in the folder, and the pictures that they name, are removed. A folder
+with other numbered pictures or lists is refused.
 
 Exit codes
   0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)"},
@@ -250,9 +249,9 @@ Exit codes
 }  // namespace
 
 std::string_view command_footer(std::string_view command) {
-  const auto found =
-      std::ranges::find(kFooters, command, &std::pair<std::string_view, std::string_view>::first);
-  if (found != kFooters.end()) return found->second;
+  const auto found = std::ranges::find(
+      kCommandFooters, command, &std::pair<std::string_view, std::string_view>::first);
+  if (found != kCommandFooters.end()) return found->second;
   return command.starts_with("surface") ? surface_footer(command) : calibrate_footer(command);
 }
 

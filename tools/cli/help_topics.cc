@@ -18,9 +18,9 @@ namespace {
 std::string diagnostics_page() {
   std::string out =
       "# Diagnostics\n\n"
-      "`FILE:LINE:COLUMN: error|warning[CODE]: what, expected ...`\n\n"
+      "`FILE:LINE:COLUMN: error|warning[CODE]: SUMMARY: WHAT; expected REMEDY`\n\n"
       "The exit code is that of the worst error; warnings do not change it.\n\n"
-      "| code | severity | exit | meaning | what to do |\n| --- | --- | --- | --- | --- |\n";
+      "| code | severity | exit | summary | what to do |\n| --- | --- | --- | --- | --- |\n";
   for (const CodeInfo& code : diagnostic_catalogue()) {
     const bool is_error = code.severity == Severity::Error;
     const Diagnostic example{code.code, {}, "", ""};
@@ -36,7 +36,7 @@ std::string diagnostics_page() {
 }
 
 /// A bar inside a table's cell would end it.
-std::string cell(std::string_view text) {
+std::string markdown_cell(std::string_view text) {
   std::string safe(text);
   for (auto at = safe.find('|'); at != std::string::npos; at = safe.find('|', at + 2)) {
     safe.insert(at, 1, '\\');
@@ -52,7 +52,7 @@ void append_row(std::string& out,
                 std::string_view test) {
   fmt::format_to(std::back_inserter(out),
                  "| `{}` | {} | {} | {} | `{}` |\n",
-                 cell(form),
+                 markdown_cell(form),
                  name(command_class),
                  effect,
                  section,
@@ -64,7 +64,7 @@ std::string excellon_page() {
       "# Excellon commands\n\n"
       "Every command of the CNC-7 manual, what panelcal does with it, and the file in "
       "tests/program "
-      "that shows it. Nothing is skipped: what is not listed here is an error.\n\n"
+      "that shows it. Nothing is skipped: a command that is not listed here is an error.\n\n"
       "## Body\n\n"
       "| command | class | what it does | manual section | test |\n"
       "| --- | --- | --- | --- | --- |\n";
@@ -129,7 +129,7 @@ template <class Row>
 void append_sieb_meyer_row(std::string& out, std::string_view form, const Row& row) {
   fmt::format_to(std::back_inserter(out),
                  "| `{}` | {} | {} | {} | {} | `{}` |\n",
-                 cell(form),
+                 markdown_cell(form),
                  name(row.command_class),
                  row.effect,
                  format_names(row.formats),

@@ -22,8 +22,7 @@ Expected<void> ask_operator(const std::string& command,
   std::fwrite(question.data(), 1, question.size(), stderr);
   for (int c = std::getchar(); c != '\n'; c = std::getchar()) {
     if (c != EOF) continue;
-    return failure(
-        {Code::Usage, {command, 0, 0}, "nobody answers: " + std::string(what), expected});
+    return failure({Code::Usage, {command, 0, 0}, "no answer: " + std::string(what), expected});
   }
   return {};
 }
@@ -32,7 +31,7 @@ Expected<Prompt> operator_prompt(const std::string& command, Console& console) {
   if (::isatty(STDIN_FILENO) != 1) {
     return failure({Code::Usage,
                     {command, 0, 0},
-                    "the coupon needs entry material, and nobody is there to lay it on",
+                    "the coupon needs entry material, and no person is there to lay it on",
                     kPerson});
   }
   return Prompt([command, &console](std::string_view what) {

@@ -13,7 +13,7 @@ namespace panelcal {
 /// Asks a person at the terminal one thing, and waits for Enter.
 ///
 /// In     command: as diagnostics name it; expected: what they ask for instead of silence
-/// Fails  usage (the input ends: nobody answers)
+/// Fails  usage (the input ends without an answer)
 Expected<void> ask_operator(const std::string& command,
                             const std::string& expected,
                             Console& console,
@@ -22,7 +22,7 @@ Expected<void> ask_operator(const std::string& command,
 /// The same for whatever is to be asked. `console` outlives it.
 ///
 /// In     command: as diagnostics name it
-/// Fails  usage (nobody is at a terminal); the prompt itself the same, if nobody answers
+/// Fails  usage (no person at a terminal); the prompt itself the same, if there is no answer
 Expected<Prompt> operator_prompt(const std::string& command, Console& console);
 
 }  // namespace panelcal

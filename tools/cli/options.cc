@@ -37,7 +37,7 @@ class CommandLine {
     app_.footer(std::string(kMainFooter));
     app_.fallthrough();
     app_.add_flag("-q,--quiet", options_.common.quiet, "Errors only on standard error");
-    app_.add_option("--log-level", options_.common.log_level, "How much to say on standard error")
+    app_.add_option("--log-level", options_.common.log_level, "Level of messages on standard error")
         ->check(CLI::IsMember({"error", "warning", "info"}))
         ->capture_default_str();
     add_check();
@@ -118,7 +118,8 @@ class CommandLine {
   }
 
   void add_plan() {
-    plan_ = add("plan", "Say before the job how sure its targets make every hole, and what helps");
+    plan_ =
+        add("plan", "Predict before the job how sure its targets make every hole, and what helps");
     PlanOptions& o = plan_options_;
     plan_->add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
     plan_->add_option("-m,--machine", o.machine, "machine.toml")->required();
@@ -170,15 +171,14 @@ class CommandLine {
                      "excellon, sieb-meyer and svg, expand otherwise; the first two keep G87 in "
                      "any case)")
         ->check(CLI::IsMember({"keep", "expand"}));
-    run_->add_option("--explain",
-                     o.explain,
-                     "Say how places came about: L14 for those of line 14, 500 for the 500th");
+    run_->add_option(
+        "--explain", o.explain, "Explain places: L14 for those of line 14, 500 for the 500th");
     run_->add_option("--report", o.report, "Write an HTML report");
     run_->add_option("--save-measurements",
                      o.save_measurements,
-                     "Write what was measured, to replay with --measurements");
+                     "Write the measurements, to replay with --measurements");
     run_->add_option(
-        "--save-probes", o.save_probes, "Write what was probed, to replay with --probes");
+        "--save-probes", o.save_probes, "Write the probed heights, to replay with --probes");
     add_clock(run_, o.clock);
     run_->add_option("--truth", o.truth, "Compare with the truth that `synth` wrote");
     add_limit(run_, o.max_operations);
@@ -214,9 +214,10 @@ class CommandLine {
         "--radius", locate_options_.radius_px, "How far from --at the centre may be, px");
     at->needs(radius);
     radius->needs(at);
-    locate_->add_option("--overlay",
-                        locate_options_.overlay,
-                        "Show what was seen: a .png, or for several pictures a folder");
+    locate_->add_option(
+        "--overlay",
+        locate_options_.overlay,
+        "Draw the fits into the pictures: a .png, or for several pictures a folder");
     locate_->add_flag("--candidates",
                       locate_options_.lists_candidates,
                       "List the other places that were looked at, and why they do not count");
@@ -224,7 +225,8 @@ class CommandLine {
 
   void add_synth() {
     synth_ = add("synth", "Render the pictures a program asks for, with their truth");
-    CLI::Option_group* subject = synth_->add_option_group("SUBJECT", "What the pictures show");
+    CLI::Option_group* subject =
+        synth_->add_option_group("SUBJECT", "Form of the target in the pictures");
     subject->add_option("PROGRAM", synth_options_.program, "Part program: all of its targets");
     CLI::Option* tool = subject->add_option(
         "--tool", synth_options_.tool, "Number of a vision tool: single targets of it");
@@ -256,7 +258,8 @@ class CommandLine {
   /// SOURCE of those that drive the machine.
   CLI::Option_group* add_devices(CLI::App* command) {
     CalibrateOptions& o = calibrate_options_;
-    CLI::Option_group* source = command->add_option_group("SOURCE", "What is calibrated with");
+    CLI::Option_group* source =
+        command->add_option_group("SOURCE", "Form of the target to calibrate with");
     source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
         ->check(CLI::IsMember({"sim"}));
     source->add_option("--camera",
@@ -310,7 +313,7 @@ class CommandLine {
     light->add_option("--range", o.range, "LOW,HIGH: lamp levels (default: 10,100)")
         ->expected(2)
         ->delimiter(',');
-    light->add_option("--levels", o.n_levels, "So many of them")
+    light->add_option("--levels", o.n_levels, "Number of targets")
         ->check(CLI::Range(3, 1000))
         ->capture_default_str();
     CLI::App* settle = add_trial("settle", "Find how long to wait after a move", What::Settle);
@@ -338,7 +341,7 @@ class CommandLine {
     command->add_option("--at", o.at_mm, "X,Y: where the mark lies, machine mm")
         ->expected(2)
         ->delimiter(',');
-    command->add_option("--views", o.per_side, "So many places along each side of the picture")
+    command->add_option("--views", o.per_side, "Places along each side of the picture")
         ->check(CLI::Range(3, 21))
         ->capture_default_str();
     command->add_option("--form",
@@ -382,7 +385,7 @@ class CommandLine {
                                         "the table, from looks at a plate of dots",
                                         CalibrateOptions::What::Table);
     command->add_option("--plate", o.plate, "The plate: columns, rows, pitch (.toml)")->required();
-    CLI::Option_group* source = command->add_option_group("SOURCE", "What was seen of the plate");
+    CLI::Option_group* source = command->add_option_group("SOURCE", "Recorded dots of the plate");
     source->add_option("--images",
                        o.images,
                        "Folder with images.csv and pictures, or one for each pose: DIR/0, DIR/1, "
@@ -429,18 +432,17 @@ class CommandLine {
 
   void add_nightly() {
     NightlyOptions& o = nightly_options_;
-    nightly_ = add("nightly", "Calibrate the machine while nobody watches, and report");
+    nightly_ = add("nightly", "Calibrate the machine at night without a person, and report");
     nightly_->add_option("-m,--machine", o.machine, "machine.toml with [nightly] and [ledger]")
         ->required();
-    nightly_->add_flag("--dry-run", o.is_dry_run, "Say what would be done; move and write nothing");
+    nightly_->add_flag("--dry-run", o.is_dry_run, "Print the steps; move and write nothing");
     nightly_->add_flag(
         "--again", o.is_again, "Calibrate again what this night has calibrated already");
     nightly_->add_option(
         "--report", o.report, "The report's page (default: [nightly] reports/NIGHT.html)");
     nightly_->add_option("--json", o.json, "The same for programs; - is standard output");
     nightly_
-        ->add_option(
-            "--temperature", o.temperature_c, "Of the machine, degC (default: as [nightly] says)")
+        ->add_option("--temperature", o.temperature_c, "Of the machine, degC (default: [nightly])")
         ->check(CLI::Range(-50.0, 100.0));
     nightly_->add_option("--by,--asked-by", o.asked_by, "Who asks (default: the user)");
     nightly_->add_option(
@@ -475,7 +477,7 @@ class CommandLine {
     for (CLI::App* command : {list, dump}) {
       add_key(command, false);
       command->add_option("--since", o.since, "Not older: 2026-11-21, or with T08:37:38Z (UTC)");
-      command->add_option("--last", o.last, "Only the newest so many")
+      command->add_option("--last", o.last, "Only the newest N")
           ->check(CLI::Range(1, 1'000'000'000));
     }
     CLI::App* show = add_action("show", "One entry", Action::Show);
@@ -489,11 +491,12 @@ class CommandLine {
     back->add_option("--reason", o.reason, "Why, for those who read it later")->required();
     back->add_option("--by", o.asked_by, "Who asks (default: the user)");
     CLI::App* fresh = add_action("fresh-start",
-                                 "Say that what comes next is held against no night before",
+                                 "Record that later nights are not compared with earlier ones",
                                  Action::FreshStart);
     add_key(fresh, true);
-    fresh->add_option("--reason", o.reason, "What was changed or looked at")->required();
-    fresh->add_option("--by", o.asked_by, "Who says so (default: the user)");
+    fresh->add_option("--reason", o.reason, "Reason: the part that was changed or examined")
+        ->required();
+    fresh->add_option("--by", o.asked_by, "Name of the person (default: the user)");
     CLI::App* plot = add_action("plot", "One parameter over time, as SVG", Action::Plot);
     add_key(plot, true);
     plot->add_option("--parameter", o.parameter, "Its name, as `show` lists it")->required();
@@ -506,8 +509,10 @@ class CommandLine {
   void add_diff_of_job(CLI::App* diff) {
     HistoryOptions& o = history_options_;
     diff->add_option("ID", o.ids, "Two numbers: before and after")->required()->expected(2);
-    CLI::Option* program = diff->add_option(
-        "--program", o.program, "Say how far every hole of this job would move; -o is its picture");
+    CLI::Option* program =
+        diff->add_option("--program",
+                         o.program,
+                         "Show how far every hole of this job would move; -o is its picture");
     CLI::Option* machine = diff->add_option("-m,--machine", o.machine_file, "machine.toml");
     program->needs(machine);
     machine->needs(program);
@@ -571,7 +576,7 @@ class CommandLine {
     const std::string_view near = nearest_word(word, kCommands);
     return {Code::Usage,
             {"panelcal", 0, 0},
-            quoted(word) + " is no command",
+            "unknown command " + quoted(word),
             near.empty()
                 ? "check, survey, plan, run, translate, locate, synth, calibrate, nightly, "
                   "history, surface or help"

@@ -134,7 +134,7 @@ struct CalibrateOptions {
   std::optional<int> station;
   std::string reason;    ///< for the ledger
   std::string asked_by;  ///< empty: the user
-  bool yes = false;      ///< nobody is asked about entry material
+  bool yes = false;      ///< no question about entry material
   bool force = false;    ///< install in spite of a significant trend
   // camera, table
   std::string images;              ///< SOURCE: a folder of pictures

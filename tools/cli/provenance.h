@@ -23,7 +23,7 @@ Provenance provenance_of(const Options& options,
                          const Program& program,
                          const std::vector<std::string>& files);
 
-/// As given; the user, if nobody was; "unknown" if the system does not say.
+/// As given; the user, if none was; "unknown" if the system does not say.
 std::string asking_person(const std::string& given);
 
 /// "key: value" for comments.

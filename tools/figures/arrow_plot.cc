@@ -12,9 +12,9 @@ namespace panelcal {
 namespace {
 
 constexpr double kSide_px = 640;  ///< the longer one of the plotted area
-constexpr double kMargin_px = 60;
+constexpr double kArrowMargin_px = 60;
 constexpr double kLongest_px = 48;  ///< arrow
-constexpr double kDot_px = 1.6;
+constexpr double kArrowDot_px = 1.6;
 
 /// From places to the sheet.
 class Sheet {
@@ -26,7 +26,7 @@ class Sheet {
   Eigen::Vector2d at(const Eigen::Vector2d& place) const {
     Eigen::Vector2d p_px = per_unit_ * (place - plot_.low);
     if (!plot_.y_is_down) p_px.y() = area_px().y() - p_px.y();
-    return p_px + Eigen::Vector2d::Constant(kMargin_px);
+    return p_px + Eigen::Vector2d::Constant(kArrowMargin_px);
   }
   Eigen::Vector2d along(const Eigen::Vector2d& v) const {
     return {v.x(), plot_.y_is_down ? v.y() : -v.y()};
@@ -41,10 +41,10 @@ bool is_drawn(const ArrowPlot::Arrow& arrow) {
   return arrow.at.allFinite() && arrow.size.allFinite();
 }
 
-std::string frame(const ArrowPlot& plot, const Sheet& sheet) {
+std::string plot_frame(const ArrowPlot& plot, const Sheet& sheet) {
   const Eigen::Vector2d area_px = sheet.area_px();
-  const double bottom_px = kMargin_px + area_px.y();
-  const double right_px = kMargin_px + area_px.x();
+  const double bottom_px = kArrowMargin_px + area_px.y();
+  const double right_px = kArrowMargin_px + area_px.x();
   const double top = plot.y_is_down ? plot.low.y() : plot.high.y();
   const double bottom = plot.y_is_down ? plot.high.y() : plot.low.y();
   return fmt::format(
@@ -54,7 +54,7 @@ std::string frame(const ArrowPlot& plot, const Sheet& sheet) {
 <text x="{10:.1f}" y="{11:.1f}" text-anchor="end">{7:g}</text>
 <text x="{10:.1f}" y="{12:.1f}" text-anchor="end">{8:g}</text>
 )",
-      kMargin_px,
+      kArrowMargin_px,
       area_px.x(),
       area_px.y(),
       bottom_px + 18,
@@ -64,8 +64,8 @@ std::string frame(const ArrowPlot& plot, const Sheet& sheet) {
       top,
       bottom,
       plot.place_unit,
-      kMargin_px - 6,
-      kMargin_px + 10,
+      kArrowMargin_px - 6,
+      kArrowMargin_px + 10,
       bottom_px);
 }
 
@@ -79,7 +79,7 @@ std::string arrow_svg(const ArrowPlot& plot) {
   }
   const double per_unit_px = longest > 0 ? kLongest_px / longest : 0;
   const Eigen::Vector2d size_px =
-      sheet.area_px() + Eigen::Vector2d(2 * kMargin_px, 2 * kMargin_px + 24);
+      sheet.area_px() + Eigen::Vector2d(2 * kArrowMargin_px, 2 * kArrowMargin_px + 24);
   std::string out = fmt::format(
       R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {:.0f} {:.0f}" width="{:.0f}">
 <style>text{{font:13px sans-serif}}.title{{font-weight:bold}}.frame{{fill:none;stroke:#888}}.arrow{{fill:none;stroke:#1f5fa8;stroke-width:1.3}}.dot{{fill:#1f5fa8}}.reference{{fill:none;stroke:#000;stroke-width:1.5}}</style>
@@ -89,27 +89,27 @@ std::string arrow_svg(const ArrowPlot& plot) {
       size_px.x(),
       size_px.y(),
       size_px.x(),
-      kMargin_px,
+      kArrowMargin_px,
       report::escaped(plot.title));
-  out += frame(plot, sheet);
+  out += plot_frame(plot, sheet);
   for (const ArrowPlot::Arrow& arrow : plot.arrows) {
     if (!is_drawn(arrow)) continue;
     const Eigen::Vector2d from_px = sheet.at(arrow.at);
     out += fmt::format("<circle class=\"dot\" cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\"/>",
                        from_px.x(),
                        from_px.y(),
-                       kDot_px);
+                       kArrowDot_px);
     out += fmt::format("<path class=\"arrow\" d=\"{}\"/>\n",
                        report::arrow_path(from_px, per_unit_px * sheet.along(arrow.size)));
   }
-  const double y_px = kMargin_px + sheet.area_px().y() + 40;
+  const double y_px = kArrowMargin_px + sheet.area_px().y() + 40;
   if (longest > 0) {
     const double reference = report::nice_below(longest);
     const double length_px = reference * per_unit_px;
     out += fmt::format(
         "<path class=\"reference\" d=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\">{:g} {}</text>\n",
-        report::arrow_path({kMargin_px, y_px}, {length_px, 0}),
-        kMargin_px + length_px + 8,
+        report::arrow_path({kArrowMargin_px, y_px}, {length_px, 0}),
+        kArrowMargin_px + length_px + 8,
         y_px + 4,
         reference,
         plot.arrow_unit);

@@ -21,11 +21,11 @@ using plan::Drawing;
 using report::View;
 using svg::Color;
 
-constexpr double kWidth = 560;
-constexpr double kMaxHeight = 640;
-constexpr double kTitle = 30;  ///< height of the line above the map
-constexpr double kStrip = 52;  ///< height of the colours below it
-constexpr double kGap = 16;
+constexpr double kContourWidth = 560;
+constexpr double kMaxContourHeight = 640;
+constexpr double kContourTitle = 30;  ///< height of the line above the map
+constexpr double kStrip = 52;         ///< height of the colours below it
+constexpr double kContourGap = 16;
 /// Between labels, and the shortest line that has one.
 constexpr double kLabelRoom = 46;
 constexpr double kLetter = 7;  ///< of the strip, px
@@ -204,7 +204,7 @@ void set_levels(ContourMap& map, int n) {
 View view_of(const std::vector<Vector2d>& outline) {
   report::Extent extent;
   for (const Vector2d& corner : outline) extent.add(corner);
-  return {extent, kWidth, kMaxHeight};
+  return {extent, kContourWidth, kMaxContourHeight};
 }
 
 Drawing contour_drawing(const ContourMap& map, const View& view, const std::string& marks) {
@@ -220,7 +220,7 @@ Drawing contour_drawing(const ContourMap& map, const View& view, const std::stri
         fmt::format("<path class=\"band\" style=\"fill:{}\" d=\"{}\"/>\n", colors[k + 1], area);
     for (const Line& line : level_lines(map.field, map.levels[k])) lines += path_of(view, line);
   }
-  Drawing out{"", view.width(), view.height() + kTitle + kStrip};
+  Drawing out{"", view.width(), view.height() + kContourTitle + kStrip};
   out.content = fmt::format(
       R"svg(<rect class="paper" width="{0:.0f}" height="{1:.0f}"/><text class="title" x="46" y="22">{2}</text>
 <g transform="translate(0 {3:.0f})">
@@ -237,7 +237,7 @@ Drawing contour_drawing(const ContourMap& map, const View& view, const std::stri
       out.width,
       out.height,
       report::escaped(map.title),
-      kTitle,
+      kContourTitle,
       map.id,
       polygon_path(view, map.outline),
       bands,
@@ -246,7 +246,7 @@ Drawing contour_drawing(const ContourMap& map, const View& view, const std::stri
       marks,
       labels_of(map, view),
       view.scale_bar(),
-      kTitle + view.height() + 4,
+      kContourTitle + view.height() + 4,
       strip(map, colors, out.width),
       frame_path(view));
   return out;
@@ -291,14 +291,14 @@ std::string sheet_svg(std::string_view title,
   std::string content, description;
   double y = kHead, width = 0;
   for (const std::vector<Drawing>& row : rows) {
-    double x = kGap, height = 0;
+    double x = kContourGap, height = 0;
     for (const Drawing& drawing : row) {
       content += fmt::format(
           "<g transform=\"translate({:.0f} {:.0f})\">\n{}</g>\n", x, y, drawing.content);
-      x += drawing.width + kGap;
+      x += drawing.width + kContourGap;
       height = std::max(height, drawing.height);
     }
-    y += height + kGap;
+    y += height + kContourGap;
     width = std::max(width, x);
   }
   for (const auto& [key, value] : provenance) {
@@ -318,7 +318,7 @@ std::string sheet_svg(std::string_view title,
       report::escaped(title),
       description,
       kContourStyle,
-      kGap,
+      kContourGap,
       content);
 }
 

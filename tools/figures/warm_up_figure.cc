@@ -11,12 +11,12 @@
 namespace panelcal::nightly {
 namespace {
 
-constexpr double kWidth = 560;
-constexpr double kHeight = 230;
-constexpr double kLeft = 58;
-constexpr double kRight = 16;
-constexpr double kTop = 14;
-constexpr double kBottom = 34;
+constexpr double kWarmUpWidth = 560;
+constexpr double kWarmUpHeight = 230;
+constexpr double kWarmUpLeft = 58;
+constexpr double kWarmUpRight = 16;
+constexpr double kWarmUpTop = 14;
+constexpr double kWarmUpBottom = 34;
 constexpr double kMinute_s = 60;
 constexpr int kCurvePoints = 100;
 constexpr double kUm = 1e3;
@@ -40,26 +40,29 @@ class WarmUpFigure {
     return fmt::format(
                "<svg class=\"drift\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" "
                "role=\"img\" aria-label=\"The mark while the machine warmed up\">\n",
-               kWidth,
-               kHeight) +
+               kWarmUpWidth,
+               kWarmUpHeight) +
            limit() + axes() + curve(0) + curve(1) + looks(0, "dot") + looks(1, "ring") + warm() +
            "</svg>\n";
   }
 
  private:
-  double x(double t_s) const { return kLeft + (kWidth - kLeft - kRight) * t_s / end_s_; }
+  double x(double t_s) const {
+    return kWarmUpLeft + (kWarmUpWidth - kWarmUpLeft - kWarmUpRight) * t_s / end_s_;
+  }
   double y(double off_um) const {
     const double inside = std::clamp(off_um, -high_um_, high_um_);
-    return kTop + (kHeight - kTop - kBottom) * 0.5 * (1 - inside / high_um_);
+    return kWarmUpTop +
+           (kWarmUpHeight - kWarmUpTop - kWarmUpBottom) * 0.5 * (1 - inside / high_um_);
   }
 
   std::string limit() const {
     const double limit_um = kUm * seen_.limit.in_mm();
     return fmt::format(
         "<rect class=\"band\" x=\"{}\" y=\"{:.1f}\" width=\"{}\" height=\"{:.1f}\"/>\n",
-        kLeft,
+        kWarmUpLeft,
         y(limit_um),
-        kWidth - kLeft - kRight,
+        kWarmUpWidth - kWarmUpLeft - kWarmUpRight,
         y(-limit_um) - y(limit_um));
   }
 
@@ -72,10 +75,10 @@ class WarmUpFigure {
       out += fmt::format(
           "<path class=\"grid\" d=\"M{} {:.1f}H{}\"/><text class=\"end\" x=\"{}\" "
           "y=\"{:.1f}\">{}</text>\n",
-          kLeft,
+          kWarmUpLeft,
           y(i * step),
-          kWidth - kRight,
-          kLeft - 5,
+          kWarmUpWidth - kWarmUpRight,
+          kWarmUpLeft - 5,
           y(i * step) + 4,
           i == 0 ? "0" : report::fixed_signed(i * step, decimals));
     }
@@ -85,14 +88,14 @@ class WarmUpFigure {
                      "<text class=\"end\" x=\"{5}\" y=\"{4}\">{6} min</text>"
                      "<text class=\"mid\" transform=\"translate(12 {7}) rotate(-90)\">from warm, "
                      "um</text>\n",
-                     kLeft,
-                     kTop,
-                     kWidth - kLeft - kRight,
-                     kHeight - kTop - kBottom,
-                     kHeight - kBottom + 18,
-                     kWidth - kRight,
+                     kWarmUpLeft,
+                     kWarmUpTop,
+                     kWarmUpWidth - kWarmUpLeft - kWarmUpRight,
+                     kWarmUpHeight - kWarmUpTop - kWarmUpBottom,
+                     kWarmUpHeight - kWarmUpBottom + 18,
+                     kWarmUpWidth - kWarmUpRight,
                      report::fixed(end_s_ / kMinute_s, 1),
-                     (kTop + kHeight - kBottom) / 2);
+                     (kWarmUpTop + kWarmUpHeight - kWarmUpBottom) / 2);
   }
 
   std::string curve(Eigen::Index axis) const {
@@ -128,8 +131,8 @@ class WarmUpFigure {
     if (!seen_.is_warm || !seen_.fit->is_seen) return {};
     return fmt::format("<path class=\"fresh\" d=\"M{:.1f} {}V{}\"/>\n",
                        x(seen_.fit->wait.in_s()),
-                       kTop,
-                       kHeight - kBottom);
+                       kWarmUpTop,
+                       kWarmUpHeight - kWarmUpBottom);
   }
 
   const NightWarmUp& seen_;

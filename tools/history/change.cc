@@ -110,14 +110,14 @@ Expected<CalibrationChange> camera_change(const CalibrationEntry& before,
                        "is outside of the picture",
                        target.request.seq,
                        seen.in_mm().norm()),
-           "targets found without a search, or nobody knows where in the picture they "
-           "were"});
+           "targets found without a search, so that their places in the picture are not "
+           "known"});
     }
     return displacement_mm<frame::Actual>(now(*u).in_mm() - old.model(*u).in_mm());
   };
   change.notes = {
       "A camera calibration moves a target by where in the picture it is seen; on a perfect panel "
-      "all are on the optical axis. --measurements of a job says where they were."};
+      "all are on the optical axis. --measurements of a job states where they were."};
   return change;
 }
 

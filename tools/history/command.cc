@@ -20,7 +20,7 @@
 namespace panelcal {
 namespace {
 
-Diagnostic usage(std::string what, std::string expected) {
+Diagnostic history_usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal history", 0, 0}, std::move(what), std::move(expected)};
 }
 
@@ -28,15 +28,17 @@ Diagnostic usage(std::string what, std::string expected) {
 Expected<std::chrono::sys_seconds> time_of(const std::string& text) {
   if (const auto time = from_iso_8601(text)) return *time;
   if (const auto time = from_iso_8601(text + "T00:00:00Z")) return *time;
-  return failure(usage("--since " + quoted(text), "2026-11-21 or 2026-11-21T08:37:38Z (UTC)"));
+  return failure(
+      history_usage("--since " + quoted(text), "2026-11-21 or 2026-11-21T08:37:38Z (UTC)"));
 }
 
 Expected<LedgerKind> kind_of(const std::string& text) {
   if (const auto kind = ledger_kind(text)) return *kind;
   const std::string_view near = nearest_word(text, ledger_kind_words());
-  return failure(usage("--kind " + quoted(text),
-                       near.empty() ? fmt::format("one of {}", fmt::join(ledger_kind_words(), ", "))
-                                    : "perhaps " + std::string(near)));
+  return failure(history_usage("--kind " + quoted(text),
+                               near.empty()
+                                   ? fmt::format("one of {}", fmt::join(ledger_kind_words(), ", "))
+                                   : "perhaps " + std::string(near)));
 }
 
 Expected<LedgerFilter> filter_of(const HistoryOptions& options) {
@@ -181,8 +183,7 @@ class History {
     return failure(
         {Code::LedgerEntryUnknown,
          {options_.ledger, 0, 0},
-         fmt::format(
-             "no entry of {} {} of {}", word(key.kind), quoted(key.subject), quoted(key.machine)),
+         fmt::format("{} {} of {}", word(key.kind), quoted(key.subject), quoted(key.machine)),
          "what `panelcal history list` shows"});
   }
 
@@ -206,7 +207,7 @@ class History {
   Ledger ledger_;
 };
 
-Expected<void> answer_to(const HistoryOptions& options, CommandContext& context) {
+Expected<void> history_answer(const HistoryOptions& options, CommandContext& context) {
   using Action = HistoryOptions::Action;
   const bool records = options.action == Action::RollBack || options.action == Action::FreshStart;
   std::error_code ignored;
@@ -227,7 +228,7 @@ Expected<void> answer_to(const HistoryOptions& options, CommandContext& context)
 }  // namespace
 
 ExitCode run_command(const HistoryOptions& options, CommandContext& context) {
-  const Expected<void> done = answer_to(options, context);
+  const Expected<void> done = history_answer(options, context);
   if (done) return ExitCode::Done;
   context.console.print(done.error());
   return exit_code(done.error());

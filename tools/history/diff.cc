@@ -19,7 +19,7 @@ using Shift = Displacement<frame::Actual>;
 /// Places whose positions are kept at a time.
 constexpr std::size_t kWindow = std::size_t{1} << 22;
 /// Cells of the picture's grid along each side.
-constexpr int kCells = 20;
+constexpr int kShiftCells = 20;
 constexpr double kSame_mm = 1e-6;
 constexpr double kNothing_mm = 1e-9;
 
@@ -35,7 +35,7 @@ class MovedTargets final : public MeasurementSource {
     if (found == by_seq_.end()) {
       return failure({Code::MeasurementMissing,
                       {request.file, request.line, 0},
-                      fmt::format("target {} was not asked for before", request.seq),
+                      fmt::format("target {} has no earlier measurement", request.seq),
                       "the same targets with either calibration"});
     }
     Measurement answer = *found->second;
@@ -113,7 +113,8 @@ plan::PlannedPlace planned(const PassingPoint& at) {
 class GridSample {
  public:
   explicit GridSample(const report::Extent& extent)
-      : low_mm_(extent.low_mm), cell_mm_(std::max(1e-3, extent.size_mm().maxCoeff() / kCells)) {}
+      : low_mm_(extent.low_mm),
+        cell_mm_(std::max(1e-3, extent.size_mm().maxCoeff() / kShiftCells)) {}
 
   void add(const PassingPoint& at, const Shift& shift) {
     const Eigen::Vector2d cells = (at.point.nominal.in_mm() - low_mm_) / cell_mm_;
@@ -138,7 +139,7 @@ class GridSample {
   std::map<std::pair<int, int>, std::pair<double, MovedPlace>> nearest_;
 };
 
-Expected<void> first_error(const DiagnosticLog& log) {
+Expected<void> check_no_error(const DiagnosticLog& log) {
   for (const Diagnostic& diagnostic : log.kept()) {
     if (diagnostic.severity() == Severity::Error) return failure(diagnostic);
   }
@@ -258,7 +259,7 @@ class Comparison {
   Expected<void> walk(const Side& side, OperationSink& sink) const {
     DiagnosticLog log;
     execute(program_, side.options, side.survey, sink, log);
-    return first_error(log);
+    return check_no_error(log);
   }
 
   const Program& program_;
@@ -283,13 +284,13 @@ Expected<std::optional<JobShift>> job_shift(const Program& program,
                                             const Survey& before,
                                             const CalibrationChange& change) {
   // What is measured behind it follows the offset that the job found, by as much as the change
-  // moved it; nobody has measured that.
+  // moved it; that is not measured.
   if (!before.calibrations.empty()) {
     const CalibrationOrder& order = before.calibrations.front().order;
     return failure({Code::Usage,
                     {order.file.empty() ? program.source.file : order.file, order.line, 0},
                     describe(order) + " calibrates the offset anew while the job is measured, so "
-                                      "that a stored one does not tell where holes go",
+                                      "that a stored one does not determine where holes go",
                     "a program that measures with the stored calibration"});
   }
   WalkOptions without_limits = options;
@@ -303,7 +304,7 @@ Expected<std::optional<JobShift>> job_shift(const Program& program,
     options_after.table = change.table_after;
   }
   const Survey after = survey(program, options_after, source, log);
-  PANELCAL_CHECK(first_error(log));
+  PANELCAL_CHECK(check_no_error(log));
   return Comparison(program, {before, without_limits}, {after, options_after}).compare();
 }
 

@@ -20,11 +20,11 @@ using report::fixed_signed;
 using report::shortest;
 using report::View;
 
-constexpr double kWidth = 900;
-constexpr double kMaxHeight = 760;
+constexpr double kDiffWidth = 900;
+constexpr double kMaxDiffHeight = 760;
 constexpr double kHead = 74;  ///< height of the lines above the map
 constexpr double kFoot = 12;
-constexpr double kMargin = 16;
+constexpr double kDiffMargin = 16;
 constexpr double kLeastWidth = 880;  ///< that the lines above need
 /// The longest arrow, as a part of the map's shorter side.
 constexpr double kLongest = 0.09;
@@ -41,7 +41,7 @@ constexpr std::string_view kShiftStyle = R"css(
 .shift .target{stroke:#8a5a00;stroke-width:1.4}
 )css";
 
-std::string circle(const Eigen::Vector2d& at, double radius, std::string_view css_class) {
+std::string shift_circle(const Eigen::Vector2d& at, double radius, std::string_view css_class) {
   return fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"/>",
                      css_class,
                      at.x(),
@@ -78,7 +78,7 @@ std::string arrow(const View& view,
   return path.empty() ? path : fmt::format("<path class=\"{}\" d=\"{}\"/>\n", css_class, path);
 }
 
-std::string figures(const JobShift& shift) {
+std::string shift_figures_text(const JobShift& shift) {
   const HoleShiftSummary& s = shift.summary;
   if (s.max.in_um() == 0) return "no place moves";
   return fmt::format("max {} um, 95 % within {} um, rms {} um, mean shift ({}, {}) um",
@@ -93,7 +93,7 @@ std::string figures(const JobShift& shift) {
 std::string map(const View& view, const JobShift& shift, const ArrowScale& scale) {
   std::string out = outline(view, shift.hull) + "<g>";
   for (const MovedPlace& moved : shift.sample) {
-    out += circle(view.at(moved.place.nominal.in_mm()), 1.6, "place");
+    out += shift_circle(view.at(moved.place.nominal.in_mm()), 1.6, "place");
   }
   out += "</g>\n" + targets(view, shift.targets);
   for (const MovedPlace& moved : shift.sample) out += arrow(view, moved, scale, "arrow");
@@ -113,9 +113,9 @@ std::string head(const JobShift& shift, const JobShiftFacts& facts, const ArrowS
       "<text class=\"title\" x=\"{0}\" y=\"26\">{1}</text>\n"
       "<text class=\"fact\" x=\"{0}\" y=\"47\">{2}</text>\n"
       "<text x=\"{0}\" y=\"65\">{3}</text>\n",
-      kMargin,
+      kDiffMargin,
       escaped(facts.program_file + ": " + facts.what),
-      escaped(figures(shift)),
+      escaped(shift_figures_text(shift)),
       escaped(third));
 }
 
@@ -125,7 +125,7 @@ std::string job_shift_svg(const JobShift& shift, const JobShiftFacts& facts) {
   Extent extent;
   for (const auto& corner : shift.hull) extent.add(corner.in_mm());
   for (const auto& target : shift.targets) extent.add(target.in_mm());
-  const View view(extent, kWidth, kMaxHeight);
+  const View view(extent, kDiffWidth, kMaxDiffHeight);
   const ArrowScale scale =
       report::arrow_scale(shift.summary.max.in_mm(), kLongest * view.plot_side(), view.px_per_mm());
   std::string content = view.axes() + map(view, shift, scale) + view.scale_bar();
@@ -137,7 +137,7 @@ std::string job_shift_svg(const JobShift& shift, const JobShiftFacts& facts) {
   for (const auto& [key, value] : facts.provenance) {
     description += escaped(key + ": " + value) + "\n";
   }
-  const double width = std::max(view.width() + 2 * kMargin, kLeastWidth);
+  const double width = std::max(view.width() + 2 * kDiffMargin, kLeastWidth);
   const double height = view.height() + kHead + kFoot;
   return fmt::format(
       "<svg class=\"shift\" xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" "
@@ -151,7 +151,7 @@ std::string job_shift_svg(const JobShift& shift, const JobShiftFacts& facts) {
       description,
       kShiftStyle,
       head(shift, facts, scale),
-      kMargin,
+      kDiffMargin,
       kHead,
       content);
 }

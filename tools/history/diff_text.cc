@@ -13,18 +13,18 @@ using report::counted;
 using report::fixed;
 using report::fixed_signed;
 
-std::string json_of(const std::string& text) {
+std::string diff_json_string(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-/// To a picometre: what is below is no length, and differs from processor to processor.
-double rounded(double value_mm) {
+/// To a picometre: smaller parts are rounding, and differ from processor to processor.
+double rounded_to_nm(double value_mm) {
   const double rounded_mm = std::round(value_mm * 1e9) / 1e9;
   return rounded_mm + 0.0;
 }
 
-std::string json_of(const Eigen::Vector2d& v_mm) {
-  return fmt::format("[{},{}]", rounded(v_mm.x()), rounded(v_mm.y()));
+std::string diff_json_string(const Eigen::Vector2d& v_mm) {
+  return fmt::format("[{},{}]", rounded_to_nm(v_mm.x()), rounded_to_nm(v_mm.y()));
 }
 
 std::string um_text(const Displacement<frame::Actual>& shift) {
@@ -86,30 +86,30 @@ std::string job_shift_json(const JobShift& shift, const JobShiftFacts& facts) {
       R"({{"program":{},"places":{},"holes":{},"targets":{},"uncorrected":{},"rout_moves_left_out":{},)"
       R"("max_mm":{},"p95_mm":{},"p95_relative_error":{},"rms_mm":{},"mean_mm":{},"mean_shift_mm":{},)"
       R"("worst":{{"nominal":{},"shift_mm":{},"line":{},)",
-      json_of(facts.program_file),
+      diff_json_string(facts.program_file),
       s.n_holes,
       shift.n_drilled,
       shift.targets.size(),
       shift.n_still,
       !shift.has_routs,
-      rounded(s.max.in_mm()),
-      rounded(s.p95.in_mm()),
+      rounded_to_nm(s.max.in_mm()),
+      rounded_to_nm(s.p95.in_mm()),
       s.p95_relative_error,
-      rounded(s.rms.in_mm()),
-      rounded(s.mean.in_mm()),
-      json_of(s.mean_shift.in_mm()),
-      json_of(shift.worst.place.nominal.in_mm()),
-      json_of(shift.worst.shift.in_mm()),
+      rounded_to_nm(s.rms.in_mm()),
+      rounded_to_nm(s.mean.in_mm()),
+      diff_json_string(s.mean_shift.in_mm()),
+      diff_json_string(shift.worst.place.nominal.in_mm()),
+      diff_json_string(shift.worst.shift.in_mm()),
       shift.worst.place.line);
   if (!shift.worst.place.file.empty()) {
-    text += fmt::format(R"("file":{},)", json_of(shift.worst.place.file));
+    text += fmt::format(R"("file":{},)", diff_json_string(shift.worst.place.file));
   }
   text += fmt::format(R"("tool":{},"path":[{}]}},"notes":[)",
                       shift.worst.place.tool,
                       fmt::join(shift.worst.place.path, ","));
   for (const std::string& note : facts.notes) {
     if (&note != facts.notes.data()) text += ',';
-    text += json_of(note);
+    text += diff_json_string(note);
   }
   return text + "]}";
 }

@@ -9,32 +9,33 @@
 #include "calib/base/clock.h"
 #include "machine/calibrate/calibration_record.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/checked_program.h"
+#include "machine/job/text_variables.h"
 #include "machine/sources/measurement_file_source.h"
 #include "tools/cli/output_paths.h"
-#include "tools/cli/program_input.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/text_variables.h"
 #include "tools/history/diff_picture.h"
 #include <fmt/format.h>
 
 namespace panelcal::history {
 namespace {
 
-Diagnostic usage(std::string what, std::string expected) {
+Diagnostic history_diff_usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal history diff", 0, 0}, std::move(what), std::move(expected)};
 }
 
 Expected<void> check_options(const HistoryOptions& options, const CalibrationEntry& before) {
   if (options.machine_file.empty()) {
-    return failure(usage("--program without a machine file", "-m machine.toml"));
+    return failure(history_diff_usage("--program without a machine file", "-m machine.toml"));
   }
   if (!options.output.empty() && extension_of(options.output) != ".svg") {
-    return failure(usage("no picture belongs to the output's name " + quoted(options.output),
-                         "a name that ends in .svg"));
+    return failure(
+        history_diff_usage("no picture belongs to the output's name " + quoted(options.output),
+                           "a name that ends in .svg"));
   }
   if (!options.measurements.empty() && before.entry.record.key.kind == LedgerKind::SpindleCamera) {
-    return failure(usage("--measurements with spindle-camera offsets",
-                         "none: they move every target alike, wherever it was seen"));
+    return failure(history_diff_usage("--measurements with spindle-camera offsets",
+                                      "none: they move every target alike, wherever it was seen"));
   }
   return check_output_paths(
       "panelcal history diff",
@@ -43,7 +44,7 @@ Expected<void> check_options(const HistoryOptions& options, const CalibrationEnt
 }
 
 /// The first error of a log; everything else in it is said.
-std::optional<Diagnostic> first_error(const DiagnosticLog& log, Console& console) {
+std::optional<Diagnostic> take_first_error(const DiagnosticLog& log, Console& console) {
   std::optional<Diagnostic> first;
   DiagnosticLog others;
   for (const Diagnostic& diagnostic : log.kept()) {
@@ -90,7 +91,7 @@ class JobRun {
         PANELCAL_CHECK(measure_as_recorded(log));
       }
     }
-    if (auto error = first_error(log, context_.console)) return failure(*std::move(error));
+    if (auto error = take_first_error(log, context_.console)) return failure(*std::move(error));
     return {};
   }
 
@@ -117,23 +118,23 @@ Expected<void> check_spindle(const MachineConfig& config, const LedgerEntry& ent
   const LedgerKey& key = entry.record.key;
   const std::string drills = spindle_camera_key(config).subject;
   if (key.kind != LedgerKind::SpindleCamera || key.subject == drills) return {};
-  return failure(usage(fmt::format("entry {} is of {}, but {} drills with {}",
-                                   entry.id,
-                                   key.subject,
-                                   config.file.string(),
-                                   drills),
-                       "[spindle] number and station of the entry"));
+  return failure(history_diff_usage(fmt::format("entry {} is of {}, but {} drills with {}",
+                                                entry.id,
+                                                key.subject,
+                                                config.file.string(),
+                                                drills),
+                                    "[spindle] number and station of the entry"));
 }
 
 Expected<void> check_machine(const MachineConfig& config, const LedgerEntry& entry) {
   const std::string& machine = entry.record.key.machine;
   if (config.name.empty() || config.name == machine) return {};
-  return failure(usage(fmt::format("entry {} is of {}, {} describes {}",
-                                   entry.id,
-                                   quoted(std::string_view(machine)),
-                                   config.file.string(),
-                                   quoted(std::string_view(config.name))),
-                       "the file of that machine"));
+  return failure(history_diff_usage(fmt::format("entry {} is of {}, {} describes {}",
+                                                entry.id,
+                                                quoted(std::string_view(machine)),
+                                                config.file.string(),
+                                                quoted(std::string_view(config.name))),
+                                    "the file of that machine"));
 }
 
 LookingMachine machine_of(const MachineConfig& config) {

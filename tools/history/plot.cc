@@ -10,17 +10,17 @@
 namespace panelcal::history {
 namespace {
 
-constexpr double kWidth_px = 900;
-constexpr double kHeight_px = 360;
-constexpr double kLeft_px = 110;
+constexpr double kHistoryWidth_px = 900;
+constexpr double kHistoryHeight_px = 360;
+constexpr double kHistoryLeft_px = 110;
 constexpr double kRight_px = 24;
-constexpr double kTop_px = 48;
+constexpr double kHistoryTop_px = 48;
 constexpr double kBottom_px = 48;
 constexpr double kMark_px = 4;
 constexpr int kTimeTicks = 5;
 
 /// From the least to the greatest value, never empty.
-struct Range {
+struct PlotRange {
   double low = 0;
   double high = 0;
 
@@ -34,7 +34,7 @@ struct Range {
 };
 
 /// A step of 1, 2 or 5 times a power of ten that makes about five of the range.
-double step_of(const Range& range) {
+double step_of(const PlotRange& range) {
   const double rough = (range.high - range.low) / 5;
   const double power = std::pow(10.0, std::floor(std::log10(rough)));
   for (const double factor : {1.0, 2.0, 5.0}) {
@@ -90,8 +90,8 @@ class Plot {
       if (is_refused(point) && !all_refused) continue;
       const double low = point.value - point.sigma.value_or(0);
       const double high = point.value + point.sigma.value_or(0);
-      value_ = is_first ? Range{low, high}
-                        : Range{std::min(value_.low, low), std::max(value_.high, high)};
+      value_ = is_first ? PlotRange{low, high}
+                        : PlotRange{std::min(value_.low, low), std::max(value_.high, high)};
       is_first = false;
     }
     if (time_s_.low == time_s_.high) time_s_ = {time_s_.low - 43200, time_s_.high + 43200};
@@ -101,10 +101,10 @@ class Plot {
   std::string axes() const {
     std::string out = fmt::format(
         "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#888\"/>\n",
-        kLeft_px,
-        kTop_px,
-        kWidth_px - kLeft_px - kRight_px,
-        kHeight_px - kTop_px - kBottom_px);
+        kHistoryLeft_px,
+        kHistoryTop_px,
+        kHistoryWidth_px - kHistoryLeft_px - kRight_px,
+        kHistoryHeight_px - kHistoryTop_px - kBottom_px);
     const double step = step_of(value_);
     const int decimals = decimals_of(step);
     for (double k = std::ceil(value_.low / step); k * step <= value_.high; k += 1) {
@@ -112,10 +112,10 @@ class Plot {
       out += fmt::format(
           "<path d=\"M{} {:.2f}H{}\" stroke=\"#ddd\"/>"
           "<text x=\"{}\" y=\"{:.2f}\" text-anchor=\"end\">{:.{}f}</text>\n",
-          kLeft_px,
+          kHistoryLeft_px,
           y,
-          kWidth_px - kRight_px,
-          kLeft_px - 6,
+          kHistoryWidth_px - kRight_px,
+          kHistoryLeft_px - 6,
           y + 4,
           k * step + 0.0,
           decimals);
@@ -128,7 +128,7 @@ class Plot {
       const char* anchor = i == 0 ? "start" : i == kTimeTicks - 1 ? "end" : "middle";
       out += fmt::format("<text x=\"{:.2f}\" y=\"{}\" text-anchor=\"{}\">{} {}</text>\n",
                          x_px(time_s),
-                         kHeight_px - kBottom_px + 18,
+                         kHistoryHeight_px - kBottom_px + 18,
                          anchor,
                          text.substr(0, 10),
                          text.substr(11, 5));
@@ -170,19 +170,20 @@ class Plot {
 
  private:
   double x_px(double time_s) const {
-    return kLeft_px + (kWidth_px - kLeft_px - kRight_px) * (time_s - time_s_.low) /
-                          (time_s_.high - time_s_.low);
+    return kHistoryLeft_px + (kHistoryWidth_px - kHistoryLeft_px - kRight_px) *
+                                 (time_s - time_s_.low) / (time_s_.high - time_s_.low);
   }
   /// Values beyond the frame stand on its edge.
   double y_px(double value) const {
     const double inside = std::clamp(value, value_.low, value_.high);
-    return kHeight_px - kBottom_px -
-           (kHeight_px - kTop_px - kBottom_px) * (inside - value_.low) / (value_.high - value_.low);
+    return kHistoryHeight_px - kBottom_px -
+           (kHistoryHeight_px - kHistoryTop_px - kBottom_px) * (inside - value_.low) /
+               (value_.high - value_.low);
   }
 
   const LedgerSeries& series_;
-  Range time_s_;
-  Range value_;
+  PlotRange time_s_;
+  PlotRange value_;
 };
 
 }  // namespace
@@ -194,7 +195,7 @@ Expected<std::string> series_svg(const LedgerSeries& series,
   if (series.points.empty()) {
     return failure({Code::LedgerEntryUnknown,
                     {file, 0, 0},
-                    fmt::format("no entry of {} {} of {} has {}",
+                    fmt::format("{} {} of {} with {}",
                                 word(key.kind),
                                 quoted(key.subject),
                                 quoted(key.machine),
@@ -212,10 +213,10 @@ Expected<std::string> series_svg(const LedgerSeries& series,
       "<text x=\"{3}\" y=\"22\" font-size=\"15\">{2}</text>\n"
       "<text x=\"{3}\" y=\"40\" fill=\"#555\">filled: installed; hollow: measured only; cross: "
       "refused, on the edge if beyond it; bars: one sigma; times UTC</text>\n{4}{5}</svg>\n",
-      kWidth_px,
-      kHeight_px,
+      kHistoryWidth_px,
+      kHistoryHeight_px,
       title,
-      kLeft_px,
+      kHistoryLeft_px,
       plot.axes(),
       plot.points());
 }

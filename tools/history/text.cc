@@ -11,26 +11,26 @@
 namespace panelcal::history {
 namespace {
 
-std::string json_of(const std::string& text) {
+std::string history_json_string(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-std::string json_of(const std::optional<double>& number) {
+std::string history_json_string(const std::optional<double>& number) {
   return number ? fmt::format("{}", *number + 0.0) : "null";
 }
 
-std::string text_of(const std::optional<double>& number) {
+std::string number_text(const std::optional<double>& number) {
   return number ? fmt::format("{:.9g}", *number) : "-";
 }
 
 /// Words of others, fit for one line of a terminal.
-std::string on_one_line(std::string text) {
+std::string history_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c >= 0 && (c < 0x20 || c == 0x7f); }, ' ');
   return text;
 }
 
-std::optional<double> sigma_of(const LedgerRecord& record, std::size_t i) {
+std::optional<double> parameter_sigma(const LedgerRecord& record, std::size_t i) {
   const auto k = static_cast<Eigen::Index>(i);
   if (!record.covariance) return std::nullopt;
   return std::sqrt((*record.covariance)(k, k));
@@ -48,8 +48,8 @@ ParameterChange change_of(const LedgerRecord& before, std::size_t i, const Ledge
   const std::optional<std::size_t> j = find(after, old.name);
   if (!j) return change;
   change.after = after.parameters[*j].value;
-  const std::optional<double> sigma_before = sigma_of(before, i);
-  const std::optional<double> sigma_after = sigma_of(after, *j);
+  const std::optional<double> sigma_before = parameter_sigma(before, i);
+  const std::optional<double> sigma_after = parameter_sigma(after, *j);
   if (sigma_before && sigma_after) change.sigma = std::hypot(*sigma_before, *sigma_after);
   return change;
 }
@@ -96,7 +96,7 @@ std::string entry_line(const LedgerEntry& entry, bool in_force) {
                                  record.key.subject,
                                  word(record.verdict));
   if (entry.restores) line += fmt::format(" to {}", *entry.restores);
-  if (!record.reason.empty()) line += ": " + on_one_line(record.reason);
+  if (!record.reason.empty()) line += ": " + history_line(record.reason);
   return line + "\n";
 }
 
@@ -112,19 +112,19 @@ std::string entry_page(const LedgerEntry& entry, bool in_force) {
   page += fmt::format("{}", word(record.verdict));
   if (entry.restores) page += fmt::format(" to entry {}", *entry.restores);
   if (record.replaces) page += fmt::format(", in place of entry {}", *record.replaces);
-  page += record.reason.empty() ? "\n" : ": " + on_one_line(record.reason) + "\n";
+  page += record.reason.empty() ? "\n" : ": " + history_line(record.reason) + "\n";
   page += fmt::format("asked by {}, with {}\n", record.asked_by, record.software);
   if (record.temperature_degC) page += fmt::format("at {:.4g} degC\n", *record.temperature_degC);
   for (std::size_t i = 0; i < record.parameters.size(); ++i) {
     const LedgerParameter& parameter = record.parameters[i];
     page += fmt::format("  {:<20} {:>16.9g} {}", parameter.name, parameter.value, parameter.unit);
-    const std::optional<double> sigma = sigma_of(record, i);
+    const std::optional<double> sigma = parameter_sigma(record, i);
     // One of 0 is of what was chosen, not measured.
     page += sigma && *sigma > 0 ? fmt::format("  +- {:.3g}\n", *sigma) : "\n";
   }
   for (const LedgerInput& input : record.inputs) {
     page += fmt::format(
-        "  input {}  {} bytes  {}\n", on_one_line(input.name), input.bytes, input.sha256);
+        "  input {}  {} bytes  {}\n", history_line(input.name), input.bytes, input.sha256);
   }
   return page + fmt::format("result {} bytes, sha256 {}\nhash {}\n",
                             entry.result_bytes,
@@ -171,8 +171,8 @@ std::string changes_text(std::span<const ParameterChange> changes) {
     const bool has_ratio = change && c.sigma && *c.sigma > 0;
     text += fmt::format("{:<20} {:>16} {:>16} {:>14} {:>10} {}\n",
                         c.name,
-                        text_of(c.before),
-                        text_of(c.after),
+                        number_text(c.before),
+                        number_text(c.after),
                         change ? fmt::format("{:.4g}", *change) : "-",
                         has_ratio ? fmt::format("{:.1f}", *change / *c.sigma) : "-",
                         c.unit);
@@ -188,12 +188,12 @@ std::string changes_json(const LedgerEntry& before,
     if (&c != changes.data()) text += ',';
     text += fmt::format(
         R"({{"name":{},"unit":{},"before":{},"after":{},"change":{},"change_sigma":{}}})",
-        json_of(c.name),
-        json_of(c.unit),
-        json_of(c.before),
-        json_of(c.after),
-        json_of(c.change()),
-        json_of(c.sigma));
+        history_json_string(c.name),
+        history_json_string(c.unit),
+        history_json_string(c.before),
+        history_json_string(c.after),
+        history_json_string(c.change()),
+        history_json_string(c.sigma));
   }
   return text + "]}\n";
 }

@@ -27,7 +27,7 @@ namespace {
 
 using Path = std::filesystem::path;
 
-Diagnostic usage(std::string what, std::string expected) {
+Diagnostic locate_usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal locate", 0, 0}, std::move(what), std::move(expected)};
 }
 
@@ -50,17 +50,17 @@ bool is_other_picture(const Path& path) {
 Expected<std::vector<Path>> overlay_paths(const LocateCommandOptions& options) {
   const Path out(options.overlay);
   if (is_other_picture(out)) {
-    return failure(usage(
+    return failure(locate_usage(
         fmt::format("--overlay {} is not written: overlays are PNG files", quoted(options.overlay)),
         "a name that ends in .png, or a folder"));
   }
   std::vector<Path> paths;
   if (is_png(out)) {
     if (options.images.size() > 1) {
-      return failure(usage(fmt::format("--overlay {} is one file, and there are {} pictures",
-                                       quoted(options.overlay),
-                                       options.images.size()),
-                           "a folder"));
+      return failure(locate_usage(fmt::format("--overlay {} is one file, and there are {} pictures",
+                                              quoted(options.overlay),
+                                              options.images.size()),
+                                  "a folder"));
     }
     paths.push_back(out);
   } else {
@@ -71,17 +71,18 @@ Expected<std::vector<Path>> overlay_paths(const LocateCommandOptions& options) {
   for (std::size_t i = 0; i < paths.size(); ++i) {
     if (const auto first = std::ranges::find(paths, paths[i]) - paths.begin();
         static_cast<std::size_t>(first) != i) {
-      return failure(usage(fmt::format("the overlays of {} and {} would both be {}",
-                                       quoted(options.images[static_cast<std::size_t>(first)]),
-                                       quoted(options.images[i]),
-                                       quoted(paths[i].string())),
-                           "pictures of different names"));
+      return failure(
+          locate_usage(fmt::format("the overlays of {} and {} would both be {}",
+                                   quoted(options.images[static_cast<std::size_t>(first)]),
+                                   quoted(options.images[i]),
+                                   quoted(paths[i].string())),
+                       "pictures of different names"));
     }
     for (const std::string& image : options.images) {
       if (!is_same_file(image, paths[i]) && !is_same_file(options.machine, paths[i])) continue;
-      return failure(
-          usage(fmt::format("the overlay {} would overwrite an input", quoted(paths[i].string())),
-                "another file or folder"));
+      return failure(locate_usage(
+          fmt::format("the overlay {} would overwrite an input", quoted(paths[i].string())),
+          "another file or folder"));
     }
   }
   return paths;
@@ -116,7 +117,7 @@ Expected<Search> prepare(const LocateCommandOptions& options) {
   if (tool == config.vision_tools.end()) {
     return failure({Code::VisionToolUndefined,
                     {options.machine, 0, 0},
-                    fmt::format("there is no vision tool {}", options.tool),
+                    fmt::format("vision tool {}", options.tool),
                     fmt::format("[[vision.tool]] with number = {}", options.tool)});
   }
   Search search{std::move(config), tool->second, std::nullopt, {}};
@@ -125,10 +126,10 @@ Expected<Search> prepare(const LocateCommandOptions& options) {
     const double y_px = options.at_px[1];
     if (!std::isfinite(x_px) || !std::isfinite(y_px) || !(*options.radius_px >= 1) ||
         !std::isfinite(*options.radius_px)) {
-      return failure(
-          usage(fmt::format(
-                    "--at {},{} --radius {} is no place to search", x_px, y_px, *options.radius_px),
-                "numbers, and a radius of at least 1 px"));
+      return failure(locate_usage(
+          fmt::format(
+              "--at {},{} --radius {} is no place to search", x_px, y_px, *options.radius_px),
+          "numbers, and a radius of at least 1 px"));
     }
     search.config.locate.search_center = position_px<frame::Image>(Eigen::Vector2d(x_px, y_px));
     search.config.locate.search_radius = px(*options.radius_px);
@@ -143,7 +144,9 @@ Expected<Search> prepare(const LocateCommandOptions& options) {
   return search;
 }
 
-Expected<void> check_size(const std::string& file, const Image& image, const Search& search) {
+Expected<void> check_picture_size(const std::string& file,
+                                  const Image& image,
+                                  const Search& search) {
   if (!search.mapping) return {};
   const auto& camera = *search.config.camera;
   if (image.width() == camera.picture_width_px && image.height() == camera.picture_height_px) {
@@ -157,7 +160,7 @@ Expected<void> check_size(const std::string& file, const Image& image, const Sea
                               camera.picture_height_px)});
 }
 
-/// A target's middle is in its picture, so whoever looks elsewhere made a slip.
+/// A target's middle is in its picture, so a place elsewhere is a mistake.
 Expected<void> check_place(const std::string& file, const Image& image, const Search& search) {
   if (!search.config.locate.search_center) return {};
   const Eigen::Vector2d& at_px = search.config.locate.search_center->in_px();
@@ -196,7 +199,7 @@ Expected<void> locate_one(std::size_t i_image,
   const std::string& file = options.images[i_image];
   PANELCAL_TRY(Image image, read_image(file));
   if (search.config.bayer) image = from_bayer(image, *search.config.bayer);
-  PANELCAL_CHECK(check_size(file, image, search));
+  PANELCAL_CHECK(check_picture_size(file, image, search));
   PANELCAL_CHECK(check_place(file, image, search));
   const Detection detection = locate(
       image, search.target, search.mapping ? &*search.mapping : nullptr, search.config.locate);

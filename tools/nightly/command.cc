@@ -13,14 +13,14 @@
 #include "calib/base/clock.h"
 #include "calib/base/digest.h"
 #include "machine/config/machine_config.h"
-#include "machine/devices/calibration_devices.h"
+#include "machine/job/text_variables.h"
 #include "machine/nightly/night_files.h"
 #include "machine/nightly/night_lock.h"
 #include "machine/nightly/nightly.h"
+#include "machine/sources/device_set.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/text_variables.h"
 #include "tools/cli/version.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>
@@ -65,7 +65,7 @@ class NightlyRun {
 
   ExitCode execute_all() {
     if (const auto asked = check_options(); !asked) return fail(asked.error());
-    // Where machine.toml is no TOML nobody knows where reports go.
+    // Where machine.toml is no TOML the folder of reports is unknown.
     if (auto files = find_night_files(options_.machine)) files_ = *std::move(files);
     Expected<NightRecord> record = run();
     if (!record) {
@@ -112,7 +112,7 @@ class NightlyRun {
     if (!config_.nightly) {
       return failure({Code::ConfigValue,
                       {options_.machine, 0, 0},
-                      "there is no [nightly], which says what is calibrated",
+                      "[nightly] is missing, which lists the calibrations",
                       "a table [nightly] (docs/howto/nightly.md)"});
     }
     return {};
@@ -124,7 +124,7 @@ class NightlyRun {
       NoDevices none;
       return run_nightly(job({none, none, none, {}, {}}, nullptr));
     }
-    // A machine file that makes no sense leaves no traces.
+    // A machine file that is not valid leaves no traces.
     const Expected<void> readable = read_config();
     if (!readable && !lies_in_a_calibration(readable.error())) return failure(readable.error());
     // Before a device is opened: another run may be using it.
@@ -213,7 +213,7 @@ class NightlyRun {
     std::string html = options_.report;
     std::string json = options_.json;
     const std::filesystem::path& folder = files_.reports;
-    // Of a dry run nobody finds traces but where they were asked for.
+    // A dry run leaves traces only where they were asked for.
     if (!record.is_dry_run && !folder.empty()) {
       const std::string name = report_name(folder, record);
       if (html.empty()) html = in_folder(folder, name + ".html");

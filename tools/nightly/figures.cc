@@ -30,12 +30,12 @@ namespace {
 
 using report::escaped;
 
-constexpr double kWidth = 560;
-constexpr double kHeight = 230;
-constexpr double kLeft = 58;
-constexpr double kRight = 16;
-constexpr double kTop = 14;
-constexpr double kBottom = 34;
+constexpr double kNightWidth = 560;
+constexpr double kNightHeight = 230;
+constexpr double kNightLeft = 58;
+constexpr double kNightRight = 16;
+constexpr double kNightTop = 14;
+constexpr double kNightBottom = 34;
 constexpr double kBandSigmas = 3;
 constexpr double kBandHalfWidth = 6;
 
@@ -56,7 +56,7 @@ std::optional<double> at(const std::vector<double>& values, std::size_t i) {
   return values[i];
 }
 
-struct Range {
+struct FigureRange {
   double low = 0;
   double high = 0;
 
@@ -82,8 +82,8 @@ class DriftFigure {
     return fmt::format(
                "<svg class=\"drift\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" "
                "role=\"img\" aria-label=\"{}\">\n",
-               kWidth,
-               kHeight,
+               kNightWidth,
+               kNightHeight,
                label) +
            axes() + tonight() + in_force() + nights() + "</svg>\n";
   }
@@ -108,7 +108,7 @@ class DriftFigure {
     for (std::size_t i = 0; i < step_.series.size(); ++i) {
       const NightPlotPoint& p = step_.series[i];
       const double t = seconds_of(p.time);
-      time_s_ = is_first ? Range{t, t} : time_s_;
+      time_s_ = is_first ? FigureRange{t, t} : time_s_;
       time_s_.add(t);
       is_first = false;
       const auto value = at(p.value, i_axis_);
@@ -136,14 +136,14 @@ class DriftFigure {
     return 0;
   }
 
-  std::optional<Range> foretold() const {
+  std::optional<FigureRange> foretold() const {
     if (!axis_.expected || !axis_.expected_sigma) return std::nullopt;
     // The nights before say nothing about a fresh start.
     if (!step_.series.empty() && step_.series.back().is_fresh_start) return std::nullopt;
     const double middle = shown(*axis_.expected);
     const double half = kBandSigmas * *axis_.expected_sigma * unit_.factor;
     if (!std::isfinite(middle) || !std::isfinite(half)) return std::nullopt;
-    return Range{middle - half, middle + half};
+    return FigureRange{middle - half, middle + half};
   }
 
   static double seconds_of(std::chrono::sys_seconds time) {
@@ -151,14 +151,15 @@ class DriftFigure {
   }
   double x(std::chrono::sys_seconds time) const {
     // Room on the right for tonight's band.
-    const double width = kWidth - kLeft - kRight - 2 * kBandHalfWidth;
-    return kLeft + kBandHalfWidth +
+    const double width = kNightWidth - kNightLeft - kNightRight - 2 * kBandHalfWidth;
+    return kNightLeft + kBandHalfWidth +
            width * (seconds_of(time) - time_s_.low) / (time_s_.high - time_s_.low);
   }
   double y(double value) const {
     const double inside = std::clamp(value, value_.low, value_.high);
-    return kHeight - kBottom -
-           (kHeight - kTop - kBottom) * (inside - value_.low) / (value_.high - value_.low);
+    return kNightHeight - kNightBottom -
+           (kNightHeight - kNightTop - kNightBottom) * (inside - value_.low) /
+               (value_.high - value_.low);
   }
 
   std::string axes() const {
@@ -171,23 +172,23 @@ class DriftFigure {
       out += fmt::format(
           "<path class=\"grid\" d=\"M{} {:.1f}H{}\"/><text class=\"end\" x=\"{}\" "
           "y=\"{:.1f}\">{}</text>\n",
-          kLeft,
+          kNightLeft,
           y(value),
-          kWidth - kRight,
-          kLeft - 5,
+          kNightWidth - kNightRight,
+          kNightLeft - 5,
           y(value) + 4,
           value == 0 ? "0" : report::fixed_signed(value, decimals));
     }
     out += fmt::format(
         "<path class=\"zero\" d=\"M{} {:.1f}H{}\"/>"
         "<rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>\n",
-        kLeft,
+        kNightLeft,
         y(0),
-        kWidth - kRight,
-        kLeft,
-        kTop,
-        kWidth - kLeft - kRight,
-        kHeight - kTop - kBottom);
+        kNightWidth - kNightRight,
+        kNightLeft,
+        kNightTop,
+        kNightWidth - kNightLeft - kNightRight,
+        kNightHeight - kNightTop - kNightBottom);
     const auto day = [](double time_s) {
       const std::chrono::seconds whole(static_cast<std::int64_t>(time_s));
       return iso_8601(std::chrono::sys_seconds(whole)).substr(0, 10);
@@ -196,16 +197,16 @@ class DriftFigure {
                      "<text x=\"{0}\" y=\"{2}\">{3}</text>"
                      "<text class=\"end\" x=\"{1}\" y=\"{2}\">{4}</text>"
                      "<text class=\"mid\" transform=\"translate(12 {5}) rotate(-90)\">{6}</text>\n",
-                     kLeft,
-                     kWidth - kRight,
-                     kHeight - kBottom + 18,
+                     kNightLeft,
+                     kNightWidth - kNightRight,
+                     kNightHeight - kNightBottom + 18,
                      day(time_s_.low),
                      day(time_s_.high),
-                     (kTop + kHeight - kBottom) / 2,
+                     (kNightTop + kNightHeight - kNightBottom) / 2,
                      escaped(axis_.name + ", " + unit_.name));
   }
 
-  /// Where tonight was foretold to be.
+  /// Where tonight was predicted to be.
   std::string tonight() const {
     const auto band = foretold();
     if (!band || step_.series.empty()) return {};
@@ -235,8 +236,10 @@ class DriftFigure {
     std::string out;
     for (const NightPlotPoint& p : step_.series) {
       if (p.is_fresh_start) {
-        out += fmt::format(
-            "<path class=\"fresh\" d=\"M{:.1f} {}V{}\"/>\n", x(p.time), kTop, kHeight - kBottom);
+        out += fmt::format("<path class=\"fresh\" d=\"M{:.1f} {}V{}\"/>\n",
+                           x(p.time),
+                           kNightTop,
+                           kNightHeight - kNightBottom);
       }
       if (const auto value = at(p.value, i_axis_)) out += night(p, *value);
     }
@@ -265,11 +268,11 @@ class DriftFigure {
         "<path class=\"refused\" d=\"M{:.1f} {:.1f}l8 8m0 -8l-8 8\"/>\n", px - 4, py - 4);
     const bool is_beyond = shown(value) > value_.high || shown(value) < value_.low;
     if (!is_beyond) return out;
-    const bool is_right = px > kWidth / 2;
+    const bool is_right = px > kNightWidth / 2;
     return out + fmt::format("<text class=\"bad{}\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
                              is_right ? " end" : "",
                              px + (is_right ? -9 : 9),
-                             std::clamp(py + 4, kTop + 12, kHeight - kBottom - 4),
+                             std::clamp(py + 4, kNightTop + 12, kNightHeight - kNightBottom - 4),
                              escaped(signed_amount(value - zero_, axis_.unit)));
   }
 
@@ -279,8 +282,8 @@ class DriftFigure {
   Unit unit_;
   double zero_ = 0;
   int n_shown_ = 0;
-  Range time_s_;
-  Range value_;
+  FigureRange time_s_;
+  FigureRange value_;
 };
 
 }  // namespace

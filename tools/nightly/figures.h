@@ -15,7 +15,7 @@ extern const std::string_view kFigureStyle;
 /// One axis over the last nights against what is in force now: each night's result with a bar of
 /// one sigma to either side, crosses for refused ones (on the edge if beyond it, with their value),
 /// rings for alarms, a step line for what was in force, and for tonight where the nights before
-/// foretold it, three sigma wide. Empty where fewer than two nights have something to show.
+/// predicted it, three sigma wide. Empty where fewer than two nights have something to show.
 ///
 /// In     i_axis: of step.axes
 std::string drift_figure(const NightStep& step, std::size_t i_axis);

@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(const std::optional<double>& value) {
+Json optional_number(const std::optional<double>& value) {
   return value ? Json(*value) : Json();
 }
 
@@ -23,7 +23,7 @@ Json time(std::chrono::sys_seconds value) {
   return iso_8601(value);
 }
 
-std::string_view word(NightOutcome outcome) {
+std::string_view outcome_word(NightOutcome outcome) {
   switch (outcome) {
     case NightOutcome::AllInstalled:
       return "installed";
@@ -35,7 +35,7 @@ std::string_view word(NightOutcome outcome) {
   return "failed";
 }
 
-std::string_view word(DrillAnswer answer) {
+std::string_view outcome_word(DrillAnswer answer) {
   switch (answer) {
     case DrillAnswer::NotEnoughHistory:
       return "not_enough_history";
@@ -53,19 +53,19 @@ Json check(const SelfTestCheck& c) {
   return {{"name", c.name},
           {"passed", c.passed},
           {"text", c.text},
-          {"value", number(c.value)},
-          {"limit", number(c.limit)},
+          {"value", optional_number(c.value)},
+          {"limit", optional_number(c.limit)},
           {"unit", c.unit}};
 }
 
 Json axis(const NightAxis& a) {
   return {{"name", a.name},
           {"unit", a.unit},
-          {"old", number(a.old_value)},
-          {"new", number(a.new_value)},
-          {"sigma", number(a.new_sigma)},
-          {"expected", number(a.expected)},
-          {"expected_sigma", number(a.expected_sigma)}};
+          {"old", optional_number(a.old_value)},
+          {"new", optional_number(a.new_value)},
+          {"sigma", optional_number(a.new_sigma)},
+          {"expected", optional_number(a.expected)},
+          {"expected_sigma", optional_number(a.expected_sigma)}};
 }
 
 Json decision(const NightDecision& d) {
@@ -80,7 +80,7 @@ Json quality(const NightQuality& q) {
   return {{"name", q.name},
           {"unit", q.unit},
           {"value", q.value},
-          {"usual", number(q.usual)},
+          {"usual", optional_number(q.usual)},
           {"alarm", q.is_alarm},
           {"text", q.text}};
 }
@@ -90,7 +90,7 @@ Json forecast(const NightStep& step) {
   if (!step.forecast) return out;
   const DrillForecast& f = *step.forecast;
   const bool has_end = f.answer == DrillAnswer::Until;
-  out["answer"] = std::string(word(f.answer));
+  out["answer"] = std::string(outcome_word(f.answer));
   out["chance_now"] = f.chance_now;
   out["error"] = vector(f.error);
   out["now"] = time(f.now);
@@ -98,7 +98,7 @@ Json forecast(const NightStep& step) {
   return out;
 }
 
-Json point(const NightPlotPoint& p) {
+Json plot_point(const NightPlotPoint& p) {
   return {{"time", time(p.time)},
           {"value", p.value},
           {"sigma", p.sigma},
@@ -119,7 +119,7 @@ Json problem(const Diagnostic& diagnostic) {
 }
 
 template <class Range, class Function>
-Json list(const Range& range, Function function) {
+Json json_list(const Range& range, Function function) {
   Json out = Json::array();
   for (const auto& item : range) out.push_back(function(item));
   return out;
@@ -131,16 +131,16 @@ Json step(const NightStep& s) {
               {"state", std::string(name(s.state))},
               {"from_earlier_run", s.is_from_earlier_run},
               {"summary", s.summary},
-              {"axes", list(s.axes, axis)},
-              {"change", number(s.change)},
-              {"change_sigma", number(s.change_sigma)},
+              {"axes", json_list(s.axes, axis)},
+              {"change", optional_number(s.change)},
+              {"change_sigma", optional_number(s.change_sigma)},
               {"decision", s.decision ? decision(*s.decision) : Json()},
-              {"qualities", list(s.qualities, quality)},
+              {"qualities", json_list(s.qualities, quality)},
               {"alarms", s.alarms},
               {"forecast", forecast(s)},
               {"since_when", s.since_when},
-              {"series", list(s.series, point)},
-              {"holes", list(s.holes, hole)},
+              {"series", json_list(s.series, plot_point)},
+              {"holes", json_list(s.holes, hole)},
               {"fit_report", s.fit_report},
               {"file", s.file.string()}};
   out["ledger_id"] = s.ledger_id ? Json(*s.ledger_id) : Json();
@@ -159,7 +159,7 @@ std::string night_json(const NightRecord& r, const Provenance& provenance) {
               {"may_drill", r.may_drill},
               {"drill_until", r.drill_until ? time(*r.drill_until) : Json()},
               {"verdict", r.verdict},
-              {"outcome", std::string(word(r.outcome))},
+              {"outcome", std::string(outcome_word(r.outcome))},
               {"exit_code", exit_code(r)},
               {"dry_run", r.is_dry_run},
               {"resumed", r.is_resumed},
@@ -167,12 +167,12 @@ std::string night_json(const NightRecord& r, const Provenance& provenance) {
               {"finished", time(r.finished)},
               {"software", r.software},
               {"asked_by", r.asked_by},
-              {"temperature_c", number(r.temperature_c)},
+              {"temperature_c", optional_number(r.temperature_c)},
               {"warmed_up_s", r.warmed_up.in_s()},
               {"changes", r.changes},
               {"notes", r.notes},
-              {"checks", list(r.checks, check)},
-              {"steps", list(r.steps, step)},
+              {"checks", json_list(r.checks, check)},
+              {"steps", json_list(r.steps, step)},
               {"config_file", r.config_file.string()},
               {"ledger_file", r.ledger_file.string()},
               {"ledger_head", {{"id", r.head.id}, {"hash", r.head.hash}}}};

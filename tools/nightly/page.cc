@@ -19,7 +19,7 @@ namespace {
 using report::counted;
 using report::escaped;
 
-constexpr std::string_view kPageStyle = R"css(
+constexpr std::string_view kNightlyPageStyle = R"css(
 h2 .chip{margin-left:8px;vertical-align:2px}
 ul.plain{margin:6px 0;padding-left:20px}ul.plain li{margin:3px 0}
 p.alarm{color:var(--bad);font-weight:600}
@@ -48,14 +48,14 @@ std::string chip(std::string_view css, std::string_view text) {
   return fmt::format("<span class=\"chip{}\">{}</span>", css, escaped(text));
 }
 
-std::string list(const std::vector<std::string>& lines) {
+std::string night_list(const std::vector<std::string>& lines) {
   if (lines.empty()) return {};
   std::string out = "<ul class=\"plain\">\n";
   for (const std::string& line : lines) out += "<li>" + escaped(line) + "</li>\n";
   return out + "</ul>\n";
 }
 
-std::string tile(std::string_view term, std::string_view value, std::string_view detail) {
+std::string night_tile(std::string_view term, std::string_view value, std::string_view detail) {
   return fmt::format("<div><dt>{}</dt><dd>{}<small>{}</small></dd></div>\n",
                      escaped(term),
                      escaped(value),
@@ -64,7 +64,7 @@ std::string tile(std::string_view term, std::string_view value, std::string_view
 
 std::string until_text(const NightRecord& record) {
   if (!record.may_drill) return "do not drill";
-  return record.drill_until ? minute_text(*record.drill_until) : "no end foretold";
+  return record.drill_until ? minute_text(*record.drill_until) : "no end predicted";
 }
 
 std::string steps_text(const NightRecord& record) {
@@ -86,26 +86,27 @@ std::string surface_tile(const NightRecord& record) {
   const auto step = std::ranges::find(record.steps, word(LedgerKind::Surface), &NightStep::kind);
   if (step == record.steps.end() || step->axes.empty() || !step->axes.front().new_value) return {};
   const std::string& unit = step->axes.front().unit;
-  if (!step->change) return tile("table's surface", "mapped", "for the first time");
-  return tile("table's surface",
-              amount(*step->change, unit) + " moved",
-              fmt::format("sigma {}, by all its figures", amount(*step->change_sigma, unit)));
+  if (!step->change) return night_tile("table's surface", "mapped", "for the first time");
+  return night_tile("table's surface",
+                    amount(*step->change, unit) + " moved",
+                    fmt::format("sigma {}, by all its figures", amount(*step->change_sigma, unit)));
 }
 
-std::string tiles(const NightRecord& record) {
+std::string night_tiles(const NightRecord& record) {
   const auto n_checks = static_cast<std::int64_t>(record.checks.size());
   const auto n_passed = std::ranges::count(record.checks, true, &SelfTestCheck::passed);
   std::string temperature = "not known";
   if (record.temperature_c) temperature = report::fixed(*record.temperature_c, 1) + " degC";
   return "<dl class=\"tiles\">\n" +
-         tile("may drill until",
-              until_text(record),
-              record.may_drill ? "or until the next report" : "until somebody has looked") +
-         tile("calibrations", steps_text(record), "what became of them") +
-         tile("self-test",
-              fmt::format("{} of {}", n_passed, n_checks),
-              n_passed == n_checks ? "checks passed" : "checks passed: see below") +
-         surface_tile(record) + tile("temperature", temperature, "of the machine") + "</dl>\n";
+         night_tile("may drill until",
+                    until_text(record),
+                    record.may_drill ? "or until the next report" : "until somebody has looked") +
+         night_tile("calibrations", steps_text(record), "what became of them") +
+         night_tile("self-test",
+                    fmt::format("{} of {}", n_passed, n_checks),
+                    n_passed == n_checks ? "checks passed" : "checks passed: see below") +
+         surface_tile(record) + night_tile("temperature", temperature, "of the machine") +
+         "</dl>\n";
 }
 
 /// What a person does now; nothing where all is well.
@@ -138,7 +139,7 @@ std::string verdict(const NightRecord& record) {
   if (const std::string next = next_step(record); !next.empty()) {
     out += "<p class=\"next\"><b>Next:</b> " + escaped(next) + "</p>\n";
   }
-  return out + tiles(record) + "</div>\n";
+  return out + night_tiles(record) + "</div>\n";
 }
 
 std::string changes(const NightRecord& record) {
@@ -146,7 +147,7 @@ std::string changes(const NightRecord& record) {
          (record.changes.empty()
               ? std::string("<p class=\"quiet\">Nothing to compare with: no calibration of a week "
                             "ago is known.</p>\n")
-              : list(record.changes)) +
+              : night_list(record.changes)) +
          "</section>\n";
 }
 
@@ -157,12 +158,12 @@ std::string value_text(const std::optional<double>& value, const std::string& un
   return report::shortest(*value) + " " + unit;
 }
 
-/// Not as a ratio: what is foretold has wider tails than a normal distribution, which the gates
+/// Not as a ratio: what is predicted has wider tails than a normal distribution, which the gates
 /// count and a quotient would not.
 std::string surprise_text(const NightStep& step, const NightAxis& axis) {
   if (!step.series.empty() && step.series.back().is_fresh_start) return "fresh start";
   if (!axis.new_value || !axis.expected || !axis.expected_sigma) return "-";
-  return fmt::format("{} (foretold to {})",
+  return fmt::format("{} (predicted to {})",
                      signed_amount(*axis.new_value - *axis.expected, axis.unit),
                      amount(*axis.expected_sigma, axis.unit));
 }
@@ -172,7 +173,7 @@ std::string axes(const NightStep& step) {
   std::string out =
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>axis</th><th class=\"num\">old</th>"
       "<th class=\"num\">new</th><th class=\"num\">sigma</th><th class=\"num\">change</th>"
-      "<th class=\"num\">off what was foretold</th></tr>\n";
+      "<th class=\"num\">off the prediction</th></tr>\n";
   for (const NightAxis& axis : step.axes) {
     const bool has_both = axis.old_value && axis.new_value;
     out += "<tr><td>" + escaped(axis.name) + "</td>";
@@ -229,14 +230,14 @@ std::string legend() {
            std::pair("<path class=\"force\" d=\"M0 6H18\"/>", "in force"),
            std::pair("<path class=\"fresh\" d=\"M9 0V12\"/>", "fresh start"),
            std::pair("<rect class=\"band\" x=\"4\" y=\"1\" width=\"10\" height=\"10\"/>",
-                     "tonight as foretold, three sigma"),
+                     "tonight as predicted, three sigma"),
        }) {
     out += fmt::format(fmt::runtime(kSample), sample, text);
   }
   return out + "</ul>\n";
 }
 
-std::string figures(const NightStep& step) {
+std::string step_figures(const NightStep& step) {
   std::string charts;
   for (std::size_t i = 0; i < step.axes.size(); ++i) charts += drift_figure(step, i);
   const std::string holes = holes_figure(step);
@@ -274,7 +275,7 @@ std::string reasons(const NightStep& step) {
   };
   if (step.decision && step.decision->verdict != NightVerdict::Install &&
       !std::ranges::all_of(step.decision->reasons, is_said)) {
-    out += list(step.decision->reasons);
+    out += night_list(step.decision->reasons);
   }
   for (const std::string& alarm : step.alarms) {
     out += "<p class=\"alarm\">" + escaped(alarm) + "</p>\n";
@@ -290,13 +291,13 @@ std::string reasons(const NightStep& step) {
   return out;
 }
 
-std::string section(const NightStep& step) {
+std::string night_section(const NightStep& step) {
   return fmt::format("<h2>{} {}{}</h2>\n<section>\n",
                      escaped(step.kind),
                      escaped(step.subject),
                      chip(css_of(step.state), name(step.state))) +
          (step.summary.empty() ? std::string() : "<p>" + escaped(step.summary) + "</p>\n") +
-         reasons(step) + axes(step) + gates(step) + qualities(step) + figures(step) +
+         reasons(step) + axes(step) + gates(step) + qualities(step) + step_figures(step) +
          small_print(step) + "</section>\n";
 }
 
@@ -355,12 +356,12 @@ std::string night_html(const NightRecord& record, const Provenance& provenance) 
       record.may_drill ? "drill" : "hold",
       report::kStyle,
       kFigureStyle,
-      std::string(contours::kContourStyle) + std::string(kPageStyle));
+      std::string(contours::kContourStyle) + std::string(kNightlyPageStyle));
   out += verdict(record) + changes(record);
   if (!record.notes.empty()) {
-    out += "<h2>To know</h2>\n<section>\n" + list(record.notes) + "</section>\n";
+    out += "<h2>To know</h2>\n<section>\n" + night_list(record.notes) + "</section>\n";
   }
-  for (const NightStep& step : record.steps) out += section(step);
+  for (const NightStep& step : record.steps) out += night_section(step);
   return out + warm_up(record) + self_test(record) + footer(record, provenance) +
          "</main>\n</body>\n</html>\n";
 }

@@ -12,7 +12,7 @@ namespace panelcal::nightly {
 namespace {
 
 /// Words of others, fit for one line of a terminal.
-std::string on_one_line(std::string text) {
+std::string night_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return (c >= 0 && c < 0x20) || c == 0x7f; }, ' ');
   return text;
@@ -66,7 +66,7 @@ std::string night_text(const NightRecord& record) {
            checks_line(record),
            record.notes.empty() ? std::string() : "note: " + joined(record.notes),
        }) {
-    if (!line.empty()) text += on_one_line(line) + "\n";
+    if (!line.empty()) text += night_line(line) + "\n";
   }
   return text;
 }

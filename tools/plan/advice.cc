@@ -22,11 +22,11 @@ std::string percent(double after, double before) {
 }
 
 std::string lie_text(const LieDetection& lies, const SeriesPlan& series) {
-  if (lies.is_found == LieDetection::Answer::No) return "a lying target would not be noticed";
+  if (lies.is_found == LieDetection::Answer::No) return "an outlier would not be noticed";
   std::string out = lies.found_from
-                        ? fmt::format("a target that lies by {:.1f} um or more is noticed",
+                        ? fmt::format("a target that is off by {:.1f} um or more is noticed",
                                       *lies.found_from * series.noise.in_um())
-                        : std::string("a lying target is noticed in some directions only");
+                        : std::string("an outlier is noticed in some directions only");
   switch (lies.is_named) {
     case LieDetection::Answer::No:
       return out + ", but not which one it is";
@@ -55,8 +55,8 @@ std::string change_text(const Plan& plan, const SeriesPlan& series, const Additi
                      name(addition.model),
                      name(series.programmed),
                      plan.fixes_model     ? "[vision] model"
-                     : plan.chooses_model ? "auto: the manual's for so many"
-                                          : "the manual's for so many");
+                     : plan.chooses_model ? "auto: the manual's for this number"
+                                          : "the manual's for this number");
 }
 
 /// What a fixed model would make of the same targets, where that is better.

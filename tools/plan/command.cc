@@ -11,17 +11,17 @@
 #include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/checked_program.h"
+#include "machine/job/spindle_age.h"
+#include "machine/job/text_variables.h"
 #include "machine/sources/measurement_file_source.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
-#include "tools/cli/program_input.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/text_variables.h"
 #include "tools/plan/design.h"
 #include "tools/plan/json.h"
 #include "tools/plan/page.h"
 #include "tools/plan/text.h"
-#include "tools/run/spindle_age.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "tools/plan/facts.h"
+#include "tools/plan/plan.h"
 
 namespace panelcal::plan {
 

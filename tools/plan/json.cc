@@ -14,18 +14,18 @@ namespace panelcal::plan {
 namespace {
 
 /// Nine digits: enough for a nanometre on a metre, and the same on every processor.
-std::string number(double value) {
+std::string plan_number(double value) {
   return std::isfinite(value) ? fmt::format("{:.9g}", value) : "null";
 }
 
-std::string point(const Position<frame::Nominal>& p) {
-  return fmt::format("[{},{}]", number(p.in_mm().x()), number(p.in_mm().y()));
+std::string plan_point(const Position<frame::Nominal>& p) {
+  return fmt::format("[{},{}]", plan_number(p.in_mm().x()), plan_number(p.in_mm().y()));
 }
 
 std::string place(const PlannedPlace& p) {
   std::string out = fmt::format("{{\"is\":\"{}\",\"nominal\":{},\"line\":{}",
                                 p.is_target ? "target" : "hole",
-                                point(p.nominal),
+                                plan_point(p.nominal),
                                 p.line);
   if (!p.file.empty()) {
     out += ",\"file\":";
@@ -36,13 +36,13 @@ std::string place(const PlannedPlace& p) {
 }
 
 template <class T, class Format>
-std::string list(const std::vector<T>& items, Format format) {
+std::string plan_json_list(const std::vector<T>& items, Format format) {
   std::string out = "[";
   for (const T& item : items) out += (out.size() > 1 ? "," : "") + format(item);
   return out + "]";
 }
 
-std::string_view word(LieDetection::Answer answer) {
+std::string_view answer_key(LieDetection::Answer answer) {
   constexpr std::array<std::string_view, 3> kWords = {"no", "in_part", "yes"};
   return kWords[static_cast<std::size_t>(answer)];
 }
@@ -56,17 +56,18 @@ std::string knowledge(const Plan& plan,
   std::string out = fmt::format("\"dof\":{}", fit.degrees_of_freedom);
   if (stats.n > 0) {
     out += fmt::format(",\"worst\":{},\"worst_um\":{},\"total_um\":{},\"worst_at\":{},\"mean\":{}",
-                       number(stats.worst),
-                       number(stats.worst * series.noise.in_um()),
-                       number(plan.total_sigma(series, fit, stats.worst_place).in_um()),
+                       plan_number(stats.worst),
+                       plan_number(stats.worst * series.noise.in_um()),
+                       plan_number(plan.total_sigma(series, fit, stats.worst_place).in_um()),
                        place(stats.worst_place),
-                       number(stats.mean()));
+                       plan_number(stats.mean()));
   }
-  out += fmt::format(
-      ",\"lie_found\":\"{}\",\"lie_named\":\"{}\"", word(lies.is_found), word(lies.is_named));
+  out += fmt::format(",\"lie_found\":\"{}\",\"lie_named\":\"{}\"",
+                     answer_key(lies.is_found),
+                     answer_key(lies.is_named));
   if (lies.found_from) {
-    out +=
-        fmt::format(",\"lie_found_from_um\":{}", number(*lies.found_from * series.noise.in_um()));
+    out += fmt::format(",\"lie_found_from_um\":{}",
+                       plan_number(*lies.found_from * series.noise.in_um()));
   }
   return out;
 }
@@ -82,11 +83,11 @@ std::string model(const Plan& plan, const SeriesPlan& series, const ModelPlan& o
 
 std::string addition(const Plan& plan, const SeriesPlan& series, const AdditionPlan& one) {
   std::string out = fmt::format("{{\"pads\":{},\"model\":\"{}\",\"determined\":{}",
-                                list(one.pads, place),
+                                plan_json_list(one.pads, place),
                                 name(one.model),
                                 one.fit.has_value());
   if (one.worst_if_kept) {
-    out += fmt::format(",\"worst_if_model_kept\":{}", number(*one.worst_if_kept));
+    out += fmt::format(",\"worst_if_model_kept\":{}", plan_number(*one.worst_if_kept));
   }
   if (one.fit) out += "," + knowledge(plan, series, *one.fit, one.stats, one.lies);
   return out + "}";
@@ -99,16 +100,16 @@ std::string series_object(const Plan& plan, const SeriesPlan& series) {
       series.level == CorrectionLevel::Base ? "base" : "nested",
       series.i_series,
       name(series.programmed),
-      number(series.noise.in_um()),
-      list(series.targets, place),
+      plan_number(series.noise.in_um()),
+      plan_json_list(series.targets, place),
       series.n_places,
       series.serves_targets ? "targets" : "holes",
-      list(series.models, [&](const ModelPlan& one) { return model(plan, series, one); }),
-      list(series.hull, point),
+      plan_json_list(series.models, [&](const ModelPlan& one) { return model(plan, series, one); }),
+      plan_json_list(series.hull, plan_point),
       series.n_outside);
   if (series.n_outside > 0) {
     out += fmt::format(",\"farthest_mm\":{},\"farthest_at\":{}",
-                       number(series.farthest.in_mm()),
+                       plan_number(series.farthest.in_mm()),
                        place(series.farthest_place));
   }
   out += fmt::format(",\"candidates\":{},\"thinned\":{}", series.n_candidates, series.is_thinned);
@@ -116,9 +117,10 @@ std::string series_object(const Plan& plan, const SeriesPlan& series) {
   for (const auto* one : {&series.one, &series.several}) {
     if (*one) additions.push_back(**one);
   }
-  return out + fmt::format(",\"additions\":{}}}", list(additions, [&](const AdditionPlan& one) {
-                             return addition(plan, series, one);
-                           }));
+  return out +
+         fmt::format(",\"additions\":{}}}", plan_json_list(additions, [&](const AdditionPlan& one) {
+                       return addition(plan, series, one);
+                     }));
 }
 
 }  // namespace
@@ -136,16 +138,17 @@ std::string plan_json(const Plan& plan, const Program& program) {
       plan.n_base,
       plan.n_nested,
       plan.n_like_worst,
-      number(plan.picture_sigma.in_um()),
-      list(plan.series, [&](const SeriesPlan& series) { return series_object(plan, series); }));
+      plan_number(plan.picture_sigma.in_um()),
+      plan_json_list(plan.series,
+                     [&](const SeriesPlan& series) { return series_object(plan, series); }));
   const VisitPlan& visits = plan.visits;
   return out + fmt::format(
                    ",\"visits\":{{\"programmed_mm\":{},\"within_series_mm\":{},\"within_series\":"
                    "[{}],\"free_mm\":{},\"free\":[{}],\"exact\":{}}}}}\n",
-                   number(visits.programmed.in_mm()),
-                   number(visits.within_series_length.in_mm()),
+                   plan_number(visits.programmed.in_mm()),
+                   plan_number(visits.within_series_length.in_mm()),
                    fmt::join(visits.within_series, ","),
-                   number(visits.free_length.in_mm()),
+                   plan_number(visits.free_length.in_mm()),
                    fmt::join(visits.free, ","),
                    visits.is_exact);
 }

@@ -23,10 +23,10 @@ using report::Extent;
 using report::View;
 using Place = Position<frame::Nominal>;
 
-constexpr double kWidth = 560;
-constexpr double kMaxHeight = 640;
-constexpr double kTitle = 30;  ///< height of the line above the map
-constexpr std::size_t kMostNumbers = 80;
+constexpr double kPlanWidth = 560;
+constexpr double kMaxPlanHeight = 640;
+constexpr double kPlanTitle = 30;  ///< height of the line above the map
+constexpr std::size_t kMaxPlanNumbers = 80;
 
 std::string path_data(const View& view, const std::vector<Eigen::Vector2d>& line) {
   std::string out;
@@ -38,7 +38,7 @@ std::string path_data(const View& view, const std::vector<Eigen::Vector2d>& line
   return out + "Z";
 }
 
-std::string circle(const Eigen::Vector2d& at, double radius, std::string_view css_class) {
+std::string plan_circle(const Eigen::Vector2d& at, double radius, std::string_view css_class) {
   return fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"/>",
                      css_class,
                      at.x(),
@@ -129,7 +129,7 @@ std::string bands(const LeverageMap& leverage,
   return fmt::format("<g clip-path=\"url(#{})\">\n{}</g>\n{}\n", clip, areas, figures);
 }
 
-std::string dots(const std::vector<Place>& places, const View& view) {
+std::string place_dots(const std::vector<Place>& places, const View& view) {
   std::set<std::pair<long, long>> drawn;
   std::string path;
   for (const Place& place : places) {
@@ -159,7 +159,8 @@ std::string target_marks(const std::vector<PlannedPlace>& targets,
   std::string out;
   for (const PlannedPlace& target : targets) {
     const Eigen::Vector2d at = view.at(target.nominal.in_mm());
-    out += circle(at, 7, "halo") + circle(at, 7, "target") + cross_at(at, 3, "target") + "\n";
+    out += plan_circle(at, 7, "halo") + plan_circle(at, 7, "target") + cross_at(at, 3, "target") +
+           "\n";
     labels.take(at);
   }
   return out;
@@ -171,7 +172,7 @@ std::string pad_marks(const std::vector<PlannedPlace>& pads, const View& view) {
     const Eigen::Vector2d at = view.at(pad.nominal.in_mm());
     out += fmt::format("<g><title>{}</title>{}{}</g>\n",
                        escaped(fmt::format("line {}", pad.line)),
-                       circle(at, 8, "pad"),
+                       plan_circle(at, 8, "pad"),
                        cross_at(at, 4.5, "plus"));
   }
   return out;
@@ -186,8 +187,8 @@ std::string worst_mark(const LeverageStats& stats, const View& view) {
   const double dx = at.x() > middle.x() ? -14 : 14;
   const double dy = at.y() > middle.y() ? -12 : 20;
   return fmt::format("<g><title>worst place</title>{}{}</g>{}\n",
-                     circle(at, 10, "halo"),
-                     circle(at, 10, "worst"),
+                     plan_circle(at, 10, "halo"),
+                     plan_circle(at, 10, "worst"),
                      text(at + Eigen::Vector2d(dx, dy),
                           dx < 0 ? "worst end" : "worst",
                           fmt::format("worst {:.2f} x", stats.worst)));
@@ -210,14 +211,14 @@ Extent extent_of(const SeriesPlan& series) {
 }
 
 Drawing framed(const View& view, std::string_view title, const std::string& content) {
-  Drawing drawing{"", view.width(), view.height() + kTitle};
+  Drawing drawing{"", view.width(), view.height() + kPlanTitle};
   drawing.content = fmt::format(
       "<rect class=\"paper\" width=\"{:.0f}\" height=\"{:.0f}\"/>{}<g transform=\"translate(0 "
       "{:.0f})\">\n{}</g>\n",
       drawing.width,
       drawing.height,
       text({46, 22}, "title", title),
-      kTitle,
+      kPlanTitle,
       content);
   return drawing;
 }
@@ -262,7 +263,7 @@ Drawing leverage_drawing(const SeriesPlan& series, const AdditionPlan* addition)
   const Extent extent = extent_of(series);
   const auto& fit = addition != nullptr ? addition->fit : series.in_force().fit;
   if (extent.is_empty) return {};
-  const View view(extent, kWidth, kMaxHeight);
+  const View view(extent, kPlanWidth, kMaxPlanHeight);
   const std::string clip =
       fmt::format("clip-{}-{}", series.i_series, addition != nullptr ? addition->pads.size() : 0);
   Labels labels(view);
@@ -271,7 +272,7 @@ Drawing leverage_drawing(const SeriesPlan& series, const AdditionPlan* addition)
   const std::string marks = target_marks(series.targets, view, labels);
   std::string out = fmt::format("<clipPath id=\"{}\">{}</clipPath>\n", clip, plot_area(view, ""));
   if (fit) out += bands(LeverageMap(fit->cov), series, view, clip, labels);
-  out += view.axes() + dots(series.sample, view);
+  out += view.axes() + place_dots(series.sample, view);
   std::vector<Eigen::Vector2d> hull;
   for (const Place& corner : series.hull) hull.push_back(corner.in_mm());
   if (hull.size() > 1)
@@ -297,17 +298,17 @@ Drawing visits_drawing(const Plan& plan) {
     for (const Place& place : series.sample) extent.add(place.in_mm());
   }
   if (visits.places.size() < 2) return {};
-  const View view(extent, kWidth, kMaxHeight);
+  const View view(extent, kPlanWidth, kMaxPlanHeight);
   std::vector<std::size_t> programmed(visits.places.size());
   for (std::size_t i = 0; i < programmed.size(); ++i) programmed[i] = i;
   std::string out = view.axes();
-  for (const SeriesPlan& series : plan.series) out += dots(series.sample, view);
+  for (const SeriesPlan& series : plan.series) out += place_dots(series.sample, view);
   out += fmt::format("<path class=\"programmed\" d=\"{}\"/>\n<path class=\"short\" d=\"{}\"/>\n",
                      way(visits, programmed, view),
                      way(visits, visits.free, view));
-  for (std::size_t k = 0; k < visits.free.size() && visits.free.size() <= kMostNumbers; ++k) {
+  for (std::size_t k = 0; k < visits.free.size() && visits.free.size() <= kMaxPlanNumbers; ++k) {
     const Eigen::Vector2d at = view.at(visits.places[visits.free[k]].in_mm());
-    out += circle(at, 8, k == 0 ? "stop begin" : "stop") +
+    out += plan_circle(at, 8, k == 0 ? "stop begin" : "stop") +
            text(at + Eigen::Vector2d(0, 3.5),
                 k == 0 ? "number first" : "number",
                 std::to_string(k + 1)) +

@@ -16,9 +16,9 @@ namespace {
 
 using report::escaped;
 
-constexpr double kGap = 16;
+constexpr double kMapGap = 16;
 
-constexpr std::string_view kPageStyle = R"css(
+constexpr std::string_view kPlanPageStyle = R"css(
 .maps{display:grid;grid-template-columns:repeat(auto-fit,minmax(330px,1fr));gap:14px;align-items:start;margin:12px 0}
 .maps svg{width:100%;height:auto;border-radius:8px;border:1px solid var(--line)}
 table.grid tr.now td{font-weight:650}table.grid tr.now td:first-child::before{content:"\25B8\00A0"}
@@ -45,7 +45,7 @@ std::string standalone(const Drawing& drawing, std::string_view label) {
       drawing.content);
 }
 
-std::string table(const Plan& plan, const SeriesPlan& series) {
+std::string plan_table_html(const Plan& plan, const SeriesPlan& series) {
   std::string out =
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>model</th><th class=\"num\">d.o.f.</th>"
       "<th class=\"num\">worst, times the noise</th><th class=\"num\">&#181;m</th>"
@@ -66,18 +66,18 @@ std::string table(const Plan& plan, const SeriesPlan& series) {
   return out + "</table></div>\n";
 }
 
-std::string list(const std::vector<std::string>& lines) {
+std::string advice_list(const std::vector<std::string>& lines) {
   std::string out = "<ul class=\"advice\">\n";
   for (const std::string& line : lines) out += "<li>" + escaped(line) + "</li>\n";
   return out + "</ul>\n";
 }
 
-std::string section(const Plan& plan, const SeriesPlan& series) {
+std::string series_section(const Plan& plan, const SeriesPlan& series) {
   std::string out = "<h2>" + escaped(series_title(plan, series)) + "</h2>\n<section>\n";
   if (const std::string note = series_note(plan, series); !note.empty()) {
     out += "<p class=\"quiet\">" + escaped(note) + "</p>\n";
   }
-  out += list(series_advice(plan, series)) + "<div class=\"maps\">\n";
+  out += advice_list(series_advice(plan, series)) + "<div class=\"maps\">\n";
   for (const Drawing& map : maps_of(series)) out += standalone(map, "Leverage over the panel");
   out += "</div>\n" + standalone(scale_drawing(series), "Colours and their leverages");
   return out +
@@ -86,7 +86,7 @@ std::string section(const Plan& plan, const SeriesPlan& series) {
          "worst direction; the line of 1 is green. Rings with a cross: targets, dashes: their "
          "hull; "
          "blue: pads to add; red: the worst place.</p>\n" +
-         table(plan, series) + "</section>\n";
+         plan_table_html(plan, series) + "</section>\n";
 }
 
 }  // namespace
@@ -98,22 +98,22 @@ std::string plan_svg(const Plan& plan, const PlanPage& page) {
   double width = 600;
   const auto row = [&](std::string_view title, const std::vector<Drawing>& drawings) {
     content += fmt::format(
-        "<text class=\"title\" x=\"{0:.0f}\" y=\"{1:.0f}\">{2}</text>\n", kGap, y + 16, title);
+        "<text class=\"title\" x=\"{0:.0f}\" y=\"{1:.0f}\">{2}</text>\n", kMapGap, y + 16, title);
     y += 24;
-    double x = kGap;
+    double x = kMapGap;
     double height = 0;
     for (const Drawing& drawing : drawings) {
       content += fmt::format(
           "<g transform=\"translate({:.0f} {:.0f})\">\n{}</g>\n", x, y, drawing.content);
-      x += drawing.width + kGap;
+      x += drawing.width + kMapGap;
       height = std::max(height, drawing.height);
     }
     width = std::max(width, x);
-    y += height + kGap;
+    y += height + kMapGap;
   };
   for (const SeriesPlan& series : plan.series) {
     row(escaped(series_title(plan, series)), maps_of(series));
-    y -= kGap;
+    y -= kMapGap;
     row("", {scale_drawing(series)});
   }
   if (const Drawing visits = visits_drawing(plan); !visits.content.empty()) {
@@ -135,7 +135,7 @@ std::string plan_svg(const Plan& plan, const PlanPage& page) {
       escaped("Plan of " + page.program_file),
       description,
       kPlanStyle,
-      kGap,
+      kMapGap,
       content);
 }
 
@@ -150,14 +150,15 @@ std::string plan_html(const Plan& plan, const Survey& survey, const PlanPage& pa
       escaped(page.program_file),
       report::kStyle,
       kPlanStyle,
-      kPageStyle,
+      kPlanPageStyle,
       page.machine_name.empty() ? "" : " on <b>" + escaped(page.machine_name) + "</b>",
       escaped(noise_text(plan)),
       plan.chooses_model || plan.bends_panel ? " " + escaped(model_text(plan)) : "");
-  for (const SeriesPlan& series : plan.series) out += section(plan, series);
+  for (const SeriesPlan& series : plan.series) out += series_section(plan, series);
   if (const auto visits = visit_advice(plan, survey); !visits.empty()) {
-    out += "<h2>Order of visits</h2>\n<section>\n" + list(visits) + "<div class=\"maps\">\n" +
-           standalone(visits_drawing(plan), "The order of visits") + "</div>\n</section>\n";
+    out += "<h2>Order of visits</h2>\n<section>\n" + advice_list(visits) +
+           "<div class=\"maps\">\n" + standalone(visits_drawing(plan), "The order of visits") +
+           "</div>\n</section>\n";
   }
   out += "<footer>\n<dl>\n";
   for (const auto& [key, value] : page.provenance) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calib/advice/convex_hull.h"
-#include "tools/plan/facts.h"
+#include "tools/plan/plan.h"
 
 namespace panelcal::plan {
 

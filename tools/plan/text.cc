@@ -16,7 +16,7 @@ namespace {
 using report::counted;
 using report::path_text;
 
-std::string_view word(LieDetection::Answer answer) {
+std::string_view answer_word(LieDetection::Answer answer) {
   constexpr std::array<std::string_view, 3> kWords = {"no", "in part", "yes"};
   return kWords[static_cast<std::size_t>(answer)];
 }
@@ -54,7 +54,7 @@ std::string wrapped(const std::string& text, std::size_t indent) {
   return out + "\n";
 }
 
-std::string table(const Plan& plan, const SeriesPlan& series) {
+std::string plan_table_text(const Plan& plan, const SeriesPlan& series) {
   const bool has_total = has_machine_terms(plan);
   std::string out = fmt::format("    {:<11}{:>6}  {:>8} {:>8}{}  {:>6}  {:<18} {:<8} {}\n",
                                 "model",
@@ -118,7 +118,7 @@ std::string series_title(const Plan& plan, const SeriesPlan& series) {
                      counted(static_cast<std::int64_t>(series.targets.size()), "target"),
                      lines_text(series),
                      name(series.programmed));
-  if (plan.chooses_model) out += " (auto: the manual's for so many)";
+  if (plan.chooses_model) out += " (auto: the manual's for this number)";
   if (plan.bends_panel) out += " (of the smooth one)";
   if (plan.is_recorded) out += fmt::format(", noise {:.2f} um", series.noise.in_um());
   return out;
@@ -171,8 +171,8 @@ std::vector<ModelRow> model_rows(const Plan& plan, const SeriesPlan& series) {
       }
       row.found = model.lies.found_from
                       ? fmt::format("{:.1f}", *model.lies.found_from * series.noise.in_um())
-                      : std::string(word(model.lies.is_found));
-      row.named = std::string(word(model.lies.is_named));
+                      : std::string(answer_word(model.lies.is_found));
+      row.named = std::string(answer_word(model.lies.is_named));
     }
     rows.push_back(std::move(row));
   }
@@ -192,7 +192,7 @@ std::string model_text(const Plan& plan) {
   if (!plan.chooses_model) return {};
   return "Model \"auto\": a job chooses by what it measures. Assumed here is the manual's model "
          "for "
-         "so many targets, now and with further ones; the table has the others.";
+         "this number of targets, now and with further ones; the table has the others.";
 }
 
 std::string plan_text(const Plan& plan, const Survey& survey) {
@@ -205,7 +205,7 @@ std::string plan_text(const Plan& plan, const Survey& survey) {
   for (const SeriesPlan& series : plan.series) {
     out += "\n" + series_title(plan, series) + "\n";
     if (const std::string note = series_note(plan, series); !note.empty()) out += wrapped(note, 2);
-    out += table(plan, series);
+    out += plan_table_text(plan, series);
     for (const std::string& line : series_advice(plan, series)) out += wrapped("- " + line, 2);
   }
   if (plan.n_base > kMostBase) {

@@ -9,46 +9,6 @@
 
 namespace panelcal {
 
-void WorstHole::put(const Operation& operation) {
-  const auto* drill = std::get_if<Drill>(&operation.what);
-  if (drill == nullptr || operation.origin == nullptr) return;
-  const Length sigma = largest_sigma(drill->cov_mm2);
-  if (!(sigma > sigma_)) return;
-  sigma_ = sigma;
-  hole_.line = operation.line;
-  hole_.file = operation.file;
-  hole_.path.assign(operation.path.begin(), operation.path.end());
-  hole_.tool = drill->tool;
-  hole_.nominal = drill->nominal;
-  place_ = budget_place(*drill, *operation.origin);
-}
-
-std::optional<HoleBudget> WorstHole::budget(const Survey& survey,
-                                            const MachineUncertainty& machine) const {
-  if (!(sigma_ > Length())) return std::nullopt;
-  HoleBudget out = hole_;
-  out.budget = error_budget(place_, survey, machine);
-  return out;
-}
-
-std::optional<HoleBudget> likeliest_to_break(const JobVerdict& verdict,
-                                             const Survey& survey,
-                                             const MachineUncertainty& machine) {
-  const JobVerdict::ToolFigures* const worst_tool = verdict.worst_tool();
-  if (worst_tool == nullptr || !worst_tool->worst.budget_place) return std::nullopt;
-  const JobVerdict::WorstPlace& worst = worst_tool->worst;
-  HoleBudget out{.line = worst.line,
-                 .file = worst.file,
-                 .path = worst.path,
-                 .nominal = worst.nominal,
-                 .risk = worst.risk,
-                 .budget = error_budget(*worst.budget_place, survey, machine)};
-  for (const auto& [number, tool] : verdict.by_tool()) {
-    if (&tool == worst_tool) out.tool = number;
-  }
-  return out;
-}
-
 namespace report {
 namespace {
 
@@ -62,10 +22,10 @@ double sigma_um(double variance_mm2) {
   return std::sqrt(std::max(0.0, variance_mm2)) * 1e3;
 }
 
-std::string row(std::string_view source,
-                const Eigen::Matrix2d& cov_mm2,
-                double whole_mm2,
-                std::string_view shared) {
+std::string budget_row(std::string_view source,
+                       const Eigen::Matrix2d& cov_mm2,
+                       double whole_mm2,
+                       std::string_view shared) {
   const double percent = whole_mm2 > 0 ? 100 * cov_mm2.trace() / whole_mm2 : 0;
   return fmt::format(
       "<tr><td>{}</td><td class=\"num\">{}</td><td class=\"num\">{}</td>"
@@ -109,7 +69,7 @@ std::string budget_section(const std::optional<HoleBudget>& hole) {
   std::string rows;
   for (const BudgetTerm& term : hole->budget) {
     if (term.cov_mm2.trace() > 0) {
-      rows += row(term.source, term.cov_mm2, total.trace(), name(term.shared));
+      rows += budget_row(term.source, term.cov_mm2, total.trace(), name(term.shared));
     } else {
       unknown += fmt::format("{}{}", unknown.empty() ? "" : ", ", escaped(term.source));
     }
@@ -130,7 +90,7 @@ std::string budget_section(const std::optional<HoleBudget>& hole) {
       hole->tool,
       point_text(hole->nominal.in_mm()),
       rows,
-      row("total", total, total.trace(), ""));
+      budget_row("total", total, total.trace(), ""));
   if (!unknown.empty()) {
     out += fmt::format(
         "<p class=\"quiet\">Not stated in the machine's file, and so not counted: {}.</p>\n",

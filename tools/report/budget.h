@@ -4,41 +4,9 @@
 #include <optional>
 #include <string>
 
-#include "calib/correction/error_budget.h"
-#include "program/judge/job_verdict.h"
-#include "program/judge/place_budget.h"
+#include "machine/job/worst_hole.h"
 
 namespace panelcal {
-
-/// One place and where its uncertainty comes from.
-struct HoleBudget {
-  int line = 0;
-  std::string file;  ///< of a stored pattern; empty: the program itself
-  InstancePath path;
-  int tool = 0;
-  Position<frame::Nominal> nominal;
-  std::optional<double> risk;  ///< of breaking its tolerance, where that is why it is shown
-  ErrorBudget budget;
-};
-
-/// Remembers the hole whose sigma is largest, in its worst direction; of equal ones the first.
-class WorstHole final : public OperationSink {
- public:
-  void put(const Operation& operation) override;
-  /// Empty if no hole was corrected.
-  std::optional<HoleBudget> budget(const Survey& survey, const MachineUncertainty& machine) const;
-
- private:
-  Length sigma_;
-  HoleBudget hole_;
-  BudgetPlace place_;
-};
-
-/// Of the place that is likeliest to break its tolerance, which the verdict names; empty if no
-/// place was judged.
-std::optional<HoleBudget> likeliest_to_break(const JobVerdict& verdict,
-                                             const Survey& survey,
-                                             const MachineUncertainty& machine);
 
 namespace report {
 

@@ -10,10 +10,10 @@
 namespace panelcal::report {
 namespace {
 
-/// More rows help nobody.
-constexpr std::size_t kMostRows = 50;
+/// More rows do not help.
+constexpr std::size_t kMaxCalibrationRows = 50;
 
-std::string row(const CalibrationAnswer& calibration) {
+std::string calibration_row(const CalibrationAnswer& calibration) {
   return fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n",
                      calibration.order.line,
                      escaped(calibration.order.command),
@@ -30,10 +30,11 @@ std::string calibrations_section(const Survey& survey) {
       "behind each of them counts with its offset and its uncertainty. Nothing is installed: the "
       "next job begins with the machine's file again.</p>\n<table><tr><th>line</th><th>order</th>"
       "<th>found</th></tr>\n";
-  for (std::size_t i = 0; i < std::min(n, kMostRows); ++i) out += row(survey.calibrations[i]);
+  for (std::size_t i = 0; i < std::min(n, kMaxCalibrationRows); ++i)
+    out += calibration_row(survey.calibrations[i]);
   out += "</table>\n";
-  if (n > kMostRows) {
-    out += fmt::format("<p class=\"quiet\">And {} more.</p>\n", n - kMostRows);
+  if (n > kMaxCalibrationRows) {
+    out += fmt::format("<p class=\"quiet\">And {} more.</p>\n", n - kMaxCalibrationRows);
   }
   return out + "</section>\n";
 }

@@ -3,22 +3,22 @@
 
 #include <string_view>
 
+#include "machine/job/depth_summary.h"
 #include "tools/report/depth_map.h"
 #include "tools/report/text.h"
-#include "tools/run/depth_summary.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {
 namespace {
 
-std::string risk_chip(const Tolerances& tolerances, double risk) {
+std::string depth_risk_chip(const Tolerances& tolerances, double risk) {
   const std::string_view chip = risk > tolerances.hold_above   ? "chip refused"
                                 : risk > tolerances.warn_above ? "chip suspect"
                                                                : "chip";
   return fmt::format("<span class=\"{}\">{}</span>", chip, risk_html(risk));
 }
 
-std::string worst_place(const DepthVerdict::WorstPlace& worst) {
+std::string worst_depth_place(const DepthVerdict::WorstPlace& worst) {
   const std::string axis =
       worst.error.axis ? fmt::format(" on Z axis {}", *worst.error.axis) : std::string();
   return fmt::format("{}: {} &#177; {} &#181;m{}",
@@ -28,9 +28,9 @@ std::string worst_place(const DepthVerdict::WorstPlace& worst) {
                      axis);
 }
 
-std::string row_html(const Tolerances& tolerances,
-                     int number,
-                     const DepthVerdict::ToolFigures& tool) {
+std::string depth_row_html(const Tolerances& tolerances,
+                           int number,
+                           const DepthVerdict::ToolFigures& tool) {
   std::string out = fmt::format("<tr><td>T{}</td>", number) +
                     number_cell(grouped(tool.places.n_judged + tool.places.n_unjudged)) +
                     number_cell(depth_tolerance_text(tool.tolerance));
@@ -43,9 +43,9 @@ std::string row_html(const Tolerances& tolerances,
                      risk_text(tool.expected_too_deep)) +
          number_cell(grouped(tool.places.n_warned) + " / " + grouped(tool.places.n_held));
   return out + fmt::format("<td>{}</td><td>{}</td><td class=\"quiet\">{}</td></tr>\n",
-                           risk_chip(tolerances, tool.worst.risk.too_shallow),
-                           risk_chip(tolerances, tool.worst.risk.too_deep),
-                           worst_place(tool.worst));
+                           depth_risk_chip(tolerances, tool.worst.risk.too_shallow),
+                           depth_risk_chip(tolerances, tool.worst.risk.too_deep),
+                           worst_depth_place(tool.worst));
 }
 
 }  // namespace
@@ -74,7 +74,7 @@ std::string depth_section(const DepthVerdict* verdict) {
         "<th class=\"num\">warn / hold</th><th>too shallow</th><th>too deep</th>"
         "<th>worst place</th></tr>\n";
     for (const auto& [number, tool] : verdict->by_tool()) {
-      out += row_html(verdict->tolerances(), number, tool);
+      out += depth_row_html(verdict->tolerances(), number, tool);
     }
     out += "</table></div>\n";
   }
@@ -83,13 +83,14 @@ std::string depth_section(const DepthVerdict* verdict) {
   for (const std::string& line : surface_lines(*verdict)) {
     out += "<li>" + escaped(line) + "</li>\n";
   }
-  return out + fmt::format(
-                   "</ul>\n<p class=\"quiet\">Lengths in &#181;m; deeper than wanted is positive. "
-                   "The map of all probes says how high the board is at each place, and how sure "
-                   "that is; what the machine is told counts on a probe, a grid or a map made "
-                   "before. To the map's "
-                   "sigma comes that of the machine's depth, {} &#181;m.</p>\n</section>\n",
-                   shortest(verdict->errors().depth_sigma().in_um()));
+  return out +
+         fmt::format(
+             "</ul>\n<p class=\"quiet\">Lengths in &#181;m; deeper than wanted is positive. "
+             "The map of all probes gives the height of the board at each place, and how sure "
+             "that is; what the machine is told counts on a probe, a grid or a map made "
+             "before. To the map's "
+             "sigma comes that of the machine's depth, {} &#181;m.</p>\n</section>\n",
+             shortest(verdict->errors().depth_sigma().in_um()));
 }
 
 }  // namespace panelcal::report

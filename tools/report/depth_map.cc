@@ -12,8 +12,8 @@
 namespace panelcal::report {
 namespace {
 
-constexpr int kNodes = 90;  // along the longer side
-constexpr int kLevels = 8;
+constexpr int kDepthNodes = 90;  // along the longer side
+constexpr int kDepthLevels = 8;
 
 contours::ContourMap heights_of(const HeightMap& map, std::size_t i_picture) {
   contours::ContourMap out;
@@ -21,7 +21,7 @@ contours::ContourMap heights_of(const HeightMap& map, std::size_t i_picture) {
   out.title = "Height above the table, mm";
   out.unit = "mm";
   out.outline = surface::hull_of(map);
-  out.field = contours::field_over(out.outline, kNodes, [&](const auto& places) {
+  out.field = contours::field_over(out.outline, kDepthNodes, [&](const auto& places) {
     std::vector<double> heights_mm;
     for (const auto& place : places) {
       heights_mm.push_back(map.lattice().height_mm(place.in_mm()));
@@ -29,7 +29,7 @@ contours::ContourMap heights_of(const HeightMap& map, std::size_t i_picture) {
     return heights_mm;
   });
   const auto [low, high] = std::ranges::minmax(out.field.values);
-  out.levels = contours::round_levels(low, high, kLevels);
+  out.levels = contours::round_levels(low, high, kDepthLevels);
   return out;
 }
 

@@ -12,7 +12,7 @@ namespace panelcal::report {
 std::string_view depth_map_style(const DepthVerdict* verdict);
 
 /// The surface that depths are judged by, one picture a Z axis, with each tool's worst place; empty
-/// where nobody knows it.
+/// where it is unknown.
 std::string depth_map_figures(const DepthVerdict& verdict);
 
 }  // namespace panelcal::report

@@ -33,7 +33,7 @@ bool is_warned(const JobVerdict* verdict) {
   return verdict != nullptr && verdict->decision() == JobDecision::DrillWithWarning;
 }
 
-/// Also of depths with a tolerance of which nobody knows how wrong they are.
+/// Also of depths with a tolerance whose error is unknown.
 bool is_warned(const DepthVerdict* verdict) {
   return verdict != nullptr &&
          (verdict->decision() == JobDecision::DrillWithWarning || verdict->places().n_unjudged > 0);

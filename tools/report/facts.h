@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "program/walk/survey.h"
-#include "tools/report/html.h"
+#include "tools/report/input.h"
 #include <Eigen/Core>
 
 namespace panelcal::report {

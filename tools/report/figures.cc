@@ -16,8 +16,8 @@
 namespace panelcal::report {
 namespace {
 
-constexpr double kWidth = 620;
-constexpr double kMaxHeight = 760;
+constexpr double kPanelWidth = 620;
+constexpr double kMaxPanelHeight = 760;
 /// More marks than this would write their numbers over each other.
 constexpr std::size_t kMaxLabels = 60;
 
@@ -54,7 +54,7 @@ double dot_px(const Tally& tally, int tool, const View& view) {
   return std::max(diameter_px, tally.sample().size() > 5000 ? 1.2 : 2.0);
 }
 
-std::string holes(const Tally& tally, const View& view) {
+std::string hole_dots(const Tally& tally, const View& view) {
   std::map<int, Dots> by_tool;
   for (const HoleMark& hole : tally.sample()) by_tool[hole.tool].add(view.at(hole.nominal.in_mm()));
   std::string out = "<g class=\"holes\" transform=\"scale(.1)\">\n";
@@ -109,7 +109,7 @@ std::string mark_shape(const TargetFact& fact, const Eigen::Vector2d& p, double 
 }
 
 /// The mark at the nominal place, with a cross if nothing was found there; it leads to its card.
-std::string mark(const TargetFact& fact, const View& view, double size, bool is_labelled) {
+std::string target_mark(const TargetFact& fact, const View& view, double size, bool is_labelled) {
   const MeasurementRequest& request = fact.measurement->request;
   const Eigen::Vector2d p = view.at(request.nominal.in_mm());
   if (!p.allFinite()) return {};
@@ -144,7 +144,7 @@ std::string residual_arrows(std::span<const TargetFact> facts,
   return out;
 }
 
-/// 0 if there are none beyond rounding: nobody wants to see that.
+/// 0 if there are none beyond rounding, which is not worth showing.
 double longest_residual_mm(std::span<const TargetFact> facts) {
   double longest_mm = 0;
   for (const TargetFact& fact : facts) {
@@ -198,7 +198,7 @@ std::string panel_caption(const ReportInput& input, double longest_mm, const Arr
 std::string panel_figure(const ReportInput& input,
                          std::span<const TargetFact> facts,
                          const Extent& extent) {
-  const View view(extent, kWidth, kMaxHeight);
+  const View view(extent, kPanelWidth, kMaxPanelHeight);
   const double longest_mm = longest_residual_mm(facts);
   const ArrowScale scale = arrow_scale(longest_mm, 0.12 * view.plot_side(), view.px_per_mm());
   // Many marks become small ones.
@@ -208,12 +208,12 @@ std::string panel_figure(const ReportInput& input,
                     view.open(size < 0.7 ? "panel many" : "panel",
                               "The panel with holes, fiducials and residual arrows") +
                     view.axes();
-  if (input.tally != nullptr) out += holes(*input.tally, view);
+  if (input.tally != nullptr) out += hole_dots(*input.tally, view);
   for (const TargetFact& fact : facts) {
-    out += mark(fact,
-                view,
-                is_singled_out(fact) ? 1.0 : size,
-                facts.size() <= kMaxLabels || is_singled_out(fact));
+    out += target_mark(fact,
+                       view,
+                       is_singled_out(fact) ? 1.0 : size,
+                       facts.size() <= kMaxLabels || is_singled_out(fact));
   }
   out += residual_arrows(facts, view, scale) + view.scale_bar();
   if (longest_mm > 0) {

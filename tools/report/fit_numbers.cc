@@ -31,7 +31,7 @@ Eigen::Matrix<double, 4, 6> deformation_jacobian(const PanelDeformation& d) {
   return j;
 }
 
-double sigma_of(double variance) {
+double sigma_of_variance(double variance) {
   return std::sqrt(std::max(0.0, variance));
 }
 
@@ -43,16 +43,16 @@ FitNumbers numbers_of(const PanelFit<To, From>& fit) {
   FitNumbers out;
   out.model = fit.model;
   out.is_mirrored = d.scale_y < 0;
-  out.rotation_rad = {d.rotation_rad, sigma_of(cov(0, 0))};
-  out.stretch_x_ppm = {(d.scale_x - 1) * 1e6, sigma_of(cov(1, 1)) * 1e6};
-  out.stretch_y_ppm = {(std::abs(d.scale_y) - 1) * 1e6, sigma_of(cov(2, 2)) * 1e6};
-  out.shear_ppm = {d.shear * 1e6, sigma_of(cov(3, 3)) * 1e6};
+  out.rotation_rad = {d.rotation_rad, sigma_of_variance(cov(0, 0))};
+  out.stretch_x_ppm = {(d.scale_x - 1) * 1e6, sigma_of_variance(cov(1, 1)) * 1e6};
+  out.stretch_y_ppm = {(std::abs(d.scale_y) - 1) * 1e6, sigma_of_variance(cov(2, 2)) * 1e6};
+  out.shear_ppm = {d.shear * 1e6, sigma_of_variance(cov(3, 3)) * 1e6};
   for (const auto& pair : fit.pairs) out.centroid_mm += pair.nominal.in_mm();
   if (!fit.pairs.empty()) out.centroid_mm /= static_cast<double>(fit.pairs.size());
   const PositionEstimate<To> moved = fit.map(position_mm<From>(out.centroid_mm));
   const Eigen::Vector2d shift_mm = moved.position.in_mm() - out.centroid_mm;
-  out.shift_x_mm = {shift_mm.x(), sigma_of(moved.cov(0, 0))};
-  out.shift_y_mm = {shift_mm.y(), sigma_of(moved.cov(1, 1))};
+  out.shift_x_mm = {shift_mm.x(), sigma_of_variance(moved.cov(0, 0))};
+  out.shift_y_mm = {shift_mm.y(), sigma_of_variance(moved.cov(1, 1))};
   out.chi_square = fit.chi_square;
   out.degrees_of_freedom = fit.degrees_of_freedom;
   return out;

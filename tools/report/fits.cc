@@ -17,7 +17,7 @@ namespace panelcal::report {
 namespace {
 
 /// More accepted board fits than this are folded into one line.
-constexpr std::size_t kMaxLoose = 12;
+constexpr std::size_t kMaxLooseFits = 12;
 
 std::string gate_row(const GateVerdict& gate) {
   const double ratio = gate_ratio(gate);
@@ -98,7 +98,7 @@ std::string series_block(const ReportInput& input, const SeriesResult& series, b
   return out + "</details>\n";
 }
 
-struct Range {
+struct ResidualRange {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
 
@@ -113,7 +113,7 @@ struct Range {
 
 /// What many boards did, as ranges.
 std::string ranges_of(const std::vector<const SeriesResult*>& boards) {
-  Range shift_x, shift_y, rotation;
+  ResidualRange shift_x, shift_y, rotation;
   for (const SeriesResult* board : boards) {
     const std::optional<FitNumbers> n = fit_numbers(*board);
     if (!n) continue;
@@ -132,7 +132,7 @@ std::string frame_paragraph(const Survey& survey) {
   const bool has_nested = std::ranges::any_of(survey.series, [](const SeriesResult& series) {
     return series.level == CorrectionLevel::Nested && series.base_series.has_value();
   });
-  return has_nested ? "<p>Board fits say what a board did on top of its panel's fit.</p>\n" : "";
+  return has_nested ? "<p>Board fits are on top of their panel's fit.</p>\n" : "";
 }
 
 std::string pooled_paragraph(const Survey& survey) {
@@ -159,13 +159,13 @@ std::string fits_section(const ReportInput& input) {
     if (!series.is_accepted()) {
       refused += series_block(input, series, true);
     } else if (series.level == CorrectionLevel::Base) {
-      panel += series_block(input, series, survey.series.size() <= kMaxLoose);
+      panel += series_block(input, series, survey.series.size() <= kMaxLooseFits);
     } else {
       boards += series_block(input, series, false);
       accepted_boards.push_back(&series);
     }
   }
-  if (accepted_boards.size() > kMaxLoose) {
+  if (accepted_boards.size() > kMaxLooseFits) {
     boards = fmt::format(
         "<details class=\"fit\"><summary><span class=\"chip good\">pass</span> "
         "<b>{}</b> <span class=\"words\">{}.</span></summary>\n{}</details>\n",

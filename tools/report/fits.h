@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/report/html.h"
+#include "tools/report/input.h"
 
 namespace panelcal::report {
 

@@ -10,10 +10,10 @@
 namespace panelcal::report {
 namespace {
 
-constexpr double kWidth_px = 420;
-constexpr double kHeight_px = 160;
-constexpr double kMargin_px = 28;
-/// More curves help nobody.
+constexpr double kFocusWidth_px = 420;
+constexpr double kFocusHeight_px = 160;
+constexpr double kFocusMargin_px = 28;
+/// More curves do not help.
 constexpr std::size_t kMostCurves = 50;
 
 /// Maps heights and sharpnesses to the picture.
@@ -24,11 +24,11 @@ struct Chart {
 
   double x(double z_mm) const {
     const double span_mm = std::max(1e-9, high_mm - low_mm);
-    return kMargin_px + (kWidth_px - 2 * kMargin_px) * (z_mm - low_mm) / span_mm;
+    return kFocusMargin_px + (kFocusWidth_px - 2 * kFocusMargin_px) * (z_mm - low_mm) / span_mm;
   }
   double y(double sharpness) const {
     const double share = greatest > 0 ? std::max(0.0, sharpness / greatest) : 0;
-    return kHeight_px - kMargin_px - (kHeight_px - 2 * kMargin_px) * share;
+    return kFocusHeight_px - kFocusMargin_px - (kFocusHeight_px - 2 * kFocusMargin_px) * share;
   }
 };
 
@@ -44,11 +44,11 @@ std::string curve(const FocusResult& focus) {
   std::string out = fmt::format(
       "<svg class=\"panel\" role=\"img\" aria-label=\"sharpness over height\" viewBox=\"0 0 {0} "
       "{1}\" style=\"max-width:{0}px\"><path class=\"frame\" d=\"M{2} {2}V{3}H{4}\"/>",
-      kWidth_px,
-      kHeight_px,
-      kMargin_px,
-      kHeight_px - kMargin_px,
-      kWidth_px - kMargin_px);
+      kFocusWidth_px,
+      kFocusHeight_px,
+      kFocusMargin_px,
+      kFocusHeight_px - kFocusMargin_px,
+      kFocusWidth_px - kFocusMargin_px);
   for (const FocusResult::Sample& s : focus.curve) {
     out += fmt::format("<circle class=\"after\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2\"/>",
                        chart.x(s.z.in_mm()),
@@ -57,13 +57,13 @@ std::string curve(const FocusResult& focus) {
   if (focus.is_found) {
     out += fmt::format("<path class=\"before\" d=\"M{0:.1f} {1}V{2}\"/>",
                        chart.x(focus.z.in_mm()),
-                       kMargin_px,
-                       kHeight_px - kMargin_px);
+                       kFocusMargin_px,
+                       kFocusHeight_px - kFocusMargin_px);
   }
   for (const double z_mm : {chart.low_mm, chart.high_mm}) {
     out += fmt::format("<text class=\"mid\" x=\"{:.1f}\" y=\"{}\">{} mm</text>",
                        chart.x(z_mm),
-                       kHeight_px - 8,
+                       kFocusHeight_px - 8,
                        fixed(z_mm, 3));
   }
   return out + "</svg>";

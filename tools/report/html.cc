@@ -30,7 +30,7 @@ struct VerdictWords {
   std::string_view css_class;
 };
 
-VerdictWords words_of(Verdict verdict) {
+VerdictWords verdict_words(Verdict verdict) {
   switch (verdict) {
     case Verdict::Drill:
       return {"DRILL", "&#10003;", "drill"};
@@ -44,7 +44,7 @@ VerdictWords words_of(Verdict verdict) {
   return {"FORCED", "&#9888;", "forced"};
 }
 
-std::string tile(std::string_view name, std::string_view value, std::string_view remark) {
+std::string report_tile(std::string_view name, std::string_view value, std::string_view remark) {
   return fmt::format("<div><dt>{}</dt><dd>{}<small>{}</small></dd></div>\n", name, value, remark);
 }
 
@@ -69,7 +69,7 @@ std::string residual_tile(const Survey& survey, std::span<const TargetFact> fact
   const std::optional<WorstGate> worst = worst_gate(survey, GateKind::Residual);
   if (worst && worst->gate->i_target && *worst->gate->i_target < worst->series->points.size()) {
     const std::size_t i = worst->series->points[*worst->gate->i_target];
-    return tile(
+    return report_tile(
         kName,
         gate_value(*worst->gate),
         meter(*worst) + percent_of_limit(*worst) + "; " + target_link(survey.measurements[i]));
@@ -81,17 +81,17 @@ std::string residual_tile(const Survey& survey, std::span<const TargetFact> fact
       largest = &fact;
     }
   }
-  if (largest == nullptr) return tile(kName, "none", "nothing was fitted");
-  return tile(kName,
-              fixed(largest->residual_mm->norm() * 1e3, 2) + " &#181;m",
-              target_link(*largest->measurement) + "; no limit is set");
+  if (largest == nullptr) return report_tile(kName, "none", "nothing was fitted");
+  return report_tile(kName,
+                     fixed(largest->residual_mm->norm() * 1e3, 2) + " &#181;m",
+                     target_link(*largest->measurement) + "; no limit is set");
 }
 
 std::string other_gate_tile(const Survey& survey) {
   const std::optional<WorstGate> worst = worst_gate(survey, GateKind::Other);
   if (!worst) return {};
   const GateVerdict& gate = *worst->gate;
-  return tile(
+  return report_tile(
       fmt::format("worst other gate: {}", escaped(gate.gate)),
       gate_value(gate),
       meter(*worst) + percent_of_limit(*worst) + "; " + escaped(series_name(*worst->series)));
@@ -103,34 +103,35 @@ std::string um_1(Length length) {
 
 std::string hole_tiles(const ReportInput& input) {
   const Tally* tally = input.tally;
-  if (tally == nullptr) return tile("holes", "none written", "the program was refused");
-  std::string out = tile("holes",
-                         grouped(tally->n_holes()),
-                         counted(static_cast<std::int64_t>(tally->holes_by_tool().size()), "tool"));
+  if (tally == nullptr) return report_tile("holes", "none written", "the program was refused");
+  std::string out =
+      report_tile("holes",
+                  grouped(tally->n_holes()),
+                  counted(static_cast<std::int64_t>(tally->holes_by_tool().size()), "tool"));
   if (!survey_of(input).measurements.empty()) {
-    out += tile("largest shift", um_1(tally->max_shift()), "nominal to corrected");
-    out += tile("largest predicted sigma",
-                fixed(tally->max_sigma().in_um(), 3) + " &#181;m",
-                "one standard deviation, worst direction");
+    out += report_tile("largest shift", um_1(tally->max_shift()), "nominal to corrected");
+    out += report_tile("largest predicted sigma",
+                       fixed(tally->max_sigma().in_um(), 3) + " &#181;m",
+                       "one standard deviation, worst direction");
   }
   if (input.truth != nullptr && input.truth->all().corrected.n > 0) {
-    out += tile("largest error against truth",
-                fixed(input.truth->all().corrected.max().in_um(), 2) + " &#181;m",
-                um_1(input.truth->all().uncorrected.max()) + " without correction");
+    out += report_tile("largest error against truth",
+                       fixed(input.truth->all().corrected.max().in_um(), 2) + " &#181;m",
+                       um_1(input.truth->all().uncorrected.max()) + " without correction");
   }
   return out;
 }
 
 std::string tolerance_tile(const JobVerdict* verdict) {
   if (verdict == nullptr || verdict->n_judged() == 0) return {};
-  return tile("places expected to break their tolerance",
-              risk_text(verdict->expected_broken()),
-              fmt::format("of {}; <a href=\"#tolerance\">worst risk</a> {}",
-                          grouped(verdict->n_judged()),
-                          risk_text(verdict->worst_tool()->worst.risk)));
+  return report_tile("places expected to break their tolerance",
+                     risk_text(verdict->expected_broken()),
+                     fmt::format("of {}; <a href=\"#tolerance\">worst risk</a> {}",
+                                 grouped(verdict->n_judged()),
+                                 risk_text(verdict->worst_tool()->worst.risk)));
 }
 
-std::string left_out_text(std::size_t n) {
+std::string left_out_of_fits_text(std::size_t n) {
   if (n == 0) return {};
   return fmt::format("; <span class=\"chip suspect\">{} left out of {}</span>",
                      n,
@@ -138,7 +139,7 @@ std::string left_out_text(std::size_t n) {
 }
 
 std::string first_screen(const ReportInput& input, std::span<const TargetFact> facts) {
-  const VerdictWords words = words_of(verdict_of(input));
+  const VerdictWords words = verdict_words(verdict_of(input));
   const Survey& survey = survey_of(input);
   std::string out = fmt::format(
       "<h1><b>{}</b> on {}; measured from {}; {}</h1>\n"
@@ -158,10 +159,10 @@ std::string first_screen(const ReportInput& input, std::span<const TargetFact> f
       escaped(next_step(input)));
   if (!survey.measurements.empty()) {
     out += residual_tile(survey, facts) + other_gate_tile(survey) +
-           tile("targets found",
-                fmt::format("{} of {}", n_found(survey), survey.measurements.size()),
-                counted(static_cast<std::int64_t>(survey.series.size()), "fit") +
-                    left_out_text(n_dropped(survey)));
+           report_tile("targets found",
+                       fmt::format("{} of {}", n_found(survey), survey.measurements.size()),
+                       counted(static_cast<std::int64_t>(survey.series.size()), "fit") +
+                           left_out_of_fits_text(n_dropped(survey)));
   }
   return out + hole_tiles(input) + tolerance_tile(input.verdict) + depth_tile(input.depth) +
          "</dl>\n</div>\n";
@@ -249,7 +250,7 @@ std::string report_html(const ReportInput& input) {
       "initial-scale=1\"/>\n<title>{}: {} - "
       "panelcal</title>\n<style>{}{}</style>\n</head>\n<body>\n"
       "<main>\n",
-      words_of(verdict_of(input)).word,
+      verdict_words(verdict_of(input)).word,
       escaped(input.program_file),
       kStyle,
       depth_map_style(input.depth));

@@ -15,7 +15,7 @@ double least_criterion(const std::vector<ModelScore>& scores) {
   return std::ranges::min_element(scores, {}, &ModelScore::criterion)->criterion;
 }
 
-std::string left_out_text(const ModelScore& score) {
+std::string left_out_error_text(const ModelScore& score) {
   return score.left_out_mm ? fixed(*score.left_out_mm * 1e3, 2) : "not defined";
 }
 
@@ -40,7 +40,7 @@ std::string model_row(const ModelScore& score, const SeriesResult& series, doubl
       fixed(score.parameters, score.is_smooth ? 1 : 0),
       fixed(score.chi_square, 2),
       fixed_signed(score.criterion - least, 2),
-      left_out_text(score),
+      left_out_error_text(score),
       marks);
 }
 

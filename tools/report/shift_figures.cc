@@ -16,9 +16,9 @@ namespace {
 using Pair = TargetPair<frame::Actual, frame::Nominal>;
 using Map = Transform<frame::Actual, frame::Nominal>;
 
-constexpr double kWidth = 440;
-constexpr double kMaxHeight = 360;
-constexpr int kCells = 14;  ///< arrows along the longer side
+constexpr double kShiftWidth = 440;
+constexpr double kMaxShiftHeight = 360;
+constexpr int kFigureCells = 14;  ///< arrows along the longer side
 /// Shifts below this are nothing to draw.
 constexpr double kLeast_mm = 1e-6;
 
@@ -29,7 +29,7 @@ Pair moved(const Eigen::Vector2d& from_mm, const Eigen::Vector2d& to_mm) {
 
 /// The hole nearest to the middle of each cell of a coarse grid.
 std::vector<Pair> holes_on_grid(const Tally& tally, const Extent& extent) {
-  const double cell_mm = std::max(1e-3, extent.size_mm().maxCoeff() / kCells);
+  const double cell_mm = std::max(1e-3, extent.size_mm().maxCoeff() / kFigureCells);
   struct Candidate {
     const HoleMark* hole;
     double distance;
@@ -108,7 +108,7 @@ struct ShiftFigure {
 };
 
 std::string draw(const ShiftFigure& figure, const std::vector<Pair>& pairs, const Extent& extent) {
-  const View view(extent, kWidth, kMaxHeight);
+  const View view(extent, kShiftWidth, kMaxShiftHeight);
   double longest_mm = 0;
   for (const Pair& pair : pairs) {
     longest_mm = std::max(longest_mm, remainder_mm(figure.taken_out, pair).norm());

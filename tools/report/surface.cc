@@ -11,8 +11,8 @@
 namespace panelcal::report {
 namespace {
 
-/// More rows help nobody; the saved readings have them all.
-constexpr std::size_t kMostRows = 500;
+/// More rows do not help; the saved readings have them all.
+constexpr std::size_t kMaxSurfaceRows = 500;
 
 std::string row_of(const ProbeReading& reading, std::size_t n_axes) {
   const ProbeRequest& request = reading.request;
@@ -71,7 +71,7 @@ std::string surface_section(const Survey& survey, const std::string& use) {
                        n_axes == 1 ? "" : fmt::format(", Z axis {},", axis));
   }
   out += "<th class=\"num\">from expected &#181;m</th></tr>\n";
-  const std::size_t n_rows = std::min(survey.probes.size(), kMostRows);
+  const std::size_t n_rows = std::min(survey.probes.size(), kMaxSurfaceRows);
   for (std::size_t i = 0; i < n_rows; ++i) out += row_of(survey.probes[i], n_axes);
   for (const FilledNode& node : survey.filled_nodes) out += row_of(node);
   out += "</table></div>\n";

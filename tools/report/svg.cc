@@ -10,12 +10,12 @@
 namespace panelcal::report {
 namespace {
 
-constexpr double kLeft = 46;
-constexpr double kRight = 14;
-constexpr double kTop = 12;
-constexpr double kBottom = 62;
+constexpr double kAxisLeft = 46;
+constexpr double kAxisRight = 14;
+constexpr double kAxisTop = 12;
+constexpr double kAxisBottom = 62;
 /// Room around the outermost holes, as a part of the longer side.
-constexpr double kMargin = 0.04;
+constexpr double kViewMargin = 0.04;
 
 }  // namespace
 
@@ -27,26 +27,26 @@ void Extent::add(const Eigen::Vector2d& p_mm) {
 }
 
 View::View(const Extent& extent, double width, double max_height) : shown_(extent) {
-  const double margin_mm = std::max(1.0, kMargin * extent.size_mm().maxCoeff());
+  const double margin_mm = std::max(1.0, kViewMargin * extent.size_mm().maxCoeff());
   shown_.low_mm.array() -= margin_mm;
   shown_.high_mm.array() += margin_mm;
   const Eigen::Vector2d size_mm = shown_.size_mm();
-  px_per_mm_ =
-      std::min((width - kLeft - kRight) / size_mm.x(), (max_height - kTop - kBottom) / size_mm.y());
+  px_per_mm_ = std::min((width - kAxisLeft - kAxisRight) / size_mm.x(),
+                        (max_height - kAxisTop - kAxisBottom) / size_mm.y());
   // A narrow strip would leave no room for the texts: show more of the table around it.
-  const double least_mm = 0.3 * (width - kLeft - kRight) / px_per_mm_;
+  const double least_mm = 0.3 * (width - kAxisLeft - kAxisRight) / px_per_mm_;
   for (int axis = 0; axis < 2; ++axis) {
     const double missing_mm = std::max(0.0, least_mm - size_mm[axis]);
     shown_.low_mm[axis] -= missing_mm / 2;
     shown_.high_mm[axis] += missing_mm / 2;
   }
-  width_ = kLeft + kRight + shown_.size_mm().x() * px_per_mm_;
-  height_ = kTop + kBottom + shown_.size_mm().y() * px_per_mm_;
+  width_ = kAxisLeft + kAxisRight + shown_.size_mm().x() * px_per_mm_;
+  height_ = kAxisTop + kAxisBottom + shown_.size_mm().y() * px_per_mm_;
 }
 
 Eigen::Vector2d View::at(const Eigen::Vector2d& p_mm) const {
-  return {kLeft + (p_mm.x() - shown_.low_mm.x()) * px_per_mm_,
-          kTop + (shown_.high_mm.y() - p_mm.y()) * px_per_mm_};
+  return {kAxisLeft + (p_mm.x() - shown_.low_mm.x()) * px_per_mm_,
+          kAxisTop + (shown_.high_mm.y() - p_mm.y()) * px_per_mm_};
 }
 
 Eigen::Vector2d View::along(const Eigen::Vector2d& v_mm) const {
@@ -72,7 +72,7 @@ std::string View::ticks(int axis) const {
   const double span_mm = shown_.size_mm()[axis];
   const double step_mm = nice_below(span_mm / 3.5);
   const int n_decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step_mm) + 1e-9)));
-  const double bottom = height_ - kBottom;
+  const double bottom = height_ - kAxisBottom;
   std::string grid;
   std::string labels;
   const double first = std::ceil(shown_.low_mm[axis] / step_mm);
@@ -83,38 +83,40 @@ std::string View::ticks(int axis) const {
     const Eigen::Vector2d p = at(Eigen::Vector2d::Constant(value_mm));
     const std::string text = fixed(value_mm, n_decimals);
     if (axis == 0) {
-      grid += fmt::format("M{:.1f} {:.1f}V{:.1f}", p.x(), kTop, bottom);
+      grid += fmt::format("M{:.1f} {:.1f}V{:.1f}", p.x(), kAxisTop, bottom);
       labels += fmt::format(
           "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid\">{}</text>", p.x(), bottom + 15, text);
     } else {
-      grid += fmt::format("M{:.1f} {:.1f}H{:.1f}", kLeft, p.y(), width_ - kRight);
-      labels += fmt::format(
-          "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"end\">{}</text>", kLeft - 5, p.y() + 4, text);
+      grid += fmt::format("M{:.1f} {:.1f}H{:.1f}", kAxisLeft, p.y(), width_ - kAxisRight);
+      labels += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"end\">{}</text>",
+                            kAxisLeft - 5,
+                            p.y() + 4,
+                            text);
     }
   }
   return fmt::format("<path class=\"grid\" d=\"{}\"/>{}\n", grid, labels);
 }
 
 std::string View::axes() const {
-  const double bottom = height_ - kBottom;
+  const double bottom = height_ - kAxisBottom;
   return ticks(0) + ticks(1) +
          fmt::format(
              "<rect class=\"frame\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" "
              "height=\"{:.1f}\"/>"
              "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid\">x mm</text>"
              "<text class=\"mid\" transform=\"translate(11 {:.1f}) rotate(-90)\">y mm</text>\n",
-             kLeft,
-             kTop,
-             width_ - kLeft - kRight,
-             bottom - kTop,
-             (kLeft + width_ - kRight) / 2,
+             kAxisLeft,
+             kAxisTop,
+             width_ - kAxisLeft - kAxisRight,
+             bottom - kAxisTop,
+             (kAxisLeft + width_ - kAxisRight) / 2,
              bottom + 29,
-             (kTop + bottom) / 2);
+             (kAxisTop + bottom) / 2);
 }
 
 std::string View::scale_bar() const {
   const double length_mm = nice_below(0.3 * shown_.size_mm().x());
-  const double right = width_ - kRight;
+  const double right = width_ - kAxisRight;
   const double left = right - length_mm * px_per_mm_;
   const double y = height_ - 12;
   return fmt::format(
@@ -136,8 +138,8 @@ std::string View::reference_arrow(double length,
   return fmt::format(
       "<path class=\"arrow {}\" d=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
       css_class,
-      arrow_path({kLeft, y}, {length, 0}),
-      kLeft + length + 6,
+      arrow_path({kAxisLeft, y}, {length, 0}),
+      kAxisLeft + length + 6,
       y + 4,
       text);
 }

@@ -12,16 +12,16 @@
 namespace panelcal::report {
 namespace {
 
-/// Up to so many cards are shown unfolded.
+/// Up to this number of cards is shown unfolded.
 constexpr std::size_t kShownUnfolded = 24;
 /// More groups than this go into one fold.
-constexpr std::size_t kMaxLoose = 12;
+constexpr std::size_t kMaxLooseTargets = 12;
 
 /// x, y and, if it means something, the length.
-std::string row(std::string_view name,
-                const Eigen::Vector2d& v_mm,
-                int n_decimals,
-                bool has_length) {
+std::string vector_row(std::string_view name,
+                       const Eigen::Vector2d& v_mm,
+                       int n_decimals,
+                       bool has_length) {
   const Eigen::Vector2d v_um = v_mm * 1e3;
   const auto cell = [&](double value_um) {
     return has_length ? fixed_signed(value_um, n_decimals) : fixed(value_um, n_decimals);
@@ -33,7 +33,7 @@ std::string row(std::string_view name,
                      has_length ? fixed(v_um.norm(), n_decimals) : "");
 }
 
-std::string picture(const ReportInput& input, const MeasurementRequest& request) {
+std::string crop_picture(const ReportInput& input, const MeasurementRequest& request) {
   const auto crop = input.crops_png.find(request.seq);
   if (crop == input.crops_png.end() || crop->second.empty()) {
     return "<div class=\"nopicture\">no picture</div>";
@@ -71,10 +71,10 @@ std::string measured_table(const TargetFact& fact) {
   const Eigen::Vector2d deviation_mm = m.measured.position.in_mm() - m.request.expected.in_mm();
   const Eigen::Vector2d sigma_mm = m.measured.cov.diagonal().cwiseSqrt();
   std::string out = "<table><tr><th>&#181;m</th><th>x</th><th>y</th><th>length</th></tr>" +
-                    row("measured &#8722; expected", deviation_mm, 1, true);
-  if (fact.residual_mm) out += row("<b>residual</b>", *fact.residual_mm, 2, true);
-  out += row("sigma", sigma_mm, 3, false);
-  if (m.scatter) out += row("scatter of inspections", m.scatter->in_mm(), 3, false);
+                    vector_row("measured &#8722; expected", deviation_mm, 1, true);
+  if (fact.residual_mm) out += vector_row("<b>residual</b>", *fact.residual_mm, 2, true);
+  out += vector_row("sigma", sigma_mm, 3, false);
+  if (m.scatter) out += vector_row("scatter of inspections", m.scatter->in_mm(), 3, false);
   return out + "</table>\n";
 }
 
@@ -88,7 +88,7 @@ std::string card(const ReportInput& input, const TargetFact& fact) {
       "<p><span class=\"quiet\">nominal</span> {} mm</p>",
       kClasses[static_cast<std::size_t>(fact.state)],
       m.request.seq,
-      picture(input, m.request),
+      crop_picture(input, m.request),
       m.request.seq,
       escaped(m.request.command),
       status_chip(fact),
@@ -167,7 +167,7 @@ std::string target_cards(const ReportInput& input, std::span<const TargetFact> f
                           group_summary(group),
                           cards(input, group));
   }
-  if (groups.size() <= kMaxLoose) return out + folded;
+  if (groups.size() <= kMaxLooseTargets) return out + folded;
   const auto n_bad = static_cast<std::int64_t>(refused.size() + suspect.size() + dropped.size());
   return out + fmt::format(
                    "<details><summary><b>{} without complaint</b> "

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "tools/report/facts.h"
-#include "tools/report/html.h"
+#include "tools/report/input.h"
 
 namespace panelcal::report {
 

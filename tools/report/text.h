@@ -17,7 +17,7 @@ std::string escaped(std::string_view text);
 /// RFC 4648 with padding, without line breaks.
 std::string base64(std::string_view bytes);
 
-/// Fixed point, "0.0" rather than "-0.0"; "not a number" where it is none.
+/// Fixed point, "0.0" rather than "-0.0"; "not a number" where it is NaN.
 std::string fixed(double value, int n_decimals);
 /// The same with a sign, also in front of positive numbers.
 std::string fixed_signed(double value, int n_decimals);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "machine/job/verdict_summary.h"
 #include "tools/report/text.h"
-#include "tools/run/verdict_summary.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {
@@ -17,7 +17,7 @@ std::string um_2(Length length) {
   return fixed(length.in_um(), 2);
 }
 
-std::string worst_place(const JobVerdict::ToolFigures& tool) {
+std::string worst_position_place(const JobVerdict::ToolFigures& tool) {
   if (tool.n_judged == 0) return {};
   const JobVerdict::WorstPlace& worst = tool.worst;
   return place_html(worst.line, worst.file, worst.path, worst.nominal.in_mm());
@@ -28,12 +28,12 @@ std::string_view chip_class(const JobVerdict::ToolFigures& tool) {
   return tool.n_warned > 0 ? "chip suspect" : "chip";
 }
 
-std::string risk_chip(const JobVerdict::ToolFigures& tool) {
+std::string position_risk_chip(const JobVerdict::ToolFigures& tool) {
   if (tool.n_judged == 0) return "<span class=\"quiet\">not judged</span>";
   return fmt::format("<span class=\"{}\">{}</span>", chip_class(tool), risk_html(tool.worst.risk));
 }
 
-std::string row_html(const ToolRow& row, bool has_truth) {
+std::string tool_row_html(const ToolRow& row, bool has_truth) {
   const JobVerdict::ToolFigures& tool = *row.predicted;
   std::string out = fmt::format("<tr><td>T{}</td>", row.tool);
   out += number_cell(grouped(tool.predicted.n + tool.n_uncorrected));
@@ -53,11 +53,11 @@ std::string row_html(const ToolRow& row, bool has_truth) {
   out +=
       number_cell(tool.n_judged == 0 ? "" : grouped(tool.n_warned) + " / " + grouped(tool.n_held));
   return out + fmt::format("<td>{}</td><td class=\"quiet\">{}</td></tr>\n",
-                           risk_chip(tool),
-                           worst_place(tool));
+                           position_risk_chip(tool),
+                           worst_position_place(tool));
 }
 
-std::string table(const ReportInput& input) {
+std::string verdict_table(const ReportInput& input) {
   const bool has_truth = input.truth != nullptr;
   std::string out =
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>tool</th><th class=\"num\">places</th>"
@@ -71,7 +71,7 @@ std::string table(const ReportInput& input) {
   }
   out += "<th class=\"num\">warn / hold</th><th>risk</th><th>worst place</th></tr>\n";
   for (const ToolRow& row : tool_rows(*input.verdict, input.truth)) {
-    out += row_html(row, has_truth);
+    out += tool_row_html(row, has_truth);
   }
   return out + "</table></div>\n";
 }
@@ -80,8 +80,8 @@ std::string table(const ReportInput& input) {
 
 constexpr double kBar_px = 46;
 constexpr double kPlot_px = 120;  ///< height
-constexpr double kTop_px = 18;
-constexpr double kLeft_px = 8;
+constexpr double kVerdictTop_px = 18;
+constexpr double kVerdictLeft_px = 8;
 
 /// Heights are logarithms: one hole beside a million has to be seen.
 double height_px(std::int64_t n, std::int64_t most) {
@@ -92,9 +92,9 @@ double height_px(std::int64_t n, std::int64_t most) {
 }
 
 std::string bar(std::size_t i, const JobVerdict::Decade& decade, std::int64_t most) {
-  const double x = kLeft_px + kBar_px * static_cast<double>(i);
+  const double x = kVerdictLeft_px + kBar_px * static_cast<double>(i);
   const double height = height_px(decade.n(), most);
-  double y = kTop_px + kPlot_px - height;
+  double y = kVerdictTop_px + kPlot_px - height;
   std::string out = fmt::format("<text class=\"mid\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>",
                                 x + kBar_px / 2,
                                 y - 4,
@@ -119,37 +119,39 @@ std::string bar(std::size_t i, const JobVerdict::Decade& decade, std::int64_t mo
 
 std::string limit_line(double probability, std::string_view name) {
   const double at = std::log10(std::max(probability, 1e-13)) - JobVerdict::kLowestDecade;
-  const double x = kLeft_px + kBar_px * std::clamp(1 + at, 0.0, 13.0);
+  const double x = kVerdictLeft_px + kBar_px * std::clamp(1 + at, 0.0, 13.0);
   return fmt::format(
       "<path class=\"before\" d=\"M{0:.1f} {1}V{2}\"/><text class=\"mid\" x=\"{0:.1f}\" "
       "y=\"{3}\">{4}</text>",
       x,
-      kTop_px - 4,
-      kTop_px + kPlot_px,
-      kTop_px + kPlot_px + 32,
+      kVerdictTop_px - 4,
+      kVerdictTop_px + kPlot_px,
+      kVerdictTop_px + kPlot_px + 32,
       name);
 }
 
-std::string picture(const JobVerdict& verdict) {
+std::string decades_picture(const JobVerdict& verdict) {
   std::int64_t most = 1;
   for (const JobVerdict::Decade& decade : verdict.decades()) most = std::max(most, decade.n());
-  const double width = 2 * kLeft_px + kBar_px * JobVerdict::kDecades;
+  const double width = 2 * kVerdictLeft_px + kBar_px * JobVerdict::kDecades;
   std::string out = fmt::format(
       "<figure><svg class=\"panel\" role=\"img\" aria-label=\"How many places have which risk\" "
       "viewBox=\"0 0 {0} {1}\" style=\"max-width:{0}px\">",
       width,
-      kTop_px + kPlot_px + 38);
+      kVerdictTop_px + kPlot_px + 38);
   for (std::size_t i = 0; i < JobVerdict::kDecades; ++i) {
     if (verdict.decades()[i].n() > 0) out += bar(i, verdict.decades()[i], most);
     if (i == 0) continue;
     const int exponent = JobVerdict::kLowestDecade + static_cast<int>(i) - 1;
     out += fmt::format("<text class=\"mid\" x=\"{:.1f}\" y=\"{}\">1e{}</text>",
-                       kLeft_px + kBar_px * static_cast<double>(i),
-                       kTop_px + kPlot_px + 15,
+                       kVerdictLeft_px + kBar_px * static_cast<double>(i),
+                       kVerdictTop_px + kPlot_px + 15,
                        exponent);
   }
-  out += fmt::format(
-      "<path class=\"frame\" d=\"M{} {}H{}\"/>", kLeft_px, kTop_px + kPlot_px, width - kLeft_px);
+  out += fmt::format("<path class=\"frame\" d=\"M{} {}H{}\"/>",
+                     kVerdictLeft_px,
+                     kVerdictTop_px + kPlot_px,
+                     width - kVerdictLeft_px);
   out += limit_line(verdict.tolerances().warn_above, "warn");
   out += limit_line(verdict.tolerances().hold_above, "hold");
   return out +
@@ -166,8 +168,8 @@ std::string verdict_section(const ReportInput& input) {
   std::string sentence = escaped(verdict.sentence());
   sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
   std::string out = "<h2 id=\"tolerance\">Tolerance</h2>\n<section>\n<p><b>" + sentence +
-                    ".</b></p>\n" + table(input);
-  if (verdict.n_judged() > 0) out += picture(verdict);
+                    ".</b></p>\n" + verdict_table(input);
+  if (verdict.n_judged() > 0) out += decades_picture(verdict);
   out +=
       "<p class=\"quiet\">Lengths in &#181;m. Places are holes, ends of slots, and corners and "
       "starts of routs. Predicted: what the machine's and the measurements' stated errors make of "

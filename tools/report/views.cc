@@ -10,7 +10,7 @@
 namespace panelcal::report {
 namespace {
 
-constexpr double kWidth_px = 300;
+constexpr double kViewWidth_px = 300;
 constexpr double kMaxHeight_px = 260;
 /// More crops than a four-view target with a few doubtful places would only fill the page.
 constexpr std::size_t kMaxCrops = 8;
@@ -20,7 +20,7 @@ std::string_view arrow_class(MeasurementStatus status) {
   return status == MeasurementStatus::NotFound ? "frame" : "arrow refused";
 }
 
-std::string cross(const Eigen::Vector2d& at, double arm, std::string_view css_class) {
+std::string view_cross(const Eigen::Vector2d& at, double arm, std::string_view css_class) {
   return fmt::format("<path class=\"{}\" d=\"M{:.1f} {:.1f}h{:.1f}M{:.1f} {:.1f}v{:.1f}\"/>",
                      css_class,
                      at.x() - arm,
@@ -31,7 +31,7 @@ std::string cross(const Eigen::Vector2d& at, double arm, std::string_view css_cl
                      2 * arm);
 }
 
-std::string frame(const View& view, const ReportView& seen) {
+std::string view_frame(const View& view, const ReportView& seen) {
   std::string path;
   for (const Eigen::Vector2d& corner_mm : seen.frame_mm) {
     const Eigen::Vector2d at = view.at(corner_mm);
@@ -45,7 +45,7 @@ std::string frame(const View& view, const ReportView& seen) {
                      seen.i_view + 1);
   for (const Eigen::Vector2d& place_mm : seen.seen_mm) {
     const bool is_found = seen.status == MeasurementStatus::Found;
-    out += cross(view.at(place_mm), 6, is_found ? "after" : "arrow refused");
+    out += view_cross(view.at(place_mm), 6, is_found ? "after" : "arrow refused");
   }
   return out;
 }
@@ -73,9 +73,9 @@ std::string views_figure(const Measurement& measurement, std::span<const ReportV
     for (const Eigen::Vector2d& corner_mm : view->frame_mm) extent.add(corner_mm);
   }
   extent.add(expected_mm);
-  const View plan(extent, kWidth_px, kMaxHeight_px);
+  const View plan(extent, kViewWidth_px, kMaxHeight_px);
   std::string out = "<figure>" + plan.open("panel", "the views of this target") + plan.axes();
-  for (const ReportView* view : shown) out += frame(plan, *view);
+  for (const ReportView* view : shown) out += view_frame(plan, *view);
   if (request.settings.search_area && !request.settings.delta) {
     const Eigen::Vector2d at = plan.at(expected_mm);
     out += fmt::format("<circle class=\"before\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"/>",
@@ -83,9 +83,9 @@ std::string views_figure(const Measurement& measurement, std::span<const ReportV
                        at.y(),
                        request.settings.search_area->in_mm() * plan.px_per_mm());
   }
-  out += cross(plan.at(expected_mm), 4, "before");
+  out += view_cross(plan.at(expected_mm), 4, "before");
   if (measurement.status == MeasurementStatus::Found) {
-    out += cross(plan.at(measurement.measured.position.in_mm()), 9, "after");
+    out += view_cross(plan.at(measurement.measured.position.in_mm()), 9, "after");
   }
   out += fmt::format(
       "</svg><figcaption>{} views, in mm from work zero; dashed: where the target "

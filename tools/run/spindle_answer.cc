@@ -12,12 +12,12 @@ namespace panelcal::calibrate {
 namespace {
 
 /// Nine digits: enough for a nanometre on a metre, and the same on every processor.
-std::string number(double value) {
+std::string spindle_number(double value) {
   return std::isfinite(value) ? fmt::format("{:.9g}", value) : "null";
 }
 
 std::string pair(double x, double y) {
-  return fmt::format("[{},{}]", number(x), number(y));
+  return fmt::format("[{},{}]", spindle_number(x), spindle_number(y));
 }
 
 std::string pair(const Eigen::Vector2d& v) {
@@ -29,7 +29,7 @@ std::string scatter(const ScatterEstimate& estimate) {
 }
 
 std::string backlash(const BacklashEstimate& estimate) {
-  return estimate.is_determined ? number(estimate.value.in_um()) : "null";
+  return estimate.is_determined ? spindle_number(estimate.value.in_um()) : "null";
 }
 
 std::string trend(const std::optional<ResidualTrend>& trend) {
@@ -37,15 +37,15 @@ std::string trend(const std::optional<ResidualTrend>& trend) {
   return fmt::format(
       "{{\"turn_mrad\":{},\"turn_sigma_mrad\":{},\"growth_ppm\":{},\"growth_sigma_ppm\":{},"
       "\"chance\":{},\"significant\":{}}}",
-      number(1e3 * trend->rotation_rad),
-      number(1e3 * trend->rotation_sigma_rad),
-      number(trend->scale_ppm),
-      number(trend->scale_sigma_ppm),
-      number(trend->chance),
+      spindle_number(1e3 * trend->rotation_rad),
+      spindle_number(1e3 * trend->rotation_sigma_rad),
+      spindle_number(trend->scale_ppm),
+      spindle_number(trend->scale_sigma_ppm),
+      spindle_number(trend->chance),
       trend->is_significant);
 }
 
-std::string holes(const SpindleCameraRun& run) {
+std::string coupon_holes_json(const SpindleCameraRun& run) {
   std::string out;
   for (std::size_t i = 0; i < run.fit.holes.size(); ++i) {
     const CouponHoleResidual& hole = run.fit.holes[i];
@@ -174,9 +174,9 @@ std::string json(const SpindleAnswer& answer, const SpindleCameraRun& run) {
       answer.is_first,
       pair(answer.shift_um),
       pair(answer.sigma_um),
-      answer.chance ? number(*answer.chance) : "null");
+      answer.chance ? spindle_number(*answer.chance) : "null");
   out += fmt::format(",\"residuals\":[{}],\"missed\":[{}],\"installed\":{},\"ledger\":{}",
-                     holes(run),
+                     coupon_holes_json(run),
                      missed(run),
                      answer.is_installed,
                      answer.ledger_id ? std::to_string(*answer.ledger_id) : "null");

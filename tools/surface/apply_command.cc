@@ -16,7 +16,7 @@
 namespace panelcal::surface {
 namespace {
 
-const std::string kCommand = "panelcal surface apply";
+const std::string kSurfaceApply = "panelcal surface apply";
 
 LevelOptions level_options(const SurfaceOptions& options) {
   LevelOptions out;
@@ -53,8 +53,8 @@ std::string figures_text(const LevelFigures& figures) {
     out += fmt::format("{} moves go outside of the probes\n", figures.n_extrapolated);
   }
   if (figures.n_over_voids > 0) {
-    out +=
-        fmt::format("{} moves go over voids, at the height foretold there\n", figures.n_over_voids);
+    out += fmt::format("{} moves go over voids, at the height predicted there\n",
+                       figures.n_over_voids);
   }
   return out;
 }
@@ -97,7 +97,7 @@ std::string with_provenance(std::string text, const Provenance& provenance) {
 }  // namespace
 
 Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
-  PANELCAL_CHECK(check_output_paths(kCommand, {options.map, options.gcode}, {options.output}));
+  PANELCAL_CHECK(check_output_paths(kSurfaceApply, {options.map, options.gcode}, {options.output}));
   PANELCAL_TRY(const StoredZones stored, read_zoned_map_file(options.map));
   PANELCAL_TRY(const SourceText program, read_source(options.gcode));
   if (program.bytes.find(kLevelledBy) != std::string::npos) {
@@ -114,7 +114,7 @@ Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
     context.console.print(
         Diagnostic{Code::ToleranceHold,
                    {options.gcode, figures.line_of_largest_sigma, 1},
-                   fmt::format("the map is sure of its height here to {:.2f} um",
+                   fmt::format("the sigma of the map's height here is {:.2f} um",
                                figures.largest_sigma.in_um()),
                    fmt::format("at most {:g} um (--max-sigma-um)", *options.max_sigma_um)});
     return Answer{words, ExitCode::GateFailed};

@@ -20,7 +20,7 @@ using Eigen::Vector2d;
 using report::View;
 
 /// Smaller holes are dots of this radius, and one stands for all in a square of this side.
-constexpr double kDot_px = 0.8;
+constexpr double kBlankDot_px = 0.8;
 constexpr double kDotSide_px = 1.5;
 constexpr double kOutline_px = 0.8;
 constexpr int kCircleCorners = 64;
@@ -81,11 +81,11 @@ Shapes shapes_of(const Voids& voids, const View& view) {
     if (const auto* circle = std::get_if<Circle>(&one.area)) {
       const Vector2d at = view.at(circle->center.in_mm());
       const double radius = view.px_per_mm() * circle->radius.in_mm();
-      if (radius > kDot_px) {
+      if (radius > kBlankDot_px) {
         out.areas += circle_path(at, radius);
       } else if (dots.emplace(std::lround(at.x() / kDotSide_px), std::lround(at.y() / kDotSide_px))
                      .second) {
-        out.areas += circle_path(at, kDot_px);
+        out.areas += circle_path(at, kBlankDot_px);
       }
     } else if (const auto* polygon = std::get_if<Polygon>(&one.area)) {
       out.areas += corners_path(view, polygon->corners);

@@ -9,9 +9,9 @@
 #include "calib/base/clock.h"
 #include "calib/base/digest.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/checked_program.h"
+#include "machine/job/text_variables.h"
 #include "tools/cli/output_paths.h"
-#include "tools/cli/program_input.h"
-#include "tools/cli/text_variables.h"
 #include "tools/cli/version.h"
 #include "tools/surface/subcommand.h"
 #include "tools/surface/void_sink.h"
@@ -146,7 +146,7 @@ Expected<StoredMap> read_zone_of(const std::string& file,
 
 namespace {
 
-Expected<Answer> answer_to(const SurfaceOptions& options, CommandContext& context) {
+Expected<Answer> surface_answer(const SurfaceOptions& options, CommandContext& context) {
   switch (options.what) {
     case SurfaceOptions::What::Fit:
       return fit(options, context);

@@ -59,10 +59,10 @@ void add_fit(CLI::App& surface, SurfaceOptions& o) {
       "machine.toml, whose [surface] grid_hold_mm is how far heights are extrapolated");
   std::vector<std::string> models = {"auto"};
   for (const std::string_view word : surface_model_words()) models.emplace_back(word);
-  fit->add_option("--model", o.model, "What the surface may do between probes")
+  fit->add_option("--model", o.model, "Model of the surface between probes")
       ->check(CLI::IsMember(models))
       ->capture_default_str();
-  fit->add_option("--sigma-um", o.sigma_um, "What a probe scatters where its file does not say (5)")
+  fit->add_option("--sigma-um", o.sigma_um, "Scatter of a probe whose file states none (5)")
       ->check(CLI::Range(1e-3, 1e5));
   fit->add_option("--max-extrapolation-mm",
                   o.max_extrapolation_mm,
@@ -77,11 +77,11 @@ void add_fit(CLI::App& surface, SurfaceOptions& o) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   fit->add_option("--probe-tip-mm",
                   o.probe_tip_mm,
-                  "Diameter of the probe's tip: what it may touch of a void does not count (1)")
+                  "Diameter of the probe's tip: a probe that may touch a void does not count (1)")
       ->check(CLI::Range(1e-3, 100.0));
   fit->add_option("--clock", o.clock, kClock);
-  add_format(fit, o, "Of the files (default: as their names and texts tell)");
-  fit->add_option("--unit", o.unit, "Of files that do not say")
+  add_format(fit, o, "Of the files (default: from their names and texts)");
+  fit->add_option("--unit", o.unit, "Of files that state none")
       ->check(CLI::IsMember({"mm", "inch"}))
       ->capture_default_str();
   fit->add_option("--zaxis", o.z_axis, "Whose heights, of probes with several Z axes (from 0)")
@@ -103,14 +103,14 @@ void add_query(CLI::App& surface, SurfaceOptions& o) {
 }
 
 void add_diff(CLI::App& surface, SurfaceOptions& o) {
-  CLI::App* diff = add(surface, o, "diff", "Say what changed from one map to another", What::Diff);
+  CLI::App* diff = add(surface, o, "diff", "Compare one map with another", What::Diff);
   diff->add_option("MAP", o.files, "Two maps: before and after")->required()->expected(2);
   add_zone(diff, o);
   diff->add_option("--plot", o.plot, "Picture of the difference (.svg)");
 }
 
 void add_plan(CLI::App& surface, SurfaceOptions& o) {
-  CLI::App* plan = add(surface, o, "plan", "Say where to probe, and where not to", What::Plan);
+  CLI::App* plan = add(surface, o, "plan", "Plan where to probe, and where not to", What::Plan);
   CLI::Option* map = plan->add_option(
       "MAP", o.map, "A map of this panel, or with --afresh of one like it (.json)");
   add_zone(plan, o);

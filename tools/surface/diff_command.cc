@@ -10,17 +10,17 @@
 namespace panelcal::surface {
 namespace {
 
-const std::string kCommand = "panelcal surface diff";
+const std::string kSurfaceDiff = "panelcal surface diff";
 
 }  // namespace
 
 Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context) {
   const std::string& before = options.files.at(0);
   const std::string& after = options.files.at(1);
-  PANELCAL_CHECK(check_extension(kCommand, options.plot, ".svg"));
-  PANELCAL_CHECK(check_output_paths(kCommand, {before, after}, {options.plot}));
-  PANELCAL_TRY(StoredMap earlier, read_zone_of(before, kCommand, options));
-  PANELCAL_TRY(StoredMap later, read_zone_of(after, kCommand, options));
+  PANELCAL_CHECK(check_extension(kSurfaceDiff, options.plot, ".svg"));
+  PANELCAL_CHECK(check_output_paths(kSurfaceDiff, {before, after}, {options.plot}));
+  PANELCAL_TRY(StoredMap earlier, read_zone_of(before, kSurfaceDiff, options));
+  PANELCAL_TRY(StoredMap later, read_zone_of(after, kSurfaceDiff, options));
   auto difference = difference_of(earlier, later);
   if (!difference) {
     Diagnostic problem = std::move(difference).error();

@@ -12,10 +12,10 @@
 namespace panelcal::surface {
 namespace {
 
-constexpr int kNodes = 110;
-constexpr int kLevels = 9;
+constexpr int kDifferenceNodes = 110;
+constexpr int kDifferenceLevels = 9;
 
-std::string line(std::string_view what, std::string_view text) {
+std::string difference_line(std::string_view what, std::string_view text) {
   return fmt::format("{:<11}{}\n", what, text);
 }
 
@@ -27,14 +27,14 @@ std::string with_sigma(const Measured& measured, std::string_view unit) {
       "{:+.{}f} +- {:.{}f} {}", measured.value, n_decimals, measured.sigma, n_decimals, unit);
 }
 
-std::string chance_text(double chance) {
+std::string difference_chance_text(double chance) {
   return chance < 1e-9 ? "below 1e-9" : fmt::format("{:.2g}", chance);
 }
 
 std::string judged(const DifferencePart& part) {
   return fmt::format("{} (chance {})",
                      part.chance < kSignificant ? "changed" : "no more than scatter",
-                     chance_text(part.chance));
+                     difference_chance_text(part.chance));
 }
 
 std::string part_json(const DifferencePart& part) {
@@ -48,7 +48,7 @@ std::string measured_json(const Measured& measured) {
   return fmt::format(R"({{"value":{:.9g},"sigma":{:.9g}}})", measured.value, measured.sigma);
 }
 
-std::string point_json(const Eigen::Vector2d& p_mm) {
+std::string difference_point_json(const Eigen::Vector2d& p_mm) {
   return fmt::format("[{:.9g},{:.9g}]", p_mm.x(), p_mm.y());
 }
 
@@ -57,50 +57,50 @@ std::string point_json(const Eigen::Vector2d& p_mm) {
 std::string difference_text(const ComparedMaps& maps) {
   const MapDifference& d = maps.difference;
   const bool stands_in = d.model != maps.before.map.surface().model();
-  std::string out =
-      line("compared",
-           fmt::format(
-               "{} of {} with what {} foretells of them{}{}",
-               amount(d.n_probes, "probe"),
-               maps.after_file,
-               maps.before_file,
-               stands_in ? fmt::format(", as a {} of its probes", name_of(d.model)) : "",
-               d.n_outside > 0 ? fmt::format("; {} more stand outside of it", d.n_outside) : ""));
-  out +=
-      line("panel",
-           d.all.chance < kSignificant
-               ? fmt::format("changed: by scatter alone it would look so with a chance of {}",
-                             chance_text(d.all.chance))
-               : fmt::format("not seen to change: scatter alone does as much with a chance of {}",
-                             chance_text(d.all.chance)));
-  out += line("offset",
-              fmt::format("{} at ({:.1f}, {:.1f}); {}",
-                          with_sigma(d.offset_um, "um"),
-                          d.center_mm.x(),
-                          d.center_mm.y(),
-                          judged(d.offset)));
-  out += line("tilt",
-              fmt::format("{} along x, {} along y; {}",
-                          with_sigma(d.tilt_x, "um/m"),
-                          with_sigma(d.tilt_y, "um/m"),
-                          judged(d.tilt)));
+  std::string out = difference_line(
+      "compared",
+      fmt::format(
+          "{} of {} with the prediction of {}{}{}",
+          amount(d.n_probes, "probe"),
+          maps.after_file,
+          maps.before_file,
+          stands_in ? fmt::format(", as a {} of its probes", name_of(d.model)) : "",
+          d.n_outside > 0 ? fmt::format("; {} more stand outside of it", d.n_outside) : ""));
+  out += difference_line(
+      "panel",
+      d.all.chance < kSignificant
+          ? fmt::format("changed: by scatter alone it would look so with a chance of {}",
+                        difference_chance_text(d.all.chance))
+          : fmt::format("not seen to change: scatter alone does as much with a chance of {}",
+                        difference_chance_text(d.all.chance)));
+  out += difference_line("offset",
+                         fmt::format("{} at ({:.1f}, {:.1f}); {}",
+                                     with_sigma(d.offset_um, "um"),
+                                     d.center_mm.x(),
+                                     d.center_mm.y(),
+                                     judged(d.offset)));
+  out += difference_line("tilt",
+                         fmt::format("{} along x, {} along y; {}",
+                                     with_sigma(d.tilt_x, "um/m"),
+                                     with_sigma(d.tilt_y, "um/m"),
+                                     judged(d.tilt)));
   if (d.bow) {
-    out += line("bow",
-                fmt::format("{} along x, {} along y, twist {}; {}",
-                            with_sigma(*d.bow_x_um, "um"),
-                            with_sigma(*d.bow_y_um, "um"),
-                            with_sigma(*d.twist_um, "um"),
-                            judged(*d.bow)));
+    out += difference_line("bow",
+                           fmt::format("{} along x, {} along y, twist {}; {}",
+                                       with_sigma(*d.bow_x_um, "um"),
+                                       with_sigma(*d.bow_y_um, "um"),
+                                       with_sigma(*d.twist_um, "um"),
+                                       judged(*d.bow)));
   } else {
-    out += line("bow", "not told by so few probes");
+    out += difference_line("bow", "not determined by this number of probes");
   }
-  if (d.rest) out += line("rest", "what is left of the difference: " + judged(*d.rest));
-  out += line("rms", um_text(d.rms) + " over what both maps probed");
-  return out + line("greatest",
-                    fmt::format("{:+.1f} um +- {} at {}",
-                                d.greatest.in_um(),
-                                um_text(d.greatest_sigma),
-                                place_text(d.greatest_at)));
+  if (d.rest) out += difference_line("rest", "the rest of the difference: " + judged(*d.rest));
+  out += difference_line("rms", um_text(d.rms) + " over what both maps probed");
+  return out + difference_line("greatest",
+                               fmt::format("{:+.1f} um +- {} at {}",
+                                           d.greatest.in_um(),
+                                           um_text(d.greatest_sigma),
+                                           place_text(d.greatest_at)));
 }
 
 std::string difference_json(const ComparedMaps& maps) {
@@ -116,8 +116,8 @@ std::string difference_json(const ComparedMaps& maps) {
       word(d.model),
       d.n_probes,
       d.n_outside,
-      point_json(d.center_mm),
-      point_json(d.half_mm),
+      difference_point_json(d.center_mm),
+      difference_point_json(d.half_mm),
       part_json(d.all),
       part_json(d.offset),
       part_json(d.tilt),
@@ -138,7 +138,7 @@ std::string difference_json(const ComparedMaps& maps) {
                    d.rms.in_um(),
                    d.greatest.in_um(),
                    d.greatest_sigma.in_um(),
-                   point_json(d.greatest_at.in_mm()));
+                   difference_point_json(d.greatest_at.in_mm()));
 }
 
 std::string difference_svg(const ComparedMaps& maps, const Provenance& provenance) {
@@ -148,7 +148,7 @@ std::string difference_svg(const ComparedMaps& maps, const Provenance& provenanc
   map.unit = "um";
   map.palette = contours::Palette::Differences;
   map.outline = maps.difference.common_mm;
-  map.field = contours::field_over(map.outline, kNodes, [&](const auto& places) {
+  map.field = contours::field_over(map.outline, kDifferenceNodes, [&](const auto& places) {
     std::vector<double> values;
     for (const auto& place : places) {
       const double was_mm = maps.before.map.lattice().height_mm(place.in_mm());
@@ -156,7 +156,7 @@ std::string difference_svg(const ComparedMaps& maps, const Provenance& provenanc
     }
     return values;
   });
-  contours::set_levels(map, kLevels);
+  contours::set_levels(map, kDifferenceLevels);
   const report::View view = contours::view_of(map.outline);
   const Eigen::Vector2d at = view.at(maps.difference.greatest_at.in_mm());
   // On a white one: where the difference is greatest the map may be as red as anything.

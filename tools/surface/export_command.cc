@@ -22,7 +22,7 @@
 namespace panelcal::surface {
 namespace {
 
-const std::string kCommand = "panelcal surface export";
+const std::string kSurfaceExport = "panelcal surface export";
 /// Of a cell, between its nodes along either side.
 constexpr int kWithinCell = 4;
 
@@ -47,7 +47,7 @@ Expected<ProbeFormat> format_of(const SurfaceOptions& options) {
   if (extension == ".probe") return ProbeFormat::BcncProbe;
   if (extension == ".hmap") return ProbeFormat::OpenCncPilotMap;
   if (extension == ".jsonl") return ProbeFormat::RecordedProbes;
-  return failure(usage(kCommand,
+  return failure(usage(kSurfaceExport,
                        "no format belongs to the output's name " + quoted(options.output),
                        "--format, or a name that ends in .csv, .probe, .hmap or .jsonl"));
 }
@@ -102,7 +102,7 @@ Expected<std::string> grid_text(const SurfaceOptions& options,
                                 const ZonedMap& map,
                                 Length zero,
                                 Exported& out) {
-  PANELCAL_TRY(out.axes, grid_axes(kCommand, options.grid, map));
+  PANELCAL_TRY(out.axes, grid_axes(kSurfaceExport, options.grid, map));
   PANELCAL_TRY(
       HeightGrid grid,
       height_grid(
@@ -129,7 +129,7 @@ Expected<std::string> points_text(const StoredZones& stored, Length zero, Export
   return probe_file_text(out.format, points);
 }
 
-std::string text_of(const SurfaceOptions& options, const Exported& made) {
+std::string export_text(const SurfaceOptions& options, const Exported& made) {
   const auto line = [](std::string_view what, const std::string& text) {
     return fmt::format("{:<11}{}\n", what, text);
   };
@@ -148,15 +148,16 @@ std::string text_of(const SurfaceOptions& options, const Exported& made) {
                 fmt::format("{} that no probe vouches for{}",
                             amount(made.n_missing, "node"),
                             options.fill ? " or that lie outside of the probes"
-                                         : "; --fill foretells those between the probes"));
+                                         : "; --fill predicts those between the probes"));
   }
-  out += line("sigma", um_text(made.worst_sigma) + " at the worst node; the file does not say it");
+  out +=
+      line("sigma", um_text(made.worst_sigma) + " at the worst node; the file has no place for it");
   return out + line("between",
                     "straight lines from node to node are off the map by up to " +
                         um_text(*made.worst_between));
 }
 
-std::string json_of(const SurfaceOptions& options, const Exported& made) {
+std::string export_json(const SurfaceOptions& options, const Exported& made) {
   std::string out = "{\"file\":";
   append_json_string(out, options.output);
   out += fmt::format(R"(,"format":"{}","heights":{})", name_of(made.format), made.n_heights);
@@ -176,13 +177,13 @@ std::string json_of(const SurfaceOptions& options, const Exported& made) {
 }  // namespace
 
 Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& context) {
-  PANELCAL_CHECK(check_output_paths(kCommand, {options.map}, {options.output}));
+  PANELCAL_CHECK(check_output_paths(kSurfaceExport, {options.map}, {options.output}));
   Exported made;
   PANELCAL_TRY(made.format, format_of(options));
   const bool is_log =
       made.format == ProbeFormat::LinuxCncLog || made.format == ProbeFormat::RecordedProbes;
   if (options.grid.empty() && !is_log) {
-    return failure(usage(kCommand,
+    return failure(usage(kSurfaceExport,
                          fmt::format("a file of format {} is a grid", name_of(made.format)),
                          "--grid NXxNY, such as 11x7"));
   }
@@ -195,7 +196,7 @@ Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& conte
     if (problem.place.file.empty()) problem.place.file = options.output;
     return failure(std::move(problem));
   }
-  const std::string words = options.json ? json_of(options, made) : text_of(options, made);
+  const std::string words = options.json ? export_json(options, made) : export_text(options, made);
   if (options.output != "-") {
     PANELCAL_CHECK(write_file(options.output, *text));
     return Answer{words};

@@ -20,7 +20,7 @@
 namespace panelcal::surface {
 namespace {
 
-const std::string kCommand = "panelcal surface fit";
+const std::string kSurfaceFit = "panelcal surface fit";
 /// Diameter of a usual probe's ball.
 constexpr Length kUsualTip = mm(1);
 
@@ -33,13 +33,13 @@ std::vector<std::string> inputs_of(const SurfaceOptions& options) {
   return out;
 }
 
-Expected<void> check_outputs(const SurfaceOptions& options) {
-  PANELCAL_CHECK(check_extension(kCommand, options.output, ".json"));
-  PANELCAL_CHECK(check_extension(kCommand, options.plot, ".svg"));
-  PANELCAL_CHECK(check_extension(kCommand, options.report, ".html"));
+Expected<void> check_fit_outputs(const SurfaceOptions& options) {
+  PANELCAL_CHECK(check_extension(kSurfaceFit, options.output, ".json"));
+  PANELCAL_CHECK(check_extension(kSurfaceFit, options.plot, ".svg"));
+  PANELCAL_CHECK(check_extension(kSurfaceFit, options.report, ".html"));
   for (const std::string& file : inputs_of(options)) {
     PANELCAL_CHECK(
-        check_output_paths(kCommand, {file}, {options.output, options.plot, options.report}));
+        check_output_paths(kSurfaceFit, {file}, {options.output, options.plot, options.report}));
   }
   return {};
 }
@@ -102,8 +102,8 @@ Expected<Layout> read_layout(const SurfaceOptions& options,
   return Layout{std::move(file.zones), std::move(voids)};
 }
 
-/// What was made would be read by nobody.
-Expected<void> check_size(const std::string& text) {
+/// No reader would accept the file.
+Expected<void> check_map_size(const std::string& text) {
   if (text.size() <= kMaxMapBytes) return {};
   return failure({Code::NotSupported,
                   {},
@@ -114,7 +114,7 @@ Expected<void> check_size(const std::string& text) {
 }  // namespace
 
 Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
-  PANELCAL_CHECK(check_outputs(options));
+  PANELCAL_CHECK(check_fit_outputs(options));
   PANELCAL_TRY(const HeightMapOptions how, map_options(options));
   PANELCAL_TRY(Layout layout, read_layout(options, how, context));
   PANELCAL_TRY(Probes probes, read_all(options));
@@ -134,7 +134,7 @@ Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
                                 std::move(probes.missing),
                                 options.output);
   const std::string text = map_file_text(made.stored);
-  PANELCAL_CHECK(check_size(text));
+  PANELCAL_CHECK(check_map_size(text));
   PANELCAL_CHECK(write_file(options.output, text));
   const Provenance provenance = provenance_of(context, inputs_of(options));
   if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, map_svg(made, provenance)));

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kMostNodes = 1000;  ///< along either side
 
-/// Empty if the text is none.
+/// Empty if the text is not valid.
 std::optional<std::array<int, 2>> grid_size(const std::string& text) {
   std::array<int, 2> out = {};
   const char* at = text.data();

@@ -13,44 +13,45 @@ namespace {
 
 using report::escaped;
 
-constexpr std::string_view kPageStyle = R"css(
+constexpr std::string_view kSurfacePageStyle = R"css(
 .maps{display:flex;flex-wrap:wrap;gap:16px}.maps>svg{flex:1 1 420px;min-width:0;height:auto}
 )css";
 
-std::string tile(std::string_view name, std::string_view value, std::string_view note) {
+std::string zone_tile(std::string_view name, std::string_view value, std::string_view note) {
   return fmt::format("<div><dt>{}</dt><dd>{}<small>{}</small></dd></div>\n",
                      escaped(name),
                      escaped(value),
                      escaped(note));
 }
 
-std::string tiles(const MadeZone& made) {
+std::string zone_tiles(const MadeZone& made) {
   const MapFacts& facts = made.facts;
   const HeightMap& map = made.stored.map;
   return "<dl class=\"tiles\">\n" +
-         tile("heights",
-              fmt::format(
-                  "{:.3f} to {:.3f} mm", facts.lowest.value.in_mm(), facts.highest.value.in_mm()),
-              "a range of " + um_text(facts.highest.value - facts.lowest.value)) +
-         tile("worst sigma",
-              um_text(facts.worst_sigma.value),
-              fmt::format("at {}; usually {}",
-                          place_text(facts.worst_sigma.at),
-                          um_text(facts.usual_sigma))) +
-         tile("residuals",
-              um_text(facts.residual_rms),
-              "rms; probes are said to scatter " + um_text(facts.stated_rms)) +
-         tile("left out",
-              amount(map.outliers().size(), "probe"),
-              fmt::format("of {}", made.stored.points.size())) +
-         tile("filled",
-              fmt::format("{:.1f} %", 100 * facts.filled_share()),
-              amount(facts.filled.size(), "gap") + " between the probes") +
-         tile("lattice", um_text(map.lattice_error()), "the most that it is off the surface") +
+         zone_tile(
+             "heights",
+             fmt::format(
+                 "{:.3f} to {:.3f} mm", facts.lowest.value.in_mm(), facts.highest.value.in_mm()),
+             "a range of " + um_text(facts.highest.value - facts.lowest.value)) +
+         zone_tile("worst sigma",
+                   um_text(facts.worst_sigma.value),
+                   fmt::format("at {}; usually {}",
+                               place_text(facts.worst_sigma.at),
+                               um_text(facts.usual_sigma))) +
+         zone_tile("residuals",
+                   um_text(facts.residual_rms),
+                   "rms; stated sigma of the probes " + um_text(facts.stated_rms)) +
+         zone_tile("left out",
+                   amount(map.outliers().size(), "probe"),
+                   fmt::format("of {}", made.stored.points.size())) +
+         zone_tile("filled",
+                   fmt::format("{:.1f} %", 100 * facts.filled_share()),
+                   amount(facts.filled.size(), "gap") + " between the probes") +
+         zone_tile("lattice", um_text(map.lattice_error()), "the most that it is off the surface") +
          "</dl>\n";
 }
 
-std::string cell(std::string_view text, bool is_number = true) {
+std::string zone_cell(std::string_view text, bool is_number = true) {
   return fmt::format("<td{}>{}</td>", is_number ? " class=\"num\"" : "", escaped(text));
 }
 
@@ -67,11 +68,12 @@ std::string left_out_table(const MadeZone& made) {
       "<th class=\"num\">chance</th></tr>\n";
   for (const SurfaceOutlier& outlier : made.stored.map.outliers()) {
     const ProbePoint& probe = made.stored.points[outlier.i_point];
-    out += "<tr>" + cell(outlier.name, false) + cell(source_text(probe.from), false) +
-           cell(place_text(probe.place)) + cell(report::fixed(probe.measured.height.in_mm(), 4)) +
-           cell(report::fixed_signed(outlier.deviation.in_mm(), 4)) +
-           cell(report::fixed(std::abs(outlier.deviation / outlier.sigma), 1)) +
-           cell(outlier.chance < 1e-9 ? "below 1e-9" : fmt::format("{:.2g}", outlier.chance)) +
+    out += "<tr>" + zone_cell(outlier.name, false) + zone_cell(source_text(probe.from), false) +
+           zone_cell(place_text(probe.place)) +
+           zone_cell(report::fixed(probe.measured.height.in_mm(), 4)) +
+           zone_cell(report::fixed_signed(outlier.deviation.in_mm(), 4)) +
+           zone_cell(report::fixed(std::abs(outlier.deviation / outlier.sigma), 1)) +
+           zone_cell(outlier.chance < 1e-9 ? "below 1e-9" : fmt::format("{:.2g}", outlier.chance)) +
            "</tr>\n";
   }
   return out + "</table></div>\n";
@@ -83,30 +85,32 @@ std::string missing_table(const MadeMap& made) {
       "<h2>Not probed</h2>\n<section>\n<div class=\"scroll\"><table class=\"grid\"><tr>"
       "<th>probe</th><th>read at</th><th class=\"num\">place mm</th><th>why</th></tr>\n";
   for (const MissingProbe& missing : made.missing) {
-    out += "<tr>" + cell(missing.name, false) + cell(source_text(missing.from), false) +
-           cell(place_text(missing.place)) + cell(missing.reason, false) + "</tr>\n";
+    out += "<tr>" + zone_cell(missing.name, false) + zone_cell(source_text(missing.from), false) +
+           zone_cell(place_text(missing.place)) + zone_cell(missing.reason, false) + "</tr>\n";
   }
   return out + "</table></div>\n</section>\n";
 }
 
-/// What the others foretell of each probe that makes the surface.
+/// What the others predict of each probe that makes the surface.
 std::string probes_table(const MadeZone& made) {
   std::string out =
       "<details><summary>All probes that make the surface</summary><div class=\"scroll\">"
       "<table class=\"grid\"><tr><th>probe</th><th>read at</th><th class=\"num\">place mm</th>"
       "<th class=\"num\">height mm</th><th class=\"num\">off the surface &#181;m</th>"
-      "<th class=\"num\">off what the others foretell &#181;m</th><th class=\"num\">chance</th>"
+      "<th class=\"num\">off the others' prediction &#181;m</th><th class=\"num\">chance</th>"
       "</tr>\n";
   const HeightMap& map = made.stored.map;
   for (std::size_t k = 0; k < map.kept().size(); ++k) {
     const ProbePoint& probe = made.stored.points[map.kept()[k]];
     const LeftOutProbe& left_out = map.surface().left_out()[k];
     const Length residual = probe.measured.height - map.surface().at(probe.place).height;
-    out += "<tr>" + cell(name_of(probe), false) + cell(source_text(probe.from), false) +
-           cell(place_text(probe.place)) + cell(report::fixed(probe.measured.height.in_mm(), 4)) +
-           cell(report::fixed_signed(residual.in_um(), 2)) +
-           cell(left_out.deviation ? report::fixed_signed(left_out.deviation->in_um(), 2) : "-") +
-           cell(left_out.deviation ? fmt::format("{:.2f}", left_out.chance) : "-") + "</tr>\n";
+    out +=
+        "<tr>" + zone_cell(name_of(probe), false) + zone_cell(source_text(probe.from), false) +
+        zone_cell(place_text(probe.place)) +
+        zone_cell(report::fixed(probe.measured.height.in_mm(), 4)) +
+        zone_cell(report::fixed_signed(residual.in_um(), 2)) +
+        zone_cell(left_out.deviation ? report::fixed_signed(left_out.deviation->in_um(), 2) : "-") +
+        zone_cell(left_out.deviation ? fmt::format("{:.2f}", left_out.chance) : "-") + "</tr>\n";
   }
   return out + "</table></div></details>\n";
 }
@@ -120,9 +124,10 @@ std::string unused_table(const MadeMap& made) {
       "<th class=\"num\">height mm</th><th>why</th></tr>\n";
   for (const UnusedProbe& one : unused) {
     const ProbePoint& probe = made.stored.points[one.i_point];
-    out += "<tr>" + cell(probe.name, false) + cell(source_text(probe.from), false) +
-           cell(place_text(probe.place)) + cell(report::fixed(probe.measured.height.in_mm(), 4)) +
-           cell(one.reason, false) + "</tr>\n";
+    out += "<tr>" + zone_cell(probe.name, false) + zone_cell(source_text(probe.from), false) +
+           zone_cell(place_text(probe.place)) +
+           zone_cell(report::fixed(probe.measured.height.in_mm(), 4)) +
+           zone_cell(one.reason, false) + "</tr>\n";
   }
   return out + "</table></div>\n</section>\n";
 }
@@ -139,7 +144,7 @@ std::string zone_sections(const MadeMap& made, std::size_t i_zone) {
       "<h2>Pictures{}</h2>\n<section>\n<div class=\"maps\">\n",
       escaped(map.surface().summary()),
       escaped(map.reason()),
-      tiles(zone),
+      zone_tiles(zone),
       of_zone);
   for (const plan::Drawing& drawing : zone_drawings(made, i_zone)) {
     out += contours::inline_svg(drawing, "Contours over the panel");
@@ -173,7 +178,7 @@ std::string map_html(const MadeMap& made, const Provenance& provenance) {
       escaped(made.file),
       report::kStyle,
       contours::kContourStyle,
-      kPageStyle);
+      kSurfacePageStyle);
   for (std::size_t i = 0; i < made.zones.size(); ++i) out += zone_sections(made, i);
   const Voids& voids = made.stored.map.voids();
   if (!voids.all().empty()) {

@@ -22,10 +22,10 @@ constexpr int kHeightLevels = 8;
 constexpr int kSigmaLevels = 5;
 /// Borders of zones are shown this far beyond the map, by its size.
 constexpr double kNearBorder = 0.3;
-/// Of probes, red crosses have room for so many names.
+/// Of probes, red crosses have room for this number of names.
 constexpr std::size_t kMostNames = 12;
 
-std::string cross(const Vector2d& at, double size, std::string_view css_class) {
+std::string diagonal_cross(const Vector2d& at, double size, std::string_view css_class) {
   return fmt::format(
       "<path class=\"{0}\" d=\"M{1:.1f} {2:.1f}l{3:.1f} {3:.1f}m0 {4:.1f}l{4:.1f} {3:.1f}\"/>",
       css_class,
@@ -35,7 +35,7 @@ std::string cross(const Vector2d& at, double size, std::string_view css_class) {
       -2 * size);
 }
 
-std::string mark(const std::string& title, const std::string& shape) {
+std::string titled_mark(const std::string& title, const std::string& shape) {
   return fmt::format("<g><title>{}</title>{}</g>\n", report::escaped(title), shape);
 }
 
@@ -45,22 +45,23 @@ std::string problems(const MadeMap& made, const MadeZone& zone, const View& view
   const auto& outliers = zone.stored.map.outliers();
   for (const SurfaceOutlier& outlier : outliers) {
     const Vector2d at = view.at(zone.stored.points[outlier.i_point].place.in_mm());
-    std::string shape = cross(at, 5, "wrong");
+    std::string shape = diagonal_cross(at, 5, "wrong");
     if (outliers.size() <= kMostNames) {
       shape += fmt::format("<text class=\"wrong\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>",
                            at.x() + 9,
                            at.y() + 4,
                            report::fixed_signed(outlier.deviation.in_mm(), 3));
     }
-    out += mark("left out: " + left_out_text(zone.stored, outlier), shape);
+    out += titled_mark("left out: " + left_out_text(zone.stored, outlier), shape);
   }
   for (const UnusedProbe& unused : made.stored.map.unused()) {
     const Vector2d at = view.at(made.stored.points[unused.i_point].place.in_mm());
-    out += mark("not used: " + unused_text(made.stored, unused), cross(at, 4, "missing"));
+    out += titled_mark("not used: " + unused_text(made.stored, unused),
+                       diagonal_cross(at, 4, "missing"));
   }
   for (const MissingProbe& missing : made.missing) {
-    out += mark(missing.name + ": " + missing.reason,
-                cross(view.at(missing.place.in_mm()), 4, "missing"));
+    out += titled_mark(missing.name + ": " + missing.reason,
+                       diagonal_cross(view.at(missing.place.in_mm()), 4, "missing"));
   }
   return out;
 }
@@ -162,12 +163,12 @@ std::string probe_dots(const StoredMap& stored, const View& view, std::string_vi
   for (const std::size_t i : stored.map.kept()) {
     const ProbePoint& probe = stored.points[i];
     const Vector2d at = view.at(probe.place.in_mm());
-    out += mark(fmt::format("{}: {:.4f} mm", name_of(probe), probe.measured.height.in_mm()),
-                fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"/>",
-                            css_class,
-                            at.x(),
-                            at.y(),
-                            stored.map.kept().size() > 150 ? 1.8 : 3));
+    out += titled_mark(fmt::format("{}: {:.4f} mm", name_of(probe), probe.measured.height.in_mm()),
+                       fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"/>",
+                                   css_class,
+                                   at.x(),
+                                   at.y(),
+                                   stored.map.kept().size() > 150 ? 1.8 : 3));
   }
   return out;
 }

@@ -16,11 +16,11 @@
 namespace panelcal::surface {
 namespace {
 
-constexpr int kNodes = 70;
-constexpr int kLevels = 6;
-constexpr std::size_t kMostNumbers = 150;
+constexpr int kPlanNodes = 70;
+constexpr int kPlanLevels = 6;
+constexpr std::size_t kMaxProbeNumbers = 150;
 
-std::string line(std::string_view what, std::string_view text) {
+std::string plan_line(std::string_view what, std::string_view text) {
   return fmt::format("{:<11}{}\n", what, text);
 }
 
@@ -28,12 +28,13 @@ std::string worst_text(const WorstSigma& worst) {
   return fmt::format("{} at {}", um_text(worst.sigma), place_text(worst.at));
 }
 
-std::string point_json(const Position<frame::Nominal>& place) {
+std::string plan_point_json(const Position<frame::Nominal>& place) {
   return fmt::format("[{:.9g},{:.9g}]", place.in_mm().x(), place.in_mm().y());
 }
 
 std::string worst_json(const WorstSigma& worst) {
-  return fmt::format(R"({{"sigma_um":{:.9g},"at":{}}})", worst.sigma.in_um(), point_json(worst.at));
+  return fmt::format(
+      R"({{"sigma_um":{:.9g},"at":{}}})", worst.sigma.in_um(), plan_point_json(worst.at));
 }
 
 std::string provenance_json(const Provenance& provenance) {
@@ -60,7 +61,8 @@ std::vector<double> sigmas_um(const PlannedProbes& planned,
   return out;
 }
 
-std::string dots(const std::vector<Position<frame::Nominal>>& places, const report::View& view) {
+std::string probe_dots(const std::vector<Position<frame::Nominal>>& places,
+                       const report::View& view) {
   std::set<std::pair<long, long>> drawn;
   std::string path;
   for (const auto& place : places) {
@@ -71,7 +73,7 @@ std::string dots(const std::vector<Position<frame::Nominal>>& places, const repo
   return fmt::format("<path class=\"dots\" d=\"{}\"/>\n", path);
 }
 
-std::string circle(const Eigen::Vector2d& at, double radius, std::string_view css_class) {
+std::string probe_circle(const Eigen::Vector2d& at, double radius, std::string_view css_class) {
   return fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"/>",
                      css_class,
                      at.x(),
@@ -87,8 +89,8 @@ std::string tour(const PlannedProbes& planned, const report::View& view) {
     fmt::format_to(
         std::back_inserter(way), "{}{:.1f} {:.1f}", way.empty() ? "M" : "L", at.x(), at.y());
     const bool is_first = k == 0;
-    stops += circle(at, 8, is_first ? "stop begin" : "stop");
-    if (probes.size() > kMostNumbers) continue;
+    stops += probe_circle(at, 8, is_first ? "stop begin" : "stop");
+    if (probes.size() > kMaxProbeNumbers) continue;
     stops += fmt::format("<text class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
                          is_first ? "number first" : "number",
                          at.x(),
@@ -105,29 +107,30 @@ std::string plan_text(const PlannedProbes& planned) {
   const ProbePlanRequest& request = planned.request;
   const std::string asked = fmt::format(
       "a sigma of {} at {}", um_text(request.tolerance), amount(request.places.size(), "place"));
-  std::string out = line("panel", planned.belief);
+  std::string out = plan_line("panel", planned.belief);
   if (!request.present.empty()) {
-    out += line(
+    out += plan_line(
         "present",
         fmt::format("{}; {}",
                     amount(request.present.size(), "probe"),
                     plan.before ? "worst " + worst_text(*plan.before) : "they make no surface"));
   }
-  if (!plan.is_reached) return out + line("no plan", asked + ": " + plan.why_not);
-  if (plan.probes.empty()) return out + line("plan", "nothing is missing for " + asked);
-  out += line("plan", fmt::format("{} for {}", amount(plan.probes.size(), "probe"), asked));
-  out += line("worst", worst_text(plan.worst));
+  if (!plan.is_reached) return out + plan_line("no plan", asked + ": " + plan.why_not);
+  if (plan.probes.empty()) return out + plan_line("plan", "nothing is missing for " + asked);
+  out += plan_line("plan", fmt::format("{} for {}", amount(plan.probes.size(), "probe"), asked));
+  out += plan_line("worst", worst_text(plan.worst));
   if (plan.grid) {
-    out += line("grid",
-                fmt::format("a regular one needs {} ({} x {}) for that: worst {}",
-                            amount(plan.grid->n_probes(), "probe"),
-                            plan.grid->n_columns,
-                            plan.grid->n_rows,
-                            worst_text(plan.grid->worst)));
+    out += plan_line("grid",
+                     fmt::format("a regular one needs {} ({} x {}) for that: worst {}",
+                                 amount(plan.grid->n_probes(), "probe"),
+                                 plan.grid->n_columns,
+                                 plan.grid->n_rows,
+                                 worst_text(plan.grid->worst)));
   } else {
-    out += line("grid", fmt::format("no regular one of up to {} probes does it", kMostPlanned));
+    out +=
+        plan_line("grid", fmt::format("no regular one of up to {} probes does it", kMostPlanned));
   }
-  out += line("way", fmt::format("{:.0f} mm from the first to the last", plan.way.in_mm()));
+  out += plan_line("way", fmt::format("{:.0f} mm from the first to the last", plan.way.in_mm()));
   for (std::size_t k = 0; k < plan.probes.size(); ++k) {
     out += fmt::format("{:5}  {}\n", k + 1, place_text(plan.probes[k]));
   }
@@ -138,7 +141,8 @@ std::string plan_json(const PlannedProbes& planned, const Provenance& provenance
   const ProbePlan& plan = planned.plan;
   const ProbePlanRequest& request = planned.request;
   std::string probes;
-  for (const auto& place : plan.probes) probes += (probes.empty() ? "" : ",") + point_json(place);
+  for (const auto& place : plan.probes)
+    probes += (probes.empty() ? "" : ",") + plan_point_json(place);
   std::string out = fmt::format(
       R"({{"reached":{},"tolerance_um":{:.9g},"probe_sigma_um":{:.9g},"kernel":"{}","amplitude":{:.9g},)"
       R"("length":{:.9g},"trend":{},"places":{},"candidates":{},"present":{})",
@@ -189,7 +193,7 @@ std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance)
   map.outline = planned.outline;
   for (const auto& place : planned.plan.probes) map.marked.push_back(place.in_mm());
   map.field = contours::field_over(
-      map.outline, kNodes, [&](const auto& places) { return sigmas_um(planned, places); });
+      map.outline, kPlanNodes, [&](const auto& places) { return sigmas_um(planned, places); });
   std::string white;
   const report::View view = contours::view_of(map.outline);
   if (planned.map) {
@@ -198,15 +202,17 @@ std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance)
     };
     white = blanks(*planned.map, planned.i_zone, view);
   }
-  contours::set_levels(map, kLevels);
+  contours::set_levels(map, kPlanLevels);
   std::string present;
   for (const ProbePoint& probe : planned.request.present) {
-    present += circle(view.at(probe.place.in_mm()), 3, "old") + "\n";
+    present += probe_circle(view.at(probe.place.in_mm()), 3, "old") + "\n";
   }
   return contours::sheet_svg(
       "Where to probe",
       {{contours::contour_drawing(
-          map, view, white + dots(planned.request.places, view) + present + tour(planned, view))}},
+          map,
+          view,
+          white + probe_dots(planned.request.places, view) + present + tour(planned, view))}},
       provenance);
 }
 

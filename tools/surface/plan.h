@@ -27,8 +27,8 @@ std::string plan_text(const PlannedProbes& planned);
 ///
 /// In     provenance: of a file; empty: none is said
 std::string plan_json(const PlannedProbes& planned, const Provenance& provenance = {});
-/// `x,y` and a line for each probe, in the order to visit them. No provenance: whoever reads such a
-/// list takes every further line for a place.
+/// `x,y` and a line for each probe, in the order to visit them. No provenance: a program that reads
+/// such a list takes every further line for a place.
 std::string plan_csv(const PlannedProbes& planned);
 /// The sigma that the map will have, the places that count, and the way from probe to probe.
 std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance);

@@ -22,20 +22,20 @@ namespace {
 using Eigen::Vector2d;
 using Places = std::vector<Position<frame::Nominal>>;
 
-const std::string kCommand = "panelcal surface plan";
+const std::string kSurfacePlan = "panelcal surface plan";
 /// Of a fine grid over what may be probed, and of places where nothing else says which count.
 constexpr double kCandidates = 600;
 constexpr double kPlaces = 1000;
 /// Probes are planned in steps that any machine goes to.
 constexpr double kStep_mm = 0.01;
 /// Larger or smaller areas are no panels.
-constexpr double kMost_mm = 1e5;
+constexpr double kMaxPlanPlace_mm = 1e5;
 
 /// What the panel is believed to do, of --amplitude-mm and its kin.
 Expected<void> believe_options(const SurfaceOptions& options, PlannedProbes& out) {
   if (!options.amplitude_mm || !options.length_mm || !options.probe_sigma_um) {
-    return failure(usage(kCommand,
-                         "nothing says how such panels bend",
+    return failure(usage(kSurfacePlan,
+                         "the bending of such panels is missing",
                          "a MAP, or --amplitude-mm, --length-mm and --probe-sigma-um"));
   }
   out.request.amplitude = mm(*options.amplitude_mm);
@@ -104,11 +104,13 @@ Expected<Places> area_of(const SurfaceOptions& options,
   if (!options.area_mm.empty()) {
     const Vector2d low_mm(options.area_mm[0], options.area_mm[1]);
     const Vector2d high_mm(options.area_mm[2], options.area_mm[3]);
-    const bool is_area = low_mm.cwiseAbs().maxCoeff() <= kMost_mm &&
-                         high_mm.cwiseAbs().maxCoeff() <= kMost_mm &&
+    const bool is_area = low_mm.cwiseAbs().maxCoeff() <= kMaxPlanPlace_mm &&
+                         high_mm.cwiseAbs().maxCoeff() <= kMaxPlanPlace_mm &&
                          (high_mm - low_mm).minCoeff() > kStep_mm;
     if (is_area) return rectangle(low_mm, high_mm);
-    return failure(usage(kCommand, "--area is none", "X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, mm"));
+    return failure(usage(kSurfacePlan,
+                         "--area has no width or no height",
+                         "X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, mm"));
   }
   if (!of_program.empty()) {
     Vector2d low_mm = of_program.front().in_mm(), high_mm = low_mm;
@@ -117,11 +119,11 @@ Expected<Places> area_of(const SurfaceOptions& options,
       high_mm = high_mm.cwiseMax(place.in_mm());
     }
     if ((high_mm - low_mm).minCoeff() > kStep_mm) return rectangle(low_mm, high_mm);
-    return failure(
-        usage(kCommand, "the program's places lie in one line", "--area, for where one may probe"));
+    return failure(usage(
+        kSurfacePlan, "the program's places lie in one line", "--area, for where one may probe"));
   }
   if (stored) return Places(stored->map.hull().begin(), stored->map.hull().end());
-  return failure(usage(kCommand, "no place counts", "a MAP, --program or --area"));
+  return failure(usage(kSurfacePlan, "no place counts", "a MAP, --program or --area"));
 }
 
 /// About n places of an even grid over a convex area, its corners among them.
@@ -161,26 +163,27 @@ bool is_surface(const ZonedMap& map, std::size_t i_zone, const Position<frame::N
   return map.zone_at(place) == i_zone && map.voids().touched_at(place) == nullptr;
 }
 
-Expected<void> check_outputs(const SurfaceOptions& options) {
+Expected<void> check_plan_outputs(const SurfaceOptions& options) {
   if (extension_of(options.output) != ".json") {
-    PANELCAL_CHECK(check_extension(kCommand, options.output, ".csv"));
+    PANELCAL_CHECK(check_extension(kSurfacePlan, options.output, ".csv"));
   }
-  PANELCAL_CHECK(check_extension(kCommand, options.plot, ".svg"));
-  return check_output_paths(
-      kCommand, {options.map, options.program, options.machine}, {options.output, options.plot});
+  PANELCAL_CHECK(check_extension(kSurfacePlan, options.plot, ".svg"));
+  return check_output_paths(kSurfacePlan,
+                            {options.map, options.program, options.machine},
+                            {options.output, options.plot});
 }
 
 }  // namespace
 
 Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
-  PANELCAL_CHECK(check_outputs(options));
+  PANELCAL_CHECK(check_plan_outputs(options));
   PlannedProbes planned;
   std::optional<StoredMap> stored;
   if (options.map.empty()) {
     PANELCAL_CHECK(believe_options(options, planned));
   } else {
     PANELCAL_TRY(const StoredZones read, read_zoned_map_file(options.map));
-    PANELCAL_TRY(const std::size_t i_zone, zone_of(read, options.map, kCommand, options));
+    PANELCAL_TRY(const std::size_t i_zone, zone_of(read, options.map, kSurfacePlan, options));
     stored.emplace(read.zone(i_zone));
     PANELCAL_CHECK(believe_map(options, *stored, planned));
     planned.map = read.map;
@@ -209,7 +212,7 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
     });
     std::erase_if(request.candidates, [&](const auto& place) { return !request.may_probe(place); });
     if (request.places.empty() || request.candidates.empty()) {
-      return failure(usage(kCommand,
+      return failure(usage(kSurfacePlan,
                            "all of the area lies in voids or in other zones",
                            "an --area that has a surface"));
     }

@@ -19,10 +19,10 @@
 namespace panelcal::surface {
 namespace {
 
-const std::string kCommand = "panelcal surface query";
+const std::string kSurfaceQuery = "panelcal surface query";
 constexpr std::size_t kMaxInputBytes = std::size_t{1} << 28;
 /// Farther away no panel lies: a wrong unit.
-constexpr double kMost_mm = 1e6;
+constexpr double kMaxQueryPlace_mm = 1e6;
 
 /// A place that is asked for, and who asks.
 struct Asked {
@@ -36,7 +36,7 @@ std::optional<double> number_of(std::string_view text) {
   double value = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool is_all = read.ec == std::errc() && read.ptr == text.data() + text.size();
-  return is_all && std::abs(value) <= kMost_mm ? std::optional(value) : std::nullopt;
+  return is_all && std::abs(value) <= kMaxQueryPlace_mm ? std::optional(value) : std::nullopt;
 }
 
 /// "X,Y", or with blanks between.
@@ -55,7 +55,7 @@ std::optional<Position<frame::Nominal>> place_of(std::string_view text) {
 }
 
 Diagnostic no_place(Place where, std::string_view text) {
-  return {Code::Usage, std::move(where), quoted(text) + " is no place", "X,Y in mm"};
+  return {Code::Usage, std::move(where), quoted(text) + " is not a place", "X,Y in mm"};
 }
 
 Expected<std::vector<Asked>> read_places(std::string_view text) {
@@ -75,7 +75,7 @@ Expected<std::vector<Asked>> read_places(std::string_view text) {
 }
 
 Expected<std::vector<Asked>> grid_places(const std::string& text, const ZonedMap& map) {
-  PANELCAL_TRY(const GridAxes axes, grid_axes(kCommand, text, map));
+  PANELCAL_TRY(const GridAxes axes, grid_axes(kSurfaceQuery, text, map));
   std::vector<Asked> out;
   for (int j = 0; j < axes.y.n_nodes; ++j) {
     for (int i = 0; i < axes.x.n_nodes; ++i) {
@@ -101,14 +101,14 @@ Expected<std::vector<Asked>> all_asked(const SurfaceOptions& options,
   }
   for (const std::string& text : options.places) {
     const auto place = place_of(text);
-    if (!place) return failure(no_place({kCommand, 0, 0}, text));
+    if (!place) return failure(no_place({kSurfaceQuery, 0, 0}, text));
     out.push_back({*place, std::nullopt});
   }
   if (!out.empty()) return out;
-  return failure(usage(kCommand, "no place is asked for", "X,Y, -, --program or --grid"));
+  return failure(usage(kSurfaceQuery, "no place is asked for", "X,Y, -, --program or --grid"));
 }
 
-std::string_view word(HeightSource source) {
+std::string_view source_word(HeightSource source) {
   switch (source) {
     case HeightSource::Measured:
       return "measured";
@@ -158,7 +158,7 @@ std::string json_line(const Asked& asked, const Found& found) {
     out += fmt::format(R"(,"height":{},"sigma":{},"source":"{}")",
                        height.height.in_mm(),
                        height.sigma.in_mm(),
-                       word(height.source));
+                       source_word(height.source));
   } else {
     out += R"(,"source":"refused")";
   }
@@ -175,7 +175,7 @@ std::string text_line(const Asked& asked, const Found& found) {
     out += fmt::format("{:9.4f} mm +- {:<9} {}",
                        height.height.in_mm(),
                        um_text(height.sigma),
-                       word(height.source));
+                       source_word(height.source));
     if (!found.height->in_void.empty()) out += ": " + found.height->in_void;
   } else {
     out += "  refused";

@@ -22,7 +22,7 @@ constexpr double kLeastChance = 1e-9;
 /// In a mm: less is rounding, which differs from compiler to compiler.
 constexpr double kPicometres = 1e9;
 
-std::string line(std::string_view what, std::string_view text) {
+std::string map_line(std::string_view what, std::string_view text) {
   return fmt::format("{:<11}{}\n", what, text);
 }
 
@@ -43,12 +43,12 @@ std::string and_more(std::size_t n) {
   return n > kShown ? fmt::format("  ... and {} more\n", n - kShown) : "";
 }
 
-std::string number(double value) {
+std::string surface_number(double value) {
   return std::isfinite(value) ? fmt::format("{:.9g}", value) : "null";
 }
 
-std::string point_json(const Position<frame::Nominal>& p) {
-  return fmt::format("[{},{}]", number(p.in_mm().x()), number(p.in_mm().y()));
+std::string map_point_json(const Position<frame::Nominal>& p) {
+  return fmt::format("[{},{}]", surface_number(p.in_mm().x()), surface_number(p.in_mm().y()));
 }
 
 std::string text_json(std::string_view text) {
@@ -58,14 +58,15 @@ std::string text_json(std::string_view text) {
 }
 
 std::string extreme_json(const Extreme& extreme) {
-  return fmt::format(
-      R"({{"value":{},"at":{}}})", number(extreme.value.in_mm()), point_json(extreme.at));
+  return fmt::format(R"({{"value":{},"at":{}}})",
+                     surface_number(extreme.value.in_mm()),
+                     map_point_json(extreme.at));
 }
 
 }  // namespace
 
 std::string um_text(Length value) {
-  // Three digits, as nobody knows a sigma better.
+  // Three digits: no sigma is known better.
   const double value_um = value.in_um();
   return fmt::format("{:.{}f} um", value_um, value_um >= 99.5 ? 0 : value_um >= 9.95 ? 1 : 2);
 }
@@ -128,31 +129,32 @@ std::string zone_text(const MadeZone& zone) {
   const StoredMap& stored = zone.stored;
   const HeightMap& map = stored.map;
   const MapFacts& facts = zone.facts;
-  std::string out = line("model", map.surface().summary());
-  out += line("why", map.reason());
-  out += line("heights",
-              fmt::format("{:.3f} to {:.3f} mm, a range of {}; lowest at {}, highest at {}",
-                          facts.lowest.value.in_mm(),
-                          facts.highest.value.in_mm(),
-                          um_text(facts.highest.value - facts.lowest.value),
-                          place_text(facts.lowest.at),
-                          place_text(facts.highest.at)));
-  out += line("residuals",
-              fmt::format("{} rms about the surface, of probes that are said to scatter {}",
-                          um_text(facts.residual_rms),
-                          um_text(facts.stated_rms)));
-  out += line("sigma",
-              fmt::format("{} at worst, at {}; usually {}",
-                          um_text(facts.worst_sigma.value),
-                          place_text(facts.worst_sigma.at),
-                          um_text(facts.usual_sigma)));
-  out += line("coverage", coverage_text(facts));
-  out += line("outside",
-              fmt::format("heights up to {:g} mm outside of the probes, none beyond",
-                          map.options().max_extrapolation.in_mm()));
-  out +=
-      line("lattice", fmt::format("true to the surface within {}", um_text(map.lattice_error())));
-  out += line("left out", map.outliers().empty() ? "none" : amount(map.outliers().size(), "probe"));
+  std::string out = map_line("model", map.surface().summary());
+  out += map_line("why", map.reason());
+  out += map_line("heights",
+                  fmt::format("{:.3f} to {:.3f} mm, a range of {}; lowest at {}, highest at {}",
+                              facts.lowest.value.in_mm(),
+                              facts.highest.value.in_mm(),
+                              um_text(facts.highest.value - facts.lowest.value),
+                              place_text(facts.lowest.at),
+                              place_text(facts.highest.at)));
+  out += map_line("residuals",
+                  fmt::format("{} rms about the surface; stated sigma of the probes {}",
+                              um_text(facts.residual_rms),
+                              um_text(facts.stated_rms)));
+  out += map_line("sigma",
+                  fmt::format("{} at worst, at {}; usually {}",
+                              um_text(facts.worst_sigma.value),
+                              place_text(facts.worst_sigma.at),
+                              um_text(facts.usual_sigma)));
+  out += map_line("coverage", coverage_text(facts));
+  out += map_line("outside",
+                  fmt::format("heights up to {:g} mm outside of the probes, none beyond",
+                              map.options().max_extrapolation.in_mm()));
+  out += map_line("lattice",
+                  fmt::format("true to the surface within {}", um_text(map.lattice_error())));
+  out += map_line("left out",
+                  map.outliers().empty() ? "none" : amount(map.outliers().size(), "probe"));
   for (std::size_t i = 0; i < std::min(map.outliers().size(), kShown); ++i) {
     out += "  " + left_out_text(stored, map.outliers()[i]) + "\n";
   }
@@ -162,7 +164,7 @@ std::string zone_text(const MadeZone& zone) {
 std::string unused_lines(const MadeMap& made) {
   const auto unused = made.stored.map.unused();
   if (unused.empty()) return {};
-  std::string out = line("not used", amount(unused.size(), "probe"));
+  std::string out = map_line("not used", amount(unused.size(), "probe"));
   for (std::size_t i = 0; i < std::min(unused.size(), kShown); ++i) {
     out += "  " + unused_text(made.stored, unused[i]) + "\n";
   }
@@ -171,7 +173,7 @@ std::string unused_lines(const MadeMap& made) {
 
 std::string missing_lines(const MadeMap& made) {
   if (made.missing.empty()) return {};
-  std::string out = line("not probed", amount(made.missing.size(), "place"));
+  std::string out = map_line("not probed", amount(made.missing.size(), "place"));
   for (std::size_t i = 0; i < std::min(made.missing.size(), kShown); ++i) {
     const MissingProbe& missing = made.missing[i];
     out += fmt::format("  {}:{}: {} at {}: {}\n",
@@ -194,8 +196,8 @@ std::string zone_json(const MadeZone& zone, std::size_t n_probes) {
   for (const FilledArea& area : facts.filled) {
     filled += fmt::format(R"({}{{"area_mm2":{},"middle":{}}})",
                           filled.empty() ? "" : ",",
-                          number(area.area_mm2),
-                          point_json(area.middle));
+                          surface_number(area.area_mm2),
+                          map_point_json(area.middle));
   }
   for (const SurfaceOutlier& outlier : map.outliers()) {
     const ProbePoint& probe = stored.points[outlier.i_point];
@@ -205,10 +207,10 @@ std::string zone_json(const MadeZone& zone, std::size_t n_probes) {
         text_json(outlier.name),
         text_json(probe.from.file),
         probe.from.line,
-        point_json(probe.place),
-        number(outlier.deviation.in_mm()),
-        number(outlier.sigma.in_mm()),
-        number(outlier.chance));
+        map_point_json(probe.place),
+        surface_number(outlier.deviation.in_mm()),
+        surface_number(outlier.sigma.in_mm()),
+        surface_number(outlier.chance));
   }
   return fmt::format(
       R"("probes":{},"model":"{}","summary":{},"reason":{},"lowest":{},"highest":{},)"
@@ -220,14 +222,14 @@ std::string zone_json(const MadeZone& zone, std::size_t n_probes) {
       text_json(map.reason()),
       extreme_json(facts.lowest),
       extreme_json(facts.highest),
-      number(facts.residual_rms.in_mm()),
-      number(facts.stated_rms.in_mm()),
+      surface_number(facts.residual_rms.in_mm()),
+      surface_number(facts.stated_rms.in_mm()),
       extreme_json(facts.worst_sigma),
-      number(facts.usual_sigma.in_mm()),
-      number(facts.filled_share()),
+      surface_number(facts.usual_sigma.in_mm()),
+      surface_number(facts.filled_share()),
       filled,
-      number(map.options().max_extrapolation.in_mm()),
-      number(std::round(map.lattice_error().in_mm() * kPicometres) / kPicometres),
+      surface_number(map.options().max_extrapolation.in_mm()),
+      surface_number(std::round(map.lattice_error().in_mm() * kPicometres) / kPicometres),
       left_out);
 }
 
@@ -240,7 +242,7 @@ std::string refused_json(std::string_view name,
                      text_json(name),
                      text_json(from.file),
                      from.line,
-                     point_json(place),
+                     map_point_json(place),
                      text_json(reason));
 }
 
@@ -263,23 +265,24 @@ MadeMap made_map(StoredZones stored, std::vector<MissingProbe> missing, std::str
 
 std::string made_text(const MadeMap& made) {
   const Voids& voids = made.stored.map.voids();
-  std::string out = line("map",
-                         fmt::format("{} {}{}{}",
-                                     amount(made.stored.points.size(), "probe"),
-                                     made.has_zones() ? "in " + amount(made.zones.size(), "zone")
-                                                      : "over " + size_text(made.zones[0].stored),
-                                     made.file.empty() ? "" : ", written to ",
-                                     made.file));
-  if (!voids.all().empty()) out += line("voids", voids_text(voids));
+  std::string out =
+      map_line("map",
+               fmt::format("{} {}{}{}",
+                           amount(made.stored.points.size(), "probe"),
+                           made.has_zones() ? "in " + amount(made.zones.size(), "zone")
+                                            : "over " + size_text(made.zones[0].stored),
+                           made.file.empty() ? "" : ", written to ",
+                           made.file));
+  if (!voids.all().empty()) out += map_line("voids", voids_text(voids));
   if (!made.has_zones()) out += zone_text(made.zones[0]);
   out += unused_lines(made) + missing_lines(made);
   if (!made.has_zones()) return out;
   for (const MadeZone& zone : made.zones) {
-    out += "\n" + line("zone",
-                       fmt::format("{}: {} over {}",
-                                   zone.name,
-                                   amount(zone.stored.points.size(), "probe"),
-                                   size_text(zone.stored)));
+    out += "\n" + map_line("zone",
+                           fmt::format("{}: {} over {}",
+                                       zone.name,
+                                       amount(zone.stored.points.size(), "probe"),
+                                       size_text(zone.stored)));
     out += zone_text(zone);
   }
   return out;

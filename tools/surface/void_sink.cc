@@ -23,7 +23,7 @@ constexpr double kSagitta_mm = 0.002;
 /// Around an outer corner the tool goes in chords of at most this angle.
 constexpr double kCornerStep_rad = std::numbers::pi / 12;
 
-Position<frame::Nominal> rounded(const Vector2d& p_mm) {
+Position<frame::Nominal> rounded_place(const Vector2d& p_mm) {
   return position_mm<frame::Nominal>(std::round(p_mm.x() * kStepsPerMm) / kStepsPerMm,
                                      std::round(p_mm.y() * kStepsPerMm) / kStepsPerMm);
 }
@@ -96,7 +96,7 @@ void VoidSink::put(const Operation& operation) {
 void VoidSink::put_hole(const Operation& operation, const Drill& drill) {
   const auto diameter = diameter_of(operation, drill.tool);
   if (!diameter) return;
-  voids_.push_back({Circle{rounded(drill.nominal.in_mm()), 0.5 * *diameter},
+  voids_.push_back({Circle{rounded_place(drill.nominal.in_mm()), 0.5 * *diameter},
                     fmt::format("hole of tool {}", drill.tool),
                     place_of(operation)});
 }
@@ -107,7 +107,7 @@ void VoidSink::put_slot(const Operation& operation,
                         int tool) {
   const auto diameter = diameter_of(operation, tool);
   if (!diameter) return;
-  voids_.push_back({Track{{rounded(from.in_mm()), rounded(to.in_mm())}, *diameter},
+  voids_.push_back({Track{{rounded_place(from.in_mm()), rounded_place(to.in_mm())}, *diameter},
                     fmt::format("slot of tool {}", tool),
                     place_of(operation)});
 }
@@ -121,7 +121,7 @@ void VoidSink::put_rout(const Operation& operation, const Rout& rout) {
     way_mm = tool_way_mm(way_mm, side_ == CompensationSide::Left ? shift : -shift);
   }
   Track track{{}, *diameter};
-  for (const Vector2d& at_mm : way_mm) track.points.push_back(rounded(at_mm));
+  for (const Vector2d& at_mm : way_mm) track.points.push_back(rounded_place(at_mm));
   voids_.push_back(
       {std::move(track), fmt::format("rout of tool {}", rout.tool), place_of(operation)});
 }

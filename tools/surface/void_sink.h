@@ -30,7 +30,7 @@ class VoidSink final : public OperationSink {
   Expected<std::vector<Void>> take();
 
  private:
-  /// Of a tool that nobody says the diameter of.
+  /// Of a tool without a diameter.
   struct Unknown {
     Place first;
     std::int64_t n = 0;

@@ -4,9 +4,9 @@
 
 #include "calib/base/clock.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/checked_program.h"
+#include "machine/job/text_variables.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/program_input.h"
-#include "tools/cli/text_variables.h"
 
 namespace panelcal {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/config/machine_config.h"
+#include "machine/job/checked_program.h"
 #include "machine/sim/recording.h"
 #include "machine/sim/sample_pictures.h"
 #include "machine/sim/sim_machine.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/program_input.h"
 #include <fmt/format.h>
 
 namespace panelcal {

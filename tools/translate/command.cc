@@ -8,20 +8,20 @@
 #include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/checked_program.h"
+#include "machine/job/text_variables.h"
 #include "program/judge/tally.h"
 #include "program/writers/excellon_writer.h"
 #include "program/writers/sieb_meyer_writer.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
-#include "tools/cli/program_input.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/text_variables.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
-Diagnostic usage(std::string what, std::string expected) {
+Diagnostic translate_usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal translate", 0, 0}, std::move(what), std::move(expected)};
 }
 
@@ -105,9 +105,10 @@ class Translation {
     walk.max_operations = options_.max_operations;
     walk.slots = walk.step_slots = Cycles::Kept;
     if (walk.scaling && walk.scaling->starts_enabled) {
-      return refuse(usage("[reference_scaling] is enabled in " + quoted(options_.machine) +
-                              ", and a translation does not scale",
-                          "`panelcal run`, or enabled = false"));
+      return refuse(translate_usage("[reference_scaling] is enabled in " +
+                                        quoted(options_.machine) +
+                                        ", and a translation does not scale",
+                                    "`panelcal run`, or enabled = false"));
     }
     walk.scaling.reset();  // the other machine's reference scaling is not this one's
     walk.table.reset();    // nor is its table: nothing is corrected here

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "calib/camera/mapping.h"
+#include "vision/fit/detection.h"
 #include "vision/fit/search_area.h"
 #include "vision/fit/target.h"
-#include "vision/locate/locate.h"
 #include "vision/picture/image.h"
 
 namespace panelcal::internal {

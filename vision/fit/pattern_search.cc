@@ -11,7 +11,7 @@ namespace panelcal::internal {
 namespace {
 
 /// The picture's own memory as a matrix; not to be written to.
-cv::Mat view_of(const Image& image) {
+cv::Mat pixels_of(const Image& image) {
   return cv::Mat(image.height(),
                  image.width(),
                  CV_32F,
@@ -31,7 +31,7 @@ Best best_of(const cv::Mat& picture, std::span<const SearchPattern> patterns, bo
   cv::Mat correlation;
   cv::Mat is_better;
   for (std::size_t i = 0; i < patterns.size(); ++i) {
-    const cv::Mat pattern = view_of(patterns[i].picture);
+    const cv::Mat pattern = pixels_of(patterns[i].picture);
     const int rx = pattern.cols / 2;
     const int ry = pattern.rows / 2;
     cv::copyMakeBorder(picture, padded, ry, ry, rx, rx, cv::BORDER_REPLICATE);
@@ -120,8 +120,8 @@ ReducedPicture reduce(const Image& image, const PixelBox& box, int factor) {
   reduced.image = Image(width, height, image.full_scale());
   if (reduced.image.empty()) return reduced;
   const cv::Mat part =
-      view_of(image)(cv::Rect(reduced.x0, reduced.y0, width * factor, height * factor));
-  cv::Mat target = view_of(reduced.image);
+      pixels_of(image)(cv::Rect(reduced.x0, reduced.y0, width * factor, height * factor));
+  cv::Mat target = pixels_of(reduced.image);
   cv::resize(part, target, target.size(), 0, 0, factor == 1 ? cv::INTER_NEAREST : cv::INTER_AREA);
   return reduced;
 }
@@ -131,7 +131,7 @@ std::vector<PatternPeak> search_patterns(const ReducedPicture& picture,
                                          const PatternSearchOptions& options) {
   std::vector<PatternPeak> peaks;
   if (picture.image.empty() || patterns.empty()) return peaks;
-  const cv::Mat seen = view_of(picture.image);
+  const cv::Mat seen = pixels_of(picture.image);
   const Best best = best_of(seen, patterns, options.is_inverted);
   for (const cv::Point& at : maxima_of(best.correlation, options.min_correlation)) {
     if (peaks.size() >= options.max_peaks) break;
@@ -141,7 +141,7 @@ std::vector<PatternPeak> search_patterns(const ReducedPicture& picture,
     });
     if (!is_new) continue;
     const auto i = static_cast<std::size_t>(best.pattern.at<int>(at));
-    const double gain = gain_at(seen, view_of(patterns[i].picture), at);
+    const double gain = gain_at(seen, pixels_of(patterns[i].picture), at);
     if (!(std::abs(gain) >= options.min_gain)) continue;
     peaks.push_back({place, i, best.correlation.at<float>(at), gain});
   }

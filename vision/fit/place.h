@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "vision/fit/detection.h"
 #include "vision/fit/frame.h"
-#include "vision/locate/locate.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "vision/locate/locate.h"
+#include "vision/fit/detection.h"
 #include "vision/picture/image.h"
 #include <Eigen/Core>
 

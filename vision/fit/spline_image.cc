@@ -28,7 +28,7 @@ void filter_line(double* line, int n, std::size_t stride) {
   for (int i = 0; i < n; ++i) at(i) *= 6;
 }
 
-int mirrored(int i, int n) {
+int mirrored_periodically(int i, int n) {
   if (n == 1) return 0;
   const int period = 2 * n - 2;
   i = std::abs(i) % period;
@@ -63,14 +63,14 @@ Raster blurred(const Raster& in, double sigma_px) {
     const double weight = kernel[static_cast<std::size_t>(k + reach)];
     for (int y = 0; y < in.height; ++y) {
       for (int x = 0; x < in.width; ++x) {
-        rows.at(x, y) += weight * in.at(mirrored(x + k, in.width), y);
+        rows.at(x, y) += weight * in.at(mirrored_periodically(x + k, in.width), y);
       }
     }
   }
   for (int k = -reach; k <= reach; ++k) {
     const double weight = kernel[static_cast<std::size_t>(k + reach)];
     for (int y = 0; y < in.height; ++y) {
-      const int from = mirrored(y + k, in.height);
+      const int from = mirrored_periodically(y + k, in.height);
       for (int x = 0; x < in.width; ++x) out.at(x, y) += weight * rows.at(x, from);
     }
   }

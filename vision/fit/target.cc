@@ -75,14 +75,14 @@ namespace {
 constexpr int kMaxDots = 64;
 
 /// A target's lengths in one of its two units, as plain numbers.
-struct Lengths {
+struct TargetLengths {
   double size = 0;
   std::optional<double> inner;
   std::optional<double> width;
   std::string_view unit;
 };
 
-Lengths lengths_of(const Target& target) {
+TargetLengths lengths_of(const Target& target) {
   const auto mm_of = [](const std::optional<Length>& length) {
     return length ? std::optional(length->in_mm()) : std::nullopt;
   };
@@ -99,7 +99,7 @@ Lengths lengths_of(const Target& target) {
 Expected<void> validate_part(const Target& target,
                              std::string_view name,
                              const std::optional<double>& length,
-                             const Lengths& lengths,
+                             const TargetLengths& lengths,
                              Shape owner) {
   if (!length) return {};
   if (target.shape != owner) {
@@ -116,7 +116,7 @@ Expected<void> validate_part(const Target& target,
 }
 
 Expected<void> validate_lengths(const Target& target) {
-  const Lengths lengths = lengths_of(target);
+  const TargetLengths lengths = lengths_of(target);
   if (!is_positive(lengths.size)) {
     return invalid(
         target, fmt::format("size_{} = {}", lengths.unit, lengths.size), "a number above 0");

@@ -37,7 +37,7 @@ std::optional<Polarity> polarity_from_name(std::string_view name);
 struct TemplatePicture {
   std::string file;  ///< for messages
   Image image;
-  /// The place in `image` that is the target's; its middle if nobody says otherwise, px.
+  /// The place in `image` that is the target's; its middle if not stated otherwise, px.
   Eigen::Vector2d reference_px = Eigen::Vector2d::Zero();
 };
 

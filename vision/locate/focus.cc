@@ -14,7 +14,7 @@ namespace {
 /// Samples below this share of the greatest sharpness are no part of the peak.
 constexpr double kPeakShare = 0.5;
 constexpr std::size_t kMinSamples = 5;
-/// The curve has to bend upwards by so many of its sigmas.
+/// The curve has to bend upwards by this number of its sigmas.
 constexpr double kMinSignificance = 5;
 
 std::optional<FocusPeak> no_peak(std::string* reason, std::string text) {

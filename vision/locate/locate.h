@@ -10,91 +10,12 @@
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
 #include "calib/camera/mapping.h"
+#include "vision/fit/detection.h"
 #include "vision/fit/target.h"
 #include "vision/picture/image.h"
 #include <Eigen/Core>
 
 namespace panelcal {
-
-enum class DetectionStatus {
-  Found,
-  NotFound,   ///< nothing in the searched area looks like the target
-  Ambiguous,  ///< two or more candidates are equally good
-  Rejected,   ///< a candidate, but not to be trusted: the reason says why
-};
-
-/// found, not_found, ambiguous, rejected: the words of measurement files.
-std::string_view name(DetectionStatus status);
-
-struct LocateOptions {
-  /// Where the target's centre may be: a circle, or the whole picture if either is absent.
-  std::optional<Position<frame::Image>> search_center;
-  std::optional<PixelLength> search_radius;
-  /// Candidates whose score is within this of the best one's are equally good. Larger is more
-  /// careful: more pictures end as ambiguous, fewer as the wrong target.
-  double ambiguity_margin = 0.15;
-  /// Smallest difference of target and surroundings, relative to full scale. Below it, weave and
-  /// stains begin to look like targets.
-  double min_contrast = 0.06;
-  /// Smallest score of a candidate; see TargetFit::score.
-  double min_score = 0.65;
-  /// Smallest part of the rim that must be seen. An arc says little of the centre across it.
-  double min_visible = 0.7;
-  /// Edges blurred by more, px, are out of focus.
-  double max_blur_px = 6;
-
-  /// Fails  target-invalid: names the field, its value and the bound it breaks
-  Expected<void> validate() const;
-};
-
-/// A target as it was fitted to the picture.
-struct TargetFit {
-  PositionEstimate<frame::Image> center;                           ///< px, px^2
-  std::optional<PositionEstimate<frame::Optical>> center_optical;  ///< with a mapping; mm, mm^2
-  PixelLength size;                                                ///< as Target::size means it
-  std::optional<PixelLength> inner_size;                           ///< rings
-  std::optional<Length> size_mm;                                   ///< with a mapping
-  Angle angle;        ///< in the frame of Target; 0 for discs, holes and rings
-  Angle angle_sigma;  ///< 0 where there is no angle
-  /// 0 to 1: correlation of picture and fitted model over the target and its rim, camera noise
-  /// aside, times the part of the rim that is really seen.
-  double score = 0;
-  double blur_px = 0;     ///< sigma of the edge, the pixel's own width included
-  double background = 0;  ///< level around the target at its centre, grey levels
-  double contrast = 0;    ///< target minus background, grey levels; negative for dark ones
-  double noise = 0;       ///< sigma of the residuals at the rim, grey levels
-  double excluded = 0;    ///< part of the fitted window left out: neighbours, debris
-  double visible = 1;     ///< part of the rim that is seen and looks like one
-  double axis_ratio = 1;  ///< least over largest diameter of discs, holes and rings
-  /// Rings: middle of the hole minus middle of the outer rim, px.
-  Eigen::Vector2d hole_offset_px = Eigen::Vector2d::Zero();
-  /// Slots: nothing was measured along this direction (in the frame), and the covariance there is
-  /// that of the visible length.
-  std::optional<Angle> blind_direction;
-  std::optional<int> tag_id;
-  /// Tags: in the order of the AprilTag library, counter-clockwise as seen from the front.
-  std::vector<PositionEstimate<frame::Image>> corners;
-  /// The fitted outlines as polygons, closed unless they leave the picture; px, for overlays.
-  std::vector<std::vector<Eigen::Vector2d>> outlines_px;
-};
-
-/// One of the places that were looked at, for overlays and reports.
-struct Candidate {
-  Position<frame::Image> center;
-  PixelLength size;
-  double score = 0;
-  std::string reason;  ///< why it does not count; empty if it does
-  std::vector<std::vector<Eigen::Vector2d>> outlines_px;  ///< as in TargetFit
-};
-
-/// The answer to "where is the target in this picture?".
-struct Detection {
-  DetectionStatus status = DetectionStatus::NotFound;
-  std::string reason;             ///< empty if found
-  std::optional<TargetFit> best;  ///< always if found; the best candidate if there was one
-  int n_candidates = 0;           ///< how many of `candidates` count
-  std::vector<Candidate> candidates;
-};
 
 /// Finds a target and fits it to sub-pixel accuracy.
 ///

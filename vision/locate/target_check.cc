@@ -16,12 +16,12 @@ namespace panelcal::internal {
 namespace {
 
 /// A little more, so that half a turn is below it.
-constexpr double kHalfTurn = 1.001 * std::numbers::pi;
+constexpr double kMaxHalfTurn = 1.001 * std::numbers::pi;
 
 /// Two poses within the tolerance are at most so far apart; both ends at once are no case of life.
 double turn_limit(const Target& target) {
   constexpr double kInside = 0.999;
-  return std::min(2 * kInside * target.angle_tolerance.in_rad(), kHalfTurn);
+  return std::min(2 * kInside * target.angle_tolerance.in_rad(), kMaxHalfTurn);
 }
 
 TargetProblem same_when_turned(const std::string& what, double turn_rad) {

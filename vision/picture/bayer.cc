@@ -18,7 +18,7 @@
 namespace panelcal {
 namespace {
 
-tl::unexpected<Diagnostic> problem(std::string what, std::string expected) {
+tl::unexpected<Diagnostic> bayer_problem(std::string what, std::string expected) {
   return failure({Code::PictureFormat, {}, std::move(what), std::move(expected)});
 }
 
@@ -61,7 +61,7 @@ Cell<float> normalised(const ChannelGains& gains, BayerPattern pattern) {
 }
 
 /// Mirrors about the border pixel itself, which keeps the parity.
-int mirrored(int i, int n) {
+int mirrored_once(int i, int n) {
   if (n == 1) return 0;
   if (i < 0) return -i;
   return i < n ? i : 2 * n - 2 - i;
@@ -70,7 +70,7 @@ int mirrored(int i, int n) {
 /// Adds weight * gain * mosaic of a row; `sums` has a margin of one on either side.
 void add_row(
     const Image& mosaic, int y, const Cell<float>& gains, float weight, std::vector<float>& sums) {
-  const int row = mirrored(y, mosaic.height());
+  const int row = mirrored_once(y, mosaic.height());
   const auto& gain = gains[static_cast<std::size_t>(row & 1)];
   const float even = weight * gain[0];
   const float odd = weight * gain[1];
@@ -91,10 +91,10 @@ Expected<void> ChannelGains::validate() const {
       {{"red", red}, {"green", green}, {"blue", blue}}};
   for (const auto& [color, gain] : all) {
     if (std::isfinite(gain) && gain >= 0) continue;
-    return problem(fmt::format("gain of {} {}", color, gain), "0 or more");
+    return bayer_problem(fmt::format("gain of {} {}", color, gain), "0 or more");
   }
   if (red > 0 || green > 0 || blue > 0) return {};
-  return problem("all gains are 0", "one above 0");
+  return bayer_problem("all gains are 0", "one above 0");
 }
 
 std::optional<BayerPattern> bayer_pattern_from_name(std::string_view name) {
@@ -119,8 +119,8 @@ Image from_bayer(const Image& mosaic, BayerPattern pattern, const ChannelGains& 
     add_row(mosaic, y - 1, cell, 0.25F, sums);
     add_row(mosaic, y, cell, 0.5F, sums);
     add_row(mosaic, y + 1, cell, 0.25F, sums);
-    sums.front() = sums[static_cast<std::size_t>(1 + mirrored(-1, width))];
-    sums.back() = sums[static_cast<std::size_t>(1 + mirrored(width, width))];
+    sums.front() = sums[static_cast<std::size_t>(1 + mirrored_once(-1, width))];
+    sums.back() = sums[static_cast<std::size_t>(1 + mirrored_once(width, width))];
     const float* at = sums.data();
     for (float& level : image.row(y)) {
       const float grey = 0.25F * (at[0] + at[2]) + 0.5F * at[1];

@@ -19,10 +19,10 @@ struct PictureHeader {
   std::int64_t height = 0;
 };
 
-/// The kind by the first bytes; empty if it is none of the four.
+/// The kind by the first bytes; empty if it is not one of the four.
 std::optional<PictureKind> picture_kind(std::string_view bytes);
 
-/// The size as the header claims it; empty if the header is cut off or makes no sense.
+/// The size as the header claims it; empty if the header is cut off or damaged.
 std::optional<PictureHeader> picture_header(std::string_view bytes, PictureKind kind);
 
 /// True if the file has the end its format asks for. PNG and JPEG have end marks; the decoders of

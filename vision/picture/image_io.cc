@@ -30,10 +30,10 @@ constexpr std::string_view kKinds = "PNG, TIFF, BMP or JPEG of 8 or 16 bit";
 /// Deflate makes at most 1032 bytes of one, which hold 8 pixels each.
 constexpr std::int64_t kMaxPixelsPerByte = 1032 * 8;
 
-tl::unexpected<Diagnostic> problem(Code code,
-                                   std::string_view name,
-                                   std::string what,
-                                   std::string expected) {
+tl::unexpected<Diagnostic> file_problem(Code code,
+                                        std::string_view name,
+                                        std::string what,
+                                        std::string expected) {
   return failure({code, {std::string(name), 0, 0}, std::move(what), std::move(expected)});
 }
 
@@ -63,14 +63,14 @@ void copy_grey(const cv::Mat& mat, Image& image) {
   }
 }
 
-Expected<Image> image_of(const cv::Mat& mat, std::string_view name) {
+Expected<Image> decoded_image(const cv::Mat& mat, std::string_view name) {
   const bool is_16_bit = mat.depth() == CV_16U;
   if (mat.depth() != CV_8U && !is_16_bit) {
-    return problem(
+    return file_problem(
         Code::PictureFormat, name, "pixels are floating-point or signed numbers", "8 or 16 bit");
   }
   if (mat.channels() != 1 && mat.channels() != 3 && mat.channels() != 4) {
-    return problem(
+    return file_problem(
         Code::PictureFormat, name, fmt::format("{} channels", mat.channels()), "grey, RGB or RGBA");
   }
   Image image(mat.cols, mat.rows, is_16_bit ? Image::kFullScale16 : Image::kFullScale8);
@@ -87,31 +87,31 @@ Expected<PictureHeader> checked_header(std::string_view bytes,
                                        PictureKind kind) {
   const auto header = internal::picture_header(bytes, kind);
   if (!header) {
-    return problem(Code::PictureDamaged,
-                   name,
-                   fmt::format("the {} header is cut off or makes no sense", internal::name(kind)),
-                   "a whole picture");
+    return file_problem(Code::PictureDamaged,
+                        name,
+                        fmt::format("the {} header is cut off or damaged", internal::name(kind)),
+                        "a whole picture");
   }
   // Divided, since the product of two claims may overflow.
   if (header->width > kMaxPicturePixels / header->height) {
-    return problem(Code::PictureTooLarge,
-                   name,
-                   fmt::format("{} x {} pixels", header->width, header->height),
-                   fmt::format("at most {} pixels", kMaxPicturePixels));
+    return file_problem(Code::PictureTooLarge,
+                        name,
+                        fmt::format("{} x {} pixels", header->width, header->height),
+                        fmt::format("at most {} pixels", kMaxPicturePixels));
   }
   const auto n_bytes = static_cast<std::int64_t>(bytes.size());
   if (header->width * header->height / kMaxPixelsPerByte > n_bytes) {
-    return problem(
+    return file_problem(
         Code::PictureDamaged,
         name,
         fmt::format("{} bytes for {} x {} pixels", n_bytes, header->width, header->height),
         fmt::format("at most {} pixels a byte", kMaxPixelsPerByte));
   }
   if (!internal::has_end_mark(bytes, kind)) {
-    return problem(Code::PictureDamaged,
-                   name,
-                   fmt::format("the {} file is cut off", internal::name(kind)),
-                   "a whole picture");
+    return file_problem(Code::PictureDamaged,
+                        name,
+                        fmt::format("the {} file is cut off", internal::name(kind)),
+                        "a whole picture");
   }
   return *header;
 }
@@ -119,36 +119,36 @@ Expected<PictureHeader> checked_header(std::string_view bytes,
 /// Refuses what the decoder would read wrongly or with too much memory.
 Expected<void> check_tiff(const TiffDirectory& directory, std::string_view name) {
   if (directory.sample_format != 1) {
-    return problem(
+    return file_problem(
         Code::PictureFormat, name, "pixels are floating-point or signed numbers", "8 or 16 bit");
   }
   constexpr std::array<std::uint32_t, 6> kBits = {1, 8, 10, 12, 14, 16};
   if (std::find(kBits.begin(), kBits.end(), directory.bits) == kBits.end()) {
-    return problem(
+    return file_problem(
         Code::PictureFormat, name, fmt::format("{} bits a pixel", directory.bits), "8 or 16 bit");
   }
   // Up to 8 bit the decoder translates every kind of colour, above that it passes numbers on.
   const bool is_plain = directory.photometric <= TiffDirectory::kRgb;
   if (directory.samples < 1 || directory.samples > 4 || (directory.bits > 8 && !is_plain)) {
-    return problem(Code::PictureFormat,
-                   name,
-                   fmt::format("{} samples a pixel, photometric interpretation {}",
-                               directory.samples,
-                               directory.photometric),
-                   "grey, RGB or RGBA");
+    return file_problem(Code::PictureFormat,
+                        name,
+                        fmt::format("{} samples a pixel, photometric interpretation {}",
+                                    directory.samples,
+                                    directory.photometric),
+                        "grey, RGB or RGBA");
   }
   // Tiles may reach beyond the picture, and small pictures often have one large tile.
   constexpr std::int64_t kSpare = 4096;
   if (directory.tile_width > directory.width + kSpare ||
       directory.tile_height > directory.height + kSpare) {
-    return problem(Code::PictureDamaged,
-                   name,
-                   fmt::format("tiles of {} x {} in a picture of {} x {}",
-                               directory.tile_width,
-                               directory.tile_height,
-                               directory.width,
-                               directory.height),
-                   "tiles about as large as the picture at most");
+    return file_problem(Code::PictureDamaged,
+                        name,
+                        fmt::format("tiles of {} x {} in a picture of {} x {}",
+                                    directory.tile_width,
+                                    directory.tile_height,
+                                    directory.width,
+                                    directory.height),
+                        "tiles about as large as the picture at most");
   }
   return {};
 }
@@ -158,7 +158,7 @@ Expected<cv::Mat> decoded_mat(std::string_view bytes,
                               const PictureHeader& header) {
   const internal::Decoded decoded = internal::run_decoder(bytes, header.kind);
   if (decoded.mat.empty() || internal::is_patched(decoded, header.kind)) {
-    return problem(
+    return file_problem(
         Code::PictureDamaged,
         name,
         fmt::format(
@@ -166,10 +166,10 @@ Expected<cv::Mat> decoded_mat(std::string_view bytes,
         "a whole picture");
   }
   if (decoded.mat.cols != header.width || decoded.mat.rows != header.height) {
-    return problem(Code::PictureDamaged,
-                   name,
-                   fmt::format("{} x {} pixels", decoded.mat.cols, decoded.mat.rows),
-                   fmt::format("{} x {} as in the header", header.width, header.height));
+    return file_problem(Code::PictureDamaged,
+                        name,
+                        fmt::format("{} x {} pixels", decoded.mat.cols, decoded.mat.rows),
+                        fmt::format("{} x {} as in the header", header.width, header.height));
   }
   return decoded.mat;
 }
@@ -182,7 +182,7 @@ Expected<Image> decode_tiff(std::string_view bytes,
   PANELCAL_CHECK(check_tiff(directory, name));
   const auto patched = internal::without_orientation_and_alpha(bytes, directory);
   PANELCAL_TRY(const cv::Mat mat, decoded_mat(patched ? *patched : bytes, name, header));
-  PANELCAL_TRY(Image image, image_of(mat, name));
+  PANELCAL_TRY(Image image, decoded_image(mat, name));
   finish_levels(directory, image);
   return image;
 }
@@ -210,7 +210,7 @@ Expected<std::string> png_of(const cv::Mat& mat) {
   } catch (const std::exception& e) {
     why = e.what();
   }
-  return problem(
+  return file_problem(
       Code::PictureFormat, "", "cannot encode a picture: " + panelcal::quoted(why), "a picture");
 }
 
@@ -219,15 +219,15 @@ Expected<std::string> png_of(const cv::Mat& mat) {
 Expected<Image> decode_image(std::string_view bytes, std::string_view name) {
   const std::optional<PictureKind> kind = internal::picture_kind(bytes);
   if (!kind) {
-    return problem(Code::PictureFormat,
-                   name,
-                   bytes.empty() ? "the file is empty" : "not a picture of a known kind",
-                   std::string(kKinds));
+    return file_problem(Code::PictureFormat,
+                        name,
+                        bytes.empty() ? "the file is empty" : "not a picture of a known kind",
+                        std::string(kKinds));
   }
   PANELCAL_TRY(const PictureHeader header, checked_header(bytes, name, *kind));
   if (*kind == PictureKind::Tiff) return decode_tiff(bytes, name, header);
   PANELCAL_TRY(const cv::Mat mat, decoded_mat(bytes, name, header));
-  return image_of(mat, name);
+  return decoded_image(mat, name);
 }
 
 Expected<Image> read_image(const std::filesystem::path& path) {

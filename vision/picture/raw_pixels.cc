@@ -14,7 +14,7 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<PixelFormat, std::string_view>, 14> kNames = {{
+constexpr std::array<std::pair<PixelFormat, std::string_view>, 14> kPixelFormatNames = {{
     {PixelFormat::Mono8, "Mono8"},
     {PixelFormat::Mono10, "Mono10"},
     {PixelFormat::Mono12, "Mono12"},
@@ -31,7 +31,7 @@ constexpr std::array<std::pair<PixelFormat, std::string_view>, 14> kNames = {{
     {PixelFormat::BGR8, "BGR8"},
 }};
 
-tl::unexpected<Diagnostic> problem(Code code, std::string what, std::string expected) {
+tl::unexpected<Diagnostic> pixel_problem(Code code, std::string what, std::string expected) {
   return failure({code, {}, std::move(what), std::move(expected)});
 }
 
@@ -46,7 +46,7 @@ Number number_at(std::span<const std::byte> bytes, std::size_t i) {
 }
 
 template <class Number>
-Image image_of(std::span<const std::byte> bytes, int width, int height, double full_scale) {
+Image raw_image(std::span<const std::byte> bytes, int width, int height, double full_scale) {
   Image image(width, height, full_scale);
   std::size_t i = 0;
   for (float& level : image.pixels()) level = static_cast<float>(number_at<Number>(bytes, i++));
@@ -74,9 +74,9 @@ Expected<Image> stretched(Image image, PixelFormat format) {
   const std::span<float> levels = image.pixels();
   const auto largest = std::max_element(levels.begin(), levels.end());
   if (*largest > static_cast<float>(white)) {
-    return problem(Code::PictureDamaged,
-                   fmt::format("a level of {}", *largest),
-                   fmt::format("at most {} in {}", white, name(format)));
+    return pixel_problem(Code::PictureDamaged,
+                         fmt::format("a level of {}", *largest),
+                         fmt::format("at most {} in {}", white, name(format)));
   }
   for (float& level : levels) {
     level = static_cast<float>(Image::kFullScale16 / white * static_cast<double>(level));
@@ -86,21 +86,22 @@ Expected<Image> stretched(Image image, PixelFormat format) {
 
 Expected<void> check_size(std::size_t n_bytes, int width, int height, PixelFormat format) {
   if (width < 1 || height < 1) {
-    return problem(Code::PictureFormat,
-                   fmt::format("a picture of {} x {} pixels", width, height),
-                   "at least one pixel");
+    return pixel_problem(Code::PictureFormat,
+                         fmt::format("a picture of {} x {} pixels", width, height),
+                         "at least one pixel");
   }
   if (width > kMaxPicturePixels / height) {
-    return problem(Code::PictureTooLarge,
-                   fmt::format("{} x {} pixels", width, height),
-                   fmt::format("at most {} pixels", kMaxPicturePixels));
+    return pixel_problem(Code::PictureTooLarge,
+                         fmt::format("{} x {} pixels", width, height),
+                         fmt::format("at most {} pixels", kMaxPicturePixels));
   }
   const std::size_t needed =
       static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * bytes_per_pixel(format);
   if (n_bytes < needed) {
-    return problem(Code::PictureDamaged,
-                   fmt::format("{} bytes", n_bytes),
-                   fmt::format("{} for {} x {} pixels of {}", needed, width, height, name(format)));
+    return pixel_problem(
+        Code::PictureDamaged,
+        fmt::format("{} bytes", n_bytes),
+        fmt::format("{} for {} x {} pixels of {}", needed, width, height, name(format)));
   }
   return {};
 }
@@ -108,15 +109,17 @@ Expected<void> check_size(std::size_t n_bytes, int width, int height, PixelForma
 }  // namespace
 
 std::string_view name(PixelFormat format) {
-  const auto found = std::find_if(
-      kNames.begin(), kNames.end(), [&](const auto& entry) { return entry.first == format; });
-  return found == kNames.end() ? std::string_view() : found->second;
+  const auto found = std::find_if(kPixelFormatNames.begin(),
+                                  kPixelFormatNames.end(),
+                                  [&](const auto& entry) { return entry.first == format; });
+  return found == kPixelFormatNames.end() ? std::string_view() : found->second;
 }
 
 std::optional<PixelFormat> pixel_format_from_name(std::string_view name) {
-  const auto found = std::find_if(
-      kNames.begin(), kNames.end(), [&](const auto& entry) { return entry.second == name; });
-  if (found == kNames.end()) return std::nullopt;
+  const auto found = std::find_if(kPixelFormatNames.begin(),
+                                  kPixelFormatNames.end(),
+                                  [&](const auto& entry) { return entry.second == name; });
+  if (found == kPixelFormatNames.end()) return std::nullopt;
   return found->first;
 }
 
@@ -166,8 +169,8 @@ Expected<Image> from_raw_pixels(std::span<const std::byte> bytes,
     return luma_of(bytes, width, height, format == PixelFormat::BGR8);
   }
   Image image = bytes_per_pixel(format) == 1
-                    ? image_of<std::uint8_t>(bytes, width, height, Image::kFullScale8)
-                    : image_of<std::uint16_t>(bytes, width, height, Image::kFullScale16);
+                    ? raw_image<std::uint8_t>(bytes, width, height, Image::kFullScale8)
+                    : raw_image<std::uint16_t>(bytes, width, height, Image::kFullScale16);
   if (format == PixelFormat::Mono10 || format == PixelFormat::Mono12) {
     return stretched(std::move(image), format);
   }

@@ -29,7 +29,7 @@ struct TiffDirectory {
   std::optional<std::size_t> first_extra_sample_at;
 };
 
-/// Reads the directory without decoding; empty if it is cut off or makes no sense, or says the
+/// Reads the directory without decoding; empty if it is cut off or damaged, or says the
 /// same thing twice (readers differ in whom they believe).
 std::optional<TiffDirectory> tiff_directory(std::string_view bytes);
 

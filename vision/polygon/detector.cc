@@ -23,18 +23,18 @@ namespace {
 using Verdict = FittedCandidate::Verdict;
 
 constexpr double kQuarterTurn = std::numbers::pi / 2;
-constexpr std::size_t kMaxFitted = 8;
-constexpr double kSamePlace = 0.3;  // of the size: nearer candidates are one
-/// The search sees the target about so many pixels wide.
-constexpr double kSearchPx = 16;
+constexpr std::size_t kMaxFittedPolygons = 8;
+constexpr double kSamePolygon = 0.3;  // of the size: nearer candidates are one
+/// The search sees the target about this number of pixels wide.
+constexpr double kPolygonSearchPx = 16;
 constexpr double kSearchMargin = 0.15;  // around the target, of its size
 constexpr double kMinSizePx = 6;
 /// A turn that moves the corners of the reduced target by about one of its pixels.
-constexpr double kAngleStep = 0.2;
+constexpr double kPolygonAngleStep = 0.2;
 /// Sizes this much apart, relative, look alike to the search.
-constexpr double kSizeStep = 0.12;
+constexpr double kPolygonSizeStep = 0.12;
 /// Correlations in the search below this are not the target.
-constexpr double kMinCorrelation = 0.5;
+constexpr double kMinPolygonCorrelation = 0.5;
 
 /// What a target looks like; pattern units are those of the fit frame.
 struct ExpectedCells {
@@ -83,66 +83,66 @@ ExpectedCells expected_cells(const Target& target, const CameraMapping* mapping)
   return expected;
 }
 
-CellModel model_of(const ExpectedCells& expected) {
+CellModel polygon_model(const ExpectedCells& expected) {
   return {expected.pattern, PoseKind::Similarity, Eigen::Vector2d::Zero(), 0.5 * expected.size};
 }
 
 /// A pose that the search tries.
-struct Trial {
+struct PolygonTrial {
   double angle_rad;
   double scale;
 };
 
-std::vector<Trial> trials_of(const ExpectedCells& expected) {
+std::vector<PolygonTrial> polygon_trials(const ExpectedCells& expected) {
   const auto n_steps = [](double range, double step) {
     return static_cast<int>(std::ceil(range / step - 0.5));
   };
-  const int n_angles = std::max(0, n_steps(expected.angle_tolerance_rad, kAngleStep));
-  const int n_sizes = std::max(0, n_steps(expected.size_tolerance, kSizeStep));
-  std::vector<Trial> trials;
+  const int n_angles = std::max(0, n_steps(expected.angle_tolerance_rad, kPolygonAngleStep));
+  const int n_sizes = std::max(0, n_steps(expected.size_tolerance, kPolygonSizeStep));
+  std::vector<PolygonTrial> trials;
   for (int i = -n_angles; i <= n_angles; ++i) {
     for (int k = -n_sizes; k <= n_sizes; ++k) {
-      trials.push_back(
-          {expected.angle_rad + expected.turn_rad() + i * kAngleStep, std::pow(1 + kSizeStep, k)});
+      trials.push_back({expected.angle_rad + expected.turn_rad() + i * kPolygonAngleStep,
+                        std::pow(1 + kPolygonSizeStep, k)});
     }
   }
   return trials;
 }
 
 /// A target seen in the reduced picture.
-struct Sighting {
+struct PolygonSighting {
   FitFrame fit_frame;
   CellState state;
   Eigen::Vector2d center_px;
 };
 
 /// A quick fit to the reduced picture, from where the search saw it.
-std::optional<Sighting> sighted(const ReducedPicture& reduced,
-                                const CameraMapping* mapping,
-                                const ExpectedCells& expected,
-                                const CellModel& model,
-                                const Trial& trial,
-                                const Eigen::Vector2d& at_px) {
+std::optional<PolygonSighting> sighted(const ReducedPicture& reduced,
+                                       const CameraMapping* mapping,
+                                       const ExpectedCells& expected,
+                                       const CellModel& model,
+                                       const PolygonTrial& trial,
+                                       const Eigen::Vector2d& at_px) {
   const FitFrame fit_frame(mapping, at_px);
   const CellState start = placed(Eigen::Vector2d::Zero(), trial.angle_rad, trial.scale);
   const auto state = rough_fit(reduced, fit_frame, model, start, 0.25 * expected.size);
   if (!state) return std::nullopt;
   const auto u = fit_frame.to_image(state->to_frame({0, 0}));
   if (!u) return std::nullopt;
-  return Sighting{fit_frame, *state, *u};
+  return PolygonSighting{fit_frame, *state, *u};
 }
 
-std::vector<Sighting> see_cells(const DetectorInput& input,
-                                const ExpectedCells& expected,
-                                const CellModel& model) {
+std::vector<PolygonSighting> see_cells(const DetectorInput& input,
+                                       const ExpectedCells& expected,
+                                       const CellModel& model) {
   const auto box = input.area.box(input.image, 0.9 * expected.size + 4);
-  const int factor = std::max(1, static_cast<int>(std::lround(expected.size / kSearchPx)));
+  const int factor = std::max(1, static_cast<int>(std::lround(expected.size / kPolygonSearchPx)));
   const ReducedPicture reduced = reduce(input.image, box, factor);
   const Eigen::Vector2d middle(box.x0 + 0.5 * box.width, box.y0 + 0.5 * box.height);
   const Eigen::Matrix2d frame_from_px = FitFrame(input.mapping, middle).jacobian(middle);
-  const std::vector<Trial> trials = trials_of(expected);
+  const std::vector<PolygonTrial> trials = polygon_trials(expected);
   std::vector<SearchPattern> patterns;
-  for (const Trial& trial : trials) {
+  for (const PolygonTrial& trial : trials) {
     const double diagonal =
         std::abs(std::cos(trial.angle_rad)) + std::abs(std::sin(trial.angle_rad));
     patterns.push_back(drawn(model,
@@ -152,39 +152,40 @@ std::vector<Sighting> see_cells(const DetectorInput& input,
                              factor));
   }
   PatternSearchOptions options;
-  options.min_correlation = kMinCorrelation;
+  options.min_correlation = kMinPolygonCorrelation;
   options.min_gain = 0.5 * input.options.min_contrast * input.image.full_scale();
-  options.same_place = kSamePlace * expected.size / factor;
+  options.same_place = kSamePolygon * expected.size / factor;
   options.is_inverted = expected.is_dark;
-  std::vector<Sighting> sightings;
+  std::vector<PolygonSighting> sightings;
   for (const PatternPeak& peak : search_patterns(reduced, patterns, options)) {
-    if (sightings.size() >= kMaxFitted) break;
+    if (sightings.size() >= kMaxFittedPolygons) break;
     const Eigen::Vector2d at = reduced.in_picture(peak.at);
     if (!input.area.contains(at, 0.5 * expected.size)) continue;
     const auto sighting =
         sighted(reduced, input.mapping, expected, model, trials[peak.i_pattern], at);
     if (!sighting || !input.area.contains(sighting->center_px, 2.0 * factor)) continue;
-    const bool is_new = std::none_of(sightings.begin(), sightings.end(), [&](const Sighting& s) {
-      return (s.center_px - sighting->center_px).norm() < kSamePlace * expected.size;
-    });
+    const bool is_new =
+        std::none_of(sightings.begin(), sightings.end(), [&](const PolygonSighting& s) {
+          return (s.center_px - sighting->center_px).norm() < kSamePolygon * expected.size;
+        });
     if (is_new) sightings.push_back(*sighting);
   }
   return sightings;
 }
 
 /// What a fit says about the target, in frame units and radians.
-struct Measured {
+struct MeasuredPolygon {
   double size = 0;
   double width = 0;
   double angle_rad = 0;
   double angle_sigma_rad = 0;
 };
 
-Measured measured(const ExpectedCells& expected, const CellFit& fit) {
+MeasuredPolygon measured_polygon(const ExpectedCells& expected, const CellFit& fit) {
   const Eigen::Matrix2d frame_from_pattern =
       fit.state.jacobian(fit.state.to_frame({0, 0})).inverse();
   const double scale = std::sqrt(std::abs(frame_from_pattern.determinant()));
-  Measured m;
+  MeasuredPolygon m;
   m.size = scale * (expected.size + 2 * fit.state.growth);
   m.width = scale * (expected.width + 2 * fit.state.growth);
   const double angle = std::atan2(frame_from_pattern(1, 0), frame_from_pattern(0, 0));
@@ -195,9 +196,9 @@ Measured measured(const ExpectedCells& expected, const CellFit& fit) {
   return m;
 }
 
-std::vector<Eigen::Vector2d> outline_of(const FitFrame& fit_frame,
-                                        const ExpectedCells& expected,
-                                        const CellState& state) {
+std::vector<Eigen::Vector2d> polygon_outline(const FitFrame& fit_frame,
+                                             const ExpectedCells& expected,
+                                             const CellState& state) {
   const double l = expected.size / 2 + state.growth;
   const double w = expected.width / 2 + state.growth;
   std::vector<Eigen::Vector2d> corners = {{l, l}, {-l, l}, {-l, -l}, {l, -l}};
@@ -222,24 +223,24 @@ std::vector<Eigen::Vector2d> outline_of(const FitFrame& fit_frame,
   return outline;
 }
 
-void fill(const FitFrame& fit_frame,
-          const ExpectedCells& expected,
-          const CellModel& model,
-          const CellFit& f,
-          const Measured& m,
-          TargetFit& fit) {
+void fill_polygon(const FitFrame& fit_frame,
+                  const ExpectedCells& expected,
+                  const CellModel& model,
+                  const CellFit& f,
+                  const MeasuredPolygon& m,
+                  TargetFit& fit) {
   const CellPlace place = place_of(model, f, {0, 0});
   set_place(fit_frame, place.at, place.cov, m.size, fit);
   fit.angle = rad(m.angle_rad);
   fit.angle_sigma = rad(m.angle_sigma_rad);
   set_quality(model, f, place, fit);
-  fit.outlines_px = {outline_of(fit_frame, expected, f.state)};
+  fit.outlines_px = {polygon_outline(fit_frame, expected, f.state)};
 }
 
-std::optional<std::string> unfit_reason(const FitFrame& fit_frame,
-                                        const ExpectedCells& expected,
-                                        const CellFit& f,
-                                        const Measured& m) {
+std::optional<std::string> unfit_polygon_reason(const FitFrame& fit_frame,
+                                                const ExpectedCells& expected,
+                                                const CellFit& f,
+                                                const MeasuredPolygon& m) {
   if (f.outside_picture > 0) {
     return "at the border: a part of its outline is outside of the picture";
   }
@@ -256,11 +257,11 @@ std::optional<std::string> unfit_reason(const FitFrame& fit_frame,
   return std::nullopt;
 }
 
-FittedCandidate fitted(const DetectorInput& input,
-                       const ExpectedCells& expected,
-                       const CellModel& model,
-                       const Sighting& sighting,
-                       int factor) {
+FittedCandidate fitted_polygon(const DetectorInput& input,
+                               const ExpectedCells& expected,
+                               const CellModel& model,
+                               const PolygonSighting& sighting,
+                               int factor) {
   CellFitOptions options;
   options.reach = std::clamp(8 + 0.2 * expected.size, 10.0, 26.0);
   options.start_error = std::max(1.0, 0.3 * factor);
@@ -268,12 +269,12 @@ FittedCandidate fitted(const DetectorInput& input,
   options.may_be_textured = true;
   const CellFit fit = fit_cells(input.image, sighting.fit_frame, model, sighting.state, options);
   FittedCandidate candidate;
-  const Measured m = measured(expected, fit);
-  fill(sighting.fit_frame, expected, model, fit, m, candidate.fit);
+  const MeasuredPolygon m = measured_polygon(expected, fit);
+  fill_polygon(sighting.fit_frame, expected, model, fit, m, candidate.fit);
   judge_cells(input,
               fit,
               {.border = "outline",
-               .unfit = unfit_reason(sighting.fit_frame, expected, fit, m),
+               .unfit = unfit_polygon_reason(sighting.fit_frame, expected, fit, m),
                .turn_rad = m.angle_rad - expected.angle_rad,
                .turn_sigma_rad = m.angle_sigma_rad,
                .turn_tolerance_rad = expected.angle_tolerance_rad,
@@ -288,10 +289,10 @@ std::vector<FittedCandidate> detect_cells(const DetectorInput& input) {
   const ExpectedCells expected = expected_cells(input.target, input.mapping);
   std::vector<FittedCandidate> candidates;
   if (expected.thickness() < kMinSizePx / 2 || expected.size < kMinSizePx) return candidates;
-  const CellModel model = model_of(expected);
-  const int factor = std::max(1, static_cast<int>(std::lround(expected.size / kSearchPx)));
-  for (const Sighting& sighting : see_cells(input, expected, model)) {
-    auto candidate = fitted(input, expected, model, sighting, factor);
+  const CellModel model = polygon_model(expected);
+  const int factor = std::max(1, static_cast<int>(std::lround(expected.size / kPolygonSearchPx)));
+  for (const PolygonSighting& sighting : see_cells(input, expected, model)) {
+    auto candidate = fitted_polygon(input, expected, model, sighting, factor);
     if (input.area.contains(candidate.fit.center.position.in_px(), 0)) {
       candidates.push_back(std::move(candidate));
     }

@@ -13,20 +13,20 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kAllNeeded = 3;  // codes of up to so many dots need every one
+constexpr int kAllNeeded = 3;  // codes of up to this number of dots need every one
 
-Eigen::Matrix2d rotation(double angle) {
+Eigen::Matrix2d dots_rotation(double angle) {
   Eigen::Matrix2d r;
   r << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
   return r;
 }
 
-double angle_of(const Eigen::Vector2d& v) {
+double vector_angle(const Eigen::Vector2d& v) {
   return std::atan2(v.y(), v.x());
 }
 
 /// An angle brought to -pi .. pi.
-double wrapped(double angle) {
+double wrapped_angle(double angle) {
   return std::remainder(angle, 2 * std::numbers::pi);
 }
 
@@ -111,7 +111,7 @@ bool share_a_dot(const DotAssignment& a, const DotAssignment& b) {
 
 /// Assigns every dot of the code at a pose; a seen dot serves once.
 DotAssignment assign(const DotCode& code, const DotGrid& grid, const DotPose& pose) {
-  const Eigen::Matrix2d map = std::exp(pose.log_scale) * rotation(pose.turn);
+  const Eigen::Matrix2d map = std::exp(pose.log_scale) * dots_rotation(pose.turn);
   DotAssignment assignment;
   for (const Eigen::Vector2d& dot : code.dots) {
     auto nearest = grid.nearest(pose.at + map * dot);
@@ -134,13 +134,14 @@ std::optional<DotPose> hypothesis(const DotCode& code,
   const double slack = 2 * code.place_tolerance / length;
   const double scale = got.norm() / length;
   if (std::abs(scale - 1) > code.scale_tolerance + slack) return std::nullopt;
-  const double turn = code.turn + wrapped(angle_of(got) - angle_of(wanted) - code.turn);
+  const double turn =
+      code.turn + wrapped_angle(vector_angle(got) - vector_angle(wanted) - code.turn);
   if (std::abs(turn - code.turn) > code.turn_tolerance + slack) return std::nullopt;
   DotPose pose;
   pose.turn = turn;
   pose.log_scale = std::log(scale);
   const Eigen::Vector2d middle = 0.5 * (code.dots[pair.first] + code.dots[pair.second]);
-  pose.at = 0.5 * (first + second) - scale * rotation(turn) * middle;
+  pose.at = 0.5 * (first + second) - scale * dots_rotation(turn) * middle;
   return pose;
 }
 
@@ -220,12 +221,12 @@ DotPose fit_dots(const DotCode& code,
     across += a.x() * b.y() - a.y() * b.x();
   }
   DotPose pose;
-  pose.turn = code.turn + wrapped(std::atan2(across, along) - code.turn);
-  pose.at = seen_middle - rotation(pose.turn) * middle;
+  pose.turn = code.turn + wrapped_angle(std::atan2(across, along) - code.turn);
+  pose.at = seen_middle - dots_rotation(pose.turn) * middle;
 
   const int n = code.fits_scale ? 4 : 3;
   for (int iteration = 0; iteration <= kIterations; ++iteration) {
-    const Eigen::Matrix2d map = std::exp(pose.log_scale) * rotation(pose.turn);
+    const Eigen::Matrix2d map = std::exp(pose.log_scale) * dots_rotation(pose.turn);
     Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
     Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
     pose.chi_square = pose.worst = 0;

@@ -69,8 +69,8 @@ DotPose fit_dots(const DotCode& code,
                  std::span<const SeenDot> seen,
                  const DotAssignment& assignment);
 
-/// By which angle a code may be turned within its tolerance so that it looks the same; then nobody
-/// can say how it lies.
+/// By which angle a code may be turned within its tolerance so that it looks the same: its
+/// orientation is unknown then.
 std::optional<double> self_turn(const DotCode& code);
 
 }  // namespace panelcal::internal

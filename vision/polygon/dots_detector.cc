@@ -19,7 +19,7 @@ using Verdict = FittedCandidate::Verdict;
 /// Residuals may be larger than the dots' covariances say by chance in one of some ten thousand
 /// codes; and by this part of the size tolerance, as dots are etched no better than that.
 constexpr double kChiSquareSigmas = 4;
-constexpr double kSigmas = 3;
+constexpr double kDotSigmas = 3;
 /// Discs in view that are fitted.
 constexpr std::size_t kMaxDiscs = 200;
 
@@ -36,7 +36,7 @@ double dot_size(const DetectorInput& input) {
   return input.target.size ? input.target.size->in_mm() : input.target.size_px->in_px();
 }
 
-DotCode code_of(const DetectorInput& input) {
+DotCode dot_code_of(const DetectorInput& input) {
   const Target& target = input.target;
   DotCode code;
   code.dots = target.dots;
@@ -133,14 +133,14 @@ std::string problem_of(const DetectorInput& input,
         tolerance);
   }
   const double scale = std::exp(pose.log_scale) - 1;
-  if (std::abs(scale) > code.scale_tolerance + kSigmas * std::sqrt(pose.cov(3, 3))) {
+  if (std::abs(scale) > code.scale_tolerance + kDotSigmas * std::sqrt(pose.cov(3, 3))) {
     return fmt::format(
         "its dots are {:+.1f} % further apart than the code has them; {:.1f} % are allowed",
         100 * scale,
         100 * code.scale_tolerance);
   }
   const double turn = pose.turn - code.turn;
-  if (std::abs(turn) > code.turn_tolerance + kSigmas * std::sqrt(pose.cov(2, 2))) {
+  if (std::abs(turn) > code.turn_tolerance + kDotSigmas * std::sqrt(pose.cov(2, 2))) {
     return fmt::format("it is turned by {:+.2f} degrees; {:.2f} are allowed",
                        rad(turn).in_deg(),
                        rad(code.turn_tolerance).in_deg());
@@ -167,7 +167,7 @@ FittedCandidate candidate_of(const DetectorInput& input,
       pose.degrees_of_freedom > 0 ? std::max(1.0, pose.chi_square / pose.degrees_of_freedom) : 1;
   const bool is_scattered =
       pose.chi_square >
-      pose.degrees_of_freedom + kSigmas * std::sqrt(2.0 * pose.degrees_of_freedom);
+      pose.degrees_of_freedom + kDotSigmas * std::sqrt(2.0 * pose.degrees_of_freedom);
   const double factor = is_scattered ? inflation : 1;
   if (!fill_place(input, pose, in_mm, factor * pose.cov.topLeftCorner<2, 2>(), candidate.fit)) {
     candidate.reason = "its place is where the camera mapping ends";
@@ -186,7 +186,7 @@ FittedCandidate candidate_of(const DetectorInput& input,
 }
 
 /// A candidate that only carries a reason; it stands where one would look.
-FittedCandidate refusal(const DetectorInput& input, Verdict verdict, std::string reason) {
+FittedCandidate dots_refusal(const DetectorInput& input, Verdict verdict, std::string reason) {
   FittedCandidate candidate;
   candidate.verdict = verdict;
   candidate.reason = std::move(reason);
@@ -202,13 +202,14 @@ FittedCandidate refusal(const DetectorInput& input, Verdict verdict, std::string
 }  // namespace
 
 std::vector<FittedCandidate> detect_dots(const DetectorInput& input) {
-  const DotCode code = code_of(input);
+  const DotCode code = dot_code_of(input);
   if (const auto turn = self_turn(code)) {
-    return {refusal(input,
-                    Verdict::Unfit,
-                    fmt::format("the code looks the same when turned by {:.0f} degrees: a smaller "
-                                "angle_tolerance is needed, or another code",
-                                rad(*turn).in_deg()))};
+    return {
+        dots_refusal(input,
+                     Verdict::Unfit,
+                     fmt::format("the code looks the same when turned by {:.0f} degrees: a smaller "
+                                 "angle_tolerance is needed, or another code",
+                                 rad(*turn).in_deg()))};
   }
   const bool in_mm = !code.fits_scale && input.mapping != nullptr;
   std::vector<FittedCandidate> dots;
@@ -227,13 +228,14 @@ std::vector<FittedCandidate> detect_dots(const DetectorInput& input) {
   }
   if (candidates.empty() && !seen.empty()) {
     const int n = static_cast<int>(code.dots.size());
-    candidates.push_back(refusal(input,
-                                 Verdict::Unlikely,
-                                 fmt::format("no {} of the code's {} dots are in their places; {} "
-                                             "dots are seen",
-                                             least_dots(n),
-                                             n,
-                                             seen.size())));
+    candidates.push_back(
+        dots_refusal(input,
+                     Verdict::Unlikely,
+                     fmt::format("no {} of the code's {} dots are in their places; {} "
+                                 "dots are seen",
+                                 least_dots(n),
+                                 n,
+                                 seen.size())));
   }
   return candidates;
 }

@@ -18,9 +18,9 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr double kHuber = 2.0;
-/// Steps that are the last ones, px: what is left after them is some hundredths of them.
-constexpr double kRough = 0.03;
+constexpr double kPolygonHuber = 2.0;
+/// Steps that are the last ones, px: the error after them is some hundredths of them.
+constexpr double kPolygonRough = 0.03;
 constexpr double kFine = 2e-3;
 /// What a pattern may still move after a fit, px.
 constexpr double kSlackPx = 0.75;
@@ -30,10 +30,10 @@ constexpr int kStride = 4;
 /// Debris on the outline is never left out to its last trace. Measured with a tenth of it covered,
 /// errors are as if the variance were larger by this (tests/bench/README.md); neighbours that touch
 /// the lines' feet exclude less of them than this part.
-constexpr double kDebrisDoubt = 2.4;
+constexpr double kPolygonDebrisDoubt = 2.4;
 constexpr double kCleanLines = 0.025;
 /// How far from the lines pixels count for the correlation, as part of the pattern's half extent.
-constexpr double kScoreReach = 0.25;
+constexpr double kPolygonScoreReach = 0.25;
 
 /// The pattern's extent and what is around it within reach.
 struct Extent {
@@ -51,12 +51,12 @@ double units_of(const CellState& state) {
 }
 
 /// Pixels (of the reduced picture) about the pattern; empty if the frame cannot be drawn there.
-std::optional<PixelBox> box_of(const Image& image,
-                               const FitFrame& fit_frame,
-                               const CellState& state,
-                               const Extent& extent,
-                               double reach_units,
-                               const CellFitOptions& options) {
+std::optional<PixelBox> polygon_box(const Image& image,
+                                    const FitFrame& fit_frame,
+                                    const CellState& state,
+                                    const Extent& extent,
+                                    double reach_units,
+                                    const CellFitOptions& options) {
   const double k = options.reduction;
   const Eigen::Vector2d first(options.image_x0, options.image_y0);
   Eigen::Vector2d low(1e30, 1e30);
@@ -93,7 +93,7 @@ std::vector<CellPixel> collect(const Image& image,
   const double units = units_of(start);
   const double reach = options.reach * units;
   std::vector<CellPixel> pixels;
-  const auto box = box_of(image, fit_frame, start, extent, reach, options);
+  const auto box = polygon_box(image, fit_frame, start, extent, reach, options);
   if (!box) return pixels;
   const double k = options.reduction;
   const Eigen::Vector2d first =
@@ -148,7 +148,7 @@ void classify(const CellModel& model,
   }
 }
 
-double median_of(std::vector<double>& values) {
+double median_residual(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -184,8 +184,8 @@ bool guess_levels(const CellModel& model, const std::vector<CellPixel>& pixels, 
   }
   constexpr std::size_t kLeast = 4;
   if (low.size() < kLeast || high.size() < kLeast) return false;
-  const double background = median_of(low);
-  state.levels << background, 0, 0, median_of(high) - background, 0, 0;
+  const double background = median_residual(low);
+  state.levels << background, 0, 0, median_residual(high) - background, 0, 0;
   return true;
 }
 
@@ -213,7 +213,7 @@ double corner_move(const CellPattern& pattern, const CellState& from, const Cell
 }
 
 /// True if a fit left the pattern that it was started at: there is none.
-bool is_astray(const CellModel& model, const CellState& state, const CellState& start) {
+bool is_polygon_astray(const CellModel& model, const CellState& state, const CellState& start) {
   constexpr double kFar = 0.35;  // of the half extent
   if (!state.pattern_from_frame.allFinite() || !state.levels.allFinite()) return true;
   const double limit = kFar * half_extent(model.pattern()) + 2 * units_of(start);
@@ -226,8 +226,9 @@ void set_quality(const CellModel& model, double full_scale, double white_noise, 
   fit.noise_inside = noise.inside;
   fit.rim_noise = noise.rim;
   fit.rim_excess = noise.rim_excess;
-  const double reach_px = std::max(
-      3 * fit.state.sigma_px, kScoreReach * half_extent(model.pattern()) / units_of(fit.state));
+  const double reach_px =
+      std::max(3 * fit.state.sigma_px,
+               kPolygonScoreReach * half_extent(model.pattern()) / units_of(fit.state));
   fit.correlation = correlation_near(model, fit.state, fit.pixels, white_noise, reach_px);
   const OutlineSeen seen = outline_seen(model, fit.state, fit.pixels, noise);
   fit.visible = seen.visible;
@@ -282,15 +283,15 @@ CellFit fit_cells(const Image& image,
   for (CellPixel& pixel : fit.pixels) pixel.weight = 1 / (guess * guess);
 
   CellSolverOptions solver{.full_scale = image.full_scale(),
-                           .huber = kHuber,
-                           .tolerance_px = kRough,
+                           .huber = kPolygonHuber,
+                           .tolerance_px = kPolygonRough,
                            .max_sigma_px = options.max_sigma_px};
   CellSolution solution;
   if (!options.is_refined) {
     exclude_outliers(fit.state, white_noise, fit.pixels);
     solution = solve_cells(model, fit.pixels, fit.state, solver);
     fit.state = solution.state;
-    fit.converged = solution.converged && !is_astray(model, solution.state, start);
+    fit.converged = solution.converged && !is_polygon_astray(model, solution.state, start);
     if (!fit.converged || options.is_rough) return fit;
   }
 
@@ -310,13 +311,13 @@ CellFit fit_cells(const Image& image,
   solver.tolerance_px = kFine;
   solution = solve_cells(model, fit.pixels, fit.state, solver);
   fit.state = solution.state;
-  fit.converged = solution.converged && !is_astray(model, solution.state, start);
+  fit.converged = solution.converged && !is_polygon_astray(model, solution.state, start);
   set_quality(model, image.full_scale(), white_noise, fit);
   set_covariance(model, solution, options.is_blind_along_x, fit);
   if (fit.converged && options.may_be_textured) {
     refit_on_texture(model, image.full_scale(), options.is_blind_along_x, fit);
   }
-  if (fit.excluded > kCleanLines) fit.cov *= kDebrisDoubt;
+  if (fit.excluded > kCleanLines) fit.cov *= kPolygonDebrisDoubt;
   return fit;
 }
 

@@ -5,6 +5,7 @@
 
 #include "vision/fit/frame.h"
 #include "vision/picture/image.h"
+#include "vision/polygon/fit_result.h"
 #include "vision/polygon/model.h"
 #include <Eigen/Core>
 
@@ -18,8 +19,8 @@ struct CellFitOptions {
   double start_error = 2;
   /// Largest sigma of an edge, px; blurrier ones are no edges.
   double max_sigma_px = 6;
-  /// The image's pixels are means of squares of so many pixels of the picture that the fit frame
-  /// belongs to; "px" is then one of the image's.
+  /// The image's pixels are means of squares of this number of pixels of the picture that the fit
+  /// frame belongs to; "px" is then one of the image's.
   int reduction = 1;
   int image_x0 = 0;  ///< where the image's first pixel begins in that picture, px
   int image_y0 = 0;
@@ -29,28 +30,10 @@ struct CellFitOptions {
   bool is_blind_along_x = false;
   /// The ground may have texture, such as glass weave: then it is modelled.
   bool may_be_textured = false;
-  /// Only every so many'th pixel of rows and columns takes part: quicker yet, for rough fits.
+  /// Only every n-th pixel of rows and columns takes part: quicker yet, for rough fits.
   int stride = 1;
   /// The start is the state of a rough fit, levels included: it needs no other.
   bool is_refined = false;
-};
-
-/// A pattern as it was fitted to a picture.
-struct CellFit {
-  bool converged = false;
-  CellState state;
-  CellMatrix cov = CellMatrix::Zero();  ///< of the model's n_parameters(), inflated if need be
-  double noise_outside = 1;             ///< sigma of the residuals, grey levels
-  double noise_inside = 1;
-  double rim_noise = 0;        ///< sigma of the residuals near the lines
-  double rim_excess = 1;       ///< variance near the lines over what the noise predicts, at least 1
-  double excluded = 0;         ///< part of the pixels near the lines left out
-  double correlation = 0;      ///< of model and picture near the lines, camera noise aside, 0 to 1
-  double visible = 0;          ///< part of the outline that is seen and looks like an edge
-  double intact = 1;           ///< part of the targets' face that looks like it
-  double clipped = 0;          ///< part of the pixels near the lines at either end of the scale
-  double outside_picture = 0;  ///< part of the outline that is not in the picture
-  std::vector<CellPixel> pixels;  ///< with weights and exclusions as the last fit used them
 };
 
 /// Fits a pattern to the pixels around it by maximum likelihood.

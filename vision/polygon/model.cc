@@ -19,13 +19,13 @@ constexpr double kUnknownShare = 2e-4;
 
 using Axis = CellView::Axis;
 
-double level_of(Cell cell) {
+double cell_level(Cell cell) {
   return cell == Cell::Target ? 1 : 0;
 }
 
 /// Change of level from one cell to the next; none from or to what is not known.
-double step_of(Cell from, Cell to) {
-  return from == Cell::Unknown || to == Cell::Unknown ? 0 : level_of(to) - level_of(from);
+double edge_step(Cell from, Cell to) {
+  return from == Cell::Unknown || to == Cell::Unknown ? 0 : cell_level(to) - cell_level(from);
 }
 
 void set_gradient(const Eigen::Vector2d& gradient, Axis& axis) {
@@ -213,7 +213,7 @@ std::optional<double> CellView::flat_share(const CellPixel& pixel, double slack_
       if (cell(a, b) != first) return std::nullopt;
     }
   }
-  return level_of(first);
+  return cell_level(first);
 }
 
 CellView::Value CellView::evaluate(const CellPixel& pixel, CellVector* gradient) {
@@ -222,7 +222,7 @@ CellView::Value CellView::evaluate(const CellPixel& pixel, CellVector* gradient)
   Slopes slopes;
   if (x_.n_near + y_.n_near == 0) {
     const Cell at = cell(0, 0);
-    value.share = level_of(at);
+    value.share = cell_level(at);
     value.is_known = at != Cell::Unknown;
   } else {
     find_profiles(state_.sigma_px, x_);
@@ -276,7 +276,7 @@ void CellView::add_lines(Slopes& slopes) const {
   for (int a = 0; a < x_.n_near; ++a) {
     double step = 0;
     for (int b = 0; b <= y_.n_near; ++b) {
-      step += interval(y_, b) * step_of(cell(a, b), cell(a + 1, b));
+      step += interval(y_, b) * edge_step(cell(a, b), cell(a + 1, b));
     }
     if (step == 0) continue;
     const Line& line = x_.lines[static_cast<std::size_t>(a)];
@@ -288,7 +288,7 @@ void CellView::add_lines(Slopes& slopes) const {
   for (int b = 0; b < y_.n_near; ++b) {
     double step = 0;
     for (int a = 0; a <= x_.n_near; ++a) {
-      step += interval(x_, a) * step_of(cell(a, b), cell(a, b + 1));
+      step += interval(x_, a) * edge_step(cell(a, b), cell(a, b + 1));
     }
     if (step == 0) continue;
     const Line& line = y_.lines[static_cast<std::size_t>(b)];
@@ -306,7 +306,7 @@ void CellView::add_corners(Value& value, Slopes& slopes) const {
   for (int b = 0; b < y_.n_near; ++b) {
     for (int a = 0; a < x_.n_near; ++a) {
       const double corner =
-          step_of(cell(a, b + 1), cell(a + 1, b + 1)) - step_of(cell(a, b), cell(a + 1, b));
+          edge_step(cell(a, b + 1), cell(a + 1, b + 1)) - edge_step(cell(a, b), cell(a + 1, b));
       if (corner == 0) continue;
       const Line& x = x_.lines[static_cast<std::size_t>(a)];
       const Line& y = y_.lines[static_cast<std::size_t>(b)];

@@ -112,7 +112,7 @@ class Pieces {
 };
 
 /// Lengths of the outline: all, seen, outside of the picture.
-struct Lengths {
+struct OutlineLengths {
   double all = 0;
   double seen = 0;
   double outside = 0;
@@ -121,7 +121,7 @@ struct Lengths {
 void add_seen(const Pieces& pieces,
               double noise_of_contrast,
               double max_shift_px,
-              Lengths& lengths) {
+              OutlineLengths& lengths) {
   constexpr double kLeast = 0.4;  // local contrast over the whole's
   constexpr double kMost = 1.6;
   constexpr double kSlackSigmas = 2;
@@ -182,7 +182,7 @@ OutlineSeen outline_seen(const CellModel& model,
   const double sigma = std::max(noise.inside, noise.outside) / contrast;
   const double max_shift_px = std::clamp(
       kCrooked * half_extent(model.pattern()) / units_per_px, kLeastCrookedPx, kMostCrookedPx);
-  Lengths lengths;
+  OutlineLengths lengths;
   add_seen(x, sigma, max_shift_px, lengths);
   add_seen(y, sigma, max_shift_px, lengths);
   if (!(lengths.all > 0)) return {};

@@ -12,10 +12,10 @@ namespace panelcal::internal {
 namespace {
 
 // Rounding to whole levels is noise as well, and all there is in a perfect picture.
-constexpr double kRounding = 0.2887;
+constexpr double kPolygonRounding = 0.2887;
 constexpr int kFewPixels = 20;
 
-double median_of(std::vector<double>& values) {
+double median_spread(std::vector<double>& values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -35,13 +35,13 @@ struct Seen {
 /// Sigmas of the magnitudes on the ground and on the targets, at least as given; a small lot's is
 /// the other's. A face that varies far more than the ground, which may be textured, is not the
 /// target's face: that is no reason to bear with it.
-std::array<double, 2> spreads_of(std::array<std::vector<double>, 2>& magnitudes,
-                                 const std::array<double, 2>& least) {
+std::array<double, 2> polygon_spreads(std::array<std::vector<double>, 2>& magnitudes,
+                                      const std::array<double, 2>& least) {
   constexpr std::size_t kFew = 20;
   std::array<double, 2> spreads{};
   for (std::size_t i = 0; i < 2; ++i) {
     auto& lot = magnitudes[i].size() < kFew ? magnitudes[1 - i] : magnitudes[i];
-    spreads[i] = std::max(least[i], 1.4826 * median_of(lot));
+    spreads[i] = std::max(least[i], 1.4826 * median_spread(lot));
   }
   constexpr double kMostOfGround = 1.5;  // a bright face has more shot noise
   spreads[1] = std::min(spreads[1], kMostOfGround * spreads[0]);
@@ -188,7 +188,7 @@ CellNoise noise_of(const CellModel& model,
   // Half of the parameters each.
   const double used = 0.5 * model.n_parameters();
   const auto sigma = [&](std::size_t side) {
-    return std::max(kRounding, std::sqrt(sums[side] / std::max(1.0, counts[side] - used)));
+    return std::max(kPolygonRounding, std::sqrt(sums[side] / std::max(1.0, counts[side] - used)));
   };
   CellNoise noise;
   noise.outside = sigma(0);
@@ -229,7 +229,7 @@ double exclude_strangers(const CellModel& model,
   constexpr double kRimBlobOfContrast = 0.12;
   constexpr double kMarkOfContrast = 0.45;
   constexpr int kBlobHalf = 2;        // px
-  constexpr std::size_t kSample = 5;  // medians are taken of every so many pixels
+  constexpr std::size_t kSample = 5;  // medians are taken of every n-th pixel
   constexpr int kGrow = 2;            // px: the blurred foot of what was excluded
 
   ResidualMap map(pixels);
@@ -247,14 +247,14 @@ double exclude_strangers(const CellModel& model,
     if (i % kSample == 0) magnitudes[seen[i].on_target()].push_back(std::abs(z));
   }
   map.integrate();
-  const std::array z_sigma = spreads_of(magnitudes, {0.3, 0.3});
+  const std::array z_sigma = polygon_spreads(magnitudes, {0.3, 0.3});
   // Texture is correlated: its local means vary more than those of white noise.
   magnitudes = {};
   for (std::size_t i = 0; i < pixels.size(); i += kSample) {
     const auto sum = map.around(pixels[i], kBlobHalf);
     if (sum.n > 0) magnitudes[seen[i].on_target()].push_back(std::abs(sum.z) / std::sqrt(sum.n));
   }
-  const std::array blob_sigma = spreads_of(magnitudes, z_sigma);
+  const std::array blob_sigma = polygon_spreads(magnitudes, z_sigma);
 
   const double contrast = std::abs(state.levels[3]);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -353,7 +353,7 @@ double white_noise_of(const std::vector<CellPixel>& pixels) {
     const CellPixel& b = pixels[i];
     if (a.y == b.y && a.x + 1 == b.x) differences.push_back(std::abs(a.value - b.value));
   }
-  return 1.4826 / std::sqrt(2.0) * median_of(differences);
+  return 1.4826 / std::sqrt(2.0) * median_spread(differences);
 }
 
 }  // namespace panelcal::internal

@@ -10,10 +10,10 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMaxIterations = 20;  // a pattern takes 3 to 6; more means that there is none
+constexpr int kMaxPolygonIterations = 20;  // a pattern takes 3 to 6; more means that there is none
 /// Cost differences below this part are rounding.
-constexpr double kCostRounding = 1e-10;
-constexpr double kMinSigma = 0.32;  // a pixel behind a perfect lens has 0.29
+constexpr double kPolygonCostRounding = 1e-10;
+constexpr double kMinPolygonSigma = 0.32;  // a pixel behind a perfect lens has 0.29
 /// Largest step of a place on the pattern's rim, as part of its half extent.
 constexpr double kMaxStep = 0.15;
 
@@ -122,19 +122,19 @@ class Problem {
   FlatSums flat_;
 };
 
-using Dynamic = Eigen::Matrix<double,
-                              Eigen::Dynamic,
-                              Eigen::Dynamic,
-                              Eigen::ColMajor,
-                              kMaxCellParameters,
-                              kMaxCellParameters>;
+using PolygonDynamic = Eigen::Matrix<double,
+                                     Eigen::Dynamic,
+                                     Eigen::Dynamic,
+                                     Eigen::ColMajor,
+                                     kMaxCellParameters,
+                                     kMaxCellParameters>;
 
 /// The damped step, or zero if the equations are singular.
 CellVector damped_step(const NormalEquations& equations, int n, double damping) {
-  Dynamic h = equations.h.topLeftCorner(n, n);
+  PolygonDynamic h = equations.h.topLeftCorner(n, n);
   for (int i = 0; i < n; ++i) h(i, i) += damping * h(i, i) + 1e-12;
   CellVector step = CellVector::Zero();
-  const Eigen::LDLT<Dynamic> factor(h);
+  const Eigen::LDLT<PolygonDynamic> factor(h);
   if (factor.info() == Eigen::Success && factor.isPositive()) {
     step.head(n) = -factor.solve(equations.g.head(n));
   }
@@ -152,7 +152,7 @@ CellVector step_within(const CellModel& model,
   const int n = model.n_parameters();
   const int i = model.i_sigma();
   const CellVector step = damped_step(equations, n, damping);
-  const bool is_beyond = (state.sigma_px <= kMinSigma && step[i] < 0) ||
+  const bool is_beyond = (state.sigma_px <= kMinPolygonSigma && step[i] < 0) ||
                          (state.sigma_px >= max_sigma_px && step[i] > 0);
   if (!is_beyond) return step;
   NormalEquations held = equations;
@@ -164,7 +164,7 @@ CellVector step_within(const CellModel& model,
 }
 
 /// How far a step moves the pattern's rim at most, pattern units.
-double move_of(const CellModel& model, const CellVector& step, double half) {
+double polygon_move(const CellModel& model, const CellVector& step, double half) {
   double move = std::max(std::abs(step[0]), std::abs(step[1]));
   for (int k = 2; k < model.n_pose(); ++k) {
     move = std::max(move, std::abs(step[k]) * (k < 6 ? half : half * half));
@@ -179,7 +179,7 @@ CellVector limited(const CellModel& model,
                    CellVector step,
                    double half,
                    double max_sigma_px) {
-  const double move = move_of(model, step, half);
+  const double move = polygon_move(model, step, half);
   // Only the geometry: levels enter linearly and follow at once.
   if (const double limit = kMaxStep * half; move > limit) {
     step.head(model.n_pose()) *= limit / move;
@@ -187,7 +187,7 @@ CellVector limited(const CellModel& model,
   }
   const double s = state.sigma_px;
   double& ds = step[model.i_sigma()];
-  ds = std::clamp(std::clamp(ds, -0.5 * s, s) + s, kMinSigma, max_sigma_px) - s;
+  ds = std::clamp(std::clamp(ds, -0.5 * s, s) + s, kMinPolygonSigma, max_sigma_px) - s;
   return step;
 }
 
@@ -206,10 +206,10 @@ CellSolution solve_cells(const CellModel& model,
   const Problem problem(model, pixels, start, options);
   CellSolution solution;
   solution.state = start;
-  solution.state.sigma_px = std::clamp(start.sigma_px, kMinSigma, options.max_sigma_px);
+  solution.state.sigma_px = std::clamp(start.sigma_px, kMinPolygonSigma, options.max_sigma_px);
   NormalEquations equations = problem.equations_at(solution.state);
   double damping = 1e-4;
-  for (int i = 0; i < kMaxIterations && !solution.converged && damping < 1e8; ++i) {
+  for (int i = 0; i < kMaxPolygonIterations && !solution.converged && damping < 1e8; ++i) {
     const CellVector free =
         step_within(model, solution.state, equations, damping, options.max_sigma_px);
     const CellVector step = limited(model, solution.state, free, half, options.max_sigma_px);
@@ -217,16 +217,16 @@ CellSolution solve_cells(const CellModel& model,
     if (!next.pattern_from_frame.allFinite() || !next.levels.allFinite()) break;
     const double units_per_px =
         std::sqrt(std::abs(solution.state.jacobian(solution.state.to_frame({0, 0})).determinant()));
-    const bool is_small = move_of(model, step, half) < options.tolerance_px * units_per_px &&
+    const bool is_small = polygon_move(model, step, half) < options.tolerance_px * units_per_px &&
                           std::abs(step[model.i_sigma()]) < options.tolerance_px;
     if (is_small && damping < 1) {
-      // What is left after a small step is a few hundredths of it: not worth another look.
+      // The error after a small step is a few hundredths of it: not worth another look.
       solution.converged = true;
       solution.state = next;
       break;
     }
     NormalEquations next_equations = problem.equations_at(next);
-    if (next_equations.cost <= equations.cost * (1 + kCostRounding)) {
+    if (next_equations.cost <= equations.cost * (1 + kPolygonCostRounding)) {
       solution.state = next;
       equations = next_equations;
       damping = std::max(1e-9, damping * 0.1);

@@ -88,7 +88,7 @@ constexpr double kMostUnexplained = 0.3;
 constexpr double kLeastVisible = 0.35;
 constexpr double kMostClipped = 0.75;
 
-std::optional<std::string> unfit_reason(const CellFit& f, const CellJudgement& j) {
+std::optional<std::string> unfit_target_reason(const CellFit& f, const CellJudgement& j) {
   if (j.unfit) return j.unfit;
   if (std::abs(j.turn_rad) > j.turn_tolerance_rad + 3 * j.turn_sigma_rad) {
     return fmt::format("it is turned by {:+.1f} deg; {:.1f} deg are allowed",
@@ -159,7 +159,8 @@ void judge_cells(const DetectorInput& input,
                            candidate.fit.score,
                            options.min_score));
   }
-  if (auto reason = unfit_reason(f, judgement)) return set(Verdict::Unfit, *std::move(reason));
+  if (auto reason = unfit_target_reason(f, judgement))
+    return set(Verdict::Unfit, *std::move(reason));
   set(Verdict::Good, "");
 }
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <string_view>
 
+#include "vision/fit/detection.h"
 #include "vision/fit/detector.h"
 #include "vision/fit/frame.h"
 #include "vision/fit/pattern_search.h"
-#include "vision/locate/locate.h"
 #include "vision/polygon/fit.h"
 #include <Eigen/Core>
 

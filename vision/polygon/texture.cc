@@ -17,13 +17,13 @@ bool is_ground(const CellPixel& pixel) {
   return pixel.is_flat && pixel.share < 0.5F && !pixel.is_excluded;
 }
 
-double level_of(const CellModel& model, const CellState& state, const CellPixel& pixel) {
+double pixel_level(const CellModel& model, const CellState& state, const CellPixel& pixel) {
   const Eigen::Vector3d plane = model.plane_terms(pixel.at);
   return plane.dot(state.levels.head<3>()) +
          static_cast<double>(pixel.share) * plane.dot(state.levels.tail<3>());
 }
 
-std::optional<GroundTexture> ground_texture(const CellModel& model, const CellFit& fit) {
+std::optional<GroundTexture> polygon_ground_texture(const CellModel& model, const CellFit& fit) {
   if (fit.pixels.empty()) return std::nullopt;
   int x0 = fit.pixels.front().x;
   int x1 = x0;
@@ -43,7 +43,7 @@ std::optional<GroundTexture> ground_texture(const CellModel& model, const CellFi
     if (!is_ground(pixel)) continue;
     const auto i = static_cast<std::size_t>(pixel.y - y0) * static_cast<std::size_t>(width) +
                    static_cast<std::size_t>(pixel.x - x0);
-    ground[i] = static_cast<float>(pixel.value - level_of(model, fit.state, pixel));
+    ground[i] = static_cast<float>(pixel.value - pixel_level(model, fit.state, pixel));
     ++n;
   }
   constexpr double kEnough = 200;
@@ -53,9 +53,9 @@ std::optional<GroundTexture> ground_texture(const CellModel& model, const CellFi
 
 /// Ground and lines as the generalised step wants them: the model's parameters, then the waves'
 /// amplitudes.
-class Observations {
+class PolygonObservations {
  public:
-  Observations(const CellModel& model, const CellState& state, const GroundTexture& texture)
+  PolygonObservations(const CellModel& model, const CellState& state, const GroundTexture& texture)
       : model_(model),
         texture_(texture),
         view_(model, state),
@@ -160,7 +160,7 @@ void refit_on_texture(const CellModel& model,
                       double full_scale,
                       bool is_blind_along_x,
                       CellFit& fit) {
-  const auto texture = ground_texture(model, fit);
+  const auto texture = polygon_ground_texture(model, fit);
   if (!texture) return;
   const double reach_px = texture->reach_px();
   const int n = model.n_parameters();
@@ -168,7 +168,7 @@ void refit_on_texture(const CellModel& model,
   CellFit better = fit;
   for (int pass = 0; pass < 2; ++pass) {
     const CellState state = better.state;
-    Observations observations(model, state, *texture);
+    PolygonObservations observations(model, state, *texture);
     observations.add(better, full_scale, reach_px);
     if (is_blind_along_x) observations.hold(0);
     const auto step = observations.step();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "vision/polygon/fit.h"
+#include "vision/polygon/fit_result.h"
 
 namespace panelcal::internal {
 

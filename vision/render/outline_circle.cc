@@ -10,23 +10,23 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kHighestOrder = 1000;
+constexpr int kMaxCircleOrder = 1000;
 /// The rim stays outside of this share of the radius, so that it never crosses itself.
 constexpr double kLeastRadius = 0.4;
 /// Between samples, 32 a wave, a wave exceeds them by less than this.
 constexpr int kSamplesPerWave = 32;
-constexpr double kMargin = 1.01;
+constexpr double kCircleMargin = 1.01;
 
 }  // namespace
 
 RoughCircle::RoughCircle(double radius_mm, const Roughness& roughness)
     : radius_mm_(radius_mm),
-      lowest_order_(std::clamp(roughness.lowest_order, 2, kHighestOrder)),
+      lowest_order_(std::clamp(roughness.lowest_order, 2, kMaxCircleOrder)),
       reach_mm_(radius_mm),
       speed_mm_(radius_mm) {
   if (!(roughness.rms > mm(0)) || !(radius_mm > 0)) return;
   Random random(roughness.seed);
-  const int highest = std::clamp(roughness.highest_order, lowest_order_, kHighestOrder);
+  const int highest = std::clamp(roughness.highest_order, lowest_order_, kMaxCircleOrder);
   double power = 0;
   for (int order = lowest_order_; order <= highest; ++order) {
     const double cosine = random.normal() / order;
@@ -45,10 +45,10 @@ RoughCircle::RoughCircle(double radius_mm, const Roughness& roughness)
     most = std::max(most, std::abs(r.x() - radius_mm));
     steepest = std::max(steepest, std::abs(r.y()));
   }
-  const double limit = std::min(1.0, (1 - kLeastRadius) * radius_mm / (kMargin * most));
+  const double limit = std::min(1.0, (1 - kLeastRadius) * radius_mm / (kCircleMargin * most));
   for (Eigen::Vector2d& wave : waves_mm_) wave *= limit;
-  reach_mm_ = radius_mm + kMargin * limit * most;
-  speed_mm_ = reach_mm_ + kMargin * limit * steepest;
+  reach_mm_ = radius_mm + kCircleMargin * limit * most;
+  speed_mm_ = reach_mm_ + kCircleMargin * limit * steepest;
 }
 
 Eigen::Vector2d RoughCircle::evaluate(double angle_rad) const {

@@ -10,6 +10,7 @@
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
 #include "vision/fit/target.h"
+#include "vision/texture/weave_parameters.h"
 #include <Eigen/Core>
 
 namespace panelcal {
@@ -56,14 +57,6 @@ struct Feature {
   std::shared_ptr<const CellGrid> cells = {};
   /// Its reference place is at `center`. It is as bright as it is, and as sharp.
   std::shared_ptr<const TemplatePicture> picture = {};
-};
-
-/// The glass weave of the laminate: fixed to the panel, so that overlapping pictures agree.
-struct Weave {
-  double amplitude = 0;                                          ///< of full scale
-  Length period = mm(0.5);                                       ///< from yarn to yarn but one
-  std::uint64_t seed = 1;                                        ///< of the yarns' irregularity
-  Transform<frame::Nominal, frame::Optical> panel_from_optical;  ///< where the picture lies
 };
 
 /// A piece of panel under the camera. Features are painted in order: later ones cover earlier ones.

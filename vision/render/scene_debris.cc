@@ -15,7 +15,7 @@ namespace {
 
 /// Outlines of crumbs.
 constexpr double kRoughness = 0.25;  // rms over the radius
-constexpr int kHighestOrder = 7;
+constexpr int kMaxDebrisOrder = 7;
 /// Crumbs lie this far to either side of the outline, of their diameter.
 constexpr double kScatter = 0.3;
 constexpr double kSmallest = 0.5;
@@ -107,7 +107,7 @@ Feature draw_crumb(const Rim& rim, const DebrisOptions& options, Random& random)
   const double dy = scatter_mm * random.uniform(-1, 1);
   crumb.center = position_mm<frame::Optical>(on_rim.x() + dx, on_rim.y() + dy);
   crumb.level = random.uniform(options.darkest, options.brightest);
-  crumb.roughness.highest_order = kHighestOrder;
+  crumb.roughness.highest_order = kMaxDebrisOrder;
   crumb.roughness.seed = static_cast<std::uint64_t>(random.uniform() * 0x1p53);
   return sized(crumb, random.uniform(kSmallest, kLargest) * options.size);
 }

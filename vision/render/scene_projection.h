@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "calib/camera/mapping.h"
-#include "vision/render/render.h"
+#include "vision/render/camera.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

@@ -24,7 +24,7 @@ constexpr double kHopelessFit = 0.6;
 constexpr double kMinRadiusPx = 3;
 /// With less of the rim there is no telling an arc from chance.
 constexpr double kLeastArc = 0.3;
-constexpr double kMaxClipped = 0.6;
+constexpr double kMaxCircleClipped = 0.6;
 /// Of the inner area: more is a hole, not debris.
 constexpr double kMaxCovered = 0.12;
 /// Residuals at the rim beside those of flat parts, and beside the contrast, in a rim that fits.
@@ -37,10 +37,10 @@ constexpr double kMaxLobes = 0.03;
 constexpr int kOutlineNodes = 72;
 
 /// Places on an oval around `center`, as far as the picture's frame goes.
-std::vector<Eigen::Vector2d> outline_of(const FitFrame& fit_frame,
-                                        const Eigen::Vector2d& center,
-                                        double radius,
-                                        const RimVector& p) {
+std::vector<Eigen::Vector2d> circle_outline(const FitFrame& fit_frame,
+                                            const Eigen::Vector2d& center,
+                                            double radius,
+                                            const RimVector& p) {
   std::vector<Eigen::Vector2d> outline;
   outline.reserve(kOutlineNodes);
   for (int i = 0; i < kOutlineNodes; ++i) {
@@ -61,7 +61,7 @@ void fill_geometry(const FitFrame& fit_frame,
                    TargetFit& fit) {
   const Eigen::Vector2d center = p.head<2>();
   set_place(fit_frame, center, cov, 2 * p[kRadius], fit);
-  fit.outlines_px.push_back(outline_of(fit_frame, center, p[kRadius], p));
+  fit.outlines_px.push_back(circle_outline(fit_frame, center, p[kRadius], p));
   const double oval = std::hypot(p[kOval], p[kOvalDiagonal]);
   fit.axis_ratio = (1 - oval) / (1 + oval);
   if (expected.shape == Shape::Ring) {
@@ -69,13 +69,13 @@ void fill_geometry(const FitFrame& fit_frame,
     fit.inner_size = px(2 * p[kInnerRadius] * std::sqrt(std::abs(px_from_frame.determinant())));
     const Eigen::Vector2d hole(p[kHoleX], p[kHoleY]);
     fit.hole_offset_px = px_from_frame * hole;
-    fit.outlines_px.push_back(outline_of(fit_frame, center + hole, p[kInnerRadius], p));
+    fit.outlines_px.push_back(circle_outline(fit_frame, center + hole, p[kInnerRadius], p));
   }
 }
 
-std::optional<std::string> unfit_reason(const FitFrame& fit_frame,
-                                        const ExpectedRim& expected,
-                                        const RimVector& p) {
+std::optional<std::string> unfit_circle_reason(const FitFrame& fit_frame,
+                                               const ExpectedRim& expected,
+                                               const RimVector& p) {
   if (auto reason = size_problem(
           fit_frame, "its size", 2 * p[kRadius], 2 * expected.radius, expected.size_tolerance)) {
     return reason;
@@ -87,13 +87,13 @@ std::optional<std::string> unfit_reason(const FitFrame& fit_frame,
       fit_frame, "its inner size", 2 * p[kInnerRadius], 2 * *expected.inner_radius, tolerance);
 }
 
-void judge(const Image& image,
-           const FitFrame& fit_frame,
-           const ExpectedRim& expected,
-           const LocateOptions& options,
-           const RimEstimate& e,
-           double support,
-           FittedCandidate& candidate) {
+void judge_circle(const Image& image,
+                  const FitFrame& fit_frame,
+                  const ExpectedRim& expected,
+                  const LocateOptions& options,
+                  const RimEstimate& e,
+                  double support,
+                  FittedCandidate& candidate) {
   const RimVector& p = e.parameters;
   const double contrast = p[kContrast] * expected.sign();
   const double min_contrast = options.min_contrast * image.full_scale();
@@ -117,12 +117,12 @@ void judge(const Image& image,
                            contrast,
                            min_contrast));
   }
-  if (e.clipped > kMaxClipped) {
+  if (e.clipped > kMaxCircleClipped) {
     return set(Verdict::Unfit,
                fmt::format("saturated: {:.0f} % of its rim's pixels are clipped, at most {:.0f} % "
                            "leave an edge to measure",
                            100 * e.clipped,
-                           100 * kMaxClipped));
+                           100 * kMaxCircleClipped));
   }
   if (e.visible < options.min_visible && e.visible >= kLeastArc) {
     return set(Verdict::Unfit,
@@ -151,7 +151,7 @@ void judge(const Image& image,
       return set(Verdict::Unlikely, "it has no hole that is darker or brighter as a ring's is");
     }
   }
-  if (auto reason = unfit_reason(fit_frame, expected, p)) {
+  if (auto reason = unfit_circle_reason(fit_frame, expected, p)) {
     return set(Verdict::Unfit, *std::move(reason));
   }
   if (1 - candidate.fit.axis_ratio > 2 * expected.size_tolerance) {
@@ -239,7 +239,7 @@ FittedCandidate fit_candidate(const Image& image,
   fit.contrast = p[kContrast];
   fit.noise = e.rim_noise;
   fit.excluded = e.excluded;
-  judge(image, fit_frame, expected, options, e, start.support, candidate);
+  judge_circle(image, fit_frame, expected, options, e, start.support, candidate);
   return candidate;
 }
 

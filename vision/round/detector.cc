@@ -13,9 +13,9 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::size_t kMaxFitted = 8;  // places fitted
-constexpr std::size_t kLooks = 3;      // places looked at along rays for each one fitted
-constexpr double kSamePlace = 0.3;     // of the radius: nearer candidates are one
+constexpr std::size_t kMaxFittedCircles = 8;  // places fitted
+constexpr std::size_t kLooks = 3;             // places looked at along rays for each one fitted
+constexpr double kSameCircle = 0.3;           // of the radius: nearer candidates are one
 /// A rim is worth a fit if its size is off by less than this, or by less than this many times the
 /// tolerance: near enough to be the target badly made, not another kind of mark.
 constexpr double kNearSize = 0.15;
@@ -34,7 +34,7 @@ ExpectedRim expected_rim(const Target& target, const CameraMapping* mapping) {
 }
 
 /// A rim seen along rays, with the frame it was seen in.
-struct Sighting {
+struct CircleSighting {
   FitFrame fit_frame;
   RimStart start;
   Eigen::Vector2d center_px;
@@ -45,19 +45,19 @@ bool is_near_size(const ExpectedRim& expected, double radius) {
   return std::abs(radius / expected.radius - 1) < limit;
 }
 
-std::vector<Sighting> see_rims(const Image& image,
-                               const CameraMapping* mapping,
-                               const ExpectedRim& expected,
-                               const SearchArea& area,
-                               double min_contrast,
-                               std::size_t max_fitted) {
+std::vector<CircleSighting> see_rims(const Image& image,
+                                     const CameraMapping* mapping,
+                                     const ExpectedRim& expected,
+                                     const SearchArea& area,
+                                     double min_contrast,
+                                     std::size_t max_fitted) {
   const auto peaks = radial_votes(image,
                                   area.box(image, 1.3 * expected.radius + 4),
                                   expected.radius,
                                   expected.polarity,
                                   min_contrast,
                                   static_cast<int>(kLooks * max_fitted));
-  std::vector<Sighting> sightings;
+  std::vector<CircleSighting> sightings;
   for (const VotePeak& peak : peaks) {
     if (!area.contains(peak.at_px, 0.5 * expected.radius)) continue;
     const FitFrame fit_frame(mapping, peak.at_px);
@@ -67,14 +67,16 @@ std::vector<Sighting> see_rims(const Image& image,
     if (!start || !is_near_size(expected, start->parameters[kRadius])) continue;
     const auto u = fit_frame.to_image(start->parameters.head<2>());
     if (!u || !area.contains(*u, 2)) continue;
-    const bool is_new = std::all_of(sightings.begin(), sightings.end(), [&](const Sighting& s) {
-      return (s.center_px - *u).norm() > kSamePlace * expected.radius;
-    });
+    const bool is_new =
+        std::all_of(sightings.begin(), sightings.end(), [&](const CircleSighting& s) {
+          return (s.center_px - *u).norm() > kSameCircle * expected.radius;
+        });
     if (is_new) sightings.push_back({fit_frame, *start, *u});
   }
-  std::stable_sort(sightings.begin(), sightings.end(), [](const Sighting& a, const Sighting& b) {
-    return a.start.support > b.start.support;
-  });
+  std::stable_sort(
+      sightings.begin(), sightings.end(), [](const CircleSighting& a, const CircleSighting& b) {
+        return a.start.support > b.start.support;
+      });
   if (sightings.size() > max_fitted) {
     sightings.erase(sightings.begin() + static_cast<std::ptrdiff_t>(max_fitted), sightings.end());
   }
@@ -84,21 +86,21 @@ std::vector<Sighting> see_rims(const Image& image,
 }  // namespace
 
 std::vector<FittedCandidate> detect_rims(const DetectorInput& input) {
-  return detect_rims(input, kMaxFitted);
+  return detect_rims(input, kMaxFittedCircles);
 }
 
 std::vector<FittedCandidate> detect_rims(const DetectorInput& input, std::size_t max_fitted) {
   const ExpectedRim expected = expected_rim(input.target, input.mapping);
   const double min_contrast = input.options.min_contrast * input.image.full_scale();
   std::vector<FittedCandidate> candidates;
-  for (const Sighting& s :
+  for (const CircleSighting& s :
        see_rims(input.image, input.mapping, expected, input.area, min_contrast, max_fitted)) {
     auto candidate = fit_candidate(input.image, s.fit_frame, expected, s.start, input.options);
     const Eigen::Vector2d& at = candidate.fit.center.position.in_px();
     if (!input.area.contains(at, 0)) continue;
     // Two starts may end at one rim.
     const auto same = std::ranges::find_if(candidates, [&](const FittedCandidate& other) {
-      return (other.fit.center.position.in_px() - at).norm() < kSamePlace * expected.radius;
+      return (other.fit.center.position.in_px() - at).norm() < kSameCircle * expected.radius;
     });
     if (same == candidates.end()) {
       candidates.push_back(std::move(candidate));

@@ -19,14 +19,14 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr double kHuber = 2.0;
+constexpr double kCircleHuber = 2.0;
 constexpr double kRough_px = 0.1;  // step at which a rough fit stops
 /// The band's width to either side, in sigmas of the edge: beyond, the share is 0 or 1 to 3e-6.
 constexpr double kBandSigmas = 4.5;
 constexpr int kMaxPeels = 6;
 /// Around the target up to this part of its radius counts for the score, about as many pixels as
 /// on it.
-constexpr double kScoreReach = 0.35;
+constexpr double kCircleScoreReach = 0.35;
 /// An oval rim is fitted if chance would not make one so oval, and if it matters.
 constexpr double kOvalChiSquare = 30;
 constexpr double kOvalPx = 0.02;
@@ -41,7 +41,7 @@ constexpr double kOwnSlopeChiSquare = 12;
 constexpr double kOwnSlopeOnTexture = 300;
 /// Debris on the rim is never left out to its last trace. Measured with a tenth to a fifth of the
 /// rim covered, errors are as if the variance were larger by this (tests/bench/README.md).
-constexpr double kDebrisDoubt = 2.4;
+constexpr double kCircleDebrisDoubt = 2.4;
 constexpr double kCleanRim = 0.03;
 constexpr double kLeastNoise = 0.3;  // grey levels: rounding to whole ones
 /// How many pixels err together on a texture whose model could not be fitted.
@@ -59,7 +59,7 @@ double band_px(const RimVector& p) {
 }
 
 /// True if a fit left the rim it was started at: there is none.
-bool is_astray(const RimVector& p, const RimVector& start) {
+bool is_circle_astray(const RimVector& p, const RimVector& start) {
   constexpr double kFar = 0.2;  // of the radius
   const double limit = std::max(1.0, kFar * start[kRadius]);
   return !p.allFinite() || (p.head<2>() - start.head<2>()).norm() > limit ||
@@ -109,7 +109,7 @@ double correlation_of(const RimWindow& window,
                       const RimResiduals& residuals,
                       double white_noise) {
   Correlation sums;
-  const double limit = (1 + kScoreReach) * p[kRadius] / window.unit_px();
+  const double limit = (1 + kCircleScoreReach) * p[kRadius] / window.unit_px();
   const bool has_excluded = !window.excluded().empty();
   for (const RimSpan& span : window.spans()) {
     if (span.is_band) continue;
@@ -243,16 +243,16 @@ class RimEstimator {
     fit_own_slope();
     if (!noise_.is_textured) fit_oval();
     peel();
-    if (is_astray(solution_.parameters, start_)) return finished(estimate);
+    if (is_circle_astray(solution_.parameters, start_)) return finished(estimate);
     estimate.correlation = correlation_of(window_, solution_.parameters, residuals_, noise_.white);
     if (estimate.correlation < least_correlation_) return finished(estimate);
     if (!noise_.is_textured) fit_own_slope();
     fit_weighted();
     if (!noise_.is_textured && is_peeled_) fit_oval();
-    estimate.converged = solution_.converged && !is_astray(solution_.parameters, start_);
+    estimate.converged = solution_.converged && !is_circle_astray(solution_.parameters, start_);
     if (!estimate.converged) return finished(estimate);
     settle(estimate);
-    if (excluded_of_rim() > kCleanRim) estimate.center_cov *= kDebrisDoubt;
+    if (excluded_of_rim() > kCleanRim) estimate.center_cov *= kCircleDebrisDoubt;
     look_at_shape(estimate);
     return finished(estimate);
   }
@@ -264,7 +264,7 @@ class RimEstimator {
     options_.tolerance_px = kRough_px;
     options_.huber = 0;
     solution_ = fit_rim(window_, solution_.parameters, options_);
-    return !is_astray(solution_.parameters, start_);
+    return !is_circle_astray(solution_.parameters, start_);
   }
 
   bool fit_all(double huber) {
@@ -273,7 +273,7 @@ class RimEstimator {
     options_.tolerance_px = RimFitOptions{}.tolerance_px;
     options_.huber = huber;
     solution_ = fit_rim(window_, solution_.parameters, options_);
-    return solution_.converged && !is_astray(solution_.parameters, start_);
+    return solution_.converged && !is_circle_astray(solution_.parameters, start_);
   }
 
   /// Fits and looks at what came of it, converged or not: what the next step is told of must be of
@@ -300,7 +300,7 @@ class RimEstimator {
       if (i == 0 && (!has_strangers() || !fit_through_strangers())) return;
       if (!exclude_strangers(window_, residuals_, noise_, solution_.parameters)) return;
       use_noise();
-      if (!refit(kHuber)) return;
+      if (!refit(kCircleHuber)) return;
       is_peeled_ = true;
     }
   }
@@ -337,7 +337,7 @@ class RimEstimator {
     options_.noise.sigma.fill(sigma);
     is_weighted_ = true;
     is_peeled_ = true;
-    return refit(kHuber);
+    return refit(kCircleHuber);
   }
 
   bool exclude_marks() {
@@ -370,7 +370,7 @@ class RimEstimator {
       solution_.information /= sigma * sigma;
       return;
     }
-    refit(is_peeled_ ? 3 * kHuber : 0);
+    refit(is_peeled_ ? 3 * kCircleHuber : 0);
   }
 
   double pooled_sigma() const {
@@ -429,7 +429,7 @@ class RimEstimator {
     }
     solution_.parameters = textured->parameters;
     estimate.center_cov = textured->center_cov;
-    estimate.converged = !is_astray(solution_.parameters, start_);
+    estimate.converged = !is_circle_astray(solution_.parameters, start_);
     window_.collect(solution_.parameters, band_px(solution_.parameters), 1);
   }
 

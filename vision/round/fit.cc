@@ -10,12 +10,12 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMaxIterations = 15;         // a rim takes 3 or 4; more means that there is none
-constexpr double kCostRounding = 1e-6;     // of the cost: residuals are floats
-constexpr double kMinSigma = 0.32;         // a pixel behind a perfect lens has 0.29
-constexpr double kMaxSigmaOfRadius = 0.3;  // a blurrier rim is no rim
+constexpr int kMaxCircleIterations = 15;      // a rim takes 3 or 4; more means that there is none
+constexpr double kCircleCostRounding = 1e-6;  // of the cost: residuals are floats
+constexpr double kMinCircleSigma = 0.32;      // a pixel behind a perfect lens has 0.29
+constexpr double kMaxSigmaOfRadius = 0.3;     // a blurrier rim is no rim
 
-using Dynamic = Eigen::
+using CircleDynamic = Eigen::
     Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRimParameters, kRimParameters>;
 
 /// How much one clipped pixel says: -2 log of its probability, and derivatives by the level.
@@ -43,8 +43,8 @@ ClippedTerm clipped_term(double excess, double sigma) {
 }
 
 /// The equations of one iteration: the free parameters' curvature and slope of half the cost.
-struct Equations {
-  Dynamic h;
+struct CircleEquations {
+  CircleDynamic h;
   Eigen::VectorXd g;
   double cost = 0;
 };
@@ -67,8 +67,8 @@ class Accumulator {
     return all;
   }
 
-  Equations at(const RimVector& p) {
-    Equations equations;
+  CircleEquations at(const RimVector& p) {
+    CircleEquations equations;
     sums_.setZero(n_padded_, n_padded_);
     gradient_.setZero(n_padded_);
     cost_ = 0;
@@ -132,7 +132,7 @@ class Accumulator {
   }
 
   /// Flat pixels touch the levels and the light only.
-  void add_flat(const RimVector& p, Equations& equations) const {
+  void add_flat(const RimVector& p, CircleEquations& equations) const {
     for (std::size_t i = 0; i < kRimZones; ++i) {
       const FlatMoments& m = window_.flat()[i];
       if (m.n == 0) continue;
@@ -162,16 +162,16 @@ class Accumulator {
           product_;
   Eigen::Matrix<float, Eigen::Dynamic, 1, Eigen::ColMajor, kRimParameters, 1> slope_;
   Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kRimParameters, 1> gradient_;
-  Dynamic sums_;
+  CircleDynamic sums_;
   double cost_ = 0;
   Eigen::Index n_rows_ = 0;
 };
 
 /// The damped step, or zero if the equations are singular.
-Eigen::VectorXd solve(const Equations& equations, double damping) {
-  Dynamic h = equations.h;
+Eigen::VectorXd solve(const CircleEquations& equations, double damping) {
+  CircleDynamic h = equations.h;
   for (Eigen::Index i = 0; i < h.rows(); ++i) h(i, i) += damping * h(i, i) + 1e-12;
-  const Eigen::LDLT<Dynamic> factor(h);
+  const Eigen::LDLT<CircleDynamic> factor(h);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(h.rows());
   if (factor.info() == Eigen::Success && factor.isPositive()) step = -factor.solve(equations.g);
   if (!step.allFinite()) step.setZero();
@@ -187,7 +187,7 @@ RimVector moved(const RimVector& p, RimVector step, bool is_ring) {
   step[kSigma] = std::clamp(step[kSigma], -0.4 * p[kSigma], 0.8 * p[kSigma]);
   RimVector q = p + step;
   q[kRadius] = std::max(q[kRadius], 1.0);
-  q[kSigma] = std::clamp(q[kSigma], kMinSigma, max_edge_sigma(q[kRadius]));
+  q[kSigma] = std::clamp(q[kSigma], kMinCircleSigma, max_edge_sigma(q[kRadius]));
   for (const int i : {kOval, kOvalDiagonal}) q[i] = std::clamp(q[i], -0.2, 0.2);
   if (is_ring) q[kInnerRadius] = std::clamp(q[kInnerRadius], 0.5, q[kRadius]);
   return q;
@@ -208,7 +208,7 @@ double largest_move(const RimVector& a, const RimVector& b) {
 
 /// Strong residuals of what is not the rim make steps overshoot, every one nearly as far as the one
 /// before: the minimum lies between two that reverse.
-void shorten_reversal(const Eigen::VectorXd& last, const Dynamic& h, Eigen::VectorXd& step) {
+void shorten_reversal(const Eigen::VectorXd& last, const CircleDynamic& h, Eigen::VectorXd& step) {
   constexpr double kReverse = 0.3;
   if (last.size() == 0) return;
   const Eigen::VectorXd h_last = h * last;
@@ -225,10 +225,10 @@ RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFi
   solution.freedom = options.freedom;
   solution.parameters = moved(start, RimVector::Zero(), is_ring);
   double damping = 1e-6;
-  Equations equations = accumulator.at(solution.parameters);
+  CircleEquations equations = accumulator.at(solution.parameters);
   solution.n_evaluations = 1;
   Eigen::VectorXd last;
-  for (int i = 0; i < kMaxIterations && !solution.converged && damping < 1e8; ++i) {
+  for (int i = 0; i < kMaxCircleIterations && !solution.converged && damping < 1e8; ++i) {
     Eigen::VectorXd step = solve(equations, damping);
     shorten_reversal(last, equations.h, step);
     const RimVector next = moved(solution.parameters, accumulator.expanded(step), is_ring);
@@ -239,10 +239,10 @@ RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFi
       solution.converged = true;
       break;
     }
-    Equations next_equations = accumulator.at(next);
+    CircleEquations next_equations = accumulator.at(next);
     ++solution.n_evaluations;
     const double scale = std::abs(equations.cost) + step.dot(equations.h * step);
-    if (next_equations.cost <= equations.cost + kCostRounding * scale) {
+    if (next_equations.cost <= equations.cost + kCircleCostRounding * scale) {
       solution.parameters = next;
       equations = std::move(next_equations);
       last = step;

@@ -62,7 +62,7 @@ Grid averaged(const Image& image, const PixelBox& box, int factor) {
 }
 
 /// (1 2 1) / 4 both ways; the border keeps its values.
-Grid smoothed(const Grid& in) {
+Grid smoothed_votes(const Grid& in) {
   if (in.width < 3 || in.height < 3) return in;
   Grid rows = in;
   for (int y = 0; y < in.height; ++y) {
@@ -95,7 +95,7 @@ Gradients gradients_of(const Grid& grid) {
 
 /// What noise and texture do to a gradient component: the median is blind to a few edges.
 double gradient_sigma(const Gradients& g) {
-  // So many give the median to 2 %.
+  // This number gives the median to 2 %.
   constexpr std::size_t kEnough = 4000;
   std::size_t stride = std::max<std::size_t>(1, g.x.cells.size() / kEnough);
   // Not the same columns in every row: a weave may repeat with them.
@@ -147,7 +147,7 @@ Grid collect_votes(const Gradients& g, double radius, double sign, double thresh
   return votes;
 }
 
-bool is_peak(const Grid& votes, int x, int y) {
+bool is_vote_peak(const Grid& votes, int x, int y) {
   const float v = votes.at(x, y);
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
@@ -172,14 +172,14 @@ std::vector<VotePeak> radial_votes(const Image& image,
   if (!(radius_px < std::hypot(box.width, box.height))) return {};
   const int factor = std::max(1, static_cast<int>(radius_px / kCellsPerRadius));
   if (box.width < 4 * factor || box.height < 4 * factor) return {};
-  const Grid grid = smoothed(averaged(image, box, factor));
+  const Grid grid = smoothed_votes(averaged(image, box, factor));
   const double radius = radius_px / factor;
   const Gradients gradients = gradients_of(grid);
   // An edge smoothed to about 1.2 cells has a slope of a third of its height.
   const double threshold = std::max(0.25 * edge_level / 3, 3.5 * gradient_sigma(gradients));
   const double sign = polarity == Polarity::Bright ? 1 : -1;
-  const Grid votes =
-      smoothed(smoothed(collect_votes(gradients, radius, sign, std::max(threshold, 1e-6))));
+  const Grid votes = smoothed_votes(
+      smoothed_votes(collect_votes(gradients, radius, sign, std::max(threshold, 1e-6))));
 
   // A rim two cells wide votes into a spot whose middle holds about a tenth of it.
   const double whole_rim = 2 * std::numbers::pi * radius * 0.15;
@@ -187,7 +187,7 @@ std::vector<VotePeak> radial_votes(const Image& image,
   std::vector<VotePeak> peaks;
   for (int y = 0; y < votes.height; ++y) {
     for (int x = 0; x < votes.width; ++x) {
-      if (votes.at(x, y) < least || !is_peak(votes, x, y)) continue;
+      if (votes.at(x, y) < least || !is_vote_peak(votes, x, y)) continue;
       const double share = votes.at(x, y) / whole_rim;
       const Eigen::Vector2d at(box.x0 + (x + 0.5) * factor - 0.5,
                                box.y0 + (y + 0.5) * factor - 0.5);

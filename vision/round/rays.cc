@@ -54,7 +54,7 @@ class RaySampler {
     const Eigen::Vector2d first = center_px_ + px_from_frame_ * (from * e);
     const auto n = 1 + static_cast<int>((to - from) / step);
     const Eigen::Vector2d stride = px_from_frame_ * (step * e);
-    // What is between two inside places is inside.
+    // All between two inside places is inside.
     if (!is_inside(first) || !is_inside(first + (n - 1) * stride)) return false;
     levels.resize(static_cast<std::size_t>(n));
     for (int k = 0; k < n; ++k) {
@@ -99,7 +99,7 @@ const Eigen::Vector2d& direction(int i_ray) {
 }
 
 template <class T>
-double median_of(std::vector<T> values) {
+double median_level(std::vector<T> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -199,8 +199,8 @@ std::optional<RayCircle> fit_circle(const Rays& rays) {
   }
   if (heights.size() < 8) return std::nullopt;
   RayCircle circle;
-  circle.height = median_of(heights);
-  circle.radius = median_of(radii);
+  circle.height = median_level(heights);
+  circle.radius = median_level(radii);
   double limit = std::max(2.0, 0.12 * circle.radius);
   for (int pass = 0; pass < 5; ++pass) {
     Eigen::Matrix3d h = Eigen::Matrix3d::Identity() * 1e-9;
@@ -223,19 +223,19 @@ std::optional<RayCircle> fit_circle(const Rays& rays) {
     const Eigen::Vector3d delta = h.ldlt().solve(g);
     circle.shift += delta.head<2>();
     circle.radius += delta.z();
-    limit = std::max({1.0, 0.04 * circle.radius, 3 * 1.4826 * median_of(errors)});
+    limit = std::max({1.0, 0.04 * circle.radius, 3 * 1.4826 * median_level(errors)});
   }
   return circle;
 }
 
 /// Level around a circle of radius r; the median, so that neighbours do not matter.
-std::optional<double> level_at(const RaySampler& sample, double r) {
+std::optional<double> ring_level_at(const RaySampler& sample, double r) {
   std::vector<float> levels;
   for (int i = 0; i < kRays; ++i) {
     if (const auto level = sample(r * direction(i))) levels.push_back(*level);
   }
   if (levels.empty()) return std::nullopt;
-  return median_of(std::move(levels));
+  return median_level(std::move(levels));
 }
 
 /// Radius of a ring's hole: the median over rays of the best step the other way.
@@ -249,7 +249,7 @@ double inner_radius_of(const RaySampler& sample, double radius, const ExpectedRi
     const auto step = finder.best(direction(i), to);
     if (step) radii.push_back(step->radius);
   }
-  return radii.size() < 8 ? guess : median_of(std::move(radii));
+  return radii.size() < 8 ? guess : median_level(std::move(radii));
 }
 
 /// The part of a rim that is inside of the picture.
@@ -297,8 +297,8 @@ std::optional<RimStart> find_rim(const Image& image,
   p[kRadius] = radius;
   p[kSigma] = 1.2;
   if (expected.shape == Shape::Ring) p[kInnerRadius] = inner_radius_of(sample, radius, expected);
-  const auto around = level_at(sample, radius + std::max(3.0, 0.1 * radius));
-  const auto on = level_at(sample, 0.5 * (std::max(p[kInnerRadius], 0.5 * radius) + radius));
+  const auto around = ring_level_at(sample, radius + std::max(3.0, 0.1 * radius));
+  const auto on = ring_level_at(sample, 0.5 * (std::max(p[kInnerRadius], 0.5 * radius) + radius));
   if (!around || !on) return std::nullopt;
   p[kLevel] = *around;
   p[kContrast] = *on - *around;

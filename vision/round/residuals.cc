@@ -13,7 +13,7 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr double kRounding = 0.2887;  // sigma of rounding to whole levels
+constexpr double kCircleRounding = 0.2887;  // sigma of rounding to whole levels
 
 double sum_of_products(const float* a, const float* b, std::ptrdiff_t n) {
   const Eigen::Map<const Eigen::ArrayXf> left(a, n);
@@ -136,7 +136,7 @@ RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& res
     const FlatSquares flat = flat_squares(window, residuals, static_cast<RimZone>(i));
     const double n = flat.n;
     if (n < kFewPixels) continue;
-    const double variance = std::max(kRounding * kRounding, flat.sum / (n - used));
+    const double variance = std::max(kCircleRounding * kCircleRounding, flat.sum / (n - used));
     result.total.sigma[i] = std::sqrt(variance);
     known[i] = true;
     if (i != 0) continue;
@@ -153,7 +153,8 @@ RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& res
              (2 * n);
     };
     const double texture = (4 * mean_at(1) - mean_at(2)) / 3;
-    result.white = std::sqrt(std::clamp(variance - texture, kRounding * kRounding, variance));
+    result.white =
+        std::sqrt(std::clamp(variance - texture, kCircleRounding * kCircleRounding, variance));
   }
   // A zone without flat pixels of its own is taken to be like another.
   for (std::size_t i = 0; i < kRimZones; ++i) {
@@ -180,11 +181,11 @@ RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& res
   }
   result.n_band = static_cast<int>(n_plain);
   if (n_plain > 20) {
-    result.rim_sigma = std::max(kRounding, std::sqrt(squares / (n_plain - used)));
+    result.rim_sigma = std::max(kCircleRounding, std::sqrt(squares / (n_plain - used)));
     result.rim_ratio = chi_square / (n_plain - used);
   }
   for (double& sigma : result.total.sigma) {
-    if (!(sigma > 0)) sigma = std::max(kRounding, result.rim_sigma);
+    if (!(sigma > 0)) sigma = std::max(kCircleRounding, result.rim_sigma);
   }
   if (!(result.white > 0)) result.white = result.total[RimZone::Outside];
   return result;

@@ -33,7 +33,7 @@ RimResiduals residuals_of(const RimWindow& window, const RimVector& parameters);
 struct RimNoiseEstimate {
   RimNoise total;            ///< sigma of all that is left, per zone
   double white = 0;          ///< sigma of what differs from pixel to pixel around the target
-  bool is_textured = false;  ///< what is around the target is correlated
+  bool is_textured = false;  ///< the surroundings of the target are correlated
   double rim_ratio = 1;      ///< variance in the band over what the zones predict
   double rim_sigma = 0;      ///< in the band
   int n_band = 0;

@@ -105,9 +105,9 @@ class BoxRows {
 };
 
 /// How much larger than by chance texture makes box means outside of the target, and in its hole.
-std::array<double, kRimZones> spreads_of(const RimWindow& window,
-                                         const RimResiduals& residuals,
-                                         const StrangeLimits& limits) {
+std::array<double, kRimZones> zone_spreads(const RimWindow& window,
+                                           const RimResiduals& residuals,
+                                           const StrangeLimits& limits) {
   BoxRows rows(window, residuals, limits);
   std::array<std::vector<float>, kRimZones> magnitudes;
   for (int y = 0; y < residuals.height; ++y) {
@@ -142,7 +142,7 @@ StrangeLimits strange_limits(const RimWindow& window,
     limits.scale[RimResiduals::kBand + i] = limits.scale[RimResiduals::kZone + i];
   }
   std::array<double, kRimZones> spreads = {1, 1, 1};
-  if (noise.is_textured) spreads = spreads_of(window, residuals, limits);
+  if (noise.is_textured) spreads = zone_spreads(window, residuals, limits);
   for (const std::size_t base : {RimResiduals::kZone, RimResiduals::kBand}) {
     for (std::size_t zone = 0; zone < kRimZones; ++zone) {
       const std::size_t kind = base + zone;
@@ -207,7 +207,7 @@ std::vector<std::uint8_t> strangers_of(const RimWindow& window,
       row[x] = static_cast<std::uint8_t>(std::min(250.0F, 50 * rows.excess(x)));
     }
   }
-  // What hangs together with what is already out is its foot.
+  // A piece next to one that is already out is its foot.
   if (!window.excluded().empty()) {
     for (std::size_t i = 0; i < residuals.kinds.size(); ++i) {
       if (window.excluded()[i] != 0) strange.data[i] = 250;

@@ -17,12 +17,12 @@ namespace {
 constexpr double kTextureDoubt = 1.1;
 /// Ground and rim as the generalised step wants them: the rim's parameters, then the waves'
 /// amplitudes.
-class Observations {
+class CircleObservations {
  public:
-  Observations(const RimWindow& window,
-               const RimVector& p,
-               const RimFreedom& freedom,
-               const GroundTexture& texture)
+  CircleObservations(const RimWindow& window,
+                     const RimVector& p,
+                     const RimFreedom& freedom,
+                     const GroundTexture& texture)
       : window_(window),
         p_(p),
         freedom_(freedom),
@@ -141,8 +141,8 @@ class Observations {
   std::vector<float> rows_;
 };
 
-std::optional<GroundTexture> ground_texture(const RimWindow& window,
-                                            const RimResiduals& residuals) {
+std::optional<GroundTexture> circle_ground_texture(const RimWindow& window,
+                                                   const RimResiduals& residuals) {
   std::vector<float> ground(residuals.values.size(), 0.0F);
   double n = 0;
   for (std::size_t i = 0; i < ground.size(); ++i) {
@@ -160,7 +160,7 @@ std::optional<TexturedRim> fit_on_texture(const RimWindow& window,
                                           const RimSolution& plain,
                                           const RimResiduals& residuals,
                                           const RimNoiseEstimate& noise) {
-  const auto texture = ground_texture(window, residuals);
+  const auto texture = circle_ground_texture(window, residuals);
   if (!texture) return std::nullopt;
   const double reach_px = texture->reach_px();
   // The plain fit's information is in units of the noise it was given.
@@ -170,7 +170,7 @@ std::optional<TexturedRim> fit_on_texture(const RimWindow& window,
   TexturedRim result{plain.parameters, {}};
   for (int pass = 0; pass < 2; ++pass) {
     const RimVector p = result.parameters;
-    Observations observations(window, p, plain.freedom, *texture);
+    CircleObservations observations(window, p, plain.freedom, *texture);
     observations.add_band();
     observations.add_ground(reach_px);
     observations.add_target(noise.total[RimZone::Target]);

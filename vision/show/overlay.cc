@@ -20,8 +20,8 @@ using internal::Ink;
 using internal::kFractionBits;
 
 constexpr int kMaxZoom = 16;
-/// Larger pieces are scaled down to this side: nobody looks at 100 megapixels at once.
-constexpr int kMaxSide = 2048;
+/// Larger pieces are scaled down to this side: no screen shows 100 megapixels at once.
+constexpr int kMaxOverlaySide = 2048;
 constexpr int kLeastLegendWidth = 400;
 
 /// The piece of picture that is shown, and how many pixels here are one of the picture.
@@ -71,7 +71,7 @@ double half_width_of(const Detection& detection, const OverlayOptions& options) 
   return half_px;
 }
 
-View view_of(const Image& image, const Detection& detection, const OverlayOptions& options) {
+View overlay_view(const Image& image, const Detection& detection, const OverlayOptions& options) {
   View view{cv::Rect(0, 0, image.width(), image.height()), 1};
   if (detection.best) {
     const Eigen::Vector2d& u = detection.best->center.position.in_px();
@@ -87,9 +87,9 @@ View view_of(const Image& image, const Detection& detection, const OverlayOption
     if (last.x > first.x && last.y > first.y) view.box = cv::Rect(first, last);
   }
   const int side = std::max(view.box.width, view.box.height);
-  const int wanted = std::clamp(options.min_side, 1, kMaxSide);
+  const int wanted = std::clamp(options.min_side, 1, kMaxOverlaySide);
   view.zoom = std::clamp((wanted + side - 1) / side, 1, kMaxZoom);
-  if (side > kMaxSide) view.zoom = static_cast<double>(kMaxSide) / side;
+  if (side > kMaxOverlaySide) view.zoom = static_cast<double>(kMaxOverlaySide) / side;
   return view;
 }
 
@@ -104,7 +104,7 @@ cv::Mat enlarged(const Image& image, const View& view) {
   return color;
 }
 
-/// Polygons are closed, but lines are none, and a gap is where they leave the picture.
+/// Polygons are closed, but lines are not, and a gap is where they leave the picture.
 bool is_closed(const std::vector<Eigen::Vector2d>& outline) {
   if (outline.size() < 3) return false;
   double longest = 0;
@@ -233,14 +233,6 @@ cv::Mat with_legend(const cv::Mat& picture, const Detection& detection, std::str
 
 }  // namespace
 
-std::span<const Candidate> other_candidates(const Detection& detection) {
-  const std::span<const Candidate> all = detection.candidates;
-  const bool is_first_the_answer = detection.status == DetectionStatus::Found && detection.best &&
-                                   !all.empty() &&
-                                   all.front().center == detection.best->center.position;
-  return is_first_the_answer ? all.subspan(1) : all;
-}
-
 Expected<std::string> encode_overlay(const Image& image,
                                      const Detection& detection,
                                      const OverlayOptions& options) {
@@ -248,7 +240,7 @@ Expected<std::string> encode_overlay(const Image& image,
     return failure({Code::PictureFormat, {}, "an empty picture cannot be shown", "a picture"});
   }
   try {
-    const View view = view_of(image, detection, options);
+    const View view = overlay_view(image, detection, options);
     cv::Mat picture = enlarged(image, view);
     draw(picture, view, detection, options);
     if (options.with_legend) picture = with_legend(picture, detection, options.title);

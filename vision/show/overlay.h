@@ -8,8 +8,9 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
-#include "vision/locate/locate.h"
+#include "vision/fit/detection.h"
 #include "vision/picture/image.h"
+#include "vision/show/other_candidates.h"
 
 namespace panelcal {
 
@@ -27,10 +28,6 @@ struct OverlayOptions {
   std::optional<Position<frame::Image>> search_center = {};
   std::optional<PixelLength> search_radius = {};
 };
-
-/// The places that were looked at and are not the answer, in the order of their numbers in
-/// overlays, 1 first: all of them if nothing was found, else all but the one found.
-std::span<const Candidate> other_candidates(const Detection& detection);
 
 /// A colour PNG of the picture around the detection, with what was found drawn in.
 ///

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "vision/show/overlay.h"
+#include "vision/show/other_candidates.h"
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "vision/locate/locate.h"
+#include "vision/fit/detection.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

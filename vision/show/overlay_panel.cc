@@ -20,7 +20,7 @@ constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 constexpr double kFontScale = 0.4;
 constexpr int kLineHeight = 16;
 constexpr int kAscent = 11;
-constexpr int kMargin = 8;
+constexpr int kPanelMargin = 8;
 constexpr int kInsetSide = 144;
 /// From here on an ellipse is shown as the strip that it looks like from near.
 constexpr double kStrip = 20;
@@ -68,7 +68,7 @@ std::size_t fitting(const std::string& text, int width) {
 using Lines = std::vector<LegendLine>;
 
 /// Lines that fit into a width; what does not fit goes on in the next line, indented.
-Lines wrapped(const Lines& lines, int width) {
+Lines wrapped_lines(const Lines& lines, int width) {
   Lines out;
   for (const LegendLine& line : lines) {
     // File names may be of any length.
@@ -147,12 +147,12 @@ void draw_uncertainty(cv::Mat& inset, const Magnified& m, const cv::Scalar& colo
 /// The inset with its scale: a bar, and in words.
 cv::Mat inset_of(const Magnified& m, Ink ink) {
   const Lines words =
-      wrapped({{m.is_strip ? "95 % in this strip;" : "95 % in this ellipse;", Ink::Quiet},
-               {fmt::format("{:g} px = {:.0f} px here",
-                            round_length(0.45 * kInsetSide / m.scale),
-                            m.scale * round_length(0.45 * kInsetSide / m.scale)),
-                Ink::Quiet}},
-              kInsetSide);
+      wrapped_lines({{m.is_strip ? "95 % in this strip;" : "95 % in this ellipse;", Ink::Quiet},
+                     {fmt::format("{:g} px = {:.0f} px here",
+                                  round_length(0.45 * kInsetSide / m.scale),
+                                  m.scale * round_length(0.45 * kInsetSide / m.scale)),
+                      Ink::Quiet}},
+                    kInsetSide);
   cv::Mat inset(kInsetSide + height_of(words) + 4, kInsetSide, CV_8UC3, kPaper);
   cv::Mat square = inset(cv::Rect(0, 0, kInsetSide, kInsetSide));
   square.setTo(cv::Scalar(255, 255, 255));
@@ -196,26 +196,26 @@ cv::Scalar picture_color(Ink ink) {
 }
 
 cv::Mat legend_panel(const Detection& detection, const Legend& legend, int width) {
-  const int text_width = width - 2 * kMargin;
+  const int text_width = width - 2 * kPanelMargin;
   const auto uncertainty = detection.best ? magnified(*detection.best) : std::nullopt;
   cv::Mat inset;
   if (uncertainty) inset = inset_of(*uncertainty, ink_of(detection.status));
-  const int facts_x = kMargin + (uncertainty ? kInsetSide + kMargin : 0);
+  const int facts_x = kPanelMargin + (uncertainty ? kInsetSide + kPanelMargin : 0);
 
-  const Lines verdict = wrapped(legend.verdict, text_width);
-  const Lines facts = wrapped(legend.facts, std::max(40, width - kMargin - facts_x));
-  const Lines candidates = wrapped(legend.candidates, text_width);
-  const int middle_y = kMargin + height_of(verdict) + kMargin / 2;
+  const Lines verdict = wrapped_lines(legend.verdict, text_width);
+  const Lines facts = wrapped_lines(legend.facts, std::max(40, width - kPanelMargin - facts_x));
+  const Lines candidates = wrapped_lines(legend.candidates, text_width);
+  const int middle_y = kPanelMargin + height_of(verdict) + kPanelMargin / 2;
   const int middle_height = std::max(height_of(facts), inset.rows);
-  const int candidates_y = middle_y + (middle_height > 0 ? middle_height + kMargin / 2 : 0);
+  const int candidates_y = middle_y + (middle_height > 0 ? middle_height + kPanelMargin / 2 : 0);
 
-  cv::Mat paper(candidates_y + height_of(candidates) + kMargin, width, CV_8UC3, kPaper);
-  write(paper, verdict, {kMargin, kMargin});
+  cv::Mat paper(candidates_y + height_of(candidates) + kPanelMargin, width, CV_8UC3, kPaper);
+  write(paper, verdict, {kPanelMargin, kPanelMargin});
   if (uncertainty && facts_x < width) {
-    inset.copyTo(paper(cv::Rect(kMargin, middle_y, inset.cols, inset.rows)));
+    inset.copyTo(paper(cv::Rect(kPanelMargin, middle_y, inset.cols, inset.rows)));
   }
   write(paper, facts, {facts_x, middle_y});
-  write(paper, candidates, {kMargin, candidates_y});
+  write(paper, candidates, {kPanelMargin, candidates_y});
   return paper;
 }
 

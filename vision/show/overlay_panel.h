@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "vision/locate/locate.h"
+#include "vision/fit/detection.h"
 #include "vision/show/overlay_legend.h"
 #include <opencv2/core.hpp>
 

@@ -12,9 +12,9 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::size_t kMaxFitted = 8;
+constexpr std::size_t kMaxFittedTags = 8;
 
-bool is_wanted(const DetectorInput& input, const TagReading& reading) {
+bool is_detected_tag(const DetectorInput& input, const TagReading& reading) {
   return input.target.tag_id.value_or(reading.id) == reading.id;
 }
 
@@ -25,9 +25,9 @@ std::vector<FittedCandidate> detect_tags(const DetectorInput& input) {
   if (!family) return {};  // Target::validate() has said so
   std::vector<TagSighting> sightings = search_tags(input, *family, TagsSought::One);
   std::stable_sort(sightings.begin(), sightings.end(), [&](const auto& a, const auto& b) {
-    return is_wanted(input, a.reading) && !is_wanted(input, b.reading);
+    return is_detected_tag(input, a.reading) && !is_detected_tag(input, b.reading);
   });
-  if (sightings.size() > kMaxFitted) sightings.resize(kMaxFitted);
+  if (sightings.size() > kMaxFittedTags) sightings.resize(kMaxFittedTags);
   std::vector<FittedCandidate> candidates;
   for (const TagSighting& sighting : sightings) {
     auto candidate = fit_tag(input, *family, sighting);

@@ -37,7 +37,7 @@ constexpr std::array kEntries = {
     Entry{"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
 };
 
-constexpr auto kNames = [] {
+constexpr auto kFamilyNames = [] {
   std::array<std::string_view, kEntries.size()> names;
   std::transform(
       kEntries.begin(), kEntries.end(), names.begin(), [](const Entry& e) { return e.name; });
@@ -47,7 +47,7 @@ constexpr auto kNames = [] {
 }  // namespace
 
 std::span<const std::string_view> tag_family_names() {
-  return kNames;
+  return kFamilyNames;
 }
 
 TagPattern TagFamily::blank() const {
@@ -84,9 +84,9 @@ TagPattern TagFamily::pattern(int id) const {
 }
 
 std::optional<TagFamily> find_tag_family(std::string_view name) {
-  const auto* entry = std::find(kNames.begin(), kNames.end(), name);
-  if (entry == kNames.end()) return std::nullopt;
-  const Entry& e = kEntries[static_cast<std::size_t>(entry - kNames.begin())];
+  const auto* entry = std::find(kFamilyNames.begin(), kFamilyNames.end(), name);
+  if (entry == kFamilyNames.end()) return std::nullopt;
+  const Entry& e = kEntries[static_cast<std::size_t>(entry - kFamilyNames.begin())];
   const std::unique_ptr<apriltag_family_t, decltype(e.destroy)> source(e.create(), e.destroy);
   TagFamily family;
   family.name = e.name;

@@ -23,7 +23,7 @@ using Verdict = FittedCandidate::Verdict;
 constexpr double kStartError = 0.12;
 constexpr double kLeastStartError = 1.0;
 /// A second attempt, if the first one's correlation is less than that.
-constexpr double kSurely = 0.9;
+constexpr double kSureTag = 0.9;
 constexpr double kWideStartError = 0.6;
 constexpr double kWideBlur = 0.25;
 /// Pixels per cell and axis that a rough fit looks at.
@@ -31,7 +31,7 @@ constexpr double kRoughPerCell = 4;
 /// Edges blurrier than this part of a cell: its middle no longer shows its own level.
 constexpr double kMaxBlur = 0.6;
 /// More of the edges' pixels at the ends of the scale than this leave too little to fit.
-constexpr double kMaxClipped = 0.6;
+constexpr double kMaxTagClipped = 0.6;
 
 CellPattern cell_pattern(const TagPattern& tag) {
   CellPattern pattern;
@@ -88,7 +88,7 @@ CellFit fit_pattern(const Image& image,
                     const CellState& start,
                     double cell_px) {
   CellFit near = fit_from(image, fit_frame, model, start, kStartError * cell_px, cell_px);
-  if (near.converged && near.correlation > kSurely) return near;
+  if (near.converged && near.correlation > kSureTag) return near;
   // Something on the frame's rim has pulled one of the quad's corners away. A blurred model is
   // drawn to the right place from farther off.
   CellState blurred = start;
@@ -104,7 +104,7 @@ PositionEstimate<frame::Image> in_image(const FitFrame& fit_frame, const CellPla
 }
 
 /// The direction of the tag's x in the fit frame, at its middle.
-double angle_of(const CellState& state) {
+double tag_angle(const CellState& state) {
   const Eigen::Matrix2d frame_from_tag = state.jacobian(state.to_frame({0, 0})).inverse();
   return std::atan2(frame_from_tag(1, 0), frame_from_tag(0, 0));
 }
@@ -115,8 +115,8 @@ double angle_sigma(const CellModel& model, const CellFit& fit) {
   for (int k = 0; k < model.n_pose(); ++k) {
     CellVector step = CellVector::Zero();
     step[k] = kStep;
-    const double high = angle_of(model.moved(fit.state, step));
-    const double low = angle_of(model.moved(fit.state, -step));
+    const double high = tag_angle(model.moved(fit.state, step));
+    const double low = tag_angle(model.moved(fit.state, -step));
     gradient[k] = std::remainder(high - low, 2 * std::numbers::pi) / (2 * kStep);
   }
   return std::sqrt(gradient.dot(fit.cov * gradient));
@@ -150,7 +150,7 @@ double side_in_frame(const CellState& state) {
   return mean_side(corners);
 }
 
-void fill(const FitFrame& fit_frame, const CellModel& model, const CellFit& f, TargetFit& fit) {
+void fill_tag(const FitFrame& fit_frame, const CellModel& model, const CellFit& f, TargetFit& fit) {
   const CellPlace middle = place_of(model, f, Eigen::Vector2d::Zero());
   fit.center = in_image(fit_frame, middle);
   std::array<Eigen::Vector2d, 4> corners_px;
@@ -159,7 +159,7 @@ void fill(const FitFrame& fit_frame, const CellModel& model, const CellFit& f, T
     corners_px[i] = fit.corners.back().position.in_px();
   }
   fit.size = px(mean_side(corners_px));
-  fit.angle = rad(angle_of(f.state));
+  fit.angle = rad(tag_angle(f.state));
   if (fit_frame.mapping()) {
     const double unit_mm = fit_frame.unit();
     fit.center_optical = PositionEstimate<frame::Optical>{fit_frame.to_optical(middle.at),
@@ -188,7 +188,7 @@ void fill_roughly(const FitFrame& fit_frame,
     fit.corners.push_back({position_px<frame::Image>(u), Eigen::Matrix2d::Identity()});
   }
   fit.size = px(quad.mean_side_px());
-  fit.angle = rad(angle_of(start));
+  fit.angle = rad(tag_angle(start));
   if (fit_frame.mapping()) {
     const double unit_mm = fit_frame.unit();
     fit.center_optical = PositionEstimate<frame::Optical>{fit_frame.to_optical(middle.at),
@@ -225,9 +225,9 @@ bool leaves_picture(const Image& image,
          cell_leaves(last, last) || std::any_of(family.bits.begin(), family.bits.end(), bit_leaves);
 }
 
-std::optional<std::string> size_problem(const DetectorInput& input,
-                                        const FitFrame& fit_frame,
-                                        double side) {
+std::optional<std::string> tag_size_problem(const DetectorInput& input,
+                                            const FitFrame& fit_frame,
+                                            double side) {
   const Target& target = input.target;
   const auto asked = frame_length(target.size, target.size_px, input.mapping);
   if (!asked) return std::nullopt;
@@ -273,20 +273,20 @@ std::optional<std::string> unlikely_reason(const DetectorInput& input,
   return std::nullopt;
 }
 
-std::optional<std::string> unfit_reason(const DetectorInput& input,
-                                        const FitFrame& fit_frame,
-                                        const TagFamily& family,
-                                        const CellFit& f,
-                                        const TargetFit& fit) {
+std::optional<std::string> unfit_tag_reason(const DetectorInput& input,
+                                            const FitFrame& fit_frame,
+                                            const TagFamily& family,
+                                            const CellFit& f,
+                                            const TargetFit& fit) {
   if (leaves_picture(input.image, fit_frame, family, f.state)) {
     return "at the border: a part of it is outside of the picture";
   }
-  if (f.clipped > kMaxClipped) {
+  if (f.clipped > kMaxTagClipped) {
     return fmt::format(
         "saturated: {:.0f} % of its edges' pixels are black or white; at most {:.0f} % "
         "are allowed",
         100 * f.clipped,
-        100 * kMaxClipped);
+        100 * kMaxTagClipped);
   }
   const double cell_px = fit.size.in_px() / family.n_on_side;
   if (fit.blur_px > kMaxBlur * cell_px) {
@@ -295,7 +295,7 @@ std::optional<std::string> unfit_reason(const DetectorInput& input,
         fit.blur_px,
         kMaxBlur * cell_px);
   }
-  return size_problem(input, fit_frame, side_in_frame(f.state));
+  return tag_size_problem(input, fit_frame, side_in_frame(f.state));
 }
 
 }  // namespace
@@ -332,12 +332,12 @@ FittedCandidate fit_tag(const DetectorInput& input,
     candidate.reason = "it does not look like the target";
     return candidate;
   }
-  fill(fit_frame, model, f, fit);
+  fill_tag(fit_frame, model, f, fit);
   fit.angle_sigma = rad(angle_sigma(model, f));
   fit.score *= f.correlation * fit.visible;
   if (auto reason = unlikely_reason(input, family, reading, fit)) {
     candidate.reason = *std::move(reason);
-  } else if (auto unfit = unfit_reason(input, fit_frame, family, f, fit)) {
+  } else if (auto unfit = unfit_tag_reason(input, fit_frame, family, f, fit)) {
     candidate.verdict = Verdict::Unfit;
     candidate.reason = *std::move(unfit);
   } else {

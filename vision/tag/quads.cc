@@ -15,8 +15,8 @@ namespace panelcal::internal {
 namespace {
 
 /// The library counts pixels with 15 bits and looks at tiles of 4 x 4.
-constexpr int kMaxSide = 32767;
-constexpr int kMinSide = 12;
+constexpr int kMaxQuadSide = 32767;
+constexpr int kMinQuadSide = 12;
 constexpr double kOfContrast = 0.5;
 
 /// A smaller, smoother, full-contrast picture of the box.
@@ -181,7 +181,7 @@ std::vector<TagQuad> find_tag_quads(const Image& image,
                                     bool is_inverted) {
   if (box.width < 1 || box.height < 1) return {};
   ReducedPicture picture = reduce(image, box, cell_px, view, is_inverted);
-  const auto is_good = [](int n) { return n >= kMinSide && n <= kMaxSide; };
+  const auto is_good = [](int n) { return n >= kMinQuadSide && n <= kMaxQuadSide; };
   if (!is_good(picture.pixels.cols) || !is_good(picture.pixels.rows)) return {};
   // Between the blurred cells of a tag the contrast is less, but noise must not be looked at.
   const int least = std::max(5, static_cast<int>(kOfContrast * min_contrast * picture.gain));

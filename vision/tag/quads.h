@@ -18,15 +18,15 @@ struct TagQuad {
 
   /// Carries the tag's frame (see TagPattern) to the picture.
   Eigen::Matrix3d image_from_tag() const;
-  /// The quad as it is for a tag turned by so many quarters.
+  /// The quad as it is for a tag turned by that number of quarters.
   TagQuad turned(int quarters) const;
   double mean_side_px() const;
 };
 
 /// How a picture is looked at to find quads.
 struct TagView {
-  /// The picture is reduced, or at least smoothed, until a cell has about so many pixels: enough to
-  /// be told from its neighbours, and few, since averaging is what makes noise harmless.
+  /// The picture is reduced, or at least smoothed, until a cell has about this number of pixels:
+  /// enough to be told from its neighbours, and few, since averaging is what makes noise harmless.
   double cell_px = 4;
   /// Sigma of the smoothing after that, reduced pixels.
   double blur_px = 0.7;

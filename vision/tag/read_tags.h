@@ -6,8 +6,8 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
+#include "vision/fit/detection.h"
 #include "vision/fit/target.h"
-#include "vision/locate/locate.h"
 #include "vision/picture/image.h"
 
 namespace panelcal {
@@ -24,7 +24,7 @@ struct ReadTag {
 /// something else says where it is. locate() is for one tag, to hundredths of a pixel, and looks no
 /// further once it sees that; this looks in every way it knows.
 ///
-/// A mirrored tag is none. One wrong bit is read over in families that differ in nine or more.
+/// A mirrored tag is not read. One wrong bit is read over in families that differ in nine or more.
 ///
 /// In     target: a tag, its size in px about that of those in the picture; its id does not matter
 /// Fails  target-invalid; internal (memory)

@@ -128,8 +128,8 @@ std::optional<FrameLight> light_of(const TagPattern& blank, const CellLevels& ce
   return light;
 }
 
-/// The code of the quad's cells if the tag is turned by so many quarters.
-std::uint64_t code_of(const TagFamily& family, const std::vector<char>& is_white, int quarters) {
+/// The code of the quad's cells if the tag is turned by that number of quarters.
+std::uint64_t tag_code(const TagFamily& family, const std::vector<char>& is_white, int quarters) {
   std::uint64_t code = 0;
   for (TagFamily::Bit bit : family.bits) {
     // A quarter carries the tag's bottom left corner to its bottom right one.
@@ -166,7 +166,7 @@ std::optional<TagReading> read_tag(const Image& image,
   best.contrast = light->contrast;
   best.wrong_bits = tolerable_wrong_bits(family) + 1;
   for (int quarters = 0; quarters < 4; ++quarters) {
-    const std::uint64_t code = code_of(family, is_white, quarters);
+    const std::uint64_t code = tag_code(family, is_white, quarters);
     for (std::size_t id = 0; id < family.codes.size(); ++id) {
       const int wrong = std::popcount(code ^ family.codes[id]);
       if (wrong >= best.wrong_bits) continue;

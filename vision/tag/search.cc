@@ -15,14 +15,14 @@ namespace {
 /// One after the other. The first is quick and sees nearly every tag; the others are there for tags
 /// much smaller or larger than asked for, blur and debris.
 constexpr std::array kViews = {TagView{4, 0.8}, TagView{6, 1}, TagView{3, 0.5}};
-constexpr double kSamePlace = 0.3;  // of the side: nearer sightings are of one tag
+constexpr double kSameTag = 0.3;  // of the side: nearer sightings are of one tag
 
 /// The side of the tag asked for, about, px.
 double expected_side_px(const DetectorInput& input) {
   return frame_length(input.target.size, input.target.size_px, input.mapping).value_or(0);
 }
 
-bool is_wanted(const DetectorInput& input, const TagReading& reading) {
+bool is_searched_tag(const DetectorInput& input, const TagReading& reading) {
   return input.target.tag_id.value_or(reading.id) == reading.id;
 }
 
@@ -57,13 +57,13 @@ std::vector<TagSighting> search_tags(const DetectorInput& input,
       if (!reading) continue;
       const bool is_new = std::none_of(sightings.begin(), sightings.end(), [&](const auto& s) {
         return s.reading.id == reading->id &&
-               (center_of(s.quad) - center).norm() < kSamePlace * quad.mean_side_px();
+               (center_of(s.quad) - center).norm() < kSameTag * quad.mean_side_px();
       });
       if (is_new) sightings.push_back({quad.turned(reading->quarters), *reading});
     }
     if (sought == TagsSought::All) continue;
     if (std::any_of(sightings.begin(), sightings.end(), [&](const TagSighting& s) {
-          return is_wanted(input, s.reading);
+          return is_searched_tag(input, s.reading);
         })) {
       break;
     }

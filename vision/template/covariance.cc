@@ -15,9 +15,9 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr double kRounding = 0.2887;  // sigma of rounding to whole levels
+constexpr double kGreyRounding = 0.2887;  // sigma of rounding to whole levels
 constexpr int kTestLag = 3;
-constexpr int kMaxLag = 24;
+constexpr int kMaxTemplateLag = 24;
 constexpr int kFewPairs = 30;
 
 using Influence = Eigen::Vector4d;
@@ -163,7 +163,7 @@ Eigen::Matrix4d textured_covariance(const TemplateProblem& problem,
                                     const std::vector<Influence>& influence,
                                     const ResidualPicture& picture) {
   const TemplateWindow& window = problem.window;
-  const cv::Size padded = padded_size(picture.mask, kMaxLag);
+  const cv::Size padded = padded_size(picture.mask, kMaxTemplateLag);
   std::array<cv::Mat, kPoseParameters> spectra;
   for (int q = 0; q < kPoseParameters; ++q) {
     cv::Mat a = cv::Mat::zeros(window.height, window.width, CV_32F);
@@ -183,10 +183,10 @@ Eigen::Matrix4d textured_covariance(const TemplateProblem& problem,
     for (int r = 0; r <= q; ++r) {
       const cv::Mat lags = correlation_of(spectra[static_cast<std::size_t>(q)],
                                           spectra[static_cast<std::size_t>(r)]);
-      for (int dy = -kMaxLag; dy <= kMaxLag; ++dy) {
-        for (int dx = -kMaxLag; dx <= kMaxLag; ++dx) {
+      for (int dy = -kMaxTemplateLag; dy <= kMaxTemplateLag; ++dy) {
+        for (int dx = -kMaxTemplateLag; dx <= kMaxTemplateLag; ++dx) {
           const double n = at_lag(pairs, dx, dy);
-          const double lag = std::hypot(dx, dy) / kMaxLag;
+          const double lag = std::hypot(dx, dy) / kMaxTemplateLag;
           if (lag >= 1 || n < 0.02 * picture.n + kFewPairs) continue;
           const double taper = 0.5 * (1 + std::cos(CV_PI * lag));
           cov(q, r) += taper * at_lag(sums, dx, dy) / n * at_lag(lags, dx, dy);
@@ -225,10 +225,11 @@ TemplateNoise template_noise(const TemplateProblem& problem,
   const double variance = sum / std::max(1.0, n - int(kTemplateParameters));
   const double of_template = sum_template / std::max(1.0, n);
   TemplateNoise noise;
-  noise.all = std::max(kRounding, std::sqrt(variance));
+  noise.all = std::max(kGreyRounding, std::sqrt(variance));
   // The difference of two large numbers may come out as nearly nothing.
   constexpr double kOfWhite = 0.8;
-  const double least = std::max(kRounding * kRounding, kOfWhite * white_noise * white_noise);
+  const double least =
+      std::max(kGreyRounding * kGreyRounding, kOfWhite * white_noise * white_noise);
   noise.picture = std::sqrt(std::max(variance - of_template, least));
   return noise;
 }

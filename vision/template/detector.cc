@@ -22,13 +22,13 @@ namespace {
 
 using Verdict = FittedCandidate::Verdict;
 
-constexpr int kMaxFitted = 8;
+constexpr int kMaxFittedTemplates = 8;
 constexpr double kWholePicture = 0.985;  // of the template is seen if it is not at the border
 constexpr double kMinVisible = 0.7;
-constexpr double kMaxClipped = 0.5;
+constexpr double kMaxTemplateClipped = 0.5;
 constexpr double kSamePlacePx = 2;
 /// A turn or size outside of its tolerance by less than this many sigmas is inside.
-constexpr double kSigmas = 3;
+constexpr double kTemplateSigmas = 3;
 
 struct Expected {
   double turn = 0;
@@ -37,14 +37,14 @@ struct Expected {
   double gain_sign = 1;
 };
 
-Eigen::Vector2d middle_of(const TemplateModel& model) {
+Eigen::Vector2d template_middle(const TemplateModel& model) {
   return {0.5 * (model.width() - 1), 0.5 * (model.height() - 1)};
 }
 
 /// The template's rectangle in the picture; straight sides are bent by the lens.
-std::vector<Eigen::Vector2d> outline_of(const FitFrame& fit_frame,
-                                        const TemplateModel& model,
-                                        const TemplateMap& map) {
+std::vector<Eigen::Vector2d> template_outline(const FitFrame& fit_frame,
+                                              const TemplateModel& model,
+                                              const TemplateMap& map) {
   constexpr int kPerSide = 8;
   const double right = model.width() - 0.5;
   const double bottom = model.height() - 0.5;
@@ -62,10 +62,10 @@ std::vector<Eigen::Vector2d> outline_of(const FitFrame& fit_frame,
 }
 
 /// Place, size, angle and covariance in the units of the outside world.
-void fill(const FitFrame& fit_frame,
-          const TemplateModel& model,
-          const TemplateFit& from,
-          TargetFit& fit) {
+void fill_template(const FitFrame& fit_frame,
+                   const TemplateModel& model,
+                   const TemplateFit& from,
+                   TargetFit& fit) {
   const TemplateVector& p = from.parameters;
   const Eigen::Vector2d place = p.head<2>();
   const Eigen::Matrix2d cov = from.cov.topLeftCorner<2, 2>();
@@ -78,16 +78,16 @@ void fill(const FitFrame& fit_frame,
   fit.noise = from.noise;
   fit.excluded = from.excluded;
   fit.visible = from.visible;
-  fit.outlines_px.push_back(outline_of(fit_frame, model, TemplateMap(model, p)));
+  fit.outlines_px.push_back(template_outline(fit_frame, model, TemplateMap(model, p)));
 }
 
-std::optional<std::string> size_problem(const FitFrame& fit_frame,
-                                        const TemplateModel& model,
-                                        const TemplateFit& fit,
-                                        double tolerance) {
+std::optional<std::string> template_size_problem(const FitFrame& fit_frame,
+                                                 const TemplateModel& model,
+                                                 const TemplateFit& fit,
+                                                 double tolerance) {
   const double deviation = std::exp(fit.parameters[kLogScale]) - 1;
   const double sigma = std::sqrt(std::max(0.0, fit.cov(kLogScale, kLogScale)));
-  if (std::abs(deviation) <= tolerance + kSigmas * sigma) return std::nullopt;
+  if (std::abs(deviation) <= tolerance + kTemplateSigmas * sigma) return std::nullopt;
   const double asked = model.width() * model.pitch * fit_frame.unit();
   return fmt::format("its size is {:.4g} {}, {:+.1f} % from {:.4g}; {:.1f} % are allowed",
                      asked * (1 + deviation),
@@ -100,18 +100,18 @@ std::optional<std::string> size_problem(const FitFrame& fit_frame,
 std::optional<std::string> turn_problem(const TemplateFit& fit, const Expected& expected) {
   const double deviation = fit.parameters[kTurn] - expected.turn;
   const double sigma = std::sqrt(std::max(0.0, fit.cov(kTurn, kTurn)));
-  if (std::abs(deviation) <= expected.turn_tolerance + kSigmas * sigma) return std::nullopt;
+  if (std::abs(deviation) <= expected.turn_tolerance + kTemplateSigmas * sigma) return std::nullopt;
   return fmt::format("it is turned by {:+.2f} degrees; {:.2f} are allowed",
                      rad(deviation).in_deg(),
                      rad(expected.turn_tolerance).in_deg());
 }
 
-void judge(const DetectorInput& input,
-           const FitFrame& fit_frame,
-           const TemplateModel& model,
-           const Expected& expected,
-           const TemplateFit& fit,
-           FittedCandidate& candidate) {
+void judge_template(const DetectorInput& input,
+                    const FitFrame& fit_frame,
+                    const TemplateModel& model,
+                    const Expected& expected,
+                    const TemplateFit& fit,
+                    FittedCandidate& candidate) {
   const auto set = [&](Verdict verdict, std::string reason) {
     candidate.verdict = verdict;
     candidate.reason = std::move(reason);
@@ -142,12 +142,12 @@ void judge(const DetectorInput& input,
   if (fit.seen_share < kWholePicture) {
     return set(Verdict::Unfit, "at the border: a part of it is outside of the picture");
   }
-  if (fit.clipped > kMaxClipped) {
+  if (fit.clipped > kMaxTemplateClipped) {
     return set(
         Verdict::Unfit,
         fmt::format("saturated: {:.0f} % of its pixels are black or white", 100 * fit.clipped));
   }
-  if (auto why = size_problem(fit_frame, model, fit, expected.size_tolerance)) {
+  if (auto why = template_size_problem(fit_frame, model, fit, expected.size_tolerance)) {
     return set(Verdict::Unfit, *std::move(why));
   }
   if (auto why = turn_problem(fit, expected)) return set(Verdict::Unfit, *std::move(why));
@@ -173,13 +173,13 @@ FittedCandidate fit_sighting(const DetectorInput& input,
   const TemplateFit fit = fit_template(
       input.image, fit_frame, model, start, search_level(model), prior, expected.gain_sign);
   FittedCandidate candidate;
-  fill(fit_frame, model, fit, candidate.fit);
-  judge(input, fit_frame, model, expected, fit, candidate);
+  fill_template(fit_frame, model, fit, candidate.fit);
+  judge_template(input, fit_frame, model, expected, fit, candidate);
   return candidate;
 }
 
 /// A candidate that only carries a reason; it stands where one would look.
-FittedCandidate refusal(const DetectorInput& input, std::string reason) {
+FittedCandidate template_refusal(const DetectorInput& input, std::string reason) {
   FittedCandidate candidate;
   candidate.verdict = Verdict::Unfit;
   candidate.reason = std::move(reason);
@@ -220,10 +220,10 @@ std::vector<FittedCandidate> detect_templates(const DetectorInput& input) {
   const double height = width * picture.height() / std::max(1, picture.width());
   if (width > input.image.width() + input.image.height() ||
       height > input.image.width() + input.image.height()) {
-    return {refusal(input, "the template is larger than the picture")};
+    return {template_refusal(input, "the template is larger than the picture")};
   }
   const auto model = make_template_model(*target.picture, width, input.mapping ? -1 : 1);
-  if (!model) return {refusal(input, model.error())};
+  if (!model) return {template_refusal(input, model.error())};
 
   const Expected expected{.turn = target.angle.in_rad(),
                           .turn_tolerance = target.angle_tolerance.in_rad(),
@@ -233,7 +233,7 @@ std::vector<FittedCandidate> detect_templates(const DetectorInput& input) {
                             .turn_tolerance = expected.turn_tolerance,
                             .log_scale_tolerance = std::log1p(expected.size_tolerance),
                             .gain_sign = expected.gain_sign};
-  const double reach = model->pitch * (model->reference - middle_of(*model)).norm() +
+  const double reach = model->pitch * (model->reference - template_middle(*model)).norm() +
                        0.5 * std::hypot(width, height) * (1 + expected.size_tolerance);
   const double cell = 1 << search_level(*model);
   std::vector<FittedCandidate> candidates;
@@ -242,7 +242,7 @@ std::vector<FittedCandidate> detect_templates(const DetectorInput& input) {
                                                           *model,
                                                           input.mapping,
                                                           range,
-                                                          kMaxFitted)) {
+                                                          kMaxFittedTemplates)) {
     if (!input.area.contains(sighting.at_px, 2 * cell)) continue;
     FittedCandidate candidate = fit_sighting(input, *model, expected, sighting);
     if (input.area.contains(candidate.fit.center.position.in_px(), 0)) {

@@ -13,9 +13,9 @@ namespace {
 
 /// The template's outermost pixels do not take part, so that small steps stay inside of it.
 constexpr double kMarginPx = 2;
-constexpr double kMinSigma = 1e-6;  // of the prior: what is meant to be fixed
+constexpr double kMinTemplateSigma = 1e-6;  // of the prior: what is meant to be fixed
 
-Eigen::Matrix2d rotation(double angle) {
+Eigen::Matrix2d template_rotation(double angle) {
   Eigen::Matrix2d r;
   r << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
   return r;
@@ -34,9 +34,9 @@ struct Box {
 };
 
 /// Where the template is in the picture; empty where the lens model cannot say.
-std::optional<Box> box_of(const FitFrame& fit_frame,
-                          const TemplateModel& model,
-                          const TemplateMap& map) {
+std::optional<Box> template_box(const FitFrame& fit_frame,
+                                const TemplateModel& model,
+                                const TemplateMap& map) {
   Box box;
   for (const Eigen::Vector2d& corner : corners_of(model)) {
     const auto u = fit_frame.to_image(map.to_frame(corner));
@@ -61,8 +61,8 @@ TemplateMap::TemplateMap(const TemplateModel& model, const TemplateVector& p)
     : place_(p.head<2>()), reference_(model.reference) {
   const double scale = model.pitch * std::exp(p[kLogScale]);
   const Eigen::DiagonalMatrix<double, 2> flip(1, model.y_sign);
-  frame_from_px_ = scale * rotation(p[kTurn]) * flip;
-  px_from_frame_ = 1 / scale * (flip * rotation(-p[kTurn]));
+  frame_from_px_ = scale * template_rotation(p[kTurn]) * flip;
+  px_from_frame_ = 1 / scale * (flip * template_rotation(-p[kTurn]));
   Eigen::Matrix2d quarter;
   quarter << 0, 1, -1, 0;
   turn_ = flip * quarter * flip;
@@ -89,7 +89,7 @@ TemplateWindow make_template_window(const Image& image,
   window.middle = map.to_frame(middle_t);
   window.unit = 0.5 * model.pitch * std::max(model.width(), model.height());
   window.seen_share = 0;
-  const auto box = box_of(fit_frame, model, map);
+  const auto box = template_box(fit_frame, model, map);
   if (!box) return window;
 
   const int factor = 1 << level;
@@ -178,8 +178,8 @@ std::optional<TemplateValue> evaluate(const TemplateModel& model,
 
 TemplateVector TemplatePrior::information() const {
   TemplateVector information = TemplateVector::Zero();
-  information[kTurn] = std::pow(std::max(turn_sigma, kMinSigma), -2);
-  information[kLogScale] = std::pow(std::max(log_scale_sigma, kMinSigma), -2);
+  information[kTurn] = std::pow(std::max(turn_sigma, kMinTemplateSigma), -2);
+  information[kLogScale] = std::pow(std::max(log_scale_sigma, kMinTemplateSigma), -2);
   return information;
 }
 

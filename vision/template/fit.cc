@@ -12,9 +12,9 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr double kHuber = 2.0;
-constexpr double kRough = 0.01;   // px
-constexpr double kOfLevel = 0.1;  // px of a coarse level: better does not help the next one
+constexpr double kTemplateHuber = 2.0;
+constexpr double kTemplateRough = 0.01;  // px
+constexpr double kOfLevel = 0.1;         // px of a coarse level: better does not help the next one
 constexpr int kMinPixels = 40;
 
 /// Sigma of the noise that differs from pixel to pixel: the median of neighbours' differences,
@@ -224,7 +224,7 @@ bool approach(const Image& image,
     solve_levels(problem, p);
     set_weights(problem.window, std::max(1.0, 0.15 * std::abs(p[kGain])));
     // A level that does not converge is not the last word: the next one sees more.
-    minimise(problem, kGain + 1, kHuber, kOfLevel * (1 << level), p);
+    minimise(problem, kGain + 1, kTemplateHuber, kOfLevel * (1 << level), p);
     if (!p.allFinite()) return false;
   }
   return true;
@@ -262,14 +262,14 @@ TemplateFit fit_template(const Image& image,
   solve_levels(problem, p);
   if (is_lost()) return fit;
   set_weights(problem.window, std::max(1.0, 0.1 * std::abs(p[kGain])));
-  minimise(problem, kTemplateParameters, kHuber, kRough, p);
+  minimise(problem, kTemplateParameters, kTemplateHuber, kTemplateRough, p);
   if (is_lost()) return fit;
   for (int pass = 0; pass < 2; ++pass) {
     const TemplateVector kept = p;
     if (!look_again()) return fit;
     fit.excluded = exclude_strangers(problem, kept);
     set_weights(problem.window, std::max(1.0, 0.1 * std::abs(p[kGain])));
-    minimise(problem, kTemplateParameters, 0, kRough, p);
+    minimise(problem, kTemplateParameters, 0, kTemplateRough, p);
     if (is_lost()) return fit;
   }
   const Residuals residuals = residuals_of(problem, p);

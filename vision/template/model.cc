@@ -12,16 +12,16 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMinSide = 8;  // px
+constexpr int kMinTemplateSide = 8;  // px
 /// Larger ones would take seconds and gigabytes; no camera sees as much.
 constexpr double kMaxPixels = 2e7;
-constexpr double kFineEnough = 0.75;  // px of the picture per px of the template
-constexpr double kLocal = 1.5;        // px: neighbourhood in which structure is looked for
-constexpr double kWide = 2.5;         // px: sigma of the mean where there is none
-constexpr double kRounding = 0.2887;  // sigma of rounding to whole levels
+constexpr double kFineEnough = 0.75;       // px of the picture per px of the template
+constexpr double kLocal = 1.5;             // px: neighbourhood in which structure is looked for
+constexpr double kWide = 2.5;              // px: sigma of the mean where there is none
+constexpr double kModelRounding = 0.2887;  // sigma of rounding to whole levels
 /// Local variance over that of the noise from which structure begins, and is sure.
 constexpr double kPerhaps = 2;
-constexpr double kSurely = 6;
+constexpr double kSureStructure = 6;
 /// Contrast over noise that a template needs.
 constexpr double kMinContrast = 8;
 /// Least over largest gradient energy: below, it is only known across one direction.
@@ -65,7 +65,7 @@ double kept_variance(double sigma_px) {
 }
 
 /// A little blurred; where only noise is seen, the local mean. Which it is goes to `structure`.
-Raster smoothed(const Raster& t, double noise, Raster& structure) {
+Raster smoothed_template(const Raster& t, double noise, Raster& structure) {
   const Raster fine = blurred(t, kTemplateSmoothingPx);
   const Raster wide = blurred(t, kWide);
   Raster mean = blurred(fine, kLocal);
@@ -78,7 +78,7 @@ Raster smoothed(const Raster& t, double noise, Raster& structure) {
   for (std::size_t i = 0; i < out.values.size(); ++i) {
     const double variance = square.values[i] - mean.values[i] * mean.values[i];
     const double ratio = variance / std::max(noise_variance, 1e-12);
-    const double share = std::clamp((ratio - kPerhaps) / (kSurely - kPerhaps), 0.0, 1.0);
+    const double share = std::clamp((ratio - kPerhaps) / (kSureStructure - kPerhaps), 0.0, 1.0);
     structure.values[i] = share;
     out.values[i] = wide.values[i] + share * (fine.values[i] - wide.values[i]);
   }
@@ -134,14 +134,15 @@ std::string structure_problem(const Raster& smooth, double noise, double contras
   const Eigen::Vector2d eigenvalues =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(energy).eigenvalues();
   if (eigenvalues[0] - of_noise < kMinBalance * eigenvalues[1]) {
-    return "it shows parallel edges only, which do not tell the place along them";
+    return "it shows parallel edges only, which do not determine the place along them";
   }
   return {};
 }
 
 std::vector<SplineImage> reduced_levels(const Raster& smooth) {
   std::vector<SplineImage> levels;
-  for (int factor = 2; std::min(smooth.width, smooth.height) / factor >= kMinSide; factor *= 2) {
+  for (int factor = 2; std::min(smooth.width, smooth.height) / factor >= kMinTemplateSide;
+       factor *= 2) {
     levels.emplace_back(averaged(smooth, factor));
   }
   return levels;
@@ -156,11 +157,11 @@ tl::expected<TemplateModel, std::string> make_template_model(const TemplatePictu
     return tl::make_unexpected(fmt::format("the template {} will not do: {}", picture.file, why));
   };
   const Image& image = picture.image;
-  if (image.width() < kMinSide || image.height() < kMinSide) {
+  if (image.width() < kMinTemplateSide || image.height() < kMinTemplateSide) {
     return refused(fmt::format("it has {} x {} px, at least {} either way are needed",
                                image.width(),
                                image.height(),
-                               kMinSide));
+                               kMinTemplateSide));
   }
   if (static_cast<double>(image.width()) * image.height() > kMaxPixels) {
     return refused(fmt::format("it has {} x {} px, at most {:.0f} million are read",
@@ -176,15 +177,15 @@ tl::expected<TemplateModel, std::string> make_template_model(const TemplatePictu
   model.y_sign = y_sign;
   const double px_per_px = width / image.width();
   const int factor = px_per_px < kFineEnough ? static_cast<int>(1 / px_per_px + 0.5) : 1;
-  if (image.width() / factor < kMinSide || image.height() / factor < kMinSide) {
+  if (image.width() / factor < kMinTemplateSide || image.height() / factor < kMinTemplateSide) {
     return refused(fmt::format(
-        "it would be {:.0f} px wide in pictures, at least {} are needed", width, kMinSide));
+        "it would be {:.0f} px wide in pictures, at least {} are needed", width, kMinTemplateSide));
   }
   Raster levels = averaged(raster_of(image), factor);
   model.pitch = px_per_px * factor;
   model.reference = (picture.reference_px.array() + 0.5) / factor - 0.5;
-  const double noise = std::max(noise_of(levels), kRounding / factor);
-  Raster smooth = smoothed(levels, noise, model.structure);
+  const double noise = std::max(noise_of(levels), kModelRounding / factor);
+  Raster smooth = smoothed_template(levels, noise, model.structure);
   const auto [low, high] = std::ranges::minmax(smooth.values);
   model.contrast = high - low;
   if (std::string why = structure_problem(smooth, noise, model.contrast); !why.empty()) {

@@ -15,13 +15,13 @@ namespace panelcal::internal {
 namespace {
 
 constexpr double kFewCells = 16;
-constexpr double kMinCorrelation = 0.4;
-constexpr double kOfBest = 0.6;     // sightings this much worse than the best do not matter
-constexpr double kSamePlace = 0.3;  // of the template's smaller side
-constexpr double kStepCells = 1.5;  // move of the template's corner from step to step
-constexpr double kBeyond = 0.35;    // of the template's larger side may be outside of the picture
-constexpr double kFaintest = 0.5;   // grey levels of 255: flatter is flat
-constexpr int kMaxSteps = 4000;     // of turn times scale
+constexpr double kMinTemplateCorrelation = 0.4;
+constexpr double kOfBest = 0.6;        // sightings this much worse than the best do not matter
+constexpr double kSameTemplate = 0.3;  // of the template's smaller side
+constexpr double kStepCells = 1.5;     // move of the template's corner from step to step
+constexpr double kBeyond = 0.35;   // of the template's larger side may be outside of the picture
+constexpr double kFaintest = 0.5;  // grey levels of 255: flatter is flat
+constexpr int kMaxSteps = 4000;    // of turn times scale
 
 /// The template turned and scaled, on the cells of the averaged picture.
 struct Stencil {
@@ -152,7 +152,7 @@ cv::Mat correlate(const SearchPicture& picture,
   return result;
 }
 
-bool is_peak(const cv::Mat& map, int x, int y) {
+bool is_correlation_peak(const cv::Mat& map, int x, int y) {
   const float v = map.at<float>(y, x);
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
@@ -182,7 +182,7 @@ void collect_peaks(const cv::Mat& map,
   for (int y = 0; y < map.rows; ++y) {
     for (int x = 0; x < map.cols; ++x) {
       const float correlation = map.at<float>(y, x);
-      if (correlation < kMinCorrelation || !is_peak(map, x, y)) continue;
+      if (correlation < kMinTemplateCorrelation || !is_correlation_peak(map, x, y)) continue;
       const Eigen::Vector2d first(x - picture.margin_x, y - picture.margin_y);
       peaks.push_back(
           {{to_px(first + stencil.reference), stencil.turn, stencil.log_scale, correlation},
@@ -264,7 +264,7 @@ std::vector<TemplateSighting> search_template(const Image& image,
       collect_peaks(map, stencil, picture, box, factor, peaks);
     }
   }
-  const double same = kSamePlace * scale_px * std::min(model.width(), model.height());
+  const double same = kSameTemplate * scale_px * std::min(model.width(), model.height());
   return distinct(std::move(peaks), same, max_sightings);
 }
 

@@ -10,18 +10,18 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMaxIterations = 30;
-constexpr double kCostRounding = 1e-10;
+constexpr int kMaxTemplateIterations = 30;
+constexpr double kTemplateCostRounding = 1e-10;
 constexpr double kFinePx = 1e-5;
 
-using Dynamic = Eigen::Matrix<double,
-                              Eigen::Dynamic,
-                              Eigen::Dynamic,
-                              Eigen::ColMajor,
-                              kTemplateParameters,
-                              kTemplateParameters>;
+using TemplateDynamic = Eigen::Matrix<double,
+                                      Eigen::Dynamic,
+                                      Eigen::Dynamic,
+                                      Eigen::ColMajor,
+                                      kTemplateParameters,
+                                      kTemplateParameters>;
 
-struct Equations {
+struct TemplateEquations {
   TemplateMatrix h = TemplateMatrix::Zero();
   TemplateVector g = TemplateVector::Zero();  ///< J^T W (data - model)
   double cost = 0;
@@ -35,12 +35,12 @@ double huber_cost(double z, double huber) {
 /// Which model the residuals are taken from.
 enum class Residual { Smooth, Raw };
 
-Equations accumulate(const TemplateProblem& problem,
-                     const TemplateVector& p,
-                     double huber,
-                     Residual kind) {
+TemplateEquations accumulate(const TemplateProblem& problem,
+                             const TemplateVector& p,
+                             double huber,
+                             Residual kind) {
   const TemplateMap map(problem.model, p);
-  Equations e;
+  TemplateEquations e;
   auto h = e.h.selfadjointView<Eigen::Lower>();
   for (const TemplatePixel& pixel : problem.window.pixels) {
     const auto value = evaluate(problem.model, problem.window, map, pixel, p, false);
@@ -96,11 +96,11 @@ TemplateVector common_noise(const TemplateProblem& problem, const TemplateVector
 }
 
 /// The step of parameters `first` to `first + n`, the others held; zero if singular.
-TemplateVector step_of(const Equations& e, int first, int n, double damping) {
-  Dynamic h = e.h.block(first, first, n, n);
+TemplateVector template_step(const TemplateEquations& e, int first, int n, double damping) {
+  TemplateDynamic h = e.h.block(first, first, n, n);
   for (int i = 0; i < n; ++i) h(i, i) += damping * h(i, i) + 1e-12;
   TemplateVector step = TemplateVector::Zero();
-  const Eigen::LDLT<Dynamic> factor(h.selfadjointView<Eigen::Lower>());
+  const Eigen::LDLT<TemplateDynamic> factor(h.selfadjointView<Eigen::Lower>());
   if (factor.info() == Eigen::Success && factor.isPositive()) {
     step.segment(first, n) = factor.solve(e.g.segment(first, n));
   }
@@ -109,9 +109,9 @@ TemplateVector step_of(const Equations& e, int first, int n, double damping) {
 }
 
 /// The largest move of any place of the template, in units of the fit frame.
-double move_of(const TemplateProblem& problem,
-               const TemplateVector& p,
-               const TemplateVector& step) {
+double template_move(const TemplateProblem& problem,
+                     const TemplateVector& p,
+                     const TemplateVector& step) {
   const double reach = problem.window.unit + (problem.window.middle - p.head<2>()).norm();
   return step.head<2>().norm() + reach * (std::abs(step[kTurn]) + std::abs(step[kLogScale]));
 }
@@ -127,8 +127,8 @@ void solve_levels(const TemplateProblem& problem, TemplateVector& p) {
   p.tail<kTemplateParameters - kLinearStart>().setZero();
   // Clipping is judged by the model, which is not there yet: two rounds.
   for (int round = 0; round < 2; ++round) {
-    const Equations e = accumulate(problem, p, 0, Residual::Smooth);
-    p += step_of(e, kLinearStart, kGain + 1 - kLinearStart, 0);
+    const TemplateEquations e = accumulate(problem, p, 0, Residual::Smooth);
+    p += template_step(e, kLinearStart, kGain + 1 - kLinearStart, 0);
   }
 }
 
@@ -137,15 +137,15 @@ bool minimise(
   // No step may leave the part of the cost that knows where the minimum is.
   const double limit = 2.0 * (1 << problem.window.level);
   double damping = 1e-4;
-  Equations e = accumulate(problem, p, huber, Residual::Smooth);
-  for (int i = 0; i < kMaxIterations && damping < 1e8; ++i) {
-    TemplateVector step = step_of(e, 0, n, damping);
-    const double move = move_of(problem, p, step);
+  TemplateEquations e = accumulate(problem, p, huber, Residual::Smooth);
+  for (int i = 0; i < kMaxTemplateIterations && damping < 1e8; ++i) {
+    TemplateVector step = template_step(e, 0, n, damping);
+    const double move = template_move(problem, p, step);
     if (move > limit) step.head<kPoseParameters>() *= limit / move;
     const TemplateVector next = p + step;
-    const Equations e_next = accumulate(problem, next, huber, Residual::Smooth);
+    const TemplateEquations e_next = accumulate(problem, next, huber, Residual::Smooth);
     const bool is_small = move < tolerance_px;
-    if (e_next.cost <= e.cost * (1 + kCostRounding)) {
+    if (e_next.cost <= e.cost * (1 + kTemplateCostRounding)) {
       p = next;
       e = e_next;
       damping = std::max(1e-9, damping * 0.1);
@@ -162,15 +162,15 @@ bool solve_with_smooth_rows(const TemplateProblem& problem, TemplateVector& p) {
   constexpr int kHeldFrom = 3;
   const TemplateVector start = p;
   TemplateVector common = TemplateVector::Zero();
-  for (int i = 0; i < kMaxIterations; ++i) {
+  for (int i = 0; i < kMaxTemplateIterations; ++i) {
     if (i < kHeldFrom) common = common_noise(problem, p);
-    Equations e = accumulate(problem, p, 0, Residual::Raw);
+    TemplateEquations e = accumulate(problem, p, 0, Residual::Raw);
     e.g -= common;
-    const TemplateVector step = step_of(e, 0, kTemplateParameters, 0);
-    const double move = move_of(problem, p, step);
+    const TemplateVector step = template_step(e, 0, kTemplateParameters, 0);
+    const double move = template_move(problem, p, step);
     if (move > 2 || !(e.n_pixels > int(kTemplateParameters))) return false;
     p += step;
-    if (move < kFinePx) return move_of(problem, start, p - start) < 2;
+    if (move < kFinePx) return template_move(problem, start, p - start) < 2;
   }
   return false;
 }

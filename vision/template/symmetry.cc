@@ -13,8 +13,8 @@ namespace {
 constexpr int kMostParts = 12;
 constexpr int kLargestSide = 256;  // px: finer structure than 1/256 of a template is not compared
 constexpr double kMark = 0.25;     // of the contrast: farther from the background is the mark
-/// Differences are averaged over so many px, that noise and edges a fraction of a pixel aside do
-/// not count, and have to stay below this part of the contrast.
+/// Differences are averaged over this number of px, that noise and edges a fraction of a pixel
+/// aside do not count, and have to stay below this part of the contrast.
 constexpr double kAveraged = 1.5;
 constexpr double kSame = 0.25;
 
@@ -31,7 +31,7 @@ const SplineImage& small_enough(const TemplateModel& model) {
   return *image;
 }
 
-double level_at(const SplineImage& image, double x, double y) {
+double template_level_at(const SplineImage& image, double x, double y) {
   return image(Eigen::Vector2d(x, y)).value;
 }
 
@@ -40,7 +40,7 @@ Eigen::Vector2d middle_of_mark(const TemplateModel& model, const SplineImage& im
   double weight = 0;
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
-      const double level = level_at(image, x, y);
+      const double level = template_level_at(image, x, y);
       if (!is_mark(model, level)) continue;
       const double w = std::abs(level - model.background);
       sum += w * Eigen::Vector2d(x, y);
@@ -60,7 +60,7 @@ bool looks_the_same(const TemplateModel& model,
   Raster difference(image.width(), image.height());
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
-      const double level = level_at(image, x, y);
+      const double level = template_level_at(image, x, y);
       const double dx = x - middle.x();
       const double dy = y - middle.y();
       const double turned_x = middle.x() + c * dx - s * dy;
@@ -68,7 +68,7 @@ bool looks_the_same(const TemplateModel& model,
       const bool is_inside = turned_x >= 0 && turned_x <= image.width() - 1 && turned_y >= 0 &&
                              turned_y <= image.height() - 1;
       if (is_inside) {
-        difference.at(x, y) = level_at(image, turned_x, turned_y) - level;
+        difference.at(x, y) = template_level_at(image, turned_x, turned_y) - level;
       } else if (is_mark(model, level)) {
         return false;
       }

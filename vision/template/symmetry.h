@@ -8,7 +8,7 @@
 namespace panelcal::internal {
 
 /// By which angle below `limit_rad` a template may be turned about the middle of its mark so that
-/// it looks the same; then nobody can say how it lies.
+/// it looks the same; then its orientation is unknown.
 ///
 /// Only whole parts of a turn, a half to a twelfth, are tried: a round mark shows itself in any.
 ///

@@ -13,7 +13,7 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMaxLag = 20;
+constexpr int kMaxTextureLag = 20;
 /// The most that lags lose to what is taken out, of the shortest lag's autocovariance.
 constexpr double kMaxLoss = 0.2;
 /// Lattice spacing in ranges, and its limits: finer costs time, coarser loses detail.
@@ -42,8 +42,8 @@ double lagged_mean(const FlatResiduals& r, int lag) {
 
 std::optional<Texture> texture_of(const FlatResiduals& residuals) {
   if (residuals.n < 100) return std::nullopt;
-  std::array<double, kMaxLag + 1> seen{};
-  for (int lag = 0; lag <= kMaxLag; ++lag) {
+  std::array<double, kMaxTextureLag + 1> seen{};
+  for (int lag = 0; lag <= kMaxTextureLag; ++lag) {
     seen[static_cast<std::size_t>(lag)] = lagged_mean(residuals, lag);
   }
   Texture best;
@@ -53,7 +53,7 @@ std::optional<Texture> texture_of(const FlatResiduals& residuals) {
     // all lags.
     Eigen::Matrix2d h = Eigen::Matrix2d::Zero();
     Eigen::Vector2d g = Eigen::Vector2d::Zero();
-    for (int lag = 1; lag <= kMaxLag; ++lag) {
+    for (int lag = 1; lag <= kMaxTextureLag; ++lag) {
       const Eigen::Vector2d row(matern(lag, range), -1);
       h += row * row.transpose();
       g += seen[static_cast<std::size_t>(lag)] * row;
@@ -63,7 +63,7 @@ std::optional<Texture> texture_of(const FlatResiduals& residuals) {
     loss = std::clamp(loss, 0.0, kMaxLoss * std::max(0.0, seen[1]));
     const double variance = std::clamp((g[0] - h(0, 1) * loss) / h(0, 0), 0.0, seen[0] + loss);
     double misfit = 0;
-    for (int lag = 1; lag <= kMaxLag; ++lag) {
+    for (int lag = 1; lag <= kMaxTextureLag; ++lag) {
       const double d = seen[static_cast<std::size_t>(lag)] + loss - variance * matern(lag, range);
       misfit += d * d;
     }

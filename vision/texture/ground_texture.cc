@@ -28,7 +28,7 @@ std::optional<GroundTexture> ground_texture_of(const FlatResiduals& residuals) {
     return texture;
   }
   if (texture.lines.empty()) return std::nullopt;
-  // Nothing but waves: what is left is white.
+  // Nothing but waves: the rest is white.
   double square = 0;
   for (const float v : left) square += static_cast<double>(v) * static_cast<double>(v);
   texture.rest.white_sigma = std::sqrt(square / residuals.n);

@@ -11,7 +11,7 @@ namespace panelcal::internal {
 
 /// What is known of the texture around a target: waves, and an irregular rest.
 struct GroundTexture {
-  /// Far from the edges every so many'th row and column is enough.
+  /// Far from the edges every n-th row and column is enough.
   static constexpr int kFarStride = 2;
   /// A second step of a fit is worth its time if the first was longer than this.
   static constexpr double kLongStep_px = 0.05;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "vision/render/scene.h"
+#include "vision/texture/weave_parameters.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

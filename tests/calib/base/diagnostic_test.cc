@@ -12,19 +12,26 @@ namespace panelcal {
 namespace {
 
 Diagnostic problem(Place place) {
-  return {Code::Usage, std::move(place), "no such option \"--frce\"", "\"--force\""};
+  return {Code::ConfigKeyUnknown, std::move(place), "\"shap\" in [[vision.tool]]", "\"shape\""};
 }
 
 TEST(Diagnostic, ReadsLikeACompilers) {
-  EXPECT_EQ(problem({"a.drl", 12, 5}).text(),
-            "a.drl:12:5: error[usage]: no such option \"--frce\", expected \"--force\"");
-  EXPECT_EQ(problem({"a.drl", 12, 0}).text(),
-            "a.drl:12: error[usage]: no such option \"--frce\", expected \"--force\"");
-  EXPECT_EQ(problem({"a.drl", 0, 5}).text(),
-            "a.drl: error[usage]: no such option \"--frce\", expected \"--force\"");
-  EXPECT_EQ(problem({}).text(), "error[usage]: no such option \"--frce\", expected \"--force\"");
-  const Diagnostic bare = {Code::Internal, {"x", 1, 1}, "broken", ""};
-  EXPECT_EQ(bare.text(), "x:1:1: error[internal]: broken");
+  const std::string text =
+      "error[config-key-unknown]: key not known: \"shap\" in [[vision.tool]]; expected \"shape\"";
+  EXPECT_EQ(problem({"m.toml", 12, 5}).text(), "m.toml:12:5: " + text);
+  EXPECT_EQ(problem({"m.toml", 12, 0}).text(), "m.toml:12: " + text);
+  EXPECT_EQ(problem({"m.toml", 0, 5}).text(), "m.toml: " + text);
+  EXPECT_EQ(problem({}).text(), text);
+}
+
+TEST(Diagnostic, LeavesOutAnEmptyPart) {
+  const Diagnostic without_remedy = {Code::HoleOmitted, {"x", 1, 1}, "nominal (1, 2) mm", ""};
+  EXPECT_EQ(without_remedy.text(),
+            "x:1:1: warning[hole-omitted]: hole in a forbidden area left out: nominal (1, 2) mm");
+  const Diagnostic bare = {Code::EndMissing, {"x", 1, 0}, "", "M30 or M00"};
+  EXPECT_EQ(bare.text(),
+            "x:1: warning[end-missing]: program without M30 or M00; expected M30 or M00");
+  EXPECT_EQ(bare.message(), "program without M30 or M00");
 }
 
 TEST(DiagnosticCatalogue, IsInTheOrderOfItsCodesWithoutDuplicates) {
@@ -44,9 +51,11 @@ TEST(DiagnosticCatalogue, IsWellWritten) {
     EXPECT_EQ(row.slug.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-"),
               std::string_view::npos)
         << row.slug;
-    for (const std::string_view sentence : {row.summary, row.advice}) {
-      EXPECT_THAT(sentence, testing::EndsWith(".")) << row.slug;
-    }
+    EXPECT_THAT(row.summary, testing::Not(testing::IsEmpty())) << row.slug;
+    EXPECT_THAT(row.summary, testing::Not(testing::EndsWith("."))) << row.slug;
+    EXPECT_THAT(row.summary, testing::Not(testing::StartsWith("A "))) << row.slug;
+    EXPECT_THAT(row.summary, testing::SizeIs(testing::Le(60U))) << row.slug;
+    EXPECT_THAT(row.advice, testing::EndsWith(".")) << row.slug;
   }
 }
 

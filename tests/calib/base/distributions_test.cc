@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "calib/base/chi_square.h"
+#include "calib/base/quadrature.h"
 #include "calib/base/random.h"
-#include "calib/charts/quadrature.h"
 #include "calib/correction/breaking_probability.h"
 #include <gtest/gtest.h>
 

@@ -58,7 +58,7 @@ TEST(DriftForecast, SaysThatThereIsNotEnoughHistory) {
   const DriftModel model = learned(13, nights);
   const DrillForecast told = *may_drill(model, nights.truth(), *model.last(), {});
   EXPECT_EQ(told.answer, DrillAnswer::NotEnoughHistory);
-  EXPECT_EQ(words_of(told, {}, "mm"), "nobody can say: not enough history");
+  EXPECT_EQ(words_of(told, {}, "mm"), "no forecast: not enough history");
 }
 
 TEST(DriftForecast, RefusesWhatCannotBeAsked) {

@@ -1,21 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
+#include <vector>
 
-#include "panelcal/machine/config/machine_config.h"
-#include "panelcal/program/judge/tally.h"
-#include "panelcal/program/walk/walk.h"
+#include <panelcal/panelcal.h>
 
-int main() {
-  panelcal::DiagnosticLog log;
-  const auto job = panelcal::load_program(
-      {"job", "M48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX1.0Y2.0\nR3X1.0\nM30\n"}, log);
-  panelcal::NominalSource source;
-  const auto survey = panelcal::survey(job, {}, source, log);
-  panelcal::Tally tally;
-  panelcal::execute(job, {}, survey, tally, log);
-  std::printf("%d holes\n", static_cast<int>(tally.n_holes()));
-  return tally.n_holes() == 4 && !log.has_errors() &&
-                 !panelcal::read_machine_config("no-such-file.toml")
-             ? 0
-             : 1;
+/// Keeps the holes of a job, as its operations pass.
+struct Holes final : panelcal::OperationSink {
+  void put(const panelcal::Operation& operation) override {
+    if (const auto* hole = std::get_if<panelcal::Drill>(&operation.what)) all.push_back(*hole);
+  }
+  std::vector<panelcal::Drill> all;
+};
+
+int refuse(const panelcal::Diagnostic& problem) {
+  std::fprintf(stderr, "%s\n", problem.text().c_str());
+  return 1;
+}
+
+/// holes PROGRAM MACHINE.TOML PICTURES: where to drill, from work zero, in mm.
+int main(int, char** arguments) {
+  const auto machine = panelcal::read_machine_config(arguments[2]);
+  if (!machine) return refuse(machine.error());
+  const auto job = panelcal::read_job(arguments[1], *machine, panelcal::system_clock()());
+  if (!job) return refuse(job.error());
+  const auto open = [&](const panelcal::Survey& asked) {
+    return panelcal::open_sources({.images = arguments[3]}, *machine, asked);
+  };
+  Holes holes;
+  const auto result = panelcal::correct(*job, open, *machine, {.operations = &holes});
+  if (!result) return refuse(result.error());
+  if (!result->may_be_drilled()) return refuse(result->refusal());
+  for (const panelcal::Drill& hole : holes.all) {
+    std::printf("T%d X%.4f Y%.4f\n", hole.tool, hole.told.in_mm().x(), hole.told.in_mm().y());
+  }
 }

@@ -6,7 +6,7 @@
 
 #include "calib/base/atomic_file.h"
 #include "calib/base/digest.h"
-#include "machine/devices/calibration_devices.h"
+#include "machine/sources/device_set.h"
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/wait.h>

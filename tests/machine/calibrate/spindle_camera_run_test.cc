@@ -5,7 +5,7 @@
 #include <string>
 
 #include "calib/base/atomic_file.h"
-#include "machine/devices/calibration_devices.h"
+#include "machine/sources/device_set.h"
 #include <gmock/gmock.h>
 
 #include "tests/calib/spindle/simulated_coupon.h"

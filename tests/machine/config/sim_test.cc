@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "machine/config/machine_config.h"
+#include "machine/sim/simulated_probe.h"
 #include <gtest/gtest.h>
 
 #include "tests/machine/virtual_machine.h"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <thread>
 
-#include "machine/devices/gige_vision/gige_camera.h"
+#include "machine/devices/gige_camera.h"
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>

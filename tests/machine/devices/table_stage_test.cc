@@ -8,9 +8,10 @@
 #include "calib/base/atomic_file.h"
 #include "calib/table/calibration_file.h"
 #include "machine/calibrate/spindle_camera_run.h"
-#include "machine/devices/calibration_devices.h"
+#include "machine/look/mark_sights.h"
 #include "machine/sim/recording.h"
 #include "machine/sim/sim_table.h"
+#include "machine/sources/device_set.h"
 #include "machine/sources/picture_source.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "machine/nightly/night_config_toml.h"
+#include "machine/config/nightly.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {

@@ -10,8 +10,8 @@
 
 #include "calib/base/atomic_file.h"
 #include "calib/base/random.h"
-#include "machine/devices/calibration_devices.h"
 #include "machine/nightly/nightly.h"
+#include "machine/sources/device_set.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 

@@ -154,7 +154,7 @@ TEST(TaggedPose, ATurnedTagAndAStrangeOneContradict) {
   ASSERT_EQ(found->contradictions.size(), 2U);
   EXPECT_EQ(found->contradictions[0].why, "tag 3 is turned by 90 degrees against the others");
   EXPECT_EQ(found->contradictions[1].why,
-            "tag 40 lies on the plate at cell (0.5, 6.5), and is none of its");
+            "tag 40 lies on the plate at cell (0.5, 6.5), and [tags] does not have it");
 }
 
 TEST(TaggedPose, AStrangeTagBesideThePlateIsOfNoMatter) {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "machine/devices/calibration_devices.h"
+#include "machine/sources/device_set.h"
 #include "vision/locate/focus.h"
 #include "vision/locate/locate.h"
 #include <gmock/gmock.h>

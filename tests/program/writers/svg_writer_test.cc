@@ -13,20 +13,8 @@ using namespace test;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A scene of what the operations do, as a caller makes it.
-SvgScene scene_of(const std::vector<What>& operations) {
-  Tally tally;
-  tally.begin(metric_info());
-  put_all(tally, operations);
-  return svg_scene(tally);
-}
-
-std::string svg_of(const std::vector<What>& operations, SvgScene scene) {
+std::string svg_of(const std::vector<What>& operations, SvgScene scene = {}) {
   return written<SvgWriter>(operations, metric_info(), std::move(scene));
-}
-
-std::string svg_of(const std::vector<What>& operations) {
-  return svg_of(operations, scene_of(operations));
 }
 
 std::size_t count(std::string_view text, std::string_view part) {
@@ -180,7 +168,7 @@ TEST(SvgWriter, ShowsRapidMovesIfAsked) {
                                         Plunge{2},
                                         rout_line(2, 8, 0),
                                         Retract{}};
-  SvgScene scene = scene_of(operations);
+  SvgScene scene;
   EXPECT_THAT(svg_of(operations, scene), HasSubstr("<path class=\"rapid\" d=\"M4 0L9 9\"/>"));
   scene.shows_rapid_moves = false;
   EXPECT_THAT(svg_of(operations, scene), Not(HasSubstr("class=\"rapid\"")));
@@ -188,7 +176,7 @@ TEST(SvgWriter, ShowsRapidMovesIfAsked) {
 
 TEST(SvgWriter, MarksTargetsAndMagnifiesResiduals) {
   const std::vector<What> operations = {drill(1, 0, 0), drill(1, 100, 100)};
-  SvgScene scene = scene_of(operations);
+  SvgScene scene;
   scene.targets = {
       {position_mm<frame::Actual>(-20, 50), "A<1>", {}},
       {position_mm<frame::Actual>(90, 50), "", displacement_mm<frame::Actual>(0.01, 0)}};
@@ -203,7 +191,7 @@ TEST(SvgWriter, MarksTargetsAndMagnifiesResiduals) {
 }
 
 TEST(SvgWriter, EscapesTextsAndKeepsProvenance) {
-  SvgScene scene = scene_of({drill(1, 0, 0)});
+  SvgScene scene;
   scene.title = "a<b>&\"c\".exc";
   scene.provenance = {"made by: panelcal", std::string(1000, 'x') + "&\x01\xff"};
   const std::string svg = svg_of({drill(1, 0, 0)}, scene);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/report/depth.h"
 
+#include "machine/job/depth_summary.h"
 #include "tools/report/depth_map.h"
-#include "tools/run/depth_summary.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/job/sources.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "machine/devices/command_probe.h"
+#include "machine/devices/command_spindle.h"
+#include "machine/look/camera_views.h"
+#include "machine/sim/sim_machine.h"
+#include "machine/sim/simulated_probe.h"
+#include "machine/sources/live_source.h"
+#include "machine/sources/measurement_file_source.h"
+#include "machine/sources/picture_source.h"
+#include "machine/sources/probe_file_source.h"
+#include "vision/picture/folder.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+/// For a program that measures nothing: no offset matters to it, so that none is calibrated.
+class NoTargets final : public MeasurementSource {
+ public:
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    return panel_.measure(request);
+  }
+
+ private:
+  NominalSource panel_;
+};
+
+struct OpenTargets {
+  std::shared_ptr<MeasurementSource> source;
+  std::string words;  ///< empty: nothing is asked
+  std::function<std::string()> remark = {};
+};
+
+struct OpenProbes {
+  std::shared_ptr<ProbeSource> source;
+  std::string words;
+};
+
+std::string words_of_sim(const MachineConfig& machine) {
+  return "the simulated machine of " + machine.file.string();
+}
+
+template <class Source>
+Expected<OpenTargets> opened(Expected<Source> source, std::string words) {
+  if (!source) return failure(std::move(source).error());
+  return OpenTargets{std::make_shared<Source>(*std::move(source)), std::move(words)};
+}
+
+/// Whether the program has holes drilled into the coupon.
+bool drills_coupon(const Survey& nominal) {
+  return std::ranges::any_of(nominal.calibrations, [](const CalibrationAnswer& calibration) {
+    return !calibration.order.correction.has_value();
+  });
+}
+
+Expected<OpenTargets> open_camera(const SourceChoice& choice,
+                                  const MachineConfig& machine,
+                                  const Survey& nominal) {
+  Prompt prompt;
+  if (machine.coupon && machine.coupon->has_entry_material && drills_coupon(nominal)) {
+    if (!choice.prompt) {
+      return failure({Code::Usage,
+                      {choice.command, 0, 0},
+                      "the coupon needs entry material, and there is no way to ask a person for it",
+                      "a prompt"});
+    }
+    PANELCAL_TRY(prompt, choice.prompt());
+  }
+  PANELCAL_TRY(std::unique_ptr<CameraViews> views, open_camera_views(machine, choice.camera));
+  const CameraDevice& camera = views->camera();
+  auto spindle = std::make_unique<CommandSpindle>(machine.stage.drill, machine.stage.limit);
+  PANELCAL_TRY(
+      OpenTargets open,
+      opened(LiveSource::create(
+                 machine, std::move(views), std::move(spindle), std::move(prompt), choice.observer),
+             "the camera " + camera.name()));
+  // Lives as long as the source.
+  open.remark = [&camera] {
+    return camera.n_retaken() == 0 ? std::string()
+                                   : fmt::format("{} frame(s) were lost on the way and taken again",
+                                                 camera.n_retaken());
+  };
+  return open;
+}
+
+Expected<OpenTargets> open_targets(const SourceChoice& choice,
+                                   const MachineConfig& machine,
+                                   const Survey& nominal) {
+  const std::size_t n_targets = nominal.measurements.size();
+  if (!choice.images.empty()) {
+    PANELCAL_TRY(PictureFolder folder, read_picture_folder(choice.images));
+    return opened(PictureSource::create(machine, std::move(folder), choice.observer),
+                  "pictures in " + choice.images);
+  }
+  if (!choice.measurements.empty()) {
+    PANELCAL_TRY(RecordedMeasurements recorded, read_measurements(choice.measurements));
+    return OpenTargets{std::make_shared<MeasurementFileSource>(std::move(recorded)),
+                       "recorded measurements in " + choice.measurements};
+  }
+  if (!choice.camera.empty() && n_targets > 0) return open_camera(choice, machine, nominal);
+  if (choice.machine_driver == "sim" && (n_targets > 0 || !machine.sim)) {
+    return opened(SimMachine::create(machine, nominal, choice.observer), words_of_sim(machine));
+  }
+  if (n_targets == 0) return OpenTargets{std::make_shared<NoTargets>(), ""};
+  return failure({Code::Usage,
+                  {choice.command, 0, 0},
+                  "the program measures targets, and there is no SOURCE",
+                  "--images, --camera, --measurements or --machine-driver"});
+}
+
+Expected<OpenProbes> open_probes(const SourceChoice& choice,
+                                 const MachineConfig& machine,
+                                 const Survey& nominal) {
+  if (!choice.probes.empty()) {
+    PANELCAL_TRY(RecordedProbes recorded, read_probes(choice.probes));
+    return OpenProbes{std::make_shared<ProbeFileSource>(std::move(recorded)),
+                      "recorded probe readings in " + choice.probes};
+  }
+  const std::size_t n_probes = nominal.probes.size();
+  if (n_probes == 0) return OpenProbes{std::make_shared<NominalProbeSource>(), ""};
+  if (choice.machine_driver == "sim") {
+    if (!machine.sim) {
+      return failure({Code::ConfigValue,
+                      {machine.file.string(), 0, 0},
+                      "[sim] is missing, which describes the virtual machine",
+                      "[sim]"});
+    }
+    PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(machine.sim->surface));
+    return OpenProbes{std::make_shared<SimulatedProbe>(std::move(probe)), words_of_sim(machine)};
+  }
+  if (!choice.camera.empty() && !machine.stage.probe.empty()) {
+    return OpenProbes{std::make_shared<CommandProbe>(machine.stage), "the machine's probe"};
+  }
+  return failure({Code::Usage,
+                  {choice.command, 0, 0},
+                  fmt::format("the program probes the surface at {} place{}, and there is no "
+                              "source of readings",
+                              n_probes,
+                              n_probes == 1 ? "" : "s"),
+                  "--probes, --machine-driver, or --camera with [machine] probe_command"});
+}
+
+std::string source_words(const OpenTargets& targets, const OpenProbes& probes) {
+  if (targets.words.empty() && probes.words.empty()) return "no targets";
+  if (probes.words.empty() || targets.words == probes.words) return targets.words;
+  return targets.words.empty() ? probes.words : targets.words + " and " + probes.words;
+}
+
+}  // namespace
+
+Expected<JobSources> open_sources(const SourceChoice& choice,
+                                  const MachineConfig& machine,
+                                  const Survey& nominal) {
+  PANELCAL_TRY(const OpenProbes probes, open_probes(choice, machine, nominal));
+  PANELCAL_TRY(const OpenTargets targets, open_targets(choice, machine, nominal));
+  return JobSources{targets.source, probes.source, source_words(targets, probes), targets.remark};
+}
+
+}  // namespace panelcal

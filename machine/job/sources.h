@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "calib/base/expected.h"
+#include "machine/calibrate/spindle_calibration.h"
+#include "machine/config/machine_config.h"
+#include "machine/look/vision_procedure.h"
+#include "program/model/measurement.h"
+#include "program/walk/probing.h"
+#include "program/walk/survey.h"
+
+namespace panelcal {
+
+/// What answers a job's questions.
+struct JobSources {
+  std::shared_ptr<MeasurementSource> targets;
+  std::shared_ptr<ProbeSource> probes;
+  std::string
+      words;  ///< where the answers come from, for people: "recorded measurements in a.jsonl"
+  std::function<std::string()> remark = {};  ///< for people, after the measuring; may be empty
+};
+
+/// Opens the sources of a program that was checked.
+///
+/// In     nominal: what a perfect panel would be asked
+using OpenJobSources = std::function<Expected<JobSources>(const Survey& nominal)>;
+
+/// Which sources a person chose; empty texts: not this one.
+struct SourceChoice {
+  std::string command;         ///< as diagnostics name it
+  std::string images;          ///< a folder of pictures
+  std::string measurements;    ///< a file of recorded measurements
+  std::string camera;          ///< the address of a live camera
+  std::string machine_driver;  ///< "sim"
+  std::string probes;          ///< a file of recorded probe readings
+  PictureObserver observer = {};
+  /// Gives the way to ask a person for something; called only if a person is needed.
+  std::function<Expected<Prompt>()> prompt = {};
+};
+
+/// Opens the sources that were chosen, as far as the program asks for anything: without targets no
+/// camera is needed.
+///
+/// Fails  usage (the program has targets or probes and no source answers them); what making the
+///        sources reports
+/// See    tests/machine/job/sources_test.cc
+Expected<JobSources> open_sources(const SourceChoice& choice,
+                                  const MachineConfig& machine,
+                                  const Survey& nominal);
+
+}  // namespace panelcal

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/sources/device_set.h"
+
+#include <chrono>
+#include <cstdint>
+#include <thread>
+#include <utility>
+
+#include "calib/base/random.h"
+#include "machine/calibrate/coupon.h"
+#include "machine/devices/camera_uri.h"
+#include "machine/devices/command_probe.h"
+#include "machine/devices/command_spindle.h"
+#include "machine/devices/command_stage.h"
+#include "machine/devices/table_stage.h"
+#include "machine/sim/sim_coupon.h"
+#include "machine/sim/sim_table_surface.h"
+#include "machine/sim/simulated_probe.h"
+
+namespace panelcal {
+namespace {
+
+void sleep_for(Time time) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(time.in_s()));
+}
+
+Time steady_now() {
+  const auto since = std::chrono::steady_clock::now().time_since_epoch();
+  return seconds(std::chrono::duration<double>(since).count());
+}
+
+}  // namespace
+
+/// Stage, spindle, camera and probe; of a virtual machine the one behind the stage is the next two.
+struct DeviceSet::Owned {
+  std::shared_ptr<SimCoupon> simulated;
+  std::shared_ptr<Stage> stage;
+  std::unique_ptr<Spindle> spindle;
+  std::unique_ptr<CameraDevice> camera;
+  std::unique_ptr<ProbeSource> probe;  ///< null: the machine cannot probe
+};
+
+DeviceSet::DeviceSet(std::shared_ptr<Owned> owned, std::string words)
+    : owned_(std::move(owned)), words_(std::move(words)) {
+}
+
+Expected<DeviceSet> DeviceSet::simulated(const MachineConfig& config,
+                                         std::chrono::sys_seconds now) {
+  SimCouponOptions options = config.sim ? config.sim->coupon : SimCouponOptions{};
+  if (config.coupon) {
+    PANELCAL_TRY(const int n_used, used_rows(*config.coupon));
+    Random nights = Random(options.seed).fork(static_cast<std::uint64_t>(n_used));
+    options.seed = static_cast<std::uint64_t>(nights.uniform() * 0x1p53);
+    options.vision_tool = config.coupon->vision_tool;
+  }
+  PANELCAL_TRY(SimCoupon machine, SimCoupon::create(config, options));
+  auto owned = std::make_shared<Owned>();
+  owned->simulated = std::make_shared<SimCoupon>(std::move(machine));
+  owned->stage =
+      measuring_stage(simulated_stage(owned->simulated, config.sim->table), config.walk.table);
+  if (config.sim->table_surface) {
+    PANELCAL_TRY(SimulatedProbe probe,
+                 SimulatedProbe::create(surface_at(*config.sim->table_surface, now)));
+    owned->probe = std::make_unique<SimulatedProbe>(std::move(probe));
+  }
+  return DeviceSet(std::move(owned), "the simulated machine of " + config.file.string());
+}
+
+Expected<DeviceSet> DeviceSet::live(const MachineConfig& config, std::string_view camera_uri) {
+  // Before a device is touched.
+  PANELCAL_CHECK(parse_camera_uri(camera_uri));
+  if (config.stage.move.empty()) {
+    return failure({Code::ConfigValue,
+                    {config.file.string(), 0, 0},
+                    "there is no [machine] stage_command that drives the machine",
+                    "stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"]"});
+  }
+  auto owned = std::make_shared<Owned>();
+  PANELCAL_TRY(owned->camera, open_camera(camera_uri));
+  owned->stage = measuring_stage(std::make_shared<CommandStage>(config.stage), config.walk.table);
+  owned->spindle = std::make_unique<CommandSpindle>(config.stage.drill, config.stage.limit);
+  if (!config.stage.probe.empty()) owned->probe = std::make_unique<CommandProbe>(config.stage);
+  std::string words = "the camera " + owned->camera->name();
+  return DeviceSet(std::move(owned), std::move(words));
+}
+
+CalibrationDevices DeviceSet::devices(Prompt prompt) const {
+  if (SimCoupon* const machine = owned_->simulated.get()) {
+    // No person lays anything on a simulated coupon.
+    if (!prompt) prompt = [](std::string_view) -> Expected<void> { return {}; };
+    CalibrationDevices out = machine->devices(*owned_->stage, std::move(prompt));
+    out.probe = owned_->probe.get();
+    return out;
+  }
+  return {*owned_->stage,
+          *owned_->spindle,
+          *owned_->camera,
+          sleep_for,
+          std::move(prompt),
+          {},
+          steady_now,
+          owned_->probe.get()};
+}
+
+}  // namespace panelcal

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/base/machine_uncertainty.h"
+#include "calib/correction/table_correction.h"
+#include "calib/correction/tolerance.h"
+#include "calib/faults/known_pads.h"
+#include "calib/panel/fit.h"
+#include "calib/panel/gates.h"
+#include "program/model/board_depths.h"
+#include "program/model/operation.h"
+#include "program/sieb_meyer/settings.h"
+
+namespace panelcal {
+
+/// What the machine decides about how a program is read.
+struct ReadOptions {
+  /// Tool data by diameter; every row has a diameter (CNC-7 manual, Tool Diameter).
+  std::vector<Tool> diameter_page;
+  /// Where M99 looks for stored patterns and subprograms, in order.
+  std::vector<std::filesystem::path> pattern_folders;
+  std::optional<bool> block_delete;  ///< the operator's switch, where the header has no BLKD
+  int axis_version = 1;              ///< where the header has no VER
+  std::string operator_id;           ///< OPID: what an asterisk in a canned text stands for
+};
+
+/// Scales drilled holes about a point, in work coordinates, while M60 is in force.
+struct ReferenceScaling {
+  double x = 1;
+  double y = 1;
+  Position<frame::Nominal> about;
+  bool starts_enabled = false;  ///< SCLR,ON before the program starts
+};
+
+enum class Structure : std::uint8_t {
+  Expanded,  ///< every copy is executed at its place, and targets are measured
+  Kept,      ///< patterns and vision sequences are passed on as such: for translation
+};
+
+enum class Cycles : std::uint8_t {
+  Expanded,  ///< every hole and pass is an operation of its own
+  Kept,      ///< passed on whole; the control expands it
+};
+
+/// What the machine and the vision system decide about how a program is executed.
+struct WalkOptions {
+  int series_size = 3;  ///< [vision] rotate: G36 or G46 blocks that form one series
+  int inspections = 1;  ///< [vision] inspections: until a $uvis,insp says another number
+  std::optional<PanelModel> model;  ///< [vision] model; absent: what the manual says for the count
+  bool chooses_model = false;       ///< [vision] model = "auto": what the targets themselves say
+  bool bends_panel = false;         ///< [vision] model = "smooth": base series; nested as usual
+  bool compares_models = false;     ///< somebody wants to read of the models that were not taken
+  MachineUncertainty uncertainty;   ///< [uncertainty], [spindle], [camera]
+  Tolerances tolerances;            ///< [tolerance]
+  GateLimits base_limits;
+  GateLimits nested_limits;
+  /// Where the program has holes and targets, asked for only when a series does not fit. Without it
+  /// no pad can be named that was taken for another.
+  std::function<const KnownPads*()> known_pads;
+  /// Work zero without any zero set (the machine's zero correction), and absolute zero.
+  Position<frame::Machine> work_zero;
+  Position<frame::Machine> absolute_zero;
+  /// A repeat of repeats can ask for more holes than there are atoms; this is where we stop. So
+  /// many lines of step and repeat that do not operate are the most as well.
+  std::int64_t max_operations = 1'000'000'000;
+  /// The same for targets; their measurements are kept in memory, about 1 kB each.
+  std::int64_t max_measurements = 100'000;
+  std::optional<ReferenceScaling> scaling;
+  Cycles slots = Cycles::Expanded;       ///< G85
+  Cycles step_slots = Cycles::Expanded;  ///< G87
+  /// [table]: what the stage errs by, which commands take back. Null: nothing.
+  std::shared_ptr<const TableCorrection> table;
+  /// A corrected arc stays one arc while it is this close to the true ellipse;
+  /// on a bent panel and on a calibrated table lines are held to it as well.
+  Length arc_tolerance = um(1);
+  Structure structure = Structure::Expanded;
+  BoardDepths board;                ///< --surface, [surface], [[depth]]
+  sieb_meyer::Settings sieb_meyer;  ///< what only that language needs
+  /// [camera] focus_range_mm: the measurement source is asked to focus; otherwise `$uvis,focus` is
+  /// only passed on, with a warning.
+  bool has_focus = false;
+  /// [coupon]: the measurement source is asked to calibrate (G39, `$uvis,calib`); otherwise the
+  /// order is only passed on, with a warning.
+  bool has_coupon = false;
+  /// [camera]: G39,SPOP and its kin move the offset of later measurements; otherwise as above.
+  bool moves_offset = false;
+};
+
+}  // namespace panelcal

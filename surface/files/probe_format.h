@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "calib/base/units.h"
+#include "surface/fit/probe_point.h"
+#include "surface/map/height_lattice.h"
+
+namespace panelcal {
+
+/// Whose file of probed heights it is.
+enum class ProbeFormat : std::uint8_t {
+  HeightMapCsv,     ///< RepRapFirmware's `heightmap.csv`: a grid
+  LinuxCncLog,      ///< LinuxCNC's `(PROBEOPEN ...)`: a place and its height a line
+  BcncProbe,        ///< bCNC's `.probe`: a grid
+  OpenCncPilotMap,  ///< OpenCNCPilot's `.hmap`: a grid
+  RecordedProbes,   ///< panelcal's own readings, JSON Lines, docs/formats/probes.md
+};
+
+/// `heightmap`, `linuxcnc`, `bcnc`, `opencncpilot` or `probes`, as options name them.
+std::string_view name_of(ProbeFormat format);
+
+std::optional<ProbeFormat> probe_format_from_name(std::string_view name);
+
+struct ProbeFileOptions {
+  /// Empty: what the extension says (.csv, .probe, .hmap, .jsonl), else what the text begins with;
+  /// lines of numbers are a log.
+  std::optional<ProbeFormat> format = std::nullopt;
+  /// What the probe scatters, where the file does not say. Recorded probes say it themselves.
+  Length sigma = um(5);
+  /// What a 1 in the file is: inch(1) if the machine was set to inches. Recorded probes are in mm.
+  Length unit = mm(1);
+  /// Whose height is taken of probes with several Z axes, from 0. Empty: there must be only one.
+  std::optional<int> z_axis = std::nullopt;
+
+  /// Fails  config-value
+  Expected<void> validate() const;
+};
+
+/// A place that was to be probed and has no height.
+struct MissingProbe {
+  Position<frame::Nominal> place;
+  std::string name;    ///< as that of a ProbePoint: `column 3 row 4`, counted from 0
+  std::string reason;  ///< `not probed`
+  Place from;
+};
+
+/// Evenly spaced columns and rows, as a file of a grid states them.
+struct ProbeGrid {
+  LatticeAxis x, y;
+};
+
+/// Heights as a file has them. Places are taken as nominal: relative to work zero, x right, y up.
+struct ProbeFile {
+  ProbeFormat format = ProbeFormat::LinuxCncLog;
+  std::string file;                   ///< as diagnostics name it
+  std::vector<ProbePoint> points;     ///< in the order of the file
+  std::vector<MissingProbe> missing;  ///< in the order of the grid or of the file, never filled
+  std::optional<ProbeGrid> grid;      ///< of the formats that are grids
+};
+
+/// Larger files are refused unread, as are grids of more nodes and logs of more lines.
+inline constexpr std::size_t kMaxProbeFileBytes = std::size_t{1} << 26;
+
+inline constexpr std::size_t kMaxFileProbes = 100'000;
+
+}  // namespace panelcal

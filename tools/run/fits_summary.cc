@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/run/fits_summary.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <limits>
+
+#include "tools/report/models.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+std::string focus_summary(const Survey& survey) {
+  std::string out;
+  for (const FocusResult& focus : survey.focus) {
+    if (!focus.is_found) continue;
+    out += fmt::format("focused at ({:.4f}, {:.4f}) mm (line {}): z = {:.4f} mm, sigma {:.1f} um\n",
+                       focus.request.expected.in_mm().x(),
+                       focus.request.expected.in_mm().y(),
+                       focus.request.line,
+                       focus.z.in_mm(),
+                       focus.sigma.in_um());
+  }
+  return out;
+}
+
+/// They count for this job; the text says how to keep one.
+std::string calibrations_summary(const Survey& survey) {
+  constexpr std::size_t kMost = 20;
+  const std::size_t n = survey.calibrations.size();
+  std::string out;
+  for (std::size_t i = 0; i < std::min(n, kMost); ++i) {
+    const CalibrationAnswer& calibration = survey.calibrations[i];
+    out += fmt::format(
+        "{} (line {}): {}\n", calibration.order.command, calibration.order.line, calibration.text);
+  }
+  if (n > kMost) out += fmt::format("and {} more calibrations\n", n - kMost);
+  if (n == 0) return out;
+  return out +
+         "calibrated for this job only: `panelcal calibrate spindle-camera --install` is for "
+         "later ones\n";
+}
+
+double worst_residual_um(const SeriesResult& series) {
+  double worst_mm = 0;
+  const auto take = [&](const auto& residuals) {
+    for (const auto& residual : residuals) worst_mm = std::max(worst_mm, residual.in_mm().norm());
+  };
+  if (series.base) take(series.base->residuals);
+  if (series.nested) take(series.nested->residuals);
+  return worst_mm * 1e3;
+}
+
+/// Empty for a program that probes nothing.
+std::string probes_summary(const Survey& survey) {
+  if (survey.probes.empty()) return {};
+  double low_mm = std::numeric_limits<double>::infinity();
+  double high_mm = -low_mm;
+  for (const ProbeReading& reading : survey.probes) {
+    for (const HeightEstimate& height : reading.heights) {
+      low_mm = std::min(low_mm, height.height.in_mm());
+      high_mm = std::max(high_mm, height.height.in_mm());
+    }
+  }
+  const auto n_found = std::ranges::count(survey.probes, ProbeStatus::Found, &ProbeReading::status);
+  std::string out = fmt::format(
+      "probed {}, {} found",
+      survey.probes.size() == 1 ? "1 place" : fmt::format("{} places", survey.probes.size()),
+      n_found);
+  if (n_found > 0) {
+    out += fmt::format(", surface from {:.4f} to {:.4f} mm above the table", low_mm, high_mm);
+  }
+  for (const FilledNode& node : survey.filled_nodes) {
+    const HeightEstimate& height = node.heights.front();
+    out += fmt::format(
+        "\nnot probed, {}: ({:.4f}, {:.4f}) mm of the grid, {:.4f} mm high, sigma "
+        "{:.1f} um",
+        name(node.source),
+        node.place.in_mm().x(),
+        node.place.in_mm().y(),
+        height.height.in_mm(),
+        height.sigma.in_um());
+  }
+  return out + "\n";
+}
+
+/// Of series that a gate refuses and no diagnostic explains.
+std::string causes_summary(const Survey& survey) {
+  std::string out;
+  for (const SeriesResult& series : survey.series) {
+    if (!series.fault || series.fault->is_resolved || series.fault->false_alarm > 0) continue;
+    out += fmt::format("likely cause (series of line {}): {}\n", series.line, series.fault->text());
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string fits_summary(const Survey& survey) {
+  std::string out = focus_summary(survey) + calibrations_summary(survey);
+  auto to = std::back_inserter(out);
+  const auto n_found =
+      std::ranges::count(survey.measurements, MeasurementStatus::Found, &Measurement::status);
+  if (!survey.measurements.empty() || survey.probes.empty()) {
+    fmt::format_to(to, "measured {} targets, {} found\n", survey.measurements.size(), n_found);
+  }
+  out += probes_summary(survey);
+  out += causes_summary(survey);
+  std::size_t n_nested = 0;
+  double worst_nested_um = 0;
+  for (const SeriesResult& series : survey.series) {
+    if (series.nested) {
+      ++n_nested;
+      worst_nested_um = std::max(worst_nested_um, worst_residual_um(series));
+    }
+    if (!series.base) continue;
+    const auto& map = series.base->map.map;
+    const PanelDeformation panel = deformation_of(map.linear());
+    fmt::format_to(
+        to,
+        "panel (line {}): turned {:+.4f} mrad, stretched {:+.1f} ppm in x and {:+.1f} ppm "
+        "in y, worst residual {:.3f} um\n",
+        series.line,
+        panel.rotation_rad * 1e3,
+        (panel.scale_x - 1) * 1e6,
+        (panel.scale_y - 1) * 1e6,
+        worst_residual_um(series));
+    if (series.is_smooth()) {
+      fmt::format_to(to, "panel (line {}): {}\n", series.line, model_text(series));
+    }
+    out += report::model_line(series);
+    if (series.layer_spread) {
+      fmt::format_to(to,
+                     "panel (line {}): layers of a target at most {:.3f} um apart\n",
+                     series.line,
+                     series.layer_spread->in_um());
+    }
+  }
+  if (n_nested > 0) {
+    fmt::format_to(to, "{} nested fits, worst residual {:.3f} um\n", n_nested, worst_nested_um);
+    out += report::nested_models_line(survey);
+  }
+  return out;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "program/walk/survey.h"
+
+namespace panelcal {
+
+/// What was measured, and the fits, in a few lines for people.
+std::string fits_summary(const Survey& survey);
+
+}  // namespace panelcal
