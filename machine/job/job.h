@@ -78,13 +78,13 @@ struct JobSinks {
   std::function<void(std::string_view remark)> end_progress = {};
   /// What was measured and fitted, before anything is worked out from it. A failure ends the job.
   std::function<Expected<void>(const Survey&)> measured = {};
-  /// Gets all problems, in the order of their stages, also of a job that fails.
+  /// Becomes the log of the job, also of one that fails: all problems, stage by stage.
   DiagnosticLog* log = nullptr;
 };
 
 /// What has become of a job that was measured.
 ///
-/// See    tests/machine/job/job_test.cc
+/// See    tests/machine/job/correct_test.cc
 struct JobResult {
   std::shared_ptr<const Survey> survey;  ///< never null
   std::string source;                    ///< where the measurements came from, in words
@@ -115,28 +115,5 @@ struct JobResult {
   /// Precondition: !may_be_drilled()
   Diagnostic refusal() const;
 };
-
-/// Measures a program's targets, fits them, holds the fits against their gates, corrects the whole
-/// job and holds it against its tolerances: what `panelcal run` does.
-///
-/// The program is checked first, so that its mistakes are known before anything moves; one
-/// measuring and one working walk follow. A program that asks for nothing is walked once.
-///
-/// In     machine: as read_machine_config() reads it; it ages here
-/// Out    a result also if gates or tolerances refuse the job: ask may_be_drilled()
-/// Fails  the first problem that kept the job from being measured (the program, the machine's file,
-///        a source); all of them are in sinks.log
-/// Cost   memory does not grow with the number of holes
-/// Source CNC-7 manual, Part Program Vision Commands (two passes)
-/// See    tests/machine/job/job_test.cc; docs/overview.md
-Expected<JobResult> correct(const Job& job,
-                            const OpenJobSources& open,
-                            const MachineConfig& machine,
-                            const JobSinks& sinks = {});
-/// The same with a source that is open already. A program that probes surfaces is refused.
-Expected<JobResult> correct(const Job& job,
-                            MeasurementSource& source,
-                            const MachineConfig& machine,
-                            const JobSinks& sinks = {});
 
 }  // namespace panelcal
