@@ -16,7 +16,6 @@
 #include "calib/base/diagnostic.h"
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
-#include "machine/job/correct.h"
 #include "machine/job/job.h"
 #include "machine/job/output.h"
 #include "machine/job/sources.h"

@@ -11,10 +11,10 @@ namespace panelcal::sieb_meyer {
 namespace {
 
 std::string_view trimmed_name(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t";
-  const auto begin = text.find_first_not_of(kBlanks);
+  constexpr std::string_view kNameBlanks = " \t";
+  const auto begin = text.find_first_not_of(kNameBlanks);
   if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+  return text.substr(begin, text.find_last_not_of(kNameBlanks) - begin + 1);
 }
 
 bool is_subprogram_file(const std::filesystem::path& path) {

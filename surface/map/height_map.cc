@@ -11,7 +11,21 @@
 #include <fmt/format.h>
 
 namespace panelcal {
+namespace internal {
+
+/// A surface on lattices. That of the heights is as fine as they need; sigma changes no faster than
+/// the probes stand.
+struct Sampled {
+  HeightLattice heights;
+  HeightLattice sigmas;
+  double error_mm = 0;
+};
+
+}  // namespace internal
+
 namespace {
+
+using internal::Sampled;
 
 using Eigen::Vector2d;
 using MapPlaces = std::vector<Position<frame::Nominal>>;
@@ -170,14 +184,6 @@ LatticeAxis axis(double low_mm, double high_mm, double step_mm) {
   return {low_mm, (high_mm - low_mm) / n_cells, n_cells + 1};
 }
 
-/// A surface on lattices. That of the heights is as fine as they need; sigma changes no faster than
-/// the probes stand.
-struct Sampled {
-  HeightLattice heights;
-  HeightLattice sigmas;
-  double error_mm = 0;
-};
-
 MapPlaces nodes_of(const LatticeAxis& x, const LatticeAxis& y) {
   MapPlaces out;
   for (int j = 0; j < y.n_nodes; ++j) {
@@ -308,7 +314,7 @@ struct HeightMap::State {
     const Length distance = distance_outside(hull, nominal(p_mm));
     return distance > mm(kSameMapPlace_mm) ? distance : mm(0);
   }
-  Expected<Length> check_map_options(const Vector2d& p_mm) const;
+  Expected<Length> check(const Vector2d& p_mm) const;
   HeightSource source_of(const Vector2d& p_mm, Length outside) const;
   void mark_cells();
 };

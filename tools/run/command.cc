@@ -8,7 +8,6 @@
 #include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
 #include "machine/config/machine_config.h"
-#include "machine/job/correct.h"
 #include "machine/job/depth_summary.h"
 #include "machine/job/job.h"
 #include "machine/job/spindle_age.h"

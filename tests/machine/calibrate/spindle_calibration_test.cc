@@ -19,7 +19,6 @@ namespace {
 
 using test::FailsWith;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 class SpindleCalibrationTest : public ::testing::Test {
  protected:
@@ -115,13 +114,13 @@ TEST_F(SpindleCalibrationTest, NothingIsDrilledWhereNobodyLaysEntryMaterial) {
   coupon.has_entry_material = true;
   Recorder machine;
   const Prompt nobody = [](std::string_view what) -> Expected<void> {
-    return failure({Code::DeviceStage, {"coupon", 0, 0}, "nobody is there", std::string(what)});
+    return failure({Code::DeviceStage, {"coupon", 0, 0}, std::string(what)});
   };
   const auto places = places_of_row(coupon, 0);
   EXPECT_THAT(drill_coupon(config_, coupon, places, machine, machine, nobody),
-              FailsWith(Code::DeviceStage, "nobody is there"));
+              FailsWith(Code::DeviceStage));
   EXPECT_THAT(drill_coupon(config_, coupon, places, machine, machine, {}),
-              FailsWith(Code::DeviceStage, "nobody can be asked"));
+              FailsWith(Code::DeviceStage));
   EXPECT_EQ(machine.log, "");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/job/correct.h"
+#include "machine/job/job.h"
 
 #include <string>
 #include <string_view>
