@@ -105,9 +105,7 @@ class JobRun {
       execute_job();
       find_worst_number();
     }
-    if (sinks_.log != nullptr) {
-      for (const Diagnostic& diagnostic : result_.log.kept()) sinks_.log->add(diagnostic);
-    }
+    if (sinks_.log != nullptr) *sinks_.log = result_.log;
     result_.survey = survey_;
     if (is_measured) return std::move(result_);
     return failure(result_.refusal());
@@ -240,7 +238,7 @@ class JobRun {
     if (sinks_.end_progress) sinks_.end_progress(sources.remark ? sources.remark() : "");
     if (found.has_errors()) return {};
     PANELCAL_CHECK(sources.targets->finish());
-    return found.has_errors() ? Expected<void>() : sources.probes->finish();
+    return sources.probes->finish();
   }
 
   WalkOptions measuring_walk() {

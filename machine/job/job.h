@@ -2,33 +2,14 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <memory>
-#include <optional>
 #include <string>
-#include <string_view>
-#include <vector>
 
-#include "calib/base/diagnostic.h"
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
-#include "machine/job/output.h"
-#include "machine/job/output_format.h"
 #include "machine/job/request.h"
 #include "machine/job/result.h"
 #include "machine/job/sources.h"
-#include "machine/job/truth_comparison.h"
-#include "machine/job/worst_hole.h"
-#include "machine/sim/truth.h"
-#include "program/judge/depth_verdict.h"
-#include "program/judge/explain.h"
-#include "program/judge/job_verdict.h"
-#include "program/judge/surface_use.h"
-#include "program/judge/tally.h"
-#include "program/walk/walk.h"
-#include "surface/map/zoned_map.h"
+#include "program/model/measurement.h"
 
 namespace panelcal {
 
@@ -53,7 +34,7 @@ Expected<Job> read_job(const std::string& path,
 ///        a source); all of them are in sinks.log
 /// Cost   memory does not grow with the number of holes
 /// Source CNC-7 manual, Part Program Vision Commands (two passes)
-/// See    tests/machine/job/job_test.cc; docs/overview.md
+/// See    tests/machine/job/correct_test.cc; docs/overview.md
 Expected<JobResult> correct(const Job& job,
                             const OpenJobSources& open,
                             const MachineConfig& machine,

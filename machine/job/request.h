@@ -62,7 +62,7 @@ struct JobSinks {
   std::function<void(std::string_view remark)> end_progress = {};
   /// What was measured and fitted, before anything is worked out from it. A failure ends the job.
   std::function<Expected<void>(const Survey&)> measured = {};
-  /// Gets all problems, in the order of their stages, also of a job that fails.
+  /// Becomes the log of the job, also of one that fails: all problems, stage by stage.
   DiagnosticLog* log = nullptr;
 };
 

@@ -19,7 +19,7 @@ namespace panelcal {
 
 /// What has become of a job that was measured.
 ///
-/// See    tests/machine/job/job_test.cc
+/// See    tests/machine/job/correct_test.cc
 struct JobResult {
   std::shared_ptr<const Survey> survey;  ///< never null
   std::string source;                    ///< where the measurements came from, in words
