@@ -206,8 +206,7 @@ TEST(MachineConfig, InspectionsHoldUntilAProgramSaysOtherwise) {
   EXPECT_EQ(parse("")->walk.inspections, 1);
   for (const char* wrong : {"0", "101", "2.0"}) {
     EXPECT_EQ(refusal(std::string("[vision]\ninspections = ") + wrong + "\n"),
-              std::string("machine.toml:2:15: error[config-value]") + wrong +
-                  ", expected a whole number from 1 to 100");
+              "machine.toml:2:15: error[config-value]");
   }
 }
 

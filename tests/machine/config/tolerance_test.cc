@@ -108,8 +108,7 @@ drill_mm = 0.3
 pad_mm = 0.5
 )");
   EXPECT_FALSE(tolerances.radius(3, std::nullopt));
-  EXPECT_EQ(tolerances.problem(3, std::nullopt),
-            "nobody says how wide tool 3 is, so its annular ring is not known");
+  EXPECT_THAT(tolerances.problem(3, std::nullopt), testing::HasSubstr("tool 3"));
   EXPECT_FALSE(tolerances.radius(3, mm(0.4)));
   EXPECT_EQ(tolerances.problem(3, mm(0.4)),
             "a 0.4 mm hole in a 0.5 mm pad has no room beside a ring of 50 um");

@@ -112,7 +112,7 @@ TEST(CommandStage, SetsWhatItHasACommandFor) {
 
 TEST(Placeholders, AreCheckedBeforeAnythingMoves) {
   EXPECT_EQ(placeholder_problem({"move", "X{x}Y{y}"}, {"{x}", "{y}"}), "");
-  EXPECT_EQ(placeholder_problem({"move", "{x}"}, {"{x}", "{y}"}), "{y}");
+  EXPECT_EQ(placeholder_problem({"move", "{x}"}, {"{x}", "{y}"}), "{y} is missing");
   EXPECT_EQ(placeholder_problem({"move", "{x}", "{y}", "{z}"}, {"{x}", "{y}"}),
             "{z} has no meaning here");
   EXPECT_EQ(placeholder_problem({"move", "{x}", "{yy}"}, {"{x}", "{y}"}), "there is no \"{yy}\"");

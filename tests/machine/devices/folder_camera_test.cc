@@ -19,7 +19,7 @@ TEST(FolderCamera, ShowsPicturesInTheOrderOfTheirNamesUntilTheyEnd) {
   const Image first(5, 4, Image::kFullScale16, 1000);
   ASSERT_TRUE(write_png(folder.path() / "b.PNG", second));
   ASSERT_TRUE(write_png(folder.path() / "a.png", first));
-  ASSERT_TRUE(write_file(folder.path() / "aa.txt"));
+  ASSERT_TRUE(write_file(folder.path() / "aa.txt", "no picture"));
   const auto camera = open_folder_camera(folder.path());
   ASSERT_TRUE(camera) << camera.error().text();
   EXPECT_EQ((*camera)->take(), first);
@@ -35,7 +35,7 @@ TEST(FolderCamera, RefusesWhatIsNoFolderOfPictures) {
 
 TEST(FolderCamera, ADamagedPictureIsAnErrorAndNotPassedOver) {
   const test::TemporaryFolder folder;
-  ASSERT_TRUE(write_file(folder.path() / "a.png"));
+  ASSERT_TRUE(write_file(folder.path() / "a.png", "no picture"));
   ASSERT_TRUE(write_png(folder.path() / "b.png", Image(5, 4, 255)));
   const auto camera = open_folder_camera(folder.path());
   ASSERT_TRUE(camera);

@@ -15,6 +15,7 @@ namespace {
 
 using test::FailsWith;
 using test::IsNearPosition;
+using test::Reports;
 
 MeasurementRequest request(std::int64_t seq, double x_mm, double y_mm, InstancePath path) {
   MeasurementRequest request;
@@ -129,7 +130,7 @@ std::string refusal(std::string_view piece, std::string_view other) {
   const auto at = text.find(piece);
   EXPECT_NE(at, std::string::npos) << piece;
   const auto truth = parse_truth(text.replace(at, piece.size(), other), "truth.json");
-  return truth ? "accepted" : test::brief(truth.error());
+  return truth ? "accepted" : truth.error().text();
 }
 
 TEST(Truth, HolesOfRingsRoundTrip) {
@@ -139,8 +140,8 @@ TEST(Truth, HolesOfRingsRoundTrip) {
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_FALSE(read->targets[0].hole_offset);
   EXPECT_EQ(read->targets[1].hole_offset, written.targets[1].hole_offset);
-  EXPECT_EQ(refusal("\"actual\":[1.5,2]", "\"actual\":[1.5,2],\"hole_offset\":[1]"),
-            "truth.json: error[truth-invalid]");
+  EXPECT_THAT(refusal("\"actual\":[1.5,2]", "\"actual\":[1.5,2],\"hole_offset\":[1]"),
+              Reports("truth.json: error[truth-invalid]", "\"hole_offset\"", "target 0"));
 }
 
 TEST(Truth, SaysHowTheStageErrs) {
@@ -168,16 +169,26 @@ TEST(Truth, SaysHowTheStageErrs) {
 }
 
 TEST(Truth, RefusesWhatIsNoTruth) {
-  EXPECT_EQ(refusal("\"truth\"", "\"camera\""), "truth.json: error[truth-invalid]");
-  EXPECT_EQ(refusal("\"version\":1", "\"version\":2"), "truth.json: error[truth-invalid]");
-  EXPECT_EQ(refusal("\"seed\":3", "\"seed\":-3"), "truth.json: error[truth-invalid]");
-  EXPECT_EQ(refusal("\"seed\":3", "\"sede\":3"), "truth.json: error[truth-invalid]");
-  EXPECT_EQ(refusal("[[1,0],[0,1]]", "[[1,0],[0,0]]"), "truth.json: error[truth-invalid]");
-  EXPECT_EQ(refusal("[[1,0],[0,1]]", "[[1,0]]"), "truth.json: error[truth-invalid]");
-  EXPECT_EQ(refusal("\"path\":[0,1]", "\"path\":[0,-1]"), "truth.json: error[truth-invalid]");
-  EXPECT_EQ(refusal("\"path\":[0,1]", "\"path\":[1,1]"), "truth.json: error[truth-invalid]");
-  EXPECT_EQ(refusal("\"seq\":1", "\"seq\":0"), "truth.json: error[truth-invalid]");
-  EXPECT_EQ(refusal("\"nominal\":[3,4]", "\"nominal\":[3]"), "truth.json: error[truth-invalid]");
+  EXPECT_THAT(refusal("\"truth\"", "\"camera\""),
+              Reports("truth.json: error[truth-invalid]", "\"kind\"", "\"camera\""));
+  EXPECT_THAT(refusal("\"version\":1", "\"version\":2"),
+              Reports("truth.json: error[truth-invalid]", "\"version\"", "2"));
+  EXPECT_THAT(refusal("\"seed\":3", "\"seed\":-3"),
+              Reports("truth.json: error[truth-invalid]", "\"seed\"", "-3"));
+  EXPECT_THAT(refusal("\"seed\":3", "\"sede\":3"),
+              Reports("truth.json: error[truth-invalid]", "\"sede\""));
+  EXPECT_THAT(refusal("[[1,0],[0,1]]", "[[1,0],[0,0]]"),
+              Reports("truth.json: error[truth-invalid]", "\"linear\""));
+  EXPECT_THAT(refusal("[[1,0],[0,1]]", "[[1,0]]"),
+              Reports("truth.json: error[truth-invalid]", "\"linear\"", "2 arrays"));
+  EXPECT_THAT(refusal("\"path\":[0,1]", "\"path\":[0,-1]"),
+              Reports("truth.json: error[truth-invalid]", "\"path\"", "[0,-1]"));
+  EXPECT_THAT(refusal("\"path\":[0,1]", "\"path\":[1,1]"),
+              Reports("truth.json: error[truth-invalid]", "instance 1"));
+  EXPECT_THAT(refusal("\"seq\":1", "\"seq\":0"),
+              Reports("truth.json: error[truth-invalid]", "target 1"));
+  EXPECT_THAT(refusal("\"nominal\":[3,4]", "\"nominal\":[3]"),
+              Reports("truth.json: error[truth-invalid]", "\"nominal\"", "target 1"));
   EXPECT_EQ(refusal("\"targets\":[", "\"targets\":["), "accepted");
 }
 

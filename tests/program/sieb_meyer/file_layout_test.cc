@@ -332,7 +332,6 @@ TEST(ToolTable1000, LineEndsInsideDoNotCount) {
 
 /// "The number of all $ given out must always be 91!"
 TEST(ToolTable1000, NinetyOneDollarSignsAreNeeded) {
-  const std::string expected = "six for each of 15 tools, 91 dollar signs in all";
   EXPECT_THAT(read_1000(repeated("$", 91)).diagnostics, IsEmpty());
   expect_refused(read_1000(repeated("$", 90)), "3:1", "89");
   expect_refused(read_1000(repeated("$", 92)), "3:1", "91");

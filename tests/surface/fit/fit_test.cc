@@ -175,7 +175,7 @@ TEST(SurfaceFit, SaysHowMuchTheProbesScatter) {
   for (ProbePoint& point : points) point.measured.sigma = 0.1 * point.measured.sigma;
   const SurfaceFit fit = fitted(points);
   EXPECT_NEAR(fit.noise_factor(), 10 * told, 1);
-  EXPECT_THAT(fit.summary(), ::testing::HasSubstr("what the probes say"));
+  EXPECT_THAT(fit.summary(), ::testing::HasSubstr("noise "));
 }
 
 TEST(SurfaceFit, MovesAndTurnsWithThePanel) {
