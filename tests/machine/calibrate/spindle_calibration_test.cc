@@ -114,7 +114,8 @@ TEST_F(SpindleCalibrationTest, NothingIsDrilledWhereNobodyLaysEntryMaterial) {
   coupon.has_entry_material = true;
   Recorder machine;
   const Prompt nobody = [](std::string_view what) -> Expected<void> {
-    return failure({Code::DeviceStage, {"coupon", 0, 0}, "nobody is there", std::string(what)});
+    return failure(
+        {Code::DeviceStage, {"coupon", 0, 0}, "no person at the terminal", std::string(what)});
   };
   const auto places = places_of_row(coupon, 0);
   EXPECT_THAT(drill_coupon(config_, coupon, places, machine, machine, nobody),

@@ -201,7 +201,7 @@ TEST_F(SpindleCameraRunTest, ThePromptMayRefuse) {
   const MachineConfig config =
       this->config(replaced(test::spindle_toml(), "rows = 6", "rows = 6\nentry_material = true"));
   const Prompt nobody = [](std::string_view what) -> Expected<void> {
-    return failure({Code::Usage, {"coupon", 0, 0}, "nobody is there", std::string(what)});
+    return failure({Code::Usage, {"coupon", 0, 0}, "no person at the terminal", std::string(what)});
   };
   EXPECT_THAT(calibrate(config, nobody), FailsWith(Code::Usage));
   int n_prompts = 0;

@@ -181,8 +181,7 @@ TEST(HeightMap, FillsWhereAWildProbeWasLeftOut) {
 TEST(HeightMap, RefusesToExtrapolateFarther) {
   const HeightMap map = made(warped(45), {.max_extrapolation = mm(3)});
   EXPECT_TRUE(map.height_at(at(152.9, 0)));
-  EXPECT_THAT(map.height_at(at(153.1, 0)),
-              FailsWith(Code::GridInvalid, "3.100 mm"));
+  EXPECT_THAT(map.height_at(at(153.1, 0)), FailsWith(Code::GridInvalid, "3.100 mm"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(map.height_at(at(0, nan)), FailsWith(Code::GridInvalid));
   const HeightMap none = made(warped(45), {.max_extrapolation = mm(0)});
