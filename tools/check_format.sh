@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Fails if a source file is not formatted, not ASCII, or has no licence line.
+# Fails if a source file is not formatted, not ASCII, has no licence line, or if prose has a denied word.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 status=0
@@ -15,4 +15,5 @@ if git ls-files -z '*.cc' '*.h' '*.def' '*.sh' '*.py' '*CMakeLists.txt' |
   echo "the files above have no SPDX line" >&2
   status=1
 fi
+python3 tools/check_words.py || status=1
 exit $status

@@ -73,7 +73,7 @@ struct SimCouponOptions : SimStops {
   std::optional<Position<frame::Machine>> mark;
   int mark_tool = 1;
   /// How far the spindle-camera offset of a machine that was just started is from that of the warm
-  /// one; what is left of it after a time t is cold exp(-t / warm_up).
+  /// one; after a time t the rest of it is cold exp(-t / warm_up).
   Displacement<frame::Machine> cold;
   Time warm_up = seconds(600);
 };

@@ -26,8 +26,8 @@ struct NightJob {
   bool is_dry_run = false;
   /// Calibrate again what this night has calibrated already (somebody has cleaned the lens since).
   bool is_again = false;
-  std::optional<double> temperature_c = {};  ///< absent: [nightly] says where it stands, or nobody
-  std::function<void(std::string_view)> progress = {};  ///< a line each; empty: nobody listens
+  std::optional<double> temperature_c = {};             ///< absent: read as [nightly] states
+  std::function<void(std::string_view)> progress = {};  ///< a line each; empty: no output
   /// The machine's, if the caller holds it already: from before the devices were opened.
   const NightLock* lock = nullptr;
   std::vector<std::string> notes = {};  ///< what happened before, for the record

@@ -19,7 +19,7 @@ namespace panelcal {
 /// Owns the stage, the spindle and the camera that a calibration works with.
 class DeviceSet {
  public:
-  /// The virtual machine of [sim] and [sim.coupon]. Waiting moves its own clock. What is random is
+  /// The virtual machine of [sim] and [sim.coupon]. Waiting moves its own clock. Random parts are
   /// a function of [sim] seed and of the coupon's rows that are used up, so that two nights differ
   /// and one night repeats. The table's surface is that of `now`.
   ///

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "machine/sources/measurement_file_source.h"
 #include "program/writers/excellon_writer.h"
 #include <gtest/gtest.h>
+#include <panelcal/panelcal.h>
 
 #include "tests/support/matchers.h"
 
@@ -224,7 +224,7 @@ TEST(Correct, RefusesAnOffsetThatWasFoundLater) {
   const auto result = correct(job,
                               source,
                               machine_of("[spindle]\ncamera_offset_mm = [60, 0]\n"
-                                         "camera_offset_date = 2026-11-22\n"));
+                                         "camera_offset_date = 2026-11-22T00:00:00\n"));
   EXPECT_THAT(result, FailsWith(Code::ConfigValue, ""));
 }
 
