@@ -125,7 +125,7 @@ Eigen::Vector2d approach_difference(const CouponHole& hole, const CouponView& vi
   return {0.5 * (hole.approach.x - view.approach.x), 0.5 * (hole.approach.y - view.approach.y)};
 }
 
-bool is_sound_view(std::span<const CouponHole> holes) {
+bool is_sound(std::span<const CouponHole> holes) {
   return std::ranges::all_of(holes, [](const CouponHole& hole) {
     return hole.drilled.in_mm().allFinite() && is_approach(hole.approach) && !hole.views.empty() &&
            std::ranges::all_of(hole.views,

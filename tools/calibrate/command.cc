@@ -65,7 +65,7 @@ Expected<Answer> calibrate_answer(const CalibrateOptions& options, CommandContex
 }  // namespace calibrate
 
 ExitCode run_command(const CalibrateOptions& options, CommandContext& context) {
-  const Expected<calibrate::Answer> answer = calibrate::answer_to(options, context);
+  const Expected<calibrate::Answer> answer = calibrate::calibrate_answer(options, context);
   context.console.end_progress();
   if (!answer) {
     context.console.print(answer.error());

@@ -172,7 +172,7 @@ ExitCode run_command(const SurfaceOptions& options, CommandContext& context) {
     context.console.print(diagnostic);
     return exit_code(diagnostic);
   };
-  const Expected<surface::Answer> answer = surface::answer_to(options, context);
+  const Expected<surface::Answer> answer = surface::surface_answer(options, context);
   if (!answer) return fail(answer.error());
   if (const auto written = context.output.write(answer->text); !written) {
     return fail(written.error());
