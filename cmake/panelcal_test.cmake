@@ -7,6 +7,7 @@
 
 include(GoogleTest)
 include(panelcal_precompile)
+include(panelcal_unity)
 
 option(PANELCAL_SLOW_TESTS "Build the tests that are labelled slow as well" ON)
 
@@ -31,6 +32,7 @@ function(panelcal_test folder)
     target_compile_options(${folder}_test PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
   endif()
   panelcal_precompile(${folder}_test <gmock/gmock.h> <gtest/gtest.h>)
+  panelcal_unity(${folder}_test MAX 8)
   # An empty value would be lost on the way, and the next key be taken for it.
   if(arg_LABELS)
     list(APPEND arg_PROPERTIES LABELS "${arg_LABELS}")

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/panel/model.h"
 #include "calib/panel/system.h"
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 namespace panelcal {
 namespace {
@@ -42,12 +42,12 @@ internal::ModelJacobian basis(PanelModel model) {
 
 /// Square root of the pseudo-inverse of a symmetric 2 x 2 matrix with eigenvalues 0 to 1.
 Eigen::Matrix2d inverse_root(const Eigen::Matrix2d& m) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(m);
+  const internal::PlaneEigensystem eigen = internal::plane_eigensystem(m);
   Eigen::Vector2d roots = Eigen::Vector2d::Zero();
   for (int i = 0; i < 2; ++i) {
-    if (eigen.eigenvalues()[i] > kBlind) roots[i] = 1 / std::sqrt(eigen.eigenvalues()[i]);
+    if (eigen.values[i] > kBlind) roots[i] = 1 / std::sqrt(eigen.values[i]);
   }
-  return eigen.eigenvectors() * roots.asDiagonal() * eigen.eigenvectors().transpose();
+  return eigen.vectors * roots.asDiagonal() * eigen.vectors.transpose();
 }
 
 /// How a target's own residuals answer to its own lie.
@@ -67,7 +67,7 @@ Blindness blindness(const DesignTarget& target, const MapCovariance& cov) {
   identity(1, 1) = observes_y(target.axes) ? 1 : 0;
   out.n_observed = static_cast<int>(identity.trace());
   const Eigen::Matrix2d r = identity - out.jacobian * cov * out.jacobian.transpose();
-  const Eigen::Vector2d shares = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(r).eigenvalues();
+  const Eigen::Vector2d shares = internal::plane_eigensystem(r).values;
   out.n_visible = static_cast<int>((shares.array() > kBlind).count());
   out.least = out.n_observed == 2 ? shares[0] : shares[1];
   out.inverse_root = inverse_root(r);
@@ -79,7 +79,7 @@ Eigen::Vector2d alikeness(const Blindness& a, const Blindness& b, const MapCovar
   const Eigen::Matrix2d between = -a.jacobian * cov * b.jacobian.transpose();
   const Eigen::Matrix2d white = a.inverse_root * between * b.inverse_root;
   const Eigen::Matrix2d square = white.transpose() * white;
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(square).eigenvalues().reverse();
+  return internal::plane_eigensystem(square).values.reverse();
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
+#include "calib/base/linear_algebra.h"
 
 namespace panelcal::internal {
 namespace {
@@ -34,8 +34,7 @@ bool is_positive_semidefinite(const Eigen::MatrixXd& cov) {
   }
   if (!correlation.allFinite()) return false;
   if (n == 0) return true;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues().minCoeff() >= -kRounding;
+  return internal::eigenvalues(correlation).values.minCoeff() >= -kRounding;
 }
 
 }  // namespace

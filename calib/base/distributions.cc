@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/base/quadrature.h"
-#include <Eigen/Eigenvalues>
 
 namespace panelcal {
 namespace {
@@ -127,12 +127,12 @@ double exceedance_about(const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov,
     return normal_exceedance((radius - mean(0)) / s) + normal_exceedance((radius + mean(0)) / s);
   }
   const Eigen::Matrix2d flat = cov.topLeftCorner<2, 2>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(flat);
-  const Eigen::Vector2d along = solver.eigenvectors().transpose() * mean.head<2>();
+  const internal::PlaneEigensystem eigen = internal::plane_eigensystem(flat);
+  const Eigen::Vector2d along = eigen.vectors.transpose() * mean.head<2>();
   // A direction that is nearly exact counts as a millionth of the radius wide.
   const double least = 1e-12 * radius * radius;
-  const double s1 = std::sqrt(std::max(least, solver.eigenvalues()(0)));
-  const double s2 = std::sqrt(std::max(least, solver.eigenvalues()(1)));
+  const double s1 = std::sqrt(std::max(least, eigen.values(0)));
+  const double s2 = std::sqrt(std::max(least, eigen.values(1)));
   return std::clamp(1 - inside_disc(along, s1, s2, radius), 0.0, 1.0);
 }
 

@@ -7,10 +7,10 @@
 #include <span>
 #include <utility>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/camera/problem.h"
 #include "calib/camera/start.h"
 #include "calib/panel/model_choice.h"
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <fmt/format.h>
 
@@ -117,7 +117,7 @@ CameraModelCovariance covariance_of(const CameraModelCovariance& normal,
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) part(i, j) = normal(at(i), at(j)) * unit[i] * unit[j];
   }
-  const Eigen::MatrixXd inverse = part.llt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd inverse = internal::Cholesky(part).inverse();
   CameraModelCovariance cov = CameraModelCovariance::Zero();
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) {

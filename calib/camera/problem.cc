@@ -7,9 +7,9 @@
 #include <optional>
 #include <utility>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/camera/circle_bias.h"
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <ceres/ceres.h>
 
@@ -150,14 +150,14 @@ ceres::Solver::Options solver_options() {
 MatrixXd pseudo_inverse(const MatrixXd& normal, const Eigen::VectorXd& before, int& rank) {
   Eigen::VectorXd unit = before;
   for (double& value : unit) value = value > 0 ? 1 / std::sqrt(value) : 0;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(unit.asDiagonal() * normal *
-                                                      unit.asDiagonal());
-  Eigen::VectorXd inverse = modes.eigenvalues();
+  const internal::Eigensystem modes =
+      internal::eigensystem(unit.asDiagonal() * normal * unit.asDiagonal());
+  Eigen::VectorXd inverse = modes.values;
   for (double& value : inverse) {
     rank += value > kCameraGauge;
     value = value > kCameraGauge ? 1 / value : 0;
   }
-  const MatrixXd scaled = unit.asDiagonal() * modes.eigenvectors();
+  const MatrixXd scaled = unit.asDiagonal() * modes.vectors;
   return scaled * inverse.asDiagonal() * scaled.transpose();
 }
 

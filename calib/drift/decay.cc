@@ -8,8 +8,7 @@
 #include <set>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
+#include "calib/base/linear_algebra.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -65,7 +64,7 @@ Decay project_decay(const std::vector<DecaySample>& samples,
                     double time_constant,
                     double frequency) {
   const Eigen::MatrixXd a = columns(samples, shape, time_constant, frequency);
-  const Eigen::MatrixXd x = a.colPivHouseholderQr().solve(values);
+  const Eigen::MatrixXd x = internal::solve_least_squares(a, values);
   Decay out;
   out.shape = shape;
   out.time_constant = time_constant;
@@ -126,7 +125,7 @@ Decay refine(const std::vector<DecaySample>& samples, const Eigen::MatrixXd& val
     Eigen::MatrixXd normal = j.transpose() * j;
     const Eigen::VectorXd right = j.transpose() * residuals(samples, values, best);
     normal.diagonal() *= 1 + damping;
-    const Eigen::VectorXd change = normal.ldlt().solve(right);
+    const Eigen::VectorXd change = internal::solve_symmetric(normal, right);
     if (!change.allFinite()) break;
     const double log_step = std::clamp(change(0), -1.0, 1.0);
     const Decay next = project_decay(samples,
@@ -185,11 +184,10 @@ bool finish_decay(const std::vector<DecaySample>& samples, Decay& d) {
   if (!(scale.minCoeff() > 0)) return false;
   const Eigen::VectorXd inverse = scale.cwiseInverse();
   const Eigen::MatrixXd scaled = j * inverse.asDiagonal();
-  const Eigen::LLT<Eigen::MatrixXd> solver(Eigen::MatrixXd(scaled.transpose() * scaled));
+  const internal::Cholesky solver(scaled.transpose() * scaled);
   constexpr double kOpen = 1e-12;
-  if (solver.info() != Eigen::Success || !(solver.rcond() > kOpen)) return false;
-  d.cov = inverse.asDiagonal() * solver.solve(Eigen::MatrixXd::Identity(j.cols(), j.cols())) *
-          inverse.asDiagonal();
+  if (!solver.is_definite() || !(solver.rcond() > kOpen)) return false;
+  d.cov = inverse.asDiagonal() * solver.inverse() * inverse.asDiagonal();
   d.degrees_of_freedom = static_cast<int>(j.rows() - j.cols());
   return true;
 }

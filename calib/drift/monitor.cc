@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/charts/run_length.h"
 #include "calib/drift/amount.h"
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -36,9 +36,8 @@ Eigen::VectorXd independent_scores(const DriftPrediction& prediction,
   }
   Eigen::MatrixXd correlation = kMostCorrelation * prediction.correlation;
   correlation.diagonal().setOnes();
-  const Eigen::LLT<Eigen::MatrixXd> root(correlation);
-  if (root.info() != Eigen::Success) return scores;
-  return root.matrixL().solve(scores);
+  const internal::Cholesky root(correlation);
+  return root.is_definite() ? root.whiten(scores) : scores;
 }
 
 Expected<void> WatchOptions::validate() const {

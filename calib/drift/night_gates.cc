@@ -5,10 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/charts/run_length.h"
 #include "calib/drift/amount.h"
 #include "calib/drift/monitor.h"
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -18,10 +18,10 @@ namespace {
 /// Largest standard deviation in any direction; NaN where the covariance is not positive
 /// semidefinite.
 double largest_sigma(const Eigen::MatrixXd& cov) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(cov, Eigen::EigenvaluesOnly);
+  const Eigen::VectorXd variances = internal::eigenvalues(cov).values;
   constexpr double kRounding = 1e-9;
-  const double largest = solver.eigenvalues().maxCoeff();
-  if (solver.eigenvalues().minCoeff() < -kRounding * std::abs(largest)) return std::nan("");
+  const double largest = variances.maxCoeff();
+  if (variances.minCoeff() < -kRounding * std::abs(largest)) return std::nan("");
   return std::sqrt(largest);
 }
 

@@ -4,9 +4,9 @@
 #include <set>
 #include <utility>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/base/strict_json.h"
 #include "calib/ledger/entry_text.h"
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -125,9 +125,9 @@ bool is_entry_covariance(const Eigen::MatrixXd& cov) {
   }
   if (!correlation.allFinite()) return false;
   if (n == 0) return true;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation, Eigen::EigenvaluesOnly);
-  return solver.info() == Eigen::Success &&
-         solver.eigenvalues().minCoeff() >= -kCovarianceRounding * static_cast<double>(n);
+  const internal::Eigensystem eigen = internal::eigenvalues(correlation);
+  return eigen.has_converged &&
+         eigen.values.minCoeff() >= -kCovarianceRounding * static_cast<double>(n);
 }
 
 Expected<void> check_covariance(const LedgerRecord& record, const std::string& file) {

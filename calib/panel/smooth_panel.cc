@@ -3,9 +3,9 @@
 
 #include <cmath>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/panel/smoothing.h"
 #include "calib/panel/system.h"
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
@@ -94,15 +94,14 @@ std::optional<Split> split(const Equations& equations, const Eigen::Matrix2Xd& k
   out.lift = q.leftCols(6) *
              r.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(MatrixXd::Identity(6, 6)));
   const MatrixXd complement = q.rightCols(n_equations - 6);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(complement.transpose() * out.plates *
-                                                      complement);
-  if (modes.info() != Eigen::Success) return std::nullopt;
+  const Eigensystem modes = eigensystem(complement.transpose() * out.plates * complement);
+  if (!modes.has_converged) return std::nullopt;
   const double possible = (equations.b * equations.b.transpose()).trace();
-  const VectorXd& d = modes.eigenvalues();
+  const VectorXd& d = modes.values;
   if (!(d.maxCoeff() > kNoBending * possible)) return std::nullopt;
   // Rounding is no mode that bends.
   out.d = (d.array() > kNoBending * possible).select(d, 0);
-  out.rest = complement * modes.eigenvectors();
+  out.rest = complement * modes.vectors;
   out.z = out.rest.transpose() * equations.y;
   return out;
 }

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "calib/base/chi_square.h"
+#include "calib/base/linear_algebra.h"
 #include "calib/spindle/coupon_design.h"
 #include "calib/spindle/f_exceedance.h"
 #include "calib/spindle/variance_components.h"
-#include <Eigen/Cholesky>
 
 namespace panelcal {
 namespace {
@@ -71,7 +71,7 @@ double chance_of_hole(const Model& model, const MixedFit& others, std::size_t i_
   const Indices alone = {i_hole};
   const auto group = internal::observations_of(model.holes, alone, model.backlash);
   const GroupDeviation deviation = internal::deviation_of_other(others, group);
-  const double t2 = deviation.mean_mm.dot(deviation.cov_mm2.llt().solve(deviation.mean_mm));
+  const double t2 = internal::squared_distance(deviation.mean_mm, deviation.cov_mm2);
   return f_exceedance(t2 / 2, 2, others.degrees_of_freedom.head<2>().minCoeff());
 }
 
@@ -136,7 +136,7 @@ std::optional<ResidualTrend> trend_of(const Model& model,
   trend.rotation_sigma_rad = std::sqrt(cov(0, 0));
   trend.scale_ppm = 1e6 * slope.y();
   trend.scale_sigma_ppm = 1e6 * std::sqrt(cov(1, 1));
-  trend.chance = f_exceedance(slope.dot(cov.llt().solve(slope)) / 2, 2, n_free);
+  trend.chance = f_exceedance(internal::squared_distance(slope, cov) / 2, 2, n_free);
   trend.is_significant = trend.chance < model.options.significance;
   return trend;
 }

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "calib/base/linear_algebra.h"
 
 namespace panelcal::internal {
 namespace {
@@ -84,13 +83,13 @@ std::optional<RestrictedLikelihood::Normal> RestrictedLikelihood::normal_equatio
     const Eigen::VectorXd& theta) const {
   Normal normal{Eigen::MatrixXd::Zero(n_fixed(), n_fixed()), Eigen::VectorXd::Zero(n_fixed())};
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    const Eigen::LLT<Eigen::MatrixXd> root(covariance(i, theta));
-    if (root.info() != Eigen::Success) return std::nullopt;
-    const Eigen::MatrixXd x = root.matrixL().solve(blocks_[i].design);
-    const Eigen::VectorXd y = root.matrixL().solve(blocks_[i].value);
+    const Cholesky root(covariance(i, theta));
+    if (!root.is_definite()) return std::nullopt;
+    const Eigen::MatrixXd x = root.whiten(blocks_[i].design);
+    const Eigen::VectorXd y = root.whiten(blocks_[i].value);
     normal.matrix += x.transpose() * x;
     normal.right += x.transpose() * y;
-    normal.log_determinant += 2 * root.matrixLLT().diagonal().array().log().sum();
+    normal.log_determinant += root.log_determinant();
   }
   return normal;
 }
@@ -102,21 +101,20 @@ std::optional<LikelihoodState> RestrictedLikelihood::at(const Eigen::VectorXd& t
   if (!(root.array() > 0).all() || !root.allFinite()) return std::nullopt;
   const Eigen::VectorXd by_root = root.cwiseInverse();
   const Eigen::MatrixXd scaled = by_root.asDiagonal() * normal->matrix * by_root.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-  if (!(eigen.eigenvalues().minCoeff() > kSingular)) return std::nullopt;
+  const Eigensystem eigen = eigensystem(scaled);
+  if (!(eigen.values.minCoeff() > kSingular)) return std::nullopt;
 
   LikelihoodState state;
   state.theta = theta;
-  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n_fixed(), n_fixed());
-  const Eigen::MatrixXd inverse = scaled.llt().solve(unit);
+  const Eigen::MatrixXd inverse = Cholesky(scaled).inverse();
   state.cov = by_root.asDiagonal() * inverse * by_root.asDiagonal();
   state.fixed = state.cov * normal->right;
   // Of the residuals themselves: what is left of a difference of large numbers is noise.
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const Eigen::VectorXd r = blocks_[i].value - blocks_[i].design * state.fixed;
-    state.chi_square += r.dot(covariance(i, theta).llt().solve(r));
+    state.chi_square += r.dot(Cholesky(covariance(i, theta)).solve(r));
   }
-  state.log_likelihood = -0.5 * (normal->log_determinant + eigen.eigenvalues().array().log().sum() +
+  state.log_likelihood = -0.5 * (normal->log_determinant + eigen.values.array().log().sum() +
                                  2 * root.array().log().sum() + state.chi_square);
   if (!std::isfinite(state.log_likelihood)) return std::nullopt;
   return state;
@@ -129,7 +127,7 @@ void RestrictedLikelihood::differentiate(LikelihoodState& state) const {
   state.information = Eigen::MatrixXd::Zero(size, size);
   std::vector<Eigen::MatrixXd> a(n, Eigen::MatrixXd::Zero(n_fixed(), n_fixed()));
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    const Eigen::LLT<Eigen::MatrixXd> factor(covariance(i, state.theta));
+    const Cholesky factor(covariance(i, state.theta));
     const Eigen::VectorXd r = blocks_[i].value - blocks_[i].design * state.fixed;
     const Eigen::MatrixXd wx = factor.solve(blocks_[i].design);
     const Eigen::VectorXd wr = factor.solve(r);

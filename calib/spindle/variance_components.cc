@@ -7,8 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/spindle/restricted_likelihood.h"
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 namespace panelcal::internal {
@@ -91,7 +91,7 @@ Eigen::VectorXd step_of(const LikelihoodState& state, bool is_plain) {
   } else {
     Eigen::MatrixXd ridged = information;
     ridged.diagonal() += 1e-12 * diagonal;
-    const Eigen::VectorXd wanted = ridged.ldlt().solve(score);
+    const Eigen::VectorXd wanted = solve_symmetric(ridged, score);
     step(free) = wanted;
   }
   return step;
@@ -135,7 +135,8 @@ Eigen::MatrixXd covariance_of_variances(const LikelihoodState& state, bool with_
   if (!free.empty()) {
     const Eigen::MatrixXd information = state.information(free, free);
     const auto size = static_cast<Eigen::Index>(free.size());
-    const Eigen::MatrixXd inverse = information.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(size, size);
+    const Eigen::MatrixXd inverse = solve_symmetric(information, unit);
     cov(free, free) = inverse;
   }
   for (Eigen::Index k = 0; with_zeros && k < n; ++k) {
@@ -164,7 +165,7 @@ GroupDeviation group_mean(const Eigen::VectorXd& residual, const Eigen::MatrixXd
   const Eigen::Index n = residual.size();
   Eigen::MatrixXd ones(n, 2);
   for (Eigen::Index k = 0; k < n; k += 2) ones.middleRows<2>(k) = Eigen::Matrix2d::Identity();
-  const Eigen::MatrixXd weights = v.llt().solve(ones);
+  const Eigen::MatrixXd weights = Cholesky(v).solve(ones);
   const Eigen::Matrix2d information = ones.transpose() * weights;
   GroupDeviation group;
   group.cov_mm2 = information.inverse();
@@ -199,7 +200,7 @@ MixedFit result_of(const RestrictedLikelihood& likelihood,
     const Eigen::MatrixXd v = likelihood.covariance(i, state.theta);
     GroupDeviation group = group_mean(block.value - block.design * state.fixed, v);
     fit.groups.push_back({scale_mm * group.mean_mm, scale_mm2 * group.cov_mm2});
-    const Eigen::MatrixXd gain = state.cov * v.llt().solve(block.design).transpose();
+    const Eigen::MatrixXd gain = state.cov * Cholesky(v).solve(block.design).transpose();
     for (std::size_t k = 0; k < block.from.size(); ++k) {
       fit.gain.middleCols<2>(static_cast<Eigen::Index>(2 * block.from[k])) =
           gain.middleCols<2>(static_cast<Eigen::Index>(2 * k));
@@ -223,7 +224,7 @@ std::optional<double> scale_of(std::span<const GroupedObservation> observations)
     normal += block.design.transpose() * block.design;
     right += block.design.transpose() * block.value;
   }
-  const Eigen::VectorXd fixed = normal.ldlt().solve(right);
+  const Eigen::VectorXd fixed = solve_symmetric(normal, right);
   double sum_mm2 = 0;
   Eigen::Index n = 0;
   for (const Block& block : *blocks) {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/table/geometry.h"
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -94,14 +94,13 @@ std::vector<Named> named_modes(const TableBasis& basis) {
 }  // namespace
 
 OpenModes find_open_modes(const TableBasis& basis, const MatrixXd& normal, double open_sigma_mm) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> information(basis.modes.transpose() * normal *
-                                                            basis.modes);
+  const Eigensystem information = eigensystem(basis.modes.transpose() * normal * basis.modes);
   Index n_open = 0;
-  for (const double value : information.eigenvalues()) {
+  for (const double value : information.values) {
     n_open += !(value > 1 / (open_sigma_mm * open_sigma_mm));
   }
   OpenModes open;
-  open.combinations = information.eigenvectors().leftCols(n_open);
+  open.combinations = information.vectors.leftCols(n_open);
   MatrixXd left = open.combinations;  // what the named ones have not yet explained
   for (Named& candidate : named_modes(basis)) {
     VectorXd mode = candidate.mode.normalized();
@@ -112,8 +111,8 @@ OpenModes find_open_modes(const TableBasis& basis, const MatrixXd& normal, doubl
     mode.normalize();
     // Combinations that are orthogonal to it, in the same space.
     left -= mode * (mode.transpose() * left);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> rest(left * left.transpose());
-    left = rest.eigenvectors().rightCols(left.cols() - 1);
+    const Eigensystem rest = eigensystem(left * left.transpose());
+    left = rest.vectors.rightCols(left.cols() - 1);
   }
   const std::vector<Named> named = named_modes(basis);
   for (Index k = 0; k < left.cols(); ++k) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
+#include "calib/base/linear_algebra.h"
 
 namespace panelcal::internal {
 namespace {
@@ -54,11 +54,10 @@ MatrixXd Smoother::matrix(double smoothing) const {
 /// Minus twice the logarithm of the restricted likelihood, but for a constant.
 double Smoother::badness(double log_smoothing) const {
   const double smoothing = std::exp(log_smoothing) * unit_;
-  const Eigen::LLT<MatrixXd> llt(matrix(smoothing));
-  if (llt.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-  const double determinant = 2 * llt.matrixLLT().diagonal().array().log().sum();
-  const double explained = system_.right_side().dot(llt.solve(system_.right_side()));
-  return determinant - rank_ * std::log(smoothing) - explained;
+  const Cholesky decomposed(matrix(smoothing));
+  if (!decomposed.is_definite()) return std::numeric_limits<double>::infinity();
+  const double explained = system_.right_side().dot(decomposed.solve(system_.right_side()));
+  return decomposed.log_determinant() - rank_ * std::log(smoothing) - explained;
 }
 
 double Smoother::best() const {
@@ -88,12 +87,12 @@ double Smoother::best() const {
 }
 
 std::optional<TableSolution> Smoother::solve(double smoothing) const {
-  const Eigen::LLT<MatrixXd> llt(matrix(smoothing));
-  if (llt.info() != Eigen::Success) return std::nullopt;
+  const Cholesky decomposed(matrix(smoothing));
+  if (!decomposed.is_definite()) return std::nullopt;
   TableSolution out;
   out.smoothing = smoothing;
-  out.table_mm = llt.solve(system_.right_side() + held_at_);
-  out.cov = llt.solve(MatrixXd::Identity(bending_.rows(), bending_.cols()));
+  out.table_mm = decomposed.solve(VectorXd(system_.right_side() + held_at_));
+  out.cov = decomposed.inverse();
   const MatrixXd share = out.cov * system_.normal();
   out.parameters = share.trace();
   out.taken_up = 2 * out.parameters - share.cwiseProduct(share.transpose()).sum();

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <complex>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "calib/base/linear_algebra.h"
 #include <Eigen/LU>
 
 namespace panelcal::internal {
@@ -170,13 +169,13 @@ void TableSystem::eliminate_poses() {
   VectorXd unit = before_;
   for (double& value : unit) value = value > 0 ? 1 / std::sqrt(value) : 0;
   const MatrixXd scaled = unit.asDiagonal() * normal_.bottomRightCorner(n, n) * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(scaled);
-  VectorXd inverse = modes.eigenvalues();
+  const Eigensystem modes = eigensystem(scaled);
+  VectorXd inverse = modes.values;
   for (double& value : inverse) {
     n_eliminated_ += value > kTableGauge;
     value = value > kTableGauge ? 1 / value : 0;
   }
-  const MatrixXd vectors = unit.asDiagonal() * modes.eigenvectors();
+  const MatrixXd vectors = unit.asDiagonal() * modes.vectors;
   const MatrixXd back = vectors * inverse.asDiagonal() * vectors.transpose();
   const MatrixXd cross = normal_.bottomLeftCorner(n, n_table_);
   const VectorXd poses = right_side_.tail(n);

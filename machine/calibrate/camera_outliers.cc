@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
+#include "calib/base/linear_algebra.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -31,7 +31,7 @@ std::vector<double> sigmas_off(const CameraData& data, const CameraFit& fit) {
   std::vector<double> out;
   for (std::size_t i = 0; i < data.seen.size(); ++i) {
     const Eigen::Vector2d& residual_px = fit.residuals[i].in_px();
-    out.push_back(std::sqrt(residual_px.dot(data.seen[i].seen.cov.llt().solve(residual_px))));
+    out.push_back(std::sqrt(internal::squared_distance(residual_px, data.seen[i].seen.cov)));
   }
   return out;
 }

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "calib/base/linear_algebra.h"
 #include "machine/calibrate/camera_outliers.h"
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -92,8 +92,7 @@ double corner_sigma_um(const CameraCalibration& camera) {
       const CameraModelJacobian j =
           model.by_parameters(position_px<frame::Image>(Eigen::Vector2d(x_px, y_px)));
       const Eigen::Matrix2d cov = j * camera.full->covariance * j.transpose();
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(cov, Eigen::EigenvaluesOnly);
-      worst_mm2 = std::max(worst_mm2, solver.eigenvalues().maxCoeff());
+      worst_mm2 = std::max(worst_mm2, internal::plane_eigenvalues(cov).maxCoeff());
     }
   }
   return std::sqrt(worst_mm2) * 1e3;

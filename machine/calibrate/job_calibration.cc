@@ -5,10 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/drift/night_gates.h"
 #include "machine/calibrate/coupon.h"
 #include "machine/look/picture_locator.h"
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -38,8 +38,7 @@ NightLimits limits_of(const MachineConfig& config) {
 }
 
 double largest_sigma_mm(const Eigen::Matrix2d& cov_mm2) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(cov_mm2, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
+  return std::sqrt(std::max(0.0, internal::plane_eigenvalues(cov_mm2).maxCoeff()));
 }
 
 std::string zoom_text(const std::optional<double>& zoom) {

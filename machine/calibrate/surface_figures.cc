@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
+#include "calib/base/linear_algebra.h"
 #include <Eigen/QR>
 #include <fmt/format.h>
 
@@ -86,9 +86,8 @@ Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& are
   const MatrixXd cov_mm2 =
       by_heights * map.surface().covariance_mm2(places) * by_heights.transpose();
   // What a model leaves no room for (the bow of a plane) has no variance, and by rounding less.
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (cov_mm2 + cov_mm2.transpose()));
-  const MatrixXd root =
-      solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  const internal::Eigensystem eigen = internal::eigensystem(0.5 * (cov_mm2 + cov_mm2.transpose()));
+  const MatrixXd root = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
   out.cov_mm2 = root * root.transpose();
   out.cov_mm2 = 0.5 * (out.cov_mm2 + out.cov_mm2.transpose()).eval();
   return out;

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "calib/base/linear_algebra.h"
 #include "machine/config/plate.h"
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -84,7 +84,7 @@ std::vector<TablePrediction> predict(const TableData& data,
     const Eigen::Vector2d error_mm = lies.in_mm() - view.axis_at.in_mm() -
                                      fit->map.error_mm(view.axis_at) - look.seen.position.in_mm();
     const Eigen::Matrix2d cov = look.seen.cov + fit->covariance_at(view.axis_at);
-    const double chi_square = error_mm.dot(cov.llt().solve(error_mm));
+    const double chi_square = internal::squared_distance(error_mm, cov);
     if (std::isfinite(chi_square)) out.push_back({i, error_mm, chi_square});
   }
   return out;

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
+#include "calib/base/linear_algebra.h"
 
 namespace panelcal::internal {
 namespace {
@@ -110,9 +110,7 @@ struct Tridiagonal {
 };
 
 bool is_determined(const MatrixXd& trend, double threshold) {
-  Eigen::ColPivHouseholderQR<MatrixXd> rank(trend);
-  rank.setThreshold(threshold);
-  return rank.rank() == trend.cols();
+  return internal::has_full_column_rank(trend, threshold);
 }
 
 bool is_better(const Bending& a, const Bending& b) {

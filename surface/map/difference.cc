@@ -7,9 +7,8 @@
 #include <utility>
 
 #include "calib/base/distributions.h"
+#include "calib/base/linear_algebra.h"
 #include "surface/fit/even_part.h"
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -70,13 +69,11 @@ struct Whitened {
   VectorXd values;
 
   bool is_determined(Index n_columns) const {
-    Eigen::ColPivHouseholderQR<MatrixXd> rank(model.leftCols(n_columns));
-    rank.setThreshold(kDependentDifference);
-    return rank.rank() == n_columns;
+    return internal::has_full_column_rank(model.leftCols(n_columns), kDependentDifference);
   }
   MatrixXd covariance(Index n) const {
     const MatrixXd normal = model.leftCols(n).transpose() * model.leftCols(n);
-    return normal.llt().solve(MatrixXd::Identity(n, n));
+    return internal::Cholesky(normal).inverse();
   }
   VectorXd solution(Index n) const {
     return covariance(n) * (model.leftCols(n).transpose() * values);
@@ -182,8 +179,8 @@ Expected<MapDifference> difference_of(const StoredMap& before, const StoredMap& 
                            .cwiseQuotient(out.half_mm);
     model.row(i) << 1, p.x(), p.y(), p.x() * p.x(), p.x() * p.y(), p.y() * p.y();
   }
-  const Eigen::LLT<MatrixXd> root(found.covariance_um2);
-  const Whitened whitened{root.matrixL().solve(model), root.matrixL().solve(found.values_um)};
+  const internal::Cholesky root(found.covariance_um2);
+  const Whitened whitened{root.whiten(model), root.whiten(found.values_um)};
   if (!whitened.is_determined(kTilt)) return nothing();
   const double scatter_dof =
       std::min(foreteller.degrees_of_freedom(), after.map.surface().degrees_of_freedom());

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/base/linear_algebra.h"
 #include "surface/fit/bending_likelihood.h"
 #include "surface/fit/fit.h"
-#include <Eigen/Cholesky>
 
 namespace panelcal::internal {
 namespace {
@@ -100,7 +100,7 @@ ProbeSearch::ProbeSearch(const ProbePlanRequest& request,
     const double sigma_mm = request.present[static_cast<std::size_t>(i)].measured.sigma.in_mm();
     own(i, i) += sigma_mm * sigma_mm;
   }
-  const MatrixXd root = own.llt().matrixL().solve(belief(present, all));
+  const MatrixXd root = Cholesky(own).whiten(belief(present, all));
   believed_ -= root.transpose() * root.rightCols(believed_.cols());
   variances_ -= root.leftCols(variances_.size()).colwise().squaredNorm().transpose();
 }
@@ -121,7 +121,7 @@ MatrixXd ProbeSearch::made_independent(const Indices& chosen, Index n_with) cons
     }
     own(i, i) += noise_mm2_;
   }
-  return own.llt().matrixL().solve(with);
+  return Cholesky(own).whiten(with);
 }
 
 VectorXd ProbeSearch::variances_given(const Indices& chosen) const {
@@ -184,7 +184,7 @@ std::size_t ProbeSearch::least_needed(const Indices& chosen) const {
     }
     own(i, i) += noise_mm2_;
   }
-  const MatrixXd inverse = own.llt().solve(MatrixXd::Identity(n, n));
+  const MatrixXd inverse = Cholesky(own).inverse();
   const MatrixXd weights = with_places * inverse;
   const VectorXd variances = variances_ - weights.cwiseProduct(with_places).rowwise().sum();
   std::size_t out = 0;

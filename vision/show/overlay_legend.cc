@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "calib/base/linear_algebra.h"
 #include "vision/show/other_candidates.h"
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -121,10 +121,10 @@ Legend legend_of(const Detection& detection, std::string_view title) {
 }
 
 UncertaintyEllipse uncertainty_ellipse(const Eigen::Matrix2d& cov_px2) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(cov_px2);
+  const PlaneEigensystem eigen = plane_eigensystem(cov_px2);
   const Eigen::Vector2d semi_px =
-      (kChiSquare95 * solver.eigenvalues()).cwiseMax(0).cwiseSqrt();  // ascending
-  return {semi_px[1] * solver.eigenvectors().col(1), semi_px[0] * solver.eigenvectors().col(0)};
+      (kChiSquare95 * eigen.values).cwiseMax(0).cwiseSqrt();  // ascending
+  return {semi_px[1] * eigen.vectors.col(1), semi_px[0] * eigen.vectors.col(0)};
 }
 
 double round_length(double v) {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
+#include "calib/base/linear_algebra.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -131,8 +131,7 @@ std::string structure_problem(const Raster& smooth, double noise, double contras
   // Noise has gradients as well: 1 / (8 pi s^4) of its variance behind a blur of sigma s.
   constexpr double kNoiseShare = 0.2;
   const double of_noise = kNoiseShare * noise * noise * static_cast<double>(smooth.values.size());
-  const Eigen::Vector2d eigenvalues =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(energy).eigenvalues();
+  const Eigen::Vector2d eigenvalues = plane_eigensystem(energy).values;
   if (eigenvalues[0] - of_noise < kMinBalance * eigenvalues[1]) {
     return "it shows parallel edges only, which do not determine the place along them";
   }
