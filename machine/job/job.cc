@@ -349,7 +349,7 @@ Diagnostic JobResult::refusal() const {
   auto found = std::ranges::find_if(kept, is_no_limit);
   if (found == kept.end()) found = std::ranges::find_if(kept, is_error);
   if (found != kept.end()) return *found;
-  return {Code::Internal, {}, "the job was not executed, and nothing says why", ""};
+  return {Code::Internal, {}, "the job was not executed, and no problem was reported", ""};
 }
 
 Expected<Job> read_job(const std::string& path,
