@@ -6,26 +6,38 @@ build_dir=$root/build/release
 log_dir=$root/build/log
 mkdir -p "$log_dir"
 
-# step NAME COMMAND...: one line a step; the command's output goes to a log, shown if it fails.
+# step NAME COMMAND...: one line a step; the command's output goes to a log, shown if it fails. A
+# terminal shows the last line of it, a file or a pipe the percentage every ten seconds.
 step() {
-  local name=$1 log start
+  local name=$1 log start=$SECONDS shown=$SECONDS pid status=0
   shift
   log=$log_dir/$(echo "$name" | tr -c 'a-z0-9\n' '_').log
-  start=$SECONDS
-  if [ -t 1 ]; then
-    "$@" >"$log" 2>&1 </dev/null &
-    local pid=$! status=0
-    while kill -0 "$pid" 2>/dev/null; do
+  "$@" >"$log" 2>&1 </dev/null &
+  pid=$!
+  while kill -0 "$pid" 2>/dev/null; do
+    if [ -t 1 ]; then
       printf '\r\033[2K%-34s %s' "$name" "$(tail -n 1 "$log" | cut -c 1-42)"
-      sleep 0.5
-    done
-    wait "$pid" || status=$?
-    printf '\r\033[2K'
-    [ "$status" -eq 0 ] || fail "$name" "$log" "$status"
-  else
-    "$@" >"$log" 2>&1 </dev/null || fail "$name" "$log" $?
-  fi
+    elif [ $((SECONDS - shown)) -ge 10 ]; then
+      shown=$SECONDS
+      printf '%-34s %s%d s\n' "$name" "$(percent_of "$log")" $((SECONDS - start))
+    fi
+    sleep 0.2
+  done
+  wait "$pid" || status=$?
+  [ ! -t 1 ] || printf '\r\033[2K'
+  [ "$status" -eq 0 ] || fail "$name" "$log" "$status"
   printf '%-34s done, %d s\n' "$name" $((SECONDS - start))
+}
+
+# percent_of LOG: "42 %, " from the last "[ 42%]" of a build or the last "12/345 Test" of a test run.
+percent_of() {
+  tail -n 50 "$1" | awk '
+    match($0, /^\[ *[0-9]+%\]/) { percent = substr($0, 2) + 0 }
+    match($0, /[0-9]+\/[0-9]+ +Test/) {
+      split(substr($0, RSTART, RLENGTH), n, "[/ ]")
+      percent = int(100 * n[1] / n[2])
+    }
+    END { if (percent != "") printf "%d %%, ", percent }'
 }
 
 fail() {

@@ -9,7 +9,8 @@
 #include "machine/config/ranges.h"
 #include "machine/config/tool_row.h"
 #include "program/geometry/dot_font.h"
-#include "program/sieb_meyer/settings.h"
+#include "program/sieb_meyer/plain_text.h"
+#include "program/walk/control_settings.h"
 #include "surface/control/memory.h"
 
 namespace panelcal::internal {

@@ -6,7 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "machine/job/job.h"
+#include "machine/config/machine_config.h"
+#include "machine/job/request.h"
+#include "machine/job/result.h"
 #include "program/judge/depth_errors.h"
 #include "program/judge/job_check.h"
 

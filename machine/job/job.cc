@@ -105,9 +105,7 @@ class JobRun {
       execute_job();
       find_worst_number();
     }
-    if (sinks_.log != nullptr) {
-      for (const Diagnostic& diagnostic : result_.log.kept()) sinks_.log->add(diagnostic);
-    }
+    if (sinks_.log != nullptr) *sinks_.log = result_.log;
     result_.survey = survey_;
     if (is_measured) return std::move(result_);
     return failure(result_.refusal());
@@ -240,7 +238,7 @@ class JobRun {
     if (sinks_.end_progress) sinks_.end_progress(sources.remark ? sources.remark() : "");
     if (found.has_errors()) return {};
     PANELCAL_CHECK(sources.targets->finish());
-    return found.has_errors() ? Expected<void>() : sources.probes->finish();
+    return sources.probes->finish();
   }
 
   WalkOptions measuring_walk() {
@@ -337,20 +335,6 @@ std::shared_ptr<Source> borrowed(Source& source) {
 }
 
 }  // namespace
-
-Diagnostic JobResult::refusal() const {
-  const auto is_error = [](const Diagnostic& diagnostic) {
-    return diagnostic.severity() == Severity::Error;
-  };
-  const auto is_no_limit = [&](const Diagnostic& diagnostic) {
-    return is_error(diagnostic) && !is_gate_failure(diagnostic);
-  };
-  const auto kept = log.kept();
-  auto found = std::ranges::find_if(kept, is_no_limit);
-  if (found == kept.end()) found = std::ranges::find_if(kept, is_error);
-  if (found != kept.end()) return *found;
-  return {Code::Internal, {}, "the job was not executed, and no problem was reported", ""};
-}
 
 Expected<Job> read_job(const std::string& path,
                        const MachineConfig& machine,

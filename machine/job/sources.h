@@ -17,8 +17,8 @@ namespace panelcal {
 
 /// What answers a job's questions.
 struct JobSources {
-  std::shared_ptr<MeasurementSource> targets;
-  std::shared_ptr<ProbeSource> probes;
+  std::shared_ptr<MeasurementSource> targets;  ///< never null
+  std::shared_ptr<ProbeSource> probes;         ///< never null
   std::string
       words;  ///< where the answers come from, for people: "recorded measurements in a.jsonl"
   std::function<std::string()> remark = {};  ///< for people, after the measuring; may be empty

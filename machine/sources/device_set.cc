@@ -14,6 +14,7 @@
 #include "machine/devices/command_stage.h"
 #include "machine/devices/table_stage.h"
 #include "machine/sim/sim_coupon.h"
+#include "machine/sim/sim_table.h"
 #include "machine/sim/sim_table_surface.h"
 #include "machine/sim/simulated_probe.h"
 

@@ -8,6 +8,7 @@
 
 #include "program/excellon/lexer.h"
 #include "program/excellon/tools.h"
+#include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include <fmt/format.h>
 
@@ -461,6 +462,10 @@ tl::expected<void, std::string> read_text_offset(std::string_view value,
   offset_mm.x() = x.value.in_mm();
   if (comma != std::string_view::npos) offset_mm.y() = y.value.in_mm();
   return {};
+}
+
+const Header& header_of(const Program& program) {
+  return static_cast<const Header&>(*program.head);
 }
 
 }  // namespace panelcal::excellon

@@ -10,9 +10,14 @@
 #include "calib/base/diagnostic.h"
 #include "program/excellon/lexer.h"
 #include "program/model/operation.h"
+#include "program/model/program_head.h"
 #include "program/text/number_format.h"
 #include "program/text/source_text.h"
 #include <tl/expected.hpp>
+
+namespace panelcal {
+struct Program;
+}  // namespace panelcal
 
 namespace panelcal::excellon {
 
@@ -23,27 +28,25 @@ struct HeaderSetting {
 };
 
 /// What a program says before its body.
-struct Header {
+struct Header : ProgramHead {
   NumberFormat format;
   bool states_format = false;              ///< unit known from the header or a CAM comment
   bool states_zeros = false;               ///< LZ or TZ, or a CAM comment to the same effect
   bool states_digits = false;              ///< digit counts from a CAM comment, whatever the unit
   std::string format_evidence;             ///< which line says so, for people
   ProgramSet set = ProgramSet::FormatTwo;  ///< FMAT
-  std::optional<int> axis_version;         ///< VER
-  std::map<int, Tool> tools;
-  std::map<int, int> tool_lines;              ///< where each tool is defined
   std::map<int, Length> compensation_values;  ///< CP: diameter by compensation index
-  bool body_rules = false;                    ///< OM48: the body's tool data win
   std::vector<HeaderSetting> settings;
-  bool incremental = false;                     ///< ICI,ON
-  std::optional<bool> block_delete;             ///< BLKD: blocks that begin with / are not executed
-  Displacement<frame::Programmed> text_offset;  ///< CAN_TEXT_OFF
+  bool incremental = false;                                        ///< ICI,ON
+  Displacement<frame::Programmed> text_offset;                     ///< CAN_TEXT_OFF
   std::optional<Displacement<frame::Programmed>> zero_set;         ///< Z
   std::optional<Displacement<frame::Programmed>> zero_correction;  ///< ZC
   int end_line = 0;           ///< of % or M95; 0: there is no header
   bool stops_at_end = false;  ///< % rather than M95
   LinePlace body;             ///< the first line behind the header
+
+  NumberFormat number_format() const override { return format; }
+  std::string number_summary() const override { return format.summary(); }
 };
 
 /// A header word for documents: `kind` is handled, passed or refused.
@@ -71,5 +74,10 @@ Header read_header(const SourceText& source,
 tl::expected<void, std::string> read_text_offset(std::string_view value,
                                                  const NumberFormat& format,
                                                  Eigen::Vector2d& offset_mm);
+
+/// The header of a program in this language.
+///
+/// Precondition: load_program() has read it, and its dialect is Excellon
+const Header& header_of(const Program& program);
 
 }  // namespace panelcal::excellon

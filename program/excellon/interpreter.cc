@@ -26,6 +26,7 @@ Interpreter::Interpreter(const Program& program,
                          DiagnosticLog& log,
                          TrialExecution* trial)
     : program_(program),
+      header_(header_of(program)),
       options_(options),
       trial_(trial),
       reporter_(
@@ -34,36 +35,35 @@ Interpreter::Interpreter(const Program& program,
           sink == nullptr || trial != nullptr ? Reporter::Level::All : Reporter::Level::ErrorsOnly,
           trial == nullptr ? nullptr : &trial->working_log),
       vision_(options, survey, source, reporter_, log),
-      emitter_(program.header.tools, options, place_, vision_.corrections(), reporter_, sink),
-      set_(program.header.set),
+      emitter_(header_.tools, options, place_, vision_.corrections(), reporter_, sink),
+      set_(header_.set),
       deletes_blocks_(program.deletes_blocks()),
-      cursor_(program.source.bytes, program.header.body),
-      format_(program.header.format),
+      cursor_(program.source.bytes, header_.body),
+      format_(header_.format),
       plain_(format_),
       axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
-      body_rules_(program.header.body_rules) {
-  modal_.incremental = program.header.incremental;
-  modal_.text_offset = program.header.text_offset;
-  states_unit_ = program.header.states_format;
+      body_rules_(header_.body_rules) {
+  modal_.incremental = header_.incremental;
+  modal_.text_offset = header_.text_offset;
+  states_unit_ = header_.states_format;
   const bool is_second_walk = sink != nullptr && trial == nullptr;
-  warned_format_ = is_second_walk || (program.header.states_format && program.header.states_zeros);
+  warned_format_ = is_second_walk || (header_.states_format && header_.states_zeros);
   place_.placement = frame_;
   place_.is_scaled = options.scaling && options.scaling->starts_enabled;
-  const auto correction = program.header.zero_correction;
+  const auto correction = header_.zero_correction;
   const auto zero = [this](const Displacement<frame::Programmed>& d) {
     return displacement_mm<frame::Machine>(frame_(d).in_mm());
   };
   place_.work_zero =
       options.absolute_zero +
       (correction ? zero(*correction) : displacement_mm<frame::Machine>(options.work_zero.in_mm()));
-  if (program.header.zero_set) place_.work_zero = place_.work_zero + zero(*program.header.zero_set);
+  if (header_.zero_set) place_.work_zero = place_.work_zero + zero(*header_.zero_set);
 }
 
 void Interpreter::end_at(std::size_t offset) {
   ends_early_ = true;
-  cursor_ =
-      LineCursor(std::string_view(program_.source.bytes).substr(0, offset), program_.header.body);
+  cursor_ = LineCursor(std::string_view(program_.source.bytes).substr(0, offset), header_.body);
 }
 
 void Interpreter::run() {
@@ -86,18 +86,17 @@ void Interpreter::run() {
 }
 
 void Interpreter::pass_on_header() {
-  const Header& header = program_.header;
-  for (const HeaderSetting& setting : header.settings) {
+  for (const HeaderSetting& setting : header_.settings) {
     if (is_tool_link(setting.text)) emitter_.links().link(setting.text);
     if (setting.text == "/") emitter_.links().clear();
     emitter_.put(setting.line, Setting{setting.text, SettingKind::Header});
   }
-  if (header.zero_set) {
-    emitter_.put(header.end_line,
-                 ZeroSet{displacement_mm<frame::Machine>(frame_(*header.zero_set).in_mm()),
+  if (header_.zero_set) {
+    emitter_.put(header_.end_line,
+                 ZeroSet{displacement_mm<frame::Machine>(frame_(*header_.zero_set).in_mm()),
                          place_.work_zero});
   }
-  if (header.stops_at_end) emitter_.put(header.end_line, Stop{.kind = StopKind::HeaderEnd});
+  if (header_.stops_at_end) emitter_.put(header_.end_line, Stop{.kind = StopKind::HeaderEnd});
 }
 
 /// Says once if anything but line ends and a rewind mark follows the end of the program.
@@ -178,7 +177,7 @@ void Interpreter::run_slashed(const SourceLine& line) {
     if (is_long_message(rest.text)) skip_message(cursor_, rest.text);
     return;
   }
-  const bool is_stated = program_.header.block_delete || program_.reading.block_delete;
+  const bool is_stated = header_.block_delete || program_.reading.block_delete;
   if (!is_stated && !std::exchange(warned_slash_, true)) {
     reporter_.report(Code::BlockDeleteAssumed,
                      line.number,

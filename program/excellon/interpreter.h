@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "program/excellon/canned_cycles.h"
+#include "program/excellon/header.h"
 #include "program/excellon/lexer.h"
 #include "program/excellon/step_repeat.h"
 #include "program/excellon/tools.h"
@@ -219,6 +220,7 @@ class Interpreter {
   }
 
   const Program& program_;
+  const Header& header_;
   const WalkOptions& options_;
   TrialExecution* trial_;
   Reporter reporter_;

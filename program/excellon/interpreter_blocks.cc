@@ -42,7 +42,7 @@ void Interpreter::warn_format(const Block& block, const Word& word) {
   const auto n_digits =
       std::ranges::count_if(word.number, [](char c) { return c >= '0' && c <= '9'; });
   const bool is_full = n_digits == format_.integer_digits + format_.decimal_digits;
-  const bool knows_zeros = program_.header.states_zeros || is_full;
+  const bool knows_zeros = header_.states_zeros || is_full;
   if (states_unit_ && knows_zeros) return;
   warned_format_ = true;
   reporter_.report(Code::FormatAssumed,

@@ -21,7 +21,7 @@ std::optional<Length> Interpreter::tool_diameter() const {
 /// The value of the tool's compensation index, which is its own number unless T#(#) says another.
 std::optional<Length> Interpreter::compensation_value() const {
   if (!tool_) return std::nullopt;
-  const auto& values = program_.header.compensation_values;
+  const auto& values = header_.compensation_values;
   const auto found = values.find(compensation_index_.value_or(tool_->number));
   return found == values.end() ? std::nullopt : std::optional(found->second);
 }

@@ -34,8 +34,8 @@ bool leave_to(const Tool& header, bool body_has_rates, Tool& said) {
 
 void Interpreter::select_tool(const Block& block) {
   if (refuse_while_plunged(block)) return;
-  const auto read = read_tool_block(
-      block, {format_, &program_.header.tools, program_.reading.diameter_page}, reporter_);
+  const auto read =
+      read_tool_block(block, {format_, &header_.tools, program_.reading.diameter_page}, reporter_);
   if (!read) return;
   tool_ = known_tool(block, *read);
   compensation_index_ = read->compensation_index;
@@ -47,10 +47,10 @@ void Interpreter::select_tool(const Block& block) {
 /// Source CNC-7 manual, Keyboard and Header Commands vs. Body Commands
 Tool Interpreter::known_tool(const Block& block, const ToolBlock& read) {
   const int number = read.tool.number;
-  const auto defined = program_.header.tools.find(number);
-  const bool is_defined = defined != program_.header.tools.end();
+  const auto defined = header_.tools.find(number);
+  const bool is_defined = defined != header_.tools.end();
   const bool is_bare = read.tool == Tool{.number = number};
-  if (number > 0 && !is_defined && is_bare && !program_.header.tools.empty() &&
+  if (number > 0 && !is_defined && is_bare && !header_.tools.empty() &&
       undefined_tools_.insert(number).second) {
     report(Code::ToolUndefined, block, block.words[0], "a tool that the header defines");
   }
@@ -88,8 +88,8 @@ void Interpreter::rate(const Block& block) {
   if (!tool_ || tool_->number == 0) {
     return report(Code::ToolMissing, block, word, "T# before it: the rate is the tool's");
   }
-  const auto defined = program_.header.tools.find(tool_->number);
-  const bool body_wins = body_rules_ || body_rates_ || defined == program_.header.tools.end() ||
+  const auto defined = header_.tools.find(tool_->number);
+  const bool body_wins = body_rules_ || body_rates_ || defined == header_.tools.end() ||
                          !(word.letter == 'F' ? defined->second.infeed : defined->second.retract);
   if (!body_wins) {
     return report(Code::ToolDataIgnored, block, word, "the header's data, which are used");
@@ -122,7 +122,7 @@ void Interpreter::set_zero(const Block& block) {
   }
   const auto set = displacement_mm<frame::Programmed>(*words.xy_mm[0], *words.xy_mm[1]);
   const auto zero_set = displacement_mm<frame::Machine>(axes_(set).in_mm());
-  const auto correction = program_.header.zero_correction;
+  const auto correction = header_.zero_correction;
   place_.work_zero = options_.absolute_zero +
                      displacement_mm<frame::Machine>(correction ? axes_(*correction).in_mm()
                                                                 : options_.work_zero.in_mm()) +
@@ -146,14 +146,14 @@ void Interpreter::set_unit(const Block& block, LengthUnit unit) {
   const auto has_length = [](const auto& numbered) {
     return numbered.second.diameter || numbered.second.depth_offset;
   };
-  if (!program_.header.states_format && std::ranges::any_of(program_.header.tools, has_length)) {
+  if (!header_.states_format && std::ranges::any_of(header_.tools, has_length)) {
     report(Code::FormatAssumed,
            block,
            block.words[0],
            "the unit in the header, whose diameters are read as " + format_.summary());
   }
   format_.unit = unit;
-  if (!program_.header.states_digits) {
+  if (!header_.states_digits) {
     format_.integer_digits = unit == LengthUnit::Inch ? 2 : 3;
     format_.decimal_digits = unit == LengthUnit::Inch ? 4 : 3;
   }

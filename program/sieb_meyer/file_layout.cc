@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "program/sieb_meyer/lexer.h"
+#include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include <fmt/format.h>
 
@@ -287,6 +288,10 @@ FileLayout read_layout(const SourceText& source, DiagnosticLog& log) {
     TableReader(layout, reporter).read(LineCursor(source.bytes, *table));
   }
   return layout;
+}
+
+const FileLayout& layout_of(const Program& program) {
+  return static_cast<const FileLayout&>(*program.head);
 }
 
 }  // namespace panelcal::sieb_meyer

@@ -9,8 +9,13 @@
 
 #include "calib/base/diagnostic.h"
 #include "program/model/operation.h"
+#include "program/model/program_head.h"
 #include "program/sieb_meyer/numbers.h"
 #include "program/text/source_text.h"
+
+namespace panelcal {
+struct Program;
+}  // namespace panelcal
 
 namespace panelcal::sieb_meyer {
 
@@ -21,15 +26,16 @@ inline constexpr NumberFormat kMetricFormat = {.unit = LengthUnit::Millimeter,
                                                .decimal_digits = 3};
 
 /// A file as its marks divide it: comments, %% and the format, program lines, $ and the tool table.
-struct FileLayout {
+struct FileLayout : ProgramHead {
   FileFormat format = FileFormat::F5000;
-  int head_line = 0;         ///< of the %%
-  LinePlace body;            ///< behind the %%
-  std::size_t body_end = 0;  ///< where the $ stands, or the end of the text
-  std::map<int, Tool> tools;
-  std::map<int, int> tool_lines;
+  int head_line = 0;                          ///< of the %%
+  LinePlace body;                             ///< behind the %%
+  std::size_t body_end = 0;                   ///< where the $ stands, or the end of the text
   std::map<int, std::vector<int>> magazines;  ///< of a tool, in order
   std::map<int, Time> dwells;                 ///< A: how long a tool stays down
+
+  NumberFormat number_format() const override { return kMetricFormat; }
+  std::string number_summary() const override { return summary(format); }
 };
 
 /// A line of two percent signs, with or without a format, comes before anything that opens an
@@ -45,5 +51,10 @@ bool is_program(std::string_view bytes);
 /// Source SIEB & MEYER CNC 8x.00 Command Set, appendix A
 /// See    tests/program/sieb_meyer/file_layout_test.cc
 FileLayout read_layout(const SourceText& source, DiagnosticLog& log);
+
+/// The layout of a program in this language.
+///
+/// Precondition: load_program() has read it, and its dialect is SiebMeyer
+const FileLayout& layout_of(const Program& program);
 
 }  // namespace panelcal::sieb_meyer

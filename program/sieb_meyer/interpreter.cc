@@ -29,9 +29,10 @@ Interpreter::Interpreter(const Program& program,
                          Survey& survey,
                          const WalkEnds& ends)
     : program_(program),
+      layout_(layout_of(program)),
       options_(options),
       trial_(ends.trial),
-      format_(program.layout.format),
+      format_(layout_.format),
       plain_(plain_format(format_)),
       reporter_(program.source.file,
                 ends.log,
@@ -39,8 +40,7 @@ Interpreter::Interpreter(const Program& program,
                                                               : Reporter::Level::ErrorsOnly,
                 ends.trial == nullptr ? nullptr : &ends.trial->working_log),
       measuring_(options, survey, ends.measurements, reporter_, ends.log),
-      emitter_(
-          program.layout.tools, options, place_, measuring_.corrections(), reporter_, ends.sink),
+      emitter_(layout_.tools, options, place_, measuring_.corrections(), reporter_, ends.sink),
       optical_(measuring_, options, reporter_),
       settings_(options.sieb_meyer),
       surface_(settings_, survey, ends.probes, reporter_, ends.log),
@@ -54,15 +54,14 @@ Interpreter::Interpreter(const Program& program,
 
 void Interpreter::run() {
   const SourceText& source = program_.source;
-  const FileLayout& layout = program_.layout;
   sections_ = scan_sections(source.bytes,
-                            layout.body,
-                            layout.body_end,
+                            layout_.body,
+                            layout_.body_end,
                             {.format = format_, .deletes_blocks = deletes_blocks_},
                             reporter_);
   if (!sections_.is_sound) return;
   text_ = {source.bytes, {}, &sections_};
-  run_text(text_, sections_.roots, layout.body, layout.body_end);
+  run_text(text_, sections_.roots, layout_.body, layout_.body_end);
   if (has_ended()) return;
   end_program();
 }

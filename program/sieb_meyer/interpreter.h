@@ -12,6 +12,7 @@
 #include "program/sieb_meyer/cnc_commands.h"
 #include "program/sieb_meyer/corner_rounding.h"
 #include "program/sieb_meyer/drill_patterns.h"
+#include "program/sieb_meyer/file_layout.h"
 #include "program/sieb_meyer/lexer.h"
 #include "program/sieb_meyer/optical.h"
 #include "program/sieb_meyer/order.h"
@@ -19,6 +20,7 @@
 #include "program/sieb_meyer/sections.h"
 #include "program/sieb_meyer/surface_commands.h"
 #include "program/text/plain_coordinate.h"
+#include "program/walk/dialect.h"
 #include "program/walk/emitter.h"
 #include "program/walk/hole_sequence.h"
 #include "program/walk/options.h"
@@ -28,16 +30,6 @@
 #include "program/walk/trial_execution.h"
 
 namespace panelcal::sieb_meyer {
-
-/// Where a walk takes its answers from and puts its operations. The first walk has sources and no
-/// sink, the second a sink and no sources.
-struct WalkEnds {
-  MeasurementSource* measurements = nullptr;
-  ProbeSource* probes = nullptr;
-  OperationSink* sink = nullptr;
-  DiagnosticLog& log;
-  TrialExecution* trial = nullptr;
-};
 
 /// One walk over a program. With a sink it executes; without one it measures and checks. With a
 /// trial, sources and a sink it does both until the trial is over.
@@ -231,6 +223,7 @@ class Interpreter {
   bool keeps_structure() const { return options_.structure == Structure::Kept; }
 
   const Program& program_;
+  const FileLayout& layout_;
   const WalkOptions& options_;
   TrialExecution* trial_;
   FileFormat format_;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "program/sieb_meyer/lexer.h"
-#include "program/sieb_meyer/settings.h"
+#include "program/walk/control_settings.h"
 #include "program/walk/measuring.h"
 
 namespace panelcal::sieb_meyer {

@@ -9,23 +9,11 @@
 #include <vector>
 
 #include "program/geometry/dot_font.h"
+#include "program/walk/control_settings.h"
 #include <Eigen/Core>
 #include <tl/expected.hpp>
 
 namespace panelcal::sieb_meyer {
-
-/// What the text variables of M97 and M98 stand for. Small letters are drilled as capitals.
-struct TextVariables {
-  std::string date;           ///< &D, dd/mm/yyyy (the manual's second slash in dd//mm is a slip)
-  std::string time;           ///< &T, hh:mm:ss
-  std::string file;           ///< &F, without its extension
-  std::string extension;      ///< &E, without the dot
-  std::string module;         ///< &M
-  int spindle = 1;            ///< &P and &S; counts from 1
-  int breakage_counter = 0;   ///< &B
-  int run = 1;                ///< &N and &V
-  std::string operator_text;  ///< *, what the OPID setting says
-};
 
 /// A row of holes on a character's lowest grid row, in place of a character.
 struct HoleRow {

@@ -11,7 +11,7 @@
 
 #include "calib/base/diagnostic.h"
 #include "program/model/operation.h"
-#include "program/sieb_meyer/settings.h"
+#include "program/walk/control_settings.h"
 #include "program/walk/probing.h"
 #include "program/walk/reporter.h"
 #include "program/walk/survey.h"

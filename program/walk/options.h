@@ -17,7 +17,7 @@
 #include "calib/panel/gates.h"
 #include "program/model/board_depths.h"
 #include "program/model/operation.h"
-#include "program/sieb_meyer/settings.h"
+#include "program/walk/control_settings.h"
 
 namespace panelcal {
 

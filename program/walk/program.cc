@@ -4,12 +4,7 @@
 namespace panelcal {
 
 bool Program::deletes_blocks() const {
-  return header.block_delete.value_or(reading.block_delete.value_or(false));
-}
-
-std::string Program::number_summary() const {
-  return dialect == Dialect::Excellon ? header.format.summary()
-                                      : sieb_meyer::summary(layout.format);
+  return head->block_delete.value_or(reading.block_delete.value_or(false));
 }
 
 }  // namespace panelcal

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <map>
+#include <memory>
 #include <string>
 
-#include "program/excellon/header.h"
 #include "program/model/operation.h"
-#include "program/sieb_meyer/file_layout.h"
+#include "program/model/program_head.h"
 #include "program/text/source_text.h"
 #include "program/walk/options.h"
 
@@ -16,22 +17,17 @@ namespace panelcal {
 struct Program {
   SourceText source;
   Dialect dialect = Dialect::Excellon;
-  excellon::Header header;        ///< of an Excellon program
-  sieb_meyer::FileLayout layout;  ///< of a SIEB & MEYER program
+  std::shared_ptr<const ProgramHead> head = std::make_shared<ProgramHead>();  ///< never null
   /// The stored patterns or subprograms it names.
   std::map<std::string, SourceText, std::less<>> patterns;
   ReadOptions reading;
 
   bool deletes_blocks() const;  ///< blocks that begin with / are left out
-  int axis_version() const { return header.axis_version.value_or(reading.axis_version); }
-  const std::map<int, Tool>& tools() const {
-    return dialect == Dialect::Excellon ? header.tools : layout.tools;
-  }
-  const std::map<int, int>& tool_lines() const {
-    return dialect == Dialect::Excellon ? header.tool_lines : layout.tool_lines;
-  }
+  int axis_version() const { return head->axis_version.value_or(reading.axis_version); }
+  const std::map<int, Tool>& tools() const { return head->tools; }
+  const std::map<int, int>& tool_lines() const { return head->tool_lines; }
   /// How numbers are read: "inch 2.4, leading zeros kept".
-  std::string number_summary() const;
+  std::string number_summary() const { return head->number_summary(); }
 };
 
 }  // namespace panelcal

@@ -42,7 +42,9 @@ Eigen::Vector2d bending_mm(const SeriesResult& series, const Position<frame::Nom
 }
 
 /// Counted over all targets of the series, those left out as well.
-std::size_t number_of(const SeriesResult& series, std::span<const FitPoint> points, std::size_t i) {
+std::size_t target_number(const SeriesResult& series,
+                          std::span<const FitPoint> points,
+                          std::size_t i) {
   const auto is_before = [&](std::size_t dropped) { return dropped < points[i].i_measurement; };
   return i + 1 + static_cast<std::size_t>(std::ranges::count_if(series.dropped, is_before));
 }
@@ -75,7 +77,7 @@ std::optional<SeriesFault> examine_series(const SeriesResult& series,
                        point.measured.cov,
                        point.axes,
                        measurement.score,
-                       name_of(measurement.request, number_of(series, points, i)),
+                       name_of(measurement.request, target_number(series, points, i)),
                        measurement.measured.cov});
   }
   FaultContext context{.limits = is_base ? options.base_limits : options.nested_limits};

@@ -1,29 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/walk/walk.h"
 
+#include <algorithm>
 #include <utility>
 
-#include "program/excellon/interpreter.h"
-#include "program/excellon/stored_patterns.h"
-#include "program/sieb_meyer/interpreter.h"
-#include "program/sieb_meyer/subprograms.h"
+#include "program/walk/dialect.h"
 #include "program/walk/trial_execution.h"
 
 namespace panelcal {
+
+namespace {
+
+const ProgramDialect& dialect_of(const Program& program) {
+  return **std::ranges::find(dialects(), program.dialect, &ProgramDialect::id);
+}
+
+}  // namespace
 
 Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options) {
   Program program;
   program.source = std::move(source);
   program.reading = std::move(options);
-  const ReadOptions& reading = program.reading;
-  if (sieb_meyer::is_program(program.source.bytes)) {
-    program.dialect = Dialect::SiebMeyer;
-    program.layout = sieb_meyer::read_layout(program.source, log);
-    program.patterns = sieb_meyer::read_subprograms(program.source.bytes, reading.pattern_folders);
-  } else {
-    program.header = excellon::read_header(program.source, reading.diameter_page, log);
-    program.patterns = excellon::read_patterns(program.source.bytes, reading.pattern_folders);
-  }
+  const auto begins = [&](const ProgramDialect* dialect) {
+    return dialect->begins(program.source.bytes);
+  };
+  const ProgramDialect& dialect = **std::ranges::find_if(dialects(), begins);
+  program.dialect = dialect.id();
+  dialect.read(program, log);
   return program;
 }
 
@@ -41,11 +44,8 @@ Survey survey(const Program& program,
               ProbeSource& probes,
               DiagnosticLog& log) {
   Survey survey;
-  if (program.dialect == Dialect::SiebMeyer) {
-    sieb_meyer::Interpreter(program, options, survey, {&source, &probes, nullptr, log}).run();
-  } else {
-    excellon::Interpreter(program, options, survey, &source, nullptr, log).run();
-  }
+  dialect_of(program).walk(
+      program, options, survey, {.measurements = &source, .probes = &probes, .log = log});
   return survey;
 }
 
@@ -89,13 +89,13 @@ class AskedSurface final : public ProbeSource {
 };
 
 void begin(const Program& program, const WalkOptions& options, OperationSink& sink) {
-  const bool is_excellon = program.dialect == Dialect::Excellon;
+  const ProgramDialect& dialect = dialect_of(program);
   sink.begin({.file = program.source.file,
               .dialect = program.dialect,
-              .format = is_excellon ? program.header.format : sieb_meyer::kMetricFormat,
+              .format = program.head->number_format(),
               .tools = program.tools(),
-              .is_scaled = is_excellon && options.scaling.has_value(),
-              .body_rules = program.header.body_rules,
+              .is_scaled = dialect.has_reference_scaling() && options.scaling.has_value(),
+              .body_rules = program.head->body_rules,
               .axis_version = program.axis_version()});
 }
 
@@ -117,16 +117,11 @@ CheckedWalk check(const Program& program,
   if (execution == Execution::None) sink = nullptr;
   TrialExecution* const executed = sink == nullptr ? nullptr : &trial;
   if (sink != nullptr) begin(program, options, *sink);
-  if (program.dialect == Dialect::Excellon) {
-    excellon::Interpreter interpreter(
-        program, without_limits, checked.survey, &panel, sink, log, executed);
-    interpreter.run();
-    checked.asks_until = interpreter.asked_until();
-  } else {
-    sieb_meyer::Interpreter(
-        program, without_limits, checked.survey, {&panel, &surface, sink, log, executed})
-        .run();
-  }
+  checked.asks_until = dialect_of(program).walk(
+      program,
+      without_limits,
+      checked.survey,
+      {.measurements = &panel, .probes = &surface, .sink = sink, .log = log, .trial = executed});
   checked.asks = trial.is_asked;
   checked.is_executed = sink != nullptr && !trial.is_over();
   checked.working_log = std::move(trial.working_log);
@@ -143,11 +138,12 @@ Survey survey(const Program& program,
               MeasurementSource& source,
               ProbeSource& probes,
               DiagnosticLog& log) {
-  if (!checked.asks_until) return survey(program, options, source, probes, log);
   Survey survey;
-  excellon::Interpreter interpreter(program, options, survey, &source, nullptr, log);
-  interpreter.end_at(*checked.asks_until);
-  interpreter.run();
+  dialect_of(program).walk(
+      program,
+      options,
+      survey,
+      {.measurements = &source, .probes = &probes, .log = log, .asks_until = checked.asks_until});
   return survey;
 }
 
@@ -157,13 +153,8 @@ void execute(const Program& program,
              OperationSink& sink,
              DiagnosticLog& log) {
   Survey replayed = survey;
-  const bool is_excellon = program.dialect == Dialect::Excellon;
   begin(program, options, sink);
-  if (is_excellon) {
-    excellon::Interpreter(program, options, replayed, nullptr, &sink, log).run();
-  } else {
-    sieb_meyer::Interpreter(program, options, replayed, {nullptr, nullptr, &sink, log}).run();
-  }
+  dialect_of(program).walk(program, options, replayed, {.sink = &sink, .log = log});
 }
 
 }  // namespace panelcal

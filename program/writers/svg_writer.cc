@@ -66,7 +66,7 @@ std::string thin_mark(double at_most_mm) {
 }
 
 template <class Number>
-Number number_of(std::string_view text) {
+Number mark_number(std::string_view text) {
   Number number{};
   std::from_chars(text.data(), text.data() + text.size(), number);
   return number;
@@ -390,9 +390,9 @@ void SvgWriter::end() {
   const svg::Targets targets(scene_.targets, sheet);
   MarkReader drawing(bytes_, [&](char kind, std::string_view argument) {
     if (kind == kThinMark) {
-      return shortest(std::min(sheet.thin_mm(), number_of<double>(argument)), 4);
+      return shortest(std::min(sheet.thin_mm(), mark_number<double>(argument)), 4);
     }
-    const svg::Color& color = inks_.at(number_of<int>(argument)).color;
+    const svg::Color& color = inks_.at(mark_number<int>(argument)).color;
     return (kind == kDarkerMark ? color.darker() : color).hex();
   });
   Expected<void> done = bytes_.write(sheet.open());

@@ -135,10 +135,10 @@ def main():
             assert "taken again" in said, "the test lost nothing"
         with camera(fake, pictures, job.folder, HOPELESS_SHARE):
             check_refused(job, f"gige://{ADDRESS}?retries=5", "error[device-frame]",
-                          "6 of 6 frames were lost, 6 of them with")
+                          "6 of 6 frames")
         with camera(fake, pictures, job.folder, 0, FRAMES_TO_LIVE):
-            check_refused(job, f"gige://{ADDRESS}", "error[device-frame]", "does not answer")
-        check_refused(job, f"gige://{ADDRESS}", "error[device-camera]", "no camera answers")
+            check_refused(job, f"gige://{ADDRESS}", "error[device-frame]")
+        check_refused(job, f"gige://{ADDRESS}", "error[device-camera]")
     print("the same to the byte")
 
 

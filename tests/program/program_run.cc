@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "tests/support/matchers.h"
+
 namespace panelcal::test {
 namespace {
 
@@ -182,7 +184,8 @@ ProgramRun run_program(std::string text,
   run.has_errors = log.has_errors();
   if (!run.has_errors) execute(run.program, options, run.survey, run.executed, log);
   run.has_errors = log.has_errors();
-  for (const Diagnostic& diagnostic : log.kept()) run.diagnostics.push_back(diagnostic.text());
+  run.diagnostics = briefs(log);
+  for (const Diagnostic& diagnostic : log.kept()) run.texts.push_back(diagnostic.text());
   return run;
 }
 

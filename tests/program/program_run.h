@@ -73,7 +73,8 @@ struct ProgramRun {
   Program program;
   Survey survey;
   Recorder executed;
-  std::vector<std::string> diagnostics;  ///< texts, in order
+  std::vector<std::string> diagnostics;  ///< without their wording (test::brief), in order
+  std::vector<std::string> texts;        ///< the same with their wording, for test::Reports
   bool has_errors = false;
 
   const std::vector<Hole>& holes() const { return executed.holes(); }
@@ -92,7 +93,7 @@ std::string metric(std::string_view body);
 /// `body` with a header of five lines in front: inch, leading zeros, tools 1 and 2.
 std::string inch_leading_zeros(std::string_view body);
 
-/// Matches a diagnostic of this line of `p.exc` with `what` in its text.
+/// Matches a diagnostic of this line of `p.exc` with `what`, which is no wording, in its text.
 testing::Matcher<const std::string&> says(int line, const std::string& what);
 
 /// Where the holes are nominally, for comparison with the manual's numbers.

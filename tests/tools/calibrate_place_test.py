@@ -171,7 +171,7 @@ def held_by_another():
 def without_ledger():
     write_machine(ledger="")
     for what in ("focus", "light", "settle"):
-        assert "there is no ledger" in calibrate(what, "--install", code=2)
+        assert "[config-value]" in calibrate(what, "--install", code=2)
     calibrate("focus")
 
 

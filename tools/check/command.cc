@@ -8,8 +8,10 @@
 #include "machine/job/checked_program.h"
 #include "machine/job/spindle_age.h"
 #include "machine/job/text_variables.h"
+#include "program/excellon/header.h"
 #include "program/judge/job_check.h"
 #include "program/judge/tally.h"
+#include "program/sieb_meyer/file_layout.h"
 #include "tools/cli/commands.h"
 #include <fmt/format.h>
 
@@ -27,9 +29,9 @@ std::string reading(const Program& program) {
     return fmt::format("{}, {} (line {})",
                        name(program.dialect),
                        program.number_summary(),
-                       program.layout.head_line);
+                       sieb_meyer::layout_of(program).head_line);
   }
-  const excellon::Header& header = program.header;
+  const excellon::Header& header = excellon::header_of(program);
   return fmt::format("Excellon{}, {} ({})",
                      header.set == excellon::ProgramSet::FormatOne ? " Format One" : "",
                      program.number_summary(),

@@ -5,8 +5,8 @@
 #include <array>
 #include <utility>
 
-#include "tools/calibrate/help.h"
-#include "tools/surface/help.h"
+#include "tools/cli/calibrate_help.h"
+#include "tools/cli/surface_help.h"
 
 namespace panelcal {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "tools/cli/help_text.h"
 #include "tools/cli/help_topics.h"
+#include "tools/cli/surface_command_line.h"
 #include "tools/cli/version.h"
-#include "tools/surface/command_line.h"
 #include <CLI/CLI.hpp>
 
 namespace panelcal {

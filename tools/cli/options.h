@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "tools/surface/options.h"
+#include "tools/cli/surface_options.h"
 
 namespace panelcal {
 

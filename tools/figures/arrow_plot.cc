@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/report/svg.h"
-#include "tools/report/text.h"
+#include "tools/figures/svg.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -10,14 +10,14 @@
 #include <span>
 
 #include "program/writers/svg_sheet.h"
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::contours {
 namespace {
 
 using Eigen::Vector2d;
-using plan::Drawing;
+using report::Drawing;
 using report::View;
 using svg::Color;
 

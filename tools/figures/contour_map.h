@@ -10,8 +10,8 @@
 
 #include "calib/base/frames.h"
 #include "tools/figures/contours.h"
-#include "tools/plan/map.h"
-#include "tools/report/svg.h"
+#include "tools/figures/drawing.h"
+#include "tools/figures/svg.h"
 
 namespace panelcal::contours {
 
@@ -48,9 +48,9 @@ report::View view_of(const std::vector<Eigen::Vector2d>& outline);
 
 /// The map with axes and a strip of its colours; `marks` are drawn above the bands and below the
 /// labels, as far as the frame reaches.
-plan::Drawing contour_drawing(const ContourMap& map,
-                              const report::View& view,
-                              const std::string& marks);
+report::Drawing contour_drawing(const ContourMap& map,
+                                const report::View& view,
+                                const std::string& marks);
 
 /// Path data of all that the frame holds.
 std::string frame_path(const report::View& view);
@@ -86,10 +86,10 @@ Field field_over(const std::vector<Eigen::Vector2d>& outline, int n_along, const
 
 /// Rows of drawings side by side on one sheet.
 std::string sheet_svg(std::string_view title,
-                      const std::vector<std::vector<plan::Drawing>>& rows,
+                      const std::vector<std::vector<report::Drawing>>& rows,
                       const std::vector<std::pair<std::string, std::string>>& provenance);
 
 /// A drawing as a picture of its own within a page.
-std::string inline_svg(const plan::Drawing& drawing, std::string_view label);
+std::string inline_svg(const report::Drawing& drawing, std::string_view label);
 
 }  // namespace panelcal::contours

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "calib/advice/convex_hull.h"
-#include "tools/report/svg.h"
+#include "tools/figures/svg.h"
 #include <fmt/format.h>
 
 namespace panelcal::history {

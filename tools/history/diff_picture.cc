@@ -5,8 +5,8 @@
 #include <iterator>
 #include <string_view>
 
-#include "tools/report/svg.h"
-#include "tools/report/text.h"
+#include "tools/figures/svg.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::history {

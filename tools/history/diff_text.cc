@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
+#include "tools/figures/text.h"
 #include "tools/history/diff.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

@@ -7,8 +7,8 @@
 
 #include "calib/base/clock.h"
 #include "calib/drift/amount.h"
-#include "tools/report/svg.h"
-#include "tools/report/text.h"
+#include "tools/figures/svg.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::nightly {

@@ -6,11 +6,11 @@
 #include "calib/base/clock.h"
 #include "calib/drift/amount.h"
 #include "tools/figures/contour_map.h"
+#include "tools/figures/style.h"
+#include "tools/figures/text.h"
 #include "tools/nightly/figures.h"
 #include "tools/nightly/report.h"
 #include "tools/nightly/surface.h"
-#include "tools/report/style.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::nightly {

@@ -11,7 +11,7 @@ std::string surface_figures(const NightStep& step) {
   const StoredMap& probed = *step.surface;
   const surface::MadeMap made = surface::made_map(
       {probed.points, ZonedMap(probed.map), probed.sources, probed.made_by}, {}, {});
-  for (const plan::Drawing& drawing : surface::zone_drawings(made, 0)) {
+  for (const report::Drawing& drawing : surface::zone_drawings(made, 0)) {
     out += "<figure>\n" + contours::inline_svg(drawing, "Contours over the table") + "</figure>\n";
   }
   return out +

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "tools/figures/svg.h"
+#include "tools/figures/text.h"
 #include "tools/plan/bands.h"
-#include "tools/report/svg.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::plan {

@@ -4,16 +4,12 @@
 #include <string>
 #include <string_view>
 
+#include "tools/figures/drawing.h"
 #include "tools/plan/facts.h"
 
 namespace panelcal::plan {
 
-/// A drawing of its own size in px.
-struct Drawing {
-  std::string content;  ///< SVG elements, from (0, 0) to (width, height)
-  double width = 0;
-  double height = 0;
-};
+using report::Drawing;
 
 /// Styles of the classes that the drawings use; they are on white paper, whatever surrounds them.
 extern const std::string_view kPlanStyle;

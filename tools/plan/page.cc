@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <numeric>
 
+#include "tools/figures/style.h"
+#include "tools/figures/text.h"
 #include "tools/plan/advice.h"
 #include "tools/plan/map.h"
 #include "tools/plan/text.h"
-#include "tools/report/style.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::plan {

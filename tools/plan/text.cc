@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "calib/panel/smooth_panel.h"
+#include "tools/figures/text.h"
 #include "tools/plan/advice.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::plan {

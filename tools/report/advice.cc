@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <optional>
 
+#include "tools/figures/text.h"
 #include "tools/report/facts.h"
 #include "tools/report/fit_numbers.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 // The two sentences of the first screen. They name the one thing to look at, and claim no more

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/report/causes.h"
 
+#include "tools/figures/text.h"
 #include "tools/report/facts.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

@@ -4,8 +4,8 @@
 #include <string_view>
 
 #include "machine/job/depth_summary.h"
+#include "tools/figures/text.h"
 #include "tools/report/depth_map.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

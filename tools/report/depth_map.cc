@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tools/figures/contour_map.h"
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include "tools/surface/picture.h"
 #include <fmt/format.h>
 

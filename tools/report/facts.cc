@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

@@ -8,9 +8,9 @@
 #include <map>
 #include <set>
 
+#include "tools/figures/svg.h"
+#include "tools/figures/text.h"
 #include "tools/report/shift_figures.h"
-#include "tools/report/svg.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

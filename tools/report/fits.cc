@@ -6,11 +6,11 @@
 #include <limits>
 #include <optional>
 
+#include "tools/figures/text.h"
 #include "tools/report/causes.h"
 #include "tools/report/facts.h"
 #include "tools/report/fit_numbers.h"
 #include "tools/report/models.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/figures/style.h"
+#include "tools/figures/text.h"
 #include "tools/report/calibrations.h"
 #include "tools/report/depth.h"
 #include "tools/report/depth_map.h"
@@ -13,10 +15,8 @@
 #include "tools/report/figures.h"
 #include "tools/report/fits.h"
 #include "tools/report/focus.h"
-#include "tools/report/style.h"
 #include "tools/report/surface.h"
 #include "tools/report/targets.h"
-#include "tools/report/text.h"
 #include "tools/report/verdict.h"
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "calib/panel/model_choice.h"
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

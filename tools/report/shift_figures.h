@@ -4,9 +4,9 @@
 #include <span>
 #include <string>
 
+#include "tools/figures/svg.h"
 #include "tools/report/facts.h"
 #include "tools/report/input.h"
-#include "tools/report/svg.h"
 
 namespace panelcal::report {
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include "tools/report/views.h"
 #include <fmt/format.h>
 

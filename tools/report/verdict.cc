@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "machine/job/verdict_summary.h"
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

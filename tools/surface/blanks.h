@@ -5,7 +5,7 @@
 #include <string>
 
 #include "surface/map/zoned_map.h"
-#include "tools/report/svg.h"
+#include "tools/figures/svg.h"
 
 namespace panelcal::surface {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "program/text/json_text.h"
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include "tools/surface/picture.h"
 #include <fmt/format.h>
 

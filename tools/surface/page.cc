@@ -3,8 +3,8 @@
 #include <string>
 #include <string_view>
 
-#include "tools/report/style.h"
-#include "tools/report/text.h"
+#include "tools/figures/style.h"
+#include "tools/figures/text.h"
 #include "tools/surface/picture.h"
 #include <fmt/format.h>
 
@@ -146,7 +146,7 @@ std::string zone_sections(const MadeMap& made, std::size_t i_zone) {
       escaped(map.reason()),
       zone_tiles(zone),
       of_zone);
-  for (const plan::Drawing& drawing : zone_drawings(made, i_zone)) {
+  for (const report::Drawing& drawing : zone_drawings(made, i_zone)) {
     out += contours::inline_svg(drawing, "Contours over the panel");
   }
   const bool has_blanks = made.has_zones() || !made.stored.map.voids().all().empty();

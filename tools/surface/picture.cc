@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include "tools/surface/blanks.h"
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@ namespace {
 
 using contours::ContourMap;
 using Eigen::Vector2d;
-using plan::Drawing;
+using report::Drawing;
 using report::View;
 
 /// Nodes along the longer side of what is drawn.

@@ -23,7 +23,7 @@ std::string probe_dots(const StoredMap& stored,
 
 /// Of one zone, heights with contours, and sigmas; probes, those left out (red), and those that are
 /// missing or not used. Voids and other zones are blank.
-std::vector<plan::Drawing> zone_drawings(const MadeMap& made, std::size_t i_zone);
+std::vector<report::Drawing> zone_drawings(const MadeMap& made, std::size_t i_zone);
 
 /// A row for each zone.
 std::string map_svg(const MadeMap& made, const Provenance& provenance);

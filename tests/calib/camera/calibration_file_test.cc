@@ -102,28 +102,27 @@ TEST(CalibrationFile, KeepsProvenanceThatIsNotText) {
 
 TEST(CalibrationFile, NamesTheNearestKnownKey) {
   EXPECT_THAT(parse(text_with("\"rotation_rad\"", "\"rotation_deg\"")),
-              FailsWith(Code::CalibrationInvalid,
-                        R"(unknown key "rotation_deg" in parameters, expected "rotation_rad")"));
+              FailsWith(Code::CalibrationInvalid, "\"rotation_rad\""));
   EXPECT_THAT(parse(text_with("\"kind\"", "\"colour\"")),
-              FailsWith(Code::CalibrationInvalid, "expected one of kind, version, date"));
+              FailsWith(Code::CalibrationInvalid, "\"colour\""));
 }
 
 TEST(CalibrationFile, RefusesMissingKeys) {
   EXPECT_THAT(parse(text_with("    \"rotation_rad\": -0.0031,\n", "")),
-              FailsWith(Code::CalibrationInvalid, R"(parameters has no "rotation_rad")"));
-  EXPECT_THAT(parse("{}"), FailsWith(Code::CalibrationInvalid, R"(has no "kind")"));
-  EXPECT_THAT(parse("[]"), FailsWith(Code::CalibrationInvalid, "no JSON object"));
-  EXPECT_THAT(parse("17"), FailsWith(Code::CalibrationInvalid, "no JSON object"));
+              FailsWith(Code::CalibrationInvalid, "\"rotation_rad\""));
+  EXPECT_THAT(parse("{}"), FailsWith(Code::CalibrationInvalid, "\"kind\""));
+  EXPECT_THAT(parse("[]"), FailsWith(Code::CalibrationInvalid));
+  EXPECT_THAT(parse("17"), FailsWith(Code::CalibrationInvalid));
 }
 
 TEST(CalibrationFile, RefusesKeysThatAppearTwice) {
   EXPECT_THAT(parse(text_with("\"rotation_rad\": -0.0031", "\"k1_per_px2\": 0")),
-              FailsWith(Code::JsonSyntax, R"(the key "k1_per_px2" appears twice)"));
+              FailsWith(Code::JsonSyntax, "\"k1_per_px2\""));
 }
 
 TEST(CalibrationFile, RefusesWrongTypesAndOtherKinds) {
   const auto refuse = [](const std::string& old_text, const std::string& new_text) {
-    EXPECT_THAT(parse(text_with(old_text, new_text)), FailsWith(Code::CalibrationInvalid, ""))
+    EXPECT_THAT(parse(text_with(old_text, new_text)), FailsWith(Code::CalibrationInvalid))
         << new_text;
   };
   refuse("\"camera\"", "\"table\"");
@@ -152,7 +151,7 @@ TEST(CalibrationFile, RefusesWrongTypesAndOtherKinds) {
 TEST(CalibrationFile, RefusesScalesThatAreNone) {
   for (const char* scale : {"0", "-0.0125", "0.0"}) {
     EXPECT_THAT(parse(text_with("0.0125", scale)),
-                FailsWith(Code::CalibrationInvalid, "scale_mm_per_px is"));
+                FailsWith(Code::CalibrationInvalid, "scale_mm_per_px"));
   }
 }
 
@@ -160,18 +159,18 @@ TEST(CalibrationFile, RefusesALensThatFoldsInsideThePicture) {
   // The farthest corner is 400.1 px away: 1 + 3 k1 r^2 = 0 at k1 = -2.08e-6.
   EXPECT_TRUE(parse(text_with("-1.3e-08", "-2.05e-6")));
   EXPECT_THAT(parse(text_with("-1.3e-08", "-2.1e-6")),
-              FailsWith(Code::CalibrationInvalid, "folds over inside the picture"));
+              FailsWith(Code::CalibrationInvalid, "k1_per_px2"));
 }
 
 TEST(CalibrationFile, RefusesWhatIsNoCovariance) {
   EXPECT_THAT(parse(text_with("[0, 1e-10, 0, 0, 0]", "[0, 1e-10, 1e-9, 0, 0]")),
-              FailsWith(Code::CalibrationInvalid, "not symmetric"));
+              FailsWith(Code::CalibrationInvalid, "symmetric"));
   EXPECT_THAT(parse(text_with("[0, 1e-10, 0, 0, 0]", "[0, -1e-10, 0, 0, 0]")),
-              FailsWith(Code::CalibrationInvalid, "not positive semidefinite"));
+              FailsWith(Code::CalibrationInvalid, "positive semidefinite"));
   CameraCalibration c = good();
   c.covariance(0, 4) = c.covariance(4, 0) = 1.1e-17;
   EXPECT_THAT(parse(camera_calibration_text(c)),
-              FailsWith(Code::CalibrationInvalid, "not positive semidefinite"));
+              FailsWith(Code::CalibrationInvalid, "positive semidefinite"));
   c = good();
   c.covariance(2, 2) = 0;
   EXPECT_TRUE(parse(camera_calibration_text(c))) << "a parameter may be held fixed";
@@ -181,12 +180,12 @@ TEST(CalibrationFile, RefusesWhatIsNoCovariance) {
 
 TEST(CalibrationFile, NamesLineAndColumnOfSyntaxErrors) {
   EXPECT_THAT(parse("{\n  \"kind\": camera\n}"),
-              FailsWith(Code::JsonSyntax, "c.cal.json:2:11: error[json-syntax]: "));
+              FailsWith(Code::JsonSyntax, "c.cal.json:2:11: error[json-syntax]"));
   EXPECT_THAT(parse("{\n\"kind\": \"camera\",\n}"), FailsWith(Code::JsonSyntax, "c.cal.json:3:1:"));
   EXPECT_THAT(parse(""), FailsWith(Code::JsonSyntax, "c.cal.json:1:1:"));
   EXPECT_THAT(parse("{\"a\": 1"), FailsWith(Code::JsonSyntax, "c.cal.json:1:8:"));
   EXPECT_THAT(parse(text_with("0.0125", "NaN")), FailsWith(Code::JsonSyntax, "c.cal.json:9:24:"));
-  EXPECT_THAT(parse(text_with("0.0125", "1e999")), FailsWith(Code::JsonSyntax, "overflow"));
+  EXPECT_THAT(parse(text_with("0.0125", "1e999")), FailsWith(Code::JsonSyntax, "c.cal.json:9:"));
   EXPECT_THAT(parse(camera_calibration_text(good()) + "{}"), FailsWith(Code::JsonSyntax, ":22:1:"));
 }
 
@@ -195,8 +194,8 @@ TEST(CalibrationFile, SurvivesNestingBombs) {
   EXPECT_THAT(parse(bomb), FailsWith(Code::JsonSyntax, "c.cal.json:1:17: "));
   std::string objects;
   for (int i = 0; i < 100000; ++i) objects += "{\"a\":";
-  EXPECT_THAT(parse(objects), FailsWith(Code::JsonSyntax, "nests too deep"));
-  EXPECT_THAT(parse("\"" + bomb + "\""), FailsWith(Code::CalibrationInvalid, "no JSON object"))
+  EXPECT_THAT(parse(objects), FailsWith(Code::JsonSyntax));
+  EXPECT_THAT(parse("\"" + bomb + "\""), FailsWith(Code::CalibrationInvalid))
       << "brackets in a string do not nest";
 }
 
@@ -230,7 +229,7 @@ TEST(CalibrationFile, AnswersAnyBytes) {
 TEST(CalibrationFile, IsNotWrittenUnlessItCouldBeRead) {
   const std::filesystem::path path = scratch("refused.cal.json");
   const auto refuse = [&](const CameraCalibration& c) {
-    EXPECT_THAT(write_camera_calibration(path, c), FailsWith(Code::CalibrationInvalid, ""));
+    EXPECT_THAT(write_camera_calibration(path, c), FailsWith(Code::CalibrationInvalid));
     EXPECT_FALSE(std::filesystem::exists(path));
   };
   for (const double bad : {kNan, kInf}) {
@@ -260,7 +259,7 @@ TEST(CalibrationFile, RefusesFilesThatAreMissingOrTooLarge) {
               FailsWith(Code::FileUnreadable, "missing.cal.json"));
   const std::filesystem::path path = scratch("large.cal.json");
   ASSERT_TRUE(write_file(path, std::string(kMaxCalibrationBytes + 1, ' ')));
-  EXPECT_THAT(read_camera_calibration(path), FailsWith(Code::FileUnreadable, "larger than"));
+  EXPECT_THAT(read_camera_calibration(path), FailsWith(Code::FileUnreadable, " bytes"));
   std::filesystem::remove(path);
 }
 

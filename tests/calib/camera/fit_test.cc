@@ -209,7 +209,7 @@ TEST(CameraFit, RefusesWhatIsNoData) {
   give_sigma(good, kNoise_px);
   const double nan = std::numeric_limits<double>::quiet_NaN();
 
-  EXPECT_THAT(fit_camera({}, options), FailsWith(Code::CalibrationData, "no observations"));
+  EXPECT_THAT(fit_camera({}, options), FailsWith(Code::CalibrationData));
   CameraData data = good;
   data.seen[3].i_dot = 1;
   EXPECT_THAT(fit_camera(data, options), FailsWith(Code::CalibrationData, "observation 3"));

@@ -129,7 +129,7 @@ TEST(HoleShiftStatistics, RefusesShiftsThatAreNone) {
   for (const double bad_mm :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e7}) {
     EXPECT_THAT(statistics.add(at(7, 8), by(bad_mm, 0)),
-                FailsWith(Code::CalibrationInvalid, "the hole at (7, 8) mm"));
+                FailsWith(Code::CalibrationInvalid, "(7, 8) mm"));
   }
   EXPECT_EQ(statistics.summary()->n_holes, 1u);
   EXPECT_EQ(statistics.summary()->max, mm(0.5));

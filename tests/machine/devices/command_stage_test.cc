@@ -52,24 +52,21 @@ TEST(CommandStage, BelievesWhereTheProgramSaysItStands) {
 TEST(CommandStage, RefusesAnAnswerThatIsNoPlace) {
   for (const char* answer : {"ok", "1", "1 2 3", "1,2", "1 x", "nan 1", "inf inf", "1e9 0"}) {
     auto stage = shell(std::string("echo '") + answer + "'");
-    EXPECT_THAT(stage.move_to(place()), FailsWith(Code::DeviceStage, "where the spindle stands"))
-        << answer;
+    EXPECT_THAT(stage.move_to(place()), FailsWith(Code::DeviceStage)) << answer;
   }
 }
 
 TEST(CommandStage, AFailedOrderIsReportedWithItsLastWords) {
   auto stage = shell("echo moving; echo 'axis 2: limit switch' >&2; exit 4");
-  EXPECT_THAT(stage.move_to(place()),
-              FailsWith(Code::DeviceStage, "ended with code 4: \"axis 2: limit switch\""));
+  EXPECT_THAT(stage.move_to(place()), FailsWith(Code::DeviceStage, "\"axis 2: limit switch\""));
   auto crash = shell("kill -SEGV $$");
   EXPECT_THAT(crash.move_to(place()), FailsWith(Code::DeviceStage, "signal 11"));
 }
 
 TEST(CommandStage, AProgramThatIsNotThereIsNamed) {
   CommandStage stage({.move = {"/nowhere/stage", "{x}", "{y}"}});
-  EXPECT_THAT(
-      stage.move_to(place()),
-      FailsWith(Code::DeviceStage, "/nowhere/stage: error[device-stage]: cannot be started"));
+  EXPECT_THAT(stage.move_to(place()),
+              FailsWith(Code::DeviceStage, "/nowhere/stage: error[device-stage]"));
 }
 
 TEST(CommandStage, AnOrderThatTakesTooLongIsStopped) {
@@ -79,7 +76,7 @@ TEST(CommandStage, AnOrderThatTakesTooLongIsStopped) {
   auto stage =
       shell("trap 'touch " + file + "; kill $!; exit' TERM; sleep 60 & wait", seconds(0.3));
   const auto begin = std::chrono::steady_clock::now();
-  EXPECT_THAT(stage.move_to(place()), FailsWith(Code::DeviceStage, "did not end within 0.3 s"));
+  EXPECT_THAT(stage.move_to(place()), FailsWith(Code::DeviceStage, "0.3 s"));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
   EXPECT_TRUE(std::filesystem::exists(file));
 }
@@ -93,7 +90,7 @@ TEST(CommandStage, AChildLeftBehindDoesNotHoldUpTheJob) {
 
 TEST(CommandStage, AFloodOfOutputIsRefused) {
   auto stage = shell("yes | head -c 1000000");
-  EXPECT_THAT(stage.move_to(place()), FailsWith(Code::DeviceStage, "more than 64 KiB"));
+  EXPECT_THAT(stage.move_to(place()), FailsWith(Code::DeviceStage, "64 KiB"));
 }
 
 TEST(CommandStage, SetsWhatItHasACommandFor) {
@@ -109,7 +106,7 @@ TEST(CommandStage, SetsWhatItHasACommandFor) {
   EXPECT_TRUE(stage.can_set(CameraSetting::Focus));
   EXPECT_TRUE(stage.set(CameraSetting::Lamp, 0.5));
   EXPECT_TRUE(stage.set(CameraSetting::Focus, -1.25));
-  EXPECT_THAT(stage.set(CameraSetting::Zoom, 3), FailsWith(Code::NotSupported, "no zoom"));
+  EXPECT_THAT(stage.set(CameraSetting::Zoom, 3), FailsWith(Code::NotSupported, "zoom"));
   EXPECT_EQ(*read_file(file), "L0.5 Z-1.250000 ");
 }
 
@@ -143,13 +140,12 @@ TEST(StageConfig, RefusesCommandsThatCannotWork) {
   const auto parse = [](const std::string& line) {
     return parse_machine_config("[machine]\n" + line + "\n", "machine.toml");
   };
-  EXPECT_THAT(parse("stage_command = []"), FailsWith(Code::ConfigValue, "there is no program"));
+  EXPECT_THAT(parse("stage_command = []"), FailsWith(Code::ConfigValue, "stage_command"));
   EXPECT_THAT(parse("stage_command = \"drive {x} {y}\""),
-              FailsWith(Code::ConfigValue, "a list of texts"));
-  EXPECT_THAT(parse("stage_command = [\"drive\", \"{x}\"]"),
-              FailsWith(Code::ConfigValue, "{y} is missing"));
+              FailsWith(Code::ConfigValue, "stage_command"));
+  EXPECT_THAT(parse("stage_command = [\"drive\", \"{x}\"]"), FailsWith(Code::ConfigValue, "{y}"));
   EXPECT_THAT(parse("zoom_command = [\"zoom\", \"{lamp}\"]"),
-              FailsWith(Code::ConfigValue, "{lamp} has no meaning here"));
+              FailsWith(Code::ConfigValue, "{lamp}"));
   EXPECT_THAT(parse("settle_s = -1"), FailsWith(Code::ConfigValue, "settle_s"));
   EXPECT_THAT(parse("command_limit_s = 0"), FailsWith(Code::ConfigValue, "command_limit_s"));
 }

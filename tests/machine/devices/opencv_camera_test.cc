@@ -66,15 +66,14 @@ TEST_F(VideoFileTest, GivesItsFramesInOrderUntilItEnds) {
       }
     }
   }
-  EXPECT_THAT((*camera)->take(), FailsWith(Code::DeviceFrame, "ends after 5 frames"));
+  EXPECT_THAT((*camera)->take(), FailsWith(Code::DeviceFrame, "5 frames"));
 }
 
 TEST_F(VideoFileTest, WhatIsNoVideoIsRefused) {
   ASSERT_TRUE(write_file(file("a.avi"), "RIFF but no video at all"));
-  EXPECT_THAT(open_opencv_camera({.what = file("a.avi")}),
-              FailsWith(Code::PictureFormat, "no video that FFmpeg reads"));
+  EXPECT_THAT(open_opencv_camera({.what = file("a.avi")}), FailsWith(Code::PictureFormat));
   EXPECT_THAT(open_opencv_camera({.what = folder_.path().string()}),
-              FailsWith(Code::FileUnreadable, "a video file"));
+              FailsWith(Code::FileUnreadable, "video"));
 }
 
 TEST_F(VideoFileTest, ACutOffVideoEndsWithAnErrorAndNotWithAPatchedFrame) {
@@ -95,7 +94,7 @@ TEST_F(VideoFileTest, ACutOffVideoEndsWithAnErrorAndNotWithAPatchedFrame) {
 
 TEST(VideoDevice, WhatIsNoCameraIsRefused) {
   EXPECT_THAT(open_opencv_camera({.kind = VideoAddress::Kind::V4l2, .what = "/dev/null"}),
-              FailsWith(Code::DeviceCamera, "cannot be opened"));
+              FailsWith(Code::DeviceCamera, "/dev/null"));
 }
 
 TEST(VideoStream, AServerThatIsNotThereIsSaidWithoutItsPassword) {

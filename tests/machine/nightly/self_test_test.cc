@@ -49,7 +49,7 @@ TEST(Temperature, IsReadFromAFileOrAProgram) {
   EXPECT_EQ(temperature(nightly), 21.5);
   for (const char* bad : {"", "warm", "21.5 C", "nan", "1e9", "-300"}) {
     ASSERT_TRUE(write_file(nightly.temperature_file, bad));
-    EXPECT_THAT(read_temperature(nightly), FailsWith(Code::ConfigValue, "the temperature reads"));
+    EXPECT_THAT(read_temperature(nightly), FailsWith(Code::ConfigValue, "temperature"));
   }
   nightly.temperature_file.clear();
   nightly.temperature_command = {"echo", "19.25"};

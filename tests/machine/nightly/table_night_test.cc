@@ -188,7 +188,7 @@ TEST_F(TableNights, SayWhatTheyLack) {
   EXPECT_THAT(try_run(), FailsWith(Code::ConfigValue, "[nightly.table]"));
   table = "[nightly.table]\nplate = \"plate.toml\"\nfile = \"table.cal.json\"\n";
   source = "machine_driver = \"sim\"";
-  EXPECT_THAT(try_run(), FailsWith(Code::ConfigValue, "has no plate"));
+  EXPECT_THAT(try_run(), FailsWith(Code::ConfigValue, "plate"));
 }
 
 TEST_F(TableNights, ADamagedTableOfJobsComesBackFromTheLedger) {

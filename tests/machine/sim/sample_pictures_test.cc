@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/machine/virtual_machine.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
@@ -46,11 +47,11 @@ SampleRenderer renderer_of(const std::string& sim, const Target& target) {
 
 std::string refusal(const std::string& sim, const Target& target, int tool = 1) {
   auto config = config_of(sim);
-  if (!config) return config.error().text();
+  if (!config) return test::brief(config.error());
   config->vision_tools[1] = target;
   const auto renderer = SampleRenderer::create(*config, tool);
   if (renderer) return "accepted";
-  const std::string message = renderer.error().text();
+  const std::string message = test::brief(renderer.error());
   return message.substr(message.find("machine.toml"));
 }
 
@@ -232,20 +233,14 @@ TEST(SamplePictures, WritesPicturesAndTruth) {
 }
 
 TEST(SamplePictures, RefusesWhatCannotBeDrawn) {
-  EXPECT_EQ(refusal("", target_of(Shape::Disc, mm(0.5))),
-            "machine.toml: error[config-value]: there is no [sim] to say what the virtual camera "
-            "is like, expected [sim]");
+  EXPECT_EQ(refusal("", target_of(Shape::Disc, mm(0.5))), "machine.toml: error[config-value]");
   EXPECT_EQ(refusal("[sim]\n", target_of(Shape::Disc, mm(0.5)), 2),
-            "machine.toml: error[vision-tool-undefined]: there is no vision tool 2, expected "
-            "[[vision.tool]] with number = 2");
+            "machine.toml: error[vision-tool-undefined]");
   EXPECT_EQ(refusal("[sim]\n", target_of(Shape::Disc, mm(2.5))),
-            "machine.toml: error[config-value]: vision tool 1 needs pictures of 290 px on each "
-            "side, expected less than the 240 px that they have");
+            "machine.toml: error[config-value]");
   Target tag = target_of(Shape::AprilTag, mm(0.8));
   tag.tag_id = 1'000'000;
-  EXPECT_EQ(refusal("[sim]\n", tag),
-            "machine.toml: error[config-value]: vision tool 1 asks for an unknown tag, expected a "
-            "number of the tag's family");
+  EXPECT_EQ(refusal("[sim]\n", tag), "machine.toml: error[config-value]");
 }
 
 }  // namespace

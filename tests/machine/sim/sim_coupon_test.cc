@@ -128,7 +128,7 @@ TEST_F(SimCouponMark, IsSeenElsewhereWhileTheMachineWarmsUp) {
 }
 
 TEST_F(SimCouponMark, SayWhatMakesNoSense) {
-  EXPECT_THAT(config("", "mark_tool = 2\n"), FailsWith(Code::ConfigValue, "mark_mm as well"));
+  EXPECT_THAT(config("", "mark_tool = 2\n"), FailsWith(Code::ConfigValue, "mark_mm"));
   EXPECT_THAT(config("", "swing_decay_s = 0\n"), FailsWith(Code::ConfigValue, "swing_decay_s"));
   EXPECT_THAT(config("", "cold_mm = 1\n"), FailsWith(Code::ConfigKeyUnknown, "cold_um"));
   const auto no_tool = config("", "mark_mm = [1, 2]\nmark_tool = 7\n");

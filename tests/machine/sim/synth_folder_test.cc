@@ -70,7 +70,7 @@ TEST_F(SynthFolder, ForeignPicturesAreNeitherMixedInNorRemoved) {
   put("0000.png");
   put("0002.png");
   const auto before = names();
-  EXPECT_THAT(prepare_synth_folder(path()), FailsWith(Code::Usage, "\"0002.png\" in it"));
+  EXPECT_THAT(prepare_synth_folder(path()), FailsWith(Code::Usage, "\"0002.png\""));
   EXPECT_EQ(names(), before);
 }
 
@@ -79,11 +79,11 @@ TEST_F(SynthFolder, ARecordingOfACameraStays) {
   put("images.csv", "file,x,y\n0000.png,1,2\n");
   put("0000.png");
   const auto before = names();
-  EXPECT_THAT(prepare_synth_folder(path()), FailsWith(Code::Usage, "\"0000.png\" in it"));
+  EXPECT_THAT(prepare_synth_folder(path()), FailsWith(Code::Usage, "\"0000.png\""));
   put("truth.json", "[1]");
-  EXPECT_THAT(prepare_synth_folder(path()), FailsWith(Code::Usage, "\"0000.png\" in it"));
+  EXPECT_THAT(prepare_synth_folder(path()), FailsWith(Code::Usage, "\"0000.png\""));
   put("truth.json", R"({"kind":"photographs"})");
-  EXPECT_THAT(prepare_synth_folder(path()), FailsWith(Code::Usage, "\"0000.png\" in it"));
+  EXPECT_THAT(prepare_synth_folder(path()), FailsWith(Code::Usage, "\"0000.png\""));
   EXPECT_EQ(names().size(), before.size() + 1);
 }
 
@@ -98,7 +98,7 @@ TEST_F(SynthFolder, ListsThatLeaveTheFolderRemoveNothing) {
 
 TEST_F(SynthFolder, AFileInItsPlaceIsAnError) {
   put("taken");
-  EXPECT_THAT(prepare_synth_folder(path() / "taken"), FailsWith(Code::DeviceWrite, "taken"));
+  EXPECT_THAT(prepare_synth_folder(path() / "taken"), FailsWith(Code::DeviceWrite));
 }
 
 }  // namespace

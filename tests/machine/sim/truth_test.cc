@@ -15,6 +15,7 @@ namespace {
 
 using test::FailsWith;
 using test::IsNearPosition;
+using test::Reports;
 
 MeasurementRequest request(std::int64_t seq, double x_mm, double y_mm, InstancePath path) {
   MeasurementRequest request;
@@ -139,10 +140,8 @@ TEST(Truth, HolesOfRingsRoundTrip) {
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_FALSE(read->targets[0].hole_offset);
   EXPECT_EQ(read->targets[1].hole_offset, written.targets[1].hole_offset);
-  EXPECT_EQ(
-      refusal("\"actual\":[1.5,2]", "\"actual\":[1.5,2],\"hole_offset\":[1]"),
-      "truth.json: error[truth-invalid]: \"hole_offset\" of target 0 has another form, expected "
-      "an array of 2 numbers");
+  EXPECT_THAT(refusal("\"actual\":[1.5,2]", "\"actual\":[1.5,2],\"hole_offset\":[1]"),
+              Reports("truth.json: error[truth-invalid]", "\"hole_offset\"", "target 0"));
 }
 
 TEST(Truth, SaysHowTheStageErrs) {
@@ -163,43 +162,33 @@ TEST(Truth, SaysHowTheStageErrs) {
   EXPECT_THAT(parse_truth(std::string(text).replace(
                               text.find("bow_radius_mm\":150"), 18, "bow_radius_mm\":0"),
                           "truth.json"),
-              FailsWith(Code::TruthInvalid, "\"bow_radius_mm\" of table is 0"));
+              FailsWith(Code::TruthInvalid, "\"bow_radius_mm\""));
   EXPECT_THAT(parse_truth(std::string(text).replace(text.find("squareness_urad"), 15, "squareness"),
                           "truth.json"),
               FailsWith(Code::TruthInvalid, "squareness"));
 }
 
 TEST(Truth, RefusesWhatIsNoTruth) {
-  EXPECT_EQ(
-      refusal("\"truth\"", "\"camera\""),
-      "truth.json: error[truth-invalid]: \"kind\" of the truth is \"camera\", expected \"truth\"");
-  EXPECT_EQ(refusal("\"version\":1", "\"version\":2"),
-            "truth.json: error[truth-invalid]: \"version\" of the truth is 2, expected a whole "
-            "number from 1 to 1");
-  EXPECT_EQ(refusal("\"seed\":3", "\"seed\":-3"),
-            "truth.json: error[truth-invalid]: \"seed\" of the truth is \"-3\", expected a whole "
-            "number from 0 to 18446744073709551615");
-  EXPECT_EQ(refusal("\"seed\":3", "\"sede\":3"),
-            "truth.json: error[truth-invalid]: unknown key \"sede\" in the truth, expected one of "
-            "kind, version, seed, panel, instances, targets");
-  EXPECT_EQ(refusal("[[1,0],[0,1]]", "[[1,0],[0,0]]"),
-            "truth.json: error[truth-invalid]: \"linear\" of panel is singular, expected a map "
-            "with an inverse");
-  EXPECT_EQ(refusal("[[1,0],[0,1]]", "[[1,0]]"),
-            "truth.json: error[truth-invalid]: \"linear\" of panel has another form, expected 2 "
-            "arrays of 2 numbers");
-  EXPECT_EQ(refusal("\"path\":[0,1]", "\"path\":[0,-1]"),
-            "truth.json: error[truth-invalid]: \"path\" of instance 0 is \"[0,-1]\", expected "
-            "whole numbers from 0");
-  EXPECT_EQ(refusal("\"path\":[0,1]", "\"path\":[1,1]"),
-            "truth.json: error[truth-invalid]: instance 1 has the path of another one, expected "
-            "each path once");
-  EXPECT_EQ(refusal("\"seq\":1", "\"seq\":0"),
-            "truth.json: error[truth-invalid]: target 1 has the seq of another one, expected each "
-            "seq once");
-  EXPECT_EQ(refusal("\"nominal\":[3,4]", "\"nominal\":[3]"),
-            "truth.json: error[truth-invalid]: \"nominal\" of target 1 has another form, expected "
-            "an array of 2 numbers");
+  EXPECT_THAT(refusal("\"truth\"", "\"camera\""),
+              Reports("truth.json: error[truth-invalid]", "\"kind\"", "\"camera\""));
+  EXPECT_THAT(refusal("\"version\":1", "\"version\":2"),
+              Reports("truth.json: error[truth-invalid]", "\"version\"", "2"));
+  EXPECT_THAT(refusal("\"seed\":3", "\"seed\":-3"),
+              Reports("truth.json: error[truth-invalid]", "\"seed\"", "-3"));
+  EXPECT_THAT(refusal("\"seed\":3", "\"sede\":3"),
+              Reports("truth.json: error[truth-invalid]", "\"sede\""));
+  EXPECT_THAT(refusal("[[1,0],[0,1]]", "[[1,0],[0,0]]"),
+              Reports("truth.json: error[truth-invalid]", "\"linear\""));
+  EXPECT_THAT(refusal("[[1,0],[0,1]]", "[[1,0]]"),
+              Reports("truth.json: error[truth-invalid]", "\"linear\"", "2 arrays"));
+  EXPECT_THAT(refusal("\"path\":[0,1]", "\"path\":[0,-1]"),
+              Reports("truth.json: error[truth-invalid]", "\"path\"", "[0,-1]"));
+  EXPECT_THAT(refusal("\"path\":[0,1]", "\"path\":[1,1]"),
+              Reports("truth.json: error[truth-invalid]", "instance 1"));
+  EXPECT_THAT(refusal("\"seq\":1", "\"seq\":0"),
+              Reports("truth.json: error[truth-invalid]", "target 1"));
+  EXPECT_THAT(refusal("\"nominal\":[3,4]", "\"nominal\":[3]"),
+              Reports("truth.json: error[truth-invalid]", "\"nominal\"", "target 1"));
   EXPECT_EQ(refusal("\"targets\":[", "\"targets\":["), "accepted");
 }
 

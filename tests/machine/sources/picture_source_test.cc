@@ -171,8 +171,7 @@ TEST_F(PictureSourceTest, FourViewsNeedFourPictures) {
   PictureFolder folder = recorded_folder();
   folder.rows.erase(folder.rows.begin() + 2);
   EXPECT_THAT(measure(folder, recording_.survey.measurements[0].request),
-              FailsWith(Code::PictureMismatch,
-                        "3 picture(s) have seq 0, expected 4, as many as views and inspections"));
+              FailsWith(Code::PictureMismatch, "seq 0"));
 }
 
 TEST_F(PictureSourceTest, SearchIsReplayedAndEndsWhereItsPicturesEnd) {
@@ -193,53 +192,39 @@ TEST_F(PictureSourceTest, SearchIsReplayedAndEndsWhereItsPicturesEnd) {
 TEST_F(PictureSourceTest, RefusesFewerPicturesThanInspections) {
   MeasurementRequest request = recording_.survey.measurements[0].request;
   request.settings.inspections = 3;
-  EXPECT_THAT(measure(read_folder(), request),
-              FailsWith(Code::PictureMismatch,
-                        "1 picture(s) have seq 0, expected 3, as many as inspections of " +
-                            describe(request)));
+  EXPECT_THAT(measure(read_folder(), request), FailsWith(Code::PictureMismatch, describe(request)));
 }
 
 TEST_F(PictureSourceTest, SaysWhichPictureIsMissing) {
   MeasurementRequest request = recording_.survey.measurements[3].request;
   request.seq = 12;
   EXPECT_THAT(measure(read_folder(), request),
-              FailsWith(Code::PictureMissing,
-                        "no picture has seq 12, expected a picture of G46 "
-                        "target 12 (line 16)"));
+              FailsWith(Code::PictureMissing, "G46 target 12 (line 16)"));
   PictureFolder folder = read_folder();
   for (PictureRow& row : folder.rows) row.seq.reset();
   request.expected = position_mm<frame::Actual>(12, 10);
-  EXPECT_THAT(measure(folder, request),
-              FailsWith(Code::PictureMissing,
-                        "no picture shows G46 target 12 (line 16); the "
-                        "nearest, \"0003.png\", is"));
-  EXPECT_THAT(measure({}, request), FailsWith(Code::PictureMissing, "no picture shows"));
+  EXPECT_THAT(measure(folder, request), FailsWith(Code::PictureMissing, "\"0003.png\""));
+  EXPECT_THAT(measure({}, request), FailsWith(Code::PictureMissing));
 }
 
 TEST_F(PictureSourceTest, PictureOfAnotherPlaceIsRefused) {
   MeasurementRequest request = recording_.survey.measurements[0].request;
   request.expected = position_mm<frame::Actual>(8, 5);
   EXPECT_THAT(measure(read_folder(), request),
-              FailsWith(Code::PictureMissing,
-                        "0000.png: error[picture-missing]: picture "
-                        "\"0000.png\" was taken at (105.0000, 55.0000) mm "
-                        "and does not show G36 target 0 (line 9)"));
+              FailsWith(Code::PictureMissing, "0000.png: error[picture-missing]: "));
 }
 
 TEST_F(PictureSourceTest, PictureForAnotherVisionToolIsRefused) {
   PictureFolder folder = read_folder();
   folder.rows[0].tool = 2;
   EXPECT_THAT(measure(folder, recording_.survey.measurements[0].request),
-              FailsWith(Code::PictureMismatch,
-                        "images.csv:2:1: error[picture-mismatch]: the "
-                        "picture of G36 target 0 (line 9) is for another "
-                        "vision tool or zoom, expected vision tool 1"));
+              FailsWith(Code::PictureMismatch, "images.csv:2:1: "));
 }
 
 TEST_F(PictureSourceTest, PictureOfAnotherCameraIsRefused) {
   ASSERT_TRUE(write_png(pictures() / "0000.png", Image(100, 80, Image::kFullScale8, 50)));
   EXPECT_THAT(measure(read_folder(), recording_.survey.measurements[0].request),
-              FailsWith(Code::PictureMismatch, "has 100 x 80 px, expected 280 x 240 px"));
+              FailsWith(Code::PictureMismatch, "100 x 80 px"));
 }
 
 TEST_F(PictureSourceTest, EmptyPictureIsAnAnswer) {
@@ -269,12 +254,12 @@ TEST_F(PictureSourceTest, UnreadablePictureIsAnError) {
 TEST_F(PictureSourceTest, RefusesWhatCannotBeMeasured) {
   MeasurementRequest request = recording_.survey.measurements[0].request;
   request.settings.tools = {5};
-  EXPECT_THAT(measure({}, request), FailsWith(Code::VisionToolUndefined, "asks for vision tool 5"));
+  EXPECT_THAT(measure({}, request), FailsWith(Code::VisionToolUndefined, "vision tool 5"));
   request.settings.tools = {1, 2};
-  EXPECT_THAT(measure({}, request), FailsWith(Code::NotSupported, "has 2 vision tools"));
+  EXPECT_THAT(measure({}, request), FailsWith(Code::NotSupported, "2 vision tools"));
   MachineConfig blind = config_;
   blind.camera.reset();
-  EXPECT_THAT(PictureSource::create(blind, {}), FailsWith(Code::ConfigValue, "no [camera]"));
+  EXPECT_THAT(PictureSource::create(blind, {}), FailsWith(Code::ConfigValue, "[camera]"));
 }
 
 TEST_F(PictureSourceTest, ObserverSeesEveryPicture) {

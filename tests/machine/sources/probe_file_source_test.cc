@@ -17,6 +17,7 @@ namespace panelcal {
 namespace {
 
 using test::FailsWith;
+using test::Reports;
 
 constexpr std::string_view kFirst =
     R"({"probe":0,"line":4,"command":"G73","tool":5,"nominal":[165,15],"expected":[165.5,15],)"
@@ -44,7 +45,7 @@ std::string lines(std::initializer_list<std::string_view> all) {
 
 std::string refusal(std::string_view text) {
   const auto recorded = parse_probes(text, "p.jsonl");
-  return recorded ? "accepted" : recorded.error().text();
+  return recorded ? "accepted" : test::brief(recorded.error());
 }
 
 TEST(ProbeFile, PutsTheLinesOfOneProbeTogether) {
@@ -120,66 +121,36 @@ TEST(ProbeFile, ReadsWhatWasNotFound) {
 }
 
 TEST(ProbeFile, RefusesWhatIsNotAReading) {
-  EXPECT_EQ(refusal("\n{\"probe\":0,}"),
-            "p.jsonl:2:12: error[json-syntax]: \"}\", expected a text in double quotes");
-  EXPECT_EQ(refusal(with("\"height\"", "\"heigth\"")),
-            "p.jsonl:1:132: error[measurement-file]: unknown key \"heigth\", expected \"height\"");
-  EXPECT_EQ(refusal(with("\"reference\":1.6,", "")),
-            "p.jsonl:1:1: error[measurement-file]: there is no \"reference\", expected the key");
-  EXPECT_EQ(refusal(with("\"zaxis\":0,", "")),
-            "p.jsonl:1:1: error[measurement-file]: there is no \"zaxis\", expected the key");
-  EXPECT_EQ(refusal(with("\"zaxis\":0", "\"zaxis\":64")),
-            "p.jsonl:1:130: error[measurement-file]: \"zaxis\" is 64, expected a whole number from "
-            "0 to 63");
-  EXPECT_EQ(
-      refusal(with("\"L\":1", "\"L\":-1")),
-      "p.jsonl:1:104: error[measurement-file]: \"L\" is -1, expected a whole number from 0 to "
-      "2147483647");
-  EXPECT_EQ(
-      refusal(with("\"found\"", "\"ambiguous\"")),
-      "p.jsonl:1:169: error[measurement-file]: \"status\" is \"ambiguous\", expected found or "
-      "not_found");
-  EXPECT_EQ(refusal(with("1.61", "1e999")),
-            "p.jsonl:1:141: error[measurement-file]: \"height\" is 1e999, expected a number that a "
-            "double can hold");
-  EXPECT_EQ(refusal(with("0.002", "-0.002")),
-            "p.jsonl:1:154: error[measurement-invalid]: \"sigma\" is -0.002, expected 0 or more");
+  EXPECT_EQ(refusal("\n{\"probe\":0,}"), "p.jsonl:2:12: error[json-syntax]");
+  EXPECT_EQ(refusal(with("\"height\"", "\"heigth\"")), "p.jsonl:1:132: error[measurement-file]");
+  EXPECT_EQ(refusal(with("\"reference\":1.6,", "")), "p.jsonl:1:1: error[measurement-file]");
+  EXPECT_EQ(refusal(with("\"zaxis\":0,", "")), "p.jsonl:1:1: error[measurement-file]");
+  EXPECT_EQ(refusal(with("\"zaxis\":0", "\"zaxis\":64")), "p.jsonl:1:130: error[measurement-file]");
+  EXPECT_EQ(refusal(with("\"L\":1", "\"L\":-1")), "p.jsonl:1:104: error[measurement-file]");
+  EXPECT_EQ(refusal(with("\"found\"", "\"ambiguous\"")), "p.jsonl:1:169: error[measurement-file]");
+  EXPECT_EQ(refusal(with("1.61", "1e999")), "p.jsonl:1:141: error[measurement-file]");
+  EXPECT_EQ(refusal(with("0.002", "-0.002")), "p.jsonl:1:154: error[measurement-invalid]");
   EXPECT_EQ(refusal(with("\"status\"", "\"zaxis\":0,\"status\"", kMissed)),
-            "p.jsonl:1:130: error[measurement-file]: \"zaxis\" is 0, expected no height unless "
-            "status is found");
-  EXPECT_EQ(
-      refusal(std::string(100'000, ' ') + "x"),
-      "p.jsonl:1:1: error[measurement-file]: the line is too long, expected at most 65536 bytes");
+            "p.jsonl:1:130: error[measurement-file]");
+  EXPECT_EQ(refusal(std::string(100'000, ' ') + "x"), "p.jsonl:1:1: error[measurement-file]");
 }
 
 TEST(ProbeFile, RefusesLinesOfOneProbeThatDoNotBelongTogether) {
-  EXPECT_EQ(
-      refusal(lines({kFirst, kFirst})),
-      "p.jsonl:2:130: error[measurement-file]: \"zaxis\" is 0, expected each Z axis of probe 0 "
-      "once");
-  EXPECT_EQ(
-      refusal(lines({kFirst, "", with("\"line\":4", "\"line\":5", kSecond)})),
-      "p.jsonl:3:10: error[measurement-file]: \"probe\" is 0, expected the same request as in "
-      "line 1, which has this number already");
-  EXPECT_EQ(
-      refusal(lines({kFirst, with("\"status\"", "\"reason\":\"?\",\"status\"", kSecond)})),
-      "p.jsonl:2:10: error[measurement-file]: \"probe\" is 0, expected the same request as in "
-      "line 1, which has this number already");
-  const std::string once =
-      "p.jsonl:2:10: error[measurement-file]: \"probe\" is 0, expected each number once if it is "
-      "not found; line 1 has this one already";
+  EXPECT_EQ(refusal(lines({kFirst, kFirst})), "p.jsonl:2:130: error[measurement-file]");
+  EXPECT_EQ(refusal(lines({kFirst, "", with("\"line\":4", "\"line\":5", kSecond)})),
+            "p.jsonl:3:10: error[measurement-file]");
+  EXPECT_EQ(refusal(lines({kFirst, with("\"status\"", "\"reason\":\"?\",\"status\"", kSecond)})),
+            "p.jsonl:2:10: error[measurement-file]");
+  const std::string once = "p.jsonl:2:10: error[measurement-file]";
   EXPECT_EQ(refusal(lines({kMissed, kMissed})), once);
   EXPECT_EQ(refusal(lines({kMissed, kFirst})), once);
   EXPECT_EQ(refusal(lines({kFirst, kMissed})), once);
 }
 
 TEST(ProbeFile, RefusesMissingZAxes) {
-  EXPECT_EQ(
-      refusal(lines({"", kSecond})),
-      "p.jsonl:2:1: error[measurement-file]: probe 0 has no zaxis 0, expected every one from 0 "
-      "to 1");
+  EXPECT_EQ(refusal(lines({"", kSecond})), "p.jsonl:2:1: error[measurement-file]");
   EXPECT_EQ(refusal(lines({kFirst, kSecond, with("\"probe\":0", "\"probe\":9")})),
-            "p.jsonl:3:1: error[measurement-file]: probe 9 has 1 Z axes, expected 2 as before");
+            "p.jsonl:3:1: error[measurement-file]");
   EXPECT_EQ(refusal(lines({kFirst, kSecond, with("\"probe\":0", "\"probe\":9", kMissed)})),
             "accepted");
 }
@@ -218,31 +189,24 @@ TEST(ProbeFileSource, RefusesAnotherProgramsReadings) {
     const auto reading = source.probe(request_of(kFirst));
     return reading ? "accepted" : reading.error().text();
   };
-  const std::string mismatch = "p.jsonl:2:1: error[measurement-mismatch]: probe 0 has ";
+  const std::string mismatch = "p.jsonl:2:1: error[measurement-mismatch]";
   EXPECT_EQ(refusal_of(kFirst), "accepted");
-  EXPECT_EQ(refusal_of(with("\"probe\":0", "\"probe\":1")),
-            "p.jsonl: error[measurement-missing]: there is no probe 0, expected a reading for G73 "
-            "probe 0 (line 4)");
-  EXPECT_EQ(refusal_of(with("\"line\":4", "\"line\":8")),
-            mismatch + "line 8, expected line 4, as the program has it");
-  EXPECT_EQ(refusal_of(with("G73", "G79")),
-            mismatch + "command \"G79\", expected command \"G73\", as the program has it");
-  EXPECT_EQ(refusal_of(with("\"tool\":5", "\"tool\":1")),
-            mismatch + "tool 1, expected tool 5, as the program has it");
-  EXPECT_EQ(refusal_of(with("[0,1]", "[0,2]")),
-            mismatch + "path [0,2], expected path [0,1], as the program has it");
-  EXPECT_EQ(refusal_of(with("\"L\":1", "\"file\":\"a\",\"L\":1")),
-            mismatch + "file \"a\", expected file \"\", as the program has it");
-  EXPECT_EQ(refusal_of(with("[165,15]", "[165,15.001]")),
-            mismatch + "nominal [165, 15.001], expected nominal [165, 15], as the program has it");
+  EXPECT_THAT(refusal_of(with("\"probe\":0", "\"probe\":1")),
+              Reports("p.jsonl: error[measurement-missing]"));
+  EXPECT_THAT(refusal_of(with("\"line\":4", "\"line\":8")), Reports(mismatch, "line 8", "line 4"));
+  EXPECT_THAT(refusal_of(with("G73", "G79")),
+              Reports(mismatch, "command \"G79\"", "command \"G73\""));
+  EXPECT_THAT(refusal_of(with("\"tool\":5", "\"tool\":1")), Reports(mismatch, "tool 1", "tool 5"));
+  EXPECT_THAT(refusal_of(with("[0,1]", "[0,2]")), Reports(mismatch, "path [0,2]", "path [0,1]"));
+  EXPECT_THAT(refusal_of(with("\"L\":1", "\"file\":\"a\",\"L\":1")),
+              Reports(mismatch, "file \"a\"", "file \"\""));
+  EXPECT_THAT(refusal_of(with("[165,15]", "[165,15.001]")),
+              Reports(mismatch, "nominal [165, 15.001]", "nominal [165, 15]"));
 }
 
 TEST(ProbeFileSource, NoticesReadingsThatNobodyAskedFor) {
   ProbeFileSource source(*parse_probes(kFirst, "p.jsonl"));
-  EXPECT_THAT(source.check_all_used(),
-              FailsWith(Code::MeasurementMismatch,
-                        "p.jsonl:1:1: error[measurement-mismatch]: the program does not ask for "
-                        "G73 probe 0 (line 4), expected only what the program asks for"));
+  EXPECT_THAT(source.check_all_used(), FailsWith(Code::MeasurementMismatch, "p.jsonl:1:1: "));
   ASSERT_TRUE(source.probe(request_of(kFirst)));
   EXPECT_TRUE(source.check_all_used());
 }

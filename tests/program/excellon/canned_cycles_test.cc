@@ -18,6 +18,7 @@ namespace {
 
 using Eigen::Vector2d;
 using test::IsNearMatrix;
+using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr double kExact_mm = 1e-10;  // roundings of doubles of some 100 mm
@@ -85,21 +86,21 @@ TEST(DualInLine, NumbersMayBeRounded) {
   // Pitches of 1.27 mm in a file of whole 0.01 mm, a corner off by one of these.
   EXPECT_EQ(all(dual_in_line({0, 0}, {8.9, 7.61}, 1.27, 7.62, 0.01)).size(), 16U);
   EXPECT_THAT(error_of(dual_in_line({0, 0}, {8.92, 7.61}, 1.27, 7.62, 0.01)),
-              HasSubstr("8.92 mm long, expected a whole number of pitches of 1.27 mm"));
+              AllOf(HasSubstr("8.92 mm"), HasSubstr("1.27 mm")));
 }
 
 TEST(DualInLine, RefusesWhatIsNoPackage) {
-  EXPECT_THAT(error_of(package({0, 0}, {0.3, 0.3}, 0.1, 0.3)), HasSubstr("7.62 by 7.62 mm apart"));
-  EXPECT_THAT(error_of(package({0, 0}, {0.3, 0.3}, 0.1, 0.3)), HasSubstr("expected no square"));
+  EXPECT_THAT(error_of(package({0, 0}, {0.3, 0.3}, 0.1, 0.3)), HasSubstr("7.62 by 7.62 mm"));
+  EXPECT_THAT(error_of(package({0, 0}, {0.3, 0.3}, 0.1, 0.3)), HasSubstr("square"));
   EXPECT_THAT(error_of(package({0, 0}, {0.3, -0.30004}, 0.1, 0.3)), HasSubstr("square"));
-  EXPECT_THAT(error_of(package({0, 0}, {0, 0.3}, 0.1, 0.3)), HasSubstr("opposite corners"));
-  EXPECT_THAT(error_of(package({0, 0}, {0.7, 0}, 0.1, 0.3)), HasSubstr("opposite corners"));
+  EXPECT_THAT(error_of(package({0, 0}, {0, 0.3}, 0.1, 0.3)), HasSubstr("opposite"));
+  EXPECT_THAT(error_of(package({0, 0}, {0.7, 0}, 0.1, 0.3)), HasSubstr("opposite"));
   EXPECT_THAT(error_of(package({0, 0}, {0.75, 0.3}, 0.1, 0.3)), HasSubstr("whole number"));
   EXPECT_THAT(error_of(package({0, 0}, {0.04, 0.3}, 0.1, 0.3)), HasSubstr("whole number"));
   EXPECT_THAT(error_of(package({0, 0}, {0.7, 0.3}, 0, 0.3)), HasSubstr("above 0"));
   EXPECT_THAT(error_of(package({0, 0}, {0.7, 0.3}, 0.1, -0.3)), HasSubstr("above 0"));
-  EXPECT_THAT(error_of(package({0, 0}, {NAN, 0.3}, 0.1, 0.3)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(package({0, 0}, {1e13, 0.3}, 0.1, 0.3)), HasSubstr("too many holes"));
+  EXPECT_THAT(error_of(package({0, 0}, {NAN, 0.3}, 0.1, 0.3)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(package({0, 0}, {1e13, 0.3}, 0.1, 0.3)), HasSubstr("too many"));
 }
 
 TEST(DualInLine, HolesLieOnTwoRowsThroughBothCorners) {
@@ -161,10 +162,10 @@ TEST(EightPin, MayStandUpright) {
 }
 
 TEST(EightPin, RefusesOtherDirectionsAndOnePlace) {
-  EXPECT_THAT(error_of(eight_pin({0, 0}, {10, 0.01}, 0.001)), HasSubstr("10 by 0.01 mm apart"));
+  EXPECT_THAT(error_of(eight_pin({0, 0}, {10, 0.01}, 0.001)), HasSubstr("10 by 0.01 mm"));
   EXPECT_EQ(error_of(eight_pin({0, 0}, {10, 0.001}, 0.001)), "no error");
-  EXPECT_THAT(error_of(eight_pin({3, 4}, {3, 4}, 0.001)), HasSubstr("two opposite ones"));
-  EXPECT_THAT(error_of(eight_pin({3, 4}, {3, INFINITY}, 0.001)), HasSubstr("not finite"));
+  EXPECT_THAT(error_of(eight_pin({3, 4}, {3, 4}, 0.001)), HasSubstr("opposite"));
+  EXPECT_THAT(error_of(eight_pin({3, 4}, {3, INFINITY}, 0.001)), HasSubstr("finite"));
 }
 
 // --- G84 -----------------------------------------------------------------------------------------
@@ -221,11 +222,11 @@ TEST(CannedCircle, RefusesCirclesBelowTwoTools) {
   EXPECT_EQ(error_of(canned_circle({0, 0}, inch(0.25).in_mm(), 2 * inch(0.0625).in_mm())),
             "no error");
   EXPECT_THAT(error_of(canned_circle({0, 0}, 3.9, 2)),
-              HasSubstr("diameter is 3.9 mm, expected at least twice the tool's 2 mm"));
+              AllOf(HasSubstr("3.9 mm"), HasSubstr("2 mm")));
   EXPECT_THAT(error_of(canned_circle({0, 0}, 5, 0)), HasSubstr("above 0"));
   EXPECT_THAT(error_of(canned_circle({0, 0}, 5, -1)), HasSubstr("above 0"));
-  EXPECT_THAT(error_of(canned_circle({0, NAN}, 5, 1)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(canned_circle({0, 0}, 1e300, 1)), HasSubstr("too many holes"));
+  EXPECT_THAT(error_of(canned_circle({0, NAN}, 5, 1)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(canned_circle({0, 0}, 1e300, 1)), HasSubstr("too many"));
 }
 
 TEST(CannedCircle, TheFinestToolsStillMeet) {
@@ -311,12 +312,13 @@ TEST(CannedSlot, SizesDoNotNeedMemory) {
   ASSERT_TRUE(slot.has_value()) << slot.error();
   EXPECT_EQ(slot->size(), 2'000'000'001);
   EXPECT_THAT((*slot)[slot->size() - 1], IsNearMatrix(Vector2d(1e8 - 0.05, 0), 1e-6));
-  EXPECT_THAT(error_of(canned_slot({0, 0}, {1e13, 0}, 0.1)), HasSubstr("too many holes"));
-  EXPECT_THAT(error_of(canned_slot({0, 0}, {9e10, 0}, 0.1)), HasSubstr("too many holes"));
-  EXPECT_THAT(error_of(canned_slot({0, 0}, {1e150, 0}, 1e-150)), HasSubstr("too many holes"));
-  EXPECT_THAT(error_of(canned_slot({0, 0}, {INFINITY, 0}, 0.1)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(canned_slot({0, 0}, {1, 0}, 0)), HasSubstr("tool's diameter is 0 mm"));
-  EXPECT_THAT(error_of(canned_slot({0, 0}, {1, 0}, NAN)), HasSubstr("not finite"));
+  EXPECT_THAT(error_of(canned_slot({0, 0}, {1e13, 0}, 0.1)), HasSubstr("too many"));
+  EXPECT_THAT(error_of(canned_slot({0, 0}, {9e10, 0}, 0.1)), HasSubstr("too many"));
+  EXPECT_THAT(error_of(canned_slot({0, 0}, {1e150, 0}, 1e-150)), HasSubstr("too many"));
+  EXPECT_THAT(error_of(canned_slot({0, 0}, {INFINITY, 0}, 0.1)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(canned_slot({0, 0}, {1, 0}, 0)),
+              AllOf(HasSubstr("diameter"), HasSubstr("0 mm")));
+  EXPECT_THAT(error_of(canned_slot({0, 0}, {1, 0}, NAN)), HasSubstr("finite"));
 }
 
 // --- G87 -----------------------------------------------------------------------------------------
@@ -354,11 +356,11 @@ TEST(StepSlotDepths, ConvertedInchesMakeNoPassOfNothing) {
 }
 
 TEST(StepSlotDepths, RefusesTheWrongSigns) {
-  EXPECT_THAT(error_of(step_slot_depths(-0.1, -0.1)), HasSubstr("initial depth is -0.1 mm"));
-  EXPECT_THAT(error_of(step_slot_depths(0.1, 0.1)), HasSubstr("increment is 0.1 mm"));
-  EXPECT_THAT(error_of(step_slot_depths(0.1, 0)), HasSubstr("expected one below 0"));
-  EXPECT_THAT(error_of(step_slot_depths(NAN, -1)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(step_slot_depths(1, -1e-13)), HasSubstr("too many passes"));
+  EXPECT_THAT(error_of(step_slot_depths(-0.1, -0.1)), HasSubstr("-0.1 mm"));
+  EXPECT_THAT(error_of(step_slot_depths(0.1, 0.1)), HasSubstr("0.1 mm"));
+  EXPECT_THAT(error_of(step_slot_depths(0.1, 0)), HasSubstr("below 0"));
+  EXPECT_THAT(error_of(step_slot_depths(NAN, -1)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(step_slot_depths(1, -1e-13)), HasSubstr("too many"));
 }
 
 // --- G32, G33 ------------------------------------------------------------------------------------
@@ -388,9 +390,9 @@ TEST(RoutedCircle, TheSmallestOneIsHalfTheCompensationPlusTenMil) {
   ASSERT_TRUE(least.has_value()) << least.error();
   EXPECT_THAT(least->plunge_mm, IsNearMatrix(Vector2d(0, 0), kExact_mm));
   EXPECT_THAT(error_of(routed_circle({0, 0}, inch(0.0724).in_mm(), inch(0.125).in_mm())),
-              HasSubstr("radius is 1.83896 mm, expected at least 1.8415 mm"));
+              AllOf(HasSubstr("1.83896 mm"), HasSubstr("1.8415 mm")));
   EXPECT_THAT(error_of(routed_circle({0, 0}, 1, -0.1)), HasSubstr("compensation"));
-  EXPECT_THAT(error_of(routed_circle({0, 0}, INFINITY, 0)), HasSubstr("not finite"));
+  EXPECT_THAT(error_of(routed_circle({0, 0}, INFINITY, 0)), HasSubstr("finite"));
 }
 
 TEST(RoutedCircle, TheFirstArcStaysInside) {

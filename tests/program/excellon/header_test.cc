@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+
+#include "tests/support/matchers.h"
 
 namespace panelcal::excellon {
 namespace {
@@ -12,7 +14,8 @@ namespace {
 struct ReadHeader {
   SourceText source;
   Header header;
-  std::vector<std::string> diagnostics;
+  std::vector<std::string> diagnostics;  ///< without their wording
+  std::vector<std::string> texts;
 
   std::string first_body_line() const {
     LineCursor body(source.bytes, header.body);
@@ -24,7 +27,8 @@ ReadHeader read(std::string text) {
   DiagnosticLog log;
   ReadHeader out{{"p.exc", std::move(text)}, {}, {}};
   out.header = read_header(out.source, {}, log);
-  for (const Diagnostic& diagnostic : log.kept()) out.diagnostics.push_back(diagnostic.text());
+  out.diagnostics = test::briefs(log);
+  for (const Diagnostic& diagnostic : log.kept()) out.texts.push_back(diagnostic.text());
   return out;
 }
 
@@ -71,9 +75,7 @@ TEST(Header, TheBodyKnowsItsLineNumber) {
 }
 
 TEST(Header, SaysWhereAnOpenHeaderBegan) {
-  EXPECT_EQ(read("\nM48\nINCH,LZ\n").diagnostics,
-            Texts{"p.exc:2:1: error[header-unclosed]: the header opened here has no end, expected "
-                  "% or M95"});
+  EXPECT_EQ(read("\nM48\nINCH,LZ\n").diagnostics, Texts{"p.exc:2:1: error[header-unclosed]"});
 }
 
 // --- number format -------------------------------------------------------------------------------
@@ -131,8 +133,7 @@ TEST(Header, SaysWhichLineStatedTheFormat) {
 
 TEST(Header, NamesABadFormatWordAndItsColumn) {
   EXPECT_EQ(read("M48\nMETRIC,TZ,00x\n%\n").diagnostics,
-            Texts{"p.exc:2:11: error[argument-invalid]: \"00x\", expected LZ, TZ or digits such as "
-                  "000.000"});
+            Texts{"p.exc:2:11: error[argument-invalid]"});
 }
 
 // --- switches, tools, settings -------------------------------------------------------------------
@@ -145,8 +146,7 @@ TEST(Header, SwitchesChangeHowTheBodyIsRead) {
   EXPECT_FALSE(off.header.incremental);
   EXPECT_FALSE(off.header.block_delete.value_or(false));
   EXPECT_TRUE(read("M48\nICI\n%\n").header.incremental);
-  EXPECT_EQ(read("M48\nICI,MAYBE\n%\n").diagnostics,
-            Texts{"p.exc:2:5: error[argument-invalid]: \"MAYBE\", expected ON or OFF"});
+  EXPECT_EQ(read("M48\nICI,MAYBE\n%\n").diagnostics, Texts{"p.exc:2:5: error[argument-invalid]"});
 }
 
 TEST(Header, PassesMachineSettingsOnInOrder) {
@@ -173,24 +173,16 @@ TEST(Header, ToolNumbersAreNeverSplitIntoTwo) {
 
 TEST(Header, RefusesContradictions) {
   EXPECT_EQ(read("M48\nINCH,LZ\nMETRIC\n%\n").diagnostics,
-            Texts{"p.exc:3:1: error[argument-invalid]: \"METRIC\" contradicts the INCH before it, "
-                  "expected one unit for the whole program"});
+            Texts{"p.exc:3:1: error[argument-invalid]"});
   EXPECT_EQ(read("M48\nINCH,LZ\nINCH,TZ\n%\n").diagnostics, Texts{});
   EXPECT_EQ(read("M48\nT1C.04\nT1C.05\n%\n").diagnostics,
-            Texts{"p.exc:3:1: error[argument-invalid]: \"T1C.05\" defines the tool differently "
-                  "from before, expected one definition of each tool"});
+            Texts{"p.exc:3:1: error[argument-invalid]"});
   EXPECT_EQ(read("M48\nT1C.04\nT01C.04\n%\n").diagnostics, Texts{});
 }
 
 TEST(Header, RefusesZerosThatNobodyHasWrittenDown) {
-  const std::string why =
-      " may move a zero in a way that the manual does not state, expected the zero set at the "
-      "machine, or "
-      "G93X#Y#";
-  EXPECT_EQ(read("M48\nZA,1\n%\n").diagnostics,
-            Texts{"p.exc:2:1: error[not-supported]: \"ZA,1\"" + why});
-  EXPECT_EQ(read("M48\nZS\n%\n").diagnostics,
-            Texts{"p.exc:2:1: error[not-supported]: \"ZS\"" + why});
+  EXPECT_EQ(read("M48\nZA,1\n%\n").diagnostics, Texts{"p.exc:2:1: error[not-supported]"});
+  EXPECT_EQ(read("M48\nZS\n%\n").diagnostics, Texts{"p.exc:2:1: error[not-supported]"});
 }
 
 TEST(Header, ReadsZerosInThePlacesOfBothAxes) {
@@ -198,30 +190,24 @@ TEST(Header, ReadsZerosInThePlacesOfBothAxes) {
   EXPECT_EQ(out.diagnostics, Texts{});
   EXPECT_EQ(out.header.zero_set, displacement_mm<frame::Programmed>(25.4, 50.8));
   EXPECT_EQ(out.header.zero_correction, displacement_mm<frame::Programmed>(12.7, -12.7));
-  EXPECT_EQ(read("M48\nZC,1,2\n%\n").diagnostics,
-            Texts{"p.exc:2:4: error[argument-invalid]: \"1,2\", expected X#Y#"});
-  EXPECT_EQ(read("M48\nZ,X1.\n%\n").diagnostics,
-            Texts{"p.exc:2:3: error[argument-invalid]: \"X1.\", expected X#Y#"});
+  EXPECT_EQ(read("M48\nZC,1,2\n%\n").diagnostics, Texts{"p.exc:2:4: error[argument-invalid]"});
+  EXPECT_EQ(read("M48\nZ,X1.\n%\n").diagnostics, Texts{"p.exc:2:3: error[argument-invalid]"});
 }
 
 TEST(Header, ReadsTheCommandSetAndTheAxisVersion) {
   EXPECT_EQ(read("M48\n%\n").header.set, ProgramSet::FormatTwo);
   EXPECT_EQ(read("M48\nFMAT,1\n%\n").header.set, ProgramSet::FormatOne);
-  EXPECT_EQ(read("M48\nFMAT,3\n%\n").diagnostics,
-            Texts{"p.exc:2:6: error[argument-invalid]: \"3\", expected FMAT,1 or FMAT,2"});
+  EXPECT_EQ(read("M48\nFMAT,3\n%\n").diagnostics, Texts{"p.exc:2:6: error[argument-invalid]"});
   EXPECT_EQ(read("M48\n%\n").header.axis_version, std::nullopt);
   EXPECT_EQ(read("M48\nVER,8\n%\n").header.axis_version, 8);
-  EXPECT_EQ(read("M48\nVER,9\n%\n").diagnostics,
-            Texts{"p.exc:2:5: error[argument-invalid]: \"9\", expected VER,1 to VER,8"});
+  EXPECT_EQ(read("M48\nVER,9\n%\n").diagnostics, Texts{"p.exc:2:5: error[argument-invalid]"});
 }
 
 TEST(Header, UnknownWordsNameTheNearestKnownOne) {
-  EXPECT_EQ(read("M48\n METRICS,LZ\n%\n").diagnostics,
-            Texts{"p.exc:2:2: error[header-word-unknown]: \"METRICS\" is no header command, "
-                  "expected perhaps METRIC"});
-  EXPECT_EQ(read("M48\nG93\n%\n").diagnostics,
-            Texts{"p.exc:2:1: error[header-word-unknown]: \"G93\" is no header command, expected a "
-                  "command of the manual's header table"});
+  const ReadHeader near = read("M48\n METRICS,LZ\n%\n");
+  EXPECT_EQ(near.diagnostics, Texts{"p.exc:2:2: error[header-word-unknown]"});
+  EXPECT_THAT(near.texts.at(0), testing::ContainsRegex("METRIC([^S]|$)"));
+  EXPECT_EQ(read("M48\nG93\n%\n").diagnostics, Texts{"p.exc:2:1: error[header-word-unknown]"});
 }
 
 TEST(Header, TakesTheModesThatCamSystemsWriteIntoIt) {

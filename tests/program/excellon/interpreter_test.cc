@@ -120,16 +120,12 @@ TEST(Interpreter, TheHeadersToolDataRuleOverTheBodys) {
   ASSERT_EQ(run.executed.tools().size(), 1U);
   EXPECT_EQ(run.executed.tools()[0].diameter, mm(1));
   EXPECT_EQ(run.executed.tools()[0].infeed, mm_per_s(200));  // the header says nothing of it
-  EXPECT_EQ(run.diagnostics,
-            Lines{"p.exc:6:1: warning[tool-data-ignored]: \"T1\" in \"T1C3.0F2\", expected the "
-                  "header's data, which are used"});
+  EXPECT_EQ(run.diagnostics, Lines{"p.exc:6:1: warning[tool-data-ignored]"});
 }
 
 TEST(Interpreter, AToolThatTheHeaderDoesNotDefineIsWarnedOfOnce) {
   const ProgramRun run = run_program(metric("T3\nX1.Y1.\nT1\nX2.Y1.\nT3\nX3.Y1.\nM30\n"));
-  EXPECT_EQ(run.diagnostics,
-            Lines{"p.exc:6:1: warning[tool-undefined]: \"T3\" in \"T3\", expected a tool that the "
-                  "header defines"});
+  EXPECT_EQ(run.diagnostics, Lines{"p.exc:6:1: warning[tool-undefined]"});
 }
 
 // --- zero, units, messages, settings, end --------------------------------------------------------
@@ -152,10 +148,8 @@ TEST(Interpreter, StopCoordinatesAreRelativeToAbsoluteZero) {
   options.absolute_zero = position_mm<frame::Machine>(1000, 2000);
   options.work_zero = position_mm<frame::Machine>(100, 200);
   EXPECT_EQ(executed("G93X10.Y20.\nM30X1.Y2.\n", options).back(), "7 end rewind (1001, 2002)");
-  EXPECT_EQ(
-      run_program(metric("M00Y2.\n"), options).diagnostics,
-      Lines{"p.exc:6:4: error[coordinate-missing]: \"Y2.\" in \"M00Y2.\", expected both X and "
-            "Y, or neither"});
+  EXPECT_EQ(run_program(metric("M00Y2.\n"), options).diagnostics,
+            Lines{"p.exc:6:4: error[coordinate-missing]"});
   EXPECT_EQ(executed("M00\n").back(), "6 end");
 }
 
@@ -177,15 +171,12 @@ TEST(Interpreter, M71AndM72StateTheUnitButNotTheZeros) {
   EXPECT_EQ(run_program("M71\nT1\nX001000Y002.5\nM30\n").diagnostics, Lines{});
   EXPECT_EQ(run_program("M72\nT1\nX010000Y-.5\nM30\n").diagnostics, Lines{});
   EXPECT_EQ(run_program("M72\nT1\nX01Y02\nM30\n").diagnostics,
-            Lines{"p.exc:3:1: warning[format-assumed]: \"X01\" is read as inch 2.4, leading zeros "
-                  "kept, expected INCH or METRIC with LZ or TZ in the header"});
+            Lines{"p.exc:3:1: warning[format-assumed]"});
 }
 
 TEST(Interpreter, ReadsANumberWithoutAStatedFormatWithAWarning) {
   const ProgramRun run = run_program("T1\nXY\nX.5Y.5\nX01Y02\nX02Y02\nM30\n");
-  EXPECT_EQ(run.diagnostics,
-            Lines{"p.exc:4:1: warning[format-assumed]: \"X01\" is read as inch 2.4, leading zeros "
-                  "kept, expected INCH or METRIC with LZ or TZ in the header"});
+  EXPECT_EQ(run.diagnostics, Lines{"p.exc:4:1: warning[format-assumed]"});
   EXPECT_EQ(run.holes().at(2).nominal_mm(), Vector2d(25.4, 50.8));
 }
 
@@ -219,15 +210,12 @@ TEST(Interpreter, ALoneEndMissesOnlyAWarning) {
   const ProgramRun run = run_program(metric("T1\nX1.Y1.\n"));
   EXPECT_FALSE(run.has_errors);
   EXPECT_EQ(run.holes().size(), 1U);
-  EXPECT_EQ(run.diagnostics,
-            Lines{"p.exc:8: warning[end-missing]: the program has no end, expected M30 or M00"});
+  EXPECT_EQ(run.diagnostics, Lines{"p.exc:8: warning[end-missing]"});
 }
 
 TEST(Interpreter, TextBehindTheEndIsWarnedOfOnce) {
   const ProgramRun run = run_program(metric("T1\nM30\n\n%\nX1.Y1.\nX2.Y2.\n"));
-  EXPECT_EQ(run.diagnostics,
-            Lines{"p.exc:10:1: warning[text-after-end]: \"X1.Y1.\", expected nothing behind the "
-                  "end"});
+  EXPECT_EQ(run.diagnostics, Lines{"p.exc:10:1: warning[text-after-end]"});
   EXPECT_TRUE(run.holes().empty());
 }
 

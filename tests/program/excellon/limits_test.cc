@@ -3,16 +3,21 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "tests/program/program_run.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
 
 using test::metric;
 using test::ProgramRun;
+using test::Reports;
 using test::run_program;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
 
 using Texts = std::vector<std::string>;
 
@@ -32,25 +37,19 @@ WalkOptions limited() {
 TEST(Limits, HolesOfNestedRepeatsEndAtMaxOperations) {
   const ProgramRun run = run_program(nested_repeats("X0.Y0.\n"), limited());
   // Found by multiplying, before any copy is walked.
-  EXPECT_EQ(run.diagnostics,
-            Texts{"p.exc:8: error[too-many-operations]: more than 20000 operations, expected a "
-                  "shorter program, or a higher limit"});
+  EXPECT_THAT(run.texts, ElementsAre(Reports("p.exc:8: error[too-many-operations]", " 20000 ")));
   EXPECT_TRUE(run.executed.lines().empty());
 }
 
 TEST(Limits, RepeatedHolesCountToo) {
   const ProgramRun run =
       run_program(metric("T1\nX0.Y0.\nR9999X.001\nR9999X.001\nR9999Y.001\nM30\n"), limited());
-  EXPECT_EQ(run.diagnostics,
-            Texts{"p.exc:9: error[too-many-operations]: more than 20000 operations, expected a "
-                  "shorter program, or a higher limit"});
+  EXPECT_EQ(run.diagnostics, Texts{"p.exc:9: error[too-many-operations]"});
 }
 
 TEST(Limits, TargetsOfNestedRepeatsEndAtMaxMeasurements) {
   const ProgramRun run = run_program(nested_repeats("G35X0.Y0.\n"), limited());
-  EXPECT_EQ(run.diagnostics,
-            Texts{"p.exc:9: error[too-many-operations]: more than 2000 targets, expected a shorter "
-                  "program, or a higher limit"});
+  EXPECT_THAT(run.texts, ElementsAre(Reports("p.exc:9: error[too-many-operations]", " 2000 ")));
   EXPECT_EQ(run.survey.measurements.size(), 2'000U);
 }
 
@@ -61,11 +60,8 @@ TEST(Limits, LinesThatDoNothingCountToo) {
     std::string body = nested_repeats(pattern);
     body.insert(body.find("M25"), store);
     const ProgramRun run = run_program(body, limited());
-    ASSERT_EQ(run.diagnostics.size(), 1U) << pattern;
-    EXPECT_NE(run.diagnostics[0].find("error[too-many-operations]: more than 20000 lines of step "
-                                      "and repeat that drill nothing"),
-              std::string::npos)
-        << run.diagnostics[0];
+    ASSERT_EQ(run.texts.size(), 1U) << pattern;
+    EXPECT_THAT(run.texts[0], AllOf(HasSubstr("error[too-many-operations]"), HasSubstr(" 20000 ")));
   }
 }
 
@@ -86,9 +82,7 @@ TEST(Limits, AMistakeInAPatternIsReportedOnce) {
 
 TEST(Limits, NothingFollowsTheErrorThatEndsAWalk) {
   const ProgramRun run = run_program(metric("T1\nM25\nX0.Y0.\nX1.Y1.\nM30\n"));
-  EXPECT_EQ(run.diagnostics,
-            Texts{"p.exc:7:1: error[repeat-unclosed]: the step and repeat section opened here has "
-                  "no M01, expected M25 ... M01 ... M02 ... M08"});
+  EXPECT_EQ(run.diagnostics, Texts{"p.exc:7:1: error[repeat-unclosed]"});
 }
 
 TEST(Limits, SixtyFourLevelsAreTheMost) {
@@ -96,8 +90,7 @@ TEST(Limits, SixtyFourLevelsAreTheMost) {
   for (int level = 0; level < 64; ++level) levels += "M01\n";
   EXPECT_EQ(run_program(metric("T1\nM25\nX0.Y0.\n" + levels + "M08\nM30\n")).diagnostics, Texts{});
   EXPECT_EQ(run_program(metric("T1\nM25\nX0.Y0.\n" + levels + "M01\nM08\nM30\n")).diagnostics,
-            Texts{"p.exc:73:1: error[nesting-too-deep]: \"M01\" opens one level too many, expected "
-                  "at most 64 levels"});
+            Texts{"p.exc:73:1: error[nesting-too-deep]"});
 }
 
 TEST(Limits, MemoryForDiagnosticsIsBounded) {

@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+
+#include "tests/support/matchers.h"
 
 namespace panelcal::excellon {
 namespace {
@@ -28,7 +30,7 @@ ReadTool read(std::string_view text,
   DiagnosticLog log;
   const std::vector<Tool> no_page;
   ReadTool out{read_tool_block(block, {format, defined, no_page}, Reporter("p.exc", log)), {}};
-  for (const Diagnostic& diagnostic : log.kept()) out.diagnostics.push_back(diagnostic.text());
+  out.diagnostics = test::briefs(log);
   return out;
 }
 
@@ -134,12 +136,8 @@ TEST(Tools, DataNotGivenStayUnknown) {
 }
 
 TEST(Tools, RatesOutsideTheManualsRangeAreWarnedOf) {
-  EXPECT_EQ(read("T1F6").diagnostics,
-            Texts{"p.exc:1:3: warning[rate-out-of-range]: \"F6\" is 600 in/min, expected 10 to 500 "
-                  "in/min (4 to 212 mm/s)"});
-  EXPECT_EQ(read("T1B0009").diagnostics,
-            Texts{"p.exc:1:3: warning[rate-out-of-range]: \"B0009\" is 9 in/min, expected 10 to "
-                  "1000 in/min (5 to 425 mm/s)"});
+  EXPECT_EQ(read("T1F6").diagnostics, Texts{"p.exc:1:3: warning[rate-out-of-range]"});
+  EXPECT_EQ(read("T1B0009").diagnostics, Texts{"p.exc:1:3: warning[rate-out-of-range]"});
   EXPECT_EQ(read("T1F3", kMetric).diagnostics.size(), 1U);
 }
 
@@ -159,30 +157,15 @@ TEST(Tools, TheManualsLimitsThemselvesAreInside) {
 }
 
 TEST(Tools, RefusesBadDataWithPlaceAndForm) {
-  EXPECT_EQ(read("T").diagnostics,
-            Texts{"p.exc:1:1: error[argument-invalid]: \"T\", expected a tool number of 1 to 4 "
-                  "digits"});
+  EXPECT_EQ(read("T").diagnostics, Texts{"p.exc:1:1: error[argument-invalid]"});
   EXPECT_EQ(read("T12345").diagnostics.size(), 1U);
-  EXPECT_EQ(read("T1F20.5").diagnostics,
-            Texts{"p.exc:1:3: error[argument-invalid]: \"F20.5\", expected 1 to 3 digits without a "
-                  "decimal point"});
-  EXPECT_EQ(read("T1S-5").diagnostics,
-            Texts{"p.exc:1:3: error[argument-invalid]: \"S-5\", expected thousands of rpm: up to 3 "
-                  "digits, or a decimal point"});
-  EXPECT_EQ(read("T1H2.5").diagnostics,
-            Texts{"p.exc:1:3: error[argument-invalid]: \"H2.5\", expected a whole number of hits, "
-                  "or nothing"});
-  EXPECT_EQ(read("T1C-.04").diagnostics,
-            Texts{"p.exc:1:3: error[argument-invalid]: \"C-.04\", expected a diameter above zero"});
-  EXPECT_EQ(read("T1C.0.4").diagnostics,
-            Texts{"p.exc:1:4: error[number-malformed]: \".0.4\" is not a number, expected a sign, "
-                  "digits and at most one decimal point"});
-  EXPECT_EQ(read("T1X01").diagnostics,
-            Texts{"p.exc:1:3: error[block-not-alone]: \"X01\" in a tool block, expected only C, F, "
-                  "S, B, H and Z behind T"});
-  EXPECT_EQ(read("T1,2").diagnostics,
-            Texts{"p.exc:1:4: error[block-not-alone]: \"2\" in \"T1,2\", expected a tool block "
-                  "without a comma"});
+  EXPECT_EQ(read("T1F20.5").diagnostics, Texts{"p.exc:1:3: error[argument-invalid]"});
+  EXPECT_EQ(read("T1S-5").diagnostics, Texts{"p.exc:1:3: error[argument-invalid]"});
+  EXPECT_EQ(read("T1H2.5").diagnostics, Texts{"p.exc:1:3: error[argument-invalid]"});
+  EXPECT_EQ(read("T1C-.04").diagnostics, Texts{"p.exc:1:3: error[argument-invalid]"});
+  EXPECT_EQ(read("T1C.0.4").diagnostics, Texts{"p.exc:1:4: error[number-malformed]"});
+  EXPECT_EQ(read("T1X01").diagnostics, Texts{"p.exc:1:3: error[block-not-alone]"});
+  EXPECT_EQ(read("T1,2").diagnostics, Texts{"p.exc:1:4: error[block-not-alone]"});
 }
 
 TEST(ToolLink, IsNumbersBetweenSlashes) {

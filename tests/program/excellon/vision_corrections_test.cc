@@ -288,9 +288,7 @@ TEST(AutoFocus, FailureIsAnError) {
   const ProgramRun run =
       run_program(metric("$uvis,focus,x200.0y15.0\nT1\nX1.0Y1.0\nM30\n"), options, source);
   ASSERT_EQ(run.diagnostics.size(), 1u);
-  EXPECT_EQ(
-      run.diagnostics[0],
-      "p.exc:6:1: error[focus-not-found]: $uvis,focus at (200.0000, 15.0000) mm: too far away");
+  EXPECT_EQ(run.diagnostics[0], "p.exc:6:1: error[focus-not-found]");
 }
 
 TEST(SearchArea, IsAPlainNumberInTheProgramsUnit) {

@@ -88,9 +88,7 @@ std::map<int, int> hits(const ProgramRun& run) {
   return count;
 }
 
-const std::string kFormatAssumed =
-    "p.exc:7:4: warning[format-assumed]: \"X-0087\" is read as inch 2.4, leading zeros kept, "
-    "expected INCH or METRIC with LZ or TZ in the header";
+const std::string kFormatAssumed = "p.exc:7:4: warning[format-assumed]";
 
 TEST(ManualVisionExamples, BothProceduresDrillTheSameHoles) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
@@ -149,11 +147,7 @@ TEST(ManualVisionExamples, SecondProcedureAsPrintedIsDegenerate) {
   FunctionSource panel = crooked_panel(1);
   const ProgramRun run = run_program(second_procedure("G46X01Y02"), {}, panel);
   // The slip as printed measures one mark twice; each of its three boards is refused, once.
-  EXPECT_EQ(run.diagnostics,
-            (Texts{kFormatAssumed,
-                   "p.exc:44:1: error[series-degenerate]: 3 targets from line 44 do not determine "
-                   "the model \"stretch\", expected targets that neither coincide nor lie in one "
-                   "line"}));
+  EXPECT_EQ(run.diagnostics, (Texts{kFormatAssumed, "p.exc:44:1: error[series-degenerate]"}));
   EXPECT_FALSE(run.survey.is_complete());
   EXPECT_TRUE(run.holes().empty());
 }
@@ -206,14 +200,10 @@ TEST(ManualUvisExample, SettingsReachTheRequestsTheyStandBefore) {
 
 TEST(ManualUvisExample, SaysThatNothingIsCalibratedOrFocused) {
   const ProgramRun run = run_program(uvis_program());
-  EXPECT_EQ(
-      run.diagnostics,
-      (Texts{"p.exc:9:1: warning[calibration-not-performed]: \"$uvis,focus,xy\" is passed on, "
-             "not performed",
-             "p.exc:12:1: warning[calibration-not-performed]: \"$uvis,calib\" is passed on, "
-             "not performed",
-             "p.exc:22:1: warning[calibration-not-performed]: \"$uvis,calib\" is passed on, "
-             "not performed"}));
+  EXPECT_EQ(run.diagnostics,
+            (Texts{"p.exc:9:1: warning[calibration-not-performed]",
+                   "p.exc:12:1: warning[calibration-not-performed]",
+                   "p.exc:22:1: warning[calibration-not-performed]"}));
 }
 
 TEST(ManualUvisExample, OrdersArePassedOnInTheirPlace) {

@@ -3,9 +3,10 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "tests/program/program_run.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
@@ -14,7 +15,9 @@ using Eigen::Vector2d;
 using test::FunctionSource;
 using test::metric;
 using test::ProgramRun;
+using test::Reports;
 using test::run_program;
+using testing::ElementsAre;
 
 using Texts = std::vector<std::string>;
 
@@ -29,36 +32,32 @@ Texts diagnostics_of(std::string_view body) {
 
 // --- unfinished series ---------------------------------------------------------------------------
 
-std::string unfinished(int line, const std::string& command) {
-  return "p.exc:" + std::to_string(line) + ":1: error[series-unfinished]: " + command +
-         " comes after 2 of 3 targets of the G36 series begun in line 8, expected 1 more G36";
+std::string unfinished(int line) {
+  return "p.exc:" + std::to_string(line) + ":1: error[series-unfinished]";
 }
 
 TEST(SeriesUnfinished, ByACoordinate) {
-  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y0.\nX1.Y1.\n"),
-            Texts{unfinished(10, "a coordinate")});
+  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y0.\nX1.Y1.\n"), Texts{unfinished(10)});
 }
 
 TEST(SeriesUnfinished, ByAnotherCommand) {
   const std::string begun = "G36X0.Y0.\nG36X9.Y0.\n";
-  EXPECT_EQ(diagnostics_of(begun + "G35X1.Y1.\n"), Texts{unfinished(10, "G35")});
-  EXPECT_EQ(diagnostics_of(begun + "G45X1.Y1.\n"), Texts{unfinished(10, "G45")});
-  EXPECT_EQ(diagnostics_of(begun + "G38X1.Y1.\n"), Texts{unfinished(10, "G38")});
-  EXPECT_EQ(diagnostics_of(begun + "G37\n"), Texts{unfinished(10, "G37")});
-  EXPECT_EQ(diagnostics_of(begun + "G47\n"), Texts{unfinished(10, "G47")});
-  EXPECT_EQ(diagnostics_of(begun + "M51,1\n").at(0), unfinished(10, "M51,1"));
+  EXPECT_EQ(diagnostics_of(begun + "G35X1.Y1.\n"), Texts{unfinished(10)});
+  EXPECT_EQ(diagnostics_of(begun + "G45X1.Y1.\n"), Texts{unfinished(10)});
+  EXPECT_EQ(diagnostics_of(begun + "G38X1.Y1.\n"), Texts{unfinished(10)});
+  EXPECT_EQ(diagnostics_of(begun + "G37\n"), Texts{unfinished(10)});
+  EXPECT_EQ(diagnostics_of(begun + "G47\n"), Texts{unfinished(10)});
+  EXPECT_EQ(diagnostics_of(begun + "M51,1\n").at(0), unfinished(10));
 }
 
 TEST(SeriesUnfinished, ByTheEndOfThePattern) {
-  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nM25\nG36X9.Y0.\nM01\nM08\n"),
-            Texts{unfinished(11, "the end of the pattern")});
+  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nM25\nG36X9.Y0.\nM01\nM08\n"), Texts{unfinished(11)});
 }
 
 TEST(SeriesUnfinished, ByTheEnd) {
-  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y0.\n"),
-            Texts{unfinished(10, "the end of the program")});
+  EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y0.\n"), Texts{unfinished(10)});
   const std::string cut = metric("G34,1\nT1\nG36X0.Y0.\nG36X9.Y0.\n");
-  EXPECT_EQ(run_program(cut).diagnostics.at(0), unfinished(10, "the end of the program"));
+  EXPECT_EQ(run_program(cut).diagnostics.at(0), unfinished(10));
 }
 
 TEST(SeriesUnfinished, ToolsAndVisionSettingsMayComeBetween) {
@@ -69,8 +68,7 @@ TEST(SeriesUnfinished, ToolsAndVisionSettingsMayComeBetween) {
 
 TEST(SeriesDegenerate, CollinearTargetsDoNotDetermineAStretch) {
   EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y9.\nG36X18.Y18.\n"),
-            Texts{"p.exc:8:1: error[series-degenerate]: 3 targets from line 8 do not determine the "
-                  "model \"stretch\", expected targets that neither coincide nor lie in one line"});
+            Texts{"p.exc:8:1: error[series-degenerate]"});
 }
 
 TEST(SeriesDegenerate, TooFewTargetsForTheConfiguredModel) {
@@ -78,8 +76,7 @@ TEST(SeriesDegenerate, TooFewTargetsForTheConfiguredModel) {
   options.series_size = 2;
   options.model = PanelModel::Affine;
   EXPECT_EQ(run_program(program("G36X0.Y0.\nG36X9.Y9.\n"), options).diagnostics,
-            Texts{"p.exc:8:1: error[targets-too-few]: 2 targets from line 8 do not determine the "
-                  "model \"affine\", expected at least 6 coordinates"});
+            Texts{"p.exc:8:1: error[targets-too-few]"});
 }
 
 TEST(SeriesDegenerate, AMeasurementWithoutAUsableCovarianceIsNamed) {
@@ -92,8 +89,7 @@ TEST(SeriesDegenerate, AMeasurementWithoutAUsableCovarianceIsNamed) {
   };
   ExactSource source;
   EXPECT_EQ(run_program(program("G35X0.Y0.\n"), {}, source).diagnostics,
-            Texts{"p.exc:8:1: error[measurement-invalid]: a measurement of the series has no "
-                  "usable covariance, expected a positive definite matrix"});
+            Texts{"p.exc:8:1: error[measurement-invalid]"});
 }
 
 TEST(PanelMirrored, ASeriesSeenAsInAMirrorIsRefusedWithoutAnyLimit) {
@@ -102,11 +98,9 @@ TEST(PanelMirrored, ASeriesSeenAsInAMirrorIsRefusedWithoutAnyLimit) {
       return {-request.nominal.in_mm().x(), request.nominal.in_mm().y()};
     });
     const std::string g = code;
-    EXPECT_EQ(
-        run_program(program(g + "X0.Y0.\n" + g + "X9.Y0.\n" + g + "X0.Y9.\n"), {}, source)
-            .diagnostics,
-        Texts{"p.exc:8:1: error[panel-mirrored]: the 3 targets of the series are seen as in a "
-              "mirror, expected the panel the right way up"});
+    EXPECT_EQ(run_program(program(g + "X0.Y0.\n" + g + "X9.Y0.\n" + g + "X0.Y9.\n"), {}, source)
+                  .diagnostics,
+              Texts{"p.exc:8:1: error[panel-mirrored]"});
   }
 }
 
@@ -117,9 +111,9 @@ TEST(LostTarget, InABaseSeriesStopsTheSurvey) {
   source.lose(1, MeasurementStatus::NotFound, "too dark");
   const ProgramRun run =
       run_program(program("G36X0.Y0.\nG36X9.Y0.\nG36X0.Y9.\nX1.Y1.\nG46X0.Y0.\n"), {}, source);
-  EXPECT_EQ(run.diagnostics,
-            Texts{"p.exc:9:1: error[target-not-found]: G36 target 1 at nominal (9.0000, 0.0000) mm "
-                  "is not_found: too dark"});
+  EXPECT_THAT(run.texts,
+              ElementsAre(Reports(
+                  "p.exc:9:1: error[target-not-found]", "(9.0000, 0.0000) mm", "too dark")));
   EXPECT_EQ(source.requests().size(), 3U);
   EXPECT_FALSE(run.survey.is_complete());
   EXPECT_FALSE(run.survey.is_accepted());
@@ -130,9 +124,7 @@ TEST(LostTarget, InANestedSeriesLetsTheSurveyGoOn) {
   source.lose(0, MeasurementStatus::Ambiguous, "");
   const ProgramRun run =
       run_program(program("M25\nG45X1.Y2.\nX1.Y1.\nM01\nM02X10.\nM08\n"), {}, source);
-  EXPECT_EQ(run.diagnostics,
-            Texts{"p.exc:9:1: error[target-ambiguous]: G45 target 0 at nominal (1.0000, 2.0000) mm "
-                  "is ambiguous"});
+  EXPECT_EQ(run.diagnostics, Texts{"p.exc:9:1: error[target-ambiguous]"});
   EXPECT_EQ(source.requests().size(), 2U);
   EXPECT_FALSE(run.survey.series.at(0).is_fitted());
   EXPECT_TRUE(run.survey.series.at(1).is_accepted());
@@ -143,9 +135,10 @@ TEST(LostTarget, UnderAHoleFailsTheSurveyToo) {
   FunctionSource source = test::shifted_by(0, 0);
   source.lose(0, MeasurementStatus::Rejected, "a cross, not a disc");
   const ProgramRun run = run_program(program("G38X1.Y2.\n"), {}, source);
-  EXPECT_EQ(run.diagnostics,
-            Texts{"p.exc:8:1: error[target-rejected]: G38 target 0 at nominal (1.0000, 2.0000) mm "
-                  "is rejected: a cross, not a disc"});
+  EXPECT_THAT(
+      run.texts,
+      ElementsAre(Reports(
+          "p.exc:8:1: error[target-rejected]", "(1.0000, 2.0000) mm", "a cross, not a disc")));
   EXPECT_FALSE(run.survey.is_complete());
 }
 
@@ -156,8 +149,8 @@ TEST(LostTarget, AFailingSourceStopsTheSurveyWithItsOwnWords) {
     }
   };
   BrokenSource source;
-  EXPECT_EQ(run_program(program("G35X0.Y0.\nG35X1.Y1.\n"), {}, source).diagnostics,
-            Texts{"a.png: error[file-unreadable]: no such file"});
+  EXPECT_THAT(run_program(program("G35X0.Y0.\nG35X1.Y1.\n"), {}, source).texts,
+              ElementsAre(Reports("a.png: error[file-unreadable]", "no such file")));
 }
 
 // --- gates ---------------------------------------------------------------------------------------
@@ -173,13 +166,9 @@ TEST(VisionGates, AResidualNamesThePad) {
   });
   const ProgramRun run =
       run_program(program("G36X0.Y0.\nG36X100.Y0.\nG36X100.Y100.\nG36X0.Y100.\n"), options, source);
-  ASSERT_EQ(run.diagnostics.size(), 1U);
-  EXPECT_EQ(run.diagnostics[0].substr(0, 36), "p.exc:10:1: error[gate-failed]: resi");
-  EXPECT_NE(run.diagnostics[0].find("dual of target 3 is "), std::string::npos)
-      << run.diagnostics[0];
-  EXPECT_NE(run.diagnostics[0].find("(G36 target at nominal (100.0000, 100.0000) mm)"),
-            std::string::npos)
-      << run.diagnostics[0];
+  EXPECT_THAT(run.texts,
+              ElementsAre(Reports(
+                  "p.exc:10:1: error[gate-failed]", "3", "G36", "(100.0000, 100.0000) mm")));
   EXPECT_TRUE(run.survey.is_complete());
   EXPECT_FALSE(run.survey.is_accepted());
   EXPECT_TRUE(run.holes().empty());
@@ -191,36 +180,27 @@ TEST(VisionGates, BaseAndNestedHaveLimitsOfTheirOwn) {
   FunctionSource far = test::shifted_by(1, 0);
   EXPECT_EQ(run_program(program("G35X0.Y0.\n"), options, far).diagnostics, Texts{});
   FunctionSource nested = test::shifted_by(1, 0);
-  EXPECT_EQ(run_program(program("G45X0.Y0.\n"), options, nested).diagnostics,
-            Texts{"p.exc:8:1: error[gate-failed]: offset is 1.000 mm, limit 0.500 mm (G45 "
-                  "series that begins at nominal (0.0000, 0.0000) mm)"});
+  EXPECT_THAT(run_program(program("G45X0.Y0.\n"), options, nested).texts,
+              ElementsAre(Reports("p.exc:8:1: error[gate-failed]", "1.000 mm", "0.500 mm", "G45")));
 }
 
 // --- what the two passes would see differently ---------------------------------------------------
 
 TEST(AxisAmbiguous, AHoleTakesNoAxisFromATarget) {
-  EXPECT_EQ(diagnostics_of("G35X1.Y1.\nX2.\n"),
-            Texts{"p.exc:9:1: error[axis-ambiguous]: \"X2.\" takes Y from a vision target, "
-                  "expected absolute X and Y in this block"});
+  EXPECT_EQ(diagnostics_of("G35X1.Y1.\nX2.\n"), Texts{"p.exc:9:1: error[axis-ambiguous]"});
 }
 
 TEST(AxisAmbiguous, ATargetTakesNoAxisFromAHole) {
-  EXPECT_EQ(diagnostics_of("X1.Y1.\nG35Y2.\n"),
-            Texts{"p.exc:9:1: error[axis-ambiguous]: \"G35Y2.\" takes X from a hole or rout "
-                  "move, expected absolute X and Y in this block"});
+  EXPECT_EQ(diagnostics_of("X1.Y1.\nG35Y2.\n"), Texts{"p.exc:9:1: error[axis-ambiguous]"});
 }
 
 TEST(AxisAmbiguous, AnIncrementalHoleDoesNotGoOnFromATarget) {
-  EXPECT_EQ(diagnostics_of("G35X1.Y1.\nG91\nX2.Y2.\n"),
-            Texts{"p.exc:10:1: error[axis-ambiguous]: \"X2.Y2.\" takes X from a vision target, "
-                  "expected absolute X and Y in this block"});
+  EXPECT_EQ(diagnostics_of("G35X1.Y1.\nG91\nX2.Y2.\n"), Texts{"p.exc:10:1: error[axis-ambiguous]"});
 }
 
 TEST(AxisAmbiguous, AnOmittedAxisAfterM08IsNotGuessed) {
-  EXPECT_EQ(
-      diagnostics_of("M25\nX1.Y1.\nM01\nM08\nX2.\n"),
-      Texts{"p.exc:12:1: error[axis-ambiguous]: \"X2.\" takes Y from before the M08, expected "
-            "absolute X and Y in this block"});
+  EXPECT_EQ(diagnostics_of("M25\nX1.Y1.\nM01\nM08\nX2.\n"),
+            Texts{"p.exc:12:1: error[axis-ambiguous]"});
 }
 
 TEST(AxisAmbiguous, TargetsMayTakeAnAxisFromTargets) {
@@ -231,8 +211,7 @@ TEST(AxisAmbiguous, TargetsMayTakeAnAxisFromTargets) {
 }
 
 TEST(AxisAmbiguous, ARepeatDoesNotGoOnFromATarget) {
-  const std::string expected =
-      "error[repeat-without-hole]: \"R2\" in \"R2X1.\", expected a hole to repeat from";
+  const std::string expected = "error[repeat-without-hole]";
   EXPECT_EQ(diagnostics_of("X0.Y0.\nG35X1.Y1.\nR2X1.\n"), Texts{"p.exc:10:1: " + expected});
   EXPECT_EQ(diagnostics_of("X0.Y0.\nG38X1.Y1.\nR2X1.\n"), Texts{"p.exc:10:1: " + expected});
 }
@@ -240,9 +219,7 @@ TEST(AxisAmbiguous, ARepeatDoesNotGoOnFromATarget) {
 // --- G93 -----------------------------------------------------------------------------------------
 
 TEST(ZeroSet, IsRefusedUnderACorrection) {
-  const std::string expected =
-      "error[zero-set-under-correction]: \"G93\" in \"G93X1.Y1.\", expected G93 before the first "
-      "target";
+  const std::string expected = "error[zero-set-under-correction]";
   EXPECT_EQ(diagnostics_of("G35X0.Y0.\nG93X1.Y1.\n"), Texts{"p.exc:9:1: " + expected});
   EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG93X1.Y1.\n").at(0), "p.exc:9:1: " + expected);
   EXPECT_EQ(diagnostics_of("M50,1\nM25\nG35X0.Y0.\nM01\nM08\nG37\nG93X1.Y1.\n"),
@@ -251,8 +228,7 @@ TEST(ZeroSet, IsRefusedUnderACorrection) {
 
 TEST(ZeroSet, IsRefusedInAPattern) {
   EXPECT_EQ(diagnostics_of("M25\nG93X1.Y1.\nM01\nM08\n"),
-            Texts{"p.exc:9:1: error[command-misplaced]: \"G93\" in \"G93X1.Y1.\", expected G93 "
-                  "outside step and repeat and stored patterns"});
+            Texts{"p.exc:9:1: error[command-misplaced]"});
 }
 
 }  // namespace

@@ -19,8 +19,9 @@ using Eigen::Vector2d;
 using test::FunctionSource;
 using test::metric;
 using test::ProgramRun;
+using test::Reports;
 using test::run_program;
-using testing::HasSubstr;
+using testing::ElementsAre;
 
 constexpr int kTargets = 16;
 constexpr const char* kHoles = "X35.Y40.\nX150.Y100.\nX299.Y-5.\n";
@@ -127,9 +128,8 @@ TEST(VisionSmooth, GatesStretchAndOffsetByItsAffinePartAndResidualsByItself) {
 TEST(VisionSmooth, NeedsSixTargetsButNotOfASingleOne) {
   const std::string five = "G36X0.Y0.\nG36X300.Y0.\nG36X300.Y200.\nG36X0.Y200.\nG36X90.Y80.\n";
   const ProgramRun refused = run(five + kHoles, options_for(Model::Smooth, 5), affine);
-  ASSERT_EQ(refused.diagnostics.size(), 1u);
-  EXPECT_THAT(refused.diagnostics[0],
-              HasSubstr("5 targets from line 8 do not determine the model"));
+  EXPECT_THAT(refused.texts,
+              ElementsAre(Reports("p.exc:8:1: error[targets-too-few]", "5", "\"smooth\"")));
   EXPECT_TRUE(refused.holes().empty());
   const ProgramRun single =
       run("G35X10.Y10.\n" + std::string(kHoles), options_for(Model::Smooth), affine);
@@ -140,8 +140,7 @@ TEST(VisionSmooth, NeedsSixTargetsButNotOfASingleOne) {
 TEST(VisionSmooth, RefusesNestedSeriesOnTop) {
   const ProgramRun found =
       run(targets() + "G45X20.Y20.\n" + kHoles, options_for(Model::Smooth), bowed);
-  ASSERT_EQ(found.diagnostics.size(), 1u);
-  EXPECT_THAT(found.diagnostics[0], HasSubstr("on top of a smooth panel model"));
+  EXPECT_THAT(found.diagnostics, ElementsAre("p.exc:20:1: error[nested-on-smooth]"));
 }
 
 TEST(VisionSmooth, RefusesToFoldThePanel) {
@@ -150,8 +149,7 @@ TEST(VisionSmooth, RefusesToFoldThePanel) {
     return p_mm == Vector2d(200, 80) ? affine({100, 80}) : affine(p_mm);
   };
   const ProgramRun found = run(targets() + kHoles, options_for(Model::Smooth), exchanged);
-  ASSERT_EQ(found.diagnostics.size(), 1u);
-  EXPECT_THAT(found.diagnostics[0], HasSubstr("folds the panel over itself"));
+  EXPECT_THAT(found.diagnostics, ElementsAre("p.exc:8:1: error[panel-folded]"));
 }
 
 TEST(VisionSmooth, BudgetsAddUpToTheHolesCovariance) {

@@ -148,43 +148,32 @@ Texts diagnostics_of(std::string_view body, int series_size = 1) {
 constexpr char kStoreThree[] = "M50,1\nM25\nG46X0.Y0.\nG46X9.Y0.\nG46X0.Y9.\nM01\nM08\n";
 
 TEST(StoredCorrections, M51OfAnUnknownLabelIsRefused) {
-  EXPECT_EQ(diagnostics_of("M51,4\n"),
-            Texts{"p.exc:8:1: error[label-unknown]: \"M51,4\": nothing was stored under label 4, "
-                  "expected M50,4 earlier in the program"});
+  EXPECT_EQ(diagnostics_of("M51,4\n"), Texts{"p.exc:8:1: error[label-unknown]"});
 }
 
 TEST(StoredCorrections, M52WithoutM51IsRefused) {
-  EXPECT_EQ(diagnostics_of("M52,3\n"),
-            Texts{"p.exc:8:1: error[rewind-missing]: \"M52,3\" has no pointer to advance, expected "
-                  "M51,# before it"});
+  EXPECT_EQ(diagnostics_of("M52,3\n"), Texts{"p.exc:8:1: error[rewind-missing]"});
 }
 
 TEST(StoredCorrections, StoringALabelAgainNeedsANewRewind) {
   const std::string record = "M50,1\nM25\nG46X0.Y0.\nM01\nM08\n";
   EXPECT_EQ(diagnostics_of(record + "M51,1\n" + record + "M52\n"),
-            Texts{"p.exc:19:1: error[rewind-missing]: \"M52\" has no pointer to advance, expected "
-                  "M51,# before it"});
+            Texts{"p.exc:19:1: error[rewind-missing]"});
 }
 
 TEST(StoredCorrections, M52BeyondTheLastPointIsRefused) {
   EXPECT_EQ(diagnostics_of(std::string(kStoreThree) + "M51,1\nM52,2\nM52,2\n", 3),
-            Texts{"p.exc:17:1: error[points-exhausted]: \"M52,2\" asks for 2 stored points, 1 "
-                  "left, expected no more points than were measured under M50"});
+            Texts{"p.exc:17:1: error[points-exhausted]"});
 }
 
 TEST(StoredCorrections, ACoordinateInsideAStoredSeriesNamesBothLines) {
   EXPECT_EQ(diagnostics_of(std::string(kStoreThree) + "M51,1\nM52,2\nT2\nX1.Y1.\n", 3),
-            Texts{"p.exc:18:1: error[pointer-inside-series]: a coordinate comes while the M52 in "
-                  "line 16 has stopped inside a stored series, expected an M52 count that ends "
-                  "where a stored series ends"});
+            Texts{"p.exc:18:1: error[pointer-inside-series]"});
 }
 
 TEST(StoredCorrections, ANestedOneUnderAnotherBaseIsRefused) {
   const std::string store = "G35X0.Y0.\nM50,1\nM25\nG45X0.Y0.\nM01\nM08\n";
-  const std::string expected =
-      "error[nested-base-changed]: the nested correction measured in line 11 was relative to "
-      "another base correction than the one in force, expected the base correction it was "
-      "measured under";
+  const std::string expected = "error[nested-base-changed]";
   EXPECT_EQ(diagnostics_of(store + "G35X0.Y0.\nM51,1\nM52\n"), Texts{"p.exc:16:1: " + expected});
   EXPECT_EQ(diagnostics_of(store + "G37\nM51,1\nM52\n"), Texts{"p.exc:16:1: " + expected});
 }

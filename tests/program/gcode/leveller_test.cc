@@ -11,12 +11,14 @@
 #include <fmt/format.h>
 
 #include "tests/program/gcode/gcode_text.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
 
 using test::levelled;
 using test::probed_map;
+using test::Reports;
 using test::sloping_map;
 using ::testing::HasSubstr;
 
@@ -60,9 +62,8 @@ TEST(GcodeLeveller, CountsInTheProgramsUnit) {
 TEST(GcodeLeveller, GivesEveryHoleOfACycleItsOwnDepth) {
   EXPECT_EQ(after_start("G81 X20 Y20 Z-1 R0.5 F50\nX40\nG80\n"),
             "G81 F50 X20 Y20 Z-0.98 R0.52\nX40 Z-0.96 R0.54\nG80\n");
-  EXPECT_THAT(
-      after_start("G99 G81 X20 Y20 Z-1 R0.05\n"),
-      HasSubstr("a drilling cycle that moves on at 0.050 mm, below the safe height of 2.000"));
+  EXPECT_THAT(after_start("G99 G81 X20 Y20 Z-1 R0.05\n"),
+              Reports("p.ngc:4:1: error[not-supported]", "0.050 mm", "2.000"));
   LevelOptions low;
   low.safe_height = mm(0.5);
   EXPECT_EQ(after_start("G99 G81 X20 Y20 Z-1 R0.5\n", low), "G99 G81 X20 Y20 Z-0.98 R0.5\n");
@@ -156,9 +157,8 @@ TEST(GcodeLeveller, StepsLeadToTheSurface) {
             "G91\nG1 F100 Z-2.09\nX50 Z0.05\nY1 Z0\nG0 Z2.04\nX5\nG90\nG1 Z-0.035\n");
   // Cut at the safe height, as without G91.
   EXPECT_EQ(after_start("G91 G1 X60 Z-3\n"), "G91 G1 X0 Z0.01\nG1 X60 Z-2.94\n");
-  EXPECT_THAT(
-      after_start("G91 G28 Z0\nG1 Z-1\n"),
-      HasSubstr("p.ngc:5:1: error[coordinate-missing]: move before the first Z: height unknown"));
+  EXPECT_THAT(after_start("G91 G28 Z0\nG1 Z-1\n"),
+              HasSubstr("p.ngc:5:1: error[coordinate-missing]"));
 }
 
 TEST(GcodeLeveller, KeepsHelices) {
@@ -197,33 +197,27 @@ TEST(GcodeLeveller, TellsOfMovesOverPlacesThatNobodyProbed) {
 
 TEST(GcodeLeveller, RefusesWhatWouldGoThroughTheBoard) {
   EXPECT_THAT(after_start("G1 Z-0.1\nX120\n"), HasSubstr("p.ngc:5:1: error[grid-invalid]"));
-  EXPECT_THAT(after_start("G28\nG1 Z-0.1\n"),
-              HasSubstr("p.ngc:5:1: error[coordinate-missing]: a move below the safe height"));
+  EXPECT_THAT(after_start("G28\nG1 Z-0.1\n"), HasSubstr("p.ngc:5:1: error[coordinate-missing]"));
   EXPECT_THAT(after_start("M6 T1\nG1 Z-0.1\n"), HasSubstr("error[coordinate-missing]"));
   EXPECT_THAT(after_start("G43 H1\nG1 X20 Z-0.1\n"), HasSubstr("error[coordinate-missing]"));
-  EXPECT_THAT(
-      levelled("G21\nG1 X5 Y5\n", sloping_map(), {.safe_height = mm(2)}),
-      HasSubstr("p.ngc:2:1: error[coordinate-missing]: move before the first Z: height unknown"));
+  EXPECT_THAT(levelled("G21\nG1 X5 Y5\n", sloping_map(), {.safe_height = mm(2)}),
+              HasSubstr("p.ngc:2:1: error[coordinate-missing]"));
   EXPECT_THAT(after_start("G91 G81 X1 Z-0.1 R1\n"), HasSubstr("error[not-supported]"));
 }
 
 TEST(GcodeLeveller, RefusesASafeHeightThatTheBoardReaches) {
-  EXPECT_THAT(
-      levelled("G21\nG0 Z0.05\nG0 X1 Y1\nG1 Z-1\n", sloping_map()),
-      HasSubstr("p.ngc: error[argument-invalid]: the program never moves in X or Y above the "
-                "board, whose highest place is at 0.10"));
-  EXPECT_THAT(
-      after_start("G1 Z-0.1\nX60\n", {.safe_height = um(50)}),
-      HasSubstr("p.ngc: error[argument-invalid]: a safe height of 0.050 mm, which the board "
-                "reaches: it is up to 0.10"));
+  EXPECT_THAT(levelled("G21\nG0 Z0.05\nG0 X1 Y1\nG1 Z-1\n", sloping_map()),
+              Reports("p.ngc: error[argument-invalid]", "0.10"));
+  EXPECT_THAT(after_start("G1 Z-0.1\nX60\n", {.safe_height = um(50)}),
+              Reports("p.ngc: error[argument-invalid]", "0.050 mm", "0.10"));
   EXPECT_THAT(after_start("G1 Z-0.1\n", {.height_tolerance = um(0)}),
-              HasSubstr("error[argument-invalid]: a height tolerance of 0 or less"));
+              HasSubstr("error[argument-invalid]"));
 }
 
 TEST(GcodeLeveller, RefusesAMapThatCountsFromTheTable) {
   const HeightMap map = probed_map([](double x, double) { return 1.6 + 1e-3 * x; }, 5);
   const std::string text = begun("G1 Z-0.1\n");
-  EXPECT_THAT(levelled(text, map), HasSubstr("so its 0 is not where the tool touches the board"));
+  EXPECT_THAT(levelled(text, map), Reports("p.ngc: error[argument-invalid]"));
   LevelOptions options;
   options.zero = position_mm<frame::Nominal>(10, 50);
   EXPECT_THAT(levelled(text, map, options), HasSubstr("\nG1 Z-0.1\n"));

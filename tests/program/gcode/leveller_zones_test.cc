@@ -6,10 +6,12 @@
 #include "surface/map/zoned_map.h"
 
 #include "tests/program/gcode/gcode_text.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
 
+using test::Reports;
 using ::testing::HasSubstr;
 
 Position<frame::Nominal> at(double x_mm, double y_mm) {
@@ -59,13 +61,13 @@ TEST(GcodeLevellerZones, GoesFromZoneToZoneWhereTheyMeet) {
 TEST(GcodeLevellerZones, KeepsToSmallSteps) {
   // A twentieth of the tolerance of 10 um.
   EXPECT_THAT(levelled("G1 Z-0.1\nX90\n", two_zones(0.0003)), HasSubstr("X90 Z-0.0097\n"));
-  EXPECT_THAT(levelled("G1 Z-0.1\nX90\n", two_zones(0.001)), HasSubstr("the surface steps by"));
+  EXPECT_THAT(levelled("G1 Z-0.1\nX90\n", two_zones(0.001)), HasSubstr("error[argument-invalid]"));
 }
 
 TEST(GcodeLevellerZones, RefusesAStepAtItsLine) {
-  EXPECT_THAT(levelled("G1 Z-0.1\nX90\n", two_zones(0.3)),
-              HasSubstr("p.ngc:5:1: error[argument-invalid]: the surface steps by +0.3000 mm from "
-                        "zone \"left\" to zone \"right\", near (51."));
+  EXPECT_THAT(
+      levelled("G1 Z-0.1\nX90\n", two_zones(0.3)),
+      Reports("p.ngc:5:1: error[argument-invalid]", "+0.3000 mm", "\"left\"", "\"right\"", "(51."));
   // Above the safe height the tool may go anywhere.
   EXPECT_THAT(levelled("G1 Z-0.1\nG0 Z2\nX90\nG1 Z-0.1\n", two_zones(0.3)),
               HasSubstr("X90\nG1 Z0.29\n"));
@@ -73,8 +75,7 @@ TEST(GcodeLevellerZones, RefusesAStepAtItsLine) {
 
 TEST(GcodeLevellerZones, RefusesPlacesInNoZone) {
   EXPECT_THAT(levelled("G1 Z-0.1\nY101\n", two_zones(0)),
-              HasSubstr("p.ngc:5:1: error[grid-invalid]: (10.000, 10"));
-  EXPECT_THAT(levelled("G1 Z-0.1\nY101\n", two_zones(0)), HasSubstr("lies in no zone"));
+              Reports("p.ngc:5:1: error[grid-invalid]", "(10.000, 10", "zone"));
 }
 
 }  // namespace

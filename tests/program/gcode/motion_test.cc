@@ -7,10 +7,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/matchers.h"
+
 namespace panelcal::gcode {
 namespace {
 
 using std::numbers::pi;
+using test::Reports;
+using testing::AllOf;
 using ::testing::HasSubstr;
 
 /// The moves of a program, or why there are none.
@@ -125,12 +129,14 @@ TEST(GcodeMotion, ForgetsWhereItIsBehindAChangeOfTool) {
 TEST(GcodeMotion, RefusesWhateverStandsBehindTheEnd) {
   EXPECT_EQ(refusal({"G21 G0 X1 Y2 Z3 M2", "%", "(bye)", ""}), "accepted");
   EXPECT_THAT(refusal({"G21 G0 X1 Y2 Z3", "M30", "G1 Z-1"}),
-              HasSubstr("p.ngc:3:1: error[not-supported]: something behind M2 or M30"));
+              HasSubstr("p.ngc:3:1: error[not-supported]"));
 }
 
 TEST(GcodeMotion, RefusesWhatTheOperatorMayLeaveOut) {
   for (const std::string line : {"/X1", "/M2", "/G20", "/G91", "/F10"}) {
-    EXPECT_THAT(refusal({"G21 G0 X1 Y2 Z3", line}), HasSubstr("a line behind a slash")) << line;
+    EXPECT_THAT(refusal({"G21 G0 X1 Y2 Z3", line}),
+                AllOf(HasSubstr("p.ngc:2:"), HasSubstr("error[not-supported]")))
+        << line;
   }
   EXPECT_EQ(refusal({"G21 G0 X1 Y2 Z3", "/(a comment)", "/N5"}), "accepted");
 }
@@ -157,19 +163,18 @@ TEST(GcodeMotion, RefusesWhatItCannotFollow) {
                                  "G43.1 Z1"}) {
     EXPECT_THAT(after_start(line), HasSubstr("error[not-supported]")) << line;
   }
-  EXPECT_EQ(refusal({"G0 X1"}),
-            "p.ngc:1:1: error[argument-invalid]: a move before its unit is known, expected G20 "
-            "(inches) or G21 (millimetres) before it");
-  EXPECT_THAT(refusal({"G21", "X1"}), HasSubstr("coordinates without a move"));
+  EXPECT_THAT(refusal({"G0 X1"}), Reports("p.ngc:1:1: error[argument-invalid]"));
+  EXPECT_THAT(refusal({"G21", "X1"}), HasSubstr("p.ngc:2:1: error[not-supported]"));
   EXPECT_EQ(refusal({"G21", "G55", "G0 X1", "G55", "G40 G49 G50 G69 G80"}), "accepted");
 }
 
 TEST(GcodeMotion, RefusesArcsThatAreNone) {
   const auto arc = [](const std::string& line) { return refusal({"G21 G0 X10 Y0 Z0", line}); };
-  EXPECT_THAT(arc("G3 X0 Y10"), HasSubstr("an arc without a centre"));
+  EXPECT_THAT(arc("G3 X0 Y10"), HasSubstr("p.ngc:2:1: error[argument-invalid]"));
   EXPECT_THAT(arc("G3 X0 Y11 I-10 J0"),
-              HasSubstr("begins 10.0000 mm from its centre and ends 11.0000 mm from it"));
-  EXPECT_THAT(arc("G3 X40 Y0 R10"), HasSubstr("an arc of R that does not reach its end"));
+              Reports("p.ngc:2:1: error[argument-invalid]", "10.0000 mm", "11.0000 mm"));
+  EXPECT_THAT(arc("G3 X40 Y0 R10"),
+              AllOf(HasSubstr("p.ngc:2:"), HasSubstr("error[argument-invalid]")));
   EXPECT_THAT(arc("G3 X10 Y0 R10"), HasSubstr("error[argument-invalid]"));
   EXPECT_THAT(arc("G3 X0 Y10 I0 J0"), HasSubstr("error[argument-invalid]"));
   EXPECT_THAT(refusal({"G21", "G3 X0 Y10 I-10 J0"}), HasSubstr("error[coordinate-missing]"));

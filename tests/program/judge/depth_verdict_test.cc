@@ -7,6 +7,7 @@
 #include "program/judge/probed_surface.h"
 
 #include "tests/program/operations.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
@@ -98,8 +99,8 @@ TEST(DepthVerdict, HoldsAnOldProbeAgainstTheMapOfAll) {
   verdict.report("p.s5", log);
   ASSERT_EQ(log.kept().size(), 1U);
   EXPECT_EQ(log.kept()[0].code, Code::ToleranceHold);
-  EXPECT_THAT(log.kept()[0].text(), HasSubstr("p.s5:10:1: error[tolerance-hold]: 1 of 1 depths"));
-  EXPECT_THAT(log.kept()[0].text(), HasSubstr("more than 40 um too deep with probability 1 "));
+  EXPECT_THAT(log.kept()[0].text(),
+              Reports("p.s5:10:1: error[tolerance-hold]", "40 um", "probability 1 "));
 }
 
 TEST(DepthVerdict, LetsDrillWhereTheSurfaceIsWhereItWasProbed) {
@@ -142,7 +143,7 @@ TEST(DepthVerdict, SaysWhatNobodyKnows) {
   blind.report("p.s5", log);
   ASSERT_EQ(log.kept().size(), 1U);
   EXPECT_EQ(log.kept()[0].code, Code::ToleranceWarning);
-  EXPECT_THAT(log.kept()[0].text(), HasSubstr("of 1 depth with a tolerance nobody knows"));
+  EXPECT_THAT(log.kept()[0].text(), Reports("p.s5: warning[tolerance-warning]", " 1 "));
 }
 
 TEST(DepthVerdict, JudgesNoPlaneAboveTheTable) {
@@ -277,7 +278,7 @@ TEST(ProbedSurface, NeedsProbesThatSayHowTheyScatter) {
   const auto exact = map_of(probed({}));
   ASSERT_FALSE(exact);
   EXPECT_EQ(exact.error().code, Code::MeasurementInvalid);
-  EXPECT_THAT(exact.error().text(), HasSubstr("G79 probe 0 (line 3) states a sigma of 0"));
+  EXPECT_THAT(exact.error().text(), HasSubstr("G79 probe 0 (line 3)"));
 }
 
 TEST(ProbedSurface, NeedsProbesEnoughToSeeABow) {
@@ -287,8 +288,7 @@ TEST(ProbedSurface, NeedsProbesEnoughToSeeABow) {
   for (std::size_t i = 0; i < 5; ++i) missed.probes[i].status = ProbeStatus::NotFound;
   ASSERT_FALSE(map_of(missed));
   EXPECT_EQ(map_of(missed).error().code, Code::GridInvalid);
-  EXPECT_THAT(map_of(missed).error().text(),
-              HasSubstr("11 probes do not tell how the board bends"));
+  EXPECT_THAT(map_of(missed).error().text(), HasSubstr("11 probes"));
 }
 
 }  // namespace

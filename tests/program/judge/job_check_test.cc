@@ -8,16 +8,20 @@
 #include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
 
+using test::Reports;
+using testing::ElementsAre;
+
 using Texts = std::vector<std::string>;
 
 /// What the check says of a program that is in order otherwise.
-Texts checked(const std::string& text,
-              std::optional<Travel> travel = std::nullopt,
-              const WalkOptions& options = {}) {
+Texts texts_of(const std::string& text,
+               std::optional<Travel> travel = std::nullopt,
+               const WalkOptions& options = {}) {
   DiagnosticLog log;
   Program program = load_program({"p.exc", text}, log);
   program.patterns.emplace("PINS", SourceText{"PINS", "X0.Y0.\nX5.Y0.\n"});
@@ -31,6 +35,17 @@ Texts checked(const std::string& text,
   Texts texts;
   for (const Diagnostic& diagnostic : found.kept()) texts.push_back(diagnostic.text());
   return texts;
+}
+
+/// The same without the wording.
+Texts checked(const std::string& text,
+              const std::optional<Travel>& travel = std::nullopt,
+              const WalkOptions& options = {}) {
+  Texts briefs;
+  for (const std::string& one : texts_of(text, travel, options)) {
+    briefs.push_back(one.substr(0, one.find(']') + 1));
+  }
+  return briefs;
 }
 
 /// Metric, with two tools that have feeds; the body begins in line 6.
@@ -65,10 +80,9 @@ TEST(JobCheck, SaysNothingOfAProgramThatDoesNothing) {
 // --- tools and feeds -----------------------------------------------------------------------------
 
 TEST(JobCheck, CamFilesWithoutFeedsAreToldOnce) {
-  EXPECT_EQ(checked("M48\nMETRIC\nT1C0.6\nT2C1.0\n%\nG90\nG05\nT1\nX1.Y1.\nX2.Y1.\nT2\nX3.Y1.\n"
-                    "T1\nX9.Y9.\nM30\n"),
-            Texts{"p.exc: warning[feed-missing]: no infeed for T1, T2, expected F# in the tool's "
-                  "block, or the machine's Tool Data Page"});
+  EXPECT_THAT(texts_of("M48\nMETRIC\nT1C0.6\nT2C1.0\n%\nG90\nG05\nT1\nX1.Y1.\nX2.Y1.\nT2\nX3.Y1.\n"
+                       "T1\nX9.Y9.\nM30\n"),
+              ElementsAre(Reports("p.exc: warning[feed-missing]", "T1, T2")));
 }
 
 TEST(JobCheck, AnInfeedMayComeInTheBody) {
@@ -79,15 +93,13 @@ TEST(JobCheck, AnInfeedMayComeInTheBody) {
 
 TEST(JobCheck, RoutingNeedsATableFeed) {
   const std::string rout = "T1\nG00X1.Y1.\nM15\nG01X9.\nM17\nT2\nX1.Y1.\n";
-  EXPECT_EQ(
-      checked(program(rout.substr(0, rout.find("T2")) + "T2\nG05\nX1.Y1.\n")),
-      Texts{"p.exc: warning[feed-missing]: no table feed for T1; 100 in/min is used, expected "
-            "F# behind G00"});
+  EXPECT_EQ(checked(program(rout.substr(0, rout.find("T2")) + "T2\nG05\nX1.Y1.\n")),
+            Texts{"p.exc: warning[feed-missing]"});
   EXPECT_EQ(checked(program("T1\nG00X1.Y1.\nM15\nG01X9.F050\nM17\nT2\nG05\nX1.Y1.\n")), Texts{});
 }
 
 TEST(JobCheck, EachToolOfTheHeaderIsToBeUsed) {
-  const std::string t2 = "p.exc:4:1: warning[tool-unused]: tool 2 is defined and never used";
+  const std::string t2 = "p.exc:4:1: warning[tool-unused]";
   EXPECT_EQ(checked(program("T1\nX1.Y1.\n")), Texts{t2});
   EXPECT_EQ(checked(program("T1\nX1.Y1.\nT2\n")), Texts{t2});
   EXPECT_EQ(checked(program("T1\nX1.Y1.\nT2\nG00X1.Y1.\nF050\nM15\nG01X9.\nM17\n")), Texts{});
@@ -101,12 +113,11 @@ TEST(JobCheck, TheTravelIncludesItsEdges) {
 }
 
 TEST(JobCheck, NamesTheFirstPlaceOutsideTheTravel) {
-  const Texts texts =
-      checked(program("T1\nX0.Y0.\nX-.001\nX50.\nT2\nX100.001\n"), square_mm(0, 100));
-  ASSERT_EQ(texts.size(), 1U);
-  EXPECT_EQ(texts[0].substr(0, texts[0].find(" mm")),
-            "p.exc:8:1: error[travel-exceeded]: (-0.001, 0.000)");
-  EXPECT_TRUE(texts[0].ends_with("expected (0.000, 0.000) to (100.000, 100.000) mm")) << texts[0];
+  EXPECT_THAT(texts_of(program("T1\nX0.Y0.\nX-.001\nX50.\nT2\nX100.001\n"), square_mm(0, 100)),
+              ElementsAre(Reports("p.exc:8:1: error[travel-exceeded]",
+                                  "(-0.001, 0.000)",
+                                  "(0.000, 0.000)",
+                                  "(100.000, 100.000) mm")));
 }
 
 TEST(JobCheck, TravelHoldsForMachineCoordinates) {
@@ -138,21 +149,15 @@ TEST(JobCheck, TravelHoldsForMovesRoutsAndSlots) {
 }
 
 TEST(JobCheck, NamesTheFileOfAStoredPattern) {
-  const Texts texts = checked(program("T2\nX1.Y1.\nT1\nM99,PINS\nX97.Y0.\n"), square_mm(0, 100));
-  ASSERT_EQ(texts.size(), 1U);
-  EXPECT_EQ(texts[0].find("PINS:2:1: error[travel-exceeded]: (102.000, 0.000) mm"), 0U) << texts[0];
+  EXPECT_THAT(texts_of(program("T2\nX1.Y1.\nT1\nM99,PINS\nX97.Y0.\n"), square_mm(0, 100)),
+              ElementsAre(Reports("PINS:2:1: error[travel-exceeded]", "(102.000, 0.000)")));
 }
 
 // --- scale ---------------------------------------------------------------------------------------
 
-const std::string kReadAsMetric =
-    ", expected the right unit, zeros and digits; read as metric 3.3, leading zeros kept";
-
 TEST(JobCheck, HolesThatOverlapAreSuspicious) {
-  EXPECT_EQ(checked(program("T2\nX0.Y0.\nT1\n" + row(12, 100))),
-            Texts{"p.exc: warning[scale-suspicious]: the job spans 1.1 x 0 mm, and most holes "
-                  "overlap the one before; 25.4 times larger it would be a panel" +
-                  kReadAsMetric});
+  EXPECT_THAT(texts_of(program("T2\nX0.Y0.\nT1\n" + row(12, 100))),
+              ElementsAre(Reports("p.exc: warning[scale-suspicious]", "1.1 x 0 mm")));
 }
 
 TEST(JobCheck, HolesThatTouchAreNot) {
@@ -168,26 +173,18 @@ TEST(JobCheck, HolesOfOneBlockMayOverlap) {
 }
 
 TEST(JobCheck, AJobLargerThanAnyTableIsSuspicious) {
-  EXPECT_EQ(checked(program("T2\nX0.Y0.\nT1\nX1.Y1.\nM25\nX2.Y0.\nM01\nR3M02X999.\nM08\n")),
-            Texts{"p.exc: warning[scale-suspicious]: the job spans 2999 x 1 mm; 25.4 times smaller "
-                  "it would be a panel" +
-                  kReadAsMetric});
+  EXPECT_THAT(texts_of(program("T2\nX0.Y0.\nT1\nX1.Y1.\nM25\nX2.Y0.\nM01\nR3M02X999.\nM08\n")),
+              ElementsAre(Reports("p.exc: warning[scale-suspicious]", "2999 x 1 mm")));
 }
 
 TEST(JobCheck, AJobSmallerThanAHoleIsSuspicious) {
-  EXPECT_EQ(
-      checked("M48\nMETRIC,LZ\nT1C.05F100\n%\nT1\n" + row(12, 50) + "M30\n"),
-      Texts{"p.exc: warning[scale-suspicious]: the job spans 0.55 x 0 mm; 25.4 times larger it "
-            "would be a panel" +
-            kReadAsMetric});
+  EXPECT_THAT(texts_of("M48\nMETRIC,LZ\nT1C.05F100\n%\nT1\n" + row(12, 50) + "M30\n"),
+              ElementsAre(Reports("p.exc: warning[scale-suspicious]", "0.55 x 0 mm")));
 }
 
 TEST(JobCheck, DiametersOfNoDrillAreSuspicious) {
-  EXPECT_EQ(
-      checked("M48\nMETRIC,LZ\nT1C.01F100\n%\nT1\n" + row(12, 2'540) + "M30\n"),
-      Texts{"p.exc: warning[scale-suspicious]: the job spans 27.94 x 0 mm, and most diameters "
-            "are no drill's" +
-            kReadAsMetric});
+  EXPECT_THAT(texts_of("M48\nMETRIC,LZ\nT1C.01F100\n%\nT1\n" + row(12, 2'540) + "M30\n"),
+              ElementsAre(Reports("p.exc: warning[scale-suspicious]", "27.94 x 0 mm")));
 }
 
 }  // namespace

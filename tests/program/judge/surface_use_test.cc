@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tests/program/operations.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
@@ -46,11 +47,12 @@ std::string held(std::vector<ProbeReading> probes) {
 
 TEST(HoldAgainstMap, NamesTheProbeThatContradictsMost) {
   const std::string text = held({probe(10, 1.601), probe(20, 1.63), probe(30, 1.7)});
-  EXPECT_THAT(
-      text,
-      HasSubstr("p:7:1: error[surface-out-of-tolerance]: the map of --surface is contradicted "
-                "by 2 of 3 probes; the worst, G73 probe 0 (line 7), is "));
-  EXPECT_THAT(text, HasSubstr("+99.8 um off it, expected at most 10.2 um"));
+  EXPECT_THAT(text,
+              Reports("p:7:1: error[surface-out-of-tolerance]",
+                      "2 of 3 probes",
+                      "G73 probe 0 (line 7)",
+                      "+99.8 um",
+                      "10.2 um"));
 }
 
 TEST(HoldAgainstMap, BelievesWhatScatterExplains) {

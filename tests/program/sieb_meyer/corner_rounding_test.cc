@@ -15,6 +15,7 @@ namespace {
 
 using Eigen::Vector2d;
 using test::IsNearMatrix;
+using testing::AllOf;
 using testing::HasSubstr;
 using Rounding = tl::expected<Arc, std::string>;
 
@@ -148,8 +149,8 @@ TEST(RoundCorner, LineIntoArcThatTurnsOnByHand) {
   EXPECT_FALSE(rounding->clockwise);
   // The circle of radius 4 touches at the top (0, 5), half a turn; no bigger one has room.
   EXPECT_TRUE(round_corner(first, second, 3.999).has_value());
-  EXPECT_THAT(error_of(round_corner(first, second, 4.001)), HasSubstr("no arc of radius 4.001"));
-  EXPECT_THAT(error_of(round_corner(first, second, 6)), HasSubstr("no arc of radius 6"));
+  EXPECT_THAT(error_of(round_corner(first, second, 4.001)), HasSubstr("4.001"));
+  EXPECT_THAT(error_of(round_corner(first, second, 6)), HasSubstr("radius 6"));
 }
 
 TEST(RoundCorner, ArcIntoLineByHand) {
@@ -183,9 +184,9 @@ TEST(RoundCorner, TouchesLinesWithContinuousTravel) {
     ASSERT_TRUE(rounding.has_value()) << rounding.error();
     expect_rounds(*rounding, first, second, radius);
     const ContourPiece short_first = line(on_circle(corner, needed * 0.99, from + kPi), corner);
-    EXPECT_THAT(error_of(round_corner(short_first, second, radius)), HasSubstr("adjacent piece"));
+    EXPECT_THAT(error_of(round_corner(short_first, second, radius)), HasSubstr("adjacent"));
     EXPECT_THAT(error_of(round_corner(reversed(second), reversed(short_first), radius)),
-                HasSubstr("adjacent piece"));
+                HasSubstr("adjacent"));
   }
 }
 
@@ -248,34 +249,33 @@ TEST(RoundCorner, ArcsMayBeFullCirclesOrTooShort) {
     return arc({-4, 3}, on_circle({0, 0}, 5, corner - angle), {0, 0}, true);
   };
   EXPECT_TRUE(round_corner(first, ending(0.284), 5).has_value());
-  EXPECT_THAT(error_of(round_corner(first, ending(0.2837), 5)), HasSubstr("adjacent piece"));
+  EXPECT_THAT(error_of(round_corner(first, ending(0.2837), 5)), HasSubstr("adjacent"));
   // The line is needed from (-6, 3) on.
   const ContourPiece second = ending(2);
   EXPECT_TRUE(round_corner(line({-6.01, 3}, {-4, 3}), second, 5).has_value());
   EXPECT_THAT(error_of(round_corner(line({-5.99, 3}, {-4, 3}), second, 5)),
-              HasSubstr("2 mm from the corner, expected at most the 1.99 mm"));
+              AllOf(HasSubstr("2 mm"), HasSubstr("1.99 mm")));
 }
 
 TEST(RoundCorner, RefusesWhatIsNoCorner) {
   const ContourPiece along = line({0, 0}, {10, 0});
-  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {20, 0}), 1)), HasSubstr("straight on"));
+  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {20, 0}), 1)), HasSubstr("straight"));
   EXPECT_THAT(error_of(round_corner(along, arc({10, 0}, {15, 5}, {10, 5}, false), 1)),
-              HasSubstr("straight on"));
-  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {5, 0}), 1)), HasSubstr("straight back"));
-  EXPECT_THAT(error_of(round_corner(along, line({10, 1}, {10, 5}), 1)), HasSubstr("1 mm apart"));
-  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {10, 0}), 1)), HasSubstr("no length"));
+              HasSubstr("straight"));
+  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {5, 0}), 1)), HasSubstr("back"));
+  EXPECT_THAT(error_of(round_corner(along, line({10, 1}, {10, 5}), 1)), HasSubstr("1 mm"));
+  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {10, 0}), 1)), HasSubstr("length"));
   EXPECT_THAT(error_of(round_corner(along, arc({10, 0}, {12, 0}, {10, 0}, true), 1)),
-              HasSubstr("no length"));
+              HasSubstr("length"));
   const ContourPiece bow = arc({0, 0}, {10, 0}, {5, 0}, true);
   EXPECT_THAT(error_of(round_corner(bow, arc({10, 0}, {20, 0}, {15, 0}, true), 1)),
-              HasSubstr("between two arcs"));
+              HasSubstr("two arcs"));
   for (const double radius : {0.0, -1.0}) {
     EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {10, 5}), radius)),
-                HasSubstr("expected above 0"));
+                HasSubstr("above 0"));
   }
-  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {10, 5}), NAN)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {INFINITY, 5}), 1)),
-              HasSubstr("not finite"));
+  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {10, 5}), NAN)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(round_corner(along, line({10, 0}, {INFINITY, 5}), 1)), HasSubstr("finite"));
   // Finite numbers whose squares are not.
   EXPECT_FALSE(round_corner(line({0, 0}, {1e300, 0}), line({1e300, 0}, {1e300, 1e300}), 1e299));
   EXPECT_FALSE(round_corner(along, arc({10, 0}, {0, 1}, {1e300, 1e300}, true), 1));

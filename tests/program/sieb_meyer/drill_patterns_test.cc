@@ -18,6 +18,7 @@ namespace {
 
 using Eigen::Vector2d;
 using test::IsNearMatrix;
+using testing::AllOf;
 using testing::HasSubstr;
 using Holes = tl::expected<HoleSequence, std::string>;
 
@@ -100,19 +101,19 @@ TEST(DualRow, TheFreeGridCorrectsTheDistanceOnly) {
 }
 
 TEST(DualRow, RefusesWhatMakesNoRows) {
-  EXPECT_THAT(error_of(dual_row({0, 0}, {10, 0}, {})), HasSubstr("10 by 0 mm apart, expected opp"));
+  EXPECT_THAT(error_of(dual_row({0, 0}, {10, 0}, {})), HasSubstr("10 by 0 mm"));
   EXPECT_THAT(error_of(dual_row({0, 0}, {0, 10}, 5)), HasSubstr("opposite"));
   EXPECT_THAT(error_of(dual_row({0, 0}, {10, -1.26}, {})),
-              HasSubstr("10 mm long and 1.26 mm apart, expected at least half a pitch of 2.54 mm"));
+              AllOf(HasSubstr("1.26 mm"), HasSubstr("2.54 mm")));
   EXPECT_THAT(error_of(dual_row({0, 0}, {1.26, -10}, {})), HasSubstr("half a pitch"));
-  EXPECT_THAT(error_of(dual_row({0, 0}, {10, -1.2}, 5)), HasSubstr("half a pitch of 2.5 mm"));
-  EXPECT_THAT(error_of(dual_row({0, 0}, {10, -5}, 1)), HasSubstr("W is 1, expected at least 2"));
+  EXPECT_THAT(error_of(dual_row({0, 0}, {10, -1.2}, 5)), HasSubstr("2.5 mm"));
+  EXPECT_THAT(error_of(dual_row({0, 0}, {10, -5}, 1)), HasSubstr("W is 1"));
   EXPECT_THAT(error_of(dual_row({0, 0}, {10, -5}, -3)), HasSubstr("W is -3"));
-  EXPECT_THAT(error_of(dual_row({0, 0}, {NAN, 5}, 3)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(dual_row({-1e308, 0}, {1e308, 5}, 3)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(dual_row({0, 0}, {1e13, -5}, {})), HasSubstr("too many holes"));
+  EXPECT_THAT(error_of(dual_row({0, 0}, {NAN, 5}, 3)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(dual_row({-1e308, 0}, {1e308, 5}, 3)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(dual_row({0, 0}, {1e13, -5}, {})), HasSubstr("too many"));
   EXPECT_THAT(error_of(dual_row({0, 0}, {5, -5}, std::numeric_limits<std::int64_t>::max())),
-              HasSubstr("too many holes"));
+              HasSubstr("too many"));
 }
 
 // --- V2 ------------------------------------------------------------------------------------------
@@ -133,10 +134,10 @@ TEST(SingleRow, AnyAngle) {
 }
 
 TEST(SingleRow, RefusesOneHoleOfTwoAndTwoInOnePlace) {
-  EXPECT_THAT(error_of(single_row({0, 0}, {1, 0}, 1)), HasSubstr("W is 1, expected at least the"));
+  EXPECT_THAT(error_of(single_row({0, 0}, {1, 0}, 1)), HasSubstr("W is 1"));
   EXPECT_THAT(error_of(single_row({0, 0}, {1, 0}, 0)), HasSubstr("W is 0"));
-  EXPECT_THAT(error_of(single_row({2, 3}, {2, 3}, 2)), HasSubstr("2 holes in one place"));
-  EXPECT_THAT(error_of(single_row({0, 0}, {INFINITY, 0}, 2)), HasSubstr("not finite"));
+  EXPECT_THAT(error_of(single_row({2, 3}, {2, 3}, 2)), HasSubstr("2 holes"));
+  EXPECT_THAT(error_of(single_row({0, 0}, {INFINITY, 0}, 2)), HasSubstr("finite"));
   EXPECT_THAT(error_of(single_row({0, 0}, {1, 0}, 2'000'000'000'000)), HasSubstr("too many"));
 }
 
@@ -183,10 +184,10 @@ TEST(QuadrupleRow, GoesAlongTheRowOfV1FirstAndRound) {
 }
 
 TEST(QuadrupleRow, RefusesWhatV1Refuses) {
-  EXPECT_THAT(error_of(quadruple_row({0, 0}, {10, 0}, {})), HasSubstr("expected opposite ones"));
+  EXPECT_THAT(error_of(quadruple_row({0, 0}, {10, 0}, {})), HasSubstr("opposite"));
   EXPECT_THAT(error_of(quadruple_row({0, 0}, {10, 1}, {})), HasSubstr("half a pitch"));
   EXPECT_THAT(error_of(quadruple_row({0, 0}, {10, 10}, 1)), HasSubstr("W is 1"));
-  EXPECT_THAT(error_of(quadruple_row({0, 0}, {2e12, 3}, {})), HasSubstr("too many holes"));
+  EXPECT_THAT(error_of(quadruple_row({0, 0}, {2e12, 3}, {})), HasSubstr("too many"));
 }
 
 // --- V4 ------------------------------------------------------------------------------------------
@@ -215,9 +216,9 @@ TEST(CircularRow, BeginsAtAnyHole) {
 }
 
 TEST(CircularRow, RefusesNoCircle) {
-  EXPECT_THAT(error_of(circular_row({1, 1}, {1, 1}, 4)), HasSubstr("is its centre"));
+  EXPECT_THAT(error_of(circular_row({1, 1}, {1, 1}, 4)), HasSubstr("centre"));
   EXPECT_THAT(error_of(circular_row({1, 1}, {2, 1}, 0)), HasSubstr("W is 0"));
-  EXPECT_THAT(error_of(circular_row({1, 1}, {NAN, 1}, 3)), HasSubstr("not finite"));
+  EXPECT_THAT(error_of(circular_row({1, 1}, {NAN, 1}, 3)), HasSubstr("finite"));
   EXPECT_THAT(error_of(circular_row({1, 1}, {2, 1}, 1'000'000'000'001)), HasSubstr("too many"));
 }
 
@@ -281,15 +282,15 @@ TEST(NibbledCircle, TheWallIsSmoothEnough) {
 TEST(NibbledCircle, RefusesWhatTheManualForbids) {
   EXPECT_EQ(error_of(nibbled_circle({0, 0}, 0.5, 0.5)), "no error");
   EXPECT_THAT(error_of(nibbled_circle({0, 0}, 0.499, 0.2)),
-              HasSubstr("radius is 0.499 mm, expected at least 0.5 mm"));
-  EXPECT_THAT(error_of(nibbled_circle({0, 0}, -5, 0.2)), HasSubstr("radius is -5 mm"));
+              AllOf(HasSubstr("0.499 mm"), HasSubstr("0.5 mm")));
+  EXPECT_THAT(error_of(nibbled_circle({0, 0}, -5, 0.2)), HasSubstr("-5 mm"));
   EXPECT_THAT(error_of(nibbled_circle({0, 0}, 5, 5.001)),
-              HasSubstr("diameter is 5.001 mm, expected at most the circle's radius of 5 mm"));
+              AllOf(HasSubstr("5.001 mm"), HasSubstr(" 5 mm")));
   EXPECT_THAT(error_of(nibbled_circle({0, 0}, 5, 0, kSequential)), HasSubstr("above 0"));
   EXPECT_THAT(error_of(nibbled_circle({0, 0}, 5, 1, {.roughness_mm = 0})), HasSubstr("roughness"));
-  EXPECT_THAT(error_of(nibbled_circle({0, NAN}, 5, 1)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(nibbled_circle({0, 0}, 1e300, 1)), HasSubstr("too many holes"));
-  EXPECT_THAT(error_of(nibbled_circle({0, 0}, 1e300, 1, kSequential)), HasSubstr("too many holes"));
+  EXPECT_THAT(error_of(nibbled_circle({0, NAN}, 5, 1)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(nibbled_circle({0, 0}, 1e300, 1)), HasSubstr("too many"));
+  EXPECT_THAT(error_of(nibbled_circle({0, 0}, 1e300, 1, kSequential)), HasSubstr("too many"));
 }
 
 // --- G85 -----------------------------------------------------------------------------------------
@@ -345,12 +346,13 @@ TEST(NibbledSlot, NoLengthIsOneHole) {
 }
 
 TEST(NibbledSlot, RefusesBadNumbers) {
-  EXPECT_THAT(error_of(nibbled_slot({0, 0}, {1, 0}, 0)), HasSubstr("tool's diameter is 0 mm"));
+  EXPECT_THAT(error_of(nibbled_slot({0, 0}, {1, 0}, 0)),
+              AllOf(HasSubstr("diameter"), HasSubstr("0 mm")));
   EXPECT_THAT(error_of(nibbled_slot({0, 0}, {1, 0}, 1, {.roughness_mm = -1})),
-              HasSubstr("edge roughness is -1 mm"));
-  EXPECT_THAT(error_of(nibbled_slot({0, 0}, {NAN, 0}, 1)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(nibbled_slot({0, 0}, {1, 0}, NAN)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(nibbled_slot({0, 0}, {1e13, 0}, 1)), HasSubstr("too many holes"));
+              AllOf(HasSubstr("roughness"), HasSubstr("-1 mm")));
+  EXPECT_THAT(error_of(nibbled_slot({0, 0}, {NAN, 0}, 1)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(nibbled_slot({0, 0}, {1, 0}, NAN)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(nibbled_slot({0, 0}, {1e13, 0}, 1)), HasSubstr("too many"));
   EXPECT_THAT(error_of(nibbled_slot({0, 0}, {1e13, 0}, 1, kSequential)), HasSubstr("too many"));
 }
 

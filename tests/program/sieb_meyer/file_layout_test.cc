@@ -9,11 +9,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/matchers.h"
+
 namespace panelcal::sieb_meyer {
 namespace {
 
+using test::Reports;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
@@ -50,15 +52,10 @@ Reading read_table(const std::string& lines, const std::string& format = "5000")
   return read("%%" + format + "\n$\n" + lines + "$\n");
 }
 
-/// The only diagnostic; the place, its code and what it says.
-void expect_refused(const Reading& reading,
-                    const std::string& place,
-                    const std::string& what,
-                    const std::string& expected) {
+/// The only diagnostic: its place, its code and the text that it names.
+void expect_refused(const Reading& reading, const std::string& place, const std::string& what) {
   EXPECT_THAT(reading.diagnostics,
-              ElementsAre(AllOf(StartsWith("p.ss:" + place + ": error[tool-table-invalid]"),
-                                HasSubstr(what),
-                                HasSubstr("expected " + expected))));
+              ElementsAre(Reports("p.ss:" + place + ": error[tool-table-invalid]", what)));
 }
 
 // --- whose file it is ----------------------------------------------------------------------------
@@ -130,8 +127,7 @@ TEST(FileLayoutParts, TheFirstMarkStatesTheFormat) {
 TEST(FileLayoutParts, OtherFormatsAreRefused) {
   for (const std::string mark : {"%%5001", "%%3010", "%%4000", "%%%", "%%5000 (A)", "%% 5000"}) {
     EXPECT_THAT(read("A\n" + mark + "\nX1.Y2.\n").diagnostics,
-                ElementsAre(AllOf(StartsWith("p.ss:2:1: error[command-format]: \"" + mark + "\""),
-                                  HasSubstr("expected %%, %%3000 or %%5000"))));
+                ElementsAre(Reports("p.ss:2:1: error[command-format]", '"' + mark + '"')));
   }
 }
 
@@ -218,40 +214,38 @@ TEST(ToolTable, BlankLinesAndCommentsAreSkipped) {
 }
 
 TEST(ToolTable, RefusesOtherLines) {
-  expect_refused(read_table("T1D1.\n  X1.Y1.\n"), "4:3", "\"X1.\"", "T# with the tool's data");
-  expect_refused(read_table("D1.T1\n"), "3:1", "\"D1.\"", "T# with the tool's data");
-  expect_refused(read_table("T1D1.=\n"), "3:6", "\"=\"", "a capital letter");
-  expect_refused(read_table("t1D1.\n"), "3:1", "\"t\"", "a capital letter");
+  expect_refused(read_table("T1D1.\n  X1.Y1.\n"), "4:3", "\"X1.\"");
+  expect_refused(read_table("D1.T1\n"), "3:1", "\"D1.\"");
+  expect_refused(read_table("T1D1.=\n"), "3:6", "\"=\"");
+  expect_refused(read_table("t1D1.\n"), "3:1", "\"t\"");
 }
 
 TEST(ToolTable, RefusesOtherData) {
-  expect_refused(read_table("T1D1.K2.\n"), "3:6", "\"K2.\"", "D, S, F, R, N, A or Z");
-  expect_refused(read_table("T1Z10\n", "3000"), "3:3", "\"Z10\"", "D, S, F, R, N or A");
-  expect_refused(read_table("T1T2\n"), "3:3", "\"T2\"", "D, S, F, R, N, A or Z");
+  expect_refused(read_table("T1D1.K2.\n"), "3:6", "\"K2.\"");
+  expect_refused(read_table("T1Z10\n", "3000"), "3:3", "\"Z10\"");
+  expect_refused(read_table("T1T2\n"), "3:3", "\"T2\"");
 }
 
 TEST(ToolTable, RefusesBadNumbers) {
-  expect_refused(read_table("T1D1.2.\n"), "3:3", "\"D1.2.\"", "a sign, digits");
-  expect_refused(read_table("T1S50D-1.\n"), "3:6", "\"D-1.\"", "a number that is not negative");
-  expect_refused(
-      read_table("T1D.8\n", "3000"), "3:3", "\"D.8\"", "no decimal point here in format 3000");
-  expect_refused(read_table("T1N3.5\n"), "3:3", "\"N3.5\"", "no decimal point here in format 5000");
+  expect_refused(read_table("T1D1.2.\n"), "3:3", "\"D1.2.\"");
+  expect_refused(read_table("T1S50D-1.\n"), "3:6", "\"D-1.\"");
+  expect_refused(read_table("T1D.8\n", "3000"), "3:3", "\"D.8\"");
+  expect_refused(read_table("T1N3.5\n"), "3:3", "\"N3.5\"");
 }
 
 TEST(ToolTable, HasAsManyToolsAsTheFormat) {
   EXPECT_THAT(read_table("T99D1.\n").diagnostics, IsEmpty());
-  expect_refused(read_table("T100D1.\n"), "3:1", "\"T100\"", "T1 to T99");
-  expect_refused(read_table("T31D80\n", "3000"), "3:1", "\"T31\"", "T1 to T30");
-  expect_refused(read_table("T0D1.\n"), "3:1", "\"T0\"", "T1 to T99");
-  expect_refused(read_table("TD\n"), "3:1", "\"T\"", "T1 to T99");
+  expect_refused(read_table("T100D1.\n"), "3:1", "\"T100\"");
+  expect_refused(read_table("T31D80\n", "3000"), "3:1", "\"T31\"");
+  expect_refused(read_table("T0D1.\n"), "3:1", "\"T0\"");
+  expect_refused(read_table("TD\n"), "3:1", "\"T\"");
 }
 
 TEST(ToolTable, RefusesMagazinesThatAreNone) {
-  expect_refused(read_table("M1M2\n"), "3:1", "\"M1\"", "a tool before its magazines");
-  expect_refused(read_table("T1D1.\nM1M0\n"), "4:3", "\"M0\"", "M# with the number of a magazine");
-  expect_refused(read_table("T1D1.\nM1X2\n"), "4:3", "\"X2\"", "M# with the number of a magazine");
-  expect_refused(
-      read_table("T1D1.\nM1000\n"), "4:1", "\"M1000\"", "M# with the number of a magazine");
+  expect_refused(read_table("M1M2\n"), "3:1", "\"M1\"");
+  expect_refused(read_table("T1D1.\nM1M0\n"), "4:3", "\"M0\"");
+  expect_refused(read_table("T1D1.\nM1X2\n"), "4:3", "\"X2\"");
+  expect_refused(read_table("T1D1.\nM1000\n"), "4:1", "\"M1000\"");
 }
 
 /// One refused line does not hide the next one.
@@ -261,20 +255,19 @@ TEST(ToolTable, ReportsEveryBadLine) {
 }
 
 TEST(ToolTable, BeginsWithADollarAlone) {
-  expect_refused(
-      read("%%5000\nX1.Y1.T1\n$T1D1.\n$\n"), "3:1", "\"$T1D1.\"", "a $ alone in its line");
-  expect_refused(read("%%3000\n  $80$55$\n"), "2:1", "\"  $80$55$\"", "a $ alone in its line");
+  expect_refused(read("%%5000\nX1.Y1.T1\n$T1D1.\n$\n"), "3:1", "\"$T1D1.\"");
+  expect_refused(read("%%3000\n  $80$55$\n"), "2:1", "\"  $80$55$\"");
 }
 
 TEST(ToolTable, EndsWithADollar) {
-  expect_refused(read("%%5000\n$\nT1D1.\n"), "3", "the tool table has no end", "a closing $");
-  expect_refused(read("%%5000\nX1.Y1.\n$\n"), "3", "the tool table has no end", "a closing $");
+  expect_refused(read("%%5000\n$\nT1D1.\n"), "3", "");
+  expect_refused(read("%%5000\nX1.Y1.\n$\n"), "3", "");
   EXPECT_THAT(read("%%5000\n$\n$").diagnostics, IsEmpty());
 }
 
 TEST(ToolTable, WhatFollowsItIsReportedOnce) {
   EXPECT_THAT(read("%%5000\n$\nT1D1.\n$\n\n%%5000\nX1.Y1.\n$\n").diagnostics,
-              ElementsAre(StartsWith("p.ss:6:1: warning[text-after-end]: \"%%5000\"")));
+              ElementsAre(StartsWith("p.ss:6:1: warning[text-after-end]")));
 }
 
 // --- format 1000: ninety values ------------------------------------------------------------------
@@ -339,31 +332,25 @@ TEST(ToolTable1000, LineEndsInsideDoNotCount) {
 
 /// "The number of all $ given out must always be 91!"
 TEST(ToolTable1000, NinetyOneDollarSignsAreNeeded) {
-  const std::string expected = "six for each of 15 tools, 91 dollar signs in all";
   EXPECT_THAT(read_1000(repeated("$", 91)).diagnostics, IsEmpty());
-  expect_refused(read_1000(repeated("$", 90)), "3:1", "89 values behind the first $", expected);
-  expect_refused(read_1000(repeated("$", 92)), "3:1", "91 values behind the first $", expected);
-  expect_refused(read_1000("$\n"), "3:1", "0 values behind the first $", expected);
+  expect_refused(read_1000(repeated("$", 90)), "3:1", "89");
+  expect_refused(read_1000(repeated("$", 92)), "3:1", "91");
+  expect_refused(read_1000("$\n"), "3:1", "0 ");
 }
 
 TEST(ToolTable1000, EveryValueIsClosed) {
-  expect_refused(read_1000("$80$50"), "3", "\"50\"", "a $ behind every value");
-  expect_refused(
-      read_1000(repeated("$", 91) + "\nTHE END"), "3", "\"THE END\"", "a $ behind every value");
+  expect_refused(read_1000("$80$50"), "3", "\"50\"");
+  expect_refused(read_1000(repeated("$", 91) + "\nTHE END"), "3", "\"THE END\"");
 }
 
 TEST(ToolTable1000, RefusesBadNumbers) {
-  expect_refused(read_1000("$.8$" + repeated("$", 89)),
-                 "3:1",
-                 "\"D.8\"",
-                 "no decimal point here in format 1000");
-  expect_refused(
-      read_1000("$80$-5$" + repeated("$", 88)), "3:1", "\"S-5\"", "a number that is not negative");
-  expect_refused(read_1000("$80$5 5$" + repeated("$", 88)), "3:1", "\"S5 5\"", "a sign, digits");
+  expect_refused(read_1000("$.8$" + repeated("$", 89)), "3:1", "\"D.8\"");
+  expect_refused(read_1000("$80$-5$" + repeated("$", 88)), "3:1", "\"S-5\"");
+  expect_refused(read_1000("$80$5 5$" + repeated("$", 88)), "3:1", "\"S5 5\"");
 }
 
 TEST(ToolTable1000, IsNoTableOfLines) {
-  expect_refused(read_1000("$\nT1D80\n$\n"), "3:1", "\"DT1D80\"", "a sign, digits");
+  expect_refused(read_1000("$\nT1D80\n$\n"), "3:1", "\"DT1D80\"");
 }
 
 }  // namespace

@@ -29,6 +29,7 @@ using test::says;
 using test::shifted;
 using test::steps_of;
 using test::SubprogramFolder;
+using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -207,10 +208,10 @@ TEST(ManualProgramLine, SixtyFourSignsAreTheMost) {
     return "%%5000\n" + line + std::string(size - line.size() - 1, '-') + ")\n";
   };
   const ProgramRun full = run_program(filled(64));
-  EXPECT_THAT(full.diagnostics, Not(Contains(HasSubstr("64"))));
+  EXPECT_THAT(full.texts, Not(Contains(HasSubstr("64"))));
   const ProgramRun too_long = run_program(filled(65));
   expect_clean(too_long);  // the machine reads it, so it is a warning
-  EXPECT_THAT(too_long.diagnostics, Contains(AllOf(says(2, "64"), HasSubstr("warning["))));
+  EXPECT_THAT(too_long.texts, Contains(AllOf(says(2, "64"), HasSubstr("warning["))));
   EXPECT_EQ(too_long.holes().size(), 1U);
 }
 

@@ -16,8 +16,7 @@ namespace {
 std::string words_of(const SourceLine& line) {
   Block block;
   if (const auto fault = lex(line, block)) {
-    return "fault@" + std::to_string(fault->column) + " " + std::string(fault->text) + ": " +
-           std::string(fault->expected);
+    return "fault@" + std::to_string(fault->column) + " " + std::string(fault->text);
   }
   std::string out;
   for (const Word& word : block.all()) {
@@ -43,7 +42,7 @@ TEST(SiebMeyerLexer, SplitsALineIntoWords) {
 TEST(SiebMeyerLexer, BlanksSeparateWordsOnly) {
   EXPECT_EQ(words_of("  X1. \tY2. M50  M30 "), "X@3=1. Y@8=2. M@12=50 M@17=30");
   EXPECT_EQ(words_of(" \t"), "");
-  EXPECT_EQ(words_of("X 1."), "fault@3 1: a capital letter with a number");
+  EXPECT_EQ(words_of("X 1."), "fault@3 1");
 }
 
 TEST(SiebMeyerLexer, TheDummyToolIsTwoWords) {
@@ -55,26 +54,26 @@ TEST(SiebMeyerLexer, ACommentEndsTheLine) {
   EXPECT_EQ(words_of("X1.Y2.T1 (FIRST HOLE T9)"), "X@1=1. Y@4=2. T@7=1");
   EXPECT_EQ(words_of("(small letters, and # signs"), "");
   EXPECT_EQ(words_of("X1. (A) (B (C))"), "X@1=1.");
-  EXPECT_EQ(words_of("X1.(A)Y2."), "fault@7 Y2.: nothing behind a comment");
+  EXPECT_EQ(words_of("X1.(A)Y2."), "fault@7 Y2.");
 }
 
 TEST(SiebMeyerLexer, NamesTheCharacterThatNoWordBeginsWith) {
-  EXPECT_EQ(words_of("X1.y2."), "fault@4 y: a capital letter with a number");
-  EXPECT_EQ(words_of("  X1.=Y2."), "fault@6 =: a capital letter with a number");
-  EXPECT_EQ(words_of("/X1."), "fault@1 /: a capital letter with a number");
-  EXPECT_EQ(words_of("X1.,5"), "fault@4 ,: a capital letter with a number");
-  EXPECT_EQ(words_of("\xC3\xA4"), "fault@1 \xC3: a capital letter with a number");
+  EXPECT_EQ(words_of("X1.y2."), "fault@4 y");
+  EXPECT_EQ(words_of("  X1.=Y2."), "fault@6 =");
+  EXPECT_EQ(words_of("/X1."), "fault@1 /");
+  EXPECT_EQ(words_of("X1.,5"), "fault@4 ,");
+  EXPECT_EQ(words_of("\xC3\xA4"), "fault@1 \xC3");
 }
 
 TEST(SiebMeyerLexer, ColumnsCountFromWhereTheTextBegins) {
   EXPECT_EQ(words_of({"X1.Y2.", 1, 2}), "X@2=1. Y@5=2.");
-  EXPECT_EQ(words_of({"X1.y", 1, 7}), "fault@10 y: a capital letter with a number");
+  EXPECT_EQ(words_of({"X1.y", 1, 7}), "fault@10 y");
   EXPECT_EQ(words_of({" M47,A", 1, 3}), "M@4=47 ,@8=A");
 }
 
 TEST(SiebMeyerLexer, ALineHasAtMost32Words) {
   EXPECT_EQ(words_of(std::string(32, 'X')).substr(0, 4), "X@1=");
-  EXPECT_EQ(words_of(std::string(32, 'X') + "Y1."), "fault@33 Y1.: at most 32 words in a line");
+  EXPECT_EQ(words_of(std::string(32, 'X') + "Y1."), "fault@33 Y1.");
 }
 
 TEST(SiebMeyerLexer, ABlockKnowsItsTextWithoutBlanks) {
@@ -103,7 +102,7 @@ TEST(SiebMeyerLexer, ATextIsTheRestOfTheLine) {
   EXPECT_EQ(words_of("M97,A, B (1) M30"), "M@1=97 ,@5=A, B (1) M30");
   EXPECT_EQ(words_of("M47,Any text = at all"), "M@1=47 ,@5=Any text = at all");
   EXPECT_EQ(words_of("M49,CHEKX100.Y10.DXDY10."), "M@1=49 ,@5=CHEKX100.Y10.DXDY10.");
-  EXPECT_EQ(words_of("M099,A"), "fault@5 ,: a capital letter with a number");
+  EXPECT_EQ(words_of("M099,A"), "fault@5 ,");
 }
 
 TEST(SiebMeyerLexer, BlanksRoundATextAreNoneOfIt) {
@@ -136,9 +135,9 @@ TEST(SiebMeyerLexer, NineCommandsTakeAText) {
 TEST(SiebMeyerLexer, TheMessageNeedsNoComma) {
   EXPECT_EQ(words_of("M47TURN BOARD"), "M@1=47 ,@4=TURN BOARD");
   EXPECT_EQ(words_of("M47 !TURN"), "M@1=47 ,@5=!TURN");
-  EXPECT_EQ(words_of("M49FV1"), "fault@4 FV1: a comma before the text");
-  EXPECT_EQ(words_of("X1.Y1.M97 ABC"), "fault@11 ABC: a comma before the text");
-  EXPECT_EQ(words_of("G35 7"), "fault@5 7: a comma before the text");
+  EXPECT_EQ(words_of("M49FV1"), "fault@4 FV1");
+  EXPECT_EQ(words_of("X1.Y1.M97 ABC"), "fault@11 ABC");
+  EXPECT_EQ(words_of("G35 7"), "fault@5 7");
 }
 
 // --- lines ---------------------------------------------------------------------------------------

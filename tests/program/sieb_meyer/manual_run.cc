@@ -159,7 +159,7 @@ void expect_refused(const ProgramRun& run,
                     int line,
                     std::initializer_list<std::string_view> words) {
   EXPECT_TRUE(run.has_errors);
-  const bool is_found = std::ranges::any_of(run.diagnostics, [&](const std::string& text) {
+  const bool is_found = std::ranges::any_of(run.texts, [&](const std::string& text) {
     if (!text.starts_with(fmt::format("p.exc:{}:", line))) return false;
     const std::size_t error = text.find(" error[");
     if (error == std::string::npos) return false;

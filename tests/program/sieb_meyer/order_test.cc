@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/sieb_meyer/order.h"
 
+#include <algorithm>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -10,12 +11,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/matchers.h"
+
 namespace panelcal::sieb_meyer {
 namespace {
 
+using test::Reports;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::StartsWith;
 
 constexpr OrderContext k1000 = {.format = FileFormat::F1000};
@@ -50,14 +56,14 @@ Order order_of(std::string_view text, const OrderContext& context = {}) {
 void expect_refused(std::string_view text,
                     int column,
                     const std::string& code_and_word,
-                    const std::string& expected,
                     const OrderContext& context = {}) {
   const Reading reading = read(text, context);
   EXPECT_FALSE(reading.order) << text;
-  EXPECT_THAT(
-      reading.diagnostics,
-      ElementsAre(AllOf(StartsWith("p.ss:4:" + std::to_string(column) + ": error[" + code_and_word),
-                        HasSubstr("expected " + expected))))
+  const std::size_t end = code_and_word.find(']') + 1;
+  const std::string place = "p.ss:4:" + std::to_string(column);
+  EXPECT_THAT(reading.diagnostics,
+              ElementsAre(Reports(place + ": error[" + code_and_word.substr(0, end),
+                                  code_and_word.substr(std::min(end + 2, code_and_word.size())))))
       << text;
 }
 
@@ -66,9 +72,9 @@ Order order_with_repeat(std::string_view text,
                         const std::string& word,
                         const OrderContext& context = {}) {
   const Reading reading = read(text, context);
-  EXPECT_THAT(reading.diagnostics,
-              ElementsAre(AllOf(HasSubstr(": warning[word-repeated]: \"" + word + "\""),
-                                HasSubstr("said again"))))
+  EXPECT_THAT(
+      reading.diagnostics,
+      ElementsAre(AllOf(HasSubstr(": warning[word-repeated]"), HasSubstr('"' + word + '"'))))
       << text;
   EXPECT_TRUE(reading.order) << text;
   return reading.order.value_or(Order{});
@@ -141,25 +147,24 @@ TEST(OrderLetters, OtherLettersAreUnknown) {
   for (const char letter : std::string_view("ABCNOQSU")) {
     expect_refused("X1." + std::string(1, letter) + "5",
                    4,
-                   "command-unknown]: \"" + std::string(1, letter) + "5\" in \"X1.",
-                   "a command of the manual's table");
+                   "command-unknown]: \"" + std::string(1, letter) + "5\"");
   }
 }
 
 TEST(OrderLetters, BadNumbersAreRefusedAtTheirWord) {
-  expect_refused("X1.Y2.3.", 4, "number-malformed]: \"Y2.3.\" in", "a sign, digits");
-  expect_refused("X1.", 1, "number-malformed]: \"X1.\"", "no decimal point here", k1000);
-  expect_refused("X1F1.5", 3, "number-malformed]: \"F1.5\"", "no decimal point here", k3000);
-  expect_refused("X1.F-1", 4, "number-malformed]: \"F-1\"", "a number that is not negative");
-  expect_refused("X1G2I-5", 5, "number-malformed]: \"I-5\"", "a number that is not", k1000);
-  expect_refused("T", 1, "argument-invalid]: \"T\"", "T1 to T99, or T0");
-  expect_refused("T1000", 1, "argument-invalid]: \"T1000\"", "T1 to T99, or T0");
-  expect_refused("T-1", 1, "argument-invalid]: \"T-1\"", "T1 to T99, or T0");
-  expect_refused("T1.", 1, "argument-invalid]: \"T1.\"", "T1 to T99, or T0");
-  expect_refused("L", 1, "argument-invalid]: \"L\"", "L# with a place of the memory");
-  expect_refused("V0", 1, "argument-invalid]: \"V0\"", "V1, V2, V3 or V4");
-  expect_refused("V5", 1, "argument-invalid]: \"V5\"", "V1, V2, V3 or V4");
-  expect_refused("V", 1, "argument-invalid]: \"V\"", "V1, V2, V3 or V4");
+  expect_refused("X1.Y2.3.", 4, "number-malformed]: \"Y2.3.\"");
+  expect_refused("X1.", 1, "number-malformed]: \"X1.\"", k1000);
+  expect_refused("X1F1.5", 3, "number-malformed]: \"F1.5\"", k3000);
+  expect_refused("X1.F-1", 4, "number-malformed]: \"F-1\"");
+  expect_refused("X1G2I-5", 5, "number-malformed]: \"I-5\"", k1000);
+  expect_refused("T", 1, "argument-invalid]: \"T\"");
+  expect_refused("T1000", 1, "argument-invalid]: \"T1000\"");
+  expect_refused("T-1", 1, "argument-invalid]: \"T-1\"");
+  expect_refused("T1.", 1, "argument-invalid]: \"T1.\"");
+  expect_refused("L", 1, "argument-invalid]: \"L\"");
+  expect_refused("V0", 1, "argument-invalid]: \"V0\"");
+  expect_refused("V5", 1, "argument-invalid]: \"V5\"");
+  expect_refused("V", 1, "argument-invalid]: \"V\"");
 }
 
 TEST(OrderLetters, TheFirstErrorEndsTheLine) {
@@ -216,7 +221,7 @@ TEST(OrderParameters, AreOfWhatIsInForce) {
 
 /// A partial stroke cannot be negative; a centre can.
 TEST(OrderParameters, HaveTheSignsOfTheirKind) {
-  expect_refused("X1.G81J-1.", 7, "number-malformed]: \"J-1.\"", "a number that is not negative");
+  expect_refused("X1.G81J-1.", 7, "number-malformed]: \"J-1.\"");
   EXPECT_EQ(order_of("X1.G3J-1.").ij_mm[1], -1.0);
 }
 
@@ -225,14 +230,13 @@ TEST(OrderParameters, WCountsBehindAPattern) {
   const Order order = order_of("X20.Y20.W5", waiting);
   EXPECT_EQ(order.count, 5);
   EXPECT_EQ(order.permille, std::nullopt);
-  expect_refused("W0", 1, "argument-invalid]: \"W0\"", "W# with the number of holes", waiting);
-  expect_refused("W2.5", 1, "argument-invalid]: \"W2.5\"", "W# with the number of holes", waiting);
+  expect_refused("W0", 1, "argument-invalid]: \"W0\"", waiting);
+  expect_refused("W2.5", 1, "argument-invalid]: \"W2.5\"", waiting);
 }
 
 TEST(OrderParameters, WAloneMeansNothing) {
-  const std::string expected = "W# behind V1 to V4, with M50, or with G81";
-  expect_refused("X20.W5", 5, "argument-invalid]: \"W5\"", expected);
-  expect_refused("W5", 1, "argument-invalid]: \"W5\"", expected, {.is_pulsing = true});
+  expect_refused("X20.W5", 5, "argument-invalid]: \"W5\"");
+  expect_refused("W5", 1, "argument-invalid]: \"W5\"", {.is_pulsing = true});
 }
 
 // --- commands ------------------------------------------------------------------------------------
@@ -294,17 +298,15 @@ TEST(OrderCommands, TextsNeedOne) {
   EXPECT_EQ(order_of("X1.Y1.T7M97,ABC").text, Command::TextX);
   EXPECT_EQ(order_of("M99,FINAL").text, Command::Subprogram);
   for (const char* const code : {"M47", "M49", "M75", "M76", "M97", "M98", "M99", "G35", "G39"}) {
-    const std::string expected = std::string(code) + ",text";
-    expect_refused(code, 1, "argument-invalid]: \"" + std::string(code) + "\"", expected);
-    expect_refused(std::string(code) + ", ", 1, "argument-invalid]", expected);
+    expect_refused(code, 1, "argument-invalid]: \"" + std::string(code) + "\"");
+    expect_refused(std::string(code) + ", ", 1, "argument-invalid]");
   }
 }
 
 TEST(OrderCommands, UnknownCodesAreRefused) {
-  expect_refused(
-      "X1.G99", 4, "command-unknown]: \"G99\" in \"X1.G99\"", "a code of the manual's table");
-  expect_refused("M08", 1, "command-unknown]: \"M08\"", "a code of the manual's table");
-  expect_refused("G", 1, "command-unknown]: \"G\"", "a code of the manual's table");
+  expect_refused("X1.G99", 4, "command-unknown]: \"G99\"");
+  expect_refused("M08", 1, "command-unknown]: \"M08\"");
+  expect_refused("G", 1, "command-unknown]: \"G\"");
 }
 
 // --- of contradicting ones the last holds --------------------------------------------------------
@@ -335,9 +337,8 @@ TEST(OrderRepeats, TheLastOfContradictingCommandsHoldsWithAWarning) {
 }
 
 TEST(OrderRepeats, SayTheirPlace) {
-  EXPECT_THAT(
-      read("X1.Y2.X3.").diagnostics,
-      ElementsAre(StartsWith("p.ss:4:7: warning[word-repeated]: \"X3.\" in \"X1.Y2.X3.\"")));
+  EXPECT_THAT(read("X1.Y2.X3.").diagnostics,
+              ElementsAre(StartsWith("p.ss:4:7: warning[word-repeated]")));
 }
 
 TEST(OrderRepeats, LiftingTheToolContradictsNoTool) {
@@ -352,12 +353,9 @@ TEST(OrderCamera, ACameraCommandIsLast) {
   EXPECT_EQ(order_of("T1M31X10.Y10.G36 (HERE)").camera, Command::MeasureOffset);
   EXPECT_EQ(order_of("G35,7").text, Command::CameraByte);
   for (const char* const code : {"G30", "G31", "G32", "G33", "G34", "G36"}) {
-    expect_refused("X1." + std::string(code) + "T2",
-                   7,
-                   "camera-not-last]: \"T2\"",
-                   std::string(code) + " last in its line");
+    expect_refused("X1." + std::string(code) + "T2", 7, "camera-not-last]: \"T2\"");
   }
-  expect_refused("G30G31", 4, "camera-not-last]: \"G31\"", "G30 last in its line");
+  expect_refused("G30G31", 4, "camera-not-last]: \"G31\"");
 }
 
 // --- formats -------------------------------------------------------------------------------------
@@ -370,11 +368,7 @@ TEST(OrderFormats, CommandsThatAFormatLacksAreRefused) {
     for (const FileFormat format : {FileFormat::F1000, FileFormat::F3000}) {
       const OrderContext context = {.format = format};
       if (!row.exists_in(format)) {
-        expect_refused(code,
-                       1,
-                       "command-format]: \"" + code + "\"",
-                       "a command of format " + std::string(name(format)),
-                       context);
+        expect_refused(code, 1, "command-format]: \"" + code + "\"", context);
       } else {
         const Reading reading = read(text, context);
         EXPECT_THAT(reading.diagnostics, Not(testing::Contains(HasSubstr("command-format"))));
@@ -389,7 +383,6 @@ TEST(OrderFormats, LettersThatAFormatLacksAreRefused) {
       expect_refused("X1" + std::string(word),
                      3,
                      "command-format]: \"" + std::string(word) + "\"",
-                     "a command of format " + std::string(name(format)),
                      {.format = format});
     }
   };

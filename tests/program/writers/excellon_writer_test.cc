@@ -6,6 +6,7 @@
 #include "program/model/placement.h"
 
 #include "tests/program/operations.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
@@ -45,7 +46,7 @@ std::string why_not(const std::vector<What>& operations) {
   put_all(writer, operations);
   const Expected<void> done = writer.finish();
   EXPECT_EQ(bytes.text(), "");
-  return done ? "" : done.error().text();
+  return done ? "" : test::brief(done.error());
 }
 
 // --- header ------------------------------------------------------------------------------------
@@ -124,9 +125,7 @@ TEST(ExcellonWriter, RepeatsToolDataThatTheHeaderLacks) {
 
 TEST(ExcellonWriter, RefusesDataThatTheHeaderWouldOverrule) {
   EXPECT_EQ(why_not({ToolChange{{.number = 1, .diameter = mm(1.1)}, {}}}),
-            "p.exc:10: error[not-supported]: tool 1 has other data in the body than in the header, "
-            "which would rule over them in a plain Excellon program, expected one set of data for "
-            "the tool, or another output format");
+            "p.exc:10: error[not-supported]");
 }
 
 // --- drilling ----------------------------------------------------------------------------------
@@ -181,8 +180,7 @@ TEST(ExcellonWriter, SwitchesToRoutModeForTheFeedOfAStepSlot) {
 
 TEST(ExcellonWriter, RefusesAPassOfAStepSlot) {
   EXPECT_EQ(why_not({rapid_move(1, 1), Plunge{2, PlungeKind::Plain, mm(0.1)}}),
-            "p.exc:11: error[internal]: a pass of a step slot comes by itself, and no plain "
-            "Excellon block gives its depth, expected step slots left whole");
+            "p.exc:11: error[internal]");
 }
 
 // --- routing -----------------------------------------------------------------------------------

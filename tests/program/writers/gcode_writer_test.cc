@@ -13,6 +13,7 @@ namespace panelcal {
 namespace {
 
 using namespace test;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -172,15 +173,14 @@ TEST(GcodeWriter, PecksWithStatedStrokes) {
   EXPECT_THAT(without.text, HasSubstr("G81 X1 Y2 Z-1.8 R5 F1200\n"));
   EXPECT_THAT(
       without.losses,
-      ElementsAre(HasSubstr("the strokes of \"G81I1.J0.5\""),
-                  HasSubstr("peck drilling of T1, without peck_mm in [gcode], has no form")));
+      ElementsAre(HasSubstr("\"G81I1.J0.5\""), AllOf(HasSubstr("T1"), HasSubstr("peck_mm"))));
 }
 
 TEST(GcodeWriter, NamesPecksThatAreLostWithARetractRateToo) {
   const Tool tool{.number = 1, .retract = mm_per_s(50)};
   const Written written =
       write_out({take(tool), function(FunctionKind::PeckOn, "M62"), drill(1, 1, 2)});
-  EXPECT_THAT(written.losses, testing::Contains(HasSubstr("peck drilling of T1")));
+  EXPECT_THAT(written.losses, testing::Contains(AllOf(HasSubstr("T1"), HasSubstr("peck_mm"))));
 }
 
 // --- depths ------------------------------------------------------------------------------------
@@ -189,14 +189,14 @@ TEST(GcodeWriter, OneZDoesForAxesOverOneSurface) {
   DepthOfCut cut = below(0.4, 1.6);
   cut.other_surfaces = {mm(1.9)};
   EXPECT_THAT(write_out({take(1), drill_at(1, 2, cut)}, on_the_table(), sieb_meyer_info()).failure,
-              HasSubstr("differs by 300 um"));
+              HasSubstr("300 um"));
 }
 
 TEST(GcodeWriter, NoDepthEndsInTheTable) {
   EXPECT_THAT(
       write_out({take(1), drill_at(1, 2, below(5, 1.65))}, on_the_table(), sieb_meyer_info())
           .failure,
-      HasSubstr("so into the table"));
+      HasSubstr("error[translation-refused]"));
 }
 
 TEST(GcodeWriter, OffsetsOfToolsComeToPlanes) {
@@ -219,14 +219,12 @@ TEST(GcodeWriter, PlanesAndSurfacesCountFromTheTable) {
       write_out({take(1), drill_at(1, 2, z(0.3)), drill_at(1, 3, below(0.5, 1.65))}, setting);
   EXPECT_THAT(written.text, HasSubstr("G81 X1 Y2 Z-1.3 R5 F1200\nG81 X1 Y3 Z-0.45 R5\n"));
   EXPECT_THAT(write_out({take(1), drill_at(1, 2, z(0.3))}).failure,
-              HasSubstr("p.exc:11: error[translation-refused]: a plane (Z#) is above the table "
-                        "plane, and nobody says where that is, expected table_z_mm in [gcode]"));
+              HasSubstr("p.exc:11: error[translation-refused]"));
 }
 
 TEST(GcodeWriter, AnUnmeasuredSurfaceHasToBeStated) {
   EXPECT_THAT(write_out({take(1), drill_at(1, 2, below(0.5))}, on_the_table()).failure,
-              HasSubstr("a depth is below the board's surface, which is not measured, expected "
-                        "board_z_mm in [gcode]"));
+              AllOf(HasSubstr("error[translation-refused]"), HasSubstr("board_z_mm")));
   GcodeSetting setting = on_the_table();
   setting.board_z = mm(1.5);
   EXPECT_THAT(write_out({take(1), drill_at(1, 2, below(0.5))}, setting).text,
@@ -236,13 +234,11 @@ TEST(GcodeWriter, AnUnmeasuredSurfaceHasToBeStated) {
 TEST(GcodeWriter, RapidMovesStayAboveTheBoard) {
   GcodeSetting setting = on_the_table();
   setting.approach_z = mm(2);
-  EXPECT_THAT(
-      write_out({take(1), drill_at(1, 2, below(0.5, 2))}, setting).failure,
-      HasSubstr("the board reaches up to Z2.0000, where T1 moves rapidly, expected a higher "
-                "approach_z_mm"));
+  EXPECT_THAT(write_out({take(1), drill_at(1, 2, below(0.5, 2))}, setting).failure,
+              AllOf(HasSubstr("Z2.0000"), HasSubstr("T1"), HasSubstr("approach_z_mm")));
   EXPECT_EQ(write_out({take(1), drill_at(1, 2, below(0.5, 1.999))}, setting).failure, "");
   EXPECT_THAT(write_out({take(1), drill_at(1, 2, z(2))}, setting).failure,
-              HasSubstr("T1 would work at Z2.0000, where it moves rapidly"));
+              AllOf(HasSubstr("T1"), HasSubstr("Z2.0000")));
 }
 
 TEST(GcodeWriter, RowsOfToolsGoBeforeWhatIsUsual) {
@@ -259,19 +255,16 @@ TEST(GcodeWriter, WhatNobodyStatesIsRefusedOnce) {
   GcodeSetting setting;
   setting.safe_z = mm(5);
   const Written written = write_out({take(1), drill(1, 1, 2), drill(1, 3, 4)}, setting);
-  EXPECT_THAT(written.failure,
-              HasSubstr("p.exc:11: error[translation-refused]: nobody says how deep T1 works, "
-                        "expected drill_z_mm in [gcode] or [[gcode.tool]]"));
-  EXPECT_THAT(written.losses,
-              ElementsAre(HasSubstr("how deep T1 works"),
-                          HasSubstr("how fast T1 goes down"),
-                          HasSubstr("how fast T1 turns")));
+  EXPECT_THAT(written.failure, HasSubstr("p.exc:11: error[translation-refused]"));
+  EXPECT_THAT(
+      written.losses,
+      ElementsAre(
+          AllOf(HasSubstr("T1"), HasSubstr("drill_z_mm")), HasSubstr("T1"), HasSubstr("T1")));
   setting = on_the_board();
   Rout rout = rout_line(2, 3, 0);
   rout.feed_is_default = true;
   const std::vector<What> contour = {take(2), rapid_move(1, 0), plunge(), rout, Retract{}};
-  EXPECT_THAT(write_out(contour, setting, sieb_meyer_info()).failure,
-              HasSubstr("nobody says how fast T2 routs"));
+  EXPECT_THAT(write_out(contour, setting, sieb_meyer_info()).failure, HasSubstr("T2"));
   EXPECT_EQ(write_out(contour, setting).failure, "");  // the CNC-7 has a default
   setting.usual.feed = mm_per_s(5);
   EXPECT_THAT(write_out(contour, setting).text, HasSubstr("G1 X3 Y0 F300\n"));
@@ -356,7 +349,7 @@ TEST(GcodeWriter, CentersAreEquallyFarFromRoundedEnds) {
                                      plunge(),
                                      rout_arc(RoutKind::Clockwise, 2, 1.0 / 3, 1.0 / 7, 0.25, -0.1),
                                      Retract{}});
-  EXPECT_THAT(written.failure, HasSubstr("an arc whose radius changes by"));
+  EXPECT_THAT(written.failure, HasSubstr("error[internal]"));
   const Eigen::Vector2d to(1.0 / 3, 1.0 / 7);
   const Eigen::Vector2d center = 0.5 * to + 0.7 * Eigen::Vector2d(-to.y(), to.x());
   const std::string text = write_out({take(2),
@@ -409,7 +402,7 @@ TEST(GcodeWriter, CoordinatesArePlainNumbers) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double bad : {nan, std::numeric_limits<double>::infinity(), 1e12}) {
     const Written written = write_out({take(1), drill(1, bad, 0)});
-    EXPECT_THAT(written.failure, HasSubstr("error[internal]: a coordinate of"));
+    EXPECT_THAT(written.failure, HasSubstr("error[internal]"));
     EXPECT_EQ(written.text, "");
     EXPECT_THAT(write_out({take(1), drill_at(0, 0, z(bad))}, on_the_table()).failure,
                 Not(IsEmpty()));
@@ -496,9 +489,9 @@ TEST(GcodeWriter, NamesWhatItLeavesOut) {
                                      Autocalibration{}});
   EXPECT_EQ(written.failure, "");
   EXPECT_THAT(written.losses,
-              ElementsAre(HasSubstr("warning[translation-loss]: \"ATC,ON\" has no form in G-code"),
-                          HasSubstr("\"M18\" (tool_tip_check)"),
-                          HasSubstr("camera's own calibration")));
+              ElementsAre(AllOf(HasSubstr("warning[translation-loss]"), HasSubstr("\"ATC,ON\"")),
+                          HasSubstr("\"M18\""),
+                          HasSubstr("calibration")));
   EXPECT_THAT(write_out({Setting{"M49,PRGM,C"}, Setting{"M49,FV3"}, Setting{"H5.000"}},
                         on_the_board(),
                         sieb_meyer_info())
@@ -510,24 +503,23 @@ TEST(GcodeWriter, RefusesWhatWouldCutElsewhere) {
   const auto refusal = [](const std::vector<What>& operations) {
     return write_out(operations).failure;
   };
-  const std::string refused = "error[translation-refused]: ";
-  EXPECT_THAT(refusal({Compensation{CompensationSide::Left, mm(1)}}),
-              HasSubstr(refused + "cutter compensation by the control"));
+  const std::string refused = "error[translation-refused]";
+  EXPECT_THAT(refusal({Compensation{CompensationSide::Left, mm(1)}}), HasSubstr(refused));
   EXPECT_EQ(refusal({Compensation{}}), "");
   EXPECT_THAT(refusal({take(2), rapid_move(0, 0), Plunge{2, PlungeKind::Contouring, {}, {}}}),
-              HasSubstr(refused + "M14"));
+              AllOf(HasSubstr(refused), HasSubstr("M14")));
   EXPECT_THAT(refusal({Slot{}}), HasSubstr("--slots expand"));
   EXPECT_THAT(refusal({StepSlot{}}), HasSubstr("--slots expand"));
-  EXPECT_THAT(refusal({Setting{"DN,1.5", SettingKind::Header}}), HasSubstr(refused + "\"DN,1.5\""));
+  EXPECT_THAT(refusal({Setting{"DN,1.5", SettingKind::Header}}),
+              AllOf(HasSubstr(refused), HasSubstr("\"DN,1.5\"")));
   EXPECT_THAT(refusal({function(FunctionKind::ScalingOn, "M60")}),
-              HasSubstr(refused + "reference scaling (M60)"));
+              AllOf(HasSubstr(refused), HasSubstr("M60")));
   EXPECT_THAT(refusal({PatternBegin{}}), HasSubstr("error[internal]"));
   EXPECT_THAT(refusal({take(2), rapid_move(0, 0), rout_line(2, 1, 0)}),
-              HasSubstr("error[internal]: a contour without a plunge"));
+              HasSubstr("error[internal]"));
   EXPECT_THAT(refusal({take(2), rapid_move(0, 0), plunge(), Message{"LOOK"}, rout_line(2, 1, 0)}),
-              HasSubstr(refused + "a stop or a message inside a contour"));
-  EXPECT_THAT(refusal({take(2), plunge()}),
-              HasSubstr("error[internal]: plunge before the first place"));
+              HasSubstr(refused));
+  EXPECT_THAT(refusal({take(2), plunge()}), HasSubstr("error[internal]"));
 }
 
 }  // namespace

@@ -8,11 +8,13 @@
 #include "program/writers/pattern_copies.h"
 
 #include "tests/program/operations.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
 
 using namespace test;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -134,15 +136,11 @@ TEST(SiebMeyerWriter, OneSetOfToolDataForTheWholeProgram) {
   ToolChange third = other;
   third.tool.speed = rpm(40000);
   EXPECT_THAT(from_excellon({other, take(2, 2.5), third}).losses,
-              ElementsAre("p:12: warning[translation-loss]: another rate or hit count of tool 1 "
-                          "than before has no form in SIEB & MEYER"));
-  EXPECT_EQ(from_excellon({take(1, 1), take(1, 1.1)}).failure,
-            "p:11: error[translation-refused]: tool 1 with another diameter or depth offset than "
-            "before has no form in SIEB & MEYER, expected one set of data for the tool");
-  EXPECT_EQ(
-      from_excellon({take(100, 1)}).failure,
-      "p:10: error[translation-refused]: tool 100 has no form in SIEB & MEYER, expected tools 1 to "
-      "99");
+              ElementsAre(Reports("p:12: warning[translation-loss]")));
+  EXPECT_THAT(from_excellon({take(1, 1), take(1, 1.1)}).failure,
+              Reports("p:11: error[translation-refused]"));
+  EXPECT_THAT(from_excellon({take(100, 1)}).failure,
+              Reports("p:10: error[translation-refused]", "100"));
 }
 
 TEST(SiebMeyerWriter, StatesTheAxisVersion) {
@@ -207,10 +205,9 @@ TEST(SiebMeyerWriter, CompensationIsSaidInEveryContour) {
 
 TEST(SiebMeyerWriter, CompensatesForTheToolsDiameterOnly) {
   EXPECT_THAT(from_excellon({take(2, 2.5), Compensation{CompensationSide::Left, mm(2.4)}}).failure,
-              HasSubstr("error[translation-refused]: a compensation for 2.4 mm, which is not the "
-                        "tool's diameter"));
+              AllOf(HasSubstr("error[translation-refused]"), HasSubstr("2.4 mm")));
   EXPECT_THAT(from_excellon({take(2, 2.5), Compensation{CompensationSide::Left, {}}}).losses,
-              ElementsAre(HasSubstr("a compensation index without a value")));
+              ElementsAre(HasSubstr("warning[translation-loss]")));
 }
 
 /// The same coordinates twice running would stop the control; a T0 line does not count.
@@ -237,11 +234,11 @@ TEST(SiebMeyerWriter, SaysExcellonsDefaultFeed) {
 
 TEST(SiebMeyerWriter, RefusesDepthsThatOnlyExcellonHas) {
   EXPECT_THAT(from_excellon({rapid_move(1, 1), Plunge{2, PlungeKind::Contouring, {}, {}}}).failure,
-              HasSubstr("p:11: error[translation-refused]: M14"));
+              Reports("p:11: error[translation-refused]", "M14"));
   EXPECT_THAT(from_excellon({rapid_move(1, 1), Plunge{2, PlungeKind::Plain, mm(0.1), {}}}).failure,
-              HasSubstr("p:11: error[translation-refused]: a pass of a step slot"));
+              HasSubstr("p:11: error[translation-refused]"));
   const StepSlot steps{2, place(5, 6), place(5, 7), mm(0.2), mm(-0.1)};
-  EXPECT_THAT(from_excellon({steps}).failure, HasSubstr("a slot in deepening passes (G87)"));
+  EXPECT_THAT(from_excellon({steps}).failure, HasSubstr("G87"));
   const Written forced = from_excellon({steps, drill(1, 1, 2)}, kept());
   EXPECT_EQ(forced.body, "X1.Y2.\n");
   EXPECT_EQ(forced.losses.size(), 1U);
@@ -280,14 +277,14 @@ TEST(SiebMeyerWriter, OnePlaneDoesForAxesOverOneSurface) {
   cut.other_surfaces = {mm(3.055)};
   EXPECT_EQ(from_sieb_meyer({drill_at(1, 2, cut)}).body, "X1.Y2.Z2.65\n");
   cut.other_surfaces = {mm(3.055), mm(3.2)};
-  EXPECT_THAT(from_sieb_meyer({drill_at(1, 2, cut)}).failure, HasSubstr("differs by 150 um"));
+  EXPECT_THAT(from_sieb_meyer({drill_at(1, 2, cut)}).failure, HasSubstr("150 um"));
   // A plane that follows a grid counts from each axis' own reference.
   DepthOfCut moved = {.z = mm(1), .depth = {}, .surface = mm(3.05)};
   moved.other_surfaces = {mm(3.2)};
   moved.reference = PlaneReference{position_mm<frame::Nominal>(0, 0), mm(3.0), {mm(3.15)}};
   EXPECT_EQ(from_sieb_meyer({drill_at(1, 2, moved)}).body, "X1.Y2.Z1.\n");
   moved.reference->other_heights = {mm(3.0)};
-  EXPECT_THAT(from_sieb_meyer({drill_at(1, 2, moved)}).failure, HasSubstr("differs by 150 um"));
+  EXPECT_THAT(from_sieb_meyer({drill_at(1, 2, moved)}).failure, HasSubstr("150 um"));
 }
 
 /// An offset of the $ table comes to planes: the control would add it to this one too.
@@ -295,8 +292,7 @@ TEST(SiebMeyerWriter, RefusesADepthAsAPlaneOfAToolWithAnOffset) {
   ToolChange change = take(1, 1);
   change.tool.depth_offset = mm(0.3);
   const DepthOfCut cut = {.z = {}, .depth = mm(0.4), .surface = mm(3.05)};
-  EXPECT_THAT(from_sieb_meyer({change, drill_at(1, 2, cut)}).failure,
-              HasSubstr("whose offset of 0.3 mm the control would add"));
+  EXPECT_THAT(from_sieb_meyer({change, drill_at(1, 2, cut)}).failure, HasSubstr("0.3 mm"));
 }
 
 /// "If no Z-value is programmed, the manually entered Z-value is used as working plane": until one
@@ -306,9 +302,9 @@ TEST(SiebMeyerWriter, GoesBackToThePlaneThatWasSetByHand) {
       from_sieb_meyer({drill_at(1, 0, below(2)), drill_at(2, 0, {}), drill_at(3, 0, {})}).body,
       "X1.Y0.G83K2.\nX2.Y0.G82\nX3.Y0.\n");
   EXPECT_THAT(from_sieb_meyer({drill_at(1, 0, z(1)), drill_at(2, 0, {})}).failure,
-              HasSubstr("a depth that the program leaves to the control"));
+              HasSubstr("error[translation-refused]"));
   EXPECT_THAT(from_sieb_meyer({drill_at(1, 0, {.z = {}, .depth = {}, .surface = mm(1.8)})}).failure,
-              HasSubstr("a measured surface under a depth that the program leaves to the control"));
+              HasSubstr("error[translation-refused]"));
 }
 
 TEST(SiebMeyerWriter, WritesSlotsWhole) {
@@ -326,10 +322,7 @@ TEST(SiebMeyerWriter, WritesStops) {
                      Stop{StopKind::Optional, displacement_mm<frame::Machine>(1, 2), {}},
                      Stop{.kind = StopKind::EndRewind}});
   EXPECT_EQ(written.body, "M20\nM47,INSPECTION STOP\nM20\n");
-  EXPECT_THAT(
-      written.losses,
-      ElementsAre("p:13: warning[translation-loss]: the place to stop at has no form in SIEB "
-                  "& MEYER"));
+  EXPECT_THAT(written.losses, ElementsAre(Reports("p:13: warning[translation-loss]")));
 }
 
 TEST(SiebMeyerWriter, MessagesThatWouldBeOrdersAreMarked) {
@@ -358,15 +351,12 @@ TEST(SiebMeyerWriter, NamesWhatExcellonHasAlone) {
                                          Dwell{seconds(2)},
                                          ToolChange{}});
   EXPECT_EQ(written.body, "");
-  EXPECT_THAT(
-      written.losses,
-      ElementsAre("p:11: warning[translation-loss]: \"ATC,ON\" has no form in SIEB & MEYER",
-                  "p:12: warning[translation-loss]: a link of tools has no form in SIEB & MEYER",
-                  "p:14: warning[translation-loss]: \"M62\" (peck_on) has no form in SIEB & "
-                  "MEYER",
-                  "p:15: warning[translation-loss]: waiting for 2 s has no form in SIEB & MEYER",
-                  "p:16: warning[translation-loss]: putting the tool away (T0) has no form in SIEB "
-                  "& MEYER"));
+  EXPECT_THAT(written.losses,
+              ElementsAre(Reports("p:11: warning[translation-loss]", "\"ATC,ON\""),
+                          Reports("p:12: warning[translation-loss]"),
+                          Reports("p:14: warning[translation-loss]", "\"M62\""),
+                          Reports("p:15: warning[translation-loss]", "2 s"),
+                          Reports("p:16: warning[translation-loss]", "T0")));
   EXPECT_THAT(from_excellon({Setting{"DN,1.5", SettingKind::Header}}).failure,
               HasSubstr("translation-refused"));
   EXPECT_THAT(from_excellon({function(FunctionKind::ScalingOn, "M60")}).failure,
@@ -486,16 +476,16 @@ TEST(SiebMeyerWriter, RefusesNestedCorrectionsThatAreMoreThanAnOffset) {
   const VisionSeries nested{CorrectionLevel::Nested, one};
   const std::vector<Placement> copies = {Placement()};
   EXPECT_THAT(from_excellon({VisionSeries{CorrectionLevel::Nested, two}}).failure,
-              HasSubstr("a nested series of 2 targets"));
+              AllOf(HasSubstr("error[translation-refused]"), HasSubstr("2 targets")));
   EXPECT_THAT(from_excellon({nested, drill(1, 1, 1), nested}).failure,
-              HasSubstr("a second nested correction"));
+              HasSubstr("error[translation-refused]"));
   EXPECT_THAT(from_excellon({PatternBegin{}, nested, PatternEnd{copies}, drill(1, 1, 1)}).failure,
-              HasSubstr("p:13: error[translation-refused]: a place behind a pattern"));
+              HasSubstr("p:13: error[translation-refused]"));
   EXPECT_THAT(
       from_excellon(
           {PatternBegin{}, nested, CancelCorrection{CorrectionLevel::Nested}, drill(1, 1, 1)})
           .failure,
-      HasSubstr("p:13: error[translation-refused]: a place behind G47"));
+      HasSubstr("p:13: error[translation-refused]"));
 }
 
 }  // namespace

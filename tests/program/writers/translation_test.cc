@@ -8,12 +8,14 @@
 
 #include "tests/program/program_run.h"
 #include "tests/program/writers/translation_run.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
 
 using test::difference_of_work;
 using test::FunctionSource;
+using test::Reports;
 using test::run_nominally;
 using test::run_on;
 using test::translate;
@@ -114,10 +116,10 @@ TEST(Translation, RefusesWhatWouldGoElsewhere) {
   const Translation nested = translate(
       excellon("$uvis,alg,0,2\nG34,1\nT1\nG46X5.Y5.\nG46X95.Y5.\nX1.Y1.\n"), Dialect::SiebMeyer);
   EXPECT_TRUE(nested.is_refused);
-  EXPECT_THAT(nested.losses, ElementsAre(HasSubstr("a nested series of 2 targets")));
+  EXPECT_THAT(nested.losses, ElementsAre(HasSubstr("2 targets")));
   const Translation stored = translate(
       excellon("G34,1\nT1\nM50,1\nM25\nG35X1.Y1.\nX2.Y2.\nM01\nM02X9.\nM08\n"), Dialect::SiebMeyer);
-  EXPECT_THAT(stored.errors, ElementsAre(HasSubstr("p:10:1: error[not-supported]: \"M50\"")));
+  EXPECT_THAT(stored.errors, ElementsAre(Reports("p:10:1: error[not-supported]", "M50")));
 }
 
 TEST(Translation, AnInchProgramIsGoodToTenNanometers) {
@@ -235,9 +237,9 @@ TEST(Translation, RefusesWorkingPlanes) {
       translate(sieb_meyer("X1.Y1.T1Z1.5\nX2.Y2.\nX3.Y3.G83K.4\n"), Dialect::Excellon);
   EXPECT_TRUE(there.is_refused);
   EXPECT_THAT(there.losses,
-              ElementsAre(HasSubstr("p:2: error[translation-refused]: the working plane Z1.5"),
-                          HasSubstr("p:3: error[translation-refused]: the working plane Z1.5"),
-                          HasSubstr("p:4: error[translation-refused]: a depth of 0.4 mm below")));
+              ElementsAre(Reports("p:2: error[translation-refused]", "Z1.5"),
+                          Reports("p:3: error[translation-refused]", "Z1.5"),
+                          Reports("p:4: error[translation-refused]", "0.4 mm")));
 }
 
 TEST(Translation, RefusesAnOffsetFromTwoTargets) {

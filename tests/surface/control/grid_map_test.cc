@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 
 #include "calib/base/random.h"
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 namespace panelcal {
 namespace {
@@ -57,11 +58,14 @@ double height_mm(const GridMap& map, double x_mm, double y_mm) {
   return map.height_at({x_mm, y_mm}).heights.at(0).height.in_mm();
 }
 
-void expect_fails(const Points& points, GridFailure failure, const std::string& text) {
+/// `facts` are what the text names, in any order.
+void expect_fails(const Points& points,
+                  GridFailure failure,
+                  std::initializer_list<const char*> facts) {
   const auto map = GridMap::from_points(points);
   ASSERT_FALSE(map);
   EXPECT_EQ(map.error().failure, failure);
-  EXPECT_EQ(map.error().text, text);
+  for (const char* fact : facts) EXPECT_THAT(map.error().text, testing::HasSubstr(fact));
 }
 
 // SIEB & MEYER CNC 8x.00, G78: 10 x 12 positions, 10 mm apart.
@@ -86,9 +90,7 @@ TEST(GridMap, ManualG78HasTenByTwelveNodes) {
 TEST(GridMap, ManualG78ReferenceIsNoNode) {
   Points points = manual_grid(flat);
   points.push_back(point(10, 5));
-  expect_fails(points,
-               GridFailure::Incomplete,
-               "the grid has no point at (0, 5) mm, expected all 10 x 13 nodes");
+  expect_fails(points, GridFailure::Incomplete, {"(0, 5) mm", "10 x 13"});
 }
 
 TEST(GridMap, InterpolatesBetweenFourNodes) {
@@ -146,19 +148,16 @@ TEST(GridMap, ForgivesAMicrometreInCoordinates) {
   EXPECT_EQ(map.rows_mm().size(), 2u);
   expect_fails({point(0, 0), point(10.0011, 0), point(0, 20), point(10, 20)},
                GridFailure::Incomplete,
-               "the grid has no point at (10, 0) mm, expected all 3 x 2 nodes");
+               {"(10, 0) mm", "3 x 2"});
 }
 
 TEST(GridMap, RefusesARowOrAColumn) {
-  expect_fails({},
-               GridFailure::TooFewPoints,
-               "the grid has 0 columns and 0 rows, expected at least 2 of both");
+  expect_fails({}, GridFailure::TooFewPoints, {"0 columns", "0 rows"});
   expect_fails({point(0, 0), point(10, 0), point(20, 0), point(30, 0)},
                GridFailure::TooFewPoints,
-               "the grid has 4 columns and 1 rows, expected at least 2 of both");
-  expect_fails({point(5, 0), point(5, 1), point(5, 2)},
-               GridFailure::TooFewPoints,
-               "the grid has 1 columns and 3 rows, expected at least 2 of both");
+               {"4 columns", "1 rows"});
+  expect_fails(
+      {point(5, 0), point(5, 1), point(5, 2)}, GridFailure::TooFewPoints, {"1 columns", "3 rows"});
 }
 
 TEST(GridMap, NamesTheFirstMissingNode) {
@@ -166,25 +165,20 @@ TEST(GridMap, NamesTheFirstMissingNode) {
   std::erase_if(points, [](const GridPoint& p) {
     return p.place_mm == Vector2d(40, 30) || p.place_mm == Vector2d(20, 110);
   });
-  expect_fails(points,
-               GridFailure::Incomplete,
-               "the grid has no point at (40, 30) mm, expected all 10 x 12 nodes");
+  expect_fails(points, GridFailure::Incomplete, {"(40, 30) mm", "10 x 12"});
   points = manual_grid(flat);
   points.pop_back();
-  expect_fails(points,
-               GridFailure::Incomplete,
-               "the grid has no point at (90, 110) mm, expected all 10 x 12 nodes");
+  expect_fails(points, GridFailure::Incomplete, {"(90, 110) mm", "10 x 12"});
   // A grid that is turned has as many columns as points.
   expect_fails({point(0, 0), point(10, 1), point(-1, 10), point(9, 11)},
                GridFailure::Incomplete,
-               "the grid has no point at (-1, 0) mm, expected all 4 x 4 nodes");
+               {"(-1, 0) mm", "4 x 4"});
 }
 
 TEST(GridMap, RefusesANodeThatIsMeasuredTwice) {
   Points points = manual_grid(flat);
   points.push_back(point(30, 70));
-  expect_fails(
-      points, GridFailure::Duplicate, "the grid has two points at (30, 70) mm, expected one");
+  expect_fails(points, GridFailure::Duplicate, {"(30, 70) mm"});
   EXPECT_EQ(GridMap::from_points(points).error().i_point, 120u);
 }
 
@@ -202,9 +196,9 @@ TEST(GridMap, RefusesBadPoints) {
   }
   Points points = manual_grid(flat);
   points[3].heights.push_back({mm(1), um(1)});
-  expect_fails(points, GridFailure::BadPoint, "a grid point has heights of 2 Z axes, expected 1");
+  expect_fails(points, GridFailure::BadPoint, {"2 Z axes"});
   points[0].heights.clear();
-  expect_fails(points, GridFailure::BadPoint, "a grid point has heights of 0 Z axes, expected 1");
+  expect_fails(points, GridFailure::BadPoint, {"0 Z axes"});
 }
 
 /// What a contour's height, straight between cuts, is off the map at worst; by dense sampling.

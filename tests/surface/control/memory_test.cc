@@ -13,6 +13,7 @@
 namespace panelcal {
 namespace {
 
+using testing::AllOf;
 using ::testing::HasSubstr;
 using Heights = std::vector<HeightEstimate>;
 
@@ -76,8 +77,7 @@ TEST(SurfaceMemory, G72ClearsTheValuesAndNotTheAveragingArea) {
   ASSERT_TRUE(memory.store(1, {estimate(1.6)}));
   memory.clear();
   ASSERT_FALSE(memory.load(1));
-  EXPECT_EQ(memory.load(1).error(),
-            "L1 of the surface memory is empty, expected G73L1 or G74L1 before it");
+  EXPECT_THAT(memory.load(1).error(), HasSubstr("L1 "));
   EXPECT_EQ(memory.n_to_average(), 1u);
 }
 
@@ -95,7 +95,7 @@ TEST(SurfaceMemory, RefusesAnotherNumberOfZAxes) {
   ASSERT_TRUE(memory.add({estimate(1), estimate(2)}));
   const auto stored = memory.store(1, {estimate(1)});
   ASSERT_FALSE(stored);
-  EXPECT_EQ(stored.error(), "there are heights of 1 Z axes, expected 2 as before");
+  EXPECT_THAT(stored.error(), AllOf(HasSubstr("1 Z axes"), HasSubstr("2")));
   EXPECT_FALSE(memory.add({estimate(1), estimate(2), estimate(3)}));
   EXPECT_FALSE(memory.add({}));
   EXPECT_EQ(memory.n_to_average(), 1u);
@@ -122,7 +122,7 @@ TEST(SurfaceMemory, TheAveragingAreaTakesAHundredValues) {
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(memory.add({estimate(i)})) << i;
   const auto full = memory.add({estimate(100)});
   ASSERT_FALSE(full);
-  EXPECT_EQ(full.error(), "the averaging area is full, expected at most 100 values before G74");
+  EXPECT_THAT(full.error(), HasSubstr("100 "));
   // 0 + 1 + ... + 99 over 100: the refused value has no part in it.
   EXPECT_EQ(memory.take_average(AverageKind::Mean)->front().height, mm(49.5));
   EXPECT_TRUE(memory.add({estimate(1)}));
@@ -181,15 +181,14 @@ TEST(SurfaceMemory, RefusesToAverageNothing) {
   SurfaceMemory memory;
   const auto nothing = memory.take_average(AverageKind::Mean);
   ASSERT_FALSE(nothing);
-  EXPECT_EQ(nothing.error(),
-            "the averaging area holds 0 values, expected at least 1 from G73 without L");
+  EXPECT_THAT(nothing.error(), AllOf(HasSubstr("0 "), HasSubstr("1 "), HasSubstr("G73")));
 }
 
 TEST(SurfaceMemory, ATrimmedMeanNeedsThreeValues) {
   SurfaceMemory memory = filled({estimate(1), estimate(2)});
   const auto refused = memory.take_average(AverageKind::TrimmedMean);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error(), "the averaging area holds 2 values, expected at least 3 for SPAV,T");
+  EXPECT_THAT(refused.error(), AllOf(HasSubstr("2 "), HasSubstr("3 "), HasSubstr("SPAV,T")));
   EXPECT_EQ(memory.n_to_average(), 2u) << "a call that fails changes nothing";
   ASSERT_TRUE(memory.add({estimate(7)}));
   EXPECT_EQ(memory.take_average(AverageKind::TrimmedMean)->front().height, mm(2));

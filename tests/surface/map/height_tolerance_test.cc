@@ -5,10 +5,13 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 namespace panelcal {
 namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
 
 std::string refusal(const std::vector<double>& heights_mm,
                     const std::vector<double>& reference_mm,
@@ -27,35 +30,42 @@ TEST(HeightTolerance, ManualMaptOfOneMillimetre) {
   EXPECT_EQ(refusal({1.6}, {1.6}, {1}), "accepted");
   EXPECT_EQ(refusal({2.6}, {1.6}, {1}), "accepted") << "just the tolerance";
   EXPECT_EQ(refusal({0.6}, {1.6}, {1}), "accepted");
-  EXPECT_EQ(refusal({2.6001}, {1.6}, {1}),
-            "the surface under zaxis 0 is at 2.6001 mm, +1.0001 mm off its reference, expected at "
-            "most 1.0000 mm (MAPT)");
-  EXPECT_EQ(refusal({0.5}, {1.6}, {1}),
-            "the surface under zaxis 0 is at 0.5000 mm, -1.1000 mm off its reference, expected at "
-            "most 1.0000 mm (MAPT)");
+  EXPECT_THAT(refusal({2.6001}, {1.6}, {1}),
+              AllOf(HasSubstr("zaxis 0"),
+                    HasSubstr("2.6001 mm"),
+                    HasSubstr("+1.0001 mm"),
+                    HasSubstr("1.0000 mm")));
+  EXPECT_THAT(refusal({0.5}, {1.6}, {1}),
+              AllOf(HasSubstr("zaxis 0"),
+                    HasSubstr("0.5000 mm"),
+                    HasSubstr("-1.1000 mm"),
+                    HasSubstr("1.0000 mm")));
 }
 
 TEST(HeightTolerance, EveryZAxisHasItsReference) {
   EXPECT_EQ(refusal({1, 2, 3}, {1.05, 2.05, 2.95}, {0.1}), "accepted");
-  EXPECT_EQ(refusal({1, 2, 3}, {1, 2, 2.8}, {0.1}),
-            "the surface under zaxis 2 is at 3.0000 mm, +0.2000 mm off its reference, expected at "
-            "most 0.1000 mm (MAPT)");
+  EXPECT_THAT(refusal({1, 2, 3}, {1, 2, 2.8}, {0.1}),
+              AllOf(HasSubstr("zaxis 2"),
+                    HasSubstr("3.0000 mm"),
+                    HasSubstr("+0.2000 mm"),
+                    HasSubstr("0.1000 mm")));
 }
 
 TEST(HeightTolerance, EveryZAxisMayHaveItsTolerance) {
-  EXPECT_EQ(refusal({1, 2}, {1.5}, {0.6, 0.4}),
-            "the surface under zaxis 1 is at 2.0000 mm, +0.5000 mm off its reference, expected at "
-            "most 0.4000 mm (MAPT)");
+  EXPECT_THAT(refusal({1, 2}, {1.5}, {0.6, 0.4}),
+              AllOf(HasSubstr("zaxis 1"),
+                    HasSubstr("2.0000 mm"),
+                    HasSubstr("+0.5000 mm"),
+                    HasSubstr("0.4000 mm")));
 }
 
 TEST(HeightTolerance, NamesTheWorstZAxis) {
-  EXPECT_TRUE(refusal({1.2, 1.5, 1.3}, {1}, {0.1}).starts_with("the surface under zaxis 1 "));
+  EXPECT_THAT(refusal({1.2, 1.5, 1.3}, {1}, {0.1}), HasSubstr("zaxis 1 "));
 }
 
 TEST(HeightTolerance, RefusesOtherNumbersOfZAxes) {
-  EXPECT_EQ(refusal({1, 2, 3}, {1, 2}, {0.1}),
-            "there are 3 heights, 2 references and 1 tolerances (MAPT), expected one for each Z "
-            "axis");
+  EXPECT_THAT(refusal({1, 2, 3}, {1, 2}, {0.1}),
+              AllOf(HasSubstr("3 heights"), HasSubstr("2 references"), HasSubstr("1 tolerance")));
   EXPECT_NE(refusal({1, 2, 3}, {1}, {0.1, 0.1}), "accepted");
   EXPECT_NE(refusal({}, {1}, {0.1}), "accepted");
   EXPECT_NE(refusal({1}, {}, {0.1}), "accepted");

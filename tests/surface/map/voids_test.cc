@@ -56,17 +56,15 @@ TEST(Area, RefusesWhatIsNone) {
   const auto refused = [](const Area& area, const char* text) {
     EXPECT_THAT(check_area(area, "clamp", {"m.toml", 7, 1}), FailsWith(Code::ConfigValue, text));
   };
-  refused(Circle{at(0, 0), mm(0)},
-          "m.toml:7:1: error[config-value]: \"clamp\": a circle of radius");
-  refused(Circle{at(0, 0), mm(nan)}, "a circle of radius nan mm");
-  refused(Circle{at(nan, 0), mm(1)}, "a center that is not finite or too far away");
-  refused(Polygon{{at(0, 0), at(1, 0)}}, "a polygon of 2 corners");
-  refused(Polygon{{at(0, 0), at(1, 0), at(2, 0)}}, "a polygon without an area");
-  refused(Polygon{{at(0, 0), at(2, 2), at(2, 0), at(0, 2.5)}}, "a polygon whose sides cross");
-  refused(Outside{{{at(0, 0), at(1e300, 0), at(0, 1)}}},
-          "a corner that is not finite or too far away");
-  refused(Track{{}, mm(1)}, "a track of 0 points");
-  refused(Track{{at(0, 0)}, mm(-1)}, "a track of width -1 mm");
+  refused(Circle{at(0, 0), mm(0)}, "m.toml:7:1: error[config-value]");
+  refused(Circle{at(0, 0), mm(nan)}, "nan mm");
+  refused(Circle{at(nan, 0), mm(1)}, "center");
+  refused(Polygon{{at(0, 0), at(1, 0)}}, "2 corners");
+  refused(Polygon{{at(0, 0), at(1, 0), at(2, 0)}}, "area");
+  refused(Polygon{{at(0, 0), at(2, 2), at(2, 0), at(0, 2.5)}}, "cross");
+  refused(Outside{{{at(0, 0), at(1e300, 0), at(0, 1)}}}, "corner");
+  refused(Track{{}, mm(1)}, "0 points");
+  refused(Track{{at(0, 0)}, mm(-1)}, "-1 mm");
   EXPECT_TRUE(check_area(kL, "L", {}));
   EXPECT_TRUE(check_area(rectangle(at(-1, -1), at(2, 3)), "zone", {}));
 }
@@ -88,9 +86,9 @@ TEST(Voids, GiveTheFirstThatHoldsAPlace) {
   EXPECT_EQ(voids->at(at(15, 15)), nullptr);
   EXPECT_EQ(Voids().at(at(0, 0)), nullptr);
   EXPECT_EQ(Voids::make({})->at(at(0, 0)), nullptr);
-  EXPECT_THAT(Voids::make({}, mm(-1)), FailsWith(Code::ConfigValue, "margin_mm of voids is -1"));
+  EXPECT_THAT(Voids::make({}, mm(-1)), FailsWith(Code::ConfigValue, "margin_mm"));
   EXPECT_THAT(Voids::make({{Circle{at(0, 0), mm(0)}, "hole", {}}}),
-              FailsWith(Code::ConfigValue, "\"hole\": a circle"));
+              FailsWith(Code::ConfigValue, "\"hole\""));
 }
 
 TEST(Voids, HaveNotTooManyCorners) {
@@ -103,8 +101,7 @@ TEST(Voids, HaveNotTooManyCorners) {
   EXPECT_THAT(Voids::make(std::vector<Void>(6, {round, "round", {"zones.toml", 3, 1}})),
               FailsWith(Code::ConfigValue, "zones.toml:3:1"));
   round.corners.push_back(at(0.9999, -1e-4));
-  EXPECT_THAT(check_area(round, "round", {}),
-              FailsWith(Code::ConfigValue, "a polygon of 2001 corners"));
+  EXPECT_THAT(check_area(round, "round", {}), FailsWith(Code::ConfigValue, "2001 corners"));
 }
 
 TEST(Voids, FindAsIfAllWereLookedAt) {

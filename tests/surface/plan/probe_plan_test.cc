@@ -141,7 +141,7 @@ TEST(ProbePlan, RefusesToAddToTooMany) {
   ProbePlanRequest request = bent();
   const ProbePoint unsure{request.candidates.front(), {mm(1), mm(1)}, "", {}};
   request.present.assign(kMostPlanned, unsure);
-  EXPECT_THAT(plan_probes(request), FailsWith(Code::ConfigValue, "600 probes are there"));
+  EXPECT_THAT(plan_probes(request), FailsWith(Code::ConfigValue, "600 probes"));
 }
 
 TEST(ProbePlan, ProbesNearHolesThatStandApart) {
@@ -190,7 +190,7 @@ TEST(ProbePlan, RefusesNumbersThatMakeNoRequest) {
   EXPECT_THAT(plan_probes(request), FailsWith(Code::ConfigValue, "tolerance"));
   request = bent();
   request.places.clear();
-  EXPECT_THAT(plan_probes(request), FailsWith(Code::ConfigValue, "nothing to plan for"));
+  EXPECT_THAT(plan_probes(request), FailsWith(Code::ConfigValue));
   request = bent();
   request.model = SurfaceModel::ThinPlate;
   EXPECT_THAT(plan_probes(request), FailsWith(Code::ConfigValue, "thin plate"));

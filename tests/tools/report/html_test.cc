@@ -16,9 +16,9 @@
 
 #include "calib/base/random.h"
 #include "program/walk/walk.h"
+#include "tools/figures/text.h"
 #include "tools/report/fit_numbers.h"
 #include "tools/report/surface.h"
-#include "tools/report/text.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

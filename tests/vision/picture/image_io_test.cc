@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "tests/support/matchers.h"
 #include "tests/vision/picture/bytes.h"
 
 namespace panelcal {
@@ -71,9 +72,7 @@ TEST(ImageIo, RefusesFloatingPointPixels) {
 }
 
 TEST(ImageIo, RefusesWhatIsNoPicture) {
-  EXPECT_EQ(decode_image("", "a").error().text(),
-            "a: error[picture-format]: the file is empty, expected PNG, TIFF, BMP or JPEG of 8 or "
-            "16 bit");
+  EXPECT_EQ(test::brief(decode_image("", "a").error()), "a: error[picture-format]");
   EXPECT_EQ(decode_image("GIF89a", "a").error().code, Code::PictureFormat);
   EXPECT_FALSE(encode_png(Image()).has_value());
 }

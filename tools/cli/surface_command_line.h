@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "tools/surface/options.h"
+#include "tools/cli/surface_options.h"
 
 namespace CLI {
 class App;

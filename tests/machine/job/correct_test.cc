@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/job/job.h"
-
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "machine/sources/measurement_file_source.h"
+#include "machine/job/job.h"
 #include "program/writers/excellon_writer.h"
 #include <gtest/gtest.h>
+#include <panelcal/panelcal.h>
 
 #include "tests/support/matchers.h"
 
@@ -224,7 +223,7 @@ TEST(Correct, RefusesAnOffsetThatWasFoundLater) {
   const auto result = correct(job,
                               source,
                               machine_of("[spindle]\ncamera_offset_mm = [60, 0]\n"
-                                         "camera_offset_date = 2026-11-22\n"));
+                                         "camera_offset_date = 2026-11-22T00:00:00\n"));
   EXPECT_THAT(result, FailsWith(Code::ConfigValue, ""));
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/report/svg.h"
+#include "tools/figures/svg.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <string>
 
+#include "tools/figures/svg.h"
+#include "tools/figures/text.h"
 #include "tools/nightly/figures.h"
-#include "tools/report/svg.h"
-#include "tools/report/text.h"
 #include <fmt/format.h>
 
 namespace panelcal::nightly {

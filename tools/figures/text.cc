@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/report/text.h"
+#include "tools/figures/text.h"
 
 #include <algorithm>
 #include <array>

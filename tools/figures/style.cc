@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/report/style.h"
+#include "tools/figures/style.h"
 
 namespace panelcal::report {
 

@@ -2,13 +2,27 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "calib/base/units.h"
 #include "program/geometry/dot_font.h"
-#include "program/sieb_meyer/plain_text.h"
 #include "surface/control/memory.h"
 
+// Settings of the controls whose languages need some: the machine states them, before any program.
 namespace panelcal::sieb_meyer {
+
+/// What the text variables of M97 and M98 stand for. Small letters are drilled as capitals.
+struct TextVariables {
+  std::string date;           ///< &D, dd/mm/yyyy (the manual's second slash in dd//mm is a slip)
+  std::string time;           ///< &T, hh:mm:ss
+  std::string file;           ///< &F, without its extension
+  std::string extension;      ///< &E, without the dot
+  std::string module;         ///< &M
+  int spindle = 1;            ///< &P and &S; counts from 1
+  int breakage_counter = 0;   ///< &B
+  int run = 1;                ///< &N and &V
+  std::string operator_text;  ///< *, what the OPID setting says
+};
 
 /// What the control's own settings decide when a program starts; M49 may change some of them.
 struct Settings {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/surface/help.h"
+#include "tools/cli/surface_help.h"
 
 #include <algorithm>
 #include <array>

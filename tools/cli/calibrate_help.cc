@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/calibrate/help.h"
+#include "tools/cli/calibrate_help.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Like options.cc it includes CLI11: seconds to compile.
-#include "tools/surface/command_line.h"
+#include "tools/cli/surface_command_line.h"
 
 #include <string>
 #include <vector>

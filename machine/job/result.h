@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "calib/base/diagnostic.h"
+#include "machine/job/truth_comparison.h"
+#include "machine/job/worst_hole.h"
+#include "program/judge/depth_verdict.h"
+#include "program/judge/job_verdict.h"
+#include "program/judge/surface_use.h"
+#include "program/judge/tally.h"
+#include "program/walk/survey.h"
+
+namespace panelcal {
+
+/// What has become of a job that was measured.
+///
+/// See    tests/machine/job/correct_test.cc
+struct JobResult {
+  std::shared_ptr<const Survey> survey;  ///< never null
+  std::string source;                    ///< where the measurements came from, in words
+  DiagnosticLog log;                     ///< as JobSinks::log
+
+  Tally tally;                            ///< of the corrected job
+  std::unique_ptr<JobVerdict> verdict;    ///< null if [tolerance] asks for no positions
+  std::unique_ptr<DepthVerdict> depth;    ///< null if it asks for no depths
+  bool is_judged = false;                 ///< the verdicts are of the whole job
+  std::optional<SurfaceUse> surface_use;  ///< what depths took from Job::surface
+  /// Null without Job::truth, which has to outlive it.
+  std::unique_ptr<TruthComparison> truth;
+  std::string explanation;  ///< what Job::explain asks for; empty if there is no such place
+  std::optional<HoleBudget> worst_hole;  ///< likeliest to break its tolerance, or least certain
+  /// Of the worst place that a warning names, by which Job::explain knows it, where its line does
+  /// not lead to it.
+  std::optional<std::int64_t> worst_number;
+
+  bool is_executed = false;   ///< the whole job has passed without an error
+  bool is_held = false;       ///< by [tolerance]
+  bool is_committed = false;  ///< the output is there
+  int n_walks = 0;            ///< over the program's text, from its beginning
+
+  /// Every series is inside its limits, nothing is wrong in the program and no tolerance holds it.
+  bool may_be_drilled() const { return is_executed && !is_held && !log.has_errors(); }
+  /// Why not: the first error that is no limit's, or else the first one.
+  ///
+  /// Precondition: !may_be_drilled()
+  Diagnostic refusal() const;
+};
+
+}  // namespace panelcal

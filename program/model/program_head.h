@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "program/model/operation.h"
+#include "program/text/number_format.h"
+
+namespace panelcal {
+
+/// The statements of a program before its first block, whatever its language: a header, a tool
+/// table. Each language adds its own.
+struct ProgramHead {
+  ProgramHead() = default;
+  ProgramHead(const ProgramHead&) = default;
+  ProgramHead(ProgramHead&&) = default;
+  ProgramHead& operator=(const ProgramHead&) = default;
+  ProgramHead& operator=(ProgramHead&&) = default;
+  virtual ~ProgramHead() = default;
+
+  std::map<int, Tool> tools;
+  std::map<int, int> tool_lines;     ///< where each tool is defined
+  std::optional<int> axis_version;   ///< VER
+  std::optional<bool> block_delete;  ///< BLKD: blocks that begin with / are not executed
+  bool body_rules = false;           ///< OM48: the body's tool data win
+
+  /// The format in which writers state numbers.
+  virtual NumberFormat number_format() const { return {}; }
+  /// How numbers are read: "inch 2.4, leading zeros kept".
+  virtual std::string number_summary() const { return {}; }
+};
+
+}  // namespace panelcal
