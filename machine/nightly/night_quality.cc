@@ -26,7 +26,7 @@ const T* named(const std::vector<T>& all, const std::string& name) {
 Diagnostic no_number(const std::string& name) {
   return {Code::CalibrationInvalid,
           {},
-          fmt::format("the night's {} is no number that it can be", quoted(name)),
+          fmt::format("the night's {} is out of range", quoted(name)),
           "a finite number above 0"};
 }
 

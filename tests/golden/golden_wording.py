@@ -18,7 +18,7 @@ DATA = (
     (re.compile(r'"[^"]*"'), "TEXT"),
     (re.compile(r"\[\[?[a-z][a-z_.]*\]\]?"), "SECTION"),
     (re.compile(r"\b[a-z0-9]+(?:_[a-z0-9]+)+\b"), "KEY"),
-    (re.compile(r"^\S+ in SECTION"), "KEY in SECTION"),
+    (re.compile(r"(?:^|(?<=: ))\S+ in SECTION"), "KEY in SECTION"),
     (re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"), "NUMBER"),
     (re.compile(r"\b(TEXT|KEY|NUMBER)(?:(?:,| or| and)+ ?\1)+"), r"\1"),
 )

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/job/job.h"
-
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "machine/job/job.h"
 #include "program/writers/excellon_writer.h"
 #include <gtest/gtest.h>
 #include <panelcal/panelcal.h>

@@ -1,0 +1,36 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Checks that docs/overview.md and CONTRIBUTING.md name files, folders and functions that exist.
+
+    overview_test.py REPOSITORY
+"""
+import re
+import sys
+from pathlib import Path
+
+
+def problems_of(root, page):
+    problems = []
+    for number, line in enumerate((root / page).read_text(encoding="utf-8").splitlines(), 1):
+        words = re.findall(r"`([^`]+)`", line)
+        paths = [w for w in words if re.fullmatch(r"[a-z_]+/[\w./-]*", w) and "/NAME" not in w]
+        problems += [f"{page}:{number}: there is no {p}" for p in paths if not (root / p).exists()]
+        # A row of the tables of functions: | `file` | `function` | ...
+        row = re.match(r"\| `([\w./]+\.(?:cc|h))` \| `([\w:]+)` \|", line)
+        if row and (root / row[1]).exists():
+            text = (root / row[1]).read_text(encoding="utf-8")
+            name = row[2].split("::")[-1]
+            if not re.search(rf"\b{name}\b", text):
+                problems.append(f"{page}:{number}: {row[1]} has no {row[2]}")
+    return problems
+
+
+def main():
+    root = Path(sys.argv[1])
+    problems = problems_of(root, "docs/overview.md") + problems_of(root, "CONTRIBUTING.md")
+    print("\n".join(problems), end="\n" if problems else "")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
