@@ -216,7 +216,7 @@ TEST(StoredPattern, AMissingOneIsAnErrorAndTheRunEnds) {
   const ProgramRun run = run_with(folder, "M99,NOSUCH\nX01Y02\nX05Y05\n");
   EXPECT_TRUE(run.has_errors);
   EXPECT_THAT(run.diagnostics, Contains(says(7, "error[pattern-missing]")));
-  EXPECT_THAT(run.diagnostics, Contains(HasSubstr("NOSUCH")));
+  EXPECT_THAT(run.texts, Contains(HasSubstr("NOSUCH")));
   EXPECT_TRUE(run_program(inch_leading_zeros("T1\nM99,NOSUCH\nX01Y02\nM30\n")).has_errors);
 }
 

@@ -176,7 +176,7 @@ TEST(SiebMeyerRefuses, Recursion) {
     const ProgramRun run = run_program(format_5000("X1.Y1.T1M99,A\n"), {}, folder.reading());
     EXPECT_TRUE(run.has_errors);
     EXPECT_THAT(
-        run.diagnostics,
+        run.texts,
         Contains(AllOf(HasSubstr(" error["), AnyOf(HasSubstr("itself"), HasSubstr("recurs")))));
   };
   is_refused("@A\nX1.Y1.\nX2.Y2.M99,A\n");
@@ -209,7 +209,7 @@ TEST(SiebMeyerRefuses, CameraCommandsInNestedSections) {
       "XY200.M50M30\nM31\nG39,LOAD\nX50.Y50.T1\nXYM50\nX100.YM50M30\nG30\n"));
   EXPECT_TRUE(run.has_errors);
   EXPECT_THAT(
-      run.diagnostics,
+      run.texts,
       Contains(AllOf(
           HasSubstr(" error["),
           AnyOf(
@@ -257,7 +257,7 @@ TEST(SiebMeyerRefuses, SectionsThatLeaveSurfaceDetectionOn) {
   const ProgramRun run = run_program(
       format_5000("M31\nG71K.4\nX1.Y1.G73L1\nL1\nX2.Y2.T1\nXYM50\nX100.YM50M30\nG70\n"));
   EXPECT_TRUE(run.has_errors);
-  EXPECT_THAT(run.diagnostics, Contains(AllOf(HasSubstr(" error["), HasSubstr("G70"))));
+  EXPECT_THAT(run.texts, Contains(AllOf(HasSubstr(" error["), HasSubstr("G70"))));
 }
 
 TEST(SiebMeyerRefuses, ReferenceSurfacesThatWereNotSaved) {
