@@ -6,6 +6,7 @@ Tests may use a name such as kSigma_mm in every file, so a group takes no two fi
 same name in an anonymous namespace. Prints a group a line, its files between semicolons.
 """
 import pathlib
+import re
 import sys
 
 from unique_names_test import names_of
@@ -15,9 +16,17 @@ MACROS = ("TEST", "TEST_F", "TEST_P", "INSTANTIATE_TEST_SUITE_P", "TYPED_TEST", 
           "RC_GTEST_FIXTURE_PROP")
 
 
+def group_names(source):
+    """Name -> what it is an alias of, or None: what may clash in a group."""
+    names = {name: alias for name, (alias, _) in names_of(source).items() if name not in MACROS}
+    for path, name in re.findall(r"^ *using (?:::)?([\w:]+)::(\w+);", source, flags=re.M):
+        names[name] = f"{path}::{name}"
+    return names
+
+
 def may_join(names, group):
     """No name of a file means something else in the group."""
-    for name, (alias, _) in names.items():
+    for name, alias in names.items():
         if name in group and (alias is None or alias != group[name]):
             return False
     return True
@@ -27,7 +36,7 @@ def main():
     max_size = int(sys.argv[1])
     groups = []  # [files, name -> alias]
     for file in sys.argv[2:]:
-        names = {n: d for n, d in names_of(pathlib.Path(file).read_text()).items() if n not in MACROS}
+        names = group_names(pathlib.Path(file).read_text())
         for files, known in groups:
             if len(files) < max_size and may_join(names, known):
                 break
@@ -35,7 +44,7 @@ def main():
             files, known = [], {}
             groups.append([files, known])
         files.append(file)
-        known.update({name: alias for name, (alias, _) in names.items()})
+        known.update(names)
     for files, _ in groups:
         print(";".join(files))
 
