@@ -55,7 +55,7 @@ std::vector<Cause> weighed(const std::vector<FaultStory>& stories) {
   return causes;
 }
 
-std::optional<std::size_t> liar_of(const std::vector<Cause>& causes, std::size_t n) {
+std::optional<std::size_t> outlier_of(const std::vector<Cause>& causes, std::size_t n) {
   std::vector<double> by_point(n, 0);
   for (const Cause& cause : causes) {
     if (cause.best.i_point) by_point[*cause.best.i_point] += cause.probability;
@@ -115,7 +115,7 @@ std::optional<SeriesFault> find_fault_raw(std::span<const ExaminedTarget> target
                                 words_of(cause.best, series, targets)});
   }
   if (fault.suspicions.empty()) fault.suspicions.push_back({{}, {}, 1, "no cause is known"});
-  fault.i_liar = liar_of(causes, targets.size());
+  fault.i_outlier = outlier_of(causes, targets.size());
   return fault;
 }
 

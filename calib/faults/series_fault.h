@@ -39,7 +39,7 @@ struct SeriesFault {
   int degrees_of_freedom = 0;         ///< redundant equations there were
   std::vector<Suspicion> suspicions;  ///< the likeliest first; several if data cannot tell
   /// The one target that lies, whatever the reason, with a probability above kNamed.
-  std::optional<std::size_t> i_liar;
+  std::optional<std::size_t> i_outlier;
   /// The outlier was left out, and the others fit each other and the limits.
   bool is_resolved = false;
 

@@ -181,7 +181,8 @@ std::string_view name(FaultCause cause) {
 std::string SeriesFault::text() const {
   if (suspicions.empty()) return "the targets do not fit each other";
   if (is_named() || suspicions.size() == 1) return suspicions[0].text;
-  std::string out = i_liar ? "of one cause or another: " : "the data do not single out one cause: ";
+  std::string out =
+      i_outlier ? "of one cause or another: " : "the data do not single out one cause: ";
   for (std::size_t i = 0; i < suspicions.size(); ++i) {
     out += fmt::format(
         "{}{} ({:.2g})", i == 0 ? "" : "; or ", suspicions[i].text, suspicions[i].probability);

@@ -24,8 +24,8 @@ double sigma_mm(const StoredMap& stored, const ProbePoint& probe) {
 
 /// Over the later map's probes.
 Expected<Measured> rms_of_change(const StoredMap& before, const StoredMap& after) {
-  PANELCAL_TRY(const SurfaceFit was, foreteller_of(before));
-  PANELCAL_TRY(const SurfaceFit is, foreteller_of(after));
+  PANELCAL_TRY(const SurfaceFit was, predictor_of(before));
+  PANELCAL_TRY(const SurfaceFit is, predictor_of(after));
   std::vector<Position<frame::Nominal>> places;
   for (const std::size_t i : after.map.kept()) {
     if (before.map.height_at(after.points[i].place)) places.push_back(after.points[i].place);

@@ -63,10 +63,10 @@ std::string depth_text(const DepthOfCut& cut) {
   text += fmt::format("{}surface measured {:.4f} mm above the table",
                       text.empty() ? "" : ", ",
                       cut.surface->in_mm());
-  if (!cut.foretold) return text;
+  if (!cut.predicted) return text;
   return text + fmt::format(" by the map, sigma {:.2f} um ({})",
-                            cut.foretold->sigma.in_um(),
-                            name(cut.foretold->source));
+                            cut.predicted->sigma.in_um(),
+                            name(cut.predicted->source));
 }
 
 /// The errors are independent, so their shares are of the variance.

@@ -20,15 +20,15 @@ void SurfaceUse::put(const Operation& operation) {
 }
 
 void SurfaceUse::add(const Operation& operation, const DepthOfCut& cut) {
-  if (!cut.foretold || !cut.surface) return;
+  if (!cut.predicted || !cut.surface) return;
   const bool is_first = n_depths_++ == 0;
   lowest_ = is_first ? *cut.surface : std::min(lowest_, *cut.surface);
   highest_ = is_first ? *cut.surface : std::max(highest_, *cut.surface);
-  if (cut.foretold->source == HeightSource::Filled) ++n_filled_;
-  if (cut.foretold->source == HeightSource::Extrapolated) ++n_extrapolated_;
-  if (cut.foretold->source == HeightSource::InVoid) ++n_in_void_;
-  if (!is_first && cut.foretold->sigma <= largest_sigma_) return;
-  largest_sigma_ = cut.foretold->sigma;
+  if (cut.predicted->source == HeightSource::Filled) ++n_filled_;
+  if (cut.predicted->source == HeightSource::Extrapolated) ++n_extrapolated_;
+  if (cut.predicted->source == HeightSource::InVoid) ++n_in_void_;
+  if (!is_first && cut.predicted->sigma <= largest_sigma_) return;
+  largest_sigma_ = cut.predicted->sigma;
   line_of_largest_sigma_ = operation.line;
   file_of_largest_sigma_ = operation.file;
 }

@@ -59,11 +59,11 @@ struct PlaneReference {
 enum class HeightSource : std::uint8_t;
 
 /// How sure a height is that is not probed at this place.
-struct Foretold {
+struct PredictedHeight {
   Length sigma;
   HeightSource source;
 
-  friend bool operator==(const Foretold&, const Foretold&) = default;
+  friend bool operator==(const PredictedHeight&, const PredictedHeight&) = default;
 };
 
 /// How deep a tool works, as far as the program or [[depth]] says.
@@ -76,7 +76,7 @@ struct DepthOfCut {
   /// The surface under the second Z axis and further ones; empty: there is one, or one map for all.
   std::vector<Length> other_surfaces = {};
   /// Of a surface that a map gives (--surface); absent where the program probed it.
-  std::optional<Foretold> foretold = std::nullopt;
+  std::optional<PredictedHeight> predicted = std::nullopt;
 
   friend bool operator==(const DepthOfCut&, const DepthOfCut&) = default;
 };

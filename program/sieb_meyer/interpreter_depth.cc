@@ -112,7 +112,7 @@ DepthOfCut Interpreter::grid_cut(int line, const Eigen::Vector2d& at_mm, const D
   moved.surface = surface->heights.front();
   moved.other_surfaces.assign(surface->heights.begin() + 1, surface->heights.end());
   moved.reference = surface_.measured_reference();
-  moved.foretold = surface->foretold;
+  moved.predicted = surface->predicted;
   return moved;
 }
 

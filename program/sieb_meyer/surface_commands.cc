@@ -280,9 +280,9 @@ bool SurfaceSession::fill_gaps(int line) {
 }
 
 /// Set where a node that was filled has a part in the height: within a cell of it.
-std::optional<Foretold> SurfaceSession::foretold_at(const GridHeight& found,
-                                                    const Eigen::Vector2d& nominal_mm) const {
-  std::optional<Foretold> foretold;
+std::optional<PredictedHeight> SurfaceSession::predicted_at(
+    const GridHeight& found, const Eigen::Vector2d& nominal_mm) const {
+  std::optional<PredictedHeight> predicted;
   for (const FilledNode& node : filled_) {
     const Eigen::Vector2d node_mm = node.place.in_mm();
     const auto is_beside = [](std::span<const double> axis_mm, double at_mm, double node_at_mm) {
@@ -296,10 +296,11 @@ std::optional<Foretold> SurfaceSession::foretold_at(const GridHeight& found,
         !is_beside(grid_->rows_mm(), nominal_mm.y(), node_mm.y())) {
       continue;
     }
-    const bool is_worse = foretold && foretold->source == HeightSource::Extrapolated;
-    foretold = Foretold{found.heights.front().sigma, is_worse ? foretold->source : node.source};
+    const bool is_worse = predicted && predicted->source == HeightSource::Extrapolated;
+    predicted =
+        PredictedHeight{found.heights.front().sigma, is_worse ? predicted->source : node.source};
   }
-  return foretold;
+  return predicted;
 }
 
 std::optional<SurfaceSession::GridSurface> SurfaceSession::grid_surface_at(
@@ -324,7 +325,7 @@ std::optional<SurfaceSession::GridSurface> SurfaceSession::grid_surface_at(
   GridSurface surface;
   surface.heights = heights_of(found.heights);
   surface.deviation = surface.heights.front() - references.front();
-  surface.foretold = foretold_at(found, nominal_mm);
+  surface.predicted = predicted_at(found, nominal_mm);
   return surface;
 }
 

@@ -68,7 +68,8 @@ class SurfaceSession {
   struct GridSurface {
     std::vector<Length> heights;       ///< one a Z axis
     Length deviation;                  ///< of the first axis: how much above the grid's reference
-    std::optional<Foretold> foretold;  ///< a node about it is not probed: [surface] fill_gaps
+    std::optional<PredictedHeight>
+        predicted;  ///< a node about it is not probed: [surface] fill_gaps
   };
   std::optional<GridSurface> grid_surface_at(int line, const Eigen::Vector2d& nominal_mm);
   /// The same where it was measured; empty if the control was told it.
@@ -95,8 +96,8 @@ class SurfaceSession {
                         const std::vector<HeightEstimate>& heights);
   std::vector<Length> grid_references() const;
   bool fill_gaps(int line);
-  std::optional<Foretold> foretold_at(const GridHeight& found,
-                                      const Eigen::Vector2d& nominal_mm) const;
+  std::optional<PredictedHeight> predicted_at(const GridHeight& found,
+                                              const Eigen::Vector2d& nominal_mm) const;
 
   const Settings& settings_;
   Survey& survey_;

@@ -96,7 +96,7 @@ void DepthFollower::take_height(int line, const Position<frame::Nominal>& place,
         fmt::format("at most {:.4g} um ([surface] max_sigma_um)", board_.max_sigma.in_um()));
   }
   cut.surface = found->height.height;
-  cut.foretold = Foretold{found->height.sigma, found->height.source};
+  cut.predicted = PredictedHeight{found->height.sigma, found->height.source};
 }
 
 /// A tool that goes evenly does not follow a step from one zone to another.

@@ -44,7 +44,7 @@ DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double frac
           between(from.surface, to.surface),
           to.reference,
           between_all(from.other_surfaces, to.other_surfaces, fraction),
-          to.foretold};
+          to.predicted};
 }
 
 Emitter::Emitter(const std::map<int, Tool>& header_tools,

@@ -68,7 +68,7 @@ bool is_explained_without(const SeriesResult& series,
   straight.model = PanelModel::Affine;
   straight.base = nullptr;  // refused: say why
   const auto fault = examine_series(straight, points, survey, stack, options);
-  return fault && fault->i_liar.has_value();
+  return fault && fault->i_outlier.has_value();
 }
 
 }  // namespace
@@ -293,17 +293,17 @@ void Measuring::examine(std::vector<FitPoint> points, SeriesResult& series) {
   const auto may_go_on = [&](const SeriesResult& s) {
     // A spline follows an outlier as far as nothing else is near: it is not told apart by its
     // residual.
-    return s.is_fitted() && !s.is_smooth() && s.fault && s.fault->i_liar &&
+    return s.is_fitted() && !s.is_smooth() && s.fault && s.fault->i_outlier &&
            s.dropped.size() < static_cast<std::size_t>(std::max(0, limits.max_dropped));
   };
   std::vector<FitPoint> left = points;
   std::vector<std::string> reasons;  // one for each target left out
   SeriesResult trial = series;
   while (may_go_on(trial)) {
-    const std::size_t i_liar = *trial.fault->i_liar;
-    auto fewer = without_point(left, i_liar, trial.model);
+    const std::size_t i_outlier = *trial.fault->i_outlier;
+    auto fewer = without_point(left, i_outlier, trial.model);
     if (!fewer) break;
-    trial.dropped.push_back(left[i_liar].i_measurement);
+    trial.dropped.push_back(left[i_outlier].i_measurement);
     reasons.push_back(trial.fault->text());
     left = *std::move(fewer);
     fit_points(left, trial);
@@ -339,8 +339,9 @@ void Measuring::report_fault(const SeriesResult& series, std::span<const FitPoin
   // Without a rate the test refuses nothing; a gate has, and the summary and the report say why.
   if (!series.fault || !(series.fault->false_alarm > 0)) return;
   const SeriesFault& fault = *series.fault;
-  const int line =
-      fault.i_liar ? measurement(points[*fault.i_liar].i_measurement).request.line : series.line;
+  const int line = fault.i_outlier
+                       ? measurement(points[*fault.i_outlier].i_measurement).request.line
+                       : series.line;
   std::string what = fault.text();
   if (fault.degrees_of_freedom > 0 && fault.p_value < fault.false_alarm) {
     constexpr double kLeastShown = 1e-6;
@@ -349,7 +350,7 @@ void Measuring::report_fault(const SeriesResult& series, std::span<const FitPoin
                 : fmt::format("; healthy targets fit so badly with p = {:.2g}", fault.p_value);
   }
   reporter_.report(
-      fault.i_liar ? Code::TargetSuspected : Code::SeriesInconsistent, line, 1, std::move(what));
+      fault.i_outlier ? Code::TargetSuspected : Code::SeriesInconsistent, line, 1, std::move(what));
 }
 
 void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series) {

@@ -221,9 +221,9 @@ class Fields {
     }
     row_.risk(kRisk, risk_);
     row_.risk(kRiskEnd, risk_end_);
-    if (cut_ == nullptr || !cut_->foretold) return;
-    row_.length(kSurfaceSigma, cut_->foretold->sigma);
-    row_.word(kSurfaceSource, name(cut_->foretold->source));
+    if (cut_ == nullptr || !cut_->predicted) return;
+    row_.length(kSurfaceSigma, cut_->predicted->sigma);
+    row_.word(kSurfaceSource, name(cut_->predicted->source));
   }
 
  private:

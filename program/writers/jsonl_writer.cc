@@ -165,9 +165,9 @@ class Keys {
     if (cut.z) length("z", *cut.z);
     if (cut.depth) length("depth", *cut.depth);
     if (cut.surface) length("surface", *cut.surface);
-    if (!cut.foretold) return;
-    length("surface_sigma", cut.foretold->sigma);
-    word("surface_source", panelcal::name(cut.foretold->source));
+    if (!cut.predicted) return;
+    length("surface_sigma", cut.predicted->sigma);
+    word("surface_source", panelcal::name(cut.predicted->source));
   }
   void place(const PlacedPoint& at) {
     point("nominal", at.nominal.in_mm());

@@ -265,7 +265,7 @@ void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
   const Index n_trend = t.rows();
   const MatrixXd by_contrasts = onto * c;
   const Index n_contrasts = onto.rows() - n_trend;
-  const MatrixXd foretold = by_contrasts.topRows(n_contrasts) - root_of_trend * t;
+  const MatrixXd predicted = by_contrasts.topRows(n_contrasts) - root_of_trend * t;
   const MatrixXd missed = trend_bending * t - 2 * by_contrasts.bottomRows(n_trend);
   const MatrixXd trend = trend_root.transpose() * t;
   const double itself = bending_covariance(bending.kernel, 0);
@@ -273,7 +273,7 @@ void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
     const double height_mm = readings.mean_mm + t.col(j).dot(trend_mm) + c.col(j).dot(weights);
     const double bent = bending.strength_mm2 * (itself + t.col(j).dot(missed.col(j)));
     const double tilted = trend.col(j).squaredNorm();
-    const double known = foretold.col(j).squaredNorm();
+    const double known = predicted.col(j).squaredNorm();
     // Far away they cancel, and what is left of them is rounding. In this order what is no number
     // stays none: nothing is known there, rather than all.
     const double least = kVarianceRounding * (std::abs(bent) + tilted + known);
@@ -295,11 +295,12 @@ MatrixXd SurfaceFit::State::covariance_mm2(std::span<const Position<frame::Nomin
     }
   }
   const MatrixXd by_contrasts = onto * c;
-  const MatrixXd foretold = by_contrasts.topRows(onto.rows() - t.rows()) - root_of_trend * t;
+  const MatrixXd predicted = by_contrasts.topRows(onto.rows() - t.rows()) - root_of_trend * t;
   const MatrixXd crossed = t.transpose() * by_contrasts.bottomRows(t.rows());
   const MatrixXd trend = trend_root.transpose() * t;
   bent += t.transpose() * trend_bending * t - crossed - crossed.transpose();
-  bent = bending.strength_mm2 * bent + trend.transpose() * trend - foretold.transpose() * foretold;
+  bent =
+      bending.strength_mm2 * bent + trend.transpose() * trend - predicted.transpose() * predicted;
   // Products round to either side of the diagonal differently.
   const double noise = bending.noise_factor;
   return 0.5 * noise * noise * (bent + bent.transpose());

@@ -123,7 +123,7 @@ void GridSurface::learn() {
           ++n_slopes;
         }
         if (k == 0 || k + 1 == n_k) continue;
-        const Foretold others = foretold(i, j, axis);
+        const Prediction others = predicted(i, j, axis);
         const double sigma_mm = node(i, j).sigma.in_mm();
         const double by_product = 1 / squared(others.product_mm2);
         curvatures += squared(here.height - others.height_mm) * by_product;
@@ -138,7 +138,7 @@ void GridSurface::learn() {
   double together = 0, n_inner = 0;
   for (std::size_t j = 1; j + 1 < y.size(); ++j) {
     for (std::size_t i = 1; i + 1 < x.size(); ++i, ++n_inner) {
-      const Foretold along_x = foretold(i, j, 0), along_y = foretold(i, j, 1);
+      const Prediction along_x = predicted(i, j, 0), along_y = predicted(i, j, 1);
       const HeightEstimate here = node(i, j);
       const double product =
           (here.height.in_mm() - along_x.height_mm) * (here.height.in_mm() - along_y.height_mm);
@@ -158,14 +158,14 @@ double GridSurface::missed_variance_mm2(double x_product_mm2, double y_product_m
          2 * curvatures_together_ * x_product_mm2 * y_product_mm2;
 }
 
-GridSurface::Foretold GridSurface::foretold(std::size_t i, std::size_t j, int axis) const {
+GridSurface::Prediction GridSurface::predicted(std::size_t i, std::size_t j, int axis) const {
   const std::span<const double> all = axis == 0 ? map_.columns_mm() : map_.rows_mm();
   const std::size_t k = axis == 0 ? i : j;
   const auto others_node = [&](std::size_t m) { return axis == 0 ? node(m, j) : node(i, m); };
   const double width_mm = all[k + 1] - all[k - 1];
   const double u = (all[k] - all[k - 1]) / width_mm;
   const HeightEstimate before = others_node(k - 1), behind = others_node(k + 1);
-  Foretold out;
+  Prediction out;
   out.height_mm = (1 - u) * before.height.in_mm() + u * behind.height.in_mm();
   out.variance_mm2 = squared((1 - u) * before.sigma.in_mm()) + squared(u * behind.sigma.in_mm());
   out.product_mm2 = u * (1 - u) * squared(width_mm);
@@ -185,7 +185,7 @@ GridSurface::Foretold GridSurface::foretold(std::size_t i, std::size_t j, int ax
   return out;
 }
 
-GridSurface::Foretold GridSurface::foretold_corner(std::size_t i, std::size_t j) const {
+GridSurface::Prediction GridSurface::predicted_corner(std::size_t i, std::size_t j) const {
   const std::size_t k = i == 0 ? 1 : i - 1, l = j == 0 ? 1 : j - 1;
   const HeightEstimate beside = node(k, j), below = node(i, l), across = node(k, l);
   return {
@@ -210,13 +210,13 @@ std::vector<LeftOutProbe> GridSurface::left_out(std::span<const ProbePoint> poin
     const double share = is_between[0] && is_between[1] ? 0.5 : 1;
     for (const int axis : {0, 1}) {
       if (!is_between[axis]) continue;
-      const Foretold others = foretold(i, j, axis);
+      const Prediction others = predicted(i, j, axis);
       height_mm += share * others.height_mm;
       variance_mm2 += squared(share) * others.variance_mm2;
       missed_mm += share * curvature_per_mm_[axis] * others.product_mm2;
     }
     if (!is_between[0] && !is_between[1]) {
-      const Foretold others = foretold_corner(i, j);
+      const Prediction others = predicted_corner(i, j);
       height_mm = others.height_mm;
       variance_mm2 = others.variance_mm2;
       const double width_mm = i == 0 ? x[1] - x[0] : x[i] - x[i - 1];

@@ -54,11 +54,11 @@ class GridSurface {
   Cell cell_of(const Eigen::Vector2d& inside_mm) const;
   /// What the others along x, or along y, predict of a node between them; the variance is that of
   /// their scatter. Precondition: it is no first and no last one.
-  struct Foretold {
+  struct Prediction {
     double height_mm, variance_mm2, product_mm2;
   };
-  Foretold foretold(std::size_t i, std::size_t j, int axis) const;
-  Foretold foretold_corner(std::size_t i, std::size_t j) const;
+  Prediction predicted(std::size_t i, std::size_t j, int axis) const;
+  Prediction predicted_corner(std::size_t i, std::size_t j) const;
 
   GridMap map_;
   bool is_bicubic_ = false;

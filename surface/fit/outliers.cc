@@ -102,10 +102,10 @@ Expected<void> Sorting::search(SurfaceModel model) {
 /// A probe that took no part in the fit.
 SurfaceOutlier Sorting::judged(const SurfaceFit& fit, std::size_t i_point) const {
   const ProbePoint& point = points_[i_point];
-  const HeightEstimate foretold = fit.at(point.place);
+  const HeightEstimate predicted = fit.at(point.place);
   const double noise_mm = fit.noise_factor() * point.measured.sigma.in_mm();
-  const Length deviation = point.measured.height - foretold.height;
-  const Length sigma = mm(std::hypot(foretold.sigma.in_mm(), noise_mm));
+  const Length deviation = point.measured.height - predicted.height;
+  const Length sigma = mm(std::hypot(predicted.sigma.in_mm(), noise_mm));
   const double t = deviation / sigma;
   const double chance = variance_ratio_exceedance(t * t, 1, fit.degrees_of_freedom());
   return {i_point, name_of(point), deviation, sigma, chance};

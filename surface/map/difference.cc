@@ -36,7 +36,7 @@ struct Differences {
 };
 
 Differences differences_of(const StoredMap& before,
-                           const SurfaceFit& foreteller,
+                           const SurfaceFit& predictor,
                            const StoredMap& after,
                            std::size_t& n_outside) {
   Differences out;
@@ -52,12 +52,12 @@ Differences differences_of(const StoredMap& before,
     sigmas_mm.push_back(after.map.surface().noise_factor() * probe.measured.sigma.in_mm());
   }
   if (out.places.empty()) return out;
-  const std::vector<HeightEstimate> foretold = foreteller.at(out.places);
-  out.covariance_um2 = 1e6 * foreteller.covariance_mm2(out.places);
+  const std::vector<HeightEstimate> predicted = predictor.at(out.places);
+  out.covariance_um2 = 1e6 * predictor.covariance_mm2(out.places);
   out.values_um.resize(static_cast<Index>(out.places.size()));
   for (std::size_t i = 0; i < out.places.size(); ++i) {
     const auto at = static_cast<Index>(i);
-    out.values_um[at] = 1e3 * (heights_mm[i] - foretold[i].height.in_mm());
+    out.values_um[at] = 1e3 * (heights_mm[i] - predicted[i].height.in_mm());
     out.covariance_um2(at, at) += 1e6 * sigmas_mm[i] * sigmas_mm[i];
   }
   return out;
@@ -140,7 +140,7 @@ bool look_over(const HeightMap& before, const HeightMap& after, MapDifference& o
 
 }  // namespace
 
-Expected<SurfaceFit> foreteller_of(const StoredMap& stored) {
+Expected<SurfaceFit> predictor_of(const StoredMap& stored) {
   const SurfaceFit& fit = stored.map.surface();
   if (!is_of_grid(fit.model())) return fit;
   const std::vector<ProbePoint> points = stored.kept_points();
@@ -151,9 +151,9 @@ Expected<SurfaceFit> foreteller_of(const StoredMap& stored) {
 
 Expected<MapDifference> difference_of(const StoredMap& before, const StoredMap& after) {
   MapDifference out;
-  PANELCAL_TRY(const SurfaceFit foreteller, foreteller_of(before));
-  out.model = foreteller.model();
-  const Differences found = differences_of(before, foreteller, after, out.n_outside);
+  PANELCAL_TRY(const SurfaceFit predictor, predictor_of(before));
+  out.model = predictor.model();
+  const Differences found = differences_of(before, predictor, after, out.n_outside);
   out.n_probes = found.places.size();
   const auto n = static_cast<Index>(found.places.size());
   const auto nothing = [&]() {
@@ -183,7 +183,7 @@ Expected<MapDifference> difference_of(const StoredMap& before, const StoredMap& 
   const Whitened whitened{root.whiten(model), root.whiten(found.values_um)};
   if (!whitened.is_determined(kTilt)) return nothing();
   const double scatter_dof =
-      std::min(foreteller.degrees_of_freedom(), after.map.surface().degrees_of_freedom());
+      std::min(predictor.degrees_of_freedom(), after.map.surface().degrees_of_freedom());
   const auto part = [&](double chi_square, Index dof) {
     return DifferencePart{
         chi_square,

@@ -57,7 +57,7 @@ struct MapDifference {
 /// an even part if these are more than kMostBentProbes.
 ///
 /// Fails  as fit_surface()
-Expected<SurfaceFit> foreteller_of(const StoredMap& stored);
+Expected<SurfaceFit> predictor_of(const StoredMap& stored);
 
 /// Compares the later map's probes with what the earlier map predicts of them.
 ///

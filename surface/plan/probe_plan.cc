@@ -27,7 +27,8 @@ constexpr double kSamePlanPlace_mm = 1e-6;
 
 /// What a map of these probes and the present ones knows of the request's places; empty if they
 /// determine no surface.
-std::vector<HeightEstimate> foretold(const ProbePlanRequest& request, const PlanPlaces& probes) {
+std::vector<HeightEstimate> predicted_heights(const ProbePlanRequest& request,
+                                              const PlanPlaces& probes) {
   std::vector<ProbePoint> points = request.present;
   for (const auto& place : probes) points.push_back({place, {mm(0), request.probe_sigma}, "", {}});
   const auto fit = fit_surface(points, request.model, request.shape());
@@ -92,7 +93,8 @@ std::optional<RegularGrid> smallest_grid(const ProbePlanRequest& request) {
   while (static_cast<std::size_t>(n_columns * n_rows) + request.present.size() <= kMostPlanned) {
     const PlanPlaces probes = grid_places(request, n_columns, n_rows);
     const bool is_allowed = !request.may_probe || std::ranges::all_of(probes, request.may_probe);
-    const auto worst = is_allowed ? worst_of(request, foretold(request, probes)) : std::nullopt;
+    const auto worst =
+        is_allowed ? worst_of(request, predicted_heights(request, probes)) : std::nullopt;
     if (worst && worst->sigma <= request.tolerance) return RegularGrid{n_columns, n_rows, *worst};
     const bool widens = size_mm.x() / (n_columns - 1) >= size_mm.y() / (n_rows - 1);
     ++(widens ? n_columns : n_rows);
@@ -128,10 +130,10 @@ PlanPlaces places_of(const ProbePlanRequest& request, const std::vector<std::siz
 std::vector<HeightEstimate> made_a_surface(const ProbePlanRequest& request,
                                            const internal::ProbeSearch& search,
                                            std::vector<std::size_t>& chosen) {
-  std::vector<HeightEstimate> out = foretold(request, places_of(request, chosen));
+  std::vector<HeightEstimate> out = predicted_heights(request, places_of(request, chosen));
   for (int i = 0; i <= request.n_trend && out.empty(); ++i) {
     chosen.push_back(search.least_known(chosen));
-    out = foretold(request, places_of(request, chosen));
+    out = predicted_heights(request, places_of(request, chosen));
   }
   return out;
 }
@@ -141,7 +143,7 @@ ProbePlan unreached(const ProbePlanRequest& request, ProbePlan plan) {
   plan.probes.clear();
   const std::size_t n_free = kMostPlanned - request.present.size();
   const PlanPlaces all = some_of(request.candidates, n_free);
-  const auto worst = worst_of(request, foretold(request, all));
+  const auto worst = worst_of(request, predicted_heights(request, all));
   if (!worst) {
     plan.why_not = "probes wherever one may probe make no surface";
     return plan;
@@ -189,7 +191,7 @@ SurfaceShape ProbePlanRequest::shape() const {
 Expected<ProbePlan> plan_probes(const ProbePlanRequest& asked) {
   PANELCAL_CHECK(check_plan_request(asked));
   ProbePlan plan;
-  plan.before = worst_of(asked, foretold(asked, {}));
+  plan.before = worst_of(asked, predicted_heights(asked, {}));
   if (asked.tolerance < asked.probe_sigma) {
     plan.why_not = fmt::format(
         "a sigma of {:.3g} um is less than what one probe scatters ({:.3g} um): only errors that "
@@ -236,7 +238,7 @@ Expected<ProbePlan> plan_probes(const ProbePlanRequest& asked) {
     break;
   }
   plan.probes = places_of(request, chosen);
-  const auto worst = worst_of(request, foretold(request, plan.probes));
+  const auto worst = worst_of(request, predicted_heights(request, plan.probes));
   plan.is_reached = plan.is_reached && worst;
   if (!plan.is_reached) return unreached(request, std::move(plan));
   plan.worst = *worst;

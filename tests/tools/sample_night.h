@@ -63,7 +63,7 @@ inline NightStep sample_step() {
   step.decision = NightDecision{NightVerdict::Install,
                                 {{"holes", true, "9 of 9 holes used, at least 5"},
                                  {"uncertainty", true, "sigma 1.2 um, limit 3.0 um"},
-                                 {"change", true, "0.4 sigma from what was foretold, limit 3.9"}},
+                                 {"change", true, "0.4 sigma from what was predicted, limit 3.9"}},
                                 {},
                                 std::nullopt};
   step.qualities.push_back(
@@ -119,11 +119,11 @@ inline NightRecord sample_hold() {
   NightRecord record = sample_night();
   NightStep& step = record.steps.front();
   step.state = NightState::Held;
-  step.summary = "hold: the change is 152 sigma from what was foretold";
+  step.summary = "hold: the change is 152 sigma from what was predicted";
   step.decision->verdict = NightVerdict::Hold;
-  step.decision->gates.back() = {"change", false, "152 sigma from what was foretold, limit 3.9"};
-  step.decision->reasons = {"change: 152 sigma from what was foretold, limit 3.9"};
-  step.alarms = {"a step: tonight is 152 sigma from what the nights before foretold, limit 3.9"};
+  step.decision->gates.back() = {"change", false, "152 sigma from what was predicted, limit 3.9"};
+  step.decision->reasons = {"change: 152 sigma from what was predicted, limit 3.9"};
+  step.alarms = {"a step: tonight is 152 sigma from what the nights before predicted, limit 3.9"};
   step.axes.front().new_value = *step.axes.front().old_value + kBeyond_mm;
   step.series.back().value[0] += kBeyond_mm;
   step.series.back().is_refused = step.series.back().is_alarm = true;

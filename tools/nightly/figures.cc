@@ -120,7 +120,7 @@ class DriftFigure {
       value_.add(shown(*value) - sigma);
       value_.add(shown(*value) + sigma);
     }
-    if (const auto band = foretold()) {
+    if (const auto band = predicted()) {
       value_.add(band->low);
       value_.add(band->high);
     }
@@ -136,7 +136,7 @@ class DriftFigure {
     return 0;
   }
 
-  std::optional<FigureRange> foretold() const {
+  std::optional<FigureRange> predicted() const {
     if (!axis_.expected || !axis_.expected_sigma) return std::nullopt;
     // The nights before say nothing about a fresh start.
     if (!step_.series.empty() && step_.series.back().is_fresh_start) return std::nullopt;
@@ -208,7 +208,7 @@ class DriftFigure {
 
   /// Where tonight was predicted to be.
   std::string tonight() const {
-    const auto band = foretold();
+    const auto band = predicted();
     if (!band || step_.series.empty()) return {};
     const double middle = x(step_.series.back().time);
     return fmt::format(

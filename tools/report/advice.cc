@@ -104,7 +104,7 @@ std::string advice_on_gate(const Survey& survey) {
 std::string advice_on_fault(const Survey& survey) {
   for (const SeriesResult& series : survey.series) {
     if (!series.fault || series.fault->is_resolved) continue;
-    if (!series.fault->is_named() && !series.fault->i_liar) continue;
+    if (!series.fault->is_named() && !series.fault->i_outlier) continue;
     return fmt::format("{}: {}.", series_name(series), series.fault->text());
   }
   return {};

@@ -48,9 +48,9 @@ std::string causes_block(const Survey& survey, const SeriesResult& series) {
   std::string out = dropped_list(survey, series);
   out += fmt::format("<p>{}{}</p>\n",
                      test_sentence(fault),
-                     fault.is_named() ? ""
-                     : fault.i_liar   ? " The target at fault is certain, the cause is not."
-                                      : " The data do not separate these causes:");
+                     fault.is_named()  ? ""
+                     : fault.i_outlier ? " The target at fault is certain, the cause is not."
+                                       : " The data do not separate these causes:");
   out +=
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>cause</th><th>what speaks for it</th>"
       "<th class=\"num\">probability</th></tr>\n";

@@ -68,7 +68,7 @@ Expected<void> believe_map(const SurfaceOptions& options,
   std::vector<ProbePoint> probes = stored.kept_points();
   PANELCAL_TRY(const SurfaceFit fit,
                model == SurfaceModel::ThinPlate ? fit_surface(probes, SurfaceModel::GaussianProcess)
-                                                : foreteller_of(stored));
+                                                : predictor_of(stored));
   ProbePlanRequest& request = out.request;
   request.model = fit.model();
   request.kernel = fit.shape().kernel;

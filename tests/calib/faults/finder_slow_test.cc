@@ -107,7 +107,7 @@ SmallDamage draw_small_damage(Random& random, const FaultSettings& settings) {
   const double angle = random.uniform(0, 2 * std::numbers::pi);
   out.shift_sigmas = kSmall_sigmas * Eigen::Vector2d(std::cos(angle), std::sin(angle));
   target.to_mm += std::sqrt(target.cov_mm2(0, 0)) * out.shift_sigmas;
-  out.job.i_liar = i;
+  out.job.i_outlier = i;
   out.job.cause = FaultCause::DamagedMark;
   return out;
 }
@@ -139,7 +139,7 @@ Eigen::MatrixXd design_of(const SimulatedJob& job) {
 double chance_of_missing(const SmallDamage& damage) {
   const Eigen::MatrixXd design = design_of(damage.job);
   Eigen::VectorXd shift = Eigen::VectorXd::Zero(design.rows());
-  shift.segment<2>(2 * static_cast<Eigen::Index>(*damage.job.i_liar)) = damage.shift_sigmas;
+  shift.segment<2>(2 * static_cast<Eigen::Index>(*damage.job.i_outlier)) = damage.shift_sigmas;
   const Eigen::VectorXd left = shift - design * design.colPivHouseholderQr().solve(shift);
   const double half = left.squaredNorm() / 2;
   const int dof = static_cast<int>(design.rows() - design.cols());
@@ -181,7 +181,7 @@ TEST_P(SmallDamages, AreListedAndNobodyElseIsNamed) {
     if (finding == Finding::Missed) ++n_missed;
     if (finding != Finding::Wrong) continue;
     ++n_unlisted;
-    EXPECT_FALSE(fault->is_named() || fault->i_liar) << "job " << i << ": " << fault->text();
+    EXPECT_FALSE(fault->is_named() || fault->i_outlier) << "job " << i << ": " << fault->text();
   }
   // 3.5 sigmas, and one for what is no normal distribution.
   EXPECT_NEAR(n_missed, expected, 3.5 * std::sqrt(variance) + 1) << "seed " << kSeed;

@@ -54,7 +54,7 @@ TEST(FaultFinder, SaysNothingWithoutARateUnlessTheSeriesIsRefused) {
   unasked.is_refused = true;
   const auto fault = find_fault_raw(targets, PanelModel::Stretch, unasked);
   ASSERT_TRUE(fault);
-  EXPECT_EQ(fault->i_liar, 2U);
+  EXPECT_EQ(fault->i_outlier, 2U);
 }
 
 TEST(FaultFinder, NamesADamagedMark) {
@@ -66,7 +66,7 @@ TEST(FaultFinder, NamesADamagedMark) {
   const auto fault = find_fault_raw(targets, PanelModel::Stretch, with_pads);
   ASSERT_TRUE(fault);
   EXPECT_TRUE(fault->is_named());
-  EXPECT_EQ(fault->i_liar, 1U);
+  EXPECT_EQ(fault->i_outlier, 1U);
   EXPECT_EQ(likeliest(fault), FaultCause::DamagedMark);
   EXPECT_THAT(fault->text(), HasSubstr("target at 290"));
   EXPECT_THAT(fault->text(), HasSubstr("nothing"));
@@ -83,7 +83,7 @@ TEST(FaultFinder, NamesThePadThatWasTaken) {
   ASSERT_TRUE(fault);
   EXPECT_TRUE(fault->is_named());
   EXPECT_EQ(likeliest(fault), FaultCause::WrongPad);
-  EXPECT_EQ(fault->i_liar, 1U);
+  EXPECT_EQ(fault->i_outlier, 1U);
   EXPECT_THAT(fault->text(), HasSubstr("tool 3 at nominal (291.5000, 4.2000) mm (line 31)"));
 }
 
@@ -94,7 +94,7 @@ TEST(FaultFinder, BlamesTheBadPicture) {
   targets[0].score = 0.4;
   const auto fault = find_fault_raw(targets, PanelModel::Stretch, context());
   ASSERT_TRUE(fault);
-  EXPECT_EQ(fault->i_liar, 0U);
+  EXPECT_EQ(fault->i_outlier, 0U);
   EXPECT_EQ(likeliest(fault), FaultCause::OutOfFocus);
 }
 
@@ -104,7 +104,7 @@ TEST(FaultFinder, CannotTellWhichOfThreeLies) {
       target(0, 0, 0, 0), target(300, 0, 300, 0.06), target(0, 300, 0, 300)};
   const auto fault = find_fault_raw(targets, PanelModel::Stretch, context());
   ASSERT_TRUE(fault);
-  EXPECT_FALSE(fault->i_liar);
+  EXPECT_FALSE(fault->i_outlier);
   EXPECT_FALSE(fault->is_named());
   EXPECT_GE(fault->suspicions.size(), 3U);
   EXPECT_THAT(fault->text(), HasSubstr("one cause"));
@@ -195,7 +195,7 @@ TEST(FaultFinder, TakesWhatItIsGiven) {
   const std::vector<ExaminedTarget> one = {target(0, 0, 5, 0)};
   const auto fault = find_fault_raw(one, PanelModel::Offset, refused);
   ASSERT_TRUE(fault);
-  EXPECT_FALSE(fault->i_liar);
+  EXPECT_FALSE(fault->i_outlier);
 }
 
 /// Ten jobs of each kind; the figures are in the slow test and in tests/bench.

@@ -316,7 +316,7 @@ std::optional<SimulatedJob> draw_job(Random& random,
     if (!other) return std::nullopt;
     (*places)[i] = *other;
   }
-  if (is_shifted || fault == SimulatedFault::WrongPad) job.i_liar = i;
+  if (is_shifted || fault == SimulatedFault::WrongPad) job.i_outlier = i;
   if (fault == SimulatedFault::Revision) move_several(random, *places);
   job.targets = measured(random, panel, *places);
   if (fault == SimulatedFault::OutOfFocus) {
@@ -334,13 +334,13 @@ std::optional<SimulatedJob> draw_job(Random& random,
 Finding finding_of(const SimulatedJob& job, const std::optional<SeriesFault>& fault) {
   if (!fault || fault->suspicions.empty()) return Finding::Missed;
   const auto is_right = [&](const SeriesFault::Suspicion& suspicion) {
-    if (job.i_liar) return suspicion.i_point == job.i_liar;
+    if (job.i_outlier) return suspicion.i_point == job.i_outlier;
     return suspicion.cause == job.cause && suspicion.text.find(job.telling) != std::string::npos;
   };
-  if (job.i_liar && fault->i_liar == job.i_liar) return Finding::Named;
+  if (job.i_outlier && fault->i_outlier == job.i_outlier) return Finding::Named;
   // Shares of several suspicions are not added up: the text says then that it cannot tell.
   if (fault->is_named()) return is_right(fault->suspicions[0]) ? Finding::Named : Finding::Wrong;
-  if (fault->i_liar) return Finding::Wrong;
+  if (fault->i_outlier) return Finding::Wrong;
   return std::ranges::any_of(fault->suspicions, is_right) ? Finding::Listed : Finding::Wrong;
 }
 

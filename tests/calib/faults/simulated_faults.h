@@ -57,7 +57,7 @@ struct SimulatedJob {
   std::vector<internal::ExaminedTarget> targets;
   std::vector<KnownPad> pads;
   FaultCause cause = FaultCause::Unexplained;
-  std::optional<std::size_t> i_liar;
+  std::optional<std::size_t> i_outlier;
   std::string telling;  ///< words that tell the right cause from others of its kind; may be empty
 
   /// A gate refuses the fit, or it is mirrored.

@@ -410,7 +410,7 @@ TEST_F(NightlyTest, AMoveByHandIsLearnedByTheGateAsByTheForecast) {
   next_night();
   const NightRecord record = run();
   ASSERT_EQ(record.steps[0].state, NightState::Installed) << record.verdict;
-  // The move is no drift: what is foretold stays as sure as it was, not tens of um.
+  // The move is no drift: what is predicted stays as sure as it was, not tens of um.
   ASSERT_TRUE(record.steps[0].axes[0].expected_sigma);
   EXPECT_LT(*record.steps[0].axes[0].expected_sigma, 0.008);
   calibration_.machine.offset.x() += 0.030;

@@ -45,7 +45,7 @@ std::string levelled(const std::string& lines, const ZonedMap& map) {
   return done ? done->text : done.error().text();
 }
 
-TEST(GcodeLevellerZones, GoesAcrossAVoidAtTheForetoldHeight) {
+TEST(GcodeLevellerZones, GoesAcrossAVoidAtThePredictedHeight) {
   const auto done = level_gcode(
       {"p.ngc", "G21 G90\nG0 Z2\nG0 X10 Y20\nG1 Z-0.1 F100\nX45\nG0 Z2\n"}, two_zones(0));
   ASSERT_TRUE(done) << done.error().text();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depths of simulated boards: as many must break their tolerance as were foretold.
+// Depths of simulated boards: as many must break their tolerance as were predicted.
 #include <cmath>
 #include <vector>
 

@@ -70,7 +70,7 @@ Drill at_height(double height_mm, double sigma_um, HeightSource source) {
   Drill hole = drill(1, 1, 1);
   hole.cut.depth = mm(0.2);
   hole.cut.surface = mm(height_mm);
-  hole.cut.foretold = Foretold{um(sigma_um), source};
+  hole.cut.predicted = PredictedHeight{um(sigma_um), source};
   return hole;
 }
 

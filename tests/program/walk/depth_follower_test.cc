@@ -110,10 +110,10 @@ TEST(DepthFollower, CountsAHoleFromTheMap) {
   ASSERT_EQ(holes.size(), 3U);
   for (const Drill& hole : {holes[0], holes[1]}) {
     EXPECT_EQ(hole.cut.depth, mm(0.8));
-    ASSERT_TRUE(hole.cut.surface && hole.cut.foretold);
+    ASSERT_TRUE(hole.cut.surface && hole.cut.predicted);
     EXPECT_EQ(hole.cut.surface->in_mm(), map_mm(hole.nominal));
-    EXPECT_EQ(hole.cut.foretold->sigma, hills()->height_at(hole.nominal)->height.sigma);
-    EXPECT_EQ(hole.cut.foretold->source, HeightSource::Measured);
+    EXPECT_EQ(hole.cut.predicted->sigma, hills()->height_at(hole.nominal)->height.sigma);
+    EXPECT_EQ(hole.cut.predicted->source, HeightSource::Measured);
   }
   EXPECT_EQ(holes[2].cut, DepthOfCut());
 }
@@ -167,7 +167,7 @@ TEST(DepthFollower, LeavesHeightsAboveTheTableAndProbedOnesAlone) {
   ASSERT_THAT(out.errors, IsEmpty());
   ASSERT_EQ(holes.size(), 3U);
   EXPECT_EQ(holes[0].cut.surface, mm(0));  // where a perfect board is
-  EXPECT_FALSE(holes[0].cut.foretold);
+  EXPECT_FALSE(holes[0].cut.predicted);
   EXPECT_EQ(holes[1].cut.z, mm(1));
   EXPECT_FALSE(holes[1].cut.surface);
   EXPECT_EQ(holes[2].cut.depth, mm(0.5));

@@ -51,7 +51,7 @@ TEST(SeriesExamination, RefusesAndNamesTheLiar) {
   ASSERT_EQ(run.survey.series.size(), 1U);
   EXPECT_FALSE(run.survey.is_accepted());
   ASSERT_TRUE(run.survey.series[0].fault);
-  EXPECT_EQ(run.survey.series[0].fault->i_liar, 2U);
+  EXPECT_EQ(run.survey.series[0].fault->i_outlier, 2U);
   EXPECT_THAT(run.diagnostics, testing::Contains(says(kThirdLine, "error[target-suspected]")));
 }
 

@@ -138,14 +138,14 @@ TEST(SurfaceFit, ForetellsAProbeAsIfItHadBeenLeftOut) {
     Points others = points;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
     const SurfaceFit rest = fitted(others, SurfaceModel::Plane);
-    const HeightEstimate foretold = rest.at(points[i].place);
+    const HeightEstimate predicted = rest.at(points[i].place);
     ASSERT_TRUE(fit.left_out()[i].deviation);
     EXPECT_NEAR(fit.left_out()[i].deviation->in_mm(),
-                (points[i].measured.height - foretold.height).in_mm(),
+                (points[i].measured.height - predicted.height).in_mm(),
                 1e-12);
     EXPECT_NEAR(
         fit.left_out()[i].sigma.in_mm() / fit.noise_factor(),
-        std::hypot(foretold.sigma.in_mm() / rest.noise_factor(), points[i].measured.sigma.in_mm()),
+        std::hypot(predicted.sigma.in_mm() / rest.noise_factor(), points[i].measured.sigma.in_mm()),
         1e-12);
   }
 }
@@ -157,9 +157,9 @@ TEST(SurfaceFit, ForetellsNearlyAsIfTheStrengthHadBeenFittedWithoutTheProbe) {
     for (const std::size_t i : {std::size_t{8}, std::size_t{20}}) {
       Points others = points;
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-      const HeightEstimate foretold = fitted(others, model).at(points[i].place);
+      const HeightEstimate predicted = fitted(others, model).at(points[i].place);
       const LeftOutProbe& left_out = fit.left_out()[i];
-      const Length deviation = points[i].measured.height - foretold.height;
+      const Length deviation = points[i].measured.height - predicted.height;
       ASSERT_TRUE(left_out.deviation);
       EXPECT_NEAR(*left_out.deviation / left_out.sigma, deviation / left_out.sigma, 0.5);
     }

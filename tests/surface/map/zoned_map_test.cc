@@ -83,7 +83,7 @@ TEST(ZonedMap, DoesNotBelieveProbesInVoidsAndSaysWhich) {
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_EQ(found->height.source, HeightSource::InVoid);
   EXPECT_EQ(found->in_void, "\"hole of tool 3\" (panel.exc:40)");
-  // Foretold by its neighbours.
+  // PredictedHeight by its neighbours.
   EXPECT_NEAR(found->height.height.in_mm(), two_panels(points[13 * 5 + 3].place.in_mm()), 0.005);
   const auto beside = map->height_at(
       at(points[13 * 5 + 3].place.in_mm().x() + 2.1, points[13 * 5 + 3].place.in_mm().y()));

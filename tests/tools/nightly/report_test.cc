@@ -104,7 +104,7 @@ TEST(NightlyReport, SaysFirstWhetherToDrill) {
   EXPECT_THAT(hold, HasSubstr("<div class=\"word\">HOLD</div>"));
   EXPECT_THAT(hold, Not(HasSubstr(">DRILL<")));
   EXPECT_THAT(hold, HasSubstr("<dt>may drill until</dt><dd>do not drill<"));
-  EXPECT_THAT(hold, HasSubstr("152 sigma from what was foretold, limit 3.9"));
+  EXPECT_THAT(hold, HasSubstr("152 sigma from what was predicted, limit 3.9"));
 }
 
 /// A refused gate is told apart from those that passed, by a word and not by colour alone.
