@@ -65,7 +65,7 @@ TEST(CheckWalk, StopsExecutingWhereATargetIsMeasured) {
 
 TEST(CheckWalk, ExecutesTargetsOnAPerfectPanelIfAsked) {
   const Program program =
-      program_of("T1\nX1Y2\nG34,1\nG36X0Y0\nG36X9Y0\nG36X9Y9\nX2Y2\nG37X4Y4\nM30\n");
+      program_of("T1\nX1Y2\nG34,1\nG36X0Y0\nG36X9Y0\nG36X9Y9\nX2Y2\nG38X4Y4\nG37\nX3Y3\nM30\n");
   Recorder recorder;
   const CheckedWalk walk = checked(program, Execution::OfNominal, recorder);
   EXPECT_TRUE(walk.is_executed);
@@ -81,7 +81,7 @@ TEST(CheckWalk, StopsExecutingWhereASectionIsRepeated) {
 }
 
 TEST(CheckWalk, KeepsProblemsOfWorkingApart) {
-  const Program program = program_of("T1\nX1Y2\nX2000Y2\nM30\n");
+  const Program program = program_of("T1\nX1Y2\nX2000.Y2.\nM30\n");
   const TableGrid grid{Eigen::Vector2d(0, 0), Eigen::Vector2d(500, 400), 10, 8};
   const auto no_error_mm = [](const Eigen::Vector2d&) -> Eigen::Vector2d { return {0, 0}; };
   WalkOptions options;
