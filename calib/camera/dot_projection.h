@@ -3,7 +3,8 @@
 
 #include <optional>
 
-#include "calib/camera/problem.h"
+#include "calib/camera/fit_input.h"
+#include "calib/camera/model.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

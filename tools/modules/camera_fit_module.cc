@@ -11,9 +11,9 @@ bool solve(panelcal::internal::CameraProblem& problem,
   return problem.solve(free, state);
 }
 
-constexpr panelcal::modules::CameraFitFunctions kFunctions = {.solve = &solve};
+constexpr panelcal::modules::CameraFitFunctions kCameraFitFunctions = {.solve = &solve};
 
 }  // namespace
 
 extern "C" [[gnu::visibility("default")]] const PanelcalModule panelcal_module = {
-    PANELCAL_VERSION, &kFunctions, &panelcal::silence_solver_log};
+    PANELCAL_VERSION, &kCameraFitFunctions, &panelcal::silence_solver_log};

@@ -4,11 +4,11 @@
 
 namespace {
 
-constexpr panelcal::modules::GigeFunctions kFunctions = {
+constexpr panelcal::modules::GigeFunctions kGigeFunctions = {
     .open_gige_camera = &panelcal::open_gige_camera,
 };
 
 }  // namespace
 
 extern "C" [[gnu::visibility("default")]] const PanelcalModule panelcal_module = {
-    PANELCAL_VERSION, &kFunctions, nullptr};
+    PANELCAL_VERSION, &kGigeFunctions, nullptr};

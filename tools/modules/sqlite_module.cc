@@ -4,7 +4,7 @@
 
 namespace {
 
-constexpr panelcal::modules::SqliteFunctions kFunctions = {
+constexpr panelcal::modules::SqliteFunctions kSqliteFunctions = {
 #define PANELCAL_VALUE(Result, name, parameters, arguments) .name = &sqlite3_##name,
     PANELCAL_SQLITE_FUNCTIONS(PANELCAL_VALUE)
 #undef PANELCAL_VALUE
@@ -14,4 +14,4 @@ constexpr panelcal::modules::SqliteFunctions kFunctions = {
 }  // namespace
 
 extern "C" [[gnu::visibility("default")]] const PanelcalModule panelcal_module = {
-    PANELCAL_VERSION, &kFunctions, nullptr};
+    PANELCAL_VERSION, &kSqliteFunctions, nullptr};

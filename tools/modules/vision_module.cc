@@ -5,7 +5,7 @@
 
 namespace {
 
-constexpr panelcal::modules::VisionFunctions kFunctions = {
+constexpr panelcal::modules::VisionFunctions kVisionFunctions = {
     .read_image = &panelcal::read_image,
     .decode_image = &panelcal::decode_image,
     .encode_png = &panelcal::encode_png,
@@ -24,4 +24,4 @@ void silence_opencv() {
 }  // namespace
 
 extern "C" [[gnu::visibility("default")]] const PanelcalModule panelcal_module = {
-    PANELCAL_VERSION, &kFunctions, &silence_opencv};
+    PANELCAL_VERSION, &kVisionFunctions, &silence_opencv};
