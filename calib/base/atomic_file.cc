@@ -14,7 +14,11 @@
 namespace panelcal {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+/// Small pieces are collected up to here; larger ones go to the file as they are.
+constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
+
+/// Read at once: what fits into the processor's cache until it is copied.
+constexpr std::size_t kReadBytes = std::size_t{1} << 16;
 
 std::string system_text(int error) {
   return std::generic_category().message(error);
@@ -25,6 +29,16 @@ Diagnostic write_failure(const std::filesystem::path& path, std::string_view doi
           {path.string(), 0, 0},
           "cannot " + std::string(doing) + ": " + system_text(error),
           ""};
+}
+
+Expected<void> write_all(int fd, const std::filesystem::path& path, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return failure(write_failure(path, "write", errno));
+    bytes.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return {};
 }
 
 Diagnostic unreadable(const std::filesystem::path& path, const std::string& why) {
@@ -69,7 +83,6 @@ Expected<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
 
 AtomicFile::AtomicFile(int fd, std::filesystem::path target, std::filesystem::path temporary)
     : fd_(fd), target_(std::move(target)), temporary_(std::move(temporary)) {
-  buffer_.reserve(kBufferBytes);
 }
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
@@ -90,19 +103,18 @@ void AtomicFile::discard() noexcept {
 }
 
 Expected<void> AtomicFile::write(std::string_view bytes) {
-  buffer_ += bytes;
-  if (buffer_.size() < kBufferBytes) return {};
-  return flush();
+  if (buffer_.size() + bytes.size() < kBufferBytes) {
+    buffer_ += bytes;
+    return {};
+  }
+  PANELCAL_CHECK(flush());
+  if (bytes.size() >= kBufferBytes) return write_all(fd_, target_, bytes);
+  buffer_ = bytes;
+  return {};
 }
 
 Expected<void> AtomicFile::flush() {
-  std::string_view rest = buffer_;
-  while (!rest.empty()) {
-    const ssize_t n = ::write(fd_, rest.data(), rest.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return failure(write_failure(target_, "write", errno));
-    rest.remove_prefix(static_cast<std::size_t>(n));
-  }
+  PANELCAL_CHECK(write_all(fd_, target_, buffer_));
   buffer_.clear();
   return {};
 }
@@ -133,7 +145,10 @@ Expected<std::string> read_file(const std::filesystem::path& path, std::size_t m
     return failure(unreadable(path, "it is a folder"));
   }
   std::string text;
-  std::vector<char> chunk(std::size_t{1} << 20);
+  // Growing piece by piece would take the memory of one and a half files.
+  const auto expected_bytes = static_cast<std::size_t>(status.st_size);
+  if (S_ISREG(status.st_mode) && expected_bytes <= max_bytes) text.reserve(expected_bytes);
+  std::vector<char> chunk(kReadBytes);
   while (true) {
     const ssize_t n = ::read(fd, chunk.data(), chunk.size());
     if (n < 0 && errno == EINTR) continue;

@@ -26,7 +26,8 @@ Eigen::Vector2d plane_eigenvalues(const Eigen::Matrix2d& symmetric) {
       .eigenvalues();
 }
 
-Cholesky::Cholesky(const Eigen::MatrixXd& a) : llt_(a) {}
+Cholesky::Cholesky(const Eigen::MatrixXd& a) : llt_(a) {
+}
 
 bool Cholesky::is_definite() const {
   return llt_.info() == Eigen::Success;

@@ -100,7 +100,7 @@ std::string text(SpindleCameraFailure failure) {
     case SpindleCameraFailure::TooFewHoles:
       return fmt::format(
           "too few holes: {} or more are needed, more if axes or sides are to be "
-          "told apart",
+          "separated",
           kLeastHoles);
     case SpindleCameraFailure::BacklashUnknown:
       return "all looks came from another side than the drill, and the backlash is not known: look "

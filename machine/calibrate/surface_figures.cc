@@ -71,8 +71,7 @@ Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& are
   if (is_of_grid(map.surface().model())) {
     return failure({Code::GridInvalid,
                     {},
-                    fmt::format("the map's model is {}, which does not know how its errors hang "
-                                "together",
+                    fmt::format("the map's model is {}, which has no covariance of its errors",
                                 name_of(map.surface().model())),
                     "a Gaussian process, a thin plate or a plane"});
   }

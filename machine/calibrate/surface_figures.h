@@ -42,7 +42,7 @@ struct SurfaceFigures {
 /// is in their covariance.
 ///
 /// Fails  grid-invalid: the map does not reach over all of the area; a map of a grid model, which
-///        does not know how its errors hang together
+///        has no covariance of its errors
 /// See    tests/machine/surface_figures_test.cc
 Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& area);
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "machine/devices/fresh_frame.h"
+#include "machine/devices/module_path.h"
 #include "machine/devices/video/video_reader.h"
 #include "machine/devices/without_password.h"
 #include "vision/picture/luma.h"
@@ -44,7 +45,8 @@ bool find_symbol(void* library, const char* symbol, Function& function) {
 
 Expected<VideoModule> load_module(const std::string& camera) {
   // Never unloaded: FFmpeg and GStreamer keep threads and handlers of their own.
-  void* const library = dlopen(kModule, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  const std::string path = internal::module_path(kModule);
+  void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   VideoModule module;
   if (library != nullptr && find_symbol(library, "panelcal_video_open", module.open) &&
       find_symbol(library, "panelcal_video_rate", module.rate) &&

@@ -6,9 +6,7 @@ namespace panelcal {
 void WorstHole::put(const Operation& operation) {
   const auto* drill = std::get_if<Drill>(&operation.what);
   if (drill == nullptr || operation.origin == nullptr) return;
-  const Length sigma = largest_sigma(drill->cov_mm2);
-  if (!(sigma > sigma_)) return;
-  sigma_ = sigma;
+  if (!sigma_.add(drill->cov_mm2)) return;
   hole_.line = operation.line;
   hole_.file = operation.file;
   hole_.path.assign(operation.path.begin(), operation.path.end());
@@ -19,7 +17,7 @@ void WorstHole::put(const Operation& operation) {
 
 std::optional<HoleBudget> WorstHole::budget(const Survey& survey,
                                             const MachineUncertainty& machine) const {
-  if (!(sigma_ > Length())) return std::nullopt;
+  if (!(sigma_.value() > Length())) return std::nullopt;
   HoleBudget out = hole_;
   out.budget = error_budget(place_, survey, machine);
   return out;

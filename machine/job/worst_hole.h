@@ -5,6 +5,7 @@
 #include <string>
 
 #include "calib/correction/error_budget.h"
+#include "calib/correction/max_sigma.h"
 #include "program/judge/job_verdict.h"
 #include "program/judge/place_budget.h"
 
@@ -29,7 +30,7 @@ class WorstHole final : public OperationSink {
   std::optional<HoleBudget> budget(const Survey& survey, const MachineUncertainty& machine) const;
 
  private:
-  Length sigma_;
+  MaxSigma sigma_;
   HoleBudget hole_;
   BudgetPlace place_;
 };

@@ -26,7 +26,7 @@ tl::unexpected<std::string> wrong(std::string what) {
 }
 
 tl::unexpected<std::string> too_many(std::string_view what) {
-  return wrong(fmt::format("too many {}, expected at most {:g}", what, kMaxCount));
+  return wrong(fmt::format("too many {}; expected at most {:g}", what, kMaxCount));
 }
 
 bool all_finite(std::initializer_list<double> numbers) {
@@ -34,11 +34,11 @@ bool all_finite(std::initializer_list<double> numbers) {
 }
 
 tl::unexpected<std::string> not_finite() {
-  return wrong("a number is not finite, expected lengths in mm");
+  return wrong("a number is not finite; expected lengths in mm");
 }
 
 tl::unexpected<std::string> no_cycle_tool(double diameter_mm) {
-  return wrong(fmt::format("the tool's diameter is {:.6g} mm, expected one above 0", diameter_mm));
+  return wrong(fmt::format("the tool's diameter is {:.6g} mm; expected one above 0", diameter_mm));
 }
 
 }  // namespace
@@ -54,15 +54,15 @@ Cycle<HoleSequence> dual_in_line(const Eigen::Vector2d& corner_a_mm,
   if (!all_finite({x_mm, y_mm, pitch_mm, row_mm})) return not_finite();
   if (!(pitch_mm > 0) || !(row_mm > 0)) {
     return wrong(
-        fmt::format("the holes are {:.6g} mm and the rows {:.6g} mm apart, expected both above 0",
+        fmt::format("the holes are {:.6g} mm and the rows {:.6g} mm apart; expected both above 0",
                     pitch_mm,
                     row_mm));
   }
   const double slack_mm = rounding_mm + kCycleNoise_mm;
   const std::string corners = fmt::format("the corners are {:.6g} by {:.6g} mm apart", x_mm, y_mm);
-  if (x_mm <= slack_mm || y_mm <= slack_mm) return wrong(corners + ", expected opposite corners");
+  if (x_mm <= slack_mm || y_mm <= slack_mm) return wrong(corners + "; expected opposite corners");
   if (std::abs(x_mm - y_mm) <= slack_mm) {
-    return wrong(corners + ", expected no square: the rows could run either way");
+    return wrong(corners + "; expected no square: the rows could run either way");
   }
   const bool fits_along_x = std::abs(y_mm - row_mm) <= slack_mm;
   const bool fits_along_y = std::abs(x_mm - row_mm) <= slack_mm;
@@ -71,7 +71,7 @@ Cycle<HoleSequence> dual_in_line(const Eigen::Vector2d& corner_a_mm,
   const double n_pitches = std::round(length_mm / pitch_mm);
   if (n_pitches < 1 || std::abs(length_mm - n_pitches * pitch_mm) > slack_mm) {
     return wrong(
-        fmt::format("the rows are {:.6g} mm long, expected a whole number of pitches of {:.6g} mm",
+        fmt::format("the rows are {:.6g} mm long; expected a whole number of pitches of {:.6g} mm",
                     length_mm,
                     pitch_mm));
   }
@@ -92,9 +92,9 @@ Cycle<HoleSequence> eight_pin(const Eigen::Vector2d& a_mm,
   const double slack_mm = rounding_mm + kCycleNoise_mm;
   const std::string holes =
       fmt::format("the holes are {:.6g} by {:.6g} mm apart", apart_mm.x(), apart_mm.y());
-  if (apart_mm.maxCoeff() <= slack_mm) return wrong(holes + ", expected two opposite ones");
+  if (apart_mm.maxCoeff() <= slack_mm) return wrong(holes + "; expected two opposite ones");
   if (apart_mm.minCoeff() > slack_mm) {
-    return wrong(holes + ", expected a horizontal or vertical line through both");
+    return wrong(holes + "; expected a horizontal or vertical line through both");
   }
   return HoleSequence::ring(0.5 * (a_mm + b_mm), 0.5 * (a_mm - b_mm), 8);
 }
@@ -107,7 +107,7 @@ Cycle<HoleSequence> canned_circle(const Eigen::Vector2d& center_mm,
   if (!(tool_diameter_mm > 0)) return no_cycle_tool(tool_diameter_mm);
   if (diameter_mm < 2 * tool_diameter_mm - kCycleCoincident_mm) {
     return wrong(fmt::format(
-        "the circle's diameter is {:.6g} mm, expected at least twice the tool's {:.6g} mm",
+        "the circle's diameter is {:.6g} mm; expected at least twice the tool's {:.6g} mm",
         diameter_mm,
         tool_diameter_mm));
   }
@@ -134,11 +134,11 @@ Cycle<HoleSequence> canned_slot(const Eigen::Vector2d& start_mm,
 Cycle<StepDepths> step_slot_depths(double initial_mm, double increment_mm) {
   if (!all_finite({initial_mm, increment_mm})) return not_finite();
   if (initial_mm < 0) {
-    return wrong(fmt::format("the initial depth is {:.6g} mm, expected 0 or above", initial_mm));
+    return wrong(fmt::format("the initial depth is {:.6g} mm; expected 0 or above", initial_mm));
   }
   if (increment_mm >= 0) {
     return wrong(
-        fmt::format("the depth increment is {:.6g} mm, expected one below 0", increment_mm));
+        fmt::format("the depth increment is {:.6g} mm; expected one below 0", increment_mm));
   }
   const double n_steps = std::ceil(initial_mm / -increment_mm - kCycleCountNoise);
   if (!(n_steps < kMaxCount)) return too_many("passes");
@@ -151,12 +151,12 @@ Cycle<RoutedCircle> routed_circle(const Eigen::Vector2d& center_mm,
   if (!all_finite({center_mm.x(), center_mm.y(), radius_mm, compensation_mm})) return not_finite();
   if (compensation_mm < 0) {
     return wrong(
-        fmt::format("the compensation is {:.6g} mm, expected 0 or above", compensation_mm));
+        fmt::format("the compensation is {:.6g} mm; expected 0 or above", compensation_mm));
   }
   const double least_mm = 0.5 * compensation_mm + kPlungeInside_mm;
   if (radius_mm < least_mm - kCycleCoincident_mm) {
     return wrong(
-        fmt::format("the radius is {:.6g} mm, expected at least {:.6g} mm", radius_mm, least_mm));
+        fmt::format("the radius is {:.6g} mm; expected at least {:.6g} mm", radius_mm, least_mm));
   }
   RoutedCircle circle;
   circle.radius_mm = std::max(radius_mm - 0.5 * compensation_mm, kPlungeInside_mm);

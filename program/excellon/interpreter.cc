@@ -68,7 +68,9 @@ void Interpreter::end_at(std::size_t offset) {
 
 void Interpreter::run() {
   pass_on_header();
-  while (!cursor_.at_end() && !has_ended()) run_line(cursor_.next());
+  while (!cursor_.at_end() && !has_ended()) {
+    if (!run_plain_lines(cursor_.text().size())) run_line(cursor_.next());
+  }
   if (has_end_) return check_rest();
   if (has_ended() || ends_early_) return;
   refuse_pending(cursor_.line_number(), "the end of the program");
@@ -114,7 +116,6 @@ void Interpreter::check_rest() {
 // --- lines -------------------------------------------------------------------------------------
 
 void Interpreter::run_line(const SourceLine& line) {
-  if (run_plain(line)) return;
   switch (kind_of(line.text)) {
     case LineKind::Empty:
       return;
@@ -148,21 +149,21 @@ void Interpreter::run_line(const SourceLine& line) {
 }
 
 /// The short way for what nearly every line is: a hole at absolute coordinates that both passes
-/// know. Everything else, and every doubt, goes the long way.
-bool Interpreter::run_plain(const SourceLine& line) {
-  if (line.text.empty() || (line.text.front() != 'X' && line.text.front() != 'Y') ||
-      modal_.motion != Motion::Drill || modal_.incremental || pending_ ||
-      modal_.user[0] != AxisUser::Work || modal_.user[1] != AxisUser::Work) {
+/// know. Everything else, and every doubt, goes the long way. No hole changes what decides this.
+bool Interpreter::run_plain_lines(std::size_t end) {
+  if (modal_.motion != Motion::Drill || modal_.incremental || pending_ ||
+      modal_.user[0] != AxisUser::Work || modal_.user[1] != AxisUser::Work ||
+      !vision_.may_drill() || !has_working_tool()) {
     return false;
   }
-  PlainCoordinate coordinate;
-  if (!plain_.read(line.text, coordinate)) return false;
-  if (!warned_format_ && !coordinate.has_point) return false;
-  if (coordinate.xy_mm[0]) modal_.at_mm.x() = *coordinate.xy_mm[0];
-  if (coordinate.xy_mm[1]) modal_.at_mm.y() = *coordinate.xy_mm[1];
-  drill_modal(line.number);
-  if (vision_.must_stop()) ended_ = true;
-  return true;
+  return plain_.read_lines(cursor_, end, [this](int line, const PlainCoordinate& block) {
+    if ((!warned_format_ && !block.has_point) || emitter_.is_over_limit()) return false;
+    if (block.xy_mm[0]) modal_.at_mm.x() = *block.xy_mm[0];
+    if (block.xy_mm[1]) modal_.at_mm.y() = *block.xy_mm[1];
+    modal_.has_hole = true;
+    emitter_.drill(line, modal_.at_mm);
+    return true;
+  });
 }
 
 /// `/` alone clears the tool links; in front of a block it is block delete.

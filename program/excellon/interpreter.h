@@ -116,7 +116,7 @@ class Interpreter {
   // interpreter.cc
   void pass_on_header();
   void run_line(const SourceLine& line);
-  bool run_plain(const SourceLine& line);
+  bool run_plain_lines(std::size_t end);
   void run_slashed(const SourceLine& line);
   void run_words(const SourceLine& line);
   void run_code(const Block& block);
@@ -149,6 +149,7 @@ class Interpreter {
   void cancel_correction(const Block& block, Command command);
   void stored_label(const Block& block, Command command);
   void autocalibration(const Block& block);
+  bool has_working_tool() const { return tool_ && tool_->number > 0; }
   bool has_tool(int line);
 
   // interpreter_settings.cc

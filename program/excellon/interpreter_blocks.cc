@@ -194,7 +194,7 @@ void Interpreter::repeat_hole(const Block& block) {
 }
 
 bool Interpreter::has_tool(int line) {
-  if (tool_ && tool_->number > 0) return true;
+  if (has_working_tool()) return true;
   if (!std::exchange(reported_no_tool_, true)) {
     reporter_.report(Code::ToolMissing, line, 1, tool_ ? "T0 was the last" : "", "T#");
   }

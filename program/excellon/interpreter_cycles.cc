@@ -286,7 +286,7 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
   while (!cursor_.at_end() && !has_ended()) {
     const int number = cursor_.line_number();
     const std::int64_t n_before = emitter_.n_operations();
-    run_line(cursor_.next());
+    if (!run_plain_lines(cursor_.text().size())) run_line(cursor_.next());
     if (emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
   }
   if (!has_ended()) refuse_pending(cursor_.line_number(), "the end of the stored pattern");

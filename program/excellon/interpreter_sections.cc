@@ -226,7 +226,7 @@ void Interpreter::run_instance(const RepeatSection& section,
   while (cursor_.offset() < section.pattern_end && !has_ended()) {
     const int number = cursor_.line_number();
     const std::int64_t n_before = emitter_.n_operations();
-    run_line(cursor_.next());
+    if (!run_plain_lines(section.pattern_end)) run_line(cursor_.next());
     if (emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
   }
   if (has_ended()) return;

@@ -65,10 +65,10 @@ class VisionSession {
   void end_instance(int line);
   void end_section(int line);  // M08
 
+  /// Nothing forbids a hole, wherever it is.
+  bool may_drill() const { return !open_ && rewind_line_ == 0 && !memory_.is_inside_series(); }
   /// Reports what forbids a hole here; once for each cause.
-  bool is_ready_to_drill(int line) {
-    return (!open_ && rewind_line_ == 0 && !memory_.is_inside_series()) || is_allowed(line);
-  }
+  bool is_ready_to_drill(int line) { return may_drill() || is_allowed(line); }
   /// Reports a series that the end of the program leaves unfinished.
   void end_program(int line);
   bool is_unused() const;

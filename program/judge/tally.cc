@@ -5,7 +5,6 @@
 #include <cmath>
 #include <set>
 
-#include "calib/correction/error_budget.h"
 #include "program/geometry/arc_shape.h"
 
 namespace panelcal {
@@ -40,8 +39,9 @@ std::vector<int> Tally::tools_used() const {
 }
 
 void Tally::put_place(const PlacedPoint& place) {
-  max_shift_ = std::max(max_shift_, mm((place.corrected.in_mm() - place.nominal.in_mm()).norm()));
-  max_sigma_ = std::max(max_sigma_, largest_sigma(place.cov_mm2));
+  max_square_shift_mm2_ = std::max(max_square_shift_mm2_,
+                                   (place.corrected.in_mm() - place.nominal.in_mm()).squaredNorm());
+  max_sigma_.add(place.cov_mm2);
   nominal_box_.add(place.nominal);
   corrected_box_.add(place.corrected);
 }

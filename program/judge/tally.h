@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "calib/correction/max_sigma.h"
 #include "program/geometry/bounding_box.h"
 #include "program/model/operation.h"
 
@@ -40,8 +42,9 @@ class Tally final : public OperationSink {
   Length routed_length() const { return routed_length_; }  ///< of corrected lines and arcs
 
   // Over holes, the ends of slots, and routs with their starts.
-  Length max_shift() const { return max_shift_; }  ///< between nominal and corrected
-  Length max_sigma() const { return max_sigma_; }  ///< largest principal standard deviation
+  /// Between nominal and corrected.
+  Length max_shift() const { return mm(std::sqrt(max_square_shift_mm2_)); }
+  Length max_sigma() const { return max_sigma_.value(); }  ///< largest principal one
   const BoundingBox<frame::Nominal>& nominal_box() const { return nominal_box_; }
   /// Arcs count with their bulges, without the tool's width.
   const BoundingBox<frame::Actual>& corrected_box() const { return corrected_box_; }
@@ -90,8 +93,8 @@ class Tally final : public OperationSink {
   Counter routs_;
   PlacedPoint router_;  ///< where it stands
   Length routed_length_;
-  Length max_shift_;
-  Length max_sigma_;
+  double max_square_shift_mm2_ = 0;
+  MaxSigma max_sigma_;
   BoundingBox<frame::Nominal> nominal_box_;
   BoundingBox<frame::Actual> corrected_box_;
   std::vector<HoleMark> sample_;

@@ -78,6 +78,10 @@ struct DepthOfCut {
   /// Of a surface that a map gives (--surface); absent where the program probed it.
   std::optional<PredictedHeight> predicted = std::nullopt;
 
+  /// Nothing is said; the same as == DepthOfCut(), and every hole is asked.
+  bool is_empty() const {
+    return !z && !depth && !surface && !reference && other_surfaces.empty() && !predicted;
+  }
   friend bool operator==(const DepthOfCut&, const DepthOfCut&) = default;
 };
 

@@ -56,7 +56,7 @@ bool has_length(const ContourPiece& piece) {
 
 tl::unexpected<std::string> too_short(double needed_mm, double length_mm) {
   return refusal(fmt::format(
-      "the rounding begins or ends {:.6g} mm from the corner, expected at most the {:.6g} mm of "
+      "the rounding begins or ends {:.6g} mm from the corner; expected at most the {:.6g} mm of "
       "the adjacent piece",
       needed_mm,
       length_mm));
@@ -64,7 +64,7 @@ tl::unexpected<std::string> too_short(double needed_mm, double length_mm) {
 
 tl::unexpected<std::string> fits_nowhere(double radius_mm) {
   return refusal(fmt::format(
-      "no arc of radius {:.6g} mm touches both pieces, expected a smaller one", radius_mm));
+      "no arc of radius {:.6g} mm touches both pieces; expected a smaller one", radius_mm));
 }
 
 Rounding between_lines(const ContourPiece& first, const ContourPiece& second, double radius_mm) {
@@ -134,26 +134,26 @@ Rounding from_line_to_arc(const ContourPiece& line, const ContourPiece& arc, dou
 Rounding round_corner(const ContourPiece& first, const ContourPiece& second, double radius_mm) {
   if (!is_finite(first) || !is_finite(second) || !std::isfinite(radius_mm)) return not_finite();
   if (!(radius_mm > 0)) {
-    return refusal(fmt::format("the rounding's radius is {:.6g} mm, expected above 0", radius_mm));
+    return refusal(fmt::format("the rounding's radius is {:.6g} mm; expected above 0", radius_mm));
   }
   const double gap_mm = (second.start_mm - first.end_mm).norm();
   if (!(gap_mm <= kMeets_mm)) {
-    return refusal(fmt::format("the pieces are {:.6g} mm apart, expected a common corner", gap_mm));
+    return refusal(fmt::format("the pieces are {:.6g} mm apart; expected a common corner", gap_mm));
   }
   if (!has_length(first) || !has_length(second)) {
-    return refusal("a piece beside the corner has no length, expected a line or an arc");
+    return refusal("a piece beside the corner has no length; expected a line or an arc");
   }
   if (first.center_mm && second.center_mm) {
-    return refusal("the corner is between two arcs, expected a line on one side at least");
+    return refusal("the corner is between two arcs; expected a line on one side at least");
   }
   const Eigen::Vector2d u = direction_at(first, first.end_mm);
   const Eigen::Vector2d v = direction_at(second, second.start_mm);
   const double turn = std::abs(std::atan2(cross(u, v), u.dot(v)));
   if (turn < kStraight_rad) {
-    return refusal("the second piece goes straight on, expected a corner to be rounded");
+    return refusal("the second piece goes straight on; expected a corner to be rounded");
   }
   if (turn > std::numbers::pi - kStraight_rad) {
-    return refusal("the second piece turns straight back, expected a corner to be rounded");
+    return refusal("the second piece turns straight back; expected a corner to be rounded");
   }
   if (second.center_mm) return from_line_to_arc(first, second, radius_mm);
   if (!first.center_mm) return between_lines(first, second, radius_mm);

@@ -22,7 +22,7 @@ constexpr double kPatternCountNoise = 1e-6;     // what a ratio of two lengths m
 constexpr double kPatternCoincident_mm = 1e-9;  // two holes that no machine tells apart
 
 tl::unexpected<std::string> too_many_holes() {
-  return refusal(fmt::format("too many holes, expected at most {:g}", kMaxHoles));
+  return refusal(fmt::format("too many holes; expected at most {:g}", kMaxHoles));
 }
 
 /// The corners and pitches of a V1 or V3: a is programmed, a and b end the first row, c lies beside
@@ -41,12 +41,12 @@ tl::expected<Grid, std::string> grid_between(const Eigen::Vector2d& first_mm,
   const Eigen::Vector2d diagonal_mm = second_mm - first_mm;
   if (!diagonal_mm.allFinite()) return not_finite();
   if (diagonal_mm.cwiseAbs().minCoeff() <= kPatternCoincident_mm) {
-    return refusal(fmt::format("the corners are {:.6g} by {:.6g} mm apart, expected opposite ones",
+    return refusal(fmt::format("the corners are {:.6g} by {:.6g} mm apart; expected opposite ones",
                                std::abs(diagonal_mm.x()),
                                std::abs(diagonal_mm.y())));
   }
   if (n_in_row && *n_in_row < 2) {
-    return refusal(fmt::format("W is {}, expected at least 2 holes in a row", *n_in_row));
+    return refusal(fmt::format("W is {}; expected at least 2 holes in a row", *n_in_row));
   }
   const bool is_falling = (diagonal_mm.x() < 0) != (diagonal_mm.y() < 0);
   const int along = is_falling ? 0 : 1;
@@ -59,7 +59,7 @@ tl::expected<Grid, std::string> grid_between(const Eigen::Vector2d& first_mm,
   const double n_across = std::round(distance_mm / pitch_mm);
   if (n_along < 1 || n_across < 1) {
     return refusal(fmt::format(
-        "the rows are {:.6g} mm long and {:.6g} mm apart, expected at least half a pitch of {:.6g} "
+        "the rows are {:.6g} mm long and {:.6g} mm apart; expected at least half a pitch of {:.6g} "
         "mm both",
         length_mm,
         distance_mm,
@@ -80,11 +80,11 @@ tl::expected<Grid, std::string> grid_between(const Eigen::Vector2d& first_mm,
 
 tl::unexpected<std::string> no_pattern_tool(double diameter_mm) {
   return refusal(
-      fmt::format("the tool's diameter is {:.6g} mm, expected one above 0", diameter_mm));
+      fmt::format("the tool's diameter is {:.6g} mm; expected one above 0", diameter_mm));
 }
 
 tl::unexpected<std::string> no_roughness(double roughness_mm) {
-  return refusal(fmt::format("the edge roughness is {:.6g} mm, expected above 0", roughness_mm));
+  return refusal(fmt::format("the edge roughness is {:.6g} mm; expected above 0", roughness_mm));
 }
 
 }  // namespace
@@ -106,10 +106,10 @@ Holes single_row(const Eigen::Vector2d& first_mm,
   const bool is_one_place = length_mm <= kPatternCoincident_mm;
   if (n_holes == 1 && is_one_place) return HoleSequence::passes(first_mm, last_mm, 0, 0);
   if (n_holes < 2) {
-    return refusal(fmt::format("W is {}, expected at least the first and the last hole", n_holes));
+    return refusal(fmt::format("W is {}; expected at least the first and the last hole", n_holes));
   }
   if (is_one_place) {
-    return refusal(fmt::format("{} holes in one place, expected two different points", n_holes));
+    return refusal(fmt::format("{} holes in one place; expected two different points", n_holes));
   }
   if (static_cast<double>(n_holes) > kMaxHoles) return too_many_holes();
   return HoleSequence::passes(first_mm, last_mm, n_holes - 1, n_holes - 1);
@@ -129,9 +129,9 @@ Holes circular_row(const Eigen::Vector2d& center_mm,
   const Eigen::Vector2d spoke_mm = first_mm - center_mm;
   const double radius_mm = spoke_mm.norm();
   if (!all_finite({radius_mm})) return not_finite();
-  if (n_holes < 1) return refusal(fmt::format("W is {}, expected at least 1 hole", n_holes));
+  if (n_holes < 1) return refusal(fmt::format("W is {}; expected at least 1 hole", n_holes));
   if (radius_mm <= kPatternCoincident_mm) {
-    return refusal("the hole on the circle is its centre, expected two different points");
+    return refusal("the hole on the circle is its centre; expected two different points");
   }
   if (static_cast<double>(n_holes) > kMaxHoles) return too_many_holes();
   return HoleSequence::ring(center_mm, spoke_mm, n_holes);
@@ -147,12 +147,12 @@ Holes nibbled_circle(const Eigen::Vector2d& center_mm,
   }
   if (radius_mm < kLeastCircle_mm - kPatternCoincident_mm) {
     return refusal(fmt::format(
-        "the circle's radius is {:.6g} mm, expected at least {:g} mm", radius_mm, kLeastCircle_mm));
+        "the circle's radius is {:.6g} mm; expected at least {:g} mm", radius_mm, kLeastCircle_mm));
   }
   if (!(tool_diameter_mm > 0)) return no_pattern_tool(tool_diameter_mm);
   if (tool_diameter_mm > radius_mm + kPatternCoincident_mm) {
     return refusal(
-        fmt::format("the tool's diameter is {:.6g} mm, expected at most the circle's radius of "
+        fmt::format("the tool's diameter is {:.6g} mm; expected at most the circle's radius of "
                     "{:.6g} mm",
                     tool_diameter_mm,
                     radius_mm));

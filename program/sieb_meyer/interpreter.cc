@@ -89,7 +89,6 @@ void Interpreter::end_program() {
 // --- lines -------------------------------------------------------------------------------------
 
 void Interpreter::run_line(const SourceLine& line) {
-  if (run_plain(line)) return;
   if (line.text.size() > kLongLine && !is_blank(line.text)) {
     reporter_.report(Code::LineTooLong,
                      line.number,
@@ -125,26 +124,31 @@ void Interpreter::run_line(const SourceLine& line) {
 }
 
 /// The short way for what nearly every line is: a hole at absolute coordinates. Everything else,
-/// and every doubt, goes the long way.
-bool Interpreter::run_plain(const SourceLine& line) {
-  if (line.text.empty() || (line.text.front() != 'X' && line.text.front() != 'Y') ||
-      modal_.motion || modal_.incremental || pattern_ || contour_ != Contour::None) {
-    return false;
+/// and every doubt, goes the long way. No hole changes what decides this; where a hole needs care,
+/// they come one by one, since it may be left out.
+bool Interpreter::run_plain_lines(std::size_t end) {
+  if (modal_.motion || modal_.incremental || pattern_ || contour_ != Contour::None) return false;
+  const bool refuses_points = format_ == FileFormat::F1000;
+  const bool is_simple = tool_ && !needs_care_;
+  bool is_full = false;
+  const bool has_any = plain_.read_lines(cursor_, end, [&](int line, const PlainCoordinate& block) {
+    if ((refuses_points && block.n_points > 0) || is_full) return false;
+    if (block.xy_mm[0]) modal_.at_mm.x() = *block.xy_mm[0];
+    if (block.xy_mm[1]) modal_.at_mm.y() = *block.xy_mm[1];
+    ++n_blocks_;
+    if (is_simple) {
+      emitter_.drill(line, modal_.at_mm);
+    } else {
+      drill(line, modal_.at_mm);
+    }
+    is_full = !is_simple || emitter_.is_over_limit();
+    return true;
+  });
+  if (has_any) {
+    modal_.at_step_mm = format_step_mm(format_);
+    has_coordinate_ = true;
   }
-  PlainCoordinate coordinate;
-  if (!plain_.read(line.text, coordinate)) return false;
-  if (format_ == FileFormat::F1000 && line.text.find('.') != std::string_view::npos) return false;
-  if (coordinate.xy_mm[0]) modal_.at_mm.x() = *coordinate.xy_mm[0];
-  if (coordinate.xy_mm[1]) modal_.at_mm.y() = *coordinate.xy_mm[1];
-  modal_.at_step_mm = format_step_mm(format_);
-  ++n_blocks_;
-  has_coordinate_ = true;
-  if (tool_ && !needs_care_) {
-    emitter_.drill(line.number, modal_.at_mm);
-  } else {
-    drill(line.number, modal_.at_mm);
-  }
-  return true;
+  return has_any;
 }
 
 void Interpreter::run_block(const Block& block) {

@@ -109,7 +109,7 @@ class Interpreter {
 
   // interpreter.cc
   void run_line(const SourceLine& line);
-  bool run_plain(const SourceLine& line);
+  bool run_plain_lines(std::size_t end);
   void run_block(const Block& block);
   void run_order(const Block& block, const Order& order);
   void prepare(const Block& block, const Order& order);

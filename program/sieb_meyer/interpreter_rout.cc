@@ -460,7 +460,7 @@ tl::expected<FigurePath, std::string> Interpreter::figure_path(Command motion,
     } else if (modal_.center_offset_mm[0] && modal_.center_offset_mm[1]) {
       sides_mm = {*modal_.center_offset_mm[0], *modal_.center_offset_mm[1]};
     } else {
-      return tl::unexpected<std::string>("the sides are missing, expected R#, or I#J#");
+      return tl::unexpected<std::string>("the sides are missing; expected R#, or I#J#");
     }
     return rectangle_inside(modal_.at_mm, sides_mm, diameter_mm, turn, cut);
   }
@@ -470,11 +470,11 @@ tl::expected<FigurePath, std::string> Interpreter::figure_path(Command motion,
     radius_mm =
         std::hypot(modal_.center_offset_mm[0].value_or(0), modal_.center_offset_mm[1].value_or(0));
   }
-  if (!radius_mm) return tl::unexpected<std::string>("the radius is missing, expected R#");
+  if (!radius_mm) return tl::unexpected<std::string>("the radius is missing; expected R#");
   const bool is_disk = motion == Command::DiskClockwise || motion == Command::DiskCounterclockwise;
   if (is_disk) {
     if (order.clears_area) {
-      return tl::unexpected<std::string>("G43 clears the inside of a hole, expected G45 or G46");
+      return tl::unexpected<std::string>("G43 clears the inside of a hole; expected G45 or G46");
     }
     return disk_outside(modal_.at_mm, *radius_mm, diameter_mm, turn);
   }

@@ -18,16 +18,18 @@ void Interpreter::run_text(const Text& text,
   cursor_ = LineCursor(text.bytes, begin);
   auto next = sections.begin();
   while (cursor_.offset() < end && !has_ended()) {
+    std::size_t plain_end = end;
     if (next != sections.end()) {
       const Section& section = text.sections->sections[static_cast<std::size_t>(*next)];
       if (section.begin.offset <= cursor_.offset()) {
         run_section(*next++);
         continue;
       }
+      plain_end = std::min(end, section.begin.offset);
     }
     const int number = cursor_.line_number();
     const std::int64_t n_before = emitter_.n_operations();
-    run_line(cursor_.next());
+    if (!run_plain_lines(plain_end)) run_line(cursor_.next());
     // Subprograms that call subprograms repeat lines as sections do.
     const bool is_repeated = !steps_.empty() || !calls_.empty();
     if (is_repeated && emitter_.n_operations() == n_before) emitter_.count_idle_line(number);

@@ -16,20 +16,20 @@ constexpr std::size_t kMaxStrokes = 100000;
 constexpr double kNoise_um = 1e-6;  // what subtracted and converted lengths may be off
 
 tl::unexpected<std::string> too_many_strokes() {
-  return refusal(fmt::format("too many partial strokes, expected at most {}", kMaxStrokes));
+  return refusal(fmt::format("too many partial strokes; expected at most {}", kMaxStrokes));
 }
 
 std::optional<std::string> peck_fault(double distance_mm, double stroke_mm, double third) {
   if (!all_finite({distance_mm, stroke_mm, third})) {
-    return "a number is not finite, expected lengths in mm and a factor";
+    return "a number is not finite; expected lengths in mm and a factor";
   }
   if (distance_mm < 0) {
     return fmt::format(
-        "the lowering value is {:.6g} mm below the target plane, expected at or above it",
+        "the lowering value is {:.6g} mm below the target plane; expected at or above it",
         -distance_mm);
   }
   if (!(stroke_mm > 0)) {
-    return fmt::format("the partial stroke is {:.6g} mm, expected above 0", stroke_mm);
+    return fmt::format("the partial stroke is {:.6g} mm; expected above 0", stroke_mm);
   }
   return std::nullopt;
 }
@@ -44,7 +44,7 @@ tl::expected<PeckStrokes, std::string> peck_strokes(double distance_mm,
   }
   if (factor_permille < 0 || factor_permille > 1000) {
     return refusal(
-        fmt::format("the peck drill factor W is {:.6g}, expected 0 to 1000", factor_permille));
+        fmt::format("the peck drill factor W is {:.6g}; expected 0 to 1000", factor_permille));
   }
   PeckStrokes out;
   double remaining_um = 1000 * distance_mm;
@@ -72,7 +72,7 @@ tl::expected<std::vector<double>, std::string> pulse_strokes(double distance_mm,
                                                              double least_last_mm) {
   if (const auto fault = peck_fault(distance_mm, stroke_mm, least_last_mm)) return refusal(*fault);
   if (least_last_mm < 0) {
-    return refusal(fmt::format("the minimum partial stroke R is {:.6g} mm, expected 0 or above",
+    return refusal(fmt::format("the minimum partial stroke R is {:.6g} mm; expected 0 or above",
                                least_last_mm));
   }
   constexpr double kNoise_mm = 0.001 * kNoise_um;

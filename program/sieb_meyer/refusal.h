@@ -18,7 +18,7 @@ inline tl::unexpected<std::string> refusal(std::string what) {
 }
 
 inline tl::unexpected<std::string> not_finite() {
-  return refusal("a number is not finite, expected lengths in mm");
+  return refusal("a number is not finite; expected lengths in mm");
 }
 
 inline bool all_finite(std::initializer_list<double> numbers) {

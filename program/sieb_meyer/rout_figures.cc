@@ -86,11 +86,11 @@ std::optional<std::string> figure_fault(const Eigen::Vector2d& center_mm,
     return not_finite().value();
   }
   if (!(cutter_diameter_mm > 0)) {
-    return fmt::format("the cutter's diameter is {:.6g} mm, expected one above 0",
+    return fmt::format("the cutter's diameter is {:.6g} mm; expected one above 0",
                        cutter_diameter_mm);
   }
   if (!(size_mm > 0)) {
-    return fmt::format("the radius or a side is {:.6g} mm, expected one above 0", size_mm);
+    return fmt::format("the radius or a side is {:.6g} mm; expected one above 0", size_mm);
   }
   return std::nullopt;
 }
@@ -111,7 +111,7 @@ tl::expected<Rings, std::string> rings_inside(double half_mm, double cutter_diam
   if (n < 1) return Rings{};
   if (!(n <= kMaxRings)) {
     return refusal(
-        fmt::format("clearing the area takes {:.6g} rings, expected at most {:g}", n, kMaxRings));
+        fmt::format("clearing the area takes {:.6g} rings; expected at most {:g}", n, kMaxRings));
   }
   return Rings{static_cast<int>(n), (half_mm - least_mm) / n};
 }
@@ -128,7 +128,7 @@ Figure circle_inside(const Eigen::Vector2d& center_mm,
   const double path_mm = radius_mm - 0.5 * cutter_diameter_mm;
   if (path_mm <= kLeastMove_mm) {
     return refusal(
-        fmt::format("the circle's radius is {:.6g} mm, expected more than half of the "
+        fmt::format("the circle's radius is {:.6g} mm; expected more than half of the "
                     "cutter's diameter of {:.6g} mm",
                     radius_mm,
                     cutter_diameter_mm));
@@ -183,7 +183,7 @@ Figure rectangle_inside(const Eigen::Vector2d& center_mm,
   const double half_y_mm = 0.5 * (sides_mm.y() - cutter_diameter_mm);
   if (std::min(half_x_mm, half_y_mm) <= kLeastMove_mm) {
     return refusal(
-        fmt::format("the sides are {:.6g} and {:.6g} mm, expected more than the cutter's "
+        fmt::format("the sides are {:.6g} and {:.6g} mm; expected more than the cutter's "
                     "diameter of {:.6g} mm",
                     sides_mm.x(),
                     sides_mm.y(),

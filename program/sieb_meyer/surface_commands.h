@@ -66,8 +66,8 @@ class SurfaceSession {
   /// The surface of the grid at a nominal place; stops the walk where the points make no grid, or
   /// far outside of it.
   struct GridSurface {
-    std::vector<Length> heights;       ///< one a Z axis
-    Length deviation;                  ///< of the first axis: how much above the grid's reference
+    std::vector<Length> heights;  ///< one a Z axis
+    Length deviation;             ///< of the first axis: how much above the grid's reference
     std::optional<PredictedHeight>
         predicted;  ///< a node about it is not probed: [surface] fill_gaps
   };

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string_view>
 
 #include "program/text/number_format.h"
+#include "program/text/source_text.h"
 
 namespace panelcal {
 
@@ -13,6 +19,7 @@ namespace panelcal {
 struct PlainCoordinate {
   std::array<std::optional<double>, 2> xy_mm;  ///< an axis that the block leaves out is absent
   bool has_point = true;  ///< every number has a decimal point or no digits: any format reads it
+  int n_points = 0;
 };
 
 /// Reads plain coordinate blocks fast, eight characters at a time.
@@ -20,21 +27,212 @@ struct PlainCoordinate {
 /// What it reads, it reads bit for bit as parse_length does. What it leaves alone (blanks, other
 /// letters, Y before X, more than eight digits in a row, every fault) is no error: the general
 /// reader must judge it.
+///
+/// See    tests/program/text/plain_coordinate_test.cc
 class PlainReader {
  public:
   /// Precondition: the format's digit counts are 0 to 15.
   explicit PlainReader(const NumberFormat& format);
 
-  /// False: not plain, and `out` has no meaning. `line` is one line without its line end.
-  bool read(std::string_view line, PlainCoordinate& out) const;
+  /// Reads one plain block after the other, and moves the cursor behind those that `visit` took.
+  /// Ends at the first block that is not plain or that `visit` does not take: that one is for
+  /// LineCursor::next().
+  ///
+  /// In     stop: no line from this offset on
+  ///        visit: bool(int line, const PlainCoordinate&); false: it did not take the block
+  /// Out    false: nothing was taken
+  template <class Visit>
+  bool read_lines(LineCursor& cursor, std::size_t stop, Visit visit) const {
+    const std::string_view text = cursor.text();
+    const std::size_t begin = cursor.offset();
+    stop = std::min(stop, text.size());
+    if (begin + kMargin < text.size()) {
+      read_lines(cursor, text.data(), std::min(stop, text.size() - kMargin), text.size(), visit);
+    }
+    if (cursor.offset() < stop && cursor.offset() + kMargin >= text.size()) {
+      // The last lines are read where something follows them.
+      std::array<char, 2 * kMargin> last{};
+      const std::string_view rest = text.substr(cursor.offset());
+      rest.copy(last.data(), rest.size());
+      read_lines(cursor, last.data() - cursor.offset(), stop, text.size(), visit);
+    }
+    return cursor.offset() != begin;
+  }
 
  private:
   static constexpr int kMaxRun = 8;
+  static constexpr int kMaxDigits = 15;  // as parse_length: exact in a double
+  /// Characters behind a block's first that may be looked at: X and Y, each with a sign, a point
+  /// and two runs of digits, and a line end.
+  static constexpr std::size_t kMargin = 48;
   /// mantissa * times / per; one of the two is 1, so that only one operation rounds.
   struct Scale {
     double times = 1;
     double per = 1;
   };
+  struct DigitRun {
+    std::int64_t value = 0;
+    int n_digits = 0;  ///< 0 to 8; at 8 the run may go on
+  };
+  static constexpr std::array<double, kMaxDigits + 1> kPowersOfTen = {
+      1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+  static constexpr std::array<std::int64_t, 9> kWholePowersOfTen = {
+      1, 10, 100, 1'000, 10'000, 100'000, 1'000'000, 10'000'000, 100'000'000};
+
+  static constexpr std::uint64_t in_every_byte(std::uint64_t byte) {
+    return byte * 0x0101010101010101;
+  }
+  /// Eight characters, the first one in the lowest byte.
+  static std::uint64_t load_eight(const char* at) {
+    std::uint64_t characters = 0;
+    std::memcpy(&characters, at, sizeof characters);
+    if constexpr (std::endian::native == std::endian::big) {
+      characters = __builtin_bswap64(characters);
+    }
+    return characters;
+  }
+  /// The top bit of every byte above 9. One of them may carry into the bytes behind it, never
+  /// before it.
+  static std::uint64_t not_digits(std::uint64_t values) {
+    return (values | (values + in_every_byte(0x80 - 10))) & in_every_byte(0x80);
+  }
+  /// The number that the first n bytes are the digits of, 1 <= n <= 8.
+  static std::int64_t value_of(std::uint64_t values, int n) {
+    // Digits to the top, zeros before them; then pairs, fours and eights of digits at once.
+    std::uint64_t sum = values << (8 * (8 - n));
+    sum = (sum * ((10 << 8) + 1) >> 8) & 0x00FF00FF00FF00FF;
+    sum = (sum * ((100 << 16) + 1) >> 16) & 0x0000FFFF0000FFFF;
+    sum = sum * ((std::uint64_t{10'000} << 32) + 1) >> 32;
+    return static_cast<std::int64_t>(sum);
+  }
+  /// The digits that eight characters begin with.
+  static DigitRun read_digits(std::uint64_t characters) {
+    const std::uint64_t values = characters ^ in_every_byte('0');
+    const int n_digits = std::countr_zero(not_digits(values)) / 8;
+    if (n_digits == 0) return {};
+    return {value_of(values, n_digits), n_digits};
+  }
+
+  /// Precondition: kMargin characters may be read from every line that begins before `stop`
+  template <class Visit>
+  void read_lines(LineCursor& cursor,
+                  const char* text,
+                  std::size_t stop,
+                  std::size_t size,
+                  Visit& visit) const {
+    const char* const begin = text + cursor.offset();
+    const char* const end = text + size;
+    const char* at = begin;
+    const int first_line = cursor.line_number();
+    int line = first_line;
+    PlainCoordinate block;
+    Layout layout;
+    int n_lines_without = 0;
+    while (at < text + stop) {
+      const char* next = read_alike(at, layout, block);
+      if (next == nullptr) {
+        next = read_block(at, block);
+        if (next == nullptr) break;
+        // Where layouts change all the time, looking for them costs more than it saves.
+        constexpr int kLinesWithout = 32;
+        const bool is_time = --n_lines_without < 0;
+        layout = is_time ? layout_of(at, next) : Layout();
+        if (is_time) n_lines_without = kLinesWithout;
+      }
+      // Not at a line end: a blank, a second point, the ninth digit of a run, anything else.
+      if (*next != '\n' && *next != '\r' && next != end) break;
+      if (!visit(line, block)) break;
+      at = next == end ? end : next + line_end_length(next, end);
+      ++line;
+    }
+    cursor.skip(static_cast<std::size_t>(at - begin), line - first_line);
+  }
+
+  /// How many digits the numbers of a block have, both without sign and point; 0: it is not so.
+  struct Layout {
+    std::size_t n_x = 0;
+    std::size_t n_y = 0;
+  };
+  static Layout layout_of(const char* at, const char* end) {
+    const std::string_view block(at, static_cast<std::size_t>(end - at));
+    const std::size_t y = block.find('Y');
+    if (block.front() != 'X' || y == block.npos || block.find_first_of("+-.") != block.npos) {
+      return {};
+    }
+    return {y - 1, block.size() - y - 1};
+  }
+  static bool is_digits(std::uint64_t values, std::size_t n) {
+    return (not_digits(values) & ~(~std::uint64_t{0} << (8 * n - 1) << 1)) == 0;
+  }
+
+  /// Reads a block of the layout that the last one had, as those of most programs are: where the
+  /// next block begins is known before this one has been read. Null if it has another one.
+  const char* read_alike(const char* at, const Layout& layout, PlainCoordinate& out) const {
+    if (layout.n_x == 0 || layout.n_y == 0) return nullptr;
+    const char* const y = at + 1 + layout.n_x;
+    const char* const end = y + 1 + layout.n_y;
+    const std::uint64_t x_values = load_eight(at + 1) ^ in_every_byte('0');
+    const std::uint64_t y_values = load_eight(y + 1) ^ in_every_byte('0');
+    if (*at != 'X' || *y != 'Y' || *end != '\n' || !is_digits(x_values, layout.n_x) ||
+        !is_digits(y_values, layout.n_y)) {
+      return nullptr;
+    }
+    out.xy_mm[0] = length_mm(x_values, layout.n_x);
+    out.xy_mm[1] = length_mm(y_values, layout.n_y);
+    out.has_point = false;
+    out.n_points = 0;
+    return end;
+  }
+  double length_mm(std::uint64_t values, std::size_t n_digits) const {
+    const Scale& scale = of_count_[n_digits];
+    const auto mantissa = static_cast<double>(value_of(values, static_cast<int>(n_digits)));
+    return unit_mm_ * (mantissa * scale.times / scale.per);
+  }
+
+  /// Reads the number behind an axis's letter; gives its end, null if it is not plain.
+  const char* read_number(const char* at, std::optional<double>& mm, PlainCoordinate& out) const {
+    const char* const begin = at;
+    const bool is_negative = *at == '-';
+    if (is_negative || *at == '+') ++at;
+    const DigitRun whole = read_digits(load_eight(at));
+    at += whole.n_digits;
+    double mantissa = static_cast<double>(whole.value);
+    Scale scale = of_count_[static_cast<std::size_t>(whole.n_digits)];
+    if (*at == '.') {
+      ++at;
+      ++out.n_points;
+      const DigitRun fraction = read_digits(load_eight(at));
+      at += fraction.n_digits;
+      const int n_digits = whole.n_digits + fraction.n_digits;
+      if (n_digits == 0 || n_digits > kMaxDigits) return nullptr;
+      const auto n_behind = static_cast<std::size_t>(fraction.n_digits);
+      mantissa = static_cast<double>(whole.value * kWholePowersOfTen[n_behind] + fraction.value);
+      scale = {1, kPowersOfTen[n_behind]};
+    } else if (at != begin) {
+      if (whole.n_digits == 0 || whole.n_digits > n_most_digits_) return nullptr;
+      out.has_point = false;
+    }
+    const double magnitude = mantissa * scale.times / scale.per;
+    mm = unit_mm_ * (is_negative ? -magnitude : magnitude);
+    return at;
+  }
+
+  /// Reads the axes that a block begins with; gives what follows, null if there is none or if a
+  /// number is not plain. Precondition: kMargin characters from `at` on
+  const char* read_block(const char* at, PlainCoordinate& out) const {
+    out.has_point = true;
+    out.n_points = 0;
+    const bool has_x = *at == 'X';
+    if (has_x) {
+      at = read_number(at + 1, out.xy_mm[0], out);
+      if (at == nullptr) return nullptr;
+    } else {
+      out.xy_mm[0].reset();
+    }
+    if (*at == 'Y') return read_number(at + 1, out.xy_mm[1], out);
+    out.xy_mm[1].reset();
+    return has_x ? at : nullptr;
+  }
 
   double unit_mm_;
   int n_most_digits_;                        ///< without a decimal point

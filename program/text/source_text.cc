@@ -36,14 +36,6 @@ const char* find_line_end(const char* at, const char* end) {
   return at;
 }
 
-/// CR LF and LF CR are one line end each; LF CR LF is an empty line that ends in CR LF.
-std::ptrdiff_t line_end_length(const char* at, const char* end) {
-  if (at + 1 == end) return 1;
-  if (at[0] == '\r' && at[1] == '\n') return 2;
-  const bool begins_another = at + 2 != end && at[2] == '\n';
-  return at[0] == '\n' && at[1] == '\r' && !begins_another ? 2 : 1;
-}
-
 }  // namespace
 
 std::size_t count_line_feeds(std::string_view text) {

@@ -35,6 +35,17 @@ struct LinePlace {
 /// How many line feeds a text has, eight characters at a time.
 std::size_t count_line_feeds(std::string_view text);
 
+/// How many characters a line end has: CR LF and LF CR are one line end each; LF CR LF is an empty
+/// line that ends in CR LF.
+///
+/// Precondition: `at` is a CR or LF before `end`
+inline std::ptrdiff_t line_end_length(const char* at, const char* end) {
+  if (at + 1 == end) return 1;
+  if (at[0] == '\r' && at[1] == '\n') return 2;
+  const bool begins_another = at + 2 != end && at[2] == '\n';
+  return at[0] == '\n' && at[1] == '\r' && !begins_another ? 2 : 1;
+}
+
 /// Walks over the lines of a text; LF, CR, CR LF and LF CR all end a line. Copyable, so that a
 /// place in the text can be kept and returned to.
 class LineCursor {
@@ -47,10 +58,16 @@ class LineCursor {
   bool at_end() const { return offset_ >= bytes_.size(); }
   /// Precondition: !at_end().
   SourceLine next();
+  std::string_view text() const { return bytes_; }  ///< the whole of it
   std::size_t offset() const { return offset_; }
   LinePlace place() const { return {offset_, number_}; }
   /// Number of the line that next() would give.
   int line_number() const { return number_; }
+  /// Moves over whole lines that someone else has read.
+  void skip(std::size_t n_characters, int n_lines) {
+    offset_ += n_characters;
+    number_ += n_lines;
+  }
 
  private:
   std::string_view bytes_;

@@ -247,7 +247,12 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   drill.cov_mm2 = corrected.cov;
   drill.risk = is_correcting() ? risk_of(corrected.cov) : std::nullopt;
   drill.tool = tool_;
-  drill.cut = depths_.is_needed() ? cut_at(line, nominal) : cut_;
+  if (depths_.is_needed()) {
+    drill.cut = cut_at(line, nominal);
+    has_hole_cut_ = false;
+  } else if (!std::exchange(has_hole_cut_, true)) {
+    drill.cut = cut_;
+  }
   sink_->put(hole_);
 }
 

@@ -66,7 +66,10 @@ class Emitter {
   ToolLinks& links() { return links_; }
 
   /// How deep holes, plunges and rout moves go from here on.
-  void set_cut(const DepthOfCut& cut) { cut_ = cut; }
+  void set_cut(const DepthOfCut& cut) {
+    cut_ = cut;
+    has_hole_cut_ = false;
+  }
   const DepthOfCut& cut() const { return cut_; }
   /// Z under depth control: no tip goes below it.
   void set_lowest(std::optional<Length> z) { depths_.set_lowest(z); }
@@ -200,6 +203,7 @@ class Emitter {
   DepthOfCut stands_at_cut_;
   Origin origin_;
   Operation hole_{.line = 0, .path = {}, .what = Drill(), .file = {}, .origin = &origin_};
+  bool has_hole_cut_ = false;  ///< hole_ has cut_
 
   std::int64_t n_operations_ = 0;
   std::int64_t n_targets_ = 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
@@ -264,26 +265,28 @@ constexpr auto kHoleEnd = [] {
 }();
 
 char* write_integer(char* at, int n) {
-  const fmt::format_int digits(n);
-  return std::copy_n(digits.data(), digits.size(), at);
+  if (n < 0) *at++ = '-';
+  return write_count(at,
+                     n < 0 ? 0U - static_cast<std::uint32_t>(n) : static_cast<std::uint32_t>(n));
 }
 
+constexpr std::string_view kHoleName = "drill,";
+constexpr std::size_t kMostPathLevels = 6;
+constexpr std::size_t kHoleRowChars = kHoleName.size() + (kMostPathLevels + 2) * (kCountChars + 2) +
+                                      6 * (kFixedChars + 1) + kBeforeRisk.size() + kRiskChars +
+                                      kHoleEnd.size();
+
 /// Nearly every row of a file is a hole's, so those are built at once instead of field by field.
-/// Deep paths and stored patterns go the other way; false then.
-bool append_hole(std::string& out, const Operation& operation) {
-  constexpr std::size_t kMostLevels = 6;
-  constexpr std::size_t kIntChars = 12;
-  constexpr std::string_view kName = "drill,";
+/// Deep paths and stored patterns go the other way; null then.
+const Drill* as_simple_hole(const Operation& operation) {
   const auto* drill = std::get_if<Drill>(&operation.what);
-  if (drill == nullptr || operation.path.size() > kMostLevels || !operation.file.empty() ||
-      drill->cut != DepthOfCut()) {
-    return false;
-  }
-  std::array<char,
-             kName.size() + (kMostLevels + 2) * kIntChars + 6 * (kFixedChars + 1) +
-                 kBeforeRisk.size() + kRiskChars + kHoleEnd.size()>
-      row;
-  char* end = std::ranges::copy(kName, row.begin()).out;
+  const bool is_simple = drill != nullptr && operation.path.size() <= kMostPathLevels &&
+                         operation.file.empty() && drill->cut.is_empty();
+  return is_simple ? drill : nullptr;
+}
+
+char* write_hole(char* end, const Operation& operation, const Drill& drill) {
+  end = std::ranges::copy(kHoleName, end).out;
   end = write_integer(end, operation.line);
   char separator = ',';
   for (const int index : operation.path) {
@@ -293,19 +296,19 @@ bool append_hole(std::string& out, const Operation& operation) {
   }
   if (operation.path.empty()) *end++ = ',';
   *end++ = ',';
-  end = write_integer(end, drill->tool);
-  const Eigen::Vector2d sigma = sigma_mm(*drill);
-  for (const Eigen::Vector2d& point_mm : {drill->nominal.in_mm(), drill->actual.in_mm(), sigma}) {
-    for (const double value_mm : {point_mm.x(), point_mm.y()}) {
-      *end++ = ',';
-      end = write_fixed(end, value_mm, kMmDecimals);
-    }
-  }
+  end = write_integer(end, drill.tool);
+  const auto write_point = [&end](const Eigen::Vector2d& point_mm) {
+    *end++ = ',';
+    end = write_fixed_as<kMmDecimals>(end, point_mm.x());
+    *end++ = ',';
+    end = write_fixed_as<kMmDecimals>(end, point_mm.y());
+  };
+  write_point(drill.nominal.in_mm());
+  write_point(drill.actual.in_mm());
+  write_point(sigma_mm(drill));
   end = std::ranges::copy(kBeforeRisk, end).out;
-  if (drill->risk) end = write_risk(end, *drill->risk);
-  end = std::ranges::copy(kHoleEnd, end).out;
-  out.append(row.data(), static_cast<std::size_t>(end - row.data()));
-  return true;
+  if (drill.risk) end = write_risk(end, *drill.risk);
+  return std::ranges::copy(kHoleEnd, end).out;
 }
 
 }  // namespace
@@ -316,8 +319,11 @@ void CsvWriter::begin(const ProgramInfo& info) {
 }
 
 void CsvWriter::put(const Operation& operation) {
+  if (const Drill* drill = as_simple_hole(operation)) {
+    static_assert(kHoleRowChars <= kMostRow);
+    return end_row(write_hole(begin_row(kHoleRowChars), operation, *drill));
+  }
   std::string& out = text();
-  if (append_hole(out, operation)) return flush_if_large();
   Row row(out);
   row.word(kOp, operation_name(operation));
   row.number(kLine, operation.line);

@@ -103,6 +103,8 @@ void ExcellonWriter::put_now(const Operation& operation) {
       if (stops) return flush_if_large();
     }
   }
+  // Nearly all operations of a program are holes.
+  if (const auto* drill = std::get_if<Drill>(&operation.what)) return write(*drill);
   std::visit([this](const auto& what) { write(what); }, operation.what);
   flush_if_large();
 }
@@ -183,11 +185,9 @@ void ExcellonWriter::append_speed(SpindleSpeed speed) {
 
 /// A decimal point in every length: it overrides whatever zeros the reader assumes.
 char* ExcellonWriter::write_length(char* at, double value) const {
-  char* end = write_fixed(at, value, n_decimals_);
-  if (std::find(at, end, '.') != end) return end;
-  *end++ = '.';
-  *end++ = '0';
-  return end;
+  constexpr std::string_view kPoint = ".0";
+  return n_decimals_ == kInchDecimals ? write_fixed_as<kInchDecimals>(at, value, kPoint)
+                                      : write_fixed_as<kMmDecimals>(at, value, kPoint);
 }
 
 void ExcellonWriter::append_length(char letter, Length length) {
@@ -197,15 +197,20 @@ void ExcellonWriter::append_length(char letter, Length length) {
   text().append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
 
-/// Nearly all text of a program are points, so one is appended at once.
-void ExcellonWriter::append_point(const Eigen::Vector2d& p_mm, std::string_view letters) {
+char* ExcellonWriter::write_point(char* at,
+                                  const Eigen::Vector2d& p_mm,
+                                  std::string_view letters) const {
   const Eigen::Vector2d written = written_from_work() * p_mm / written_unit_mm_;
-  std::array<char, 2 * kFixedChars + 8> chars;
-  char* end = chars.data();
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    *end++ = letters[axis];
-    end = write_length(end, written[static_cast<Eigen::Index>(axis)]);
+    *at++ = letters[axis];
+    at = write_length(at, written[static_cast<Eigen::Index>(axis)]);
   }
+  return at;
+}
+
+void ExcellonWriter::append_point(const Eigen::Vector2d& p_mm, std::string_view letters) {
+  std::array<char, kPointChars> chars;
+  const char* const end = write_point(chars.data(), p_mm, letters);
   text().append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
 
@@ -256,8 +261,9 @@ void ExcellonWriter::write(const Autocalibration& calibration) {
 void ExcellonWriter::write(const Drill& drill) {
   check_cut(drill.cut);
   go_to_drill_mode();
-  append_place(drill);
-  text() += '\n';
+  char* end = write_point(begin_row(kPointChars + 1), drill.told.in_mm(), "XY");
+  *end++ = '\n';
+  end_row(end);
 }
 
 void ExcellonWriter::write(const Slot& slot) {

@@ -41,6 +41,8 @@ class ExcellonWriter final : public ProgramWriter {
   void append_rate(char letter, Feed rate, int n_digits);
   void append_speed(SpindleSpeed speed);
   char* write_length(char* at, double value) const;
+  char* write_point(char* at, const Eigen::Vector2d& p_mm, std::string_view letters) const;
+  static constexpr std::size_t kPointChars = 2 * (kFixedChars + 3);
   void append_length(char letter, Length length);
   /// A point or a difference of points in axis version 1.
   void append_point(const Eigen::Vector2d& p_mm, std::string_view letters = "XY");

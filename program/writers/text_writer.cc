@@ -20,51 +20,20 @@ constexpr std::array<double, 10> kScale = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e
 constexpr std::array<std::uint32_t, 10> kWholeScale = {
     1, 10, 100, 1'000, 10'000, 100'000, 1'000'000, 10'000'000, 100'000'000, 1'000'000'000};
 
-/// Digits of a number below 1000. The count rides along, so that a copy is one store.
-struct Digits {
-  std::array<char, 3> text;
-  std::int8_t n_shown;
-};
-using DigitTable = std::array<Digits, 1000>;
-
-/// All three digits; shown as decimals, that is without trailing zeros.
-constexpr DigitTable kDecimals = [] {
-  DigitTable table{};
-  const auto digit = [](int n) { return static_cast<char>('0' + n % 10); };
-  for (int n = 0; n < 1000; ++n) {
-    const int n_shown = n % 10 != 0 ? 3 : n % 100 != 0 ? 2 : n != 0 ? 1 : 0;
-    table[static_cast<std::size_t>(n)] = {{digit(n / 100), digit(n / 10), digit(n)},
-                                          static_cast<std::int8_t>(n_shown)};
-  }
-  return table;
-}();
-
-/// Without leading zeros.
-constexpr DigitTable kWholes = [] {
-  DigitTable table = kDecimals;
-  for (std::size_t n = 0; n < table.size(); ++n) {
-    table[n].n_shown = n < 10 ? 1 : n < 100 ? 2 : 3;
-    std::copy(table[n].text.end() - table[n].n_shown, table[n].text.end(), table[n].text.begin());
-  }
-  return table;
-}();
-
-/// Writes four characters and gives how many of them to show.
-int copy(const Digits& digits, char* at) {
-  std::memcpy(at, &digits, sizeof digits);
-  return digits.n_shown;
-}
+using internal::copy_digits;
+using internal::kDecimals;
+using internal::kWholes;
 
 /// Writes a point and the decimals without trailing zeros; gives their end. Precondition: not 0.
 char* write_decimals(std::uint32_t billionths, char* at) {
   *at = '.';
-  int n_shown = copy(kDecimals[billionths / 1'000'000], at + 1);
+  int n_shown = copy_digits(kDecimals[billionths / 1'000'000], at + 1);
   const std::uint32_t behind_3 = billionths % 1'000'000;
   if (behind_3 == 0) return at + 1 + n_shown;
-  n_shown = copy(kDecimals[behind_3 / 1000], at + 4);
+  n_shown = copy_digits(kDecimals[behind_3 / 1000], at + 4);
   const std::uint32_t behind_6 = behind_3 % 1000;
   if (behind_6 == 0) return at + 4 + n_shown;
-  return at + 7 + copy(kDecimals[behind_6], at + 7);
+  return at + 7 + copy_digits(kDecimals[behind_6], at + 7);
 }
 
 /// 10^n, 0 <= n <= 304.
@@ -106,9 +75,25 @@ char* write_general(char* at, int digits, int n_digits, int exponent) {
 
 }  // namespace
 
+void TextWriter::write(std::string_view text) {
+  if (status_ && !text.empty()) status_ = bytes_.write(text);
+}
+
 void TextWriter::flush() {
-  if (status_) status_ = bytes_.write(text_);
+  write(text_);
   text_.clear();
+  write({rows_.data(), n_row_chars_});
+  n_row_chars_ = 0;
+}
+
+void TextWriter::take_rows() {
+  text_.append(rows_.data(), n_row_chars_);
+  n_row_chars_ = 0;
+}
+
+void TextWriter::make_room() {
+  if (rows_.empty()) return rows_.resize(kFlushBytes + kMostRow);
+  flush();
 }
 
 void TextWriter::flush_if_large() {
@@ -139,7 +124,7 @@ char* write_fixed(char* at, double value, int n_decimals) {
 
   if (value < 0 && steps != 0) *at++ = '-';
   if (whole < kWholes.size()) {
-    at += copy(kWholes[whole], at);
+    at += copy_digits(kWholes[whole], at);
   } else {
     const fmt::format_int digits(whole);
     at = std::copy_n(digits.data(), digits.size(), at);

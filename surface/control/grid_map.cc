@@ -52,7 +52,7 @@ std::optional<GridProblem> bad_point(std::span<const GridPoint> points) {
     const std::size_t n_axes = points.front().heights.size();
     if (point.heights.empty() || point.heights.size() != n_axes) {
       return GridProblem{GridFailure::BadPoint,
-                         fmt::format("a grid point has heights of {} Z axes, expected {}",
+                         fmt::format("a grid point has heights of {} Z axes; expected {}",
                                      point.heights.size(),
                                      std::max<std::size_t>(n_axes, 1)),
                          i};
@@ -66,7 +66,7 @@ std::optional<GridProblem> bad_point(std::span<const GridPoint> points) {
     if (is_good) continue;
     return GridProblem{
         GridFailure::BadPoint,
-        "a grid point has numbers that are not finite, expected finite ones and a sigma of "
+        "a grid point has numbers that are not finite; expected finite ones and a sigma of "
         "0 or more",
         i};
   }
@@ -98,7 +98,7 @@ tl::expected<GridMap, GridProblem> GridMap::from_points(std::span<const GridPoin
   if (n_x < 2 || n_y < 2) {
     return tl::unexpected(GridProblem{
         GridFailure::TooFewPoints,
-        fmt::format("the grid has {} columns and {} rows, expected at least 2 of both", n_x, n_y),
+        fmt::format("the grid has {} columns and {} rows; expected at least 2 of both", n_x, n_y),
         std::nullopt});
   }
 
@@ -115,7 +115,7 @@ tl::expected<GridMap, GridProblem> GridMap::from_points(std::span<const GridPoin
   if (twice != by_node.end()) {
     return tl::unexpected(GridProblem{
         GridFailure::Duplicate,
-        fmt::format("the grid has two points at {}, expected one", place_of(twice->first)),
+        fmt::format("the grid has two points at {}; expected one", place_of(twice->first)),
         std::next(twice)->second});
   }
   for (std::size_t i = 0; i < n_x * n_y; ++i) {
@@ -123,7 +123,7 @@ tl::expected<GridMap, GridProblem> GridMap::from_points(std::span<const GridPoin
     return tl::unexpected(GridProblem{
         GridFailure::Incomplete,
         fmt::format(
-            "the grid has no point at {}, expected all {} x {} nodes", place_of(i), n_x, n_y),
+            "the grid has no point at {}; expected all {} x {} nodes", place_of(i), n_x, n_y),
         std::nullopt});
   }
   map.n_axes_ = points.front().heights.size();

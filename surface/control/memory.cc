@@ -51,22 +51,22 @@ HeightEstimate average(std::vector<HeightEstimate> values, AverageKind kind) {
 tl::expected<void, std::string> SurfaceMemory::check(
     std::span<const HeightEstimate> heights) const {
   if (heights.empty()) {
-    return tl::unexpected<std::string>("there is no height, expected one for each Z axis");
+    return tl::unexpected<std::string>("there is no height; expected one for each Z axis");
   }
   if (n_axes_ != 0 && heights.size() != n_axes_) {
     return tl::unexpected(fmt::format(
-        "there are heights of {} Z axes, expected {} as before", heights.size(), n_axes_));
+        "there are heights of {} Z axes; expected {} as before", heights.size(), n_axes_));
   }
   if (std::ranges::all_of(heights, is_good_estimate)) return {};
   return tl::unexpected<std::string>(
-      "a height is not finite, or its sigma is no sigma, expected finite numbers and a sigma of 0 "
+      "a height is not finite, or its sigma is negative; expected finite numbers and a sigma of 0 "
       "or more");
 }
 
 tl::expected<void, std::string> SurfaceMemory::store(int n, std::vector<HeightEstimate> heights) {
   if (n < 0) {
     return tl::unexpected(
-        fmt::format("there is no L{} in the surface memory, expected L0 or higher", n));
+        fmt::format("there is no L{} in the surface memory; expected L0 or higher", n));
   }
   if (const auto good = check(heights); !good) return good;
   n_axes_ = heights.size();
@@ -78,13 +78,13 @@ tl::expected<std::vector<HeightEstimate>, std::string> SurfaceMemory::load(int n
   const auto found = by_number_.find(n);
   if (found != by_number_.end()) return found->second;
   return tl::unexpected(
-      fmt::format("L{0} of the surface memory is empty, expected G73L{0} or G74L{0} before it", n));
+      fmt::format("L{0} of the surface memory is empty; expected G73L{0} or G74L{0} before it", n));
 }
 
 tl::expected<void, std::string> SurfaceMemory::add(std::vector<HeightEstimate> heights) {
   if (to_average_.size() == kAveragingCapacity) {
     return tl::unexpected(fmt::format(
-        "the averaging area is full, expected at most {} values before G74", kAveragingCapacity));
+        "the averaging area is full; expected at most {} values before G74", kAveragingCapacity));
   }
   if (const auto good = check(heights); !good) return good;
   n_axes_ = heights.size();
@@ -96,7 +96,7 @@ tl::expected<std::vector<HeightEstimate>, std::string> SurfaceMemory::take_avera
     AverageKind kind) {
   const std::size_t n_needed = kind == AverageKind::TrimmedMean ? 3 : 1;
   if (to_average_.size() < n_needed) {
-    return tl::unexpected(fmt::format("the averaging area holds {} values, expected at least {}{}",
+    return tl::unexpected(fmt::format("the averaging area holds {} values; expected at least {}{}",
                                       to_average_.size(),
                                       n_needed,
                                       n_needed == 3 ? " for SPAV,T" : " from G73 without L"));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/base/linear_algebra.h"
+#include <Eigen/Eigenvalues>
 
 namespace panelcal::internal {
 namespace {

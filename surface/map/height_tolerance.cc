@@ -29,7 +29,7 @@ tl::expected<void, std::string> check_height(std::string_view command,
   const std::size_t n_axes = measured.size();
   if (n_axes == 0 || !fits(reference.size(), n_axes) || !fits(tolerance.size(), n_axes)) {
     return tl::unexpected(
-        fmt::format("there are {} heights, {} references and {} tolerances ({}), expected one for "
+        fmt::format("there are {} heights, {} references and {} tolerances ({}); expected one for "
                     "each Z axis",
                     n_axes,
                     reference.size(),
@@ -47,7 +47,7 @@ tl::expected<void, std::string> check_height(std::string_view command,
     if (excess_mm <= kRounding_mm || excess_mm <= worst_excess_mm) continue;
     worst_excess_mm = excess_mm;
     worst = fmt::format(
-        "the surface under zaxis {} is at {:.4f} mm, {:+.4f} mm off its reference, "
+        "the surface under zaxis {} is at {:.4f} mm, {:+.4f} mm off its reference; "
         "expected at most {:.4f} mm ({})",
         axis,
         height_mm,

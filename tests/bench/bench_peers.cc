@@ -2,6 +2,7 @@
 #include "tests/bench/bench_peers.h"
 
 #include <array>
+#include <charconv>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
@@ -83,6 +84,28 @@ std::optional<double> peak_mib() {
     if (line.starts_with(kKey)) return std::stod(line.substr(kKey.size())) / 1024;
   }
   return std::nullopt;
+}
+
+double from_chars_floor_s(std::string_view text) {
+  const auto begins_number = [](char c) { return (c >= '0' && c <= '9') || c == '-' || c == '.'; };
+  double sum = 0;
+  const double start_s = cpu_s();
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (at != end) {
+    double number = 0;
+    if (!begins_number(*at)) {
+      ++at;
+    } else if (const auto [rest, error] = std::from_chars(at, end, number); error == std::errc()) {
+      sum += number;
+      at = rest;
+    } else {
+      ++at;
+    }
+  }
+  const double floor_s = cpu_s() - start_s;
+  if (!(sum > 0)) throw std::runtime_error("the floor has read nothing");
+  return floor_s;
 }
 
 /// The three functions of gerbv.h, declared here so that its headers are not needed.

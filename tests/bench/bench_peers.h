@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace panelcal::bench {
 
@@ -17,6 +18,10 @@ std::optional<double> in_child(const std::function<std::optional<double>()>& wor
 
 /// Peak memory of this process so far, MiB.
 std::optional<double> peak_mib();
+
+/// Processor time of reading every number of the text by std::from_chars, and nothing else: letters
+/// and line ends are stepped over. Throws if there is no number.
+double from_chars_floor_s(std::string_view text);
 
 /// Processor time that libgerbv takes to load a file, in a child; nothing if the library is
 /// missing.

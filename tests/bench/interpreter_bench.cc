@@ -175,30 +175,6 @@ double correct_s(const Job& job, int n_holes, bool with_covariance) {
   return correct_s;
 }
 
-/// Reads every number of the text and nothing else, stepping over letters and line ends.
-double floor_s(const std::string& text) {
-  const auto begins_number = [](char c) { return (c >= '0' && c <= '9') || c == '-' || c == '.'; };
-  double sum = 0;
-  const double scan_s = Job::timed([&] {
-    const char* at = text.data();
-    const char* const end = at + text.size();
-    while (at != end) {
-      double number = 0;
-      if (!begins_number(*at)) {
-        ++at;
-      } else if (const auto [rest, error] = std::from_chars(at, end, number);
-                 error == std::errc()) {
-        sum += number;
-        at = rest;
-      } else {
-        ++at;
-      }
-    }
-  });
-  if (!(sum > 0)) stop("the floor has read nothing");
-  return scan_s;
-}
-
 double write_file_s(const Job& job, const std::filesystem::path& path) {
   auto file = AtomicFile::create(path);
   if (!file) stop(file.error().text());
@@ -219,7 +195,9 @@ struct Row {
 
 std::vector<Row> sieb_meyer_rows(const Job& plain, const Job& repeat) {
   return {
-      {"floor: from_chars over the plain file", [&] { return floor_s(plain.text()); }, ""},
+      {"floor: from_chars over the plain file",
+       [&] { return from_chars_floor_s(plain.text()); },
+       ""},
       {"plain: read and execute, counted", [&] { return plain.count_s(); }, "<= 2 floor"},
       {"plain: survey", [&] { return plain.check_s(); }, ""},
       {"plain: to CSV", [&] { return plain.discard_s<CsvWriter>(); }, "<= 4 floor"},
@@ -302,7 +280,9 @@ void run(int n_holes, int n_repetitions) {
   }
 
   std::vector<Row> rows = {
-      {"floor: from_chars over the plain file", [&] { return floor_s(plain.text()); }, ""},
+      {"floor: from_chars over the plain file",
+       [&] { return from_chars_floor_s(plain.text()); },
+       ""},
       {"plain: read and execute, counted", [&] { return plain.count_s(); }, kWithoutPropagation},
       {"plain: the same with [uncertainty]", [&] { return uncertain.count_s(); }, kPropagationGoal},
       {"plain: the same with [tolerance]", [&] { return judged.judge_s(); }, kPropagationGoal},

@@ -73,7 +73,7 @@ inline std::optional<std::string> run_gcode(std::string_view bytes) {
     if (!*motion) continue;
     ++n_moves;
     const auto& z_mm = (*motion)->to.z_mm;
-    if (z_mm && !std::isfinite(*z_mm)) return "a Z that is none";
+    if (z_mm && !std::isfinite(*z_mm)) return "a Z that is not finite";
   }
   const LevelFigures& figures = done->figures;
   if (n_moves != figures.n_moves - figures.n_levelled + figures.n_pieces) {

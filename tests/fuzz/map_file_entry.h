@@ -44,7 +44,7 @@ inline std::optional<std::string> map_file_complaint(const StoredZones& read) {
     if (was.has_value() != is.has_value()) return "refuses another place";
     if (!was) continue;
     if (!std::isfinite(was->height.height.in_mm()) || !(was->height.sigma >= mm(0))) {
-      return "a height that is none";
+      return "a height that is not finite";
     }
     if (was->height.height != is->height.height || was->height.sigma != is->height.sigma ||
         was->in_void != is->in_void) {

@@ -4,8 +4,8 @@
 #include <iostream>
 #include <variant>
 
-#include "calib/camera/solver_log.h"
 #include "tools/cli/commands.h"
+#include "tools/modules/module.h"
 
 namespace panelcal {
 namespace {
@@ -25,8 +25,6 @@ int run(int argc, char** argv) {
   // without a word.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  // Standard error is for diagnostics.
-  silence_solver_log();
   const Expected<Options> options = parse_options(argc, argv);
   if (!options) {
     Console(CommonOptions{}).print(options.error());
@@ -41,18 +39,21 @@ int run(int argc, char** argv) {
   return static_cast<int>(code);
 }
 
+int report_internal(const char* what, const char* expected) {
+  const Diagnostic diagnostic{Code::Internal, {"panelcal", 0, 0}, what, expected};
+  Console(CommonOptions{}).print(diagnostic);
+  return static_cast<int>(exit_code(diagnostic));
+}
+
 }  // namespace
 }  // namespace panelcal
 
 int main(int argc, char** argv) {
   try {
     return panelcal::run(argc, argv);
+  } catch (const panelcal::modules::ModuleError& error) {
+    return panelcal::report_internal(error.what(), "the modules of this very installation");
   } catch (const std::exception& error) {
-    const panelcal::Diagnostic diagnostic{panelcal::Code::Internal,
-                                          {"panelcal", 0, 0},
-                                          error.what(),
-                                          "no exception here; please report it"};
-    panelcal::Console(panelcal::CommonOptions{}).print(diagnostic);
-    return static_cast<int>(panelcal::exit_code(diagnostic));
+    return panelcal::report_internal(error.what(), "no exception here; please report it");
   }
 }

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
-#include "calib/base/expected.h"
 #include "vision/picture/image.h"
 #include <opencv2/core.hpp>
 
 namespace panelcal::internal {
 
 /// The picture rounded and clipped to 8 bit (full scale 255) or 16 bit.
-cv::Mat mat_of(const Image& image);
-
-/// Encodes any 8- or 16-bit Mat as PNG.
-Expected<std::string> png_of(const cv::Mat& mat);
+inline cv::Mat mat_of(const Image& image) {
+  // The Mat only looks at the pixels; convertTo rounds, clips and copies.
+  const cv::Mat view(
+      image.height(), image.width(), CV_32FC1, const_cast<float*>(image.pixels().data()));
+  cv::Mat mat;
+  view.convertTo(mat, image.full_scale() > Image::kFullScale8 ? CV_16U : CV_8U);
+  return mat;
+}
 
 }  // namespace panelcal::internal

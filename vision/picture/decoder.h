@@ -4,28 +4,35 @@
 #include <string>
 #include <string_view>
 
+#include "vision/picture/image.h"
 #include "vision/picture/image_header.h"
-#include <opencv2/core.hpp>
+#include "vision/picture/tiff_directory.h"
+#include <tl/expected.hpp>
 
 namespace panelcal::internal {
 
-/// A decoder's picture, or empty, and what it had to say.
-struct Decoded {
-  cv::Mat mat;
-  std::string messages;
-};
+/// A whole picture, or the decoder's words about its damage.
+using Decoded = tl::expected<Image, std::string>;
 
-/// Decodes as it stands in the file: no gamma, no conversion of colours, no orientation tag but
-/// TIFF's (see tiff_directory.h).
-///
-/// In     bytes that picture_kind recognised, so that no decoder but that kind's gets to see them
-Decoded run_decoder(std::string_view bytes, PictureKind kind);
+// One decoder a format: each on the format's own library (libpng, libjpeg, libtiff; BMP needs
+// none). Pixels come as they stand in the file: no gamma, no orientation. Colour becomes luma,
+// transparency is ignored. A decoder that would go on after damage with made-up pixels says so in
+// its warnings: these refuse the picture.
+//
+// In     a header that was checked: its size is what gets allocated
+// See    tests/vision/picture/decoder_test.cc compares each with OpenCV's, pixel by pixel
 
-/// True if the decoder went on after damage with made-up pixels, of which it only speaks. What
-/// it says of PNG is not about pixels: those are under check sums.
-bool is_patched(const Decoded& decoded, PictureKind kind);
+Decoded decode_png(std::string_view bytes, const PictureHeader& header);
 
-/// The decoder's words in one printable line that goes on with ": "; empty if it said nothing.
-std::string reason_of(const Decoded& decoded);
+/// CMYK becomes RGB without a profile: c' = k - (255 - c) k / 256.
+Decoded decode_jpeg(std::string_view bytes, const PictureHeader& header);
+
+/// 1, 4 and 8 bit with palette, 16 (5-5-5 and 5-6-5), 24 and 32 bit; run lengths of 4 and 8 bit.
+Decoded decode_bmp(std::string_view bytes, const PictureHeader& header);
+
+/// Numbers of 10 to 14 bit are shifted up to 16; finish_levels makes white of them.
+Decoded decode_tiff(std::string_view bytes,
+                    const PictureHeader& header,
+                    const TiffDirectory& directory);
 
 }  // namespace panelcal::internal

@@ -3,20 +3,21 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <exception>
+#include <cstring>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "calib/base/atomic_file.h"
-#include "vision/picture/cv_bridge.h"
 #include "vision/picture/decoder.h"
 #include "vision/picture/image_header.h"
-#include "vision/picture/luma.h"
+#include "vision/picture/png_codec.h"
 #include "vision/picture/tiff_directory.h"
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 
 namespace panelcal {
 namespace {
@@ -37,6 +38,29 @@ tl::unexpected<Diagnostic> file_problem(Code code,
   return failure({code, {std::string(name), 0, 0}, std::move(what), std::move(expected)});
 }
 
+tl::unexpected<Diagnostic> cannot_encode(std::string_view why) {
+  return file_problem(
+      Code::PictureFormat, "", "cannot encode a picture: " + quoted(why), "a picture");
+}
+
+/// What a decoder says, in one printable line.
+std::string first_line(std::string_view words) {
+  return quoted(words.substr(0, words.find('\n')), 160);
+}
+
+/// Levels rounded to even and clipped.
+template <class Sample>
+void put_samples(const Image& image, std::vector<unsigned char>& bytes) {
+  unsigned char* to = bytes.data();
+  for (const float level : image.pixels()) {
+    const float clipped =
+        level > 0 ? std::min(level, float{std::numeric_limits<Sample>::max()}) : 0.0F;
+    const auto sample = static_cast<Sample>(std::nearbyint(clipped));
+    std::memcpy(to, &sample, sizeof sample);
+    to += sizeof sample;
+  }
+}
+
 /// Does what the decoder leaves undone on TIFF pixels of more than 8 bit: it does not turn around
 /// pictures whose 0 is white, and it shifts 10, 12 and 14 bits up, so that white is below 65535.
 void finish_levels(const TiffDirectory& directory, Image& image) {
@@ -49,37 +73,6 @@ void finish_levels(const TiffDirectory& directory, Image& image) {
     const double positive = factor * level;
     level = static_cast<float>(is_negative ? Image::kFullScale16 - positive : positive);
   }
-}
-
-template <class Number>
-void copy_grey(const cv::Mat& mat, Image& image) {
-  const int step = mat.channels();
-  for (int y = 0; y < mat.rows; ++y) {
-    const Number* from = mat.ptr<Number>(y);
-    for (float& level : image.row(y)) {
-      level = step == 1 ? static_cast<float>(from[0]) : internal::luma(from[0], from[1], from[2]);
-      from += step;
-    }
-  }
-}
-
-Expected<Image> decoded_image(const cv::Mat& mat, std::string_view name) {
-  const bool is_16_bit = mat.depth() == CV_16U;
-  if (mat.depth() != CV_8U && !is_16_bit) {
-    return file_problem(
-        Code::PictureFormat, name, "pixels are floating-point or signed numbers", "8 or 16 bit");
-  }
-  if (mat.channels() != 1 && mat.channels() != 3 && mat.channels() != 4) {
-    return file_problem(
-        Code::PictureFormat, name, fmt::format("{} channels", mat.channels()), "grey, RGB or RGBA");
-  }
-  Image image(mat.cols, mat.rows, is_16_bit ? Image::kFullScale16 : Image::kFullScale8);
-  if (is_16_bit) {
-    copy_grey<std::uint16_t>(mat, image);
-  } else {
-    copy_grey<std::uint8_t>(mat, image);
-  }
-  return image;
 }
 
 Expected<PictureHeader> checked_header(std::string_view bytes,
@@ -153,25 +146,15 @@ Expected<void> check_tiff(const TiffDirectory& directory, std::string_view name)
   return {};
 }
 
-Expected<cv::Mat> decoded_mat(std::string_view bytes,
-                              std::string_view name,
-                              const PictureHeader& header) {
-  const internal::Decoded decoded = internal::run_decoder(bytes, header.kind);
-  if (decoded.mat.empty() || internal::is_patched(decoded, header.kind)) {
-    return file_problem(
-        Code::PictureDamaged,
-        name,
-        fmt::format(
-            "the {} does not decode{}", internal::name(header.kind), internal::reason_of(decoded)),
-        "a whole picture");
-  }
-  if (decoded.mat.cols != header.width || decoded.mat.rows != header.height) {
-    return file_problem(Code::PictureDamaged,
-                        name,
-                        fmt::format("{} x {} pixels", decoded.mat.cols, decoded.mat.rows),
-                        fmt::format("{} x {} as in the header", header.width, header.height));
-  }
-  return decoded.mat;
+Expected<Image> undamaged(internal::Decoded decoded, PictureKind kind, std::string_view name) {
+  if (decoded) return *std::move(decoded);
+  const std::string& words = decoded.error();
+  return file_problem(Code::PictureDamaged,
+                      name,
+                      fmt::format("the {} does not decode{}",
+                                  internal::name(kind),
+                                  words.empty() ? words : ": " + first_line(words)),
+                      "a whole picture");
 }
 
 Expected<Image> decode_tiff(std::string_view bytes,
@@ -181,40 +164,15 @@ Expected<Image> decode_tiff(std::string_view bytes,
   const TiffDirectory directory = internal::tiff_directory(bytes).value_or(TiffDirectory());
   PANELCAL_CHECK(check_tiff(directory, name));
   const auto patched = internal::without_orientation_and_alpha(bytes, directory);
-  PANELCAL_TRY(const cv::Mat mat, decoded_mat(patched ? *patched : bytes, name, header));
-  PANELCAL_TRY(Image image, decoded_image(mat, name));
+  PANELCAL_TRY(
+      Image image,
+      undamaged(
+          internal::decode_tiff(patched ? *patched : bytes, header, directory), header.kind, name));
   finish_levels(directory, image);
   return image;
 }
 
 }  // namespace
-
-namespace internal {
-
-cv::Mat mat_of(const Image& image) {
-  // The Mat only looks at the pixels; convertTo rounds, clips and copies.
-  const cv::Mat view(
-      image.height(), image.width(), CV_32FC1, const_cast<float*>(image.pixels().data()));
-  cv::Mat mat;
-  view.convertTo(mat, image.full_scale() > Image::kFullScale8 ? CV_16U : CV_8U);
-  return mat;
-}
-
-Expected<std::string> png_of(const cv::Mat& mat) {
-  std::vector<unsigned char> bytes;
-  std::string why = "no pixels";
-  try {
-    if (!mat.empty() && cv::imencode(".png", mat, bytes)) {
-      return std::string(bytes.begin(), bytes.end());
-    }
-  } catch (const std::exception& e) {
-    why = e.what();
-  }
-  return file_problem(
-      Code::PictureFormat, "", "cannot encode a picture: " + panelcal::quoted(why), "a picture");
-}
-
-}  // namespace internal
 
 Expected<Image> decode_image(std::string_view bytes, std::string_view name) {
   const std::optional<PictureKind> kind = internal::picture_kind(bytes);
@@ -226,8 +184,10 @@ Expected<Image> decode_image(std::string_view bytes, std::string_view name) {
   }
   PANELCAL_TRY(const PictureHeader header, checked_header(bytes, name, *kind));
   if (*kind == PictureKind::Tiff) return decode_tiff(bytes, name, header);
-  PANELCAL_TRY(const cv::Mat mat, decoded_mat(bytes, name, header));
-  return decoded_image(mat, name);
+  const auto decode = *kind == PictureKind::Png    ? internal::decode_png
+                      : *kind == PictureKind::Jpeg ? internal::decode_jpeg
+                                                   : internal::decode_bmp;
+  return undamaged(decode(bytes, header), *kind, name);
 }
 
 Expected<Image> read_image(const std::filesystem::path& path) {
@@ -236,7 +196,23 @@ Expected<Image> read_image(const std::filesystem::path& path) {
 }
 
 Expected<std::string> encode_png(const Image& image) {
-  return internal::png_of(internal::mat_of(image));
+  if (image.empty()) return cannot_encode("no pixels");
+  const bool is_deep = image.full_scale() > Image::kFullScale8;
+  const std::size_t sample_bytes = is_deep ? 2 : 1;
+  std::vector<unsigned char> samples(image.pixels().size() * sample_bytes);
+  if (is_deep) {
+    put_samples<std::uint16_t>(image, samples);
+  } else {
+    put_samples<std::uint8_t>(image, samples);
+  }
+  auto png = internal::encode_png_pixels({.first_row = samples.data(),
+                                          .row_bytes = static_cast<std::ptrdiff_t>(image.width()) *
+                                                       static_cast<std::ptrdiff_t>(sample_bytes),
+                                          .width = image.width(),
+                                          .height = image.height(),
+                                          .bits = is_deep ? 16 : 8});
+  if (!png) return cannot_encode(png.error());
+  return *std::move(png);
 }
 
 Expected<void> write_png(const std::filesystem::path& path, const Image& image) {

@@ -32,7 +32,7 @@ inline constexpr std::int64_t kMaxPicturePixels = 100'000'000;
 /// levels (TIFF and BMP without compression, some of JPEG) leaves no trace in a file.
 ///
 /// Fails  file-unreadable; picture-format; picture-too-large; picture-damaged
-/// Note   while a decoder runs, what it prints on standard error becomes part of the diagnostic
+/// Note   a decoder's own words become part of the diagnostic
 Expected<Image> read_image(const std::filesystem::path& path);
 
 /// The same from bytes in memory; `name` stands in the diagnostics.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "vision/picture/cv_bridge.h"
+#include "vision/picture/png_codec.h"
 #include "vision/show/overlay_legend.h"
 #include "vision/show/overlay_panel.h"
 #include <fmt/format.h>
@@ -244,7 +245,13 @@ Expected<std::string> encode_overlay(const Image& image,
     cv::Mat picture = enlarged(image, view);
     draw(picture, view, detection, options);
     if (options.with_legend) picture = with_legend(picture, detection, options.title);
-    return internal::png_of(picture);
+    auto png = internal::encode_png_pixels({.first_row = picture.data,
+                                            .row_bytes = static_cast<std::ptrdiff_t>(picture.step),
+                                            .width = picture.cols,
+                                            .height = picture.rows,
+                                            .n_channels = picture.channels()});
+    if (png) return *std::move(png);
+    return failure({Code::Internal, {}, "drawing failed: " + png.error(), ""});
   } catch (const std::exception& e) {
     return failure({Code::Internal, {}, std::string("drawing failed: ") + e.what(), ""});
   }

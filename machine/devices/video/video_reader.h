@@ -5,6 +5,7 @@
 
 // The face of libpanelcal_video.so: plain C, so that the module needs nothing of panelcal and may
 // be replaced without it. Loaded by machine/devices/opencv_camera.cc.
+#pragma GCC visibility push(default)
 extern "C" {
 
 struct PanelcalVideo;
@@ -36,3 +37,4 @@ int panelcal_video_decode(PanelcalVideo* video, PanelcalVideoFrame* frame);
 void panelcal_video_close(PanelcalVideo* video);
 
 }  // extern "C"
+#pragma GCC visibility pop

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/correction/error_budget.h"
 
+#include <cmath>
+#include <limits>
 #include <memory>
 
+#include "calib/base/random.h"
 #include "calib/camera/mapping.h"
+#include "calib/correction/max_sigma.h"
 #include <gmock/gmock.h>
 
 #include "tests/calib/panel/synthetic_panel.h"
@@ -177,6 +181,39 @@ TEST(ErrorBudget, LargestSigmaIsAlongTheEllipse) {
   const Eigen::Matrix2d cov = turn * Eigen::Vector2d(25, 4).asDiagonal() * turn.transpose();
   EXPECT_NEAR(largest_sigma(cov).in_mm(), 5, 1e-12);
   EXPECT_EQ(largest_sigma(Eigen::Matrix2d::Zero()), Length());
+}
+
+/// Covariances of all sizes, many nearly as large as the largest so far.
+TEST(MaxSigma, IsTheLargestOfAllAndTellsEachThatIsLarger) {
+  Random random(20261123);
+  for (int i = 0; i < 200; ++i) {
+    MaxSigma max;
+    Length largest;
+    const double size_mm2 = std::pow(10, random.uniform(-320, 300));
+    for (int k = 0; k < 200; ++k) {
+      const double share = random.uniform() < 0.5 ? 1 + 1e-15 * random.uniform(-9, 9)
+                                                  : std::pow(10, random.uniform(-6, 0));
+      const Eigen::Matrix2d turn = test::rotation(random.uniform(0, 7));
+      const Eigen::Vector2d variances(1, random.uniform() < 0.1 ? 0 : random.uniform());
+      const Eigen::Matrix2d cov = random.uniform() < 0.05
+                                      ? Eigen::Matrix2d::Zero()
+                                      : Eigen::Matrix2d(size_mm2 * share * turn *
+                                                        variances.asDiagonal() * turn.transpose());
+      const bool is_larger = largest_sigma(cov) > largest;
+      if (is_larger) largest = largest_sigma(cov);
+      ASSERT_EQ(max.add(cov), is_larger) << "covariance " << k << " of round " << i;
+      ASSERT_EQ(max.value(), largest);
+    }
+  }
+}
+
+TEST(MaxSigma, WhatIsNoNumberIsNotLarger) {
+  MaxSigma max;
+  const Eigen::Matrix2d none = Eigen::Matrix2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_FALSE(max.add(none));
+  EXPECT_TRUE(max.add(Eigen::Matrix2d::Identity()));
+  EXPECT_FALSE(max.add(none));
+  EXPECT_EQ(max.value(), mm(1));
 }
 
 TEST(MachineUncertainty, CountsCamerasByTheLevelOfTheirZoom) {

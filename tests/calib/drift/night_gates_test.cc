@@ -76,34 +76,36 @@ TEST_P(EachNightGate, RefusesAndKeepsTheOldOne) {
 INSTANTIATE_TEST_SUITE_P(
     OfAll,
     EachNightGate,
-    testing::Values(
-        Spoiled{"uncertainty",
-                "sigma of the result is 4.",
-                [](Machine& m) { m.tonight.point.cov *= 16; }},
-        Spoiled{"holes",
-                "4 holes were used, at least 5 are needed",
-                [](Machine& m) { m.tonight.n_used = 4; }},
-        Spoiled{"outliers",
-                "2 holes were left out as outliers, limit 1",
-                [](Machine& m) { m.tonight.n_outliers = 2; }},
-        Spoiled{"structure",
-                "probability of 0.0001, limit 0.001",
-                [](Machine& m) { m.tonight.structure_chance = 1e-4; }},
-        Spoiled{"structure",
-                "structure",
-                [](Machine& m) { m.tonight.structure_chance = std::nan(""); }},
-        Spoiled{"temperature",
-                "allowed 15.0 to 20.0",
-                [](Machine& m) { m.limits.max_temperature_c = 20; }},
-        Spoiled{
-            "temperature", "not known", [](Machine& m) { m.tonight.point.temperature_c.reset(); }},
-        Spoiled{
-            "numbers", "not finite", [](Machine& m) { m.tonight.point.value(0) = std::nan(""); }},
-        Spoiled{
-            "numbers", "covariance is none", [](Machine& m) { m.tonight.point.cov(1, 1) = -1; }},
-        Spoiled{"numbers", "the night found none", [](Machine& m) {
-                  m.tonight.point.is_left_out = true;
-                }}));
+    testing::Values(Spoiled{"uncertainty",
+                            "sigma of the result is 4.",
+                            [](Machine& m) { m.tonight.point.cov *= 16; }},
+                    Spoiled{"holes",
+                            "4 holes were used, at least 5 are needed",
+                            [](Machine& m) { m.tonight.n_used = 4; }},
+                    Spoiled{"outliers",
+                            "2 holes were left out as outliers, limit 1",
+                            [](Machine& m) { m.tonight.n_outliers = 2; }},
+                    Spoiled{"structure",
+                            "probability of 0.0001, limit 0.001",
+                            [](Machine& m) { m.tonight.structure_chance = 1e-4; }},
+                    Spoiled{"structure",
+                            "structure",
+                            [](Machine& m) { m.tonight.structure_chance = std::nan(""); }},
+                    Spoiled{"temperature",
+                            "allowed 15.0 to 20.0",
+                            [](Machine& m) { m.limits.max_temperature_c = 20; }},
+                    Spoiled{"temperature",
+                            "not known",
+                            [](Machine& m) { m.tonight.point.temperature_c.reset(); }},
+                    Spoiled{"numbers",
+                            "not finite",
+                            [](Machine& m) { m.tonight.point.value(0) = std::nan(""); }},
+                    Spoiled{"numbers",
+                            "not positive semidefinite",
+                            [](Machine& m) { m.tonight.point.cov(1, 1) = -1; }},
+                    Spoiled{"numbers", "the night found none", [](Machine& m) {
+                              m.tonight.point.is_left_out = true;
+                            }}));
 
 TEST(NightGates, HoldWhereTheMachineHasMoved) {
   Machine machine;

@@ -156,7 +156,7 @@ TEST(SpindleCameraFit, SaysThatOneLookEachTellsNoRepeatability) {
   EXPECT_FALSE(fit.is_separated);
   EXPECT_EQ(fit.repeatability.sigma[0], Length());
   EXPECT_FALSE(fit.more_views_to_halve);
-  EXPECT_THAT(fit.report(), HasSubstr("cannot be told apart"));
+  EXPECT_THAT(fit.report(), HasSubstr("cannot be separated"));
 }
 
 TEST(SpindleCameraFit, SaysWhenMoreLooksWouldDo) {

@@ -136,7 +136,7 @@ TEST(ToleranceConfig, RefusesWhatMakesNoSense) {
   expects("[[tolerance.tool]]\nnumber = 5\n", "[[tolerance.tool]] has no position_um");
   expects("[[tolerance.tool]]\nnumber = 5\nposition_um = 5\npad_mm = 1\n", "there are both");
   expects("[[tolerance.tool]]\nnumber = 5\nposition_um = 5\nmin_ring_um = 1\n",
-          "min_ring_um in [[tolerance.tool]] is 1, expected pad_mm beside it");
+          "min_ring_um in [[tolerance.tool]] is 1; expected pad_mm beside it");
   expects(
       "[[tolerance.tool]]\nnumber = 5\nposition_um = 5\n"
       "[[tolerance.tool]]\nnumber = 5\nposition_um = 6\n",

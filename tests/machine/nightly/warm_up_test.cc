@@ -184,7 +184,7 @@ TEST_F(ColdMachine, ThatDoesNotMoveIsWarmAsSoonAsNothingCanBeToCome) {
   limit_um = 0.1;
   run = this->run(1);
   EXPECT_FALSE(run.seen->is_warm);
-  EXPECT_THAT(run.seen->text, HasSubstr("may still be to come, limit 0.1 um"));
+  EXPECT_THAT(run.seen->text, HasSubstr("is still to come, limit 0.1 um"));
 }
 
 TEST_F(ColdMachine, IsRecordedWithTheNightAndSaidInTheMorning) {

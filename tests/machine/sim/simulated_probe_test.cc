@@ -143,11 +143,11 @@ TEST(SimulatedProbe, RefusesOptionsThatMakeNoSense) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(refusal([](SimulatedProbeOptions&) {}), "accepted");
   EXPECT_NE(refusal([](auto& o) { o.bow_radius = Length(); })
-                .find("bow_radius is 0 mm, expected "
+                .find("bow_radius is 0 mm; expected "
                       "more than 0"),
             std::string::npos);
   EXPECT_NE(refusal([](auto& o) { o.noise_sigma = um(-1); })
-                .find("noise_sigma is -1 um, expected "
+                .find("noise_sigma is -1 um; expected "
                       "0 or more"),
             std::string::npos);
   EXPECT_NE(refusal([](auto& o) { o.axis_offsets.clear(); }).find("axis_offsets is empty"),

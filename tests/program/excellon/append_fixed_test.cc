@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/base/random.h"
+#include "program/writers/fixed_point.h"
 #include "program/writers/text_writer.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -18,10 +21,32 @@ constexpr std::uint64_t kSeed = 20261121;
 constexpr int kMostDecimals = 9;
 constexpr double kExactWhole = 9e15;
 
+template <int kN>
+std::string fixed_as(double value, std::string_view after_whole = {}) {
+  std::vector<char> room(kFixedChars + after_whole.size());
+  const char* const end = write_fixed_as<kN>(room.data(), value, after_whole);
+  return {room.data(), static_cast<std::size_t>(end - room.data())};
+}
+
+/// By the form whose number of decimals is known when it is compiled, as writers of holes do.
+std::string fixed_as(double value, int n_decimals) {
+  switch (n_decimals) {
+    case 6:
+      return fixed_as<6>(value);
+    case 7:
+      return fixed_as<7>(value);
+    case 8:
+      return fixed_as<8>(value);
+    default:
+      return fixed_as<9>(value);
+  }
+}
+
 std::string fixed(double value, int n_decimals) {
   std::string text = "X";  // what is there already stays
   append_fixed(text, value, n_decimals);
   EXPECT_EQ(text[0], 'X');
+  if (n_decimals >= 6) EXPECT_EQ(text.substr(1), fixed_as(value, n_decimals));
   return text.substr(1);
 }
 
@@ -142,6 +167,37 @@ TEST(WriteFixed, TheLongestTextsFitIntoTheirRoom) {
                 slowly(value, n_decimals));
     }
   }
+}
+
+TEST(WriteFixed, ANumberWithoutAPointIsFollowedByWhatStandsForIt) {
+  EXPECT_EQ(fixed_as<6>(12, ".0"), "12.0");
+  EXPECT_EQ(fixed_as<6>(12.5, ".0"), "12.5");
+  EXPECT_EQ(fixed_as<8>(-0.0, ".0"), "0.0");
+  EXPECT_EQ(fixed_as<6>(1234, ".0"), "1234.0");
+  EXPECT_EQ(fixed_as<6>(1234.25, ".0"), "1234.25");
+  EXPECT_EQ(fixed_as<6>(-1e300, ".0"), "-1e+300.0");
+}
+
+TEST(WriteCount, IsTheNumber) {
+  const auto count = [](std::uint32_t n) {
+    std::vector<char> room(kCountChars);
+    const char* const end = write_count(room.data(), n);
+    return std::string(room.data(), static_cast<std::size_t>(end - room.data()));
+  };
+  Random random(kSeed);
+  std::uint32_t power = 1;
+  for (int n_digits = 1; n_digits <= 10; ++n_digits) {
+    for (const std::uint32_t n : {power - 1, power, power + 1}) {
+      ASSERT_EQ(count(n), std::to_string(n));
+    }
+    for (int i = 0; i < 10'000; ++i) {
+      const double most = std::min(10.0 * power, 4294967295.0);
+      const auto n = static_cast<std::uint32_t>(random.uniform(power, most));
+      ASSERT_EQ(count(n), std::to_string(n));
+    }
+    power *= 10;
+  }
+  EXPECT_EQ(count(std::numeric_limits<std::uint32_t>::max()), "4294967295");
 }
 
 }  // namespace

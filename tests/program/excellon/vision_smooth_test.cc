@@ -140,7 +140,7 @@ TEST(VisionSmooth, NeedsSixTargetsButNotOfASingleOne) {
 TEST(VisionSmooth, RefusesNestedSeriesOnTop) {
   const ProgramRun found =
       run(targets() + "G45X20.Y20.\n" + kHoles, options_for(Model::Smooth), bowed);
-  EXPECT_THAT(found.diagnostics, ElementsAre("p.exc:20:1: error[nested-on-smooth]"));
+  EXPECT_THAT(found.diagnostics, ElementsAre("p.exc:24:1: error[nested-on-smooth]"));
 }
 
 TEST(VisionSmooth, RefusesToFoldThePanel) {

@@ -2,6 +2,7 @@
 #include "program/text/plain_coordinate.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <string>
@@ -33,9 +34,15 @@ std::vector<NumberFormat> all_formats() {
 /// The line stands in memory of exactly its size, so that a sanitizer sees every byte read too far.
 std::optional<PlainCoordinate> read(std::string_view line, const NumberFormat& format) {
   const std::vector<char> exact(line.begin(), line.end());
-  PlainCoordinate coordinate;
-  if (!PlainReader(format).read({exact.data(), exact.size()}, coordinate)) return std::nullopt;
-  return coordinate;
+  LineCursor cursor({exact.data(), exact.size()});
+  std::optional<PlainCoordinate> read;
+  PlainReader(format).read_lines(cursor, line.size(), [&](int, const PlainCoordinate& block) {
+    read = block;
+    return true;
+  });
+  return cursor.at_end() && cursor.line_number() == 2 && line.find_first_of("\r\n") == line.npos
+             ? read
+             : std::nullopt;
 }
 
 /// The same word by word through parse_length. Whatever is not X and Y, each once, each without a
@@ -182,6 +189,99 @@ TEST(PlainCoordinate, EveryByteBehindAndInsideANumberAgrees) {
   }
 }
 
+/// What one line gave, by its number.
+struct NumberedBlock {
+  int line = 0;
+  std::optional<PlainCoordinate> block;
+};
+
+/// Line by line.
+std::vector<NumberedBlock> read_each(std::string_view text, const NumberFormat& format) {
+  std::vector<NumberedBlock> blocks;
+  for (LineCursor cursor(text); !cursor.at_end();) {
+    const SourceLine line = cursor.next();
+    blocks.push_back({line.number, read(line.text, format)});
+  }
+  return blocks;
+}
+
+/// Plain lines many at once up to `stop`, at most `n_at_once`; LineCursor has the others, and those
+/// behind `stop`.
+std::vector<NumberedBlock> read_many(std::string_view text,
+                                     const NumberFormat& format,
+                                     std::size_t stop,
+                                     int n_at_once) {
+  const PlainReader reader(format);
+  std::vector<NumberedBlock> blocks;
+  for (LineCursor cursor(text); !cursor.at_end();) {
+    int n_left = n_at_once;
+    reader.read_lines(cursor, stop, [&](int line, const PlainCoordinate& block) {
+      if (n_left-- == 0) return false;
+      blocks.push_back({line, block});
+      return true;
+    });
+    if (cursor.at_end()) break;
+    const SourceLine line = cursor.next();
+    const bool is_behind = cursor.offset() > stop || n_left < 0;
+    blocks.push_back({line.number, is_behind ? read(line.text, format) : std::nullopt});
+  }
+  return blocks;
+}
+
+/// Lines of all kinds with line ends of all kinds, most of them of one kind.
+std::string random_text(Random& random) {
+  constexpr std::array<std::string_view, 4> kEnds = {"\n", "\r\n", "\r", "\n\r"};
+  const std::string_view usual_end = kEnds[below(random, kEnds.size())];
+  std::string text;
+  for (std::size_t n = below(random, 40); n > 0; --n) {
+    const double kind = random.uniform();
+    text += kind < 0.8    ? random_line(random, kind < 0.7 ? 6 : 18)
+            : kind < 0.9  ? std::string()
+            : kind < 0.95 ? "T1"
+                          : "X1;2";
+    text += random.uniform() < 0.9 ? usual_end : kEnds[below(random, kEnds.size())];
+  }
+  return random.uniform() < 0.5 ? text : text + random_line(random, 6);
+}
+
+TEST(PlainCoordinate, ManyLinesAtOnceAreTheSameLines) {
+  Random random(kSeed);
+  for (const NumberFormat& format : all_formats()) {
+    for (int i = 0; i < 100; ++i) {
+      const std::string random_lines = random_text(random);
+      const std::vector<char> exact(random_lines.begin(), random_lines.end());
+      const std::string_view text(exact.data(), exact.size());
+      const std::size_t stop = below(random, text.size() + 10);
+      const auto each = read_each(text, format);
+      const auto many = read_many(text, format, stop, 1 + static_cast<int>(below(random, 20)));
+      ASSERT_EQ(many.size(), each.size()) << text;
+      for (std::size_t k = 0; k < each.size(); ++k) {
+        ASSERT_EQ(many[k].line, each[k].line) << text;
+        ASSERT_EQ(many[k].block.has_value(), each[k].block.has_value()) << k << " of\n" << text;
+        if (!each[k].block) continue;
+        ASSERT_TRUE(is_same(many[k].block->xy_mm[0], each[k].block->xy_mm[0])) << text;
+        ASSERT_TRUE(is_same(many[k].block->xy_mm[1], each[k].block->xy_mm[1])) << text;
+        ASSERT_EQ(many[k].block->has_point, each[k].block->has_point) << text;
+        ASSERT_EQ(many[k].block->n_points, each[k].block->n_points) << text;
+      }
+    }
+  }
+}
+
+TEST(PlainCoordinate, ManyLinesAtOnceEndBeforeTheStop) {
+  std::string text;
+  for (int i = 0; i < 100; ++i) text += "X1.Y2.\n";
+  LineCursor cursor(text);
+  int n_lines = 0;
+  PlainReader({}).read_lines(cursor, 3 * 7 + 1, [&n_lines](int, const PlainCoordinate&) {
+    ++n_lines;
+    return true;
+  });
+  EXPECT_EQ(n_lines, 4);  // the fourth begins before it
+  EXPECT_EQ(cursor.offset(), 4U * 7);
+  EXPECT_EQ(cursor.line_number(), 5);
+}
+
 TEST(PlainCoordinate, LeavesTheUnusualAlone) {
   for (const char* line : {"",
                            " X1",
@@ -207,7 +307,6 @@ TEST(PlainCoordinate, LeavesTheUnusualAlone) {
                            "X1.123456789",
                            "X12345678.12345678",
                            "X0075000",
-                           "X1\r",
                            "Z1",
                            "W1"}) {
     EXPECT_FALSE(read(line, NumberFormat())) << line;

@@ -94,7 +94,8 @@ TEST(PictureFolder, RefusesFilesOutsideOfTheFolder) {
 }
 
 TEST(PictureFolder, RefusesBinaryAndQuotes) {
-  EXPECT_EQ(problem_of(std::string_view("file,x,y\n\0a", 11)), "d/images.csv: error[images-csv]");
+  EXPECT_EQ(problem_of(std::string_view("file,x,y\n\0a", 11)),
+            "d/images.csv:1:1: error[images-csv]");
   EXPECT_NE(problem_of("file,x,y\n\"a,b.png\",1,2\n"), "");
   EXPECT_NE(problem_of("\x89PNG\r\n\x1A\n"), "");
 }

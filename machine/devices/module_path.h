@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+// Not installed.
+namespace panelcal::internal {
+
+/// Where a module lies: a shared library that is loaded when it is needed.
+///
+/// Always an absolute path, so that neither the current folder nor LD_LIBRARY_PATH chooses the code
+/// that runs. The first that exists of: the program's own folder; the folder of modules as
+/// `cmake --install` lays it beside the program's (../lib/panelcal); that folder below the prefix
+/// the build was configured with. If none exists: the second.
+///
+/// In     file: its name alone
+/// See    tests/tools/linkage_test.py
+std::string module_path(std::string_view file);
+
+}  // namespace panelcal::internal

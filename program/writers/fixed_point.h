@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+namespace panelcal {
+
+/// Characters that write_fixed may touch.
+inline constexpr std::size_t kFixedChars = 32;
+/// Characters that write_count may touch.
+inline constexpr std::size_t kCountChars = 16;
+
+namespace internal {
+
+/// Digits of a number below 1000. The count rides along, so that a copy is one store.
+struct Digits {
+  std::array<char, 3> text;
+  std::int8_t n_shown;
+};
+using DigitTable = std::array<Digits, 1000>;
+
+/// All three digits; shown as decimals, that is without trailing zeros.
+inline constexpr DigitTable kDecimals = [] {
+  DigitTable table{};
+  const auto digit = [](int n) { return static_cast<char>('0' + n % 10); };
+  for (int n = 0; n < 1000; ++n) {
+    const int n_shown = n % 10 != 0 ? 3 : n % 100 != 0 ? 2 : n != 0 ? 1 : 0;
+    table[static_cast<std::size_t>(n)] = {{digit(n / 100), digit(n / 10), digit(n)},
+                                          static_cast<std::int8_t>(n_shown)};
+  }
+  return table;
+}();
+
+/// Without leading zeros.
+inline constexpr DigitTable kWholes = [] {
+  DigitTable table = kDecimals;
+  for (std::size_t n = 0; n < table.size(); ++n) {
+    table[n].n_shown = n < 10 ? 1 : n < 100 ? 2 : 3;
+    std::copy(table[n].text.end() - table[n].n_shown, table[n].text.end(), table[n].text.begin());
+  }
+  return table;
+}();
+
+/// Writes four characters and gives how many of them to show.
+inline int copy_digits(const Digits& digits, char* at) {
+  std::memcpy(at, &digits, sizeof digits);
+  return digits.n_shown;
+}
+
+constexpr std::uint32_t power_of_ten(int n) {
+  return n == 0 ? 1 : 10 * power_of_ten(n - 1);
+}
+
+}  // namespace internal
+
+/// The general form of write_fixed_as, for values that are large or no numbers; gives the end.
+char* write_fixed(char* at, double value, int n_decimals);
+
+/// Writes a whole number, n >= 0; gives the end.
+inline char* write_count(char* at, std::uint32_t n) {
+  using internal::copy_digits;
+  if (n < 1000) return at + copy_digits(internal::kWholes[n], at);
+  if (n >= 1'000'000'000) {
+    at = write_count(at, n / 1'000'000'000);
+    n %= 1'000'000'000;
+    copy_digits(internal::kDecimals[n / 1'000'000], at);
+    at += 3;
+  } else if (n >= 1'000'000) {
+    at += copy_digits(internal::kWholes[n / 1'000'000], at);
+  } else {
+    at += copy_digits(internal::kWholes[n / 1000], at);
+    copy_digits(internal::kDecimals[n % 1000], at);
+    return at + 3;
+  }
+  n %= 1'000'000;
+  copy_digits(internal::kDecimals[n / 1000], at);
+  copy_digits(internal::kDecimals[n % 1000], at + 3);
+  return at + 6;
+}
+
+/// Writes a value in fixed point with at most kN decimals (6 to 9), trailing zeros and a lone point
+/// left off: 12.5, -0.000125, 3. Rounds half away from zero. Gives the end.
+///
+/// In     at: kFixedChars are free
+///        after_whole: copied behind a number without a point
+template <int kN>
+inline char* write_fixed_as(char* at, double value, std::string_view after_whole = {}) {
+  static_assert(kN >= 6 && kN <= 9);
+  using internal::copy_digits;
+  constexpr std::uint32_t kUnit = internal::power_of_ten(kN);
+  const double scaled = std::abs(value * kUnit);
+  // 999 wholes, and NaN goes the other way.
+  if (!(scaled < 999.0 * kUnit)) {
+    char* const end = write_fixed(at, value, kN);
+    return std::find(at, end, '.') != end ? end : std::ranges::copy(after_whole, end).out;
+  }
+  const auto below = static_cast<std::int64_t>(scaled);
+  const bool rounds_up = scaled - static_cast<double>(below) >= 0.5;  // the difference is exact
+  const auto steps = static_cast<std::uint64_t>(below) + (rounds_up ? 1 : 0);
+  const auto whole = static_cast<std::uint32_t>(steps / kUnit);
+  const auto decimals = static_cast<std::uint32_t>(steps % kUnit);
+  *at = '-';
+  at += value < 0 && steps != 0 ? 1 : 0;
+  at += copy_digits(internal::kWholes[whole], at);
+  if (decimals == 0) return std::ranges::copy(after_whole, at).out;
+  // As if there were nine: the first three, the next three and the last ones.
+  constexpr std::uint32_t kFirst = internal::power_of_ten(kN - 3);
+  constexpr std::uint32_t kNext = internal::power_of_ten(kN - 6);
+  *at = '.';
+  const int n_first = copy_digits(internal::kDecimals[decimals / kFirst], at + 1);
+  const std::uint32_t behind_3 = decimals % kFirst;
+  if (behind_3 == 0) return at + 1 + n_first;
+  const int n_next = copy_digits(internal::kDecimals[behind_3 / kNext], at + 4);
+  if constexpr (kN == 6) return at + 4 + n_next;
+  const std::uint32_t behind_6 = behind_3 % kNext * internal::power_of_ten(9 - kN);
+  if (behind_6 == 0) return at + 4 + n_next;
+  return at + 7 + copy_digits(internal::kDecimals[behind_6], at + 7);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/modules/module.h"
+
+#include <string_view>
+
+#include "machine/devices/module_path.h"
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+namespace panelcal::modules {
+namespace {
+
+[[noreturn]] void fail_loading(const std::string& path, std::string_view why) {
+  throw ModuleError(fmt::format("module not usable: \"{}\": {}", path, why));
+}
+
+}  // namespace
+
+const void* load_functions(const char* file) {
+  const std::string path = internal::module_path(file);
+  // Never unloaded: what it made may live as long as the program.
+  void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  const void* const face = library != nullptr ? dlsym(library, "panelcal_module") : nullptr;
+  if (face == nullptr) {
+    const char* const why = dlerror();
+    fail_loading(path, why != nullptr ? why : "not a module");
+  }
+  const auto& module = *static_cast<const PanelcalModule*>(face);
+  if (std::string_view(module.version) != PANELCAL_VERSION) {
+    fail_loading(path, fmt::format("version {}, expected {}", module.version, PANELCAL_VERSION));
+  }
+  if (module.begin != nullptr) module.begin();
+  return module.functions;
+}
+
+}  // namespace panelcal::modules
