@@ -12,45 +12,45 @@
 namespace panelcal {
 namespace {
 
-using Place = Position<frame::Nominal>;
+using NominalPlace = Position<frame::Nominal>;
 
-Place place(double x_mm, double y_mm) {
+NominalPlace place(double x_mm, double y_mm) {
   return position_mm<frame::Nominal>(x_mm, y_mm);
 }
 
-std::vector<DesignTarget> targets_at(std::initializer_list<Place> places) {
+std::vector<DesignTarget> targets_at(std::initializer_list<NominalPlace> places) {
   std::vector<DesignTarget> targets;
-  for (const Place& p : places) targets.push_back({p});
+  for (const NominalPlace& p : places) targets.push_back({p});
   return targets;
 }
 
-const std::vector<Place> kCorners = {place(0, 0), place(300, 0), place(300, 300), place(0, 300)};
+const std::vector<NominalPlace> kCorners = {place(0, 0), place(300, 0), place(300, 300), place(0, 300)};
 
-std::vector<Place> random_places(int n, std::uint64_t seed) {
+std::vector<NominalPlace> random_places(int n, std::uint64_t seed) {
   Random random(seed);
-  std::vector<Place> out;
+  std::vector<NominalPlace> out;
   for (int i = 0; i < n; ++i) out.push_back(place(random.uniform(0, 300), random.uniform(0, 300)));
   return out;
 }
 
 /// Straight from predict_fit, for designs that determine the model.
 double worst_with(const std::vector<DesignTarget>& targets,
-                  const std::vector<Place>& added,
-                  const std::vector<Place>& holes,
+                  const std::vector<NominalPlace>& added,
+                  const std::vector<NominalPlace>& holes,
                   PanelModel model) {
   std::vector<DesignTarget> all = targets;
-  for (const Place& p : added) all.push_back({p});
+  for (const NominalPlace& p : added) all.push_back({p});
   const auto result = predict_fit(all, model);
   if (!result.fit) return std::numeric_limits<double>::infinity();
   const LeverageMap leverage(result.fit->cov);
   double worst = 0;
-  for (const Place& hole : holes) worst = std::max(worst, leverage(hole));
+  for (const NominalPlace& hole : holes) worst = std::max(worst, leverage(hole));
   return worst;
 }
 
 TEST(AddedTargets, FourthCornerCompletesThree) {
   const auto three = targets_at({kCorners[0], kCorners[1], kCorners[3]});
-  std::vector<Place> candidates = random_places(50, 1);
+  std::vector<NominalPlace> candidates = random_places(50, 1);
   candidates.push_back(kCorners[2]);
   const Addition best = best_additions({.model = PanelModel::Affine,
                                         .targets = three,
@@ -74,7 +74,7 @@ TEST(AddedTargets, SingleTargetIsTheBestOfAll) {
       const Addition best = best_additions(
           {.model = model, .targets = targets, .candidates = candidates, .corners = corners}, 1);
       double least = std::numeric_limits<double>::infinity();
-      for (const Place& p : candidates) {
+      for (const NominalPlace& p : candidates) {
         least = std::min(least, worst_with(targets, {p}, holes, model));
       }
       ASSERT_TRUE(best.worst_after);
@@ -109,14 +109,14 @@ TEST(AddedTargets, TwoTogetherAreTheBestPairOfAll) {
 /// The continuous D-optimal design of a plane over a square has equal weight in its corners, and is
 /// G-optimal (Kiefer and Wolfowitz 1960): four times as many targets in the corners, worst^2 = 3/n.
 TEST(AddedTargets, ManyTargetsReachTheBoundOfKieferAndWolfowitz) {
-  std::vector<Place> candidates;
+  std::vector<NominalPlace> candidates;
   for (int copy = 0; copy < 4; ++copy) {
-    for (const Place& corner : kCorners) {
+    for (const NominalPlace& corner : kCorners) {
       const double inward_mm = 1e-3 * copy * (corner.in_mm().x() > 150 ? -1 : 1);
       candidates.push_back(place(corner.in_mm().x() + inward_mm, corner.in_mm().y()));
     }
   }
-  for (const Place& p : random_places(100, 9)) candidates.push_back(p);
+  for (const NominalPlace& p : random_places(100, 9)) candidates.push_back(p);
   const Addition best = best_additions(
       {.model = PanelModel::Affine, .targets = {}, .candidates = candidates, .corners = kCorners},
       8);
@@ -139,7 +139,7 @@ TEST(AddedTargets, MakesADesignDetermineItsModel) {
   ASSERT_EQ(best.chosen.size(), 1u);
   EXPECT_GE(best.chosen[0], 2u);  // one of the far corners
   // One more of those in line does not help.
-  const std::vector<Place> on_it = {place(100, 0)};
+  const std::vector<NominalPlace> on_it = {place(100, 0)};
   EXPECT_FALSE(best_additions({.model = PanelModel::Affine,
                                .targets = in_line,
                                .candidates = on_it,
@@ -157,8 +157,8 @@ TEST(AddedTargets, TakesNoTargetTwice) {
 }
 
 TEST(AddedTargets, LivesWithCoordinatesFarFromZero) {
-  std::vector<Place> far;
-  for (const Place& p : kCorners) far.push_back(place(p.in_mm().x() + 5e4, p.in_mm().y() - 3e4));
+  std::vector<NominalPlace> far;
+  for (const NominalPlace& p : kCorners) far.push_back(place(p.in_mm().x() + 5e4, p.in_mm().y() - 3e4));
   const auto three = targets_at({far[0], far[1], far[3]});
   const Addition best = best_additions(
       {.model = PanelModel::Affine, .targets = three, .candidates = far, .corners = far}, 1);

@@ -10,14 +10,14 @@
 namespace panelcal {
 namespace {
 
-using Place = Position<frame::Nominal>;
+using NominalPlace = Position<frame::Nominal>;
 
-Place place(double x_mm, double y_mm) {
+NominalPlace place(double x_mm, double y_mm) {
   return position_mm<frame::Nominal>(x_mm, y_mm);
 }
 
 TEST(ConvexHull, KeepsCornersOnly) {
-  const std::vector<Place> places = {
+  const std::vector<NominalPlace> places = {
       place(0, 0), place(2, 0), place(1, 0), place(2, 2), place(1, 1), place(0, 2), place(0, 2)};
   const auto hull = convex_hull(places);
   ASSERT_EQ(hull.size(), 4u);
@@ -40,12 +40,12 @@ TEST(ConvexHull, OfALineHasItsEnds) {
 }
 
 TEST(ConvexHull, MeasuresHowFarOutsideAPlaceIs) {
-  const std::vector<Place> square = {place(0, 0), place(2, 0), place(2, 2), place(0, 2)};
+  const std::vector<NominalPlace> square = {place(0, 0), place(2, 0), place(2, 2), place(0, 2)};
   EXPECT_EQ(distance_outside(square, place(1, 1)), mm(0));
   EXPECT_EQ(distance_outside(square, place(2, 1)), mm(0));
   EXPECT_EQ(distance_outside(square, place(5, 1)), mm(3));
   EXPECT_DOUBLE_EQ(distance_outside(square, place(5, 6)).in_mm(), 5);
-  const std::vector<Place> line = {place(0, 0), place(2, 0)};
+  const std::vector<NominalPlace> line = {place(0, 0), place(2, 0)};
   EXPECT_EQ(distance_outside(line, place(1, 0)), mm(0));
   EXPECT_EQ(distance_outside(line, place(1, 3)), mm(3));
   EXPECT_EQ(distance_outside(std::vector{place(1, 1)}, place(1, 3)), mm(2));
@@ -53,7 +53,7 @@ TEST(ConvexHull, MeasuresHowFarOutsideAPlaceIs) {
 
 TEST(HullBuilder, AgreesWithTheHullOfAll) {
   Random random(8);
-  std::vector<Place> all;
+  std::vector<NominalPlace> all;
   HullBuilder builder;
   for (int i = 0; i < 50'000; ++i) {
     all.push_back(place(random.normal(), random.normal()));
@@ -67,7 +67,7 @@ TEST(HullBuilder, AgreesWithTheHullOfAll) {
 
 TEST(HullBuilder, LosesNoMoreOfACircleThanItSays) {
   HullBuilder builder;
-  std::vector<Place> all;
+  std::vector<NominalPlace> all;
   for (int i = 0; i < 40'000; ++i) {
     const double angle = 2 * std::numbers::pi * i / 40'000;
     all.push_back(place(100 * std::cos(angle), 100 * std::sin(angle)));
@@ -76,7 +76,7 @@ TEST(HullBuilder, LosesNoMoreOfACircleThanItSays) {
   const auto hull = builder.corners();
   EXPECT_LE(hull.size(), HullBuilder::kMost);
   const double bound_mm = 200 * std::tan(std::numbers::pi / HullBuilder::kMost) / 2;
-  for (const Place& p : all) EXPECT_LE(distance_outside(hull, p).in_mm(), bound_mm);
+  for (const NominalPlace& p : all) EXPECT_LE(distance_outside(hull, p).in_mm(), bound_mm);
 }
 
 }  // namespace

@@ -14,34 +14,34 @@ namespace panelcal {
 namespace {
 
 using Answer = LieDetection::Answer;
-using Place = Position<frame::Nominal>;
+using NominalPlace = Position<frame::Nominal>;
 using test::IsNearMatrix;
 
-Place place(double x_mm, double y_mm) {
+NominalPlace place(double x_mm, double y_mm) {
   return position_mm<frame::Nominal>(x_mm, y_mm);
 }
 
-std::vector<DesignTarget> targets_at(const std::vector<Place>& places) {
+std::vector<DesignTarget> targets_at(const std::vector<NominalPlace>& places) {
   std::vector<DesignTarget> targets;
-  for (const Place& p : places) targets.push_back({p});
+  for (const NominalPlace& p : places) targets.push_back({p});
   return targets;
 }
 
-const std::vector<Place> kSquare = {place(0, 0), place(300, 0), place(300, 300), place(0, 300)};
+const std::vector<NominalPlace> kSquare = {place(0, 0), place(300, 0), place(300, 300), place(0, 300)};
 
 /// Over the corners of the square, which are the corners of any panel of holes in it.
-double worst_leverage(const std::vector<Place>& targets, PanelModel model) {
+double worst_leverage(const std::vector<NominalPlace>& targets, PanelModel model) {
   const auto result = predict_fit(targets_at(targets), model);
   if (!result.fit) return NAN;
   const LeverageMap leverage(result.fit->cov);
   double worst = 0;
-  for (const Place& corner : kSquare) worst = std::max(worst, leverage(corner));
+  for (const NominalPlace& corner : kSquare) worst = std::max(worst, leverage(corner));
   return worst;
 }
 
 struct KnownLeverage {
   const char* name;
-  std::vector<Place> targets;
+  std::vector<NominalPlace> targets;
   PanelModel model;
   double squared;  ///< by hand, see below
 };
@@ -50,10 +50,10 @@ struct KnownLeverage {
 /// middle and S the sum of theirs; a rigid fit has the same across the radius. Affine: barycentric
 /// weights, whose squares add up.
 std::vector<KnownLeverage> known_table() {
-  const std::vector<Place> edge = {kSquare[0], kSquare[1]};
-  const std::vector<Place> diagonal = {kSquare[0], kSquare[2]};
-  const std::vector<Place> three = {kSquare[0], kSquare[1], kSquare[3]};
-  const std::vector<Place> cluster = {place(0, 0), place(100, 0), place(0, 100)};
+  const std::vector<NominalPlace> edge = {kSquare[0], kSquare[1]};
+  const std::vector<NominalPlace> diagonal = {kSquare[0], kSquare[2]};
+  const std::vector<NominalPlace> three = {kSquare[0], kSquare[1], kSquare[3]};
+  const std::vector<NominalPlace> cluster = {place(0, 0), place(100, 0), place(0, 100)};
   return {
       {"two on one edge, rigid", edge, PanelModel::Rigid, 1.0 / 2 + 112'500.0 / 45'000},
       {"two on one edge, similarity", edge, PanelModel::Similarity, 1.0 / 2 + 112'500.0 / 45'000},
@@ -111,18 +111,18 @@ TEST(TargetDesign, AgreesWithTheNormalEquations) {
 
 TEST(TargetDesign, CountsWhatANestedFitLeavesOfTheBase) {
   // The stack's own covariance is the judge: base and nested fits on the drawn panel.
-  const std::vector<Place> base_places = {place(0, 0), place(500, 0), place(0, 400)};
-  const std::vector<Place> nested_places = {place(300, 100), place(360, 110)};
+  const std::vector<NominalPlace> base_places = {place(0, 0), place(500, 0), place(0, 400)};
+  const std::vector<NominalPlace> nested_places = {place(300, 100), place(360, 110)};
   const double base_sigma = 3;  // in units of the nested targets' noise
   constexpr double kUnit_mm = 1e-3;
   std::vector<TargetPair<frame::Base, frame::Nominal>> base_pairs;
-  for (const Place& p : base_places) {
+  for (const NominalPlace& p : base_places) {
     base_pairs.push_back({p,
                           {position_mm<frame::Base>(p.in_mm()),
                            std::pow(base_sigma * kUnit_mm, 2) * Eigen::Matrix2d::Identity()}});
   }
   std::vector<TargetPair<frame::Actual, frame::Base>> nested_pairs;
-  for (const Place& p : nested_places) {
+  for (const NominalPlace& p : nested_places) {
     nested_pairs.push_back({position_mm<frame::Base>(p.in_mm()),
                             {position_mm<frame::Actual>(p.in_mm()),
                              std::pow(kUnit_mm, 2) * Eigen::Matrix2d::Identity()}});
@@ -140,7 +140,7 @@ TEST(TargetDesign, CountsWhatANestedFitLeavesOfTheBase) {
       targets_at(nested_places), PanelModel::Rigid, base_sigma * base_sigma * base_design.fit->cov);
   ASSERT_TRUE(design.fit);
   const LeverageMap leverage(design.fit->cov);
-  for (const Place& hole : {place(330, 140), place(280, 90), place(400, 200)}) {
+  for (const NominalPlace& hole : {place(330, 140), place(280, 90), place(400, 200)}) {
     const Eigen::Matrix2d expected = stack.actual_from_nominal()(hole).cov / (kUnit_mm * kUnit_mm);
     EXPECT_THAT(leverage.covariance(hole), IsNearMatrix(expected, 1e-6 * expected.norm()));
   }
@@ -172,7 +172,7 @@ TEST(TargetDesign, LeverageHasItsGreatestValueAtACorner) {
   }
 }
 
-LieDetection lies_of(const std::vector<Place>& places, PanelModel model) {
+LieDetection lies_of(const std::vector<NominalPlace>& places, PanelModel model) {
   const auto targets = targets_at(places);
   const auto result = predict_fit(targets, model);
   return result.fit ? weakest(detect_lies(targets, *result.fit)) : LieDetection();
@@ -199,7 +199,7 @@ TEST(LieDetectionOf, NamesTheLiarWithEnoughOthers) {
   EXPECT_EQ(rigid.is_found, Answer::Yes);
   EXPECT_EQ(rigid.is_named, Answer::Yes);
   EXPECT_NEAR(rigid.found_from.value_or(0), 4.13 / std::sqrt(0.5), 1e-6);
-  std::vector<Place> six = kSquare;
+  std::vector<NominalPlace> six = kSquare;
   six.push_back(place(150, 10));
   six.push_back(place(130, 290));
   EXPECT_EQ(lies_of(six, PanelModel::Affine).is_named, Answer::Yes);
@@ -213,7 +213,7 @@ TEST(LieDetectionOf, NamesTheLiarWithEnoughOthers) {
 TEST(LieDetectionOf, AgreesWithTheResidualsOfRealFits) {
   Random random(3);
   for (int trial = 0; trial < 20; ++trial) {
-    std::vector<Place> places;
+    std::vector<NominalPlace> places;
     for (int i = 0; i < 5; ++i) places.push_back(place(random.uniform(0, 9), random.uniform(0, 9)));
     const auto targets = targets_at(places);
     const auto design = predict_fit(targets, PanelModel::Affine);

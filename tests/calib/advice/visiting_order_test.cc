@@ -12,12 +12,12 @@
 namespace panelcal {
 namespace {
 
-using Place = Position<frame::Nominal>;
+using NominalPlace = Position<frame::Nominal>;
 using Order = std::vector<std::size_t>;
 
-std::vector<Place> random_places(int n, std::uint64_t seed) {
+std::vector<NominalPlace> random_places(int n, std::uint64_t seed) {
   Random random(seed);
-  std::vector<Place> out;
+  std::vector<NominalPlace> out;
   for (int i = 0; i < n; ++i) {
     out.push_back(position_mm<frame::Nominal>(random.uniform(0, 300), random.uniform(0, 300)));
   }
@@ -53,7 +53,7 @@ TEST(VisitingOrder, IsTheShortestOfAllForFew) {
 
 TEST(VisitingOrder, OfManyIsWithinAFewPercentOfTheBestKnown) {
   // A snake over a lattice is the shortest way: no step can be shorter than the pitch.
-  std::vector<Place> places;
+  std::vector<NominalPlace> places;
   for (int y = 0; y < 12; ++y) {
     for (int x = 0; x < 12; ++x) places.push_back(position_mm<frame::Nominal>(10.0 * x, 10.0 * y));
   }
@@ -89,7 +89,7 @@ TEST(VisitingOrder, IsNeverLongerThanTheGivenOneAndKeepsPhases) {
 }
 
 TEST(VisitingOrder, LivesWithPlacesOnEachOtherAndInALine) {
-  std::vector<Place> places(30, position_mm<frame::Nominal>(5, 5));
+  std::vector<NominalPlace> places(30, position_mm<frame::Nominal>(5, 5));
   EXPECT_EQ(way_length(places, short_order(places, std::vector<int>(30, 0))), mm(0));
   places.clear();
   for (int i = 0; i < 40; ++i) places.push_back(position_mm<frame::Nominal>((i * 17) % 40, 0));
@@ -100,7 +100,7 @@ TEST(VisitingOrder, LivesWithPlacesOnEachOtherAndInALine) {
 
 TEST(VisitRuns, GiveAllCopiesTheSameInnerOrder) {
   // Three targets of a board, programmed back and forth, in three copies along x.
-  std::vector<Place> places;
+  std::vector<NominalPlace> places;
   std::vector<VisitRun> runs;
   for (int copy = 0; copy < 3; ++copy) {
     VisitRun run;
