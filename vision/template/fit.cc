@@ -76,7 +76,7 @@ Raster spread(const TemplateWindow& window, const std::vector<double>& values) {
 /// shows it, and on its surroundings. Returns how many are excluded, as part of all.
 double exclude_strangers(TemplateProblem& problem, const TemplateVector& p) {
   constexpr double kSigmas = 6;
-  constexpr double kOfContrast = 0.15;
+  constexpr double kStrangerContrast = 0.15;
   constexpr double kMeanOfContrast = 0.06;
   constexpr double kShiftPx = 0.7;  // an edge that is off by this is still an edge
   constexpr double kMeanPx = 1.5;   // sigma of the local mean, of 28 pixels' worth
@@ -93,7 +93,8 @@ double exclude_strangers(TemplateProblem& problem, const TemplateVector& p) {
   for (std::size_t i = 0; i < r.value.size(); ++i) {
     const int x = window.pixels[i].x - window.x0;
     const int y = window.pixels[i].y - window.y0;
-    const double limit = std::max(kSigmas * sigma, kOfContrast * contrast + kShiftPx * r.slope[i]);
+    const double limit =
+        std::max(kSigmas * sigma, kStrangerContrast * contrast + kShiftPx * r.slope[i]);
     const double mean_limit = std::max(kSigmas * sigma / std::sqrt(kMeanPixels),
                                        kMeanOfContrast * contrast + kShiftPx * mean_slope.at(x, y));
     if (std::abs(r.value[i]) <= limit && std::abs(mean.at(x, y)) <= mean_limit) continue;
