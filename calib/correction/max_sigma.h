@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
-
 #include "calib/base/units.h"
 #include <Eigen/Core>
 
@@ -18,13 +16,11 @@ class MaxSigma {
     const double mean_mm2 = (cov_mm2(0, 0) + cov_mm2(1, 1)) / 2;
     const double half_mm2 = (cov_mm2(0, 0) - cov_mm2(1, 1)) / 2;
     const double square_mm4 = half_mm2 * half_mm2 + cov_mm2(0, 1) * cov_mm2(0, 1);
-    // Rounding is far below the share; squares that are too small for a double are as well.
-    constexpr double kShare = 1 + 1e-9;
+    // mean + sqrt(square) is below the bound, without the root. Rounding is far below the share
+    // that the bound leaves; squares that are too small for a double are as well.
     constexpr double kLeast_mm2 = 1e-100;
-    if (variance_mm2_ > kLeast_mm2 &&
-        (mean_mm2 + std::sqrt(square_mm4)) * kShare <= variance_mm2_) {
-      return false;
-    }
+    const double room_mm2 = bound_mm2_ - mean_mm2;
+    if (bound_mm2_ > kLeast_mm2 && room_mm2 >= 0 && square_mm4 < room_mm2 * room_mm2) return false;
     return add_exactly(cov_mm2);
   }
   Length value() const { return sigma_; }
@@ -33,7 +29,8 @@ class MaxSigma {
   bool add_exactly(const Eigen::Matrix2d& cov_mm2);
 
   Length sigma_;
-  double variance_mm2_ = 0;  ///< its square, but for rounding
+  double bound_mm2_ = 0;                               ///< a little below its square
+  Eigen::Matrix2d cov_mm2_ = Eigen::Matrix2d::Zero();  ///< its own
 };
 
 }  // namespace panelcal
