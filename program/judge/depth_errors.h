@@ -84,7 +84,7 @@ class DepthErrors {
   bool finds_surface_;
 };
 
-/// What a depth is asked, and how sure it is.
+/// The tolerance of a depth, and its sigma.
 struct JudgedDepth {
   DepthTolerance tolerance;
   DepthError error;
