@@ -17,7 +17,7 @@ namespace {
 /// The library counts pixels with 15 bits and looks at tiles of 4 x 4.
 constexpr int kMaxQuadSide = 32767;
 constexpr int kMinQuadSide = 12;
-constexpr double kOfContrast = 0.5;
+constexpr double kQuadOfContrast = 0.5;
 
 /// A smaller, smoother, full-contrast picture of the box.
 struct ReducedPicture {
@@ -184,7 +184,7 @@ std::vector<TagQuad> find_tag_quads(const Image& image,
   const auto is_good = [](int n) { return n >= kMinQuadSide && n <= kMaxQuadSide; };
   if (!is_good(picture.pixels.cols) || !is_good(picture.pixels.rows)) return {};
   // Between the blurred cells of a tag the contrast is less, but noise must not be looked at.
-  const int least = std::max(5, static_cast<int>(kOfContrast * min_contrast * picture.gain));
+  const int least = std::max(5, static_cast<int>(kQuadOfContrast * min_contrast * picture.gain));
   std::vector<TagQuad> quads = QuadFinder(family, least).find(picture);
   std::erase_if(quads, [](const TagQuad& quad) { return !is_usable(quad); });
   return quads;
