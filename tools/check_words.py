@@ -27,8 +27,8 @@ def denied():
     for line in (ROOT / "tools" / "denied_words.txt").read_text(encoding="utf-8").splitlines():
         if not line or line.startswith("#"):
             continue
-        expression, instead = line.split(" => ")
-        rows.append((re.compile(expression, re.IGNORECASE), instead))
+        expression, instead, *suffix = line.split(" => ")
+        rows.append((re.compile(expression, re.IGNORECASE), instead, tuple(suffix) or ("",)))
     return rows
 
 
@@ -53,7 +53,9 @@ def main():
         if name.endswith((".cc", ".h", ".def")):
             text = only_prose(text)
         for number, line in enumerate(text.split("\n"), 1):
-            for expression, instead in rows:
+            for expression, instead, suffix in rows:
+                if not name.endswith(suffix):
+                    continue
                 if found := expression.search(line.replace(" is None", "")):
                     print(f'{name}:{number}: denied word: "{found[0]}"; write: {instead}')
                     n_found += 1

@@ -51,7 +51,7 @@ class LeverageMap {
 /// Square root of the greater eigenvalue of a covariance.
 double greatest_sigma(const Eigen::Matrix2d& cov);
 
-/// What a fit will know, before anything is measured.
+/// The covariance that a fit will have, before anything is measured.
 struct PredictedFit {
   PanelModel model = PanelModel::Offset;
   MapCovariance cov;      ///< of the whole map, for noise of 1 mm along each axis

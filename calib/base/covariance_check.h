@@ -8,7 +8,7 @@
 
 namespace panelcal::internal {
 
-/// What keeps a matrix that was read from a file from being a covariance.
+/// The flaw that keeps a matrix of a file from being a covariance.
 struct CovarianceFlaw {
   std::string_view what;
   std::string_view expected;

@@ -16,13 +16,13 @@ using CameraCovariance = Eigen::Matrix<double, 5, 5>;
 /// d measured place (mm) / d camera parameters, in the same order.
 using CameraJacobian = Eigen::Matrix<double, 2, 5>;
 
-/// What is not known of a spindle-camera offset, mm^2.
+/// The uncertainty of a spindle-camera offset, mm^2.
 struct OffsetUncertainty {
   Eigen::Matrix2d calibrated_mm2 = Eigen::Matrix2d::Zero();  ///< of the offset as calibrated
   Eigen::Matrix2d drift_mm2 = Eigen::Matrix2d::Zero();       ///< of the offset since then
 };
 
-/// What one machine adds to the error of places, as [uncertainty], [spindle] and [camera] name it.
+/// The error that one machine adds to places, as [uncertainty], [spindle] and [camera] name it.
 /// All lengths are standard deviations along each axis.
 ///
 ///   target: measured = true + stage + table + camera (shared) + offset (shared) + detector

@@ -9,7 +9,7 @@
 
 namespace panelcal {
 
-/// What a fit found out about a camera that need not look straight down.
+/// The result of a fit of a camera that need not look straight down.
 struct FullCamera {
   CameraForm form = CameraForm::Flat;
   CameraModel::Parameters parameters;

@@ -24,7 +24,7 @@ Expected<FullCamera> read_full_camera(const StrictObject& top, const std::string
 /// The same members as the file has them, each line indented and ended by a comma but the last.
 std::string full_camera_text(const FullCamera& camera);
 
-/// What the types of the file cannot say.
+/// Checks beyond the types of the file.
 Expected<void> check_full_camera(const FullCamera& camera,
                                  int width_px,
                                  int height_px,

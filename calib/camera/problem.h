@@ -11,7 +11,7 @@
 
 namespace panelcal::internal {
 
-/// What the data tell of the camera alone, in units of CameraModelCovariance, poses and dots
+/// The data's information on the camera alone, in units of CameraModelCovariance, poses and dots
 /// eliminated.
 struct CameraInformation {
   CameraModelCovariance normal = CameraModelCovariance::Zero();

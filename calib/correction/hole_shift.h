@@ -26,7 +26,7 @@ HoleShift shift_between(const SpindleCameraOffset& before, const SpindleCameraOf
 /// Between two corrections of one panel, each measured or worked out with its own calibrations.
 HoleShift shift_between(const CorrectionStack& before, const CorrectionStack& after);
 
-/// What a change of calibration does to a job.
+/// The effect of a change of calibration on a job.
 struct HoleShiftSummary {
   std::size_t n_holes = 0;
   Length max;                           ///< the longest shift

@@ -14,7 +14,7 @@ struct SpindleCameraOffset {
   Displacement<frame::Machine> offset;
   Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();
 
-  /// What to command the spindle axis to, so that the camera looks at p.
+  /// The command to the spindle axis with which the camera looks at p.
   Position<frame::Machine> spindle_to_see(const Position<frame::Machine>& p) const {
     return p - offset;
   }

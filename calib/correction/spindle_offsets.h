@@ -24,7 +24,7 @@ inline constexpr int kMostSpindles = 12;
 /// G39,SPOP1 and G39,SPOP2.
 inline constexpr int kMostStations = 2;
 
-/// What G39,SPOP.. stores a measured deviation as.
+/// The kinds of offset that G39,SPOP.. stores a measured deviation as.
 struct OffsetOrder {
   enum class Of : std::uint8_t {
     Station,          ///< SPOP, SPOP1, SPOP2: every spindle at station `number`

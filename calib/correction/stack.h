@@ -116,7 +116,7 @@ class CorrectionStack {
   Eigen::Matrix<double, 6, 6> choice_cov() const;
 
  private:
-  /// What a smooth base fit makes of a place.
+  /// A place under a smooth base fit.
   struct SmoothBase {
     std::shared_ptr<const SmoothPanelFit<frame::Base, frame::Nominal>> panel;
     internal::CovarianceForm drilled;

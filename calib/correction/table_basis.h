@@ -43,7 +43,7 @@ struct LocalWeights {
 /// Precondition: finite.
 LocalWeights local_of(const TableGrid& grid, const Eigen::Vector2d& commanded_mm);
 
-/// What a table's error is made of. Coefficients are ordered as TableMap's, x and y by turns.
+/// The parts of a table's error. Coefficients are ordered as TableMap's, x and y by turns.
 struct TableBasis {
   explicit TableBasis(const TableGrid& grid);
 

@@ -55,7 +55,7 @@ class TableMap {
   Position<frame::Table> operator()(const Position<frame::Machine>& commanded) const {
     return position_mm<frame::Table>(commanded.in_mm() + error_mm(commanded));
   }
-  /// What to command, so that the stage stands at `wanted`. Empty where the error grows faster than
+  /// The command with which the stage stands at `wanted`. Empty where the error grows faster than
   /// the way, which no stage's does.
   std::optional<Position<frame::Machine>> command_for(const Position<frame::Table>& wanted) const;
 

@@ -12,14 +12,14 @@ namespace panelcal {
 /// Diameters are of one drill: in inches and in millimetres with few decimals they differ.
 bool is_same_drill(Length a, Length b);
 
-/// What is asked of a hole in a pad: a ring of copper all around it, at least this wide. The hole
+/// The requirement on a hole in a pad: a ring of copper all around it, at least this wide. The hole
 /// breaks it when it is further than (pad - drill) / 2 - least from the pad's middle.
 struct AnnularRing {
   Length pad;    ///< diameter
   Length least;  ///< width that must remain
 };
 
-/// What is asked of depths below the board's surface; above 0. An absent side is not judged.
+/// The requirement on depths below the board's surface; above 0. An absent side is not judged.
 struct DepthTolerance {
   std::optional<Length> too_shallow;  ///< more than this less deep than wanted
   std::optional<Length> too_deep;     ///< more than this deeper: through to what lies below
@@ -27,7 +27,7 @@ struct DepthTolerance {
   bool is_empty() const { return !too_shallow && !too_deep; }
 };
 
-/// What [[tolerance.tool]] says of one tool, or of all tools of one diameter. At most one of
+/// A row [[tolerance.tool]], of one tool or of all tools of one diameter. At most one of
 /// position and ring.
 struct ToolTolerance {
   std::optional<int> number;

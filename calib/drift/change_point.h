@@ -20,7 +20,7 @@ enum class ChangeKind : std::uint8_t {
   Slope,  ///< steadily from a night on
 };
 
-/// What has changed in a series, and since when.
+/// A change in a series, and its date.
 struct ChangeFound {
   ChangeKind kind = ChangeKind::None;
   double probability = 1;        ///< of this kind, of the three

@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// What the calibration in force has to keep to.
+/// The limits of the calibration in force.
 struct ForecastLimits {
   /// Of its error's length, or of more than two axes of the largest; in the series' unit (here mm).
   double tolerance = 0.010;

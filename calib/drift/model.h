@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// What is believed of a machine before its first night; lengths in the series' unit, here mm.
+/// The prior of a machine before its first night; lengths in the series' unit, here mm.
 ///
 /// The first four make a log-normal each: a factor is one standard deviation of the logarithm.
 /// A hundred nights hardly remember them, twenty do.
@@ -49,7 +49,7 @@ struct DriftPrediction {
   Eigen::MatrixXd cov() const;
 };
 
-/// What the nights say about an axis, one standard deviation each; in the series' unit.
+/// The estimate of the nights for an axis, one standard deviation each; in the series' unit.
 struct DriftParameters {
   double drift_per_sqrt_day = 0;  ///< median
   double drift_low = 0;           ///< 5 %
@@ -84,7 +84,7 @@ class DriftModel {
   /// Fails  calibration-invalid: options, n_axes
   static Expected<DriftModel> make(int n_axes, const DriftOptions& options);
 
-  /// What a calibration will find, its own error included; `point` without its value.
+  /// The prediction of a calibration's result, its own error included; `point` without its value.
   ///
   /// Precondition: point.cov has the model's size
   DriftPrediction predict(const DriftPoint& point) const;

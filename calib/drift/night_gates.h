@@ -23,7 +23,7 @@ struct NightGate {
   std::string text;  ///< with the number and its limit
 };
 
-/// What tonight's calibration found, and what its fit says about itself.
+/// The result of tonight's calibration, with the figures of its fit.
 struct NightResult {
   DriftPoint point;
   std::string used = "holes";  ///< what the fit is made of: holes, views, pictures
@@ -36,7 +36,7 @@ struct NightResult {
   std::vector<NightGate> further;
 };
 
-/// What a night has to keep to; lengths in the series' unit, here mm.
+/// The limits of a night; lengths in the series' unit, here mm.
 struct NightLimits {
   double sigma = 0.003;  ///< largest standard deviation of the result, in any direction
   int min_used = 5;

@@ -11,7 +11,7 @@
 
 namespace panelcal {
 
-/// What one night's calibration found.
+/// The result of one night's calibration.
 struct DriftPoint {
   std::chrono::sys_seconds time{};
   Eigen::VectorXd value;                ///< one number an axis, in the series' unit

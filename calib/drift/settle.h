@@ -33,7 +33,7 @@ struct SettleTime {
   double frequency_hz = 0;  ///< of a vibration
   Length amplitude;         ///< at most, at time 0
 
-  /// What to wait: two standard deviations more.
+  /// The time to wait: two standard deviations more.
   Time safe_wait() const { return wait + 2 * sigma; }
 };
 

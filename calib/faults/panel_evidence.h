@@ -22,7 +22,7 @@ struct PanelBelief {
   double shear = 0;
 };
 
-/// What the limits say of healthy panels: a limit is two standard deviations. Where there is none a
+/// Spread of healthy panels by the limits: a limit is two standard deviations. Without one a
 /// wide one is taken. Stretch not of the model is believed to be 0.
 PanelBelief belief_of(const GateLimits& limits, PanelModel model);
 

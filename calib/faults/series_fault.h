@@ -26,7 +26,7 @@ enum class FaultCause : std::uint8_t {
 /// "wrong pad", "damaged mark" and so on.
 std::string_view name(FaultCause cause);
 
-/// What a series of targets that do not fit may be suffering from.
+/// The possible causes of a series of targets that do not fit.
 struct SeriesFault {
   struct Suspicion {
     FaultCause cause = FaultCause::Unexplained;

@@ -41,7 +41,7 @@ struct FaultStory {
   Evidence told = {};
 };
 
-/// What is known of a target beyond its place.
+/// The facts about a target beyond its place.
 struct PictureFacts {
   std::optional<double> score;
   double sigma_mm = 0;  ///< of the picture alone

@@ -14,7 +14,7 @@
 
 namespace panelcal {
 
-/// What an entry of the ledger is about. Further kinds come at the end; their words never change.
+/// The subject of an entry of the ledger. Further kinds come at the end; their words never change.
 enum class LedgerKind : std::uint8_t {
   SpindleCamera,
   Camera,
@@ -28,7 +28,7 @@ enum class LedgerKind : std::uint8_t {
   Settle
 };
 
-/// What became of it. Only an installed calibration comes into force; a rolled-back entry puts an
+/// The verdict on it. Only an installed calibration comes into force; a rolled-back entry puts an
 /// earlier installed one in force again.
 enum class LedgerVerdict : std::uint8_t { Measured, Installed, Refused, RolledBack };
 
@@ -67,7 +67,7 @@ struct LedgerParameter {
   friend bool operator==(const LedgerParameter&, const LedgerParameter&) = default;
 };
 
-/// What is recorded of one calibration or test, in the words of who records it.
+/// The record of one calibration or test, in the words of its maker.
 struct LedgerRecord {
   LedgerKey key;
   LedgerVerdict verdict = LedgerVerdict::Measured;
@@ -84,7 +84,7 @@ struct LedgerRecord {
   std::optional<std::int64_t> replaces;
 };
 
-/// What `append` takes: a record, and the calibration itself.
+/// The input of `append`: a record, and the calibration itself.
 struct LedgerDraft {
   LedgerRecord record;
   std::string result;  ///< JSON, byte for byte as in the calibration file

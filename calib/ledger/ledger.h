@@ -40,7 +40,7 @@ struct LedgerSeries {
   std::vector<Point> points;
 };
 
-/// What happened to the machines' calibrations: a file that only grows.
+/// The history of the machines' calibrations: a file that only grows.
 ///
 /// Nothing is changed or deleted, not even by a rollback, which is an entry of its own. Which
 /// calibration is in force follows from the entries: that of the newest installed or rolled-back

@@ -63,7 +63,7 @@ struct PanelFit {
   int degrees_of_freedom = 0;
   /// The part of map.cov that comes from not knowing the model (calib/panel/model_choice.h).
   Eigen::Matrix<double, 6, 6> choice_cov = Eigen::Matrix<double, 6, 6>::Zero();
-  /// What corrects instead of `map`; null: the panel is not bent.
+  /// The correction in place of `map`; null: the panel is not bent.
   std::shared_ptr<const SmoothPanelFit<To, From>> smooth;
 };
 

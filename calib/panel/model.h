@@ -8,7 +8,7 @@
 
 namespace panelcal {
 
-/// What a panel may have done between the drawing and the table, from stiff to soft.
+/// The models of a panel's deformation, from stiff to soft.
 enum class PanelModel {
   Offset,      ///< tx ty
   Rigid,       ///< theta tx ty

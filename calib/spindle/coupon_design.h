@@ -21,7 +21,7 @@ Eigen::Vector2d approach_difference(const CouponHole& hole, const CouponView& vi
 /// every hole was looked at.
 bool is_sound(std::span<const CouponHole> holes);
 
-/// What looks say of the backlash along one axis.
+/// The backlash along one axis, from the looks.
 struct BacklashDesign {
   bool is_determined = false;  ///< approach differences vary
   double constant = 0;         ///< if not: the approach difference of all

@@ -25,10 +25,10 @@ struct SpindleCameraFitOptions {
   /// At most this number of holes is left out; more are a failure. Absent: a quarter. Never so
   /// many that fewer than five are left: of six holes one, of five none.
   std::optional<int> max_outliers = std::nullopt;
-  /// What the stage's backlash is known not to exceed, as a standard deviation: needed where all
+  /// The bound of the stage's backlash, as a standard deviation: needed where all
   /// looks came from another side than the drill. Zero: the stage has none.
   std::optional<Length> backlash = std::nullopt;
-  /// What machine.toml says of the scatter; if both are there the residuals are held against them.
+  /// The scatter that machine.toml states; if both are there the residuals are held against them.
   std::optional<Length> expected_wander = std::nullopt;         ///< between holes
   std::optional<Length> expected_repeatability = std::nullopt;  ///< between looks at one hole
   /// A trend is called significant at this chance of a false one; above 0 and at most 0.5.
@@ -43,7 +43,7 @@ enum class SpindleCameraFailure {
   TooManyOutliers,  ///< more holes do not fit than may be left out
 };
 
-/// What went wrong, for people.
+/// The failure in words, for people.
 std::string text(SpindleCameraFailure failure);
 
 /// With two holes the scatter has two degrees of freedom, and no variance at all.

@@ -32,7 +32,7 @@ struct TableFit {
   std::vector<Displacement<frame::Table>> residuals;   ///< as TableData::seen
   double chi_square = 0;
   double parameters = 0;  ///< effective number: d fitted / d seen, summed
-  /// What chi square is to be compared with if the warp has no detail that was smoothed away: the
+  /// The reference for chi square if the warp has no detail that was smoothed away: the
   /// number of residuals less the trace of 2 H - H^2, H being d fitted / d seen. If it has, of the
   /// size that the smoothing stands for, the number less `parameters`, which is more.
   double degrees_of_freedom = 0;

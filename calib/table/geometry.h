@@ -7,7 +7,7 @@
 
 namespace panelcal {
 
-/// What a machine builder asks of a table, from the map; means over its rectangle.
+/// The figures of a table for its builder, from the map; means over its rectangle.
 ///
 ///   x error = scale_x x + ...          y error = scale_y y + ...          (1)
 ///   squareness: the angle between the axes is 90 degrees minus this       (rad)

@@ -20,7 +20,7 @@ struct LinuxcncOptions {
   std::array<Length, 2> backlash;
 };
 
-/// What LinuxCNC can be told of a table.
+/// The part of a table's error that LinuxCNC can correct.
 ///
 /// The linear part goes to matrixkins, whose coefficients turn wanted into joint coordinates:
 ///
@@ -28,7 +28,7 @@ struct LinuxcncOptions {
 ///   line
 ///                                           KINEMATICS = matrixkins in [KINS] of the INI file
 ///
-/// What is then left of each axis along itself goes to COMP_FILE with COMP_FILE_TYPE = 0, in
+/// The rest of each axis along itself goes to COMP_FILE with COMP_FILE_TYPE = 0, in
 /// [JOINT_0] and [JOINT_1]: a line a place, ascending,
 ///
 ///   nominal forward reverse                 where the joint stands when told nominal, having come

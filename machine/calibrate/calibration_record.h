@@ -61,7 +61,7 @@ std::string by_whom(const RecordWords& words);
 /// "spindle 1 station 1", as the ledger's subject.
 std::string subject(SpindleAt at);
 
-/// What the ledger calls the offset that [spindle] names. A machine without a name is "machine".
+/// The ledger's key of the offset that [spindle] names. A machine without a name is "machine".
 LedgerKey spindle_camera_key(const MachineConfig& config);
 
 /// The run's offset as a calibration file of this one spindle.

@@ -70,7 +70,7 @@ std::optional<TrialNumber> trial_number(const LedgerEntry& entry);
 /// How much of a number does not matter, in its own unit.
 double trial_tolerance(const NightTrials& trials, TrialKind kind);
 
-/// What machine.toml says now: [camera] focus_mm or lamp, [machine] settle_s.
+/// The value in machine.toml now: [camera] focus_mm or lamp, [machine] settle_s.
 std::optional<double> stated_number(const MachineConfig& config, TrialKind kind);
 /// The line that says a number: "[camera] focus_mm = 0.137".
 std::string stated_line(TrialKind kind, const TrialNumber& number);

@@ -52,7 +52,7 @@ struct MissedLook {
   std::string reason;
 };
 
-/// What was seen of the coupon.
+/// The looks at the coupon.
 struct CouponSights {
   std::vector<CouponHole> holes;     ///< those that were seen at all: the input of the fit
   std::vector<std::size_t> i_place;  ///< of each of them

@@ -10,7 +10,7 @@
 
 namespace panelcal {
 
-/// What became of a table's surface from one map to a later one.
+/// The change of a table's surface from one map to a later one.
 struct SurfaceChange {
   MapDifference difference;  ///< of what the maps vouch for
   Measured rms_mm;           ///< over the later map's probes

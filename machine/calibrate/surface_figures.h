@@ -43,7 +43,7 @@ struct SurfaceFigures {
 ///
 /// Fails  grid-invalid: the map does not reach over all of the area; a map of a grid model, which
 ///        has no covariance of its errors
-/// See    tests/machine/surface_figures_test.cc
+/// See    tests/machine/calibrate/surface_change_test.cc
 Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& area);
 
 /// The largest standard deviation of a height within the area. Precondition: figures_of() it.

@@ -30,7 +30,7 @@ Expected<LedgerDraft> surface_draft(const MachineConfig& config,
 
 /// The figures of an entry; empty for one that has none.
 ///
-/// See    tests/machine/surface_record_test.cc
+/// See    tests/machine/calibrate/surface_change_test.cc
 std::optional<SurfaceFigures> figures_of(const LedgerEntry& entry);
 
 }  // namespace panelcal

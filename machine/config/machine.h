@@ -56,7 +56,7 @@ struct MachineConfig {
   /// [vision] rotate, model, mode, cama, scale, default_tool; [gates]; [tolerance]; [program];
   /// [surface]; [reference_scaling]; [table]; [uncertainty], with [spindle], [camera] and [table],
   /// before any drift.
-  /// What texts say of the date and the program's name is not in it.
+  /// The date and the program's name that texts name are not in it.
   WalkOptions walk;
   LocateOptions locate;  ///< [vision] scores; centre and radius are set for each picture
   VisionOptions vision;  ///< [vision] search and four views; [camera] focus, lamp

@@ -16,7 +16,7 @@
 
 namespace panelcal {
 
-/// What nights try at the mark, and how much of it matters.
+/// The trials of nights at the mark, and their tolerances.
 struct NightTrials {
   /// [nightly.focus] tolerance_um: so far from the best height the camera still sees well enough.
   Length focus_tolerance = um(100);

@@ -23,7 +23,7 @@ struct SimulatedChip {
   Length depth;
 };
 
-/// What a simulated board is like, and the probe that touches it.
+/// The properties of a simulated board, and of the probe that touches it.
 struct SimulatedProbeOptions {
   std::uint64_t seed = 1;
   Length height = mm(1.6);  ///< of the surface above Z0, at work zero
@@ -35,7 +35,7 @@ struct SimulatedProbeOptions {
   Position<frame::Actual> bow_center;  ///< relative to work zero
   Length bow_radius = mm(300);         ///< above 0
   std::optional<SimulatedChip> chip;   ///< radius and depth above 0
-  /// What every Z axis reads too high, one per Z axis; at least one.
+  /// The height that each Z axis reads too high; at least one.
   std::vector<Length> axis_offsets = {Length()};
   Length noise_sigma = um(2);  ///< of one reading; 0 or more
 
@@ -64,7 +64,7 @@ struct SimStops {
   double swing_hz = 20;
 };
 
-/// What a virtual machine over a coupon is like, on top of [sim]: [sim.coupon].
+/// The properties of a virtual machine over a coupon, on top of [sim]: [sim.coupon].
 struct SimCouponOptions : SimStops {
   std::uint64_t seed = 1;
   Length wander;        ///< of the drill, per axis

@@ -23,7 +23,7 @@ struct StageCommands {
   Time limit = seconds(30);  ///< for one order
 };
 
-/// What is wrong with a command's placeholders: one that does not exist, or `wanted` ones that are
+/// The problem of a command's placeholders: one that does not exist, or `wanted` ones that are
 /// missing. Empty if nothing.
 std::string placeholder_problem(const CommandWords& words, const std::vector<std::string>& wanted);
 

@@ -24,7 +24,7 @@ struct TomlSource {
   std::string_view text;
 
   Place place(const toml::source_position& at) const;
-  /// What stands in a region, fit for a message; its first line only.
+  /// The text of a region, fit for a message; its first line only.
   std::string excerpt(const toml::source_region& region) const;
 };
 

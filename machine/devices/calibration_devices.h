@@ -17,7 +17,7 @@ namespace panelcal {
 /// Tells the operator something and returns when it is done; fails if no person is there to do it.
 using Prompt = std::function<Expected<void>(std::string_view)>;
 
-/// What a calibration works with; see DeviceSet for who owns it.
+/// The devices of a calibration; see DeviceSet for their owner.
 struct CalibrationDevices {
   Stage& stage;
   Spindle& spindle;

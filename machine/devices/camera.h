@@ -11,7 +11,7 @@
 
 namespace panelcal {
 
-/// What can be set for a picture besides the place.
+/// The settings of a picture besides the place.
 enum class CameraSetting : std::uint8_t {
   Lamp,   ///< as `$uvis,lamp` writes it
   Zoom,   ///< as `$uvis,zoom` writes it

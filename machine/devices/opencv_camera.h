@@ -10,7 +10,7 @@
 
 namespace panelcal {
 
-/// What OpenCV's video part reads: video:FILE, v4l2:DEVICE, rtsp://...
+/// The addresses that OpenCV's video part reads: video:FILE, v4l2:DEVICE, rtsp://...
 struct VideoAddress {
   enum class Kind : std::uint8_t { File, V4l2, Rtsp };
   Kind kind = Kind::File;

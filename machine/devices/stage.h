@@ -7,7 +7,7 @@
 
 namespace panelcal {
 
-/// Whatever carries the spindle, with the camera beside it, over the panel.
+/// The drive that carries the spindle, with the camera beside it, over the panel.
 class Stage {
  public:
   virtual ~Stage() = default;

@@ -27,7 +27,7 @@ std::optional<Program> read_program(const std::string& path,
                                     ReadOptions reading,
                                     DiagnosticLog& log);
 
-/// What a program measures on a perfect panel, which breaks no limit: gates are left out.
+/// The survey of a perfect panel, which breaks no limit: gates are left out.
 Survey survey_nominal(const Program& program, const WalkOptions& options, DiagnosticLog& log);
 
 /// The two, one after the other.

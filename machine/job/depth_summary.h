@@ -11,7 +11,7 @@ namespace panelcal {
 /// "30.0 / 50.0": a tool's tolerance, shallow and deep, um.
 std::string depth_tolerance_text(const DepthTolerance& tolerance);
 
-/// What the map of the surface is made of and what it left out, one line each; why there is none.
+/// The parts of the surface's map and its outliers, one line each; or why there is no map.
 std::vector<std::string> surface_lines(const DepthVerdict& verdict);
 
 /// A table with one row a tool, and the verdict in one line behind it.

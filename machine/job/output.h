@@ -41,7 +41,7 @@ class FileOutput final : public JobOutput {
   std::optional<AtomicFile> file_;
 };
 
-/// What cannot be taken back, such as standard output: bytes wait until they are committed.
+/// An output that cannot be taken back, such as standard output: bytes wait for the commit.
 ///
 /// See    tests/machine/job/output_test.cc
 class SpooledOutput final : public JobOutput {

@@ -17,7 +17,7 @@
 
 namespace panelcal {
 
-/// What a corrected program is written as.
+/// The format of a corrected program.
 enum class OutputFormat : std::uint8_t { Jsonl, Csv, Excellon, SiebMeyer, Gcode, Svg };
 
 /// "jsonl", "csv", "excellon", "sieb-meyer", "gcode", "svg".
@@ -35,7 +35,7 @@ bool is_program(OutputFormat format);
 /// Fails  config-value (G-code without [gcode])
 Expected<void> check_output_format(OutputFormat format, const MachineConfig& machine);
 
-/// What a writer needs besides the operations.
+/// The input of a writer besides the operations.
 struct WriterInput {
   std::string title;                  ///< of a picture
   std::vector<std::string> comments;  ///< what made the output, one line each

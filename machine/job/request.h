@@ -33,7 +33,7 @@ struct Job {
   /// computer stands.
   std::string clock;
 
-  /// What JobSinks::output gets; absent: nothing is written.
+  /// The format of JobSinks::output; absent: nothing is written.
   std::optional<OutputFormat> format;
   std::vector<std::string> comments;  ///< for the output: what made it, one line each
   /// Slots stay cycles that the control expands; absent: what suits the format.
@@ -60,7 +60,7 @@ struct JobSinks {
   std::function<void(std::string_view)> progress = {};
   /// The measuring has ended, whatever came of it; `remark` is the source's, often empty.
   std::function<void(std::string_view remark)> end_progress = {};
-  /// What was measured and fitted, before anything is worked out from it. A failure ends the job.
+  /// The measurements and fits, before anything is computed from them. A failure ends the job.
   std::function<Expected<void>(const Survey&)> measured = {};
   /// Becomes the log of the job, also of one that fails: all problems, stage by stage.
   DiagnosticLog* log = nullptr;

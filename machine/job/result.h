@@ -17,7 +17,7 @@
 
 namespace panelcal {
 
-/// What has become of a job that was measured.
+/// The result of a job that was measured.
 ///
 /// See    tests/machine/job/correct_test.cc
 struct JobResult {

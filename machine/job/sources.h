@@ -15,7 +15,7 @@
 
 namespace panelcal {
 
-/// What answers a job's questions.
+/// The sources of a job.
 struct JobSources {
   std::shared_ptr<MeasurementSource> targets;  ///< never null
   std::shared_ptr<ProbeSource> probes;         ///< never null

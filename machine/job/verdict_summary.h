@@ -10,7 +10,7 @@
 
 namespace panelcal {
 
-/// What is known of one tool's places, as tables show it. Actual figures are against truth, of
+/// The figures of one tool's places, as tables show them. Actual figures are against truth, of
 /// holes alone.
 struct ToolRow {
   int tool = 0;

@@ -65,7 +65,7 @@ class CameraViews final : public ViewTaker {
  private:
   using Settings = std::vector<std::pair<CameraSetting, double>>;
 
-  /// What a view asks for and is not so already.
+  /// The settings of a view that are not so already.
   Expected<Settings> settings_for(const MeasurementRequest& request, const View& view) const;
   Expected<void> set(const Settings& settings);
   Expected<void> drive(const Position<frame::Machine>& spindle);

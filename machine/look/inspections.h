@@ -16,7 +16,7 @@ class Inspections {
   /// Precondition: sight.is_found().
   void add(TakenPicture picture, Sight sight);
 
-  /// What they say together. Rejected if the mean picture does not show what each of them does:
+  /// The joint result. Rejected if the mean picture does not show what each of them does:
   /// then the panel or the camera moved between them.
   ///
   /// Precondition: 2 or more

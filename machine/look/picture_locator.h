@@ -45,7 +45,7 @@ struct ZoomedCamera {
                                                  const Position<frame::Machine>& axis) const;
 };
 
-/// What is looked for in one view.
+/// The target of one view.
 struct Look {
   View view;
   Target target;
@@ -56,7 +56,7 @@ struct Look {
   std::string words;  ///< ", view 2 of 4" for messages; empty for the only view
 };
 
-/// What one view shows.
+/// The result of one view.
 struct Sight {
   MeasurementStatus status = MeasurementStatus::NotFound;
   std::string reason;

@@ -26,7 +26,7 @@ struct ViewDeviation {
   CameraJacobian by_camera = CameraJacobian::Zero();  ///< d deviation / d camera parameters
 };
 
-/// What four views of a target say together.
+/// The joint result of four views of a target.
 struct ViewMean {
   Eigen::Vector2d deviation_mm;  ///< of the target's middle
   Eigen::Matrix2d cov_mm2;
@@ -56,7 +56,7 @@ std::optional<ViewMean> mean_of_views(std::span<const ViewDeviation> views);
 /// Precondition: 2 or more.
 Displacement<frame::Actual> scatter_of(std::span<const PositionEstimate<frame::Actual>> places);
 
-/// What is to be added to the covariance of the mean of inspections because they scatter more than
+/// The term to add to the covariance of the mean of inspections because they scatter more than
 /// their own covariances allow: zero while that may be chance (chi_square_limit).
 ///
 ///   chi2 = sum (p_i - mean)^T C^-1 (p_i - mean),   C the mean covariance of one inspection

@@ -63,7 +63,7 @@ class VisionProcedure {
   VisionProcedure(const MachineConfig& config, PictureLocator locator);
   /// The radius of a search; empty if there is none.
   std::optional<Length> search_area(const MeasurementRequest& request) const;
-  /// What to look for at a place at first: a view with its mark in the middle.
+  /// The first look at a place: a view with its mark in the middle.
   Expected<Look> first_look(const MeasurementRequest& request,
                             const Position<frame::Machine>& expected,
                             int i_mark) const;

@@ -8,7 +8,7 @@
 
 namespace panelcal {
 
-/// What a run says of the drill and of the lens, each with its degrees of freedom:
+/// The figures of a run about the drill and the lens, each with its degrees of freedom:
 ///
 ///   holes about the fit    a worn drill, a loose coupon     mean square of the holes' residuals
 ///   looks at a hole        a dirty lens, a loose camera     mean square about each hole's mean

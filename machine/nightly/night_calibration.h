@@ -32,7 +32,7 @@ struct NightLevel {
   bool low_is_bad = true;
 };
 
-/// What a night's calibration found. Nothing is recorded or installed.
+/// The result of a night's calibration. Nothing is recorded or installed.
 struct NightMeasurement {
   NightResult result;  ///< its time and temperature are the night's business
   std::vector<NightSpread> spreads;
@@ -70,7 +70,7 @@ class NightCalibration {
   virtual std::string unit() const = 0;
   /// The calibration file; empty for one that has none: to install it is to record it.
   virtual std::filesystem::path file() const = 0;
-  /// What machine.toml or that file says now; absent if it was never calibrated.
+  /// The value in machine.toml or that file now; absent if it was never calibrated.
   virtual std::optional<Eigen::VectorXd> present() const = 0;
 
   /// Whether everything is there; for a coupon, how much of it. Nothing moves.
@@ -86,7 +86,7 @@ class NightCalibration {
   /// found bad ones, for a person to see, and not installed.
   virtual bool may_explain_pictures() const { return false; }
 
-  /// What its results are held to: [nightly]'s limits, which are of lengths at a hole, or others.
+  /// The limits of its results: [nightly]'s, which are of lengths at a hole, or others.
   virtual NightlyConfig held_to(const NightlyConfig& nightly) const { return nightly; }
 
   /// Empty for an entry that found nothing.
@@ -96,7 +96,7 @@ class NightCalibration {
   virtual Expected<NightMeasurement> measure(const CalibrationDevices& devices,
                                              const NightWords& words) = 0;
 
-  /// What a person should write into machine.toml, since it does not keep to what is in force.
+  /// The line for a person to write into machine.toml, which has not the value in force.
   /// Empty if it does, and where that comes from a file.
   virtual Expected<std::string> stated_otherwise(const Ledger& /*ledger*/) const {
     return std::string();

@@ -24,7 +24,7 @@ struct QualityNight {
   bool is_fresh_start = false;  ///< cleaned, or a new drill: nights before say nothing
 };
 
-/// What the ledger tells of one calibration, oldest first.
+/// The ledger's record of one calibration, oldest first.
 struct NightHistory {
   /// The nights and installations by hand that found something; the refused ones, and what was
   /// rolled back since, are left out of models. Times ascend: where a clock was set back, a second
@@ -47,7 +47,7 @@ struct NightHistory {
   /// then, or is now, and the age of every entry is unknown.
   std::optional<std::chrono::seconds> ahead;
 
-  /// What this night has already recorded.
+  /// The entries that this night has already recorded.
   struct Tonight {
     LedgerEntry entry;
     NightState state = NightState::Held;
@@ -59,7 +59,7 @@ struct NightHistory {
 
 /// At most this number of the newest entries is looked at: two years, and a filter forgets sooner.
 inline constexpr std::size_t kMostNights = 730;
-/// What clocks of computers that share a ledger may differ by.
+/// The difference that clocks of computers that share a ledger may have.
 inline constexpr std::chrono::seconds kMostAhead = std::chrono::hours(1);
 
 /// Reads what the ledger has of a calibration.
@@ -85,7 +85,7 @@ LedgerDraft companion_draft(const LedgerRecord& calibration,
                             NightState state,
                             const std::string& summary);
 
-/// What the self-test found, as an entry of its own; left out of what is usual if it did not pass.
+/// The self-test as an entry of its own; left out of the statistics if it did not pass.
 LedgerDraft self_test_draft(const std::string& machine,
                             const QualityNight& quality,
                             const NightWords& words,
@@ -99,7 +99,7 @@ struct SelfTestHistory {
 Expected<SelfTestHistory> read_self_tests(const Ledger& ledger,
                                           const std::string& machine,
                                           std::chrono::sys_seconds now);
-/// What mark_fresh_start takes for the self-test.
+/// The subject of mark_fresh_start for the self-test.
 LedgerKey self_test_key(const std::string& machine);
 
 struct FreshStart {

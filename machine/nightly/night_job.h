@@ -15,7 +15,7 @@
 
 namespace panelcal {
 
-/// What a night needs.
+/// The input of a night.
 struct NightJob {
   const MachineConfig& config;
   const NightlyConfig& nightly;

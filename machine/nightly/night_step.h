@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// What the steps of one night have in common.
+/// The common data of the steps of one night.
 struct NightContext {
   const NightJob& job;
   /// [nightly], with what each chart has of the rate of false alarms that is stated for all.

@@ -18,7 +18,7 @@ SelfTestCheck check_disk(const std::filesystem::path& ledger, double min_mb);
 /// Scatter, contrast and blur of the mark.
 inline constexpr int kMarkQualities = 3;
 
-/// What five looks at the mark of [nightly] show.
+/// The result of five looks at the mark of [nightly].
 struct MarkLooks {
   /// How far the looks scatter; contrast and blur of the mark.
   QualityNight quality;

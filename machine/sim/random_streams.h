@@ -7,7 +7,7 @@
 
 namespace panelcal::internal {
 
-/// What is drawn. The numbers are part of what a seed means; do not renumber.
+/// The streams of random numbers. The values are part of what a seed means; do not renumber.
 enum class RandomStream : std::uint64_t {
   Boards = 1,
   Noise = 2,

@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// What a recording run did.
+/// The result of a recording run.
 struct Recording {
   Survey survey;
   std::vector<PictureRow> rows;  ///< as images.csv has them

@@ -19,7 +19,7 @@
 
 namespace panelcal {
 
-/// What one picture of a single target really shows.
+/// The truth of one picture of a single target.
 struct SampleTruth {
   std::string file;
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
@@ -61,7 +61,7 @@ class SampleRenderer {
 
   /// Picture number i: a function of i and of the seed.
   Sample draw(int i) const;
-  /// What is the same in all pictures.
+  /// The common part of all pictures.
   const SampleSet& common() const { return common_; }
 
  private:

@@ -60,7 +60,7 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   /// Drills into a virtual coupon ([sim.coupon]) beside the panel, and looks at it.
   Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
 
-  /// What the camera sees; the picture's axis is where the machine believes it to be.
+  /// The camera's picture; the picture's axis is where the machine believes it to be.
   ///
   /// Fails  vision-tool-undefined; what VisionProcedure reports of a request it cannot answer
   Expected<TakenPicture> picture(const MeasurementRequest& request, const View& view) const;

@@ -28,7 +28,7 @@ struct SimOtherMark {
   Angle turn;  ///< on top of the target's own angle, the same way round
 };
 
-/// What a virtual table with marks on it is like, on top of [sim].
+/// The properties of a virtual table with marks on it, on top of [sim].
 struct SimPlateOptions : SimStops {
   std::uint64_t seed = 1;
   int vision_tool = 1;  ///< what the marks look like

@@ -17,7 +17,7 @@ namespace panelcal::internal {
 /// The virtual machine's real camera.
 Camera sim_camera(const SimConfig& sim, const CameraMapping& calibrated);
 
-/// What a virtual machine shows of a vision tool.
+/// The marks that a virtual machine shows of a vision tool.
 ///
 /// Fails  config-value (no [sim] or no [camera]); vision-tool-undefined
 Expected<Target> sim_target(const MachineConfig& config, int vision_tool);

@@ -28,7 +28,7 @@ class SimulatedProbe final : public ProbeSource {
 
   Expected<ProbeReading> probe(const ProbeRequest& request) override;
 
-  /// What an exact probe would read. Precondition: axis < the number of axis_offsets.
+  /// The reading of an exact probe. Precondition: axis < the number of axis_offsets.
   Length true_height(const Position<frame::Actual>& place, std::size_t axis) const;
 
  private:

@@ -10,7 +10,7 @@ namespace panelcal::internal {
 
 /// Makes a folder ready for pictures of the virtual camera.
 ///
-/// What an earlier synth left there goes: its truth.json, images.csv, and the pictures that either
+/// Removes an earlier synth's files: its truth.json, images.csv, and the pictures that either
 /// of them lists, so that no old picture is taken for a new one. Everything else stays. Where it
 /// might be mixed up with what is to come, nothing is touched and the folder is refused.
 ///

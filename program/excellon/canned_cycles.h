@@ -10,7 +10,7 @@
 
 namespace panelcal::excellon {
 
-/// What a canned cycle does, or a text that says what is wrong and what was expected.
+/// The holes of a canned cycle, or a text with the problem and the remedy.
 template <class T>
 using Cycle = tl::expected<T, std::string>;
 

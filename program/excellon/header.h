@@ -27,7 +27,7 @@ struct HeaderSetting {
   std::string text;
 };
 
-/// What a program says before its body.
+/// The head of a program, before its body.
 struct Header : ProgramHead {
   NumberFormat format;
   bool states_format = false;              ///< unit known from the header or a CAM comment

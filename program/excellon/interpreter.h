@@ -61,7 +61,7 @@ class Interpreter {
   enum class AxisUser : std::uint8_t { None, Work, Target, Cleared, Lost };
   enum class Motion : std::uint8_t { Drill, Rapid, Line, Clockwise, Counterclockwise };
 
-  /// What every instance of a pattern starts with again.
+  /// The state that every instance of a pattern starts with again.
   struct Modal {
     Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();  ///< programmed
     std::array<AxisUser, 2> user = {AxisUser::None, AxisUser::None};

@@ -18,7 +18,7 @@ struct Copies {
   int line = 0;
 };
 
-/// What decides how the lines of a section are read.
+/// The settings that decide how the lines of a section are read.
 struct SectionContext {
   const NumberFormat& format;
   ProgramSet set = ProgramSet::FormatTwo;

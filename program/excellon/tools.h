@@ -24,7 +24,7 @@ struct ToolBlock {
   bool turns_hits_off = false;  ///< H without a number
 };
 
-/// What decides how a tool block is read.
+/// The settings that decide how a tool block is read.
 struct ToolContext {
   const NumberFormat& format;
   const std::map<int, Tool>* defined;      ///< by the header; null while the header is read

@@ -23,11 +23,11 @@ struct LevelOptions {
   /// Where the tool was when its Z was set to 0. Empty: the map's heights count from there already;
   /// a map whose heights are all more than 1 mm from 0 is then refused.
   std::optional<Position<frame::Nominal>> zero;
-  /// What coordinates count in before G20 and G21, mm; empty: such a program is refused.
+  /// The unit of coordinates before G20 and G21, mm; empty: such a program is refused.
   std::optional<double> unit_mm;
 };
 
-/// What was done to a program.
+/// The changes to a program.
 struct LevelFigures {
   Length safe_height;
   Length board;                 ///< its highest place, with three sigmas

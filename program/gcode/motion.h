@@ -23,7 +23,7 @@ struct Standing {
   Eigen::Vector2d xy_mm() const { return {*x_mm, *y_mm}; }
 };
 
-/// What words of coordinates count in, and from where.
+/// The unit of coordinates, and their zero.
 struct Counting {
   double unit_mm = 1;
   bool is_incremental = false;  ///< G91: from where the tool is
@@ -76,7 +76,7 @@ class MotionReader {
 
   /// M2 or M30 was read: nothing follows that moves.
   bool has_ended() const { return has_ended_; }
-  /// What coordinates count in now.
+  /// The unit of coordinates now.
   Counting counting() const { return {unit_mm(), is_incremental_}; }
   bool arcs_are_absolute() const { return arcs_are_absolute_; }
 

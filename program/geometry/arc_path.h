@@ -31,7 +31,7 @@ class ArcPath {
                                             s * from_center.x() + c * from_center.y());
   }
 
-  /// What lies between two shares.
+  /// The part between two shares.
   Arc part(double begin, double end) const {
     const Eigen::Vector2d start_mm = at(begin), end_mm = at(end);
     const Eigen::Vector2d center_mm =

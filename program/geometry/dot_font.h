@@ -36,7 +36,7 @@ int rows(CharacterSet set);
 inline int advance_columns(CharacterSet set) {
   return columns(set) + 1;
 }
-/// What the set has besides the space, the letters A to Z and the digits.
+/// The set's characters besides the space, the letters A to Z and the digits.
 std::string_view signs(CharacterSet set);
 
 /// Between neighbouring places of the grid, in tool diameters, whatever the set.

@@ -41,7 +41,7 @@ DepthRisk depth_risk(const DepthError& error, const DepthTolerance& tolerance);
 
 /// How wrong depths may be, as far as anybody knows.
 ///
-/// What the machine is told counts on a height of the surface: one that was probed once for many
+/// The machine's commands count on a height of the surface: one that was probed once for many
 /// strokes, a grid's, interpolated, or a map's. The map says how high the surface really is and how
 /// sure that is, so
 ///
@@ -84,7 +84,7 @@ class DepthErrors {
   bool finds_surface_;
 };
 
-/// What a depth is asked, and how sure it is.
+/// The tolerance of a depth, and its sigma.
 struct JudgedDepth {
   DepthTolerance tolerance;
   DepthError error;

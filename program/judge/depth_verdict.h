@@ -76,7 +76,7 @@ class DepthVerdict final : public OperationSink {
   void report(const std::string& file, DiagnosticLog& log) const;
 
  private:
-  /// What counts once: a hole, a slot, or a contour from where the router goes down.
+  /// A thing that counts once: a hole, a slot, or a contour from where the router goes down.
   struct Counted {
     bool is_judged = false;
     bool is_unjudged = false;  ///< a part of it

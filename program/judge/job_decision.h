@@ -12,7 +12,7 @@
 
 namespace panelcal {
 
-/// What becomes of a job by [tolerance].
+/// The decision on a job by [tolerance].
 enum class JobDecision : std::uint8_t {
   NotJudged,         ///< no place has both a tolerance and a predicted error
   Drill,             ///< every place is as sure as asked

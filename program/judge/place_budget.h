@@ -11,7 +11,7 @@
 
 namespace panelcal {
 
-/// What one has to remember of a place to say later where its uncertainty comes from.
+/// The record of a place from which its error budget can be made later.
 struct BudgetPlace {
   Position<frame::Nominal> nominal;          ///< reference scaling done
   std::optional<std::size_t> base_series;    ///< in force there; index into Survey::series

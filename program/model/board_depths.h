@@ -18,7 +18,7 @@ struct ToolDepth {
   Length depth;                 ///< of the tool's tip below the board's surface
 };
 
-/// What a job is told of the board that its program does not say.
+/// The job's data on the board that its program does not state.
 struct BoardDepths {
   /// --surface: the board as it was probed before, above the table plane, on the first Z axis.
   /// Null: unknown.

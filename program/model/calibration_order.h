@@ -24,7 +24,7 @@ struct OffsetCorrection {
   CameraJacobian by_camera = CameraJacobian::Zero();  ///< d deviation / d camera parameters
 };
 
-/// What a program wants calibrated between its measurements: the spindle-camera offset.
+/// The order of a program to calibrate between its measurements: the spindle-camera offset.
 struct CalibrationOrder {
   std::int64_t number = 0;  ///< from 0, in the order of execution
   int line = 0;
@@ -43,7 +43,7 @@ struct CalibrationOrder {
 /// The answer to an order. It counts for this job: nothing is installed.
 struct CalibrationAnswer {
   CalibrationOrder order;
-  /// What places are measured with from now on. Absent: the offset of the spindle that drills stays
+  /// The offset of measurements from now on. Absent: the offset of the spindle that drills stays
   /// (of another one it was calibrated).
   std::optional<SpindleCameraOffset> offset;
   std::string text;  ///< one line for people

@@ -6,7 +6,7 @@
 
 namespace panelcal {
 
-/// What a command is about; every one of the manual's belongs to one class.
+/// The class of a command; every one of the manual's belongs to one.
 enum class CommandClass : std::uint8_t {
   Motion,
   Measurement,

@@ -19,7 +19,7 @@
 
 namespace panelcal {
 
-/// What a program knows of a drill or router bit; absent where it says nothing.
+/// The program's data on a drill or router bit; absent where it states none.
 struct Tool {
   int number = 0;
   std::optional<Length> diameter;
@@ -343,7 +343,7 @@ enum class Dialect : std::uint8_t {
 
 std::string_view name(Dialect dialect);
 
-/// What a writer may need before the first operation.
+/// The input of a writer before the first operation.
 struct ProgramInfo {
   std::string file;
   /// The language that the texts of settings and functions are written in.

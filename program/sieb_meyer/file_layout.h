@@ -19,7 +19,7 @@ struct Program;
 
 namespace panelcal::sieb_meyer {
 
-/// What outputs in the other language take a program of this one for.
+/// The language that outputs in the other one take a program of this one for.
 inline constexpr NumberFormat kMetricFormat = {.unit = LengthUnit::Millimeter,
                                                .zeros = Zeros::LeadingKept,
                                                .integer_digits = 3,

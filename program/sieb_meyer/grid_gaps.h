@@ -15,7 +15,7 @@ namespace panelcal::sieb_meyer {
 /// Nodes of the points' lattice that have no point, row by row.
 std::vector<Eigen::Vector2d> missing_nodes(std::span<const GridPoint> points);
 
-/// What the points predict at these nodes, on every Z axis by a map of its own, with the sigma
+/// The prediction of the points at these nodes, on every Z axis by a map of its own, with the sigma
 /// that such a height has.
 ///
 /// In     max_extrapolation: how far outside of the points' hull a node may lie

@@ -58,7 +58,7 @@ class Interpreter {
     Figures,     ///< the last figure is finished, the cutter is up
   };
 
-  /// What every copy of a section starts with again.
+  /// The state that every copy of a section starts with again.
   struct Modal {
     Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();  ///< programmed
     double at_step_mm = 0;                            ///< rounding of the last coordinate

@@ -73,7 +73,7 @@ struct Block {
   int column = 1;         ///< of the first character of text
   std::array<Word, kMaxWords> words;
   std::size_t n_words = 0;
-  /// What follows the comma of a last word that takes a text (M97,text), blanks at its ends
+  /// The text behind the comma of a last word that takes one (M97,text), blanks at its ends
   /// removed.
   std::string_view argument;
   int argument_column = 0;  ///< 0: there is none

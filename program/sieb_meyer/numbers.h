@@ -18,12 +18,12 @@ std::string_view name(FileFormat format);
 /// "format 5000, 0.001 mm without a decimal point".
 std::string summary(FileFormat format);
 
-/// What one more in the last digit of a coordinate without a decimal point adds.
+/// The step of the last digit of a coordinate without a decimal point.
 constexpr double format_step_mm(FileFormat format) {
   return format == FileFormat::F1000 ? 0.01 : 0.001;
 }
 
-/// What a number is a number of; the unit of its value.
+/// The quantity of a number; the unit of its value.
 enum class Quantity : std::uint8_t {
   Coordinate,    ///< X Y, mm
   ArcParameter,  ///< R I J D of contours, mm
@@ -58,7 +58,7 @@ struct ParsedNumber {
 /// See    tests/program/sieb_meyer/numbers_test.cc
 ParsedNumber parse_number(std::string_view text, FileFormat format, Quantity quantity);
 
-/// What would have been right, for messages.
+/// The remedy, for messages.
 std::string expectation(NumberProblem problem, FileFormat format);
 
 }  // namespace panelcal::sieb_meyer

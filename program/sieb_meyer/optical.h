@@ -67,7 +67,7 @@ class OpticalSession {
   static constexpr std::size_t kMostSets = 1000;
   static constexpr std::size_t kMostLayers = 100;  ///< no board has more
 
-  /// What G39,SAVE keeps.
+  /// The set that G39,SAVE keeps.
   struct SavedSet {
     std::optional<std::size_t> base;
     std::optional<std::size_t> nested;

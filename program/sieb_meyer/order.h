@@ -13,7 +13,7 @@
 
 namespace panelcal::sieb_meyer {
 
-/// What the letters I, J, P, W, E and R mean in a line.
+/// The meaning of the letters I, J, P, W, E and R in a line.
 enum class ParameterKind : std::uint8_t {
   Rout,   ///< of a contour or figure
   Peck,   ///< of G81
@@ -72,7 +72,7 @@ struct Order {
   bool has_xy() const { return xy_mm[0] || xy_mm[1]; }
 };
 
-/// What a line may hold that only some tasks know what to do with.
+/// The parts of a line that only some tasks can use.
 enum Part : std::uint32_t {
   kXy = 1U << 0U,
   kMotion = 1U << 1U,
@@ -99,7 +99,7 @@ std::uint32_t parts_of(const Order& order);
 /// How a part is written, for messages. Precondition: one bit.
 std::string_view form_of(std::uint32_t part);
 
-/// What decides how a line's letters are read.
+/// The settings that decide how a line's letters are read.
 struct OrderContext {
   FileFormat format = FileFormat::F5000;
   bool is_routing = false;     ///< a routing function is in force

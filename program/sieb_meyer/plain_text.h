@@ -22,7 +22,7 @@ struct HoleRow {
   friend bool operator==(const HoleRow&, const HoleRow&) = default;
 };
 
-/// What stands in one place of a text: a character of the set, or a row of holes.
+/// One place of a text: a character of the set, or a row of holes.
 using TextCell = std::variant<char, HoleRow>;
 
 /// Why a text cannot be drilled.

@@ -11,7 +11,7 @@
 
 namespace panelcal::sieb_meyer {
 
-/// What a geometry function answers to numbers that it cannot use: what is wrong and what was
+/// The refusal of a geometry function for numbers that it cannot use: what is wrong and what was
 /// expected.
 inline tl::unexpected<std::string> refusal(std::string what) {
   return tl::unexpected<std::string>(std::move(what));

@@ -28,7 +28,7 @@ struct CopyRow {
   }
 };
 
-/// What a walk has to know of the lines of a section before it runs them.
+/// The facts about the lines of a section that a walk needs before it runs them.
 struct SectionContent {
   bool measurements = false;  ///< by camera or probe, or perhaps by a subprogram
   bool calls = false;         ///< of subprograms
@@ -40,7 +40,7 @@ struct SectionContent {
   SectionContent& operator|=(const SectionContent& other);
 };
 
-/// What an offset moves: the lines from an M31 to the first offset line of its level, or all since
+/// The scope of an offset: lines from an M31 to the first offset line of its level, or all since
 /// the last offsets where no bracket is open.
 struct Section {
   int parent = -1;           ///< index of the section around it; -1: none

@@ -80,7 +80,7 @@ class SurfaceSession {
   bool must_stop() const { return must_stop_; }
 
  private:
-  /// What a probe that finds nothing means.
+  /// The meaning of a probe that finds nothing.
   enum class Missing : std::uint8_t {
     StopsTheJob,
     LeavesGap,  ///< if [surface] fill_gaps allows it

@@ -24,8 +24,8 @@ struct PlainCoordinate {
 
 /// Reads plain coordinate blocks fast, eight characters at a time.
 ///
-/// What it reads, it reads bit for bit as parse_length does. What it leaves alone (blanks, other
-/// letters, Y before X, more than eight digits in a row, every fault) is no error: the general
+/// It reads numbers bit for bit as parse_length does. The lines that it leaves alone (blanks, other
+/// letters, Y before X, more than eight digits in a row, every fault) are no error: the general
 /// reader must judge it.
 ///
 /// See    tests/program/text/plain_coordinate_test.cc

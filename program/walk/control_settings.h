@@ -11,7 +11,7 @@
 // Settings of the controls whose languages need some: the machine states them, before any program.
 namespace panelcal::sieb_meyer {
 
-/// What the text variables of M97 and M98 stand for. Small letters are drilled as capitals.
+/// The values of the text variables of M97 and M98. Small letters are drilled as capitals.
 struct TextVariables {
   std::string date;           ///< &D, dd/mm/yyyy (the manual's second slash in dd//mm is a slip)
   std::string time;           ///< &T, hh:mm:ss
@@ -24,7 +24,7 @@ struct TextVariables {
   std::string operator_text;  ///< *, what the OPID setting says
 };
 
-/// What the control's own settings decide when a program starts; M49 may change some of them.
+/// The control's own settings when a program starts; M49 may change some of them.
 struct Settings {
   CharacterSet characters = CharacterSet::Dots5x7;
   TextVariables text;         ///< what the variables of M97 and M98 stand for

@@ -40,7 +40,7 @@ class DepthFollower {
   void take(int line, const Tool& tool);
   /// The plane above the table that limits strokes (SIEB & MEYER, Z); absent: none.
   void set_lowest(std::optional<Length> z) { lowest_ = z; }
-  /// What a tool does at a place if it is asked to cut like this.
+  /// The cut of a tool at a place for this order.
   DepthOfCut at(int line, const Position<frame::Nominal>& place, const DepthOfCut& asked);
   /// Its height at every place is the map's.
   bool follows_map(const DepthOfCut& asked) const {

@@ -26,7 +26,7 @@ struct WalkPlace {
   bool is_scaled = false;  ///< M60 is in force
 };
 
-/// What lies between two depths; where one of them is unknown, `to`.
+/// The depth between two depths; where one of them is unknown, `to`.
 DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double fraction);
 
 /// Turns what blocks ask for into operations: places and corrects points, counts everything, and
@@ -73,7 +73,7 @@ class Emitter {
   const DepthOfCut& cut() const { return cut_; }
   /// Z under depth control: no tip goes below it.
   void set_lowest(std::optional<Length> z) { depths_.set_lowest(z); }
-  /// What the tool in use does at a place: as deep as [[depth]] says, where the map says.
+  /// The cut of the tool in use at a place: as deep as [[depth]] states, from the map's height.
   DepthOfCut cut_at(int line, const Position<frame::Nominal>& place) {
     return depths_.at(line, place, cut_);
   }
@@ -156,7 +156,7 @@ class Emitter {
   PlacedPoint place_of(int line,
                        const Position<frame::Nominal>& nominal,
                        const PositionEstimate<frame::Actual>& corrected);
-  /// What the machine is told to go there, from work zero.
+  /// The command that leads the machine there, from work zero.
   Displacement<frame::Machine> told_for(int line, const Position<frame::Actual>& place) {
     const auto from_zero = displacement_mm<frame::Machine>(place.in_mm());
     return options_.table == nullptr ? from_zero : told_on_table(line, from_zero);

@@ -21,7 +21,7 @@
 
 namespace panelcal {
 
-/// What the machine decides about how a program is read.
+/// The machine's settings of how a program is read.
 struct ReadOptions {
   /// Tool data by diameter; every row has a diameter (CNC-7 manual, Tool Diameter).
   std::vector<Tool> diameter_page;
@@ -50,7 +50,7 @@ enum class Cycles : std::uint8_t {
   Kept,      ///< passed on whole; the control expands it
 };
 
-/// What the machine and the vision system decide about how a program is executed.
+/// The settings of the machine and the vision system of how a program is executed.
 struct WalkOptions {
   int series_size = 3;  ///< [vision] rotate: G36 or G46 blocks that form one series
   int inspections = 1;  ///< [vision] inspections: until a $uvis,insp says another number

@@ -60,7 +60,7 @@ struct FilledNode {
   HeightSource source;
 };
 
-/// What the measuring walk found: everything the working walk and a report need.
+/// The result of the measuring walk: everything the working walk and a report need.
 struct Survey {
   std::vector<Measurement> measurements;
   std::vector<SeriesResult> series;
@@ -68,7 +68,7 @@ struct Survey {
   /// Nodes of a G79 grid that are not probed, as [surface] fill_gaps allows.
   std::vector<FilledNode> filled_nodes;
   std::vector<FocusResult> focus;  ///< what autofocus orders found, in the order of execution
-  /// What orders to calibrate have found, in the order of execution; those that were only passed on
+  /// The results of orders to calibrate, in the order of execution; those that were only passed on
   /// are not here.
   std::vector<CalibrationAnswer> calibrations;
   /// The source failed: nothing is known of what the program asks for behind it.
@@ -85,7 +85,7 @@ struct Survey {
   const CalibrationAnswer* calibration_of(const SeriesResult& one_series) const;
 };
 
-/// What is not known of the offset that measurements were made with: of a calibration of this job,
+/// The uncertainty of the offset that measurements were made with: of a calibration of this job,
 /// which has not drifted yet, or else the machine's own.
 OffsetUncertainty offset_uncertainty(const CalibrationAnswer* calibration,
                                      const MachineUncertainty& machine);

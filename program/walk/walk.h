@@ -52,7 +52,7 @@ Survey survey(const Program& program,
               ProbeSource& probes,
               DiagnosticLog& log);
 
-/// What check() found.
+/// The result of check().
 struct CheckedWalk {
   Survey survey;
   bool asks = false;          ///< a target, a probe, a focus or a calibration

@@ -45,7 +45,7 @@ struct GcodeSetting {
   GcodeWork usual;                 ///< of all tools that no row says more of
   std::vector<GcodeTool> tools;    ///< rows with a number go before those with a diameter
 
-  /// What is said of a tool; the program's own rates and speed win.
+  /// The data of a tool; the program's own rates and speed win.
   ///
   /// See    tests/program/writers/gcode_setting_test.cc
   GcodeWork work_of(const Tool& tool) const;

@@ -29,7 +29,7 @@ struct ProgramWriterOptions {
   Position<frame::Machine> work_zero;
 };
 
-/// What writers of programs share: the axes they write in, and an account of all that the language
+/// Base of writers of programs: the axes they write in, and an account of all that the language
 /// has no form for.
 class ProgramWriter : public TextWriter {
  public:

@@ -36,7 +36,7 @@ struct LegendRow {
   std::string detail;  ///< a second line, smaller; may be empty
 };
 
-/// What surrounds the drawing: title, ruled ground, legend, provenance. Coordinates of the picture
+/// The sheet of the drawing: title, ruled ground, legend, provenance. Coordinates of the picture
 /// are mm with y down; the drawing in between is mirrored, so that it has y up.
 class Sheet {
  public:

@@ -17,7 +17,7 @@
 
 namespace panelcal {
 
-/// What a picture shows besides the operations.
+/// The content of a picture besides the operations.
 struct SvgScene {
   std::vector<SvgTarget> targets;
   std::string title;

@@ -29,7 +29,7 @@ enum class GridFailure : std::uint8_t {
   BadPoint,      ///< another number of Z axes than the first point; a number that is not finite
 };
 
-/// What is wrong with which point, and what was expected.
+/// The problem, its point, and the remedy.
 struct GridProblem {
   GridFailure failure = GridFailure::TooFewPoints;
   std::string text;

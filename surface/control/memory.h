@@ -32,7 +32,7 @@ enum class AverageKind : std::uint8_t {
 /// See    tests/surface/control/memory_test.cc
 class SurfaceMemory {
  public:
-  /// What the averaging area takes, G73.
+  /// The capacity of the averaging area, G73.
   static constexpr std::size_t kAveragingCapacity = 100;
 
   /// G73Ln and G74Ln: an older value `L n` is replaced.

@@ -9,7 +9,7 @@
 // Not installed: part of surface/files/probe_file.h.
 namespace panelcal::internal {
 
-/// What heightmap.csv tells of its heights in the first line.
+/// The figures of the heights in the first line of heightmap.csv.
 struct HeightFigures {
   double least = 0, greatest = 0, mean = 0;
   double deviation = 0;  ///< root mean square about the mean

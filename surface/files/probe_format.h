@@ -34,9 +34,9 @@ struct ProbeFileOptions {
   /// Empty: what the extension says (.csv, .probe, .hmap, .jsonl), else what the text begins with;
   /// lines of numbers are a log.
   std::optional<ProbeFormat> format = std::nullopt;
-  /// What the probe scatters, where the file does not say. Recorded probes say it themselves.
+  /// The probe's sigma where the file states none. Recorded probes state their own.
   Length sigma = um(5);
-  /// What a 1 in the file is: inch(1) if the machine was set to inches. Recorded probes are in mm.
+  /// The unit of the file: inch(1) if the machine was set to inches. Recorded probes are in mm.
   Length unit = mm(1);
   /// Whose height is taken of probes with several Z axes, from 0. Empty: there must be only one.
   std::optional<int> z_axis = std::nullopt;

@@ -42,9 +42,9 @@ class TextLines {
   int number_ = 0;
 };
 
-/// What is between blanks.
+/// The text between blanks.
 std::vector<TextField> words_of(const TextField& line);
-/// What is between commas, without the blanks around it.
+/// The text between commas, without the blanks around it.
 std::vector<TextField> cells_of(const TextField& line);
 
 /// measurement-file, at a field: its text, and what was expected.

@@ -23,7 +23,7 @@ struct Polygon {
   std::vector<Position<frame::Nominal>> corners;
 };
 
-/// What a router of a width takes away on its way from point to point.
+/// The area that a router of a width takes away on its way from point to point.
 struct Track {
   std::vector<Position<frame::Nominal>> points;
   Length width;

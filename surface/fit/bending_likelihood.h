@@ -28,7 +28,7 @@ struct Readings {
   static Readings of(std::span<const ProbePoint> points);
 };
 
-/// What bends all over the panel: (1, x, y) or, with bow and twist, (1, x, y, x^2, x y, y^2).
+/// The trend over the whole panel: (1, x, y) or, with bow and twist, (1, x, y, x^2, x y, y^2).
 using Trend = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1>;
 Trend trend_at(const Eigen::Vector2d& place, Eigen::Index n_trend);
 

@@ -38,7 +38,7 @@ class GridSurface {
   /// In the order of the probes. A node is predicted by the mean of what its neighbours along x and
   /// along y do, at an edge by those along it, a corner by the parallelogram of the other three.
   std::vector<LeftOutProbe> left_out(std::span<const ProbePoint> points) const;
-  /// What interpolation is believed to miss in the middle of the largest cell.
+  /// The prior error of interpolation in the middle of the largest cell.
   Length usually_missed() const;
 
  private:
@@ -49,10 +49,10 @@ class GridSurface {
     return {mm(nodes_[k].height), mm(sigmas_mm_[k])};
   }
   void learn();
-  /// What interpolation misses, of u (1 - u) w^2 and v (1 - v) h^2.
+  /// The error of interpolation, of u (1 - u) w^2 and v (1 - v) h^2.
   double missed_variance_mm2(double x_product_mm2, double y_product_mm2) const;
   Cell cell_of(const Eigen::Vector2d& inside_mm) const;
-  /// What the others along x, or along y, predict of a node between them; the variance is that of
+  /// The prediction of a node by the others along x, or along y; the variance is that of
   /// their scatter. Precondition: it is no first and no last one.
   struct Prediction {
     double height_mm, variance_mm2, product_mm2;

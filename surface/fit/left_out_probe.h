@@ -7,7 +7,7 @@
 
 namespace panelcal {
 
-/// What the other probes predict at the place of one probe.
+/// The prediction of the other probes at the place of one probe.
 struct LeftOutProbe {
   std::optional<Length> deviation;  ///< measured minus predicted; empty: the others predict nothing
   Length sigma;                     ///< of that, the probe's own scatter included

@@ -9,7 +9,7 @@
 // Not installed: part of surface/map/height_lattice.h and surface/fit/fit.h.
 namespace panelcal::internal {
 
-/// What Hermite's bicubic cell needs at a node.
+/// The data of Hermite's bicubic cell at a node.
 struct MonotoneNode {
   double height = 0;
   double by_x = 0;  ///< slopes, by the unit of the coordinates

@@ -12,7 +12,7 @@
 
 namespace panelcal {
 
-/// What a surface may do between its probes.
+/// The models of a surface between its probes.
 enum class SurfaceModel : std::uint8_t {
   Plane,
   ThinPlate,        ///< a plane, bent like a thin plate

@@ -25,7 +25,7 @@ struct Measured {
   double sigma = 0;
 };
 
-/// What changed from one map to another.
+/// The change from one map to another.
 struct MapDifference {
   std::size_t n_probes = 0;   ///< of the later map, where the earlier one gives heights
   std::size_t n_outside = 0;  ///< its others
@@ -52,8 +52,8 @@ struct MapDifference {
   Position<frame::Nominal> greatest_at;
 };
 
-/// What predicts the probes of another map, with errors that hang together: a map's own surface;
-/// of a grid model, which does not know how they do, a Gaussian process of the map's probes, or of
+/// The surface that predicts another map's probes, with correlated errors: a map's own surface;
+/// of a grid model, which has no such covariance, a Gaussian process of the map's probes, or of
 /// an even part if these are more than kMostBentProbes.
 ///
 /// Fails  as fit_surface()

@@ -20,7 +20,7 @@ inline constexpr Code kMapFileCode = Code::MeasurementFile;
 /// Farther away or higher nothing is probed: a wrong unit.
 inline constexpr double kMostInMap_mm = 3e7;
 
-/// What a map's file says wrongly.
+/// The flaw of a map's file.
 Diagnostic map_file_problem(const std::string& file, std::string what, std::string expected);
 
 std::string json_text(const std::string& text);

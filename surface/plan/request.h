@@ -16,7 +16,7 @@ namespace panelcal {
 /// minute).
 inline constexpr std::size_t kMostPlanned = 600;
 
-/// What is believed of a panel before it is probed, and what is asked of its map.
+/// The prior of a panel before it is probed, and the tolerance of its map.
 struct ProbePlanRequest {
   SurfaceModel model = SurfaceModel::GaussianProcess;  ///< a plane, or this
   BendingKernel kernel = BendingKernel::Matern52;

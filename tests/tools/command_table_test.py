@@ -7,9 +7,15 @@ import sys
 from pathlib import Path
 
 TABLES = [
-    ("EXCELLON", "program/excellon/commands.def", "tests/program"),
+    ("EXCELLON", "program/excellon/commands.def", "tests/program/excellon"),
     ("SIEB_MEYER", "program/sieb_meyer/commands.def", "tests/program/sieb_meyer"),
 ]
+
+
+def test_file(root, folder, test):
+    """Tests of what both languages share stand in another folder of tests/program."""
+    own = root / folder / f"{test}.cc"
+    return own if own.exists() else next((root / "tests/program").glob(f"*/{test}.cc"), None)
 
 
 def problems_of(root, name, table, folder):
@@ -20,13 +26,13 @@ def problems_of(root, name, table, folder):
     words = re.findall(rf"^{name}_WORD\(\"(.*?)\", \w+, .*\"(\w+)\"\)$", text, re.MULTILINE)
     problems = []
     for letter, number, test in commands:
-        file = root / folder / f"{test}.cc"
-        if not file.exists():
+        file = test_file(root, folder, test)
+        if not file:
             problems.append(f"{letter}{number}: there is no {test}")
         elif not re.search(rf"{letter}0?{number}(?!\d)", file.read_text()):
             problems.append(f"{letter}{number}: {test} does not show it")
     for form, test in words:
-        if not (root / folder / f"{test}.cc").exists():
+        if not test_file(root, folder, test):
             problems.append(f"{form}: there is no {test}")
     if not commands or not words:
         problems.append(f"{table} has no rows")

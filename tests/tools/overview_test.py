@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that docs/overview.md and CONTRIBUTING.md name files, folders and functions that exist.
+"""Checks that docs/overview.md, CONTRIBUTING.md and headers name files, folders and functions that exist.
 
     overview_test.py REPOSITORY
 """
@@ -25,9 +25,22 @@ def problems_of(root, page):
     return problems
 
 
+def problems_of_headers(root):
+    """Files that the comments of headers name."""
+    problems = []
+    for folder in ("calib", "surface", "program", "vision", "machine", "tools"):
+        for header in sorted((root / folder).rglob("*.h")):
+            for path in re.findall(r"(?<![\w./])(?:tests|docs)/[\w./]+\.(?:cc|h|md|py)\b",
+                                   header.read_text(encoding="utf-8")):
+                if not (root / path).exists():
+                    problems.append(f"{header.relative_to(root)}: there is no {path}")
+    return problems
+
+
 def main():
     root = Path(sys.argv[1])
     problems = problems_of(root, "docs/overview.md") + problems_of(root, "CONTRIBUTING.md")
+    problems += problems_of_headers(root)
     print("\n".join(problems), end="\n" if problems else "")
     return 1 if problems else 0
 

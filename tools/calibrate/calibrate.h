@@ -14,7 +14,7 @@
 // What `panelcal calibrate WHAT` does.
 namespace panelcal::calibrate {
 
-/// What goes to standard output, and whether what was found may be used.
+/// The text for standard output, and whether the result may be used.
 struct Answer {
   std::string text;
   ExitCode code = ExitCode::Done;

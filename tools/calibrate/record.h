@@ -54,7 +54,7 @@ class Recorder {
 /// The verdict of --install on what `refusal` (empty: nothing) speaks against.
 void judge(const std::string& refusal, RecordWords& words);
 
-/// What became of it, in a line.
+/// The result in a line.
 std::string verdict_line(const std::string& refusal, const std::optional<std::int64_t>& entry);
 
 }  // namespace panelcal::calibrate

@@ -5,7 +5,7 @@
 
 namespace panelcal {
 
-/// What `--help` says below the options of `calibrate camera` and the others that look at marks and
+/// The help below the options of `calibrate camera` and the others that look at marks and
 /// plates; empty for another command.
 std::string_view calibrate_footer(std::string_view command);
 

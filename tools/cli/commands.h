@@ -7,7 +7,7 @@
 
 namespace panelcal {
 
-/// What every command gets besides its own options.
+/// The input of every command besides its own options.
 struct CommandContext {
   Console& console;
   StandardOutput& output;

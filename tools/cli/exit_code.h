@@ -5,7 +5,7 @@
 
 namespace panelcal {
 
-/// What the process says to scripts and schedulers (docs: contract, "Exit codes").
+/// The exit code of the process (docs: contract, "Exit codes").
 enum class ExitCode : int {
   Done = 0,
   GateFailed = 1,    ///< the work was done, and a gate or check failed

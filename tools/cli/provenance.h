@@ -17,7 +17,7 @@ namespace panelcal {
 /// Who made an output, and from what.
 using Provenance = std::vector<std::pair<std::string, std::string>>;
 
-/// What made the output, so that it can be made again: no dates, a replay is the same to the bit.
+/// The origin of an output, to make it again: no dates, a replay is the same to the bit.
 /// `files` are other inputs; empty names are left out.
 Provenance provenance_of(const Options& options,
                          const Program& program,

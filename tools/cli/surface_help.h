@@ -5,7 +5,7 @@
 
 namespace panelcal {
 
-/// What `--help` says below the options of `surface` and its own commands; empty for another one.
+/// The help below the options of `surface` and its own commands; empty for another one.
 std::string_view surface_footer(std::string_view command);
 
 }  // namespace panelcal

@@ -8,7 +8,7 @@
 
 namespace panelcal {
 
-/// What `panelcal surface` is asked for.
+/// The commands of `panelcal surface`.
 struct SurfaceOptions {
   enum class What : std::uint8_t { Fit, Query, Diff, Plan, Apply, Export };
   What what = What::Fit;

@@ -40,13 +40,13 @@ struct CalibrationEntry {
   const std::string& result;
 };
 
-/// What of a machine decides where its stage stands when it looks.
+/// The facts about a machine that decide where its stage stands when it looks.
 struct LookingMachine {
   SpindleCameraOffset offset;
   Length table_hold;  ///< [table] hold_mm
 };
 
-/// What a target's place owes to a spindle-camera offset, a camera or a table calibration.
+/// The part of a target's place from a spindle-camera offset, a camera or a table calibration.
 ///
 ///   spindle-camera  shift = d_after - d_before, the same for every target
 ///   camera          shift = K_after(u) - K_before(u), u where the target was seen in the picture:
@@ -68,7 +68,7 @@ struct MovedPlace {
   Displacement<frame::Actual> shift;
 };
 
-/// What becomes of a job.
+/// The fate of a job.
 struct JobShift {
   HoleShiftSummary summary;  ///< over all places: holes, ends of slots and of rout moves
   std::size_t n_drilled = 0;
@@ -99,7 +99,7 @@ Expected<std::optional<JobShift>> job_shift(const Program& program,
                                             const Survey& before,
                                             const CalibrationChange& change);
 
-/// What surrounds the figures.
+/// The frame of the figures.
 struct JobShiftFacts {
   std::string program_file;
   std::string what;  ///< "spindle-camera of spindle 1 station 1, drill 1: entry 3 instead of 1"

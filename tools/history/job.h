@@ -9,7 +9,7 @@
 
 namespace panelcal::history {
 
-/// What `history diff --program` says on top of the parameters: text, or with --json an object.
+/// The output of `history diff --program` on top of the parameters: text, or a JSON object.
 /// Writes the picture if one is asked for. Warnings about the program go to the console.
 ///
 /// Fails  usage; what the machine file, the program and its measurements report; as job_shift

@@ -8,7 +8,7 @@
 
 namespace panelcal::history {
 
-/// What `surface diff` says of the maps of two entries: text, or one JSON object with its line end.
+/// The `surface diff` of the maps of two entries: text, or one JSON object with its line end.
 ///
 /// In     file: the ledger's, for messages
 /// Fails  as parse_map_file() and difference_of()

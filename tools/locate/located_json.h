@@ -14,7 +14,7 @@ struct LocatedTarget {
   bool lists_candidates = false;  ///< also if the target was found
 };
 
-/// What `panelcal locate` says of one picture: a JSON object and a line end.
+/// The output of `panelcal locate` for one picture: a JSON object and a line end.
 ///
 /// See    docs/formats/located_targets.md; tests/tools/locate/located_json_test.cc
 std::string located_json(const LocatedTarget& located, const Detection& detection);

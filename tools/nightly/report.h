@@ -11,7 +11,7 @@
 // What `panelcal nightly` says of a night: five lines, a page, and the same as JSON.
 namespace panelcal::nightly {
 
-/// What a report says of itself: key, value.
+/// The origin of a report: key, value.
 using Provenance = std::vector<std::pair<std::string, std::string>>;
 
 /// A few lines for people who read mail: the verdict, what became of each calibration, what changed

@@ -9,7 +9,7 @@
 
 namespace panelcal::plan {
 
-/// What to do about it: sentences.
+/// The advice: sentences.
 std::vector<std::string> series_advice(const Plan& plan, const SeriesPlan& series);
 std::vector<std::string> visit_advice(const Plan& plan, const Survey& survey);
 

@@ -50,7 +50,7 @@ std::string plan_table_html(const Plan& plan, const SeriesPlan& series) {
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>model</th><th class=\"num\">d.o.f.</th>"
       "<th class=\"num\">worst, times the noise</th><th class=\"num\">&#181;m</th>"
       "<th class=\"num\">total &#181;m</th><th class=\"num\">mean</th>"
-      "<th class=\"num\">lie found from &#181;m</th><th>named</th><th>the worst is at</th></tr>\n";
+      "<th class=\"num\">outlier from &#181;m</th><th>named</th><th>the worst is at</th></tr>\n";
   for (const ModelRow& row : model_rows(plan, series)) {
     out += fmt::format("<tr{}><td>{}</td>", row.is_programmed ? " class=\"now\"" : "", row.model);
     if (!row.why_not.empty()) {

@@ -10,7 +10,7 @@
 
 namespace panelcal::plan {
 
-/// What surrounds the pictures.
+/// The frame of the pictures.
 struct PlanPage {
   std::string program_file;
   std::string machine_name;

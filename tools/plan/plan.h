@@ -35,7 +35,7 @@ struct LeverageStats {
   double mean() const { return n > 0 ? sum / static_cast<double>(n) : 0; }
 };
 
-/// What a series will know under one model.
+/// The figures of a series under one model.
 struct ModelPlan {
   PanelModel model = PanelModel::Offset;
   bool is_programmed = false;

@@ -33,7 +33,7 @@ struct SeriesWork {
   Sample sample;
   std::vector<PlannedPlace> candidates;
 
-  /// What becomes of the series' design under each model. Precondition: plan.design, base_cov and
+  /// The series' design under each model. Precondition: plan.design, base_cov and
   /// plan.programmed are there.
   void predict_models();
   /// Takes a place that this series corrects.

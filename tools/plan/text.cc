@@ -63,7 +63,7 @@ std::string plan_table_text(const Plan& plan, const SeriesPlan& series) {
                                 "um",
                                 has_total ? "   total" : "",
                                 "mean x",
-                                "lie found from um",
+                                "outlier from um",
                                 "named",
                                 "the worst is at");
   for (const ModelRow& row : model_rows(plan, series)) {

@@ -15,7 +15,7 @@ std::string plan_text(const Plan& plan, const Survey& survey);
 
 /// "Panel: 3 targets, lines 24 to 26, model stretch, noise 3.54 um" (noise where it was recorded)
 std::string series_title(const Plan& plan, const SeriesPlan& series);
-/// What a reader must know before the table; may be empty.
+/// The note before the table; may be empty.
 std::string series_note(const Plan& plan, const SeriesPlan& series);
 
 /// A row of the table of models, as words.
@@ -36,7 +36,7 @@ struct ModelRow {
 std::vector<ModelRow> model_rows(const Plan& plan, const SeriesPlan& series);
 
 std::string noise_text(const Plan& plan);
-/// What is taken for the model where the job will choose it; else empty.
+/// The model assumed where the job will choose it; else empty.
 std::string model_text(const Plan& plan);
 
 }  // namespace panelcal::plan

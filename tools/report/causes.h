@@ -7,7 +7,7 @@
 
 namespace panelcal::report {
 
-/// What a series that does not fit may suffer from, likeliest first, and what was left out of its
+/// The causes why a series may not fit, likeliest first, and the targets left out of its
 /// fit; empty for a healthy one.
 ///
 /// See    tests/tools/report/causes_test.cc

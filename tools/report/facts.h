@@ -69,7 +69,7 @@ std::string target_name(const MeasurementRequest& request);
 /// "Panel, line 20", "Board [0,1], line 27", "Nested, line 27"; not escaped.
 std::string series_name(const SeriesResult& series);
 
-/// What the verdict rests on, and what to do next: one sentence each, not escaped.
+/// The grounds of the verdict, and the next step: one sentence each, not escaped.
 std::string verdict_sentence(const ReportInput& input);
 std::string next_step(const ReportInput& input);
 

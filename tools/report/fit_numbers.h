@@ -40,7 +40,7 @@ std::optional<FitNumbers> fit_numbers(const SeriesResult& series);
 
 using panelcal::chi_square_exceedance;
 
-/// What a chi square says about the noise, in words, with no more certainty than it has.
+/// The meaning of a chi square for the noise, in words, with no more certainty than it has.
 std::string chi_square_meaning(double chi_square, int degrees_of_freedom);
 
 /// "panel rotated by 2.0131 +/- 0.0004 mrad counter-clockwise, ..." as HTML.

@@ -7,7 +7,7 @@
 
 namespace panelcal {
 
-/// What was measured, and the fits, in a few lines for people.
+/// The measurements and the fits, in a few lines for people.
 std::string fits_summary(const Survey& survey);
 
 }  // namespace panelcal

@@ -31,7 +31,7 @@ struct SpindleAnswer {
 
 SpindleAnswer compare(const MachineConfig& config, const SpindleCameraRun& run);
 
-/// What speaks against using the fit: residuals with a significant trend; empty if nothing.
+/// The reasons against the fit: residuals with a significant trend; empty if nothing.
 std::string trend_words(const SpindleCameraFit& fit);
 
 std::string text(const SpindleAnswer& answer, const SpindleCameraRun& run);

@@ -20,7 +20,7 @@ struct Extreme {
   Position<frame::Nominal> at;
 };
 
-/// What an operator wants to know of a map, within the probes' hull.
+/// The figures of a map for an operator, within the probes' hull.
 struct MapFacts {
   Extreme lowest, highest, worst_sigma;
   Length usual_sigma;              ///< the median over the hull

@@ -13,7 +13,7 @@ namespace panelcal::surface {
 /// Corners of the probes' hull, counter-clockwise, mm.
 std::vector<Eigen::Vector2d> hull_of(const HeightMap& map);
 
-/// What is extrapolated and what is filled, hatched. `id` as that of the map it is drawn on.
+/// The extrapolated and the filled area, hatched. `id` as that of the map it is drawn on.
 std::string hatching(const StoredMap& stored, const report::View& view, const std::string& id);
 
 /// A dot for each probe that makes the surface.

@@ -17,7 +17,7 @@
 // What `panelcal surface WHAT` does.
 namespace panelcal::surface {
 
-/// What goes to standard output, and whether all of it could be done.
+/// The text for standard output, and whether all of it could be done.
 struct Answer {
   std::string text;
   ExitCode code = ExitCode::Done;
@@ -36,7 +36,7 @@ Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& conte
 Expected<std::vector<plan::PlannedPlace>> program_places(const SurfaceOptions& options,
                                                          CommandContext& context);
 
-/// What a program takes away from a panel, each as wide as its tool.
+/// The voids that a program leaves in a panel, each as wide as its tool.
 ///
 /// Fails  as reading and walking through a program does; as VoidSink::take()
 Expected<std::vector<Void>> program_voids(const std::string& program,

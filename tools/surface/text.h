@@ -42,7 +42,7 @@ std::string voids_text(const Voids& voids);
 /// Filled areas in one sentence.
 std::string coverage_text(const MapFacts& facts);
 
-/// What `panelcal surface fit` prints: a line for each thing that an operator asks.
+/// The output of `panelcal surface fit`: a line for each figure.
 std::string made_text(const MadeMap& made);
 /// The same as one JSON object, docs/formats/surface.md.
 std::string made_json(const MadeMap& made);

@@ -26,7 +26,7 @@ struct FittedCandidate {
   TargetFit fit;
 };
 
-/// What every kind of target needs to be found in a picture.
+/// The input of every detector.
 struct DetectorInput {
   const Image& image;
   const Target& target;  ///< validated

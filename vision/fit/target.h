@@ -41,7 +41,7 @@ struct TemplatePicture {
   Eigen::Vector2d reference_px = Eigen::Vector2d::Zero();
 };
 
-/// What to look for: a vision tool.
+/// The description of a target: a vision tool.
 ///
 /// A size is a disc's, hole's, ring's or dot's outer diameter, a square's or diamond's side, a
 /// tag's side (of the square that its corners make), the length of a cross's bars from tip to tip,

@@ -10,7 +10,7 @@
 // Not installed: what machine.toml is checked for.
 namespace panelcal::internal {
 
-/// What no picture could mend about a target.
+/// The flaw of a target that no picture could mend.
 struct TargetProblem {
   std::string why;
   /// It is its angle that cannot be told: a smaller angle_tolerance helps.

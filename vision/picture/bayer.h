@@ -47,7 +47,7 @@ struct ChannelGains {
 /// for discs of 12 px radius that locate fitted: this 1.17 (grey), 1.19, 1.40 and 1.70 (lamp of one
 /// colour), demosaicing 1.35, 1.29, 1.42 and 1.73, green alone 1.65, 1.37, 1.99 and 4.52.
 ///
-/// What remains of the phase: on average over places nothing; at a place below 0.0003 px if the
+/// The rest of the phase error: on average over places nothing; at a place below 0.0003 px if the
 /// contrasts differ by less than 2, 0.005 px on copper, and 0.007 px for 5 px radius under a lamp
 /// of one colour, which every fourth pixel sees only.
 ///

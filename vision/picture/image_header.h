@@ -12,7 +12,7 @@ enum class PictureKind { Png, Tiff, Bmp, Jpeg };
 
 std::string_view name(PictureKind kind);
 
-/// What a picture file says of itself, read without decoding it.
+/// The header of a picture file, read without decoding it.
 struct PictureHeader {
   PictureKind kind = PictureKind::Png;
   std::int64_t width = 0;

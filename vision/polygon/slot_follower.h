@@ -10,7 +10,7 @@
 
 namespace panelcal::internal {
 
-/// What a slot should look like.
+/// The model of a slot.
 struct ExpectedSlot {
   double width = 0;  ///< frame units
   double angle_rad = 0;

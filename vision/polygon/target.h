@@ -40,7 +40,7 @@ void set_quality(const CellModel& model,
                  const CellPlace& place,
                  TargetFit& fit);
 
-/// What a fitted cell target is held against beside its looks.
+/// The checks of a fitted cell target beside its looks.
 struct CellJudgement {
   std::string_view border;           ///< what its rim is called: "outline", "edges"
   std::optional<std::string> unfit;  ///< what its size or place has against it

@@ -14,7 +14,7 @@
 
 namespace panelcal {
 
-/// What falls on the sensor, without noise and before it is counted: grey levels, by rows.
+/// The light on the sensor, without noise and before it is counted: grey levels, by rows.
 ///
 /// A pixel's share of a feature is the integral over the feature of lens blur and pixel square,
 /// computed as a line integral along the feature's outline mapped into the picture:

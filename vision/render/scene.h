@@ -35,7 +35,7 @@ struct Roughness {
   std::uint64_t seed = 1;
 };
 
-/// What lies on a panel: marks, and things that are not marks.
+/// The features of a panel: marks, and things that are not marks.
 struct Feature {
   enum class Shape {
     Disc,

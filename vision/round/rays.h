@@ -11,7 +11,7 @@
 
 namespace panelcal::internal {
 
-/// What is looked for, in the fit frame's units.
+/// The target, in the fit frame's units.
 struct ExpectedRim {
   Shape shape = Shape::Disc;
   Polarity polarity = Polarity::Bright;

@@ -10,7 +10,7 @@
 
 namespace panelcal::internal {
 
-/// What a fit leaves unexplained, pixel by pixel of its window; 0 where there is nothing to
+/// The residuals of a fit, pixel by pixel of its window; 0 where there is nothing to
 /// compare.
 struct RimResiduals {
   enum Kind : std::uint8_t {
@@ -29,7 +29,7 @@ struct RimResiduals {
 /// In     window: collected about the parameters with stride 1
 RimResiduals residuals_of(const RimWindow& window, const RimVector& parameters);
 
-/// What is known of a picture's noise about a target.
+/// The noise of a picture about a target.
 struct RimNoiseEstimate {
   RimNoise total;            ///< sigma of all that is left, per zone
   double white = 0;          ///< sigma of what differs from pixel to pixel around the target

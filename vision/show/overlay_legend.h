@@ -10,7 +10,7 @@
 
 namespace panelcal::internal {
 
-/// What a line of the legend or a drawn line speaks of.
+/// The subject of a line of the legend or of a drawn line.
 enum class Ink { Plain, Quiet, Good, Bad, Other };
 
 struct LegendLine {
@@ -18,7 +18,7 @@ struct LegendLine {
   Ink ink = Ink::Plain;
 };
 
-/// What an overlay says in words.
+/// The text of an overlay.
 struct Legend {
   std::vector<LegendLine> verdict;     ///< title, status, reason
   std::vector<LegendLine> facts;       ///< about the best candidate; empty if there is none

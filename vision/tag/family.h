@@ -16,7 +16,7 @@ namespace panelcal {
 /// Names of all known AprilTag families.
 std::span<const std::string_view> tag_family_names();
 
-/// What one cell of a tag shows; `Any`: the print there is not the tag's.
+/// The print of one cell of a tag; `Any`: the print there is not the tag's.
 enum class TagCell : std::uint8_t { Black, White, Any };
 
 /// One tag as a grid of cells.

@@ -9,7 +9,7 @@
 
 namespace panelcal::internal {
 
-/// What the cells of a quad say.
+/// The reading of the cells of a quad.
 struct TagReading {
   int id = 0;
   int wrong_bits = 0;   ///< bits that are not the tag's

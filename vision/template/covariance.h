@@ -6,7 +6,7 @@
 
 namespace panelcal::internal {
 
-/// What a converged fit leaves unexplained.
+/// The residuals of a converged fit.
 struct TemplateNoise {
   double all = 0;      ///< sigma of the residuals, grey levels
   double picture = 0;  ///< without what the template's own noise makes of it

@@ -106,7 +106,7 @@ std::optional<TemplateValue> evaluate(const TemplateModel& model,
                                       const TemplateVector& p,
                                       bool with_row);
 
-/// What is known of turn and scale before the picture is seen; it keeps what the data does not
+/// The prior of turn and scale before the picture is seen; it keeps what the data does not
 /// tell, such as a disc's angle, where it is expected.
 struct TemplatePrior {
   double turn = 0;  ///< rad

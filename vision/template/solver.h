@@ -5,7 +5,7 @@
 
 namespace panelcal::internal {
 
-/// What a fit's solvers work on.
+/// The data of a fit's solvers.
 struct TemplateProblem {
   const TemplateModel& model;
   TemplateWindow window;

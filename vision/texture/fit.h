@@ -40,7 +40,7 @@ struct TexturedPixel {
   float residual = 0;    ///< seen minus model, grey levels
 };
 
-/// What one step says.
+/// The result of one step.
 struct GeneralizedStep {
   Eigen::VectorXd step;        ///< to add to the parameters
   Eigen::MatrixXd covariance;  ///< of the parameters after it

@@ -9,7 +9,7 @@
 
 namespace panelcal::internal {
 
-/// What is known of the texture around a target: waves, and an irregular rest.
+/// The texture around a target: waves, and an irregular rest.
 struct GroundTexture {
   /// Far from the edges every n-th row and column is enough.
   static constexpr int kFarStride = 2;

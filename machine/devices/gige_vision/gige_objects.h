@@ -17,7 +17,7 @@ struct Unref {
 template <class T>
 using Object = std::unique_ptr<T, Unref>;
 
-/// What an Aravis call reports.
+/// The error of an Aravis call.
 class DeviceError {
  public:
   DeviceError() = default;

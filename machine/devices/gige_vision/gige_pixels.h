@@ -17,7 +17,7 @@ std::optional<std::string_view> genicam_format(std::string_view word);
 /// How the address of a camera writes a format: "mono8" for "Mono8".
 std::string address_format(std::string_view genicam);
 
-/// What an incomplete frame lacks.
+/// The missing part of an incomplete frame.
 const char* status_text(ArvBufferStatus status);
 
 /// A whole frame as a grey picture.
