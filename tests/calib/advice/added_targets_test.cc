@@ -24,7 +24,8 @@ std::vector<DesignTarget> targets_at(std::initializer_list<NominalPlace> places)
   return targets;
 }
 
-const std::vector<NominalPlace> kCorners = {place(0, 0), place(300, 0), place(300, 300), place(0, 300)};
+const std::vector<NominalPlace> kCorners = {
+    place(0, 0), place(300, 0), place(300, 300), place(0, 300)};
 
 std::vector<NominalPlace> random_places(int n, std::uint64_t seed) {
   Random random(seed);
@@ -158,7 +159,8 @@ TEST(AddedTargets, TakesNoTargetTwice) {
 
 TEST(AddedTargets, LivesWithCoordinatesFarFromZero) {
   std::vector<NominalPlace> far;
-  for (const NominalPlace& p : kCorners) far.push_back(place(p.in_mm().x() + 5e4, p.in_mm().y() - 3e4));
+  for (const NominalPlace& p : kCorners)
+    far.push_back(place(p.in_mm().x() + 5e4, p.in_mm().y() - 3e4));
   const auto three = targets_at({far[0], far[1], far[3]});
   const Addition best = best_additions(
       {.model = PanelModel::Affine, .targets = three, .candidates = far, .corners = far}, 1);

@@ -27,7 +27,8 @@ std::vector<DesignTarget> targets_at(const std::vector<NominalPlace>& places) {
   return targets;
 }
 
-const std::vector<NominalPlace> kSquare = {place(0, 0), place(300, 0), place(300, 300), place(0, 300)};
+const std::vector<NominalPlace> kSquare = {
+    place(0, 0), place(300, 0), place(300, 300), place(0, 300)};
 
 /// Over the corners of the square, which are the corners of any panel of holes in it.
 double worst_leverage(const std::vector<NominalPlace>& targets, PanelModel model) {
