@@ -229,23 +229,58 @@ PlacedPoint Emitter::placed(int line, const Eigen::Vector2d& at_mm, Scaling scal
   return point;
 }
 
+namespace {
+
+/// Of the coordinates i and k of a mapped place: an element of J(p) cov J(p)^T, in the order of
+/// TransformEstimate's own operations.
+template <int kI, int kK>
+[[gnu::always_inline]] inline double mapped_covariance(const Eigen::Matrix<double, 6, 6>& cov,
+                                                       double x,
+                                                       double y) {
+  const double by_x = x * cov(2 * kI, 2 * kK) + y * cov(2 * kI, 2 * kK + 1) + cov(2 * kI, 4 + kK);
+  const double by_y =
+      x * cov(2 * kI + 1, 2 * kK) + y * cov(2 * kI + 1, 2 * kK + 1) + cov(2 * kI + 1, 4 + kK);
+  const double shift = x * cov(4 + kI, 2 * kK) + y * cov(4 + kI, 2 * kK + 1) + cov(4 + kI, 4 + kK);
+  return x * by_x + y * by_y + shift;
+}
+
+/// CorrectionStack::drilled into the hole itself: a covariance that is copied just after it was
+/// written takes longer than the correction.
+void correct_hole(const CorrectionStack& stack,
+                  const Position<frame::Nominal>& nominal,
+                  PlacedPoint& hole) {
+  if (stack.smooth() != nullptr) {
+    const PositionEstimate<frame::Actual> drilled = stack.drilled(nominal);
+    hole.corrected = drilled.position;
+    hole.cov_mm2 = drilled.cov;
+    return;
+  }
+  const TransformEstimate<frame::Actual, frame::Nominal>& map = stack.drilled_from_nominal();
+  const double x = nominal.in_mm().x();
+  const double y = nominal.in_mm().y();
+  hole.corrected = map.map(nominal);
+  hole.cov_mm2(0, 0) = mapped_covariance<0, 0>(map.cov, x, y);
+  hole.cov_mm2(1, 1) = mapped_covariance<1, 1>(map.cov, x, y);
+  hole.cov_mm2(0, 1) = hole.cov_mm2(1, 0) = mapped_covariance<0, 1>(map.cov, x, y);
+}
+
+}  // namespace
+
 /// The operation is built in place and kept: copying it would take longer than correcting a hole.
 void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   hit(line, 1);
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
-  const auto corrected = corrections_.stack.drilled(is_scaled ? scaling_(nominal) : nominal);
   note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
   hole_.line = line;
   hole_.path = place_.path;
   hole_.file = place_.file;
   auto& drill = *std::get_if<Drill>(&hole_.what);
   drill.nominal = nominal;
-  drill.corrected = corrected.position;
-  drill.told = told_for(line, corrected.position);
+  correct_hole(corrections_.stack, is_scaled ? scaling_(nominal) : nominal, drill);
+  drill.told = told_for(line, drill.corrected);
   drill.actual = place_.work_zero + drill.told;
-  drill.cov_mm2 = corrected.cov;
-  drill.risk = is_correcting() ? risk_of(corrected.cov) : std::nullopt;
+  drill.risk = is_correcting() ? risk_of(drill.cov_mm2) : std::nullopt;
   drill.tool = tool_;
   if (depths_.is_needed()) {
     drill.cut = cut_at(line, nominal);
