@@ -32,7 +32,7 @@ SpreadMonitor monitor() {
 
 TEST(SpreadMonitor, AlarmsFalselyAsOftenAsItSaysAtMost) {
   constexpr int kRuns = 400;
-  constexpr int kNights = 120;
+  constexpr int kWatched = 120;
   const SpreadMonitor fresh = monitor();
   int n_alarms = 0;
   int n_judged = 0;
@@ -41,7 +41,7 @@ TEST(SpreadMonitor, AlarmsFalselyAsOftenAsItSaysAtMost) {
   for (int i = 0; i < kRuns; ++i) {
     Random random = Random(1).fork(static_cast<std::uint64_t>(i));
     SpreadMonitor watch = fresh;
-    for (int day = 0; day < kNights; ++day) {
+    for (int day = 0; day < kWatched; ++day) {
       const WatchedSpread seen = *watch.add(night_of(day, random, 0.003));
       n_alarms += seen.is_alarm();
       n_judged += seen.is_judged;

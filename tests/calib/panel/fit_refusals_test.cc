@@ -84,7 +84,7 @@ TEST(PanelFit, FitsWhatIsOnlyNearlyCollinear) {
 
 TEST(PanelFit, RefusesWhatIsNoCovariance) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
   const std::vector<Eigen::Vector3d> bad = {// xx, xy, yy
                                             {0, 0, 0},
                                             {1, 0, 0},
@@ -92,7 +92,7 @@ TEST(PanelFit, RefusesWhatIsNoCovariance) {
                                             {1, 2, 1},
                                             {-1, 0, 1},
                                             {kInf, 0, 1},
-                                            {1, kNan, 1},
+                                            {1, kNoNumber, 1},
                                             {1e-320, 0, 1e-320},
                                             {1e-200, 0, 1},
                                             {1e300, 0, 1e300}};

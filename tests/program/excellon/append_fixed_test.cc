@@ -46,7 +46,9 @@ std::string fixed(double value, int n_decimals) {
   std::string text = "X";  // what is there already stays
   append_fixed(text, value, n_decimals);
   EXPECT_EQ(text[0], 'X');
-  if (n_decimals >= 6) EXPECT_EQ(text.substr(1), fixed_as(value, n_decimals));
+  if (n_decimals >= 6) {
+    EXPECT_EQ(text.substr(1), fixed_as(value, n_decimals));
+  }
   return text.substr(1);
 }
 

@@ -294,9 +294,9 @@ TEST(GcodeLeveller, KeepsToTheSurfaceOnLinesAndArcs) {
     const auto done = level_gcode({"p.ngc", text}, map, {.height_tolerance = um(tolerance_um)});
     ASSERT_TRUE(done) << done.error().text();
     const Deviation worst = deviation(done->text, surface_mm);
-    constexpr double kRounding_mm = 2e-4;
-    EXPECT_LE(worst.height_mm, 1e-3 * tolerance_um + kRounding_mm);
-    EXPECT_LE(worst.way_mm, kRounding_mm);
+    constexpr double kPrinted_mm = 2e-4;
+    EXPECT_LE(worst.height_mm, 1e-3 * tolerance_um + kPrinted_mm);
+    EXPECT_LE(worst.way_mm, kPrinted_mm);
     EXPECT_EQ(worst.n_moves + 1, done->figures.n_pieces);
   }
 }
@@ -356,7 +356,7 @@ TEST(GcodeLeveller, StepsLeadWherePlacesDo) {
   const HeightMap map =
       probed_map([](double x, double y) { return 0.2 * std::sin(x / 15) * std::cos(y / 20); });
   // The last digits of heights and places; steps do not add their rounding up.
-  constexpr double kRounding_mm = 1.1e-4;
+  constexpr double kPrinted_mm = 1.1e-4;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
@@ -370,7 +370,7 @@ TEST(GcodeLeveller, StepsLeadWherePlacesDo) {
     ASSERT_EQ(a_mm.size(), b_mm.size());
     ASSERT_GT(a_mm.size(), 30u);
     for (std::size_t i = 0; i < a_mm.size(); ++i) {
-      EXPECT_LT((a_mm[i] - b_mm[i]).lpNorm<Eigen::Infinity>(), kRounding_mm) << "move " << i;
+      EXPECT_LT((a_mm[i] - b_mm[i]).lpNorm<Eigen::Infinity>(), kPrinted_mm) << "move " << i;
     }
   }
 }
