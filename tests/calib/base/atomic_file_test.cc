@@ -156,10 +156,11 @@ TEST_F(AtomicFileTest, AFullDiskLeavesTheOldFileAndNoTemporary) {
 }
 
 TEST_F(AtomicFileTest, AFullDiskShowsAtCommitToo) {
-  // Below the buffer's size nothing is written before.
+  // The second piece waits in the buffer, and the disk has no room for it.
   EXPECT_TRUE(on_a_full_disk([&] {
     Expected<AtomicFile> file = AtomicFile::create(target());
-    return file && file->write(std::string(100000, 'n')) && !file->commit() && !file->commit();
+    const std::string piece(60000, 'n');
+    return file && file->write(piece) && file->write(piece) && !file->commit() && !file->commit();
   }));
   // The child ended without destructors, as in a crash: only a temporary file may remain.
   EXPECT_FALSE(std::filesystem::exists(target()));

@@ -162,16 +162,16 @@ TEST(Compensation, TellsTheValueOfTheCompensationIndex) {
 }
 
 TEST(Compensation, SidesAndArcsTurnOverInMirroredCopies) {
-  struct Case {
+  struct MirroredSide {
     std::string mirror, kind, side;
   };
-  for (const Case& one : std::vector<Case>{{"", "ccw", "left"},
-                                           {"M80", "cw", "right"},
-                                           {"M90", "cw", "right"},
-                                           {"M70", "cw", "right"},
-                                           {"M80M90", "ccw", "left"},
-                                           {"M80M70", "ccw", "left"},
-                                           {"M80M90M70", "cw", "right"}}) {
+  for (const MirroredSide& one : std::vector<MirroredSide>{{"", "ccw", "left"},
+                                                           {"M80", "cw", "right"},
+                                                           {"M90", "cw", "right"},
+                                                           {"M70", "cw", "right"},
+                                                           {"M80M90", "ccw", "left"},
+                                                           {"M80M70", "ccw", "left"},
+                                                           {"M80M90M70", "cw", "right"}}) {
     const ProgramRun run = run_clean(metric_t1(
         "M25\nG00X10.Y0.\nG41\nM15\nG03X20.Y10.A10.\nM17\nM01\nM02X100." + one.mirror + "\nM08\n"));
     EXPECT_EQ(sides_at_plunges(run), (Lines{"left", one.side})) << one.mirror;
