@@ -53,7 +53,9 @@ Reading read_table(const std::string& lines, const std::string& format = "5000")
 }
 
 /// The only diagnostic: its place, its code and the text that it names.
-void expect_refused(const Reading& reading, const std::string& place, const std::string& what) {
+void expect_layout_refused(const Reading& reading,
+                           const std::string& place,
+                           const std::string& what) {
   EXPECT_THAT(reading.diagnostics,
               ElementsAre(Reports("p.ss:" + place + ": error[tool-table-invalid]", what)));
 }
@@ -214,38 +216,38 @@ TEST(ToolTable, BlankLinesAndCommentsAreSkipped) {
 }
 
 TEST(ToolTable, RefusesOtherLines) {
-  expect_refused(read_table("T1D1.\n  X1.Y1.\n"), "4:3", "\"X1.\"");
-  expect_refused(read_table("D1.T1\n"), "3:1", "\"D1.\"");
-  expect_refused(read_table("T1D1.=\n"), "3:6", "\"=\"");
-  expect_refused(read_table("t1D1.\n"), "3:1", "\"t\"");
+  expect_layout_refused(read_table("T1D1.\n  X1.Y1.\n"), "4:3", "\"X1.\"");
+  expect_layout_refused(read_table("D1.T1\n"), "3:1", "\"D1.\"");
+  expect_layout_refused(read_table("T1D1.=\n"), "3:6", "\"=\"");
+  expect_layout_refused(read_table("t1D1.\n"), "3:1", "\"t\"");
 }
 
 TEST(ToolTable, RefusesOtherData) {
-  expect_refused(read_table("T1D1.K2.\n"), "3:6", "\"K2.\"");
-  expect_refused(read_table("T1Z10\n", "3000"), "3:3", "\"Z10\"");
-  expect_refused(read_table("T1T2\n"), "3:3", "\"T2\"");
+  expect_layout_refused(read_table("T1D1.K2.\n"), "3:6", "\"K2.\"");
+  expect_layout_refused(read_table("T1Z10\n", "3000"), "3:3", "\"Z10\"");
+  expect_layout_refused(read_table("T1T2\n"), "3:3", "\"T2\"");
 }
 
 TEST(ToolTable, RefusesBadNumbers) {
-  expect_refused(read_table("T1D1.2.\n"), "3:3", "\"D1.2.\"");
-  expect_refused(read_table("T1S50D-1.\n"), "3:6", "\"D-1.\"");
-  expect_refused(read_table("T1D.8\n", "3000"), "3:3", "\"D.8\"");
-  expect_refused(read_table("T1N3.5\n"), "3:3", "\"N3.5\"");
+  expect_layout_refused(read_table("T1D1.2.\n"), "3:3", "\"D1.2.\"");
+  expect_layout_refused(read_table("T1S50D-1.\n"), "3:6", "\"D-1.\"");
+  expect_layout_refused(read_table("T1D.8\n", "3000"), "3:3", "\"D.8\"");
+  expect_layout_refused(read_table("T1N3.5\n"), "3:3", "\"N3.5\"");
 }
 
 TEST(ToolTable, HasAsManyToolsAsTheFormat) {
   EXPECT_THAT(read_table("T99D1.\n").diagnostics, IsEmpty());
-  expect_refused(read_table("T100D1.\n"), "3:1", "\"T100\"");
-  expect_refused(read_table("T31D80\n", "3000"), "3:1", "\"T31\"");
-  expect_refused(read_table("T0D1.\n"), "3:1", "\"T0\"");
-  expect_refused(read_table("TD\n"), "3:1", "\"T\"");
+  expect_layout_refused(read_table("T100D1.\n"), "3:1", "\"T100\"");
+  expect_layout_refused(read_table("T31D80\n", "3000"), "3:1", "\"T31\"");
+  expect_layout_refused(read_table("T0D1.\n"), "3:1", "\"T0\"");
+  expect_layout_refused(read_table("TD\n"), "3:1", "\"T\"");
 }
 
 TEST(ToolTable, RefusesMagazinesThatAreNone) {
-  expect_refused(read_table("M1M2\n"), "3:1", "\"M1\"");
-  expect_refused(read_table("T1D1.\nM1M0\n"), "4:3", "\"M0\"");
-  expect_refused(read_table("T1D1.\nM1X2\n"), "4:3", "\"X2\"");
-  expect_refused(read_table("T1D1.\nM1000\n"), "4:1", "\"M1000\"");
+  expect_layout_refused(read_table("M1M2\n"), "3:1", "\"M1\"");
+  expect_layout_refused(read_table("T1D1.\nM1M0\n"), "4:3", "\"M0\"");
+  expect_layout_refused(read_table("T1D1.\nM1X2\n"), "4:3", "\"X2\"");
+  expect_layout_refused(read_table("T1D1.\nM1000\n"), "4:1", "\"M1000\"");
 }
 
 /// One refused line does not hide the next one.
@@ -255,13 +257,13 @@ TEST(ToolTable, ReportsEveryBadLine) {
 }
 
 TEST(ToolTable, BeginsWithADollarAlone) {
-  expect_refused(read("%%5000\nX1.Y1.T1\n$T1D1.\n$\n"), "3:1", "\"$T1D1.\"");
-  expect_refused(read("%%3000\n  $80$55$\n"), "2:1", "\"  $80$55$\"");
+  expect_layout_refused(read("%%5000\nX1.Y1.T1\n$T1D1.\n$\n"), "3:1", "\"$T1D1.\"");
+  expect_layout_refused(read("%%3000\n  $80$55$\n"), "2:1", "\"  $80$55$\"");
 }
 
 TEST(ToolTable, EndsWithADollar) {
-  expect_refused(read("%%5000\n$\nT1D1.\n"), "3", "");
-  expect_refused(read("%%5000\nX1.Y1.\n$\n"), "3", "");
+  expect_layout_refused(read("%%5000\n$\nT1D1.\n"), "3", "");
+  expect_layout_refused(read("%%5000\nX1.Y1.\n$\n"), "3", "");
   EXPECT_THAT(read("%%5000\n$\n$").diagnostics, IsEmpty());
 }
 
@@ -333,24 +335,24 @@ TEST(ToolTable1000, LineEndsInsideDoNotCount) {
 /// "The number of all $ given out must always be 91!"
 TEST(ToolTable1000, NinetyOneDollarSignsAreNeeded) {
   EXPECT_THAT(read_1000(repeated("$", 91)).diagnostics, IsEmpty());
-  expect_refused(read_1000(repeated("$", 90)), "3:1", "89");
-  expect_refused(read_1000(repeated("$", 92)), "3:1", "91");
-  expect_refused(read_1000("$\n"), "3:1", "0 ");
+  expect_layout_refused(read_1000(repeated("$", 90)), "3:1", "89");
+  expect_layout_refused(read_1000(repeated("$", 92)), "3:1", "91");
+  expect_layout_refused(read_1000("$\n"), "3:1", "0 ");
 }
 
 TEST(ToolTable1000, EveryValueIsClosed) {
-  expect_refused(read_1000("$80$50"), "3", "\"50\"");
-  expect_refused(read_1000(repeated("$", 91) + "\nTHE END"), "3", "\"THE END\"");
+  expect_layout_refused(read_1000("$80$50"), "3", "\"50\"");
+  expect_layout_refused(read_1000(repeated("$", 91) + "\nTHE END"), "3", "\"THE END\"");
 }
 
 TEST(ToolTable1000, RefusesBadNumbers) {
-  expect_refused(read_1000("$.8$" + repeated("$", 89)), "3:1", "\"D.8\"");
-  expect_refused(read_1000("$80$-5$" + repeated("$", 88)), "3:1", "\"S-5\"");
-  expect_refused(read_1000("$80$5 5$" + repeated("$", 88)), "3:1", "\"S5 5\"");
+  expect_layout_refused(read_1000("$.8$" + repeated("$", 89)), "3:1", "\"D.8\"");
+  expect_layout_refused(read_1000("$80$-5$" + repeated("$", 88)), "3:1", "\"S-5\"");
+  expect_layout_refused(read_1000("$80$5 5$" + repeated("$", 88)), "3:1", "\"S5 5\"");
 }
 
 TEST(ToolTable1000, IsNoTableOfLines) {
-  expect_refused(read_1000("$\nT1D80\n$\n"), "3:1", "\"DT1D80\"");
+  expect_layout_refused(read_1000("$\nT1D80\n$\n"), "3:1", "\"DT1D80\"");
 }
 
 }  // namespace

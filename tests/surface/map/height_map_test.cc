@@ -302,10 +302,10 @@ TEST(HeightMap, SaysIfNothingChecksItsModel) {
   Random random(56);
   const auto tilted = [](const Vector2d& p_mm) { return 1.6 + 1e-3 * p_mm.x(); };
   Points points = probed_lattice(random, tilted, 2, 2);
-  EXPECT_THAT(made(points).reason(), Not(HasSubstr("nothing checks")));
+  EXPECT_THAT(made(points).reason(), Not(HasSubstr("no model is checked")));
   points.pop_back();
   const HeightMap map = made(points);
-  EXPECT_THAT(map.reason(), HasSubstr("nothing checks them; the plane is the simplest"));
+  EXPECT_THAT(map.reason(), HasSubstr("no model is checked; the plane is the simplest"));
   EXPECT_EQ(map.surface().model(), SurfaceModel::Plane);
 }
 
