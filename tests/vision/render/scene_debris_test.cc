@@ -59,13 +59,13 @@ TEST(Debris, TouchesNothingButItsMask) {
   const auto clean = render_levels(scene, camera);
   scene.features.insert(scene.features.end(), debris.features.begin(), debris.features.end());
   const auto dirty = render_levels(scene, camera);
-  constexpr double kShare = 1e-3;
-  const std::vector<bool> touched = touched_pixels(debris.features, camera, kShare);
+  constexpr double kDirtyShare = 1e-3;
+  const std::vector<bool> touched = touched_pixels(debris.features, camera, kDirtyShare);
   int n_touched = 0;
   for (std::size_t i = 0; i < clean.size(); ++i) {
     n_touched += touched[i] ? 1 : 0;
     if (touched[i]) continue;
-    ASSERT_NEAR(clean[i], dirty[i], kShare);
+    ASSERT_NEAR(clean[i], dirty[i], kDirtyShare);
   }
   EXPECT_GT(n_touched, 200);
   EXPECT_LT(n_touched, static_cast<int>(clean.size()) / 4);
