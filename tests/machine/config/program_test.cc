@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "machine/config/machine_config.h"
 #include <gtest/gtest.h>
 
 #include "tests/support/matchers.h"

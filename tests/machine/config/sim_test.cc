@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "machine/config/machine_config.h"
+#include "machine/sim/sim_table_surface.h"
 #include "machine/sim/simulated_probe.h"
 #include <gtest/gtest.h>
 
@@ -187,19 +188,19 @@ chip_since = 2026-11-05T00:00:00
   ASSERT_TRUE(config) << config.error().text();
   const SimTableSurface& table = *config->sim->table_surface;
   const auto day = [&](int number) { return table.since + std::chrono::days(number); };
-  SimulatedProbeOptions now = table.at(day(-7));
+  SimulatedProbeOptions now = surface_at(table, day(-7));
   EXPECT_EQ(now.height, mm(0.2));
   EXPECT_EQ(now.slope_x_ppm, 80);
   EXPECT_FALSE(now.chip);
-  now = table.at(day(4));
+  now = surface_at(table, day(4));
   EXPECT_NEAR(now.height.in_mm(), 0.208, 1e-12);
   EXPECT_EQ(now.slope_x_ppm, 100);
   EXPECT_EQ(now.slope_y_ppm, -26);
   ASSERT_TRUE(now.chip);
   EXPECT_EQ(now.chip->depth, um(300));
   // Another night another noise, the same night the same.
-  EXPECT_EQ(now.seed, table.at(day(4)).seed);
-  EXPECT_NE(now.seed, table.at(day(5)).seed);
+  EXPECT_EQ(now.seed, surface_at(table, day(4)).seed);
+  EXPECT_NE(now.seed, surface_at(table, day(5)).seed);
   auto probe = SimulatedProbe::create(now);
   ASSERT_TRUE(probe) << probe.error().text();
   const auto height_mm = [&](double x_mm) {

@@ -81,7 +81,7 @@ file = "table.json"
     PANELCAL_TRY(const MachineConfig config,
                  parse_machine_config(text, folder_.path() / "machine.toml"));
     truth.surface.seed = seed;
-    PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(truth.at(now)));
+    PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(surface_at(truth, now)));
     OnlyProbe machine;
     CalibrationDevices devices = {machine, machine, machine, {}, {}};
     if (has_probe) devices.probe = &probe;
