@@ -129,7 +129,9 @@ TEST(ToleranceConfig, RefusesWhatItDoesNotKnow) {
 
 TEST(ToleranceConfig, RefusesWhatMakesNoSense) {
   const auto expects = [](std::string_view toml, std::string_view part) {
-    EXPECT_NE(refusal(toml).find(part), std::string::npos) << refusal(toml);
+    const auto config = parse_machine_config(toml, "machine.toml");
+    ASSERT_FALSE(config) << toml;
+    EXPECT_NE(config.error().text().find(part), std::string::npos) << config.error().text();
   };
   expects("[tolerance]\n", "[tolerance] has no position_um");
   expects("[[tolerance.tool]]\nposition_um = 5\n", "[[tolerance.tool]] has no number");

@@ -130,7 +130,7 @@ TEST_F(PlaceTrialsTest, SaysWhatKeepsItFromTryingSettleTimes) {
   make("");
   CalibrationDevices no_wait{*machine_, *machine_, *machine_, {}, {}};
   EXPECT_THAT(calibrate_settle(config_, no_wait, kPlace, {}),
-              FailsWith(Code::ConfigValue, "waits"));
+              FailsWith(Code::ConfigValue, "settling time"));
   SettleTrial trial;
   trial.n_delays = 2;
   EXPECT_THAT(calibrate_settle(config_, devices(), kPlace, trial),
