@@ -10,7 +10,6 @@
 #include "calib/base/linear_algebra.h"
 #include "calib/camera/circle_bias.h"
 #include "calib/camera/dot_projection.h"
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 namespace panelcal::internal {
@@ -65,8 +64,7 @@ std::optional<DotProjection> project_dot(const CameraModel& camera,
 }
 
 Eigen::Matrix2d whitening_of(const Eigen::Matrix2d& cov) {
-  const Eigen::Matrix2d lower = cov.llt().matrixL();
-  return lower.inverse();
+  return plane_root(cov).inverse();
 }
 
 CameraProblem::CameraProblem(const CameraData& data,

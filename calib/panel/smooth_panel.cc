@@ -7,7 +7,6 @@
 #include "calib/panel/smoothing.h"
 #include "calib/panel/system.h"
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 namespace panelcal::internal {
 namespace {
@@ -88,9 +87,9 @@ std::optional<Split> split(const Equations& equations, const Eigen::Matrix2Xd& k
   Split out;
   out.plates = equations.b * for_both_axes(phi) * equations.b.transpose();
   const Index n_equations = equations.y.size();
-  const Eigen::HouseholderQR<MatrixXd> qr(equations.b * for_both_axes(affine));
-  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(n_equations, n_equations);
-  const MatrixXd r = qr.matrixQR().topRows(6).triangularView<Eigen::Upper>();
+  const OrthogonalTriangular qr(equations.b * for_both_axes(affine));
+  const MatrixXd q = qr.q();
+  const MatrixXd r = qr.r();
   out.lift = q.leftCols(6) *
              r.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(MatrixXd::Identity(6, 6)));
   const MatrixXd complement = q.rightCols(n_equations - 6);
