@@ -15,7 +15,7 @@ function(panelcal_unity target)
   if(NOT PANELCAL_UNITY_BUILD)
     return()
   endif()
-  set(enough 160000)  # bytes; more take long in one piece, and more memory
+  set(enough 320000)  # bytes; more take long in one piece, and more memory
   get_target_property(sources ${target} SOURCES)
   foreach(source IN LISTS sources)
     get_source_file_property(options "${source}" COMPILE_OPTIONS)
