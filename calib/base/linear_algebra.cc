@@ -60,6 +60,14 @@ Eigen::MatrixXd Cholesky::whiten(const Eigen::MatrixXd& b) const {
   return llt_.matrixL().solve(b);
 }
 
+Eigen::MatrixXd propagated(const Eigen::MatrixXd& j, const Eigen::MatrixXd& cov) {
+  return j * cov * j.transpose();
+}
+
+Eigen::MatrixXd propagated_diagonal(const Eigen::MatrixXd& j, const Eigen::VectorXd& variances) {
+  return j * variances.asDiagonal() * j.transpose();
+}
+
 Eigen::Matrix2d plane_root(const Eigen::Matrix2d& cov) {
   return cov.llt().matrixL();
 }

@@ -52,6 +52,11 @@ class Cholesky {
   Eigen::LLT<Eigen::MatrixXd> llt_;
 };
 
+/// J cov J^T.
+Eigen::MatrixXd propagated(const Eigen::MatrixXd& j, const Eigen::MatrixXd& cov);
+/// The same of independent errors of these variances.
+Eigen::MatrixXd propagated_diagonal(const Eigen::MatrixXd& j, const Eigen::VectorXd& variances);
+
 /// The lower triangular L of cov = L L^T.
 Eigen::Matrix2d plane_root(const Eigen::Matrix2d& cov);
 

@@ -34,7 +34,7 @@ MatrixXd pseudo_inverse(const MatrixXd& normal, const Eigen::VectorXd& before, i
     value = value > kCameraGauge ? 1 / value : 0;
   }
   const MatrixXd scaled = unit.asDiagonal() * modes.vectors;
-  return scaled * inverse.asDiagonal() * scaled.transpose();
+  return propagated_diagonal(scaled, inverse);
 }
 
 }  // namespace

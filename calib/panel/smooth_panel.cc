@@ -158,7 +158,7 @@ MatrixXd mean_covariance(const Equations& equations,
     known += smoothing.weight[k] * s * s * kept;
   }
   means.colwise() -= VectorXd(means * smoothing.weight);
-  MatrixXd middle = means * smoothing.weight.asDiagonal() * means.transpose();
+  MatrixXd middle = propagated_diagonal(means, smoothing.weight);
   middle.diagonal() -= known;
   cov += g.transpose() * middle * g;
   return cov;
@@ -177,7 +177,7 @@ std::optional<double> left_out_rms(std::span<const RawPair> pairs,
     for (Index k = 0; k < smoothing.weight.size(); ++k) {
       if (smoothing.weight[k] < kNoWeight) continue;
       const VectorXd kept = (1 - smoothing.shrinkage.col(k).array()).matrix();
-      const MatrixXd left = v * kept.asDiagonal() * v.transpose();
+      const MatrixXd left = propagated_diagonal(v, kept);
       const Eigen::FullPivLU<MatrixXd> lu(left);
       if (!(std::abs(lu.determinant()) > kNoPanelResidual)) return std::nullopt;
       white += smoothing.weight[k] * lu.solve(v * kept.cwiseProduct(split.z));

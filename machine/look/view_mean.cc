@@ -70,7 +70,7 @@ std::optional<ViewMean> mean_of_views(std::span<const ViewDeviation> views) {
   const auto [inverse, rank] = pseudo_inverse(design, 1e-6);
   const Eigen::VectorXd solution = inverse * deviation_mm;
   const Eigen::VectorXd residual_mm = deviation_mm - design * solution;
-  const Eigen::MatrixXd cov_of_solution = inverse * cov_mm2 * inverse.transpose();
+  const Eigen::MatrixXd cov_of_solution = propagated(inverse, cov_mm2);
 
   ViewMean mean;
   mean.deviation_mm = solution.head<2>();
