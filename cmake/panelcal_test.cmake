@@ -10,6 +10,9 @@ include(panelcal_unity)
 
 option(PANELCAL_SLOW_TESTS "Build the tests that are labelled slow as well" ON)
 
+set(PANELCAL_TEST_HEADERS <algorithm> <functional> <map> <optional> <string> <vector> <Eigen/Dense>
+                          <gmock/gmock.h> <gtest/gtest.h>)
+
 # What all tests are compiled with: they share a precompiled header.
 function(panelcal_test_options target)
   target_link_libraries(${target} PRIVATE panelcal_test_support panelcal_warnings GTest::gtest_main)
@@ -35,7 +38,12 @@ function(panelcal_test folder)
   add_executable(${folder}_test ${arg_SOURCES})
   target_link_libraries(${folder}_test PRIVATE ${arg_DEPENDS})
   panelcal_test_options(${folder}_test)
-  target_precompile_headers(${folder}_test REUSE_FROM panelcal_test_headers)
+  # g++ takes a precompiled header only where the same macros are defined; Ceres brings its own.
+  if("Ceres::ceres" IN_LIST arg_DEPENDS)
+    target_precompile_headers(${folder}_test PRIVATE ${PANELCAL_TEST_HEADERS})
+  else()
+    target_precompile_headers(${folder}_test REUSE_FROM panelcal_test_headers)
+  endif()
   panelcal_unity(${folder}_test MAX 8)
   # An empty value would be lost on the way, and the next key be taken for it.
   if(arg_LABELS)
