@@ -56,9 +56,9 @@ CLEAN = {
 TYPICAL = {
     "board.style": P("bare", "mask"), "board.metal_rgb": P(COPPER, TIN, GOLD), "lamp.rgb": P(WHITE, WHITE, RED),
     "board.weave": U(0.05, 0.15), "board.mottle": U(0.02, 0.05), "board.weave_angle_deg": U(-3, 3),
-    "board.weave_pitch_px": P([46.0, 58.0], [38.0, 44.0], [58.0, 79.0]), "board.opening_px": U(3, 8),
-    "board.opening_shift_px": V(0, 2), "surface.grain": U(0.03, 0.09), "surface.grain_px": U(0.8, 2.5),
-    "surface.grain_board": U(0.02, 0.05), "surface.waviness": U(0.02, 0.06), "surface.waviness_px": U(15, 40),
+    "board.weave_pitch_px": P([46.0, 58.0], [38.0, 44.0], [58.0, 79.0]), "board.opening_px": U(0.5, 7),
+    "board.opening_shift_px": V(0, 2), "surface.grain": U(0.02, 0.06), "surface.grain_px": U(0.8, 2.5),
+    "surface.grain_board": U(0.02, 0.05), "surface.waviness": U(0.04, 0.10), "surface.waviness_px": U(8, 30),
     "surface.roughness": U(0.25, 0.4), "rim.band": U(-0.2, 0.3), "rim.band_px": U(0.8, 2.0), "rim.rough_px": U(0.03, 0.08),
     "lamp.uneven": U(0.05, 0.25), "lamp.gradient_per_100px": U(0.02, 0.10), "lamp.vignetting_per_100px": U(0, 0.03),
     "lamp.elevation_deg": U(50, 70), "lamp.coaxial": U(0, 0.4), "lens.cutoff_per_px": U(0.65, 0.98),
@@ -95,6 +95,8 @@ def _add(name, text, changes, hole=None, hard=None):
         CELLS[name + "_hard"] = (text + ", hard", TYPICAL, {**changes, **hard}, hole or {})
 
 
+_add("drilled", "bore in the pad, near its centre", {"target.drill_px": "0.35 size", "target.drill_offset_px": V(0, 3), "bore.wall": U(0.2, 0.6)},
+     {"target.drill_px": 0.0}, {"target.drill_px": "0.5 size", "target.drill_offset_px": V(4, 8), "bore.wall_plated": True, "bore.bottom": U(0.02, 0.3)})
 _add("grain", "grain on metal and board", {"surface.grain": U(0.12, 0.2), "surface.grain_board": U(0.06, 0.1), "surface.grain_px": U(1, 4)},
      hard={"surface.grain": U(0.22, 0.35), "surface.grain_board": U(0.12, 0.2), "surface.roughness": U(0.15, 0.25)})
 _add("brushed", "brushed copper", {"surface.brushed": U(0.10, 0.2), "board.metal_rgb": COPPER}, {"board.style": "copper"},
@@ -105,7 +107,7 @@ _add("lamp", "uneven lamp", {"lamp.uneven": U(0.3, 0.5), "lamp.gradient_per_100p
      {"lamp.uneven": U(0.7, 0.95), "lamp.gradient_per_100px": U(0.3, 0.5)})
 _add("scratches", "scratches", {"surface.scratches": N(3, 6)}, None, {"surface.scratches": N(8, 14), "surface.scratch_px": 2.2})
 _add("hasl", "solder dome with a displaced mirror of the lamp",
-     {"surface.dome_deg": U(10, 20), "surface.roughness": U(0.1, 0.18), "board.metal_rgb": TIN, "surface.dome_shift_px": V(0, 4),
+     {"surface.dome_deg": U(10, 20), "surface.roughness": U(0.10, 0.18), "surface.grain": U(0.01, 0.03), "surface.waviness": U(0.02, 0.05), "board.metal_rgb": TIN, "surface.dome_shift_px": V(0, 4),
       "lamp.uneven": U(0.2, 0.5)}, PAD,
      {"surface.dome_deg": U(22, 38), "surface.roughness": U(0.06, 0.1), "lamp.uneven": U(0.5, 0.9), "surface.dome_shift_px": V(3, 8)})
 _add("flux", "flux residue", {"surface.flux": U(0.1, 0.25)}, None, {"surface.flux": U(0.3, 0.5)})
@@ -121,7 +123,7 @@ _add("rough03", "outline rough by 0.3 px rms", {"rim.rough_px": 0.3, "rim.rough_
 _add("bore_wall3", "bore whose lower face is shifted by 3 px", {"bore.wall_px": 3.0, "bore.wall": U(0.15, 0.5)}, None,
      {"bore.wall_px": 6.0, "bore.wall": U(0.3, 0.8), "bore.wall_plated": P(True, False)})
 _add("plated", "plated bore: bright bands on the wall", {"bore.wall_plated": True, "bore.wall": U(0.5, 0.9), "bore.wall_px": U(1, 3)},
-     {"bore.pad_px": "1.5 size"}, {"bore.bottom": U(0.2, 0.6), "lamp.uneven": U(0.5, 0.8)})
+     {"bore.pad_px": "1.35 size", "board.style": "mask"}, {"bore.bottom": U(0.1, 0.25), "bore.wall": U(0.9, 1.6), "lamp.uneven": U(0.5, 0.8)})
 _add("bright_table", "bore above a bright table", {"bore.bottom": U(0.1, 0.2)}, {"board.style": "copper"}, {"bore.bottom": U(0.25, 0.35)})
 _add("halo", "crazed laminate around a bore", {"bore.halo": U(0.2, 0.4), "bore.halo_px": U(4, 12), "board.style": "bare"}, {"board.style": "bare"})
 _add("mask_crescent", "mask covers a crescent of the pad",

@@ -108,12 +108,18 @@ def alike(scene, rng):
         like = {**parameters["target"], "shape": wanted, "size_px": parameters["target"]["size_px"] * factor,
                 "inner_px": parameters["target"]["inner_px"] * factor, "width_px": parameters["target"]["width_px"] * factor}
         at = place(scene, rng, reach(like))
-        if at is None or wanted in ("tag",):
+        if at is None:
             continue
         if wanted == "hole":
             paint(scene, *at, like["size_px"], f"alike{at[0]:.2f}", burr=False)
             continue
         window = scene.grid.window(*at, reach(like) + 8)
+        if wanted == "tag":
+            # a frame with bits that are no code
+            u, v = scene.grid.local(window, *at, rng.uniform(0, np.pi))
+            white, plate = geometry.tag_coverage(u, v, like["size_px"] / factor, geometry.tag_cells(int(rng.integers(1 << 36))), scene.grid.h)
+            np.maximum(scene.c[window], white * geometry.coverage(plate, scene.grid.h), out=scene.c[window])
+            continue
         scene.copper(window, artwork(like, *scene.grid.local(window, *at)), open_by=parameters["board"]["opening_px"])
 
 

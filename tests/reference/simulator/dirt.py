@@ -3,7 +3,8 @@
 import numpy as np
 
 from . import geometry
-from .fields import noise, rim_profile, stream
+from .fields import rim_profile, stream
+from .target import outline_point
 
 
 def _blob(scene, rng, u0, v0, radius, value, alpha, metal=False):
@@ -16,26 +17,6 @@ def _blob(scene, rng, u0, v0, radius, value, alpha, metal=False):
         delta = 0.25 * radius * rim_profile(rng, radius * 0.8, radius, 180)
         d = geometry.displace(d, u, v, delta, radius)
     scene.add(window, np.float32(alpha) * geometry.coverage(d, scene.grid.h), np.float32(value), metal=metal)
-
-
-def outline_point(target, rng):
-    """A random point of the target's outline, board px about its centre, and the outline's length."""
-    half, shape = target["size_px"] / 2, target["shape"]
-    if shape in ("disc", "hole", "ring", "none"):
-        a = rng.uniform(0, 2 * np.pi)
-        return half * np.cos(a), half * np.sin(a), 2 * np.pi * half
-    if shape == "cross":
-        w, arm = target["width_px"] / 2, rng.integers(4)
-        along, side = rng.uniform(w, half), rng.choice([-w, w])
-        p = (along, side)
-        length = 8 * (half - w) + 8 * w
-    else:
-        arm = rng.integers(4)
-        p = (half, rng.uniform(-half, half))
-        length = 8 * half
-    a = arm * np.pi / 2 + np.deg2rad(target["angle_deg"]) + (np.pi / 4 if shape == "diamond" else 0)
-    c, s = np.cos(a), np.sin(a)
-    return p[0] * c - p[1] * s, p[0] * s + p[1] * c, length
 
 
 def debris(scene):

@@ -57,19 +57,18 @@ def capsule(u, v, a, b, radius):
     return np.hypot(du - t * np.float32(d[0]), dv - t * np.float32(d[1])) - (np.float32(ra) + t * np.float32(rb - ra))
 
 
-def tag_cells(tag_id):
-    """10 x 10 cells of a tag, 1 = white: white rim, black frame, 6 x 6 bits."""
+def tag_cells(code):
+    """10 x 10 cells of a tag of 36 bits, 1 = white: white rim, black frame, 6 x 6 bits."""
     cells = np.ones((10, 10), np.float32)
     cells[1:9, 1:9] = 0
     for i, (x, y) in enumerate(TAG_BITS):
-        cells[y + 1, x + 1] = (TAG36H11[tag_id] >> (35 - i)) & 1
+        cells[y + 1, x + 1] = (code >> (35 - i)) & 1
     return cells
 
 
-def tag_coverage(u, v, side, tag_id, ramp_px):
+def tag_coverage(u, v, side, cells, ramp_px):
     """(white part of each sample, distance to the outer rim) of a tag; side: of its black frame."""
     cell = side / 8.0
-    cells = tag_cells(tag_id)
 
     def steps(t):
         """Index of the cell before the nearest cell border, and the part beyond that border."""

@@ -19,6 +19,8 @@ TABLE = (
     ("target.inner_px", 30.0, "px", "diameter of a ring's hole", "0.3 to 0.6 of size", "[pcb]"),
     ("target.inner_offset_px", [0.0, 0.0], "px", "of a ring's hole against its outline", "0 to 5", "[pcb] annular ring"),
     ("target.inner", "etched", "", "a ring's hole is etched or bored", "", ""),
+    ("target.drill_px", 0.0, "px", "diameter of a bore in the target, which is no part of the artwork; 0: none", "0.2 to 0.5 of size", "[photo]"),
+    ("target.drill_offset_px", [0.0, 0.0], "px", "that bore against the target's centre", "0 to 5", "[pcb]"),
     ("target.width_px", 14.0, "px", "width of a cross's bars", "0.12 to 0.3 of size", ""),
     ("target.angle_deg", 0.0, "deg", "turn of the target, from x towards y", "-3 to 3", ""),
     ("target.tag_id", 0, "", "AprilTag 36h11 id", "0 to 9", ""),

@@ -119,6 +119,8 @@ class Scene:
             if target["inner"] == "bored":
                 a = np.deg2rad(target["angle_deg"])
                 bore.paint(self, du * np.cos(a) - dv * np.sin(a), du * np.sin(a) + dv * np.cos(a), target["inner_px"], "ring")
+        if target["drill_px"]:
+            bore.paint(self, *target["drill_offset_px"], target["drill_px"], "drill")
         if self.masked:
             self.open(w, outline.nominal - np.float32(board["opening_px"]))
         if target["polarity"] == "bright":
