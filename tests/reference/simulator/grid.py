@@ -40,9 +40,6 @@ class View:
 
     def board(self, x, y):
         """Board coordinates (px, from the target's centre) of picture coordinates."""
-        if self.d is None and self.tilt == 0:
-            dx, dy = x - self.axis[0], y - self.axis[1]
-            return dx - self.origin[0], dy - self.origin[1]
         ex, ey = self.e
         dx, dy = x - self.axis[0], y - self.axis[1]
         p, s = dx * ex + dy * ey, dy * ex - dx * ey
@@ -82,6 +79,13 @@ class Grid:
         self.u, self.v = self._board(self.x, self.y)
 
     def _board(self, x, y):
+        if self.view.d is None:  # affine: three points have it, and rows and columns add up
+            u0, v0 = self.view.board(np.float64(0), np.float64(0))
+            ux, vx = self.view.board(np.float64(1), np.float64(0))
+            uy, vy = self.view.board(np.float64(0), np.float64(1))
+            column, row = y.astype(np.float64)[:, None], x.astype(np.float64)[None, :]
+            return tuple(((b - o) * column).astype(np.float32) + ((a - o) * row + o).astype(np.float32)
+                         for o, a, b in ((u0, ux, uy), (v0, vx, vy)))
         u, v = self.view.board(x[None, :].astype(np.float64), y[:, None].astype(np.float64))
         shape = (len(y), len(x))
         return (np.ascontiguousarray(np.broadcast_to(u, shape), np.float32),

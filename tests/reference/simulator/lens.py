@@ -7,15 +7,15 @@ sampled at its centre. The OTF comes from a pupil with aberrations, not from a G
 import numpy as np
 
 N_PUPIL = 48
-REACH_PX = 9.0
 
 
-def pupil_psf(lens, offset_waves, ss):
-    """PSF (odd square array, pitch 1/ss px, sum 1) by Fourier transform of the pupil.
+def pupil_otf(lens, offset_waves):
+    """(OTF, step in cycles/px, shift of edges [x, y] in px) by autocorrelation of the pupil.
 
-    Aberrations in waves, on rho = radius / pupil radius, t from coma_azimuth_deg:
+    OTF: square complex array, frequency 0 in the middle, 2 N_PUPIL samples over +-cutoff. Aberrations in
+    waves, on rho = radius / pupil radius, t from coma_azimuth_deg:
       W = defocus rho^2 + spherical (6 rho^4 - 6 rho^2) + coma (3 rho^3 - 2 rho) cos t + astigmatism rho^2 cos 2t
-    Source: Goodman, Introduction to Fourier Optics, 6.4; Seidel and Zernike terms.
+    Source: Goodman, Introduction to Fourier Optics, 6.3 and 6.4; Seidel and Zernike terms.
     """
     k = (np.arange(N_PUPIL) + 0.5) * (2 / N_PUPIL) - 1
     px, py = np.meshgrid(k, k)
@@ -23,23 +23,51 @@ def pupil_psf(lens, offset_waves, ss):
     a = np.deg2rad(lens["coma_azimuth_deg"])
     along = px * np.cos(a) + py * np.sin(a)
     across = py * np.cos(a) - px * np.sin(a)
-    rho = np.sqrt(rho2)
     w = ((lens["defocus_waves"] + offset_waves) * rho2 + lens["spherical_waves"] * (6 * rho2 ** 2 - 6 * rho2)
          + lens["coma_waves"] * (3 * rho2 - 2) * along
          + lens["astigmatism_waves"] * (along ** 2 - across ** 2))
     # a soft pupil edge, one cell wide, keeps the sampled pupil round
-    inside = np.clip((1 - rho) * (N_PUPIL / 2) + 0.5, 0, 1)
-    pupil = inside * np.exp(2j * np.pi * w)
-    n = int(REACH_PX * ss)
-    x = np.arange(-n, n + 1) / ss
-    e = np.exp(2j * np.pi * (lens["cutoff_per_px"] / 2) * np.outer(x, k))
-    psf = np.abs(e @ pupil @ e.T) ** 2
-    # fade to 0 at the border, so that the cut does not ring
-    fade = np.clip((REACH_PX - np.hypot(x[:, None], x[None, :])) / 2.0, 0, 1)
-    psf *= fade
-    psf /= psf.sum()
-    # coma moves the centroid: the lens' calibration has it, so it is taken out here
-    return psf, (float((psf.sum(0) * x).sum()), float((psf.sum(1) * x).sum()))
+    inside = np.clip((1 - np.sqrt(rho2)) * (N_PUPIL / 2) + 0.5, 0, 1)
+    spectrum = np.fft.fft2(inside * np.exp(2j * np.pi * w), (2 * N_PUPIL, 2 * N_PUPIL))
+    otf = np.fft.ifft2(np.abs(spectrum) ** 2)
+    otf /= otf[0, 0]
+    step = lens["cutoff_per_px"] / N_PUPIL
+    return np.fft.fftshift(otf), step, edge_shift(otf, step, a)
+
+
+def edge_shift(otf, step, azimuth_rad):
+    """Where the picture of a straight edge passes half its height, along the direction of coma, px [x, y].
+
+    Edge response at x: 1/2 + (1/pi) sum Im(OTF(f) exp(2 pi i f x)) / f df; its root by bisection. Coma
+    moves all edges of a small target alike, and a calibration of the lens contains that.
+    """
+    e = np.array([np.cos(azimuth_rad), np.sin(azimuth_rad)])
+    k = np.arange(0.5, N_PUPIL - 1)
+    i, j = k * e[0], k * e[1]
+    i0, j0 = np.floor(i).astype(int), np.floor(j).astype(int)
+    fi, fj = i - i0, j - j0
+    line = ((otf[j0, i0] * (1 - fi) + otf[j0, i0 + 1] * fi) * (1 - fj)
+            + (otf[j0 + 1, i0] * (1 - fi) + otf[j0 + 1, i0 + 1] * fi) * fj)
+    f = k * step
+    low, high = -4.0, 4.0
+    for _ in range(24):
+        x = (low + high) / 2
+        if np.sum(np.imag(line * np.exp(2j * np.pi * f * x)) / f) < 0:
+            low = x
+        else:
+            high = x
+    return tuple(float(t) for t in (low + high) / 2 * e)
+
+
+def _linear(f, step):
+    """Matrix (len(f) x 2 N_PUPIL) that interpolates pupil_otf's samples at f, 0 beyond the cutoff."""
+    s = np.clip(f / step + N_PUPIL, 0, 2 * N_PUPIL - 1)
+    k = np.minimum(s.astype(int), 2 * N_PUPIL - 2)
+    out = np.zeros((len(f), 2 * N_PUPIL), np.complex64)
+    rows = np.arange(len(f))
+    out[rows, k] = 1 - (s - k)
+    out[rows, k + 1] = s - k
+    return out
 
 
 def motion_path(motion, n=64):
@@ -67,25 +95,22 @@ class Optics:
         self.keep = min(self.keep, grid.ss)
         nx, ny = grid.nx * self.keep, grid.ny * self.keep
         self.fx, self.fy = np.arange(nx // 2 + 1) / grid.nx, np.fft.fftfreq(ny, 1 / ny) / grid.ny
-        psf, centroid = pupil_psf(lens, defocus_offset_waves, grid.ss)
-        n = len(psf) // 2
-        x = np.arange(-n, n + 1) / grid.ss
-        ex = np.exp(-2j * np.pi * np.outer(x, self.fx)).astype(np.complex64)
-        ey = np.exp(-2j * np.pi * np.outer(self.fy, x)).astype(np.complex64)
-        otf = ey @ psf.astype(np.complex64) @ ex
+        table, step, moved = pupil_otf(lens, defocus_offset_waves)
+        otf = _linear(self.fy, step) @ (table.astype(np.complex64) @ _linear(self.fx, step).T)
         glare = lens["glare"]
         if glare:
-            f2 = self.fx[None, :] ** 2 + self.fy[:, None] ** 2
-            halo = (1 + (2 * np.pi * lens["glare_px"]) ** 2 * f2) ** -1.5
+            # transform of a halo that falls off as exp(-r / glare_px)
+            k = np.float32((2 * np.pi * lens["glare_px"]) ** 2)
+            t = 1 + k * (self.fx.astype(np.float32)[None, :] ** 2 + self.fy.astype(np.float32)[:, None] ** 2)
             otf *= np.float32(1 - glare)
-            otf += (np.float32(glare) * halo).astype(np.float32)
+            otf += np.float32(glare) / (t * np.sqrt(t))
         h = grid.h
         # pixel aperture over the working sample's own, and the shift to the pixel's centre
         def axis(f, shift):
             aperture = np.sinc(f * fill_factor ** 0.5) / np.sinc(f * h)
             return aperture * np.exp(2j * np.pi * f * (0.5 - 0.5 * h - shift))
-        otf *= axis(self.fx, shift_px[0] - centroid[0])[None, :].astype(np.complex64)
-        otf *= axis(self.fy, shift_px[1] - centroid[1])[:, None].astype(np.complex64)
+        otf *= axis(self.fx, shift_px[0] - moved[0])[None, :].astype(np.complex64)
+        otf *= axis(self.fy, shift_px[1] - moved[1])[:, None].astype(np.complex64)
         if motion["amplitude_px"] or motion["drift_px"]:
             d = motion_path(motion)
             mx = np.exp(-2j * np.pi * np.outer(d[:, 0], self.fx))

@@ -126,7 +126,7 @@ TABLE = (
     ("lens.cutoff_per_px", 0.85, "1/px", "pixel / (wavelength x f-number): 3.45 um, 0.58 um, f/7", "0.5 to 1.6", "Goodman"),
     ("lens.defocus_waves", 0.0, "waves", "defocus at the pupil's rim", "0 to 0.5, hard 1.5", "Goodman"),
     ("lens.spherical_waves", 0.03, "waves", "spherical aberration (Zernike)", "0 to 0.1", "[guess]"),
-    ("lens.coma_waves", 0.03, "waves", "coma (Zernike); its shift is taken out", "0 to 0.1", "[guess]"),
+    ("lens.coma_waves", 0.03, "waves", "coma (Zernike); the shift of edges is taken out", "0 to 0.1", "[guess]"),
     ("lens.coma_azimuth_deg", 0.0, "deg", "its direction", "0 to 360", ""),
     ("lens.astigmatism_waves", 0.03, "waves", "astigmatism", "0 to 0.1", "[guess]"),
     ("lens.glare", 0.02, "1", "part of the light in a wide halo", "0 to 0.05", "[guess] ISO 9358"),

@@ -103,6 +103,10 @@ class Scene:
             bore.paint(self, 0.0, 0.0, target["size_px"], "target", distance=outline.distance, window=w)
             return
         c = self.c[w]
+        du, dv = target["inner_offset_px"]
+        if target["shape"] == "ring" and target["polarity"] == "bright":
+            # a track that ends at a ring does not fill its hole
+            c *= 1 - geometry.coverage(geometry.disc(outline.u - np.float32(du), outline.v - np.float32(dv), target["inner_px"] / 2), h)
         if target["shape"] == "tag":
             dark = outline.black if target["polarity"] == "bright" else outline.covered - outline.black
             c *= 1 - outline.covered
@@ -111,14 +115,9 @@ class Scene:
             np.maximum(c, outline.covered, out=c)
         else:
             c *= 1 - outline.covered
-        if target["shape"] == "ring" and target["polarity"] == "bright":
-            # a track that ends at a ring does not fill its hole
-            du, dv = target["inner_offset_px"]
-            u, v = outline.u - np.float32(du), outline.v - np.float32(dv)
-            c *= 1 - geometry.coverage(geometry.disc(u, v, target["inner_px"] / 2), h)
-            if target["inner"] == "bored":
-                a = np.deg2rad(target["angle_deg"])
-                bore.paint(self, du * np.cos(a) - dv * np.sin(a), du * np.sin(a) + dv * np.cos(a), target["inner_px"], "ring")
+        if target["shape"] == "ring" and target["inner"] == "bored":
+            a = np.deg2rad(target["angle_deg"])
+            bore.paint(self, du * np.cos(a) - dv * np.sin(a), du * np.sin(a) + dv * np.cos(a), target["inner_px"], "ring")
         if target["drill_px"]:
             bore.paint(self, *target["drill_offset_px"], target["drill_px"], "drill")
         if self.masked:
