@@ -55,6 +55,13 @@ def paint(scene, u0, v0, diameter_px, name, distance=None, window=None, burr=Tru
         halo = np.exp(-np.maximum(upper, 0) / bore["halo_px"]) * np.clip(uneven, 0, 2)
         scene.add(window, np.clip(bore["halo"] * halo, 0, 1).astype(np.float32), np.float32(0.6))
     scene.add(window, geometry.coverage(upper, grid.h), inside.astype(np.float32))
+    if bore["lip"]:
+        # solder or plating bends over the rim: facets of every slope, those on the lamp's side mirror it
+        uneven = np.clip(1 + 0.4 * rim_profile(rng, 5.0, radius, N_ANGLES), 0, 2)
+        k = (angle * (N_ANGLES / (2 * np.pi))).astype(np.int32) % N_ANGLES
+        alpha = np.exp(-((upper - np.float32(0.5 * bore["lip_px"])) / bore["lip_px"]) ** 2)
+        towards = np.clip(facing(lamp, angle), 0, None) ** 3 + 0.4 * np.clip(facing(lamp, angle + np.pi), 0, None) ** 3
+        scene.add(window, (0.85 * alpha).astype(np.float32), (bore["lip"] * 0.5 * towards * uneven[k]).astype(np.float32), metal=True)
     if burr and bore["burr_px"]:
         one = lobe(N_ANGLES, np.deg2rad(bore["burr_deg"]), 1.2)
         mean = (1 - bore["burr_side"]) + bore["burr_side"] * one / one.mean()

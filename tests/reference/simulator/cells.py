@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cells: named families of pictures. Each draws the parameters of a picture from a seed.
 
-A cell is a base and what it changes. Values: a constant, U(a, b) uniform, or one of a list, P(...).
+A cell is a base and what it changes. Values: a constant, U(a, b) uniform, N(a, b) whole, P(...) one of a
+list, V(a, b) a vector of random direction; "0.3 size": part of the target's size; "off 700": an optical axis
+350 to 700 px away.
 """
 import numpy as np
 
@@ -123,7 +125,7 @@ _add("rough03", "outline rough by 0.3 px rms", {"rim.rough_px": 0.3, "rim.rough_
 _add("bore_wall3", "bore whose lower face is shifted by 3 px", {"bore.wall_px": 3.0, "bore.wall": U(0.15, 0.5)}, None,
      {"bore.wall_px": 6.0, "bore.wall": U(0.3, 0.8), "bore.wall_plated": P(True, False)})
 _add("plated", "plated bore: bright bands on the wall", {"bore.wall_plated": True, "bore.wall": U(0.5, 0.9), "bore.wall_px": U(1, 3)},
-     {"bore.pad_px": "1.35 size", "board.style": "mask"}, {"bore.bottom": U(0.1, 0.25), "bore.wall": U(0.9, 1.6), "lamp.uneven": U(0.5, 0.8)})
+     {"bore.pad_px": "1.35 size", "board.style": "mask"}, {"bore.bottom": U(0.1, 0.25), "bore.wall": U(0.9, 1.6), "bore.lip": U(0.5, 1.5), "lamp.uneven": U(0.5, 0.8)})
 _add("bright_table", "bore above a bright table", {"bore.bottom": U(0.1, 0.2)}, {"board.style": "copper"}, {"bore.bottom": U(0.25, 0.35)})
 _add("halo", "crazed laminate around a bore", {"bore.halo": U(0.2, 0.4), "bore.halo_px": U(4, 12), "board.style": "bare"}, {"board.style": "bare"})
 _add("mask_crescent", "mask covers a crescent of the pad",
@@ -169,9 +171,17 @@ _add("bits12high", "12 bits in 16, shifted up", {"sensor.bits": 12, "process.ali
 _add("bits16", "16 bits", {"sensor.bits": 16}, None)
 _add("jpeg90", "JPEG of quality 90", {"process.jpeg": 90}, None)
 _add("jpeg60", "JPEG of quality 60", {"process.jpeg": 60}, None)
-_add("phone", "colour mosaic, denoised, sharpened, gamma, JPEG 85, as a photograph",
-     {"sensor.bayer": "RG", "process.demosaic": "edge", "process.denoise": "nonlocal", "process.denoise_level": 0.04, "process.sharpen": U(0.6, 1.2),
-      "process.gamma": 2.2, "process.jpeg": 85, "board.style": "mask", "sensor.full_well_e": 3000.0}, {"board.style": "mask", **PAD})
+_add("photo", "a tinned board as in photographs: colours, denoised, sharpened, gamma, JPEG 90",
+     {"sensor.bayer": P("RG", "GR", "GB", "BG"), "process.demosaic": "edge", "process.colour": True, "process.denoise": "nonlocal",
+      "process.denoise_level": 0.03, "process.sharpen": U(0.3, 0.8), "process.gamma": 2.2, "process.jpeg": 90, "board.style": "mask",
+      "board.metal_rgb": TIN, "board.opening_px": U(-1, 2), "sensor.full_well_e": 4000.0, "sensor.level": U(0.25, 0.5),
+      "surface.dome_deg": U(4, 20), "surface.dome_shift_px": V(0, 6), "surface.roughness": U(0.14, 0.28), "surface.grain": U(0.01, 0.04),
+      "process.subtract_black": True, "process.saturation": U(1.1, 1.6), "bore.lip": U(0.3, 1.5), "bore.lip_px": U(0.8, 2.2), "surface.waviness": U(0.05, 0.12),
+      "surface.waviness_px": U(4, 15), "surface.scratches": N(0, 4), "surface.oxide": U(0, 0.06), "lamp.uneven": U(0.3, 0.7), "rim.band": U(-0.3, 0.5),
+      "rim.rough_px": U(0.05, 0.2), "target.drill_px": P(0.0, "0.22 size", "0.3 size"), "target.drill_offset_px": V(0, 4), "bore.wall_plated": True,
+      "bore.wall": U(0.5, 1.2), "bore.wall_px": U(0, 3), "bore.bottom": U(0.05, 0.4), "clutter.tracks": N(0, 2), "clutter.track_px": U(14, 34),
+      "clutter.plane": P(0.0, 16.0, 24.0), "clutter.lines": N(0, 2), "lens.defocus_waves": U(0.2, 0.5)},
+     {"board.style": "mask", **PAD})
 _add("tilt", "telecentric view, tilted by 1 to 2 deg", {"view.tilt_deg": U(1, 2)}, None, {"view.tilt_deg": U(4, 6)})
 _add("entocentric", "entocentric view, target off the axis", {"view.kind": "entocentric", "view.axis_px": "off 250", "view.tilt_deg": U(0, 0.5)}, None,
      {"view.distance_px": 3000.0, "view.tilt_deg": U(1, 3)})
@@ -228,11 +238,13 @@ def draw(name, seed, overrides=()):
     if cell == "clean":
         together.pop("target.inner_offset_px", None)
     for key, value in together.items():
+        if isinstance(value, str) and value.startswith("off "):
+            value = V(0.5 * float(value[4:]), float(value[4:]))
+        if isinstance(value, U | P):
+            value = value.draw(rng)
         if isinstance(value, str) and value.endswith(" size"):
             value = float(value[:-5]) * size
-        elif isinstance(value, str) and value.startswith("off "):
-            value = V(0.5 * float(value[4:]), float(value[4:]))
-        put(p, key, value.draw(rng) if isinstance(value, U | P) else value)
+        put(p, key, value)
     width, height = (fixed.get(f"picture.{k}", p["picture"][k]) for k in ("width_px", "height_px"))
     middle = np.array([(width - 1) / 2, (height - 1) / 2])
     put(p, "target.centre_px", [float(c) for c in middle + rng.uniform(-9, 9, 2)])

@@ -87,6 +87,8 @@ TABLE = (
     ("bore.wall", 0.25, "1", "light of the wall", "0.05 laminate to 0.8 plated", "[photo]"),
     ("bore.wall_plated", False, "", "plated: bright bands along the wall; else glass ends across it", "", "[photo]"),
     ("bore.bottom", 0.03, "1", "what lies below: 0.02 pit, 0.1 backing board, 0.6 white table", "0.01 to 0.6", "[photo]"),
+    ("bore.lip", 0.0, "1", "light of the rounded rim of a plated bore, on the lamp's side", "0.3 to 1.5", "[photo]"),
+    ("bore.lip_px", 1.5, "px", "its width (sigma)", "1 to 3", "[photo]"),
     ("bore.burr_px", 0.0, "px", "mean height of the burr that stands into the bore", "0.2 to 0.8, hard 1.5", "[pcb]"),
     ("bore.burr_side", 0.5, "1", "0: all round; 1: on one side only", "0 to 1", "[guess]"),
     ("bore.burr_deg", 0.0, "deg", "azimuth of that side", "0 to 360", ""),
@@ -158,6 +160,8 @@ TABLE = (
     # processing and output
     ("process.demosaic", "bilinear", "", "bilinear, edge, or none: the mosaic is written as it is", "", ""),
     ("process.colour", False, "", "write RGB; else grey (luma of a mosaic)", "", ""),
+    ("process.subtract_black", False, "", "take the black level off again", "", "[cam]"),
+    ("process.saturation", 1.0, "1", "colours against their luma", "1 to 1.6", "[photo]"),
     ("process.denoise", "", "", "bilateral, nonlocal, or empty", "", ""),
     ("process.denoise_level", 0.03, "1", "likeness, part of the range", "0.02 to 0.06", "[guess]"),
     ("process.denoise_px", 2, "px", "reach", "2 to 4", "[guess]"),

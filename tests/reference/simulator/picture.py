@@ -87,6 +87,11 @@ def _develop(planes, p, seed):
                 out = np.tensordot(process.LUMA, out, 1)[None]
     else:
         out = expose(planes[0], sensor, seed)[None] / np.float32(top)
+    if steps["subtract_black"]:
+        out = np.clip((out - np.float32(sensor["black"])) * np.float32(1 / (1 - sensor["black"])), 0, 1)
+    if steps["saturation"] != 1 and len(out) == 3:
+        luma = np.tensordot(process.LUMA, out, 1)
+        out = np.clip(luma + np.float32(steps["saturation"]) * (out - luma), 0, 1)
     if steps["denoise"] == "bilateral":
         out = np.stack([process.bilateral(a, int(steps["denoise_px"]), 1.5, steps["denoise_level"]) for a in out])
     elif steps["denoise"] == "nonlocal":
