@@ -57,9 +57,10 @@ CLEAN = {
 }
 TYPICAL = {
     "board.style": P("bare", "mask"), "board.metal_rgb": P(COPPER, TIN, GOLD), "lamp.rgb": P(WHITE, WHITE, RED),
+    "board.laminate_rgb": P([0.24, 0.21, 0.12], [0.16, 0.14, 0.08], [0.10, 0.09, 0.05]),
     "board.weave": U(0.05, 0.15), "board.mottle": U(0.02, 0.05), "board.weave_angle_deg": U(-3, 3),
-    "board.weave_pitch_px": P([46.0, 58.0], [38.0, 44.0], [58.0, 79.0]), "board.opening_px": U(0.5, 7),
-    "board.opening_shift_px": V(0, 2), "surface.grain": U(0.02, 0.06), "surface.grain_px": U(0.8, 2.5),
+    "board.weave_pitch_px": P([46.0, 58.0], [38.0, 44.0], [58.0, 79.0]), "board.opening_px": U(2.5, 7),
+    "board.opening_shift_px": V(0, 1.5), "surface.grain": U(0.02, 0.06), "surface.grain_px": U(0.8, 2.5),
     "surface.grain_board": U(0.02, 0.05), "surface.waviness": U(0.04, 0.10), "surface.waviness_px": U(8, 30),
     "surface.roughness": U(0.25, 0.4), "rim.band": U(-0.2, 0.3), "rim.band_px": U(0.8, 2.0), "rim.rough_px": U(0.03, 0.08),
     "lamp.uneven": U(0.05, 0.25), "lamp.gradient_per_100px": U(0.02, 0.10), "lamp.vignetting_per_100px": U(0, 0.03),
@@ -73,7 +74,7 @@ TYPICAL = {
 
 # what shapes add to every base
 BY_SHAPE = {
-    "hole": {"target.polarity": "dark", "board.style": P("bare", "copper")},
+    "hole": {"target.polarity": "dark", "board.style": P("bare", "copper"), "board.laminate_rgb": P([0.30, 0.27, 0.16], [0.22, 0.19, 0.11])},
     "ring": {"target.inner": P("etched", "bored"), "target.inner_offset_px": V(0, 2)},
     "tag": {"target.tag_id": N(0, 9), "target.angle_deg": U(-180, 180)},
     "square": {"target.angle_deg": U(-3, 3)}, "diamond": {"target.angle_deg": U(-3, 3)},
@@ -119,15 +120,16 @@ _add("teardrop", "track with a teardrop", {"clutter.tracks": 1, "clutter.teardro
      {"clutter.tracks": N(1, 2), "clutter.teardrop": U(0.8, 1.4), "clutter.track_px": U(14, 22)})
 _add("debris10", "debris on 10 % of the outline", {"rim.debris": 0.10}, None)
 _add("debris25", "debris on 25 % of the outline", {"rim.debris": 0.25}, None)
-_add("burr05", "burr of 0.5 px (bores)", {"bore.burr_px": 0.5, "bore.burr_side": U(0.2, 0.8), "bore.burr_light": U(0.3, 1.0)}, None,
+# of shapes other than holes these cells drill a bore into the target
+_add("burr05", "burr of 0.5 px in a bore", {"target.drill_px": "0.45 size", "bore.burr_px": 0.5, "bore.burr_side": U(0.2, 0.8), "bore.burr_light": U(0.3, 1.0)}, None,
      {"bore.burr_px": 1.5})
 _add("rough03", "outline rough by 0.3 px rms", {"rim.rough_px": 0.3, "rim.rough_corr_px": U(2, 6)}, None, {"rim.rough_px": 0.6})
-_add("bore_wall3", "bore whose lower face is shifted by 3 px", {"bore.wall_px": 3.0, "bore.wall": U(0.15, 0.5)}, None,
+_add("bore_wall3", "bore whose lower face is shifted by 3 px", {"target.drill_px": "0.45 size", "bore.wall_px": 3.0, "bore.wall": U(0.15, 0.5)}, None,
      {"bore.wall_px": 6.0, "bore.wall": U(0.3, 0.8), "bore.wall_plated": P(True, False)})
-_add("plated", "plated bore: bright bands on the wall", {"bore.wall_plated": True, "bore.wall": U(0.5, 0.9), "bore.wall_px": U(1, 3)},
+_add("plated", "plated bore: bright bands on the wall", {"target.drill_px": "0.45 size", "bore.wall_plated": True, "bore.wall": U(0.5, 0.9), "bore.wall_px": U(1, 3)},
      {"bore.pad_px": "1.35 size", "board.style": "mask"}, {"bore.bottom": U(0.1, 0.25), "bore.wall": U(0.9, 1.6), "bore.lip": U(0.5, 1.5), "lamp.uneven": U(0.5, 0.8)})
-_add("bright_table", "bore above a bright table", {"bore.bottom": U(0.1, 0.2)}, {"board.style": "copper"}, {"bore.bottom": U(0.25, 0.35)})
-_add("halo", "crazed laminate around a bore", {"bore.halo": U(0.2, 0.4), "bore.halo_px": U(4, 12), "board.style": "bare"}, {"board.style": "bare"})
+_add("bright_table", "bore above a bright table", {"target.drill_px": "0.45 size", "bore.bottom": U(0.1, 0.2)}, {"board.style": "copper"}, {"bore.bottom": U(0.25, 0.35)})
+_add("halo", "crazed laminate around a bore", {"target.drill_px": "0.45 size", "bore.halo": U(0.2, 0.4), "bore.halo_px": U(4, 12), "board.style": "bare"}, {"board.style": "bare"})
 _add("mask_crescent", "mask covers a crescent of the pad",
      {"board.style": "mask", "board.opening_px": U(2, 4), "board.opening_shift_px": V(5, 7)}, {**PAD, "board.style": "mask"},
      {"board.opening_shift_px": V(9, 12)})
@@ -143,7 +145,7 @@ _add("neighbours", "pads, vias, text and tracks close by", {"clutter.neighbours"
      "clutter.lines": N(0, 2)}, None, {"clutter.neighbours": 6, "clutter.clearance_px": 4.0, "clutter.lines": N(1, 4)})
 _add("plane", "copper plane around the target's clearance", {"clutter.plane": U(12, 25)}, None)
 _add("weave", "strong glass weave", {"board.style": "bare", "board.weave": U(0.2, 0.35)}, {"board.style": "bare"}, {"board.weave": U(0.45, 0.6)})
-_add("low_contrast", "metal hardly brighter than the board", {"board.style": "bare", "board.metal_rgb": [0.36, 0.31, 0.22]},
+_add("low_contrast", "metal hardly brighter than the board", {"board.style": "bare", "board.laminate_rgb": [0.30, 0.27, 0.16], "board.metal_rgb": [0.36, 0.31, 0.22]},
      {"board.style": "bare", "bore.bottom": U(0.15, 0.2)})
 _add("bayer", "colour mosaic, bilinear, grey", {"sensor.bayer": P("RG", "GR", "GB", "BG")}, None, {"process.demosaic": "none"})
 _add("bayer_edge", "colour mosaic, edge-aware, grey", {"sensor.bayer": P("RG", "GR", "GB", "BG"), "process.demosaic": "edge"}, None)
@@ -174,7 +176,7 @@ _add("jpeg60", "JPEG of quality 60", {"process.jpeg": 60}, None)
 _add("photo", "a tinned board as in photographs: colours, denoised, sharpened, gamma, JPEG 90",
      {"sensor.bayer": P("RG", "GR", "GB", "BG"), "process.demosaic": "edge", "process.colour": True, "process.denoise": "nonlocal",
       "process.denoise_level": 0.03, "process.sharpen": U(0.3, 0.8), "process.gamma": 2.2, "process.jpeg": 90, "board.style": "mask",
-      "board.metal_rgb": TIN, "board.opening_px": U(-1, 2), "sensor.full_well_e": 4000.0, "sensor.level": U(0.25, 0.5),
+      "board.metal_rgb": TIN, "board.laminate_rgb": [0.10, 0.11, 0.05], "board.opening_px": U(0.3, 2), "board.opening_shift_px": V(0, 0.6), "sensor.full_well_e": 4000.0, "sensor.level": U(0.25, 0.5),
       "surface.dome_deg": U(4, 20), "surface.dome_shift_px": V(0, 6), "surface.roughness": U(0.14, 0.28), "surface.grain": U(0.01, 0.04),
       "process.subtract_black": True, "process.saturation": U(1.1, 1.6), "bore.lip": U(0.3, 1.5), "bore.lip_px": U(0.8, 2.2), "surface.waviness": U(0.05, 0.12),
       "surface.waviness_px": U(4, 15), "surface.scratches": N(0, 4), "surface.oxide": U(0, 0.06), "lamp.uneven": U(0.3, 0.7), "rim.band": U(-0.3, 0.5),
