@@ -29,7 +29,7 @@ constexpr double kGood = 6;
 /// Combinations this much less likely than the best are not kept.
 const double kNegligible = std::log(1e9);
 constexpr std::size_t kMostRanked = 16;
-constexpr std::size_t kMostLeaves = 200'000;
+constexpr std::size_t kMostNodes = 200'000;
 /// While a target's place is less well predicted, its candidates may as well be other pads.
 constexpr double kLoose_mm = 0.3;
 /// Radii are round numbers: while other targets are inside, one may lie so far out.
@@ -92,7 +92,7 @@ class Search {
     descend(0, start_, 0, 0);
     Constellation out;
     out.false_alarm = false_alarm_;
-    out.is_exhaustive = n_leaves_ < kMostLeaves;
+    out.is_exhaustive = n_nodes_ <= kMostNodes;
     std::ranges::stable_sort(found_, std::ranges::greater{}, &Combination::log_weight);
     const double outside = std::log(kStandIn) + std::log(std::max(share_outside(), 1e-300));
     const double top = std::max(found_.empty() ? outside : found_.front().log_weight, outside);
@@ -167,7 +167,7 @@ class Search {
   }
 
   void descend(std::size_t depth, const ConstellationMap& map, double cost, int n_matched) {
-    if (n_leaves_ >= kMostLeaves) return;
+    if (++n_nodes_ > kMostNodes) return;
     if (depth == order_.size()) return keep(map, cost, n_matched);
     const std::size_t i = order_[depth];
     const ConstellationTarget& target = targets_[i];
@@ -203,7 +203,6 @@ class Search {
 
   void keep(const ConstellationMap& map, double cost, int n_matched) {
     if (n_matched == 0) return;
-    ++n_leaves_;
     Combination out;
     out.choice = choice_;
     for (std::size_t i = 0; i < targets_.size(); ++i) {
@@ -262,7 +261,7 @@ class Search {
   std::vector<std::optional<std::size_t>> choice_;
   std::vector<Combination> found_;
   double least_cost_ = std::numeric_limits<double>::infinity();
-  std::size_t n_leaves_ = 0;
+  std::size_t n_nodes_ = 0;
 };
 
 }  // namespace

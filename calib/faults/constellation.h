@@ -40,7 +40,7 @@ struct ConstellationOptions {
   double score_margin = 0.15;
 };
 
-/// What a combination says of a target.
+/// The state of a target in a combination.
 enum class Presence : std::uint8_t {
   Matched,   ///< it is one of the candidates
   Doubtful,  ///< something stands in its place that does not count
@@ -80,29 +80,30 @@ struct Constellation {
 ///
 /// A combination gives each target one candidate or none. Its evidence is
 ///
-///   log w = -1/2 min_m [ sum_i |z_i - h_i(m)|^2_{S_i} + |m|^2_prior ] + sum_missing log f_i - g
+///   log w = - sum_matched max(0, d_i^2 - 6) / 2 + sum_missing log f_i + [incomplete] log 0.05 - g
 ///
-/// with m the panel's map (shift flat; rotation, scales and shear as the limits say, a limit being
-/// two sigma), S_i the candidate's covariance and the residual that healthy panels may have, and
-/// f_i the chance to see what the picture shows where m has a missing target: 1 outside of the
-/// view, which speaks neither for nor against it; kDoubtful where something stands that does not
-/// count; kBlank where there is nothing. Scores count by g, the least gap to the best of a picture.
+/// with d_i the distance, in sigmas, of a candidate from where the panel's map has it: shift free,
+/// rotation, scales and shear as the limits say (a limit is two sigma), the candidate's covariance
+/// and the residual of healthy panels. f_i is the chance of what the picture shows where the map
+/// has a missing target: 1 outside of the view, which speaks neither for nor against it; little
+/// where something stands that does not count; next to none where there is nothing. 0.05 is the
+/// chance of a set of other pads that stands in for the targets. Scores count by g, the least gap
+/// to the best of a picture.
 ///
 /// A match does not count as evidence: equal pads in equal surroundings match wherever the panel
 /// lies. What refutes a shifted combination is a place that is seen and has no pad. So a series
 /// whose targets all have the same neighbours stays undecided.
 ///
 /// The search is exhaustive and deterministic: depth first over targets, the farthest from those
-/// before it next; a branch is cut as soon as the candidates are no longer jointly compatible.
+/// before it next; a branch is cut as soon as its candidates are no longer jointly compatible.
 ///
 /// In     targets: 2 or more; mm, mm^2
 /// Out    combinations by evidence, with probabilities
-/// Cost   about candidates^2 maps times targets; 20 us for three targets of five candidates
+/// Cost   about candidates^2 maps times targets; 70 us for three targets in rows of pads
 /// Source Neira and Tardos 2001 (joint compatibility); Reid 1979 (assignment hypotheses with
 ///        missed detections); Grimson and Lozano-Perez 1987 (interpretation tree with a null
 ///        branch)
-/// See    tests/calib/faults/constellation_test.cc, constellation_slow_test.cc;
-///        docs/formulation.md, Assignment
+/// See    tests/calib/faults/constellation_test.cc; docs/formulation.md, Assignment
 Constellation assign_jointly(std::span<const ConstellationTarget> targets,
                              const ConstellationOptions& options);
 

@@ -133,7 +133,7 @@ class PictureLocator {
                                const Look& look,
                                const TakenPicture& picture,
                                const ZoomedCamera& camera) const;
-  /// What else was seen, for the series to choose among.
+  /// Everything that was seen, for the series to choose among.
   void list_candidates(const MeasurementRequest& request,
                        const Look& look,
                        const TakenPicture& picture,
