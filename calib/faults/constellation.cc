@@ -70,9 +70,10 @@ struct Absence {
   bool is_possible = true;  ///< false: a candidate stands there, or it is beyond the radius
 };
 
-class Search {
+class AssignmentSearch {
  public:
-  Search(std::span<const ConstellationTarget> targets, const ConstellationOptions& options)
+  AssignmentSearch(std::span<const ConstellationTarget> targets,
+                   const ConstellationOptions& options)
       : targets_(targets),
         options_(options),
         false_alarm_(options.limits.false_alarm.value_or(kUsualFalseAlarm)),
@@ -291,7 +292,7 @@ bool Constellation::is_decided() const {
 
 Constellation assign_jointly(std::span<const ConstellationTarget> targets,
                              const ConstellationOptions& options) {
-  return Search(targets, options).result();
+  return AssignmentSearch(targets, options).result();
 }
 
 }  // namespace panelcal
