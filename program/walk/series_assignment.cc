@@ -13,7 +13,10 @@ std::vector<MeasuredCandidate> candidates_of(const Measurement& measurement) {
   if (!measurement.candidates.empty() || measurement.status != MeasurementStatus::Found) {
     return measurement.candidates;
   }
-  return {{measurement.measured, measurement.score.value_or(1), true, {}}};
+  return {{measurement.measured,
+           measurement.score.value_or(1),
+           true,
+           measurement.by_camera.value_or(CameraJacobian::Zero())}};
 }
 
 ConstellationTarget constellation_target(const Measurement& measurement) {
