@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/walk/series_assignment.h"
 
-#include <algorithm>
-#include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -20,7 +19,12 @@ using test::run_program;
 using test::says;
 
 /// Three fiducials from line 8 on, and a hole.
-const std::string kBody = "G34,1\nT1\nG36X0.Y0.\nG36X120.Y0.\nG36X0.Y90.\nX60.Y40.\nM30\n";
+const std::string kAssignedBody = "G34,1\nT1\nG36X0.Y0.\nG36X120.Y0.\nG36X0.Y90.\nX60.Y40.\nM30\n";
+/// A SIEB & MEYER program with a tool of 1 mm.
+std::string optical_program(std::string_view body) {
+  return "%%5000\n" + std::string(body) + "$\nT1D1.\n$\n";
+}
+
 MeasuredCandidate candidate_at(const Vector2d& place_mm, double score = 0.95) {
   MeasuredCandidate out;
   out.place = {position_mm<frame::Actual>(place_mm), 4e-6 * Eigen::Matrix2d::Identity()};
@@ -67,12 +71,13 @@ WalkOptions assigning() {
   return options;
 }
 
-const Vector2d kShift(2.20, 0);
-const Vector2d kPitch(2.19, 0);
+const Vector2d kRowShift(2.20, 0);
+const Vector2d kRowPitch(2.19, 0);
 
 TEST(SeriesAssignment, TakesTheShiftThatAllTargetsShare) {
-  RowSource source({{kShift - kPitch, kShift}, {kShift, kShift - kPitch}, {kShift}});
-  const ProgramRun run = run_program(metric(kBody), assigning(), source);
+  RowSource source(
+      {{kRowShift - kRowPitch, kRowShift}, {kRowShift, kRowShift - kRowPitch}, {kRowShift}});
+  const ProgramRun run = run_program(metric(kAssignedBody), assigning(), source);
   EXPECT_FALSE(run.has_errors);
   EXPECT_TRUE(run.survey.is_accepted());
   ASSERT_EQ(run.holes().size(), 1U);
@@ -85,9 +90,9 @@ TEST(SeriesAssignment, TakesTheShiftThatAllTargetsShare) {
 }
 
 TEST(SeriesAssignment, HoldsTheJobAndShowsBothWays) {
-  const std::vector<Vector2d> row = {kShift - kPitch, kShift};
+  const std::vector<Vector2d> row = {kRowShift - kRowPitch, kRowShift};
   RowSource source({row, row, row});
-  const ProgramRun run = run_program(metric(kBody), assigning(), source);
+  const ProgramRun run = run_program(metric(kAssignedBody), assigning(), source);
   EXPECT_TRUE(run.has_errors);
   EXPECT_TRUE(run.holes().empty());
   ASSERT_EQ(run.texts.size(), 1U);
@@ -101,15 +106,33 @@ TEST(SeriesAssignment, HoldsTheJobAndShowsBothWays) {
 
 /// The third picture shows a neighbour of the target, and the target's own place is empty.
 TEST(SeriesAssignment, SaysWhereTheOthersHaveAMissingTarget) {
-  RowSource source({{kShift - kPitch, kShift}, {kShift}, {kShift + Vector2d(-3, 2)}});
-  const ProgramRun run = run_program(metric(kBody), assigning(), source);
+  RowSource source(
+      {{kRowShift - kRowPitch, kRowShift}, {kRowShift}, {kRowShift + Vector2d(-3, 2)}});
+  const ProgramRun run = run_program(metric(kAssignedBody), assigning(), source);
   EXPECT_THAT(run.texts, testing::Contains(says(10, "error[target-not-found]")));
   EXPECT_TRUE(run.holes().empty());
 }
 
+/// G32 waits for G31: what it found ambiguous is chosen then.
+TEST(SeriesAssignment, ChoosesTheTargetsOfG31) {
+  const std::string body = "X0.Y0.G32\nX120.Y0.G32\nX0.Y90.G32\nG31\nX60.Y40.T1\nG30\n";
+  RowSource source(
+      {{kRowShift - kRowPitch, kRowShift}, {kRowShift, kRowShift - kRowPitch}, {kRowShift}});
+  const ProgramRun run = run_program(optical_program(body), assigning(), source);
+  EXPECT_FALSE(run.has_errors);
+  ASSERT_EQ(run.holes().size(), 1U);
+  EXPECT_LT((run.holes()[0].corrected_mm() - Vector2d(62.20, 40)).norm(), 1e-3);
+  ASSERT_TRUE(run.survey.series[0].assignment);
+
+  const std::vector<Vector2d> row = {kRowShift - kRowPitch, kRowShift};
+  RowSource alike({row, row, row});
+  const ProgramRun held = run_program(optical_program(body), assigning(), alike);
+  EXPECT_THAT(held.texts, testing::ElementsAre(testing::HasSubstr("error[series-ambiguous]")));
+}
+
 /// One picture alone has no others to be held against.
 TEST(SeriesAssignment, LeavesSingleTargetsToTheirPicture) {
-  RowSource source({{kShift - kPitch, kShift}});
+  RowSource source({{kRowShift - kRowPitch, kRowShift}});
   const ProgramRun run =
       run_program(metric("G34,1\nT1\nG35X0.Y0.\nX60.Y40.\nM30\n"), assigning(), source);
   EXPECT_THAT(run.texts, testing::Contains(says(8, "error[target-ambiguous]")));
@@ -118,8 +141,8 @@ TEST(SeriesAssignment, LeavesSingleTargetsToTheirPicture) {
 
 /// As before: what each picture found alone goes to the gates.
 TEST(SeriesAssignment, IsNotAskedWithoutAChoice) {
-  RowSource source({{kShift}, {kShift}, {kShift + Vector2d(0, 0.3)}});
-  const ProgramRun run = run_program(metric(kBody), assigning(), source);
+  RowSource source({{kRowShift}, {kRowShift}, {kRowShift + Vector2d(0, 0.3)}});
+  const ProgramRun run = run_program(metric(kAssignedBody), assigning(), source);
   EXPECT_FALSE(run.survey.series[0].assignment);
   EXPECT_THAT(run.texts, testing::Contains(testing::HasSubstr("gate-failed")));
 }
