@@ -63,8 +63,9 @@ std::string targets_text(const Combination& combination) {
                      missing);
 }
 
-std::string ratio_text(double probability, double of) {
-  return probability > 0 ? fmt::format("{:.2g}", of / probability) : "far over 1e9";
+std::string likelihood_text(double ratio) {
+  if (ratio < 1.05) return "as likely";
+  return ratio < 1e9 ? fmt::format("{:.2g} times less likely", ratio) : "far less likely";
 }
 
 }  // namespace
@@ -83,10 +84,8 @@ std::string SeriesAssignment::text() const {
     return out + "; or farther away than the pictures show, which is less than the search radius";
   }
   if (found.ranked.size() == 1) return out + "; no other combination fits";
-  return fmt::format("{}; or {}, {} times less likely",
-                     out,
-                     targets_text(found.ranked[1]),
-                     ratio_text(found.ranked[1].probability, best.probability));
+  const double ratio = best.probability / std::max(found.ranked[1].probability, 1e-300);
+  return fmt::format("{}; or {}, {}", out, targets_text(found.ranked[1]), likelihood_text(ratio));
 }
 
 std::optional<SeriesAssignment> assign_series(std::span<const Measurement> measurements,
