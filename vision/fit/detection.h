@@ -92,6 +92,9 @@ struct Detection {
   std::optional<TargetFit> best;  ///< always if found; the best candidate if there was one
   int n_candidates = 0;           ///< how many of `candidates` count
   std::vector<Candidate> candidates;
+  /// The size over the one that was asked for: of `best`, or of a mark that is the target but for
+  /// its size.
+  std::optional<double> size_ratio = {};
 };
 
 }  // namespace panelcal
