@@ -55,6 +55,14 @@ test_sanitized() {
   run_tests "$root/build/asan" --label-exclude slow "$@"
 }
 
+# What looks at pictures on several threads; libraries that are not built here are not watched.
+test_threads() {
+  step "configure with thread sanitizer" cmake -S "$root" --preset tsan
+  step "build with thread sanitizer" cmake --build "$root/build/tsan" --target panelcal
+  step "threads with thread sanitizer" python3 "$root/tests/tools/threads_test.py" \
+    "$root/build/tsan/tools/panelcal" "$root"
+}
+
 step "packages" install_packages build test extra
 case $set_of_tests in
   quick) test_release OFF --label-exclude slow "$@" ;;
@@ -63,6 +71,7 @@ case $set_of_tests in
     test_release ON "$@"
     step "every header by itself" build all_verify_interface_header_sets
     test_sanitized "$@"
+    test_threads
     step "fuzz each reader for ten minutes" "$root/tools/fuzz.sh" 600
     ;;
 esac

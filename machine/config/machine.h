@@ -23,7 +23,7 @@
 #include "program/writers/gcode_setting.h"
 #include "vision/fit/detection.h"
 #include "vision/fit/target.h"
-#include "vision/picture/bayer.h"
+#include "vision/picture/picture_form.h"
 
 namespace panelcal {
 
@@ -66,8 +66,7 @@ struct MachineConfig {
   std::map<double, CameraCalibration> zooms;  ///< [[camera.zoom]], by level
   std::map<double, std::filesystem::path> zoom_files;  ///< of `zooms`
   std::filesystem::path table_file;  ///< [table] calibration, of `walk.table`; or empty
-  /// [camera] bayer: picture files are a colour sensor's mosaic as it is, of this pattern.
-  std::optional<BayerPattern> bayer;
+  PictureForm picture_form;  ///< [camera] bayer, bits
   SpindleCameraOffset spindle_camera;  ///< [spindle], or of the calibration that it names
   SpindleSetting spindle_setting;
   /// When the offset was calibrated: [spindle] camera_offset_date, or what the calibration says.

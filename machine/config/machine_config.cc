@@ -81,8 +81,8 @@ constexpr std::array<Words, 18> kVisionKeys = {"algorithms",
                                                "search_area_mm",
                                                "search_radius_mm",
                                                "tool"};
-constexpr std::array<Words, 6> kCameraKeys = {
-    "bayer", "calibration", "focus_mm", "focus_range_mm", "lamp", "zoom"};
+constexpr std::array<Words, 7> kCameraKeys = {
+    "bayer", "bits", "calibration", "focus_mm", "focus_range_mm", "lamp", "zoom"};
 constexpr std::array<Words, 7> kGateKeys = {"false_alarm",
                                             "max_dropped",
                                             "nested",
@@ -118,9 +118,11 @@ Expected<void> read_camera(const TomlTable& top, MachineConfig& config) {
   config.camera_file = config.file.parent_path() / *file;
   PANELCAL_TRY(config.camera, read_camera_calibration(config.camera_file));
   PANELCAL_TRY(const auto bayer, table->text("bayer"));
+  PANELCAL_TRY(const auto bits, table->integer("bits", 9, 16));
+  if (bits) config.picture_form.bits = static_cast<int>(*bits);
   if (bayer) {
-    config.bayer = bayer_pattern_from_name(*bayer);
-    if (!config.bayer) {
+    config.picture_form.bayer = bayer_pattern_from_name(*bayer);
+    if (!config.picture_form.bayer) {
       return failure(table->problem("bayer", "\"RG\", \"GR\", \"GB\" or \"BG\""));
     }
   }

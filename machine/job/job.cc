@@ -31,7 +31,9 @@ class ProgressTargets final : public MeasurementSource {
                           n_targets_,
                           request.command,
                           request.line));
-    return source_.measure(request);
+    Expected<Measurement> measurement = source_.measure(request);
+    if (measurement) answers_.push_back(*measurement);
+    return measurement;
   }
   Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
     progress_(fmt::format("focusing ({}, line {})", request.command, request.line));
@@ -42,10 +44,34 @@ class ProgressTargets final : public MeasurementSource {
     return source_.calibrate(order);
   }
 
+  /// In the order of the requests.
+  const std::vector<Measurement>& answers() const { return answers_; }
+
  private:
   MeasurementSource& source_;
   std::size_t n_targets_;
   const Progress& progress_;
+  std::vector<Measurement> answers_;
+};
+
+/// Answers what was asked before as it was answered then, and everything else as a perfect panel
+/// does; keeps the requests that are new.
+class ForecastTargets final : public MeasurementSource {
+ public:
+  explicit ForecastTargets(const std::vector<Measurement>& answers) : answers_(answers) {}
+
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    if (n_asked_ < answers_.size()) return answers_[n_asked_++];
+    requests_.push_back(request);
+    return panel_.measure(request);
+  }
+  std::vector<MeasurementRequest> take() { return std::move(requests_); }
+
+ private:
+  const std::vector<Measurement>& answers_;
+  std::size_t n_asked_ = 0;
+  std::vector<MeasurementRequest> requests_;
+  NominalSource panel_;
 };
 
 class ProgressProbes final : public ProbeSource {
@@ -232,6 +258,7 @@ class JobRun {
       const Progress progress = sinks_.progress ? sinks_.progress : [](std::string_view) {};
       ProgressTargets targets(*sources.targets, checked_.survey.measurements.size(), progress);
       ProgressProbes probes(*sources.probes, checked_.survey.probes.size(), progress);
+      sources.targets->foresee([this, &targets] { return forecast(targets.answers()); });
       ++result_.n_walks;
       *survey_ = survey(job_.program, measuring_walk(), checked_, targets, probes, found);
     }
@@ -239,6 +266,28 @@ class JobRun {
     if (found.has_errors()) return {};
     PANELCAL_CHECK(sources.targets->finish());
     return sources.probes->finish();
+  }
+
+  /// The requests that are still to come; see RequestForecast. But for the first ones, which the
+  /// check knows, they take a walk through the program.
+  std::vector<MeasurementRequest> forecast(const std::vector<Measurement>& answers) const {
+    const Survey& nominal = checked_.survey;
+    if (answers.empty()) {
+      std::vector<MeasurementRequest> requests;
+      for (const Measurement& answer : nominal.measurements) requests.push_back(answer.request);
+      return requests;
+    }
+    // Bytes of program that are walked through while one picture is looked at.
+    constexpr std::size_t kBytesPerPicture = 200'000;
+    const std::size_t n_left =
+        nominal.measurements.size() - std::min(nominal.measurements.size(), answers.size());
+    const bool is_worth_it = job_.program.source.bytes.size() < n_left * kBytesPerPicture;
+    if (!is_worth_it || !nominal.calibrations.empty()) return {};
+    ForecastTargets targets(answers);
+    NominalProbeSource probes;
+    DiagnosticLog ignored;
+    survey(job_.program, machine_.walk, checked_, targets, probes, ignored);
+    return targets.take();
   }
 
   WalkOptions measuring_walk() {

@@ -94,8 +94,9 @@ Expected<OpenTargets> open_targets(const SourceChoice& choice,
   const std::size_t n_targets = nominal.measurements.size();
   if (!choice.images.empty()) {
     PANELCAL_TRY(PictureFolder folder, read_picture_folder(choice.images));
-    return opened(PictureSource::create(machine, std::move(folder), choice.observer),
-                  "pictures in " + choice.images);
+    return opened(
+        PictureSource::create(machine, std::move(folder), choice.observer, choice.executor),
+        "pictures in " + choice.images);
   }
   if (!choice.measurements.empty()) {
     PANELCAL_TRY(RecordedMeasurements recorded, read_measurements(choice.measurements));

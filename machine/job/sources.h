@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "calib/base/executor.h"
 #include "calib/base/expected.h"
 #include "machine/calibrate/spindle_calibration.h"
 #include "machine/config/machine_config.h"
@@ -38,6 +39,7 @@ struct SourceChoice {
   std::string machine_driver;  ///< "sim"
   std::string probes;          ///< a file of recorded probe readings
   PictureObserver observer = {};
+  Executor* executor = nullptr;  ///< looks at recorded pictures ahead; outlives the sources
   /// Gives the way to ask a person for something; called only if a person is needed.
   std::function<Expected<Prompt>()> prompt = {};
 };

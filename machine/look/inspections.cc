@@ -39,6 +39,7 @@ PositionEstimate<frame::Actual> mean_place(
 void Inspections::add(TakenPicture picture, Sight sight) {
   const std::size_t n = places_.size();
   places_.push_back(sight.place);
+  picture.known.reset();  // not of the mean
   if (n == 0) {
     sum_ = std::move(picture);
     first_ = std::move(sight);

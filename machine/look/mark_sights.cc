@@ -10,7 +10,7 @@
 #include "calib/correction/spindle_camera.h"
 #include "machine/devices/table_stage.h"
 #include "vision/locate/locate.h"
-#include "vision/picture/bayer.h"
+#include "vision/picture/picture_form.h"
 #include "vision/picture/image_io.h"
 #include <fmt/format.h>
 
@@ -336,7 +336,7 @@ Expected<MarkSights> look_at_folder(const MachineConfig& config,
     const std::string path = folder.path_of(row).string();
     PANELCAL_TRY(const std::string bytes, read_file(path));
     PANELCAL_TRY(Image image, decode_image(bytes, path));
-    if (config.bayer) image = from_bayer(image, *config.bayer);
+    image = understood(std::move(image), config.picture_form);
     PANELCAL_CHECK(collector.check_size(image, path));
     collector.sights().inputs.push_back({row.file, sha256(bytes), bytes.size()});
     collector.add(row.axis, collector.find(image, std::nullopt), row.file);

@@ -122,6 +122,21 @@ bool has_covariance(const Eigen::Matrix2d& cov) {
          std::abs(cov(0, 1) / std::sqrt(cov(0, 0)) / std::sqrt(cov(1, 1))) < 1;
 }
 
+KnownDetection question(const MeasurementRequest& request,
+                        const Look& look,
+                        const LocateOptions& options) {
+  return {
+      look.target.number, request.settings.zoom, options.search_center, options.search_radius, {}};
+}
+
+bool is_same_question(const KnownDetection& a, const KnownDetection& b) {
+  const bool is_same_area =
+      a.search_center.has_value() == b.search_center.has_value() &&
+      (!a.search_center || (a.search_center->in_px() == b.search_center->in_px() &&
+                            a.search_radius->in_px() == b.search_radius->in_px()));
+  return a.tool == b.tool && a.zoom == b.zoom && is_same_area;
+}
+
 }  // namespace
 
 std::string describe(const MeasurementRequest& request) {
@@ -342,12 +357,9 @@ void PictureLocator::list_candidates(const MeasurementRequest& request,
   if (!request.settings.search.value_or(false)) sight.listed->radius = look.radius;
 }
 
-Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
-                                     const Look& look,
-                                     const TakenPicture& picture,
-                                     bool is_observed) const {
-  PANELCAL_TRY(const ZoomedCamera camera, camera_of(request));
-  PANELCAL_CHECK(check_picture(request, look, picture, camera));
+LocateOptions PictureLocator::options_of(const Look& look,
+                                         const TakenPicture& picture,
+                                         const ZoomedCamera& camera) const {
   LocateOptions options = locate_;
   const auto center =
       camera.image_of(position_mm<frame::Optical>((look.expected - picture.axis).in_mm()));
@@ -355,7 +367,32 @@ Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
     options.search_center = *center;
     options.search_radius = px(look.radius->in_mm() / camera.mapping.parameters().scale_mm_per_px);
   }
-  const Detection detection = locate(picture.image, look.target, &camera.mapping, options);
+  return options;
+}
+
+std::optional<KnownDetection> PictureLocator::look_ahead(const MeasurementRequest& request,
+                                                         const Look& look,
+                                                         const TakenPicture& picture) const {
+  const auto camera = camera_of(request);
+  if (!camera || !check_picture(request, look, picture, *camera)) return std::nullopt;
+  const LocateOptions options = options_of(look, picture, *camera);
+  KnownDetection known = question(request, look, options);
+  known.detection = locate(picture.image, look.target, &camera->mapping, options);
+  return known;
+}
+
+Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
+                                     const Look& look,
+                                     const TakenPicture& picture,
+                                     bool is_observed) const {
+  PANELCAL_TRY(const ZoomedCamera camera, camera_of(request));
+  PANELCAL_CHECK(check_picture(request, look, picture, camera));
+  const LocateOptions options = options_of(look, picture, camera);
+  const bool is_known =
+      picture.known && is_same_question(*picture.known, question(request, look, options));
+  const Detection detection = is_known
+                                  ? picture.known->detection
+                                  : locate(picture.image, look.target, &camera.mapping, options);
   if (is_observed && observer_) observer_({request, look.view, picture, camera, detection});
 
   Sight sight;

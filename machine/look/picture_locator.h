@@ -117,6 +117,12 @@ class PictureLocator {
   ///        for both coordinates)
   Expected<void> check(const MeasurementRequest& request) const;
 
+  /// Looks for a target in a picture ahead of look(), which then takes this for its answer if it
+  /// asks the same. Empty for a picture that look() refuses. May be called on any thread.
+  std::optional<KnownDetection> look_ahead(const MeasurementRequest& request,
+                                           const Look& look,
+                                           const TakenPicture& picture) const;
+
   /// Looks for a target in a picture.
   ///
   /// Fails  picture-mismatch (size); picture-missing (the picture does not show `look.shown`); what
@@ -140,6 +146,9 @@ class PictureLocator {
                        const ZoomedCamera& camera,
                        const Detection& detection,
                        Sight& sight) const;
+  LocateOptions options_of(const Look& look,
+                           const TakenPicture& picture,
+                           const ZoomedCamera& camera) const;
 
   std::filesystem::path config_file_;
   ZoomedCamera camera_;

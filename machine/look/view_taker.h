@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -8,9 +9,20 @@
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
 #include "program/model/measurement.h"
+#include "vision/fit/detection.h"
 #include "vision/picture/image.h"
 
 namespace panelcal {
+
+/// A target that was looked for before it was asked for. It is the answer to the very same question
+/// only: the same vision tool, zoom and searched circle.
+struct KnownDetection {
+  int tool = 0;
+  std::optional<double> zoom;
+  std::optional<Position<frame::Image>> search_center;
+  std::optional<PixelLength> search_radius;
+  Detection detection;
+};
 
 /// A picture and where it was taken.
 struct TakenPicture {
@@ -18,6 +30,7 @@ struct TakenPicture {
   Position<frame::Machine> axis;  ///< where the optical axis stood, as the calibration has it
   std::string name;               ///< file name; empty if the picture is in no file
   std::string path;               ///< of that file, for diagnostics
+  std::shared_ptr<const KnownDetection> known = {};  ///< what was found in it ahead; may be null
 };
 
 /// One look at the panel.

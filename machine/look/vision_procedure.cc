@@ -126,6 +126,24 @@ Expected<Look> VisionProcedure::first_look(const MeasurementRequest& request,
   return look;
 }
 
+Expected<std::vector<Look>> VisionProcedure::first_looks(const MeasurementRequest& request) const {
+  PANELCAL_CHECK(locator_.check(request));
+  const auto offsets = mark_offsets(request);
+  const std::optional<Length> area = search_area(request);
+  const int n_inspections = area ? 1 : std::max(1, request.settings.inspections);
+  std::vector<Look> looks;
+  for (std::size_t k = 0; k < (area ? 1 : offsets.size()); ++k) {
+    const Position<frame::Machine> expected = request.expected_in_machine() + offsets[k];
+    PANELCAL_TRY(Look look, first_look(request, expected, static_cast<int>(k)));
+    if (area) look.radius = area;
+    for (int i = 0; i < n_inspections; ++i) {
+      look.view.i_inspection = i;
+      looks.push_back(look);
+    }
+  }
+  return looks;
+}
+
 Expected<Sight> VisionProcedure::inspect(const MeasurementRequest& request,
                                          Look look,
                                          ViewTaker& taker) const {

@@ -50,6 +50,12 @@ class VisionProcedure {
   /// else the four places.
   std::vector<Displacement<frame::Machine>> mark_offsets(const MeasurementRequest& request) const;
 
+  /// The looks that measure() will take at a request's target, as far as they do not depend on what
+  /// earlier ones see: of a search the first.
+  ///
+  /// Fails  what PictureLocator::check reports
+  Expected<std::vector<Look>> first_looks(const MeasurementRequest& request) const;
+
   /// Fails  what PictureLocator::check and PictureLocator::look report; what `taker` reports; not-
   ///        supported (a search of too many views)
   Expected<Measurement> measure(const MeasurementRequest& request, ViewTaker& taker);

@@ -9,7 +9,7 @@
 #include "calib/base/atomic_file.h"
 #include "calib/camera/model.h"
 #include "calib/correction/spindle_camera.h"
-#include "vision/picture/bayer.h"
+#include "vision/picture/picture_form.h"
 #include "vision/picture/image_io.h"
 #include "vision/tag/read_tags.h"
 #include <fmt/format.h>
@@ -90,7 +90,7 @@ Expected<PlatePicture> read_plate_picture(const MachineConfig& config,
   PlatePicture out;
   PANELCAL_TRY(out.bytes, read_file(path));
   PANELCAL_TRY(out.image, decode_image(out.bytes, path));
-  if (config.bayer) out.image = from_bayer(out.image, *config.bayer);
+  out.image = understood(std::move(out.image), config.picture_form);
   if (out.image.width() == camera.picture_width_px &&
       out.image.height() == camera.picture_height_px) {
     return out;

@@ -35,23 +35,27 @@ std::string view_words(const MeasurementRequest& request, const View& view) {
 
 Expected<PictureSource> PictureSource::create(const MachineConfig& config,
                                               PictureFolder folder,
-                                              PictureObserver observer) {
+                                              PictureObserver observer,
+                                              Executor* executor) {
   PANELCAL_TRY(VisionProcedure procedure, VisionProcedure::create(config, std::move(observer)));
-  return PictureSource(config, std::move(procedure), std::move(folder));
+  return PictureSource(config, std::move(procedure), std::move(folder), executor);
 }
 
 PictureSource::PictureSource(const MachineConfig& config,
                              VisionProcedure procedure,
-                             PictureFolder folder)
+                             PictureFolder folder,
+                             Executor* executor)
     : procedure_(std::move(procedure)),
       folder_(std::move(folder)),
-      bayer_(config.bayer),
+      form_(config.picture_form),
       table_(config.walk.table),
       taken_with_(config.spindle_camera),
       job_(config) {
   for (std::size_t i = 0; i < folder_.rows.size(); ++i) {
     if (const auto seq = folder_.rows[i].seq) rows_by_seq_[*seq].push_back(i);
   }
+  if (executor == nullptr) return;
+  look_ahead_ = std::make_unique<internal::LookAhead>(*executor, procedure_.locator(), form_);
 }
 
 Position<frame::Machine> PictureSource::axis_of(const PictureRow& row) const {
@@ -155,14 +159,47 @@ Expected<std::size_t> PictureSource::nearest_row(const MeasurementRequest& reque
           "one taken near ({:.4f}, {:.4f}) mm", view.axis.in_mm().x(), view.axis.in_mm().y())));
 }
 
+TakenPicture PictureSource::not_read(std::size_t i_row) const {
+  const PictureRow& row = folder_.rows[i_row];
+  return {{}, axis_of(row), row.file, folder_.path_of(row).string()};
+}
+
 Expected<TakenPicture> PictureSource::take(const MeasurementRequest& request, const View& view) {
   PANELCAL_TRY(const std::size_t i_row,
                rows_by_seq_.empty() ? nearest_row(request, view) : next_row_of_seq(request, view));
   const PictureRow& row = folder_.rows[i_row];
   PANELCAL_CHECK(check_is_on_table(row));
-  PANELCAL_TRY(Image image, read_image(folder_.path_of(row)));
-  if (bayer_) image = from_bayer(image, *bayer_);
-  return TakenPicture{std::move(image), axis_of(row), row.file, folder_.path_of(row).string()};
+  if (look_ahead_) {
+    if (auto picture = look_ahead_->take(i_row)) return *std::move(picture);
+  }
+  return internal::read_picture(not_read(i_row), form_);
+}
+
+std::vector<internal::ForeseenPicture> PictureSource::foreseen(
+    const std::vector<MeasurementRequest>& requests) const {
+  std::vector<internal::ForeseenPicture> pictures;
+  for (const MeasurementRequest& request : requests) {
+    const auto looks = procedure_.first_looks(request);
+    if (!looks) continue;
+    const auto rows = rows_by_seq_.find(request.seq);
+    for (std::size_t i = 0; i < looks->size(); ++i) {
+      const Look& look = (*looks)[i];
+      std::optional<std::size_t> i_row;
+      if (rows_by_seq_.empty()) {
+        if (const auto nearest = nearest_row(request, look.view)) i_row = *nearest;
+      } else if (rows != rows_by_seq_.end() && i < rows->second.size()) {
+        i_row = rows->second[i];
+      }
+      if (i_row) pictures.push_back({*i_row, request, look, not_read(*i_row)});
+    }
+  }
+  return pictures;
+}
+
+void PictureSource::foresee(RequestForecast forecast) {
+  if (!look_ahead_) return;
+  forecast_ = std::move(forecast);
+  look_ahead_->plan(foreseen(forecast_()));
 }
 
 Expected<Measurement> PictureSource::measure(const MeasurementRequest& request) {
@@ -170,6 +207,9 @@ Expected<Measurement> PictureSource::measure(const MeasurementRequest& request) 
   PANELCAL_CHECK(procedure_.locator().check(request));
   PANELCAL_CHECK(check_number_of_rows(request));
   n_shown_by_seq_[request.seq] = 0;
+  if (look_ahead_ && forecast_ && look_ahead_->is_outdated(request)) {
+    look_ahead_->plan(foreseen(forecast_()));
+  }
   PANELCAL_TRY(Measurement measurement, procedure_.measure(request, *this));
   return job_.complete(std::move(measurement));
 }

@@ -9,14 +9,16 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/executor.h"
 #include "calib/base/expected.h"
 #include "machine/calibrate/job_calibration.h"
 #include "machine/config/machine_config.h"
 #include "machine/look/view_taker.h"
 #include "machine/look/vision_procedure.h"
+#include "machine/sources/look_ahead.h"
 #include "program/model/measurement.h"
-#include "vision/picture/bayer.h"
 #include "vision/picture/folder.h"
+#include "vision/picture/picture_form.h"
 
 namespace panelcal {
 
@@ -32,11 +34,14 @@ namespace panelcal {
 /// images.csv says where the axis was sent to; with a [table] it stood where the map says.
 class PictureSource final : public MeasurementSource, public ViewTaker {
  public:
+  /// In     executor: looks at pictures before they are asked for; outlives the source; may be null
   /// Fails  config-value (no [camera])
   static Expected<PictureSource> create(const MachineConfig& config,
                                         PictureFolder folder,
-                                        PictureObserver observer = {});
+                                        PictureObserver observer = {},
+                                        Executor* executor = nullptr);
 
+  void foresee(RequestForecast forecast) override;
   /// Fails  picture-missing; picture-mismatch (size, vision tool, number); travel-exceeded; what
   ///        VisionProcedure::measure and reading a picture report
   Expected<Measurement> measure(const MeasurementRequest& request) override;
@@ -48,7 +53,14 @@ class PictureSource final : public MeasurementSource, public ViewTaker {
   Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
 
  private:
-  PictureSource(const MachineConfig& config, VisionProcedure procedure, PictureFolder folder);
+  PictureSource(const MachineConfig& config,
+                VisionProcedure procedure,
+                PictureFolder folder,
+                Executor* executor);
+  /// Which pictures the requests will show, as far as that can be said.
+  std::vector<internal::ForeseenPicture> foreseen(
+      const std::vector<MeasurementRequest>& requests) const;
+  TakenPicture not_read(std::size_t i_row) const;
   /// Where the optical axis stood, with the offset in force.
   Position<frame::Machine> axis_of(const PictureRow& row) const;
   /// Refuses a picture that was taken where the table's map does not reach.
@@ -61,13 +73,15 @@ class PictureSource final : public MeasurementSource, public ViewTaker {
 
   VisionProcedure procedure_;
   PictureFolder folder_;
-  std::optional<BayerPattern> bayer_;
+  PictureForm form_;
   std::shared_ptr<const TableCorrection> table_;  ///< may be null
   SpindleCameraOffset taken_with_;
   JobCalibration job_;
   Displacement<frame::Machine> shift_;  ///< of the offset since the pictures were taken
   std::map<std::int64_t, std::vector<std::size_t>> rows_by_seq_;  ///< empty: no row has a seq
   std::map<std::int64_t, std::size_t> n_shown_by_seq_;
+  RequestForecast forecast_;
+  std::unique_ptr<internal::LookAhead> look_ahead_;  ///< null without an executor
 };
 
 }  // namespace panelcal

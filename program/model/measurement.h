@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -105,10 +106,18 @@ struct FocusResult {
   std::vector<Sample> curve;  ///< in the order in which it was taken
 };
 
+/// Which requests will come from now on, in their order, if every target that is still to be
+/// measured lies where it is expected. Empty where that is not worth knowing. The places of a
+/// series that is open are exact, and those of later ones as long as nothing that they depend on is
+/// unmeasured.
+using RequestForecast = std::function<std::vector<MeasurementRequest>()>;
+
 /// A source of true places of targets: camera, picture folder, recorded file, simulation.
 class MeasurementSource {
  public:
   virtual ~MeasurementSource() = default;
+  /// Lets the source prepare what it will be asked for. No answer may depend on it.
+  virtual void foresee(RequestForecast /*forecast*/) {}
   /// Fails when the source itself fails (missing picture, broken device); a target that is not to
   /// be seen is an answer.
   virtual Expected<Measurement> measure(const MeasurementRequest& request) = 0;

@@ -182,6 +182,10 @@ panelcal looks for stored patterns and subprograms (M99,NAME) beside the program
 search_path. Texts with the date or the time (&D, &T) are drilled with --clock, else with the time
 of the run, which the output then names.
 
+Pictures of a folder are read and looked at ahead, on --threads threads; what is written does not
+depend on their number. If all targets that were seen are too large by one factor, or all refused
+series would fit with a camera mirrored or turned by a quarter, a line on standard error says so.
+
 Exit codes
   0 done, perhaps with warnings; 1 a target was not found, a gate failed or [tolerance] holds the
   job, and no program was written (but see --force); 2 bad input or usage; 3 a device, the disk or
@@ -223,6 +227,19 @@ looks for the centre within 60 px of that place only, and draws the result: the 
 (yellow), by number, with its score and the reason why it does not count. --candidates lists these
 as "others" too, in the same order. For several pictures --overlay names a folder, which gets a
 NAME.png for each; overlays are PNG and nothing else. No input is ever overwritten.
+
+A refusal has the reason of the candidate that is nearest to the target, and says what is there
+instead: a mark of another size or polarity, 12 bits in a file of 16. If all targets of several
+pictures are too large by one factor, a line on standard error says so.
+
+  $ panelcal locate --suggest board.jpg --overlay seen.png
+
+needs no machine.toml: it lists everything round, square, cross-shaped or tagged, in groups of like
+size, the most useful first, as comments, and then a [[vision.tool]] block to paste for each of the
+first groups; sizes are in mm with -m and its [camera]. --json writes an object a picture instead,
+with every mark.
+
+--threads looks at several pictures at once; results and their order do not depend on it.
 
 Exit codes
   0 every picture was read, whatever was found in it; 2 a picture or an option is bad; 3 an overlay

@@ -93,6 +93,17 @@ class CommandLine {
         ->capture_default_str();
   }
 
+  static void add_threads(CLI::App* command, std::size_t& n_threads) {
+    constexpr std::size_t kMaxThreads = 256;
+    command
+        ->add_option("--threads",
+                     n_threads,
+                     "Threads that look at pictures, 0: one for each processor; no result depends "
+                     "on their number")
+        ->check(CLI::Range(std::size_t{0}, kMaxThreads))
+        ->capture_default_str();
+  }
+
   static void add_clock(CLI::App* command, std::string& clock) {
     command->add_option("--clock",
                         clock,
@@ -181,6 +192,7 @@ class CommandLine {
         "--save-probes", o.save_probes, "Write the probed heights, to replay with --probes");
     add_clock(run_, o.clock);
     run_->add_option("--truth", o.truth, "Compare with the truth that `synth` wrote");
+    add_threads(run_, o.n_threads);
     add_limit(run_, o.max_operations);
     run_->add_flag(
         "--force", o.force, "Write the program although a gate or [tolerance] refuses it");
@@ -204,8 +216,9 @@ class CommandLine {
   void add_locate() {
     locate_ = add("locate", "Find a target in pictures");
     locate_->add_option("IMAGE", locate_options_.images, "Pictures")->required();
-    locate_->add_option("--tool", locate_options_.tool, "Number of the vision tool")->required();
-    locate_->add_option("-m,--machine", locate_options_.machine, "machine.toml")->required();
+    CLI::Option* tool =
+        locate_->add_option("--tool", locate_options_.tool, "Number of the vision tool");
+    locate_->add_option("-m,--machine", locate_options_.machine, "machine.toml");
     CLI::Option* at =
         locate_->add_option("--at", locate_options_.at_px, "X,Y: look around this place only, px")
             ->expected(2)
@@ -218,9 +231,23 @@ class CommandLine {
         "--overlay",
         locate_options_.overlay,
         "Draw the fits into the pictures: a .png, or for several pictures a folder");
-    locate_->add_flag("--candidates",
-                      locate_options_.lists_candidates,
-                      "List the other places that were looked at, and why they do not count");
+    CLI::Option* candidates =
+        locate_->add_flag("--candidates",
+                          locate_options_.lists_candidates,
+                          "List the other places that were looked at, and why they do not count");
+    CLI::Option* suggest = locate_->add_flag(
+        "--suggest",
+        locate_options_.suggests,
+        "Look for everything that could be a target, and write [[vision.tool]] blocks for it");
+    locate_->add_flag("--json", locate_options_.json, "The suggestion as JSON Lines")
+        ->needs(suggest);
+    suggest->excludes(tool)->excludes(candidates);
+    locate_->final_callback([this] {
+      if (locate_options_.suggests) return;
+      if (!locate_options_.tool) throw CLI::RequiredError("--tool");
+      if (locate_options_.machine.empty()) throw CLI::RequiredError("--machine");
+    });
+    add_threads(locate_, locate_options_.n_threads);
   }
 
   void add_synth() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -47,8 +48,9 @@ struct RunOptions {
   std::string save_probes;
   std::string clock;
   std::string truth;
-  std::string explain;  ///< L14 or 500: see ExplainChoice
-  std::string slots;    ///< keep or expand; empty: what suits the format
+  std::string explain;        ///< L14 or 500: see ExplainChoice
+  std::string slots;          ///< keep or expand; empty: what suits the format
+  std::size_t n_threads = 0;  ///< that look at pictures; 0: one for each processor
   std::int64_t max_operations = 1'000'000'000;
   bool force = false;
 };
@@ -66,11 +68,14 @@ struct TranslateOptions {
 struct LocateCommandOptions {
   std::vector<std::string> images;
   std::string machine;
-  int tool = 1;
+  std::optional<int> tool;  ///< there unless it suggests
   std::vector<double> at_px;  ///< x, y of the middle of the searched circle; empty: everywhere
   std::optional<double> radius_px;  ///< of it; there if at_px is
   std::string overlay;              ///< a .png, or a folder of them; empty: none
   bool lists_candidates = false;
+  bool suggests = false;      ///< tells what is there instead
+  bool json = false;          ///< the suggestion as JSON Lines
+  std::size_t n_threads = 0;  ///< 0: one for each processor
 };
 
 struct PlanOptions {

@@ -2,6 +2,7 @@
 #include "tools/cli/provenance.h"
 
 #include <cstdlib>
+#include <utility>
 
 #include "calib/base/atomic_file.h"
 #include "calib/base/digest.h"
@@ -14,7 +15,11 @@ Provenance provenance_of(const Options& options,
                          const Program& program,
                          const std::vector<std::string>& files) {
   std::string command_line;
+  bool is_number = false;
   for (const std::string& word : options.command_line) {
+    // No result depends on the number of threads.
+    const bool is_left_out = std::exchange(is_number, word == "--threads");
+    if (is_left_out || is_number || word.starts_with("--threads=")) continue;
     // Where panelcal is installed says nothing about the job.
     command_line += command_line.empty() ? "panelcal" : " " + without_password(word);
   }

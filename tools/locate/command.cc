@@ -1,107 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "calib/base/atomic_file.h"
+#include "calib/base/executor.h"
+#include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/output_paths.h"
 #include "tools/locate/located_json.h"
+#include "tools/locate/overlay_paths.h"
+#include "tools/locate/suggest_command.h"
 #include "vision/locate/locate.h"
-#include "vision/picture/bayer.h"
 #include "vision/picture/image_io.h"
+#include "vision/picture/picture_form.h"
 #include "vision/show/overlay.h"
+#include "vision/suggest/common_scale.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
 using Path = std::filesystem::path;
-
-Diagnostic locate_usage(std::string what, std::string expected) {
-  return {Code::Usage, {"panelcal locate", 0, 0}, std::move(what), std::move(expected)};
-}
-
-bool is_png(const Path& path) {
-  return extension_of(path) == ".png";
-}
-
-/// Whether a name is surely not meant for a folder.
-bool is_other_picture(const Path& path) {
-  constexpr std::array<std::string_view, 10> kExtensions = {
-      ".bmp", ".gif", ".jpeg", ".jpg", ".pdf", ".pgm", ".svg", ".tif", ".tiff", ".webp"};
-  std::error_code ignored;
-  return std::ranges::find(kExtensions, extension_of(path)) != kExtensions.end() &&
-         !std::filesystem::is_directory(path, ignored);
-}
-
-/// Where the overlay of each picture goes: OUT.png for the only one, else OUT/NAME.png.
-///
-/// Fails  usage (no PNG; several pictures and one file; two pictures of one name; over an input)
-Expected<std::vector<Path>> overlay_paths(const LocateCommandOptions& options) {
-  const Path out(options.overlay);
-  if (is_other_picture(out)) {
-    return failure(locate_usage(
-        fmt::format("--overlay {} is not written: overlays are PNG files", quoted(options.overlay)),
-        "a name that ends in .png, or a folder"));
-  }
-  std::vector<Path> paths;
-  if (is_png(out)) {
-    if (options.images.size() > 1) {
-      return failure(locate_usage(fmt::format("--overlay {} is one file, and there are {} pictures",
-                                              quoted(options.overlay),
-                                              options.images.size()),
-                                  "a folder"));
-    }
-    paths.push_back(out);
-  } else {
-    for (const std::string& image : options.images) {
-      paths.push_back(out / (Path(image).stem().string() + ".png"));
-    }
-  }
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    if (const auto first = std::ranges::find(paths, paths[i]) - paths.begin();
-        static_cast<std::size_t>(first) != i) {
-      return failure(
-          locate_usage(fmt::format("the overlays of {} and {} would both be {}",
-                                   quoted(options.images[static_cast<std::size_t>(first)]),
-                                   quoted(options.images[i]),
-                                   quoted(paths[i].string())),
-                       "pictures of different names"));
-    }
-    for (const std::string& image : options.images) {
-      if (!is_same_file(image, paths[i]) && !is_same_file(options.machine, paths[i])) continue;
-      return failure(locate_usage(
-          fmt::format("the overlay {} would overwrite an input", quoted(paths[i].string())),
-          "another file or folder"));
-    }
-  }
-  return paths;
-}
-
-/// Makes the folder of several overlays.
-Expected<void> make_folder(const LocateCommandOptions& options) {
-  if (is_png(options.overlay)) return {};
-  std::error_code error;
-  std::filesystem::create_directories(options.overlay, error);
-  // A path with a trailing slash exists, and yet nothing was created.
-  std::error_code ignored;
-  if (std::filesystem::is_directory(options.overlay, ignored)) return {};
-  return failure({Code::DeviceWrite,
-                  {options.overlay, 0, 0},
-                  "cannot create the folder: " +
-                      (error ? error.message() : std::string("a file has its name")),
-                  ""});
-}
+using internal::locate_usage;
 
 /// One call of the command: what is looked for, how, and where the overlays go.
 struct Search {
@@ -113,12 +38,12 @@ struct Search {
 
 Expected<Search> prepare(const LocateCommandOptions& options) {
   PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
-  const auto tool = config.vision_tools.find(options.tool);
+  const auto tool = config.vision_tools.find(*options.tool);
   if (tool == config.vision_tools.end()) {
     return failure({Code::VisionToolUndefined,
                     {options.machine, 0, 0},
-                    fmt::format("vision tool {}", options.tool),
-                    fmt::format("[[vision.tool]] with number = {}", options.tool)});
+                    fmt::format("vision tool {}", *options.tool),
+                    fmt::format("[[vision.tool]] with number = {}", *options.tool)});
   }
   Search search{std::move(config), tool->second, std::nullopt, {}};
   if (!options.at_px.empty()) {
@@ -138,8 +63,7 @@ Expected<Search> prepare(const LocateCommandOptions& options) {
     search.mapping = search.config.camera->mapping();
   }
   if (!options.overlay.empty()) {
-    PANELCAL_TRY(search.overlays, overlay_paths(options));
-    PANELCAL_CHECK(make_folder(options));
+    PANELCAL_TRY(search.overlays, internal::make_overlay_paths(options));
   }
   return search;
 }
@@ -175,11 +99,10 @@ Expected<void> check_place(const std::string& file, const Image& image, const Se
                   fmt::format("a place in its {} x {} px", image.width(), image.height())});
 }
 
-Expected<void> write_overlay(const Path& path,
-                             const std::string& file,
-                             const Image& image,
-                             const Detection& detection,
-                             const Search& search) {
+Expected<std::string> overlay_of(const std::string& file,
+                                 const Image& image,
+                                 const Detection& detection,
+                                 const Search& search) {
   const OverlayOptions overlay{.min_side = 640,
                                .title = fmt::format("{}, vision tool {}: {}",
                                                     Path(file).filename().string(),
@@ -187,44 +110,72 @@ Expected<void> write_overlay(const Path& path,
                                                     name(search.target.shape)),
                                .search_center = search.config.locate.search_center,
                                .search_radius = search.config.locate.search_radius};
-  PANELCAL_TRY(const std::string png, encode_overlay(image, detection, overlay));
-  return write_file(path, png);
+  return encode_overlay(image, detection, overlay);
 }
 
-/// Locates the target in one picture and writes what is asked for.
-Expected<void> locate_one(std::size_t i_image,
-                          const LocateCommandOptions& options,
-                          const Search& search,
-                          CommandContext& context) {
-  const std::string& file = options.images[i_image];
+/// The result of one picture, as it is written.
+struct Located {
+  std::string json;
+  std::string overlay_png;  ///< empty: none is asked for
+  Detection detection;
+};
+
+/// Locates the target in one picture; called on several threads.
+Expected<Located> locate_one(const std::string& file,
+                             const LocateCommandOptions& options,
+                             const Search& search) {
   PANELCAL_TRY(Image image, read_image(file));
-  if (search.config.bayer) image = from_bayer(image, *search.config.bayer);
+  image = understood(std::move(image), search.config.picture_form);
   PANELCAL_CHECK(check_picture_size(file, image, search));
   PANELCAL_CHECK(check_place(file, image, search));
   const Detection detection = locate(
       image, search.target, search.mapping ? &*search.mapping : nullptr, search.config.locate);
-  PANELCAL_CHECK(context.output.write(
-      located_json({file, options.tool, options.lists_candidates}, detection)));
+  Located located{
+      located_json({file, *options.tool, options.lists_candidates}, detection), "", detection};
+  if (search.overlays.empty()) return located;
+  PANELCAL_TRY(located.overlay_png, overlay_of(file, image, detection, search));
+  return located;
+}
+
+Expected<void> write(const Located& located,
+                     std::size_t i_image,
+                     const Search& search,
+                     CommandContext& context) {
+  PANELCAL_CHECK(context.output.write(located.json));
   if (search.overlays.empty()) return {};
-  return write_overlay(search.overlays[i_image], file, image, detection, search);
+  return write_file(search.overlays[i_image], located.overlay_png);
 }
 
 }  // namespace
 
 ExitCode run_command(const LocateCommandOptions& options, CommandContext& context) {
+  if (options.suggests) return internal::suggest(options, context);
   const auto search = prepare(options);
   if (!search) {
     context.console.print(search.error());
     return exit_code(search.error());
   }
   DiagnosticLog log;
-  for (std::size_t i = 0; i < options.images.size(); ++i) {
-    const auto done = locate_one(i, options, *search, context);
-    if (done) continue;
+  CommonScale scale;
+  bool is_refused = false;
+  const auto pool = make_thread_pool(options.n_threads, options.images.size());
+  const auto make = [&](std::size_t i) { return locate_one(options.images[i], options, *search); };
+  const auto take = [&](std::size_t i, const Expected<Located>& located) {
+    const Expected<void> done =
+        located ? write(*located, i, *search, context) : failure(located.error());
+    if (located) {
+      scale.add(located->detection);
+      is_refused |= located->detection.status != DetectionStatus::Found;
+    }
+    if (done) return true;
     context.console.print(done.error());
-    // A disk that is full will not have room for the next one.
-    if (done.error().code == Code::DeviceWrite) return exit_code(done.error());
     log.add(done.error());
+    // A disk that is full will not have room for the next one.
+    return done.error().code != Code::DeviceWrite;
+  };
+  make_in_order(pool.get(), options.images.size(), make, take);
+  if (is_refused) {
+    if (const auto words = scale.words()) context.console.say(*words);
   }
   return exit_code(log);
 }

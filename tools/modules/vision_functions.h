@@ -5,6 +5,7 @@
 #include "vision/locate/target_check.h"
 #include "vision/picture/image_io.h"
 #include "vision/show/overlay.h"
+#include "vision/suggest/find_marks.h"
 #include "vision/tag/read_tags.h"
 
 namespace panelcal::modules {
@@ -21,6 +22,7 @@ struct VisionFunctions {
   decltype(&panelcal::internal::target_problem) target_problem;
   decltype(&panelcal::read_tags) read_tags;
   decltype(&panelcal::encode_overlay) encode_overlay;
+  decltype(&panelcal::find_marks) find_marks;
 };
 
 }  // namespace panelcal::modules

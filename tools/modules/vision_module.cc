@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/modules/module.h"
 #include "tools/modules/vision_functions.h"
+#include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
 namespace {
@@ -14,14 +15,17 @@ constexpr panelcal::modules::VisionFunctions kVisionFunctions = {
     .target_problem = &panelcal::internal::target_problem,
     .read_tags = &panelcal::read_tags,
     .encode_overlay = &panelcal::encode_overlay,
+    .find_marks = &panelcal::find_marks,
 };
 
-/// OpenCV logs to standard output too, as far as OPENCV_LOG_LEVEL tells it.
-void silence_opencv() {
+/// OpenCV logs to standard output too, as far as OPENCV_LOG_LEVEL tells it. Threads are the
+/// program's own (calib/base/thread_pool.h).
+void prepare_opencv() {
+  cv::setNumThreads(1);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
 }
 
 }  // namespace
 
 extern "C" [[gnu::visibility("default")]] const PanelcalModule panelcal_module = {
-    PANELCAL_VERSION, &kVisionFunctions, &silence_opencv};
+    PANELCAL_VERSION, &kVisionFunctions, &prepare_opencv};

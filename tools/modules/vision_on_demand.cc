@@ -48,6 +48,10 @@ Expected<std::string> encode_overlay(const Image& image,
   return vision_functions().encode_overlay(image, detection, options);
 }
 
+std::vector<SeenMark> find_marks(const Image& image, const MarkOptions& options) {
+  return vision_functions().find_marks(image, options);
+}
+
 namespace internal {
 
 std::optional<TargetProblem> target_problem(const Target& target, const CameraMapping* mapping) {

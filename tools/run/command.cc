@@ -7,7 +7,9 @@
 
 #include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/camera_pose.h"
 #include "machine/job/depth_summary.h"
 #include "machine/job/job.h"
 #include "machine/job/spindle_age.h"
@@ -22,6 +24,7 @@
 #include "tools/report/html.h"
 #include "tools/run/fits_summary.h"
 #include "tools/run/seen_pictures.h"
+#include "vision/suggest/common_scale.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -77,11 +80,15 @@ class RunCommand {
         .measured = [this](const Survey& survey) { return tell_measured(survey); },
         .log = &log_};
     const OpenJobSources open = [this](const Survey& nominal) {
+      if (!options_.images.empty()) {
+        pool_ = make_thread_pool(options_.n_threads, nominal.measurements.size());
+      }
       return open_sources(source_choice(), machine_, nominal);
     };
     if (const Expected<JobResult> result = correct(job_, open, machine_, sinks)) {
       is_written_ = result->is_committed;
       tell(*result);
+      explain_refused_fits(*result->survey);
       write_report(*result);
     }
     return finish();
@@ -163,8 +170,23 @@ class RunCommand {
             .camera = options_.camera,
             .machine_driver = options_.machine_driver,
             .probes = options_.probes,
-            .observer = options_.report.empty() ? PictureObserver() : pictures_.observer(),
+            .observer = observer(),
+            .executor = pool_.get(),
             .prompt = [this] { return operator_prompt(kCommand, context_.console); }};
+  }
+
+  /// Sizes are for the explanation of a refusal, pictures for the report.
+  PictureObserver observer() {
+    PictureObserver draw = options_.report.empty() ? PictureObserver() : pictures_.observer();
+    return [this, draw](const SeenView& seen) {
+      scale_.add(seen.detection);
+      if (draw) draw(seen);
+    };
+  }
+
+  void explain_refused_fits(const Survey& survey) {
+    if (!log_.has_errors()) return;
+    if (const auto words = camera_pose_words(survey)) context_.console.say(*words);
   }
 
   void end_progress(std::string_view remark) {
@@ -242,6 +264,7 @@ class RunCommand {
 
   ExitCode finish() {
     context_.console.print(log_);
+    if (const auto words = scale_.words(); words && log_.has_errors()) context_.console.say(*words);
     if (log_.has_errors() && !is_written_ && !options_.output.empty()) {
       const auto* const spooled = dynamic_cast<const SpooledOutput*>(output_.get());
       context_.console.say(spooled != nullptr && spooled->has_begun_to_commit()
@@ -259,6 +282,8 @@ class RunCommand {
   Job job_;
   Provenance provenance_;
   SeenPictures pictures_;
+  CommonScale scale_;
+  std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<JobOutput> output_;
   bool is_written_ = false;
 };

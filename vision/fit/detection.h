@@ -98,6 +98,9 @@ struct Detection {
   std::vector<Candidate> candidates;
   /// False: there were more places than are fitted, so that one without a candidate says nothing.
   bool lists_all = true;
+  /// The size over the one that was asked for: of `best`, or of a mark that is the target but for
+  /// its size.
+  std::optional<double> size_ratio = {};
 };
 
 }  // namespace panelcal

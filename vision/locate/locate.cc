@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "vision/fit/detector.h"
+#include "vision/suggest/explain.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -16,13 +19,41 @@ using internal::DetectorInput;
 using internal::FittedCandidate;
 using Verdict = FittedCandidate::Verdict;
 
-/// Good ones first, then unfit ones, then unlikely ones; each by score.
-void rank(std::vector<FittedCandidate>& candidates) {
-  std::stable_sort(
-      candidates.begin(), candidates.end(), [](const FittedCandidate& a, const FittedCandidate& b) {
-        if (a.verdict != b.verdict) return a.verdict < b.verdict;
-        return a.fit.score > b.fit.score;
-      });
+/// The size of a fit over the one that is asked for.
+std::optional<double> size_ratio(const TargetFit& fit, const Target& target) {
+  if (target.size && fit.size_mm) return fit.size_mm->in_mm() / target.size->in_mm();
+  if (target.size_px) return fit.size.in_px() / target.size_px->in_px();
+  return std::nullopt;
+}
+
+/// How far a candidate is from what is asked for: a size off by its tolerance counts as a score
+/// that is lower by a fifth, and so does a place at the rim of the searched circle.
+double distance_from_asked(const FittedCandidate& candidate,
+                           const Target& target,
+                           const LocateOptions& options) {
+  constexpr double kWeight = 0.2;
+  double distance = 1 - candidate.fit.score;
+  const auto ratio = size_ratio(candidate.fit, target);
+  if (ratio && *ratio > 0) {
+    distance += kWeight * std::abs(std::log(*ratio)) / std::max(0.01, target.size_tolerance);
+  }
+  if (options.search_center && options.search_radius) {
+    const auto away = candidate.fit.center.position - *options.search_center;
+    distance += kWeight * away.in_px().norm() / options.search_radius->in_px();
+  }
+  return std::isfinite(distance) ? distance : std::numeric_limits<double>::max();
+}
+
+/// Good ones first, by score; then the others, the one that is nearest to what is asked for first,
+/// since its reason is the one to tell.
+void rank(std::vector<FittedCandidate>& candidates,
+          const Target& target,
+          const LocateOptions& options) {
+  const auto key = [&](const FittedCandidate& c) {
+    const bool is_good = c.verdict == Verdict::Good;
+    return std::pair(!is_good, is_good ? -c.fit.score : distance_from_asked(c, target, options));
+  };
+  std::ranges::stable_sort(candidates, {}, key);
 }
 
 std::string not_found_reason(const std::vector<FittedCandidate>& candidates) {
@@ -30,8 +61,10 @@ std::string not_found_reason(const std::vector<FittedCandidate>& candidates) {
   return "the likeliest place does not count: " + candidates.front().reason;
 }
 
-Detection decide(std::vector<FittedCandidate> candidates, const LocateOptions& options) {
-  rank(candidates);
+Detection decide(std::vector<FittedCandidate> candidates,
+                 const Target& target,
+                 const LocateOptions& options) {
+  rank(candidates, target, options);
   Detection detection;
   for (const FittedCandidate& c : candidates) {
     detection.candidates.push_back({c.fit.center.position,
@@ -51,6 +84,7 @@ Detection decide(std::vector<FittedCandidate> candidates, const LocateOptions& o
     return detection;
   }
   detection.best = candidates.front().fit;
+  detection.size_ratio = size_ratio(*detection.best, target);
   if (candidates.front().verdict == Verdict::Unfit) {
     detection.status = DetectionStatus::Rejected;
     detection.reason = candidates.front().reason;
@@ -114,8 +148,11 @@ Detection locate_checked(const Image& image,
   const DetectorInput input{image, target, mapping, options, internal::SearchArea(options)};
   std::vector<FittedCandidate> candidates = detector_of(target.shape)(input);
   const bool lists_all = candidates.size() < max_fitted(target.shape);
-  Detection detection = decide(std::move(candidates), options);
+  Detection detection = decide(std::move(candidates), target, options);
   detection.lists_all = lists_all;
+  const bool is_refused = detection.status == DetectionStatus::NotFound ||
+                          detection.status == DetectionStatus::Rejected;
+  if (is_refused) internal::explain(input, detection);
   return detection;
 }
 

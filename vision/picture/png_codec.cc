@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "vision/picture/decoder.h"
+#include "vision/picture/plain_png.h"
 #include "vision/picture/sample_row.h"
 #include <png.h>
 #include <zlib.h>
@@ -153,6 +154,11 @@ bool write_png_pixels(PngWriter& writer, const PngPixels& pixels) {
 }  // namespace
 
 Decoded decode_png(std::string_view bytes, const PictureHeader& header) {
+  if (auto image = read_plain_png(bytes)) return *std::move(image);
+  return decode_by_libpng(bytes, header);
+}
+
+Decoded decode_by_libpng(std::string_view bytes, const PictureHeader& header) {
   PngReader reader(bytes);
   if (reader.info == nullptr) return tl::unexpected<std::string>("out of memory");
   if (!begin_png(reader)) return tl::unexpected(std::move(reader.state.words));

@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
+#include "vision/picture/decoder.h"
 #include <tl/expected.hpp>
 
 namespace panelcal::internal {
@@ -17,6 +19,9 @@ struct PngPixels {
   int n_channels = 1;  ///< 1 grey, 3 blue green red
   int bits = 8;        ///< 8 or 16
 };
+
+/// The decoder of every PNG that read_plain_png() leaves.
+Decoded decode_by_libpng(std::string_view bytes, const PictureHeader& header);
 
 /// A PNG for speed: filter Sub, run lengths. The bytes depend on libpng and zlib alone.
 tl::expected<std::string, std::string> encode_png_pixels(const PngPixels& pixels);

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "calib/base/thread_pool.h"
 #include "machine/sim/recording.h"
 #include "machine/sim/sim_machine.h"
 #include "machine/sim/truth.h"
@@ -97,6 +99,69 @@ TEST_F(PictureSourceTest, WithoutSeqTheNearestPictureIsTaken) {
   }
   std::ranges::reverse(folder.rows);
   expect_same_survey(folder);
+}
+
+/// Runs tasks at once, and counts them.
+class CountedTasks final : public Executor {
+ public:
+  void post(std::function<void()> task) override {
+    ++n_posted;
+    task();
+  }
+  std::size_t n_threads() const override { return 2; }
+
+  std::size_t n_posted = 0;
+};
+
+TEST_F(PictureSourceTest, LookingAheadChangesNoAnswer) {
+  config_.vision.search_radius = mm(1);  // so that an answer depends on the expected place
+  std::vector<MeasurementRequest> requests;
+  for (const Measurement& one : recording_.survey.measurements) requests.push_back(one.request);
+  std::vector<MeasurementRequest> elsewhere = requests;
+  for (MeasurementRequest& request : elsewhere) {
+    request.expected = request.expected + displacement_mm<frame::Actual>(0.05, 0.02);
+  }
+  std::vector<MeasurementRequest> reversed(requests.rbegin(), requests.rend());
+  auto alone = PictureSource::create(config_, read_folder());
+  ASSERT_TRUE(alone);
+  const std::initializer_list<std::vector<MeasurementRequest>> forecasts = {
+      requests, elsewhere, reversed, {}};
+  for (const auto& forecast : forecasts) {
+    CountedTasks tasks;
+    auto source = PictureSource::create(config_, read_folder(), {}, &tasks);
+    ASSERT_TRUE(source);
+    source->foresee([&] { return forecast; });
+    for (const MeasurementRequest& request : requests) {
+      const auto expected = alone->measure(request);
+      const auto measured = source->measure(request);
+      ASSERT_TRUE(expected && measured);
+      EXPECT_EQ(to_json(*measured), to_json(*expected));
+    }
+    if (&forecast == forecasts.begin()) {
+      EXPECT_EQ(tasks.n_posted, requests.size());
+    }
+  }
+}
+
+TEST_F(PictureSourceTest, AForecastIsAskedForAgainWhenItWasWrong) {
+  config_.vision.search_radius = mm(1);
+  std::vector<MeasurementRequest> requests;
+  for (const Measurement& one : recording_.survey.measurements) requests.push_back(one.request);
+  ThreadPool pool(2);
+  auto source = PictureSource::create(config_, read_folder(), {}, &pool);
+  ASSERT_TRUE(source);
+  int n_asked = 0;
+  source->foresee([&] {
+    std::vector<MeasurementRequest> forecast = requests;
+    // At first nothing is known of the shift from the fourth target on.
+    for (std::size_t i = 3; i < forecast.size() && n_asked == 0; ++i) {
+      forecast[i].expected = forecast[i].expected + displacement_mm<frame::Actual>(0.05, 0.02);
+    }
+    ++n_asked;
+    return forecast;
+  });
+  for (const MeasurementRequest& request : requests) ASSERT_TRUE(source->measure(request));
+  EXPECT_EQ(n_asked, 2);
 }
 
 TEST_F(PictureSourceTest, AStoredOffsetMovesWhereLaterPicturesWereTaken) {

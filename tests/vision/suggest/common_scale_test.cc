@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/suggest/common_scale.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace panelcal {
+namespace {
+
+std::optional<std::string> words_of(const std::vector<double>& ratios) {
+  CommonScale scale;
+  for (const double ratio : ratios) {
+    Detection detection;
+    detection.size_ratio = ratio;
+    scale.add(detection);
+  }
+  scale.add(Detection());  // of nothing that has a size
+  return scale.words();
+}
+
+TEST(CommonScale, TellsOfOneFactor) {
+  const auto larger = words_of({1.021, 1.02, 1.019, 1.02});
+  ASSERT_TRUE(larger.has_value());
+  EXPECT_TRUE(larger->starts_with("every target is 2.0 % larger than stated (4 seen")) << *larger;
+  const auto smaller = words_of({0.5, 0.5, 0.5});
+  ASSERT_TRUE(smaller.has_value());
+  EXPECT_TRUE(smaller->starts_with("every target is 50.0 % smaller")) << *smaller;
+}
+
+TEST(CommonScale, IsSilentWithoutOne) {
+  EXPECT_FALSE(words_of({1.02, 1.02}).has_value());
+  EXPECT_FALSE(words_of({1.001, 1.002, 1.001}).has_value());
+  EXPECT_FALSE(words_of({0.9, 1.02, 1.1, 0.98}).has_value());
+}
+
+}  // namespace
+}  // namespace panelcal

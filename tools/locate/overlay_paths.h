@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "calib/base/expected.h"
+#include "tools/cli/options.h"
+
+namespace panelcal::internal {
+
+/// Names the command that is not understood.
+Diagnostic locate_usage(std::string what, std::string expected);
+
+/// Where the overlay of each picture goes: OUT.png for the only one, else OUT/NAME.png, of which
+/// the folder is made.
+///
+/// Fails  usage (no PNG; several pictures and one file; two pictures of one name; over an input);
+///        device-write
+Expected<std::vector<std::filesystem::path>> make_overlay_paths(
+    const LocateCommandOptions& options);
+
+}  // namespace panelcal::internal

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/cli/commands.h"
+
+namespace panelcal::internal {
+
+/// `panelcal locate --suggest`.
+ExitCode suggest(const LocateCommandOptions& options, CommandContext& context);
+
+}  // namespace panelcal::internal

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vision/fit/detection.h"
+
+namespace panelcal {
+
+/// Finds out over a series of pictures whether all targets are larger or smaller than stated by the
+/// same factor: then the vision tool's size is wrong, or the camera's scale.
+///
+/// See    tests/vision/suggest/common_scale_test.cc
+class CommonScale {
+ public:
+  void add(const Detection& detection);
+
+  /// "every target is 2.0 % larger than stated (12 seen, they differ by 0.1 %): ..."; empty for
+  /// fewer than three, or if they do not agree, or agree with what is stated.
+  std::optional<std::string> words() const;
+
+ private:
+  std::vector<double> ratios_;
+};
+
+}  // namespace panelcal
