@@ -40,6 +40,14 @@ struct LocateOptions {
   double min_visible = 0.7;
   /// Edges blurred by more, px, are out of focus.
   double max_blur_px = 6;
+  /// Largest part of a rim's pixels at an end of the scale: clipped ones say little of an edge.
+  double max_clipped = 0.6;
+  /// Largest difference of a round target's diameters, relative: 0.01 is a camera tilted by 8
+  /// degrees.
+  double max_oval = 0.01;
+  /// Largest deviation of a rim from round, rms, of the radius: regular hexagons have 0.03, regular
+  /// octagons 0.016.
+  double max_roughness = 0.022;
 
   /// Fails  target-invalid: names the field, its value and the bound it breaks
   Expected<void> validate() const;
