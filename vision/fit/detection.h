@@ -45,9 +45,12 @@ struct LocateOptions {
   /// Largest difference of a round target's diameters, relative: 0.01 is a camera tilted by 8
   /// degrees.
   double max_oval = 0.01;
-  /// Largest deviation of a rim from round, rms, of the radius: regular hexagons have 0.03, regular
-  /// octagons 0.016.
-  double max_roughness = 0.022;
+  /// Largest deviation of a rim from round, rms, of the radius. It enters the covariance; more is
+  /// another shape.
+  double max_roughness = 0.05;
+  /// Largest amplitude of a single wave of 3 to 8 periods around a rim, of the radius: regular
+  /// hexagons have 0.036, octagons 0.02, squares 0.1.
+  double max_lobes = 0.025;
 
   /// Fails  target-invalid: names the field, its value and the bound it breaks
   Expected<void> validate() const;

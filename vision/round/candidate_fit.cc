@@ -166,6 +166,15 @@ void judge_circle(const Image& image,
                            100 * e.roughness,
                            100 * options.max_roughness));
   }
+  if (e.lobes > options.max_lobes) {
+    return set(
+        Verdict::Unfit,
+        fmt::format("its shape: the rim has {} lobes of {:.1f} % of the radius, {:.1f} % are "
+                    "allowed (max_lobes)",
+                    e.n_lobes,
+                    100 * e.lobes,
+                    100 * options.max_lobes));
+  }
   set(Verdict::Good, "");
 }
 

@@ -290,6 +290,8 @@ class RimEstimator {
     estimate.excluded = 1 - rim->used;
     estimate.roughness = rim->roughness;
     estimate.oval_sigma = rim->oval_sigma;
+    estimate.n_lobes = rim->n_lobes;
+    estimate.lobes = rim->lobes;
     noise_.rim_sigma = rim->noise;
     if (estimate.converged && window_.is_ring()) {
       estimate.converged = measure_hole(metal_px);

@@ -20,6 +20,8 @@ struct RimEstimate {
   double excluded = 0;     ///< part of the rim left out
   double clipped = 0;      ///< part of the band's pixels at an end of the scale
   double roughness = 0;    ///< how far the rim is from round, beyond chance; of the radius, rms
+  int n_lobes = 0;         ///< of a rim that is a wave around the circle, beyond chance
+  double lobes = 0;        ///< their amplitude, of the radius
   double oval_sigma = 0;   ///< of the oval's components, by noise
   double rim_noise = 0;    ///< sigma of the residuals at the rim, grey levels
 };

@@ -94,17 +94,6 @@ double nearest(const Eigen::VectorXd& left, const Use& usable, std::size_t n, Us
   return sum;
 }
 
-double median_magnitude_of(const Eigen::VectorXd& left, const Use& use) {
-  std::vector<double> values;
-  for (std::size_t i = 0; i < use.size(); ++i) {
-    if (use[i] != 0) values.push_back(std::abs(left[static_cast<Eigen::Index>(i)]));
-  }
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Takes off the sectors beside those that are off already: what covers a rim has a blurred edge.
 void take_off(const Use& off, int reach, Use& use) {
   const auto n = static_cast<int>(use.size());
@@ -112,6 +101,20 @@ void take_off(const Use& off, int reach, Use& use) {
     if (off[static_cast<std::size_t>(i)] == 0) continue;
     for (int k = -reach; k <= reach; ++k) use[static_cast<std::size_t>((i + k + n) % n)] = 0;
   }
+}
+
+/// Sigma of normal numbers over the root mean square of the smallest `kept` of them.
+double widening(std::size_t kept, std::size_t all) {
+  const double share = static_cast<double>(kept) / static_cast<double>(all);
+  // The limit z below which this share of magnitudes is, by bisection.
+  double low = 0;
+  double high = 6;
+  for (int i = 0; i < 40; ++i) {
+    const double z = 0.5 * (low + high);
+    (std::erf(z / std::numbers::sqrt2) < share ? low : high) = z;
+  }
+  const double density = std::exp(-0.5 * low * low) / std::sqrt(2 * std::numbers::pi);
+  return 1 / std::sqrt(1 - 2 * low * density / share);
 }
 
 /// The longest run of sectors that are off though they are usable, as part of all.
@@ -176,35 +179,32 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
     best = value;
   }
 
-  // Twice: the circle moves when sectors go.
-  CircleFit circle;
-  circle.value = best;
-  for (int pass = 0; pass < 3; ++pass) {
-    const Eigen::VectorXd left = waves.left(d, circle.value);
-    result.scale_px = std::max(floor_px / std::sqrt(static_cast<double>(n_smooth)),
-                               1.4826 * median_magnitude_of(left, usable));
-    Use off(n, 0);
-    for (std::size_t i = 0; i < n; ++i) {
-      off[i] = usable[i] == 0 ||
-               std::abs(left[static_cast<Eigen::Index>(i)]) > kOffCircle * result.scale_px;
-    }
-    result.use = usable;
-    result.seen = 1 - static_cast<double>(count_of(off)) / static_cast<double>(n);
-    result.displaced = longest_arc(off, usable);
-    take_off(off, 1, result.use);
-    if (count_of(result.use) < 8) return result;
-    circle = waves.fit(deviations, result.use);
+  // Once: doing it again would let in, bit by bit, what lies just beside the circle.
+  const Eigen::VectorXd left = waves.left(d, best);
+  result.scale_px =
+      std::max(floor_px / std::sqrt(static_cast<double>(n_smooth)),
+               std::sqrt(least / static_cast<double>(n_kept)) * widening(n_kept, n_usable));
+  Use off(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    off[i] = usable[i] == 0 ||
+             std::abs(left[static_cast<Eigen::Index>(i)]) > kOffCircle * result.scale_px;
   }
+  result.use = usable;
+  result.seen = 1 - static_cast<double>(count_of(off)) / static_cast<double>(n);
+  result.displaced = longest_arc(off, usable);
+  take_off(off, 1, result.use);
+  if (count_of(result.use) < 8) return result;
+  const CircleFit circle = waves.fit(deviations, result.use);
   result.grown_px = circle.value[0];
   result.shift_px = circle.value.tail<2>();
   const Eigen::Matrix3d inverse = circle.normal.inverse();
   result.unit_cov = inverse.bottomRightCorner<2, 2>();
-  const Eigen::VectorXd left = waves.left(deviations, circle.value);
+  const Eigen::VectorXd rest = waves.left(deviations, circle.value);
   const auto n_used = static_cast<double>(count_of(result.use));
   for (std::size_t i = 0; i < n; ++i) {
     if (result.use[i] == 0) continue;
     const double phi = 4 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n);
-    result.oval_px += 2 / n_used * left[static_cast<Eigen::Index>(i)] *
+    result.oval_px += 2 / n_used * rest[static_cast<Eigen::Index>(i)] *
                       Eigen::Vector2d(std::cos(phi), std::sin(phi));
   }
   return result;

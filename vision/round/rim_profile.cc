@@ -15,7 +15,9 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kMaxRimPasses = 6;
+constexpr int kMaxRimPasses = 7;
+constexpr int kFreePasses = 3;
+constexpr double kUnsettledMove_px = 0.6;
 constexpr double kSettledMove_px = 0.03;  // what is left of a smaller move is its square
 /// A ring whose level is off by more of the contrast is something else: a hole, a mask's opening.
 constexpr double kOtherRing = 0.3;
@@ -28,6 +30,9 @@ constexpr double kShortestOwnWave_px = 24;
 constexpr double kMostBlurred = 4;    // px: narrow enough
 constexpr double kLostByWide = 0.05;  // of the rim
 constexpr int kComparedWaves = 7;
+/// Lobes are a wave that is far above noise and has most of what deviates.
+constexpr double kLobesOverFloor = 12;
+constexpr double kLoneLobes = 2;
 constexpr double kDisplacedArc = 0.1;     // of the rim
 constexpr double kFarOff = 3.5 * 1.4826;  // of the median magnitude
 
@@ -145,7 +150,7 @@ class RimMeasurement {
   std::optional<RimProfile> run() {
     for (int i = 0; i < kMaxRimPasses; ++i) {
       if (!look(Width::Narrow)) return std::nullopt;
-      move();
+      move(i < kFreePasses ? 1 : 0.5);
       if (!is_near()) return std::nullopt;
       if (pass_.move_px < kSettledMove_px) break;
     }
@@ -210,6 +215,8 @@ class RimMeasurement {
                        contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
     fit_circle(contrasts);
     use_ = pass_.circle.used() > 0.3 ? pass_.circle.use : std::vector<char>{};
+    if (getenv("RD")) { fprintf(stderr,"c %.2f %.2f R %.2f | w %d first %.0f step at %.2f sig %.2f out %.1f(%.2f) in %.1f(%.2f) var %.4f n %d grown %.2f shift %.2f %.2f seen %.2f scale %.3f\n",p_[0],p_[1],p_[2],(int)width,strip.first_px,pass_.step.at_px,pass_.step.sigma_px,pass_.step.outside,pass_.step.outside_slope,pass_.step.inside,pass_.step.inside_slope,pass_.filter.variance,0,pass_.circle.grown_px,pass_.circle.shift_px[0],pass_.circle.shift_px[1],pass_.circle.seen,pass_.circle.scale_px);
+      if(getenv("RD")[0]=='2'){for(int j=0;j<(int)strip.n_rings();++j)fprintf(stderr,"%.0f:%.0f(%.4f) ",strip.at_px(j),medians[j],pass_.filter.weights[j]);fprintf(stderr,"\n");for(int i=0;i<pass_.deviations.size();++i)fprintf(stderr,"%.2f%s ",pass_.deviations[i],pass_.circle.use[i]?"":"*");fprintf(stderr,"\n");} }
     return true;
   }
 
@@ -233,11 +240,12 @@ class RimMeasurement {
     return true;
   }
 
-  void move() {
+  /// In     share: of the way; whole steps may go to and fro between two sets of sectors
+  void move(double share) {
     const double unit = pass_.strip.unit;
     const double grown = -pass_.step.at_px;
-    p_.head<2>() += unit * pass_.circle.shift_px;
-    p_[kRadius] += unit * grown;
+    p_.head<2>() += share * unit * pass_.circle.shift_px;
+    p_[kRadius] += share * unit * grown;
     p_[kSigma] =
         std::sqrt(std::max(0.1, pass_.step.sigma_px * pass_.step.sigma_px - kCellVariance));
     pass_.move_px = std::max(pass_.circle.shift_px.norm(), std::abs(grown));
@@ -261,7 +269,7 @@ class RimMeasurement {
     const double n_used =
         std::max(1.0, pass_.circle.used() * static_cast<double>(pass_.strip.n_sectors()));
     profile.oval_sigma = std::sqrt(2 * pass_.filter.variance / n_used) / radius_px;
-    profile.is_settled = pass_.move_px < 0.2;
+    profile.is_settled = pass_.move_px < kUnsettledMove_px;
     add_covariance(radius_px, profile);
     add_likeness(profile);
     return profile;
@@ -284,6 +292,20 @@ class RimMeasurement {
     const RimWaves waves = extrapolate_waves(powers, pass_.filter.variance);
     const double unit = pass_.strip.unit;
     profile.center_cov = unit * unit * waves.first * pass_.circle.unit_cov;
+    // Where it goes to and fro, the truth may be at either end.
+    if (pass_.move_px > kSettledMove_px) {
+      profile.center_cov += std::pow(unit * pass_.move_px, 2) * Eigen::Matrix2d::Identity();
+    }
+    for (std::size_t k = 1; k < powers.size() && k < 7; ++k) {
+      const double amplitude = 2 * std::sqrt(powers[k] / n) / radius_px;
+      if (amplitude <= profile.lobes || powers[k] < kLobesOverFloor * pass_.filter.variance)
+        continue;
+      double others = 0;
+      for (std::size_t i = 1; i < powers.size(); ++i) others += i == k ? 0 : powers[i];
+      if (powers[k] < kLoneLobes * others) continue;
+      profile.lobes = amplitude;
+      profile.n_lobes = static_cast<int>(k) + 2;
+    }
     profile.roughness = std::sqrt(std::max(0.0, squares)) / radius_px;
   }
 

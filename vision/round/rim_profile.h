@@ -27,6 +27,8 @@ struct RimProfile {
   double oval_sigma = 0;   ///< of each component of the oval that noise makes
   double correlation = 0;  ///< of the band and a step, camera noise aside
   double roughness = 0;    ///< rms of the rim's deviations from round, of the radius
+  int n_lobes = 0;         ///< of a rim that is one wave around the circle: a polygon's
+  double lobes = 0;        ///< their amplitude, of the radius
   double noise = 0;        ///< sigma of a pixel about the step, grey levels
   bool is_settled = false;
 };

@@ -15,7 +15,7 @@ struct RimWaves {
 
 /// Carries the power of the waves of 2, 3, 4 ... periods around a rim on to that of one period.
 ///
-///   S(k) = floor + own ((1 + c^2) / (k^2 + c^2))^2
+///   S(k) = floor + own ((1 + c^2) / (k^2 + c^2))^2   or   floor + own exp((1 - k^2) / 2 c^2)
 ///
 /// c, the rim's radius over its correlation length, and own are unknown: the mean over what the
 /// powers leave open, each of which is its expectation times a chi square of 2 over 2. A rim is
