@@ -20,7 +20,7 @@ constexpr int kFreePasses = 3;
 constexpr double kUnsettledMove_px = 0.6;
 constexpr double kSettledMove_px = 0.03;  // what is left of a smaller move is its square
 /// A ring whose level is off by more of the contrast is something else: a hole, a mask's opening.
-constexpr double kOtherRing = 0.3;
+constexpr double kOtherRing = 0.1;
 /// A sector's contrast beside the rim's: less is a track or something that covers it.
 constexpr double kLeastSectorContrast = 0.5;
 constexpr double kMostSectorContrast = 2.5;
@@ -39,7 +39,7 @@ constexpr double kFarOff = 3.5 * 1.4826;  // of the median magnitude
 /// Rings from the rim outwards and inwards as long as they are like the ones next to it.
 void trim(const StepProfile& step, Eigen::ArrayXd& medians, RimStrip& strip) {
   const double limit = kOtherRing * std::abs(step.contrast());
-  const double near = 2.2 * step.sigma_px + 1;
+  const double near = 2 * step.sigma_px + 0.7;
   const auto level_at = [&](double x) {
     const auto j = std::lround(x - strip.first_px);
     return medians[std::clamp<Eigen::Index>(j, 0, medians.size() - 1)];
@@ -201,10 +201,8 @@ class RimMeasurement {
     StepProfile start;
     start.sigma_px = p_[kSigma];
     if (!fit(medians, start)) return false;
-    if (width == Width::Wide) {
-      trim(pass_.step, medians, strip);
-      if (strip.n_rings() < 7 || !fit(medians, pass_.step)) return false;
-    }
+    trim(pass_.step, medians, strip);
+    if (strip.n_rings() < 7 || !fit(medians, pass_.step)) return false;
     const Eigen::ArrayXXf left = strip.mean.colwise() - medians.cast<float>();
     pass_.filter = width == Width::Wide
                        ? make_shift_filter(strip, tamed_cells(strip, pass_.step, left), pass_.step)
@@ -215,8 +213,6 @@ class RimMeasurement {
                        contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
     fit_circle(contrasts);
     use_ = pass_.circle.used() > 0.3 ? pass_.circle.use : std::vector<char>{};
-    if (getenv("RD")) { fprintf(stderr,"c %.2f %.2f R %.2f | w %d first %.0f step at %.2f sig %.2f out %.1f(%.2f) in %.1f(%.2f) var %.4f n %d grown %.2f shift %.2f %.2f seen %.2f scale %.3f\n",p_[0],p_[1],p_[2],(int)width,strip.first_px,pass_.step.at_px,pass_.step.sigma_px,pass_.step.outside,pass_.step.outside_slope,pass_.step.inside,pass_.step.inside_slope,pass_.filter.variance,0,pass_.circle.grown_px,pass_.circle.shift_px[0],pass_.circle.shift_px[1],pass_.circle.seen,pass_.circle.scale_px);
-      if(getenv("RD")[0]=='2'){for(int j=0;j<(int)strip.n_rings();++j)fprintf(stderr,"%.0f:%.0f(%.4f) ",strip.at_px(j),medians[j],pass_.filter.weights[j]);fprintf(stderr,"\n");for(int i=0;i<pass_.deviations.size();++i)fprintf(stderr,"%.2f%s ",pass_.deviations[i],pass_.circle.use[i]?"":"*");fprintf(stderr,"\n");} }
     return true;
   }
 

@@ -57,6 +57,22 @@ double at_lag(const Eigen::VectorXd& covariance, Eigen::Index lag) {
   return lag < covariance.size() ? covariance[lag] : 0;
 }
 
+/// Shading makes the levels beside a rim slope as they like, within this part of the contrast per
+/// px.
+void add_slopes(const RimStrip& strip, const StepProfile& step, Eigen::MatrixXd& covariance) {
+  constexpr double kSlope = 0.015;
+  Eigen::VectorXd inside(strip.n_rings());
+  Eigen::VectorXd outside(strip.n_rings());
+  for (Eigen::Index j = 0; j < strip.n_rings(); ++j) {
+    const double x = strip.at_px(j) - step.at_px;
+    const double s = step.share(strip.at_px(j));
+    inside[j] = s * x;
+    outside[j] = (1 - s) * x;
+  }
+  const double variance = std::pow(kSlope * step.contrast(), 2);
+  covariance += variance * (inside * inside.transpose() + outside * outside.transpose());
+}
+
 /// Weights of least variance that answer 1 to the first column and 0 to the others.
 ShiftFilter best_filter(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& columns) {
   ShiftFilter filter;
@@ -111,12 +127,11 @@ ShiftFilter make_shift_filter(const RimStrip& strip,
   for (Eigen::VectorXd& t : textures) t[0] = std::max(1.02 * t[0], kRoundingVariance / 2);
 
   Eigen::MatrixXd covariance(n, n);
-  Eigen::MatrixXd columns(n, 4);
+  Eigen::MatrixXd columns(n, 3);
   for (Eigen::Index j = 0; j < n; ++j) {
     const double x = strip.at_px(j);
     const double s = step.share(x);
-    columns.row(j) << step.steepness(x), s, 1 - s,
-        x * step.level(x) / std::max(1.0, std::abs(step.inside));
+    columns.row(j) << step.steepness(x), s, 1 - s;
     for (Eigen::Index i = 0; i <= j; ++i) {
       const double r = step.share(strip.at_px(i));
       const double c =
@@ -126,6 +141,7 @@ ShiftFilter make_shift_filter(const RimStrip& strip,
       covariance(j, i) = covariance(i, j) = c + white;
     }
   }
+  add_slopes(strip, step, covariance);
   return best_filter(covariance, columns);
 }
 
@@ -138,7 +154,9 @@ ShiftFilter make_plain_filter(const RimStrip& strip, const StepProfile& step, do
     columns.row(j) << step.steepness(x), s, 1 - s;
   }
   const Eigen::VectorXd variances = variance / strip.mass.max(0.1);
-  return best_filter(variances.asDiagonal(), columns);
+  Eigen::MatrixXd covariance = variances.matrix().asDiagonal();
+  add_slopes(strip, step, covariance);
+  return best_filter(covariance, columns);
 }
 
 }  // namespace panelcal::internal
