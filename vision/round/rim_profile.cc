@@ -27,8 +27,10 @@ constexpr double kMostSectorContrast = 2.5;
 constexpr double kSharpSector_px = 0.2;  // sectors are judged together until they are as sure
 constexpr int kMostSmoothed = 7;
 constexpr double kShortestOwnWave_px = 24;
-constexpr double kMostBlurred = 4;    // px: narrow enough
-constexpr double kLostByWide = 0.05;  // of the rim
+constexpr double kMostBlurred = 4;         // px: narrow enough
+constexpr double kLostByWide = 0.05;       // of the rim
+constexpr double kDisagreement = 0.4;      // of the way from one to the other: the truth is between
+constexpr double kMostDisagreement = 0.3;  // of the edge's sigma
 constexpr int kComparedWaves = 7;
 /// Lobes are a wave that is far above noise and has most of what deviates.
 constexpr double kLobesOverFloor = 12;
@@ -167,7 +169,16 @@ class RimMeasurement {
   void look_wide() {
     const Pass narrow = pass_;
     const auto use = use_;
-    if (look(Width::Wide) && waves_left(pass_) < waves_left(narrow) &&
+    const bool is_seen = look(Width::Wide);
+    if (is_seen && pass_.circle.seen >= search_.least_used) {
+      // Two filters that see one rim in different places see something else beside it.
+      const double by_noise = 2 * (narrow.filter.variance * narrow.circle.unit_cov.trace() +
+                                   pass_.filter.variance * pass_.circle.unit_cov.trace());
+      disagreement_px2_ = std::clamp(pass_.circle.shift_px.squaredNorm() - by_noise,
+                                     0.0,
+                                     std::pow(kMostDisagreement * narrow.step.sigma_px, 2));
+    }
+    if (is_seen && waves_left(pass_) < waves_left(narrow) &&
         pass_.circle.seen >= narrow.circle.seen - kLostByWide) {
       p_.head<2>() += pass_.strip.unit * pass_.circle.shift_px;
       pass_.move_px = pass_.circle.shift_px.norm();
@@ -288,6 +299,8 @@ class RimMeasurement {
     const RimWaves waves = extrapolate_waves(powers, pass_.filter.variance);
     const double unit = pass_.strip.unit;
     profile.center_cov = unit * unit * waves.first * pass_.circle.unit_cov;
+    profile.center_cov +=
+        std::pow(kDisagreement * unit, 2) * disagreement_px2_ * Eigen::Matrix2d::Identity();
     // Where it goes to and fro, the truth may be at either end.
     if (pass_.move_px > kSettledMove_px) {
       profile.center_cov += std::pow(unit * pass_.move_px, 2) * Eigen::Matrix2d::Identity();
@@ -341,6 +354,7 @@ class RimMeasurement {
   RimVector p_;
   std::vector<char> use_;
   Pass pass_;
+  double disagreement_px2_ = 0;
 };
 
 }  // namespace

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/round/shape.h"
-
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <numbers>
-#include <string>
 
 #include "calib/base/random.h"
 #include "vision/locate/locate.h"
@@ -15,60 +11,6 @@
 
 namespace panelcal::internal {
 namespace {
-
-constexpr std::size_t kSectors = 48;
-
-/// A rim with a wave around it, in white noise of sigma 1.
-std::vector<RimDeviation> noisy_rim(Random& random, int n_lobes = 0, double amplitude = 0) {
-  std::vector<RimDeviation> deviations(kSectors);
-  const double phase = random.uniform(0, 2 * std::numbers::pi);
-  for (std::size_t i = 0; i < kSectors; ++i) {
-    const double phi = 2 * std::numbers::pi * static_cast<double>(i) / kSectors;
-    deviations[i] = {random.normal() + amplitude * std::cos(n_lobes * phi + phase), 1};
-  }
-  return deviations;
-}
-
-TEST(RimLobes, NoiseAloneIsAsRareAsStated) {
-  Random random(11);
-  constexpr int kDraws = 4000;
-  int n_above = 0;
-  for (int i = 0; i < kDraws; ++i) n_above += rim_lobes(noisy_rim(random)).significance > 6;
-  // An F distribution of 2 and 41 degrees of freedom, six times: 125 +- 11.
-  const double expected = 6 * std::pow(1 + 6 / 20.5, -20.5) * kDraws;
-  EXPECT_NEAR(n_above, expected, 4 * std::sqrt(expected));
-}
-
-TEST(RimLobes, CountsTheSidesOfAPolygon) {
-  Random random(12);
-  for (int n = 3; n <= 8; ++n) {
-    // Amplitudes of 48 white numbers have a sigma of 0.2 each way.
-    const RimLobes lobes = rim_lobes(noisy_rim(random, n, 3));
-    EXPECT_EQ(lobes.n, n);
-    EXPECT_NEAR(lobes.amplitude_px, 3, 0.8);
-    EXPECT_GT(lobes.significance, 30);
-  }
-}
-
-TEST(RimLobes, DebrisIsNoWave) {
-  Random random(13);
-  for (int i = 0; i < 400; ++i) {
-    auto rim = noisy_rim(random);
-    const auto first = static_cast<std::size_t>(random.uniform(0, 40));
-    for (std::size_t k = first; k < first + 5; ++k) rim[k].px += 20;
-    const RimLobes lobes = rim_lobes(rim);
-    EXPECT_LT(lobes.amplitude_px, 2);
-    EXPECT_LT(lobes.significance, 30);
-  }
-}
-
-TEST(RimLobes, OfHalfARimNothingIsSaid) {
-  Random random(14);
-  auto rim = noisy_rim(random, 6, 5);
-  for (std::size_t k = 0; k < kSectors / 2; ++k) rim[k] = {};
-  EXPECT_EQ(rim_lobes(rim).n, 0);
-  EXPECT_EQ(rim_lobes({}).n, 0);
-}
 
 /// A regular hexagon is the union of three rectangles.
 std::vector<Feature> hexagon_at(const Camera& camera, double corner_px, double turn_rad) {
@@ -83,7 +25,7 @@ std::vector<Feature> hexagon_at(const Camera& camera, double corner_px, double t
   return features;
 }
 
-TEST(RimLobes, HexagonsInStrongNoiseAreNoDiscsAndDiscsAre) {
+TEST(RimShape, HexagonsInStrongNoiseAreNoDiscsAndDiscsAre) {
   constexpr int kPictures = 25;
   constexpr double kRadiusPx = 20;
   Target target;

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/round/rim_waves.h"
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "calib/base/random.h"
+#include <gtest/gtest.h>
+
+namespace panelcal::internal {
+namespace {
+
+constexpr int kDraws = 2000;
+constexpr double kFloor = 1;
+
+/// Powers of 2 to 11 periods of a rim whose spectrum has this own part at one period.
+std::vector<double> draw_powers(Random& random, double own, double corner) {
+  std::vector<double> powers;
+  for (int k = 2; k <= 11; ++k) {
+    const double ratio = (1 + corner * corner) / (k * k + corner * corner);
+    powers.push_back(-(kFloor + own * ratio * ratio) * std::log(1 - random.uniform()));
+  }
+  return powers;
+}
+
+/// Mean of the first wave's power over what was expected, and how often it is above 25 times that.
+struct Honesty {
+  double ratio = 0;
+  int n_far = 0;
+};
+
+Honesty honesty_of(double own, double corner) {
+  Random random(11);
+  Honesty honesty;
+  for (int i = 0; i < kDraws; ++i) {
+    const RimWaves waves = extrapolate_waves(draw_powers(random, own, corner), kFloor);
+    const double first = -(kFloor + own) * std::log(1 - random.uniform());
+    honesty.ratio += first / waves.first / kDraws;
+    honesty.n_far += 2 * first > 25 * waves.first;
+  }
+  return honesty;
+}
+
+TEST(RimWaves, ARoundRimCostsLittle) {
+  const Honesty honesty = honesty_of(0, 1);
+  // Whatever a rim's shape may hide has to be allowed for, but not as if it were there.
+  EXPECT_GT(honesty.ratio, 0.85);
+  EXPECT_LT(honesty.ratio, 1.05);
+  EXPECT_EQ(honesty.n_far, 0);
+}
+
+TEST(RimWaves, RoughRimsAreHonest) {
+  for (const double own : {1.0, 10.0, 1000.0}) {
+    for (const double corner : {2.0, 5.0, 30.0}) {
+      const Honesty honesty = honesty_of(own, corner);
+      EXPECT_LT(honesty.ratio, 1.25) << own << " " << corner;
+      EXPECT_GT(honesty.ratio, 0.3) << own << " " << corner;
+      EXPECT_LE(honesty.n_far, 2) << own << " " << corner;
+    }
+  }
+}
+
+TEST(RimWaves, ALoneOvalMayBeAShift) {
+  std::vector<double> powers(10, kFloor);
+  powers[0] = 1000;
+  EXPECT_GT(extrapolate_waves(powers, kFloor).first, 3000);
+}
+
+}  // namespace
+}  // namespace panelcal::internal
