@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -225,9 +226,9 @@ RimTally run_kind(const RimKind& kind, int n, std::uint64_t seed) {
     LocateOptions options;
     options.search_center = position_px<frame::Image>(Eigen::Vector2d(at + Eigen::Vector2d(2, -3)));
     options.search_radius = px(12);
-    const auto start = cv::getTickCount();
+    const std::clock_t start = std::clock();
     const Detection found = locate(image, target_of(mark), nullptr, options);
-    tally.ms += 1e3 * static_cast<double>(cv::getTickCount() - start) / cv::getTickFrequency();
+    tally.ms += 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     ++tally.n;
     if (found.status != DetectionStatus::Found) {
       ++tally.reasons[without_numbers(found.reason)];

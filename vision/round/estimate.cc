@@ -31,6 +31,8 @@ constexpr double kCircleScoreReach = 0.35;
 constexpr double kOwnSlopeChiSquare = 12;
 /// Waves of so many periods tell of a plain rim's shape; of more noise, it is measured by sectors.
 constexpr int kMostPlainWaves = 10;
+/// On flat pictures rims are round until shown otherwise.
+constexpr double kPlainRoughChance = 0.04;
 constexpr double kPlainOwn = 0.5;
 /// A rim of less of the contrast asked for is not measured by sectors.
 constexpr double kHalfContrast = 0.5;
@@ -257,7 +259,7 @@ class RimEstimator {
     }
     std::vector<double> powers;
     for (int k = 2; k <= kMostPlainWaves; ++k) powers.push_back(wave_power(px, {}, k));
-    const RimWaves waves = extrapolate_waves(powers, variance);
+    const RimWaves waves = extrapolate_waves(powers, variance, kPlainRoughChance);
     if (waves.own > kPlainOwn * variance) return false;
     const Eigen::Index n = solution_.information.rows();
     const Eigen::MatrixXd columns =

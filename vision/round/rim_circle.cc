@@ -13,7 +13,8 @@ namespace {
 
 constexpr int kArcStarts = 8;
 constexpr double kStartArc = 0.6;  // of the rim
-constexpr int kConcentrations = 4;
+constexpr int kConcentrations = 2;
+constexpr int kLastConcentrations = 3;
 constexpr double kOffCircle = 3.5;  // sigmas
 
 using Use = std::vector<char>;
@@ -177,6 +178,12 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
     if (squares >= least) continue;
     least = squares;
     best = value;
+  }
+
+  Use nearest_use;
+  for (int k = 0; k < kLastConcentrations; ++k) {
+    least = nearest(waves.left(d, best), usable, n_kept, nearest_use);
+    best = waves.fit(d, nearest_use).value;
   }
 
   // Once: doing it again would let in, bit by bit, what lies just beside the circle.

@@ -26,6 +26,8 @@ constexpr double kLeastSectorContrast = 0.5;
 constexpr double kMostSectorContrast = 2.5;
 constexpr double kSharpSector_px = 0.2;  // sectors are judged together until they are as sure
 constexpr int kMostSmoothed = 7;
+/// Where something is not flat, rims are as likely as not a little rough.
+constexpr double kRoughChance = 0.5;
 constexpr double kShortestOwnWave_px = 24;
 constexpr double kMostBlurred = 4;         // px: narrow enough
 constexpr double kLostByWide = 0.05;       // of the rim
@@ -296,7 +298,7 @@ class RimMeasurement {
       powers.push_back(wave_power(left, use, k));
       squares += 2 / n * (powers.back() - pass_.filter.variance);
     }
-    const RimWaves waves = extrapolate_waves(powers, pass_.filter.variance);
+    const RimWaves waves = extrapolate_waves(powers, pass_.filter.variance, kRoughChance);
     const double unit = pass_.strip.unit;
     profile.center_cov = unit * unit * waves.first * pass_.circle.unit_cov;
     profile.center_cov +=

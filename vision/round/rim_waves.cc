@@ -5,17 +5,15 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 namespace panelcal::internal {
 namespace {
 
-/// Chance, before anything is seen, that a rim has a shape of its own that matters.
-constexpr double kRoughPrior = 0.1;
 constexpr std::array<double, 7> kCorners = {1, 1.5, 2.3, 3.5, 6, 12, 100};
 constexpr double kLeastOwn = 0.05;  // of the floor
 constexpr double kOwnStep = 1.6;
-constexpr int kOwnSteps = 34;  // up to 4e5 floors
+constexpr std::size_t kOwnSteps = 34;  // up to 4e5 floors
+constexpr double kUnlikely = 30;       ///< of the log likelihood
 /// Student's tails: what is extrapolated from few waves may be several times as much.
 constexpr double kOwnDoubt = 0.6;
 
@@ -31,6 +29,37 @@ double wave_shape(double k, double corner, bool is_smooth) {
   return ratio * ratio;
 }
 
+/// Minus the log likelihood of the powers, beside that of all being 1.
+class SpectrumCost {
+ public:
+  SpectrumCost(std::span<const double> powers, double floor)
+      : n_(std::min(powers.size(), kMostPowers)), floor_(floor) {
+    std::copy_n(powers.begin(), n_, powers_.begin());
+  }
+  void set_shape(double corner, bool is_smooth) {
+    for (std::size_t i = 0; i < n_; ++i) {
+      shape_[i] = wave_shape(static_cast<double>(i) + 2, corner, is_smooth);
+    }
+  }
+  double of(double own) const {
+    double cost = 0;
+    double product = 1;  // of at most 24 numbers below 1e6
+    for (std::size_t i = 0; i < n_; ++i) {
+      const double s = floor_ + own * shape_[i];
+      cost += powers_[i] / s;
+      product *= s / floor_;
+    }
+    return cost + std::log(product);
+  }
+
+ private:
+  static constexpr std::size_t kMostPowers = 24;
+  std::size_t n_;
+  double floor_;
+  std::array<double, kMostPowers> powers_{};
+  std::array<double, kMostPowers> shape_{};
+};
+
 /// What a lone oval may hide.
 double oval_bound(std::span<const double> powers, double floor) {
   constexpr std::size_t kOthers = 5;
@@ -42,38 +71,34 @@ double oval_bound(std::span<const double> powers, double floor) {
 
 }  // namespace
 
-RimWaves extrapolate_waves(std::span<const double> powers, double floor) {
-  const auto cost_of = [&](double own, double corner, bool is_smooth) {
-    double cost = 0;
-    double k = 2;
-    for (const double power : powers) {
-      const double s = floor + own * wave_shape(k, corner, is_smooth);
-      cost += power / s + std::log(s);
-      ++k;
-    }
-    return cost;
-  };
-  const double round_cost = cost_of(0, 1, false);
-  std::vector<double> costs;
-  std::vector<double> owns;
+RimWaves extrapolate_waves(std::span<const double> powers, double floor, double rough_chance) {
+  const SpectrumCost cost(powers, floor);
+  const double round_cost = cost.of(0);
+  std::array<double, 2 * kCorners.size() * kOwnSteps> costs{};
   double least = round_cost;
+  std::size_t i_cost = 0;
   for (std::size_t state = 0; state < 2 * kCorners.size(); ++state) {
+    SpectrumCost shaped = cost;
+    shaped.set_shape(kCorners[state / 2], state % 2 == 1);
     double own = kLeastOwn * floor;
-    for (int i = 0; i < kOwnSteps; ++i, own *= kOwnStep) {
-      costs.push_back(cost_of(own, kCorners[state / 2], state % 2 == 1));
-      owns.push_back(own);
-      least = std::min(least, costs.back());
+    for (std::size_t i = 0; i < kOwnSteps; ++i, own *= kOwnStep) {
+      costs[i_cost] = shaped.of(own);
+      least = std::min(least, costs[i_cost++]);
     }
   }
-  const double per_state = kRoughPrior / static_cast<double>(costs.size());
-  double sum = (1 - kRoughPrior) * std::exp(least - round_cost);
+  const double per_state = rough_chance / static_cast<double>(costs.size());
+  double sum = (1 - rough_chance) * std::exp(least - round_cost);
   double mean = 0;
   double square = 0;
-  for (std::size_t i = 0; i < costs.size(); ++i) {
-    const double weight = per_state * std::exp(least - costs[i]);
+  double own = kLeastOwn * floor;
+  for (std::size_t i = 0; i < costs.size(); ++i, own *= kOwnStep) {
+    if (i % kOwnSteps == 0) own = kLeastOwn * floor;
+    const double beyond = costs[i] - least;
+    if (beyond > kUnlikely) continue;
+    const double weight = per_state * std::exp(-beyond);
     sum += weight;
-    mean += weight * owns[i];
-    square += weight * owns[i] * owns[i];
+    mean += weight * own;
+    square += weight * own * own;
   }
   RimWaves waves;
   waves.own = mean / sum;
