@@ -29,7 +29,11 @@ constexpr double kBandSigmas = 4.5;
 constexpr double kCircleScoreReach = 0.35;
 /// A light that does not multiply, such as a reflection: chance would hardly make one.
 constexpr double kOwnSlopeChiSquare = 12;
-/// Waves of so many periods tell of a plain rim's shape; of more noise, it is measured by sectors.
+/// An oval rim is fitted if chance would not make one so oval, and if it matters.
+constexpr double kOvalChiSquare = 30;
+constexpr double kOvalPx = 0.02;
+/// Waves of up to this number of periods tell of a plain rim's shape; of more noise, it is measured
+/// by sectors.
 constexpr int kMostPlainWaves = 10;
 /// On flat pictures rims are round until shown otherwise.
 constexpr double kPlainRoughChance = 0.04;
@@ -141,6 +145,41 @@ double own_slope_of(const RimWindow& window, const RimVector& p, double sigma) {
   return slope.tail<2>().dot(m.bb.bottomRightCorner<2, 2>() * slope.tail<2>()) / (sigma * sigma);
 }
 
+/// How surely the rim is oval: chi square of two degrees of freedom, and how much, px.
+struct Ovalness {
+  double chi_square = 0;
+  double size_px = 0;
+};
+
+Ovalness ovalness_of(const RimWindow& window, const RimVector& p, double sigma) {
+  Ovalness result;
+  double slope[2] = {0, 0};
+  double curvature[2] = {0, 0};
+  RimFreedom freedom;
+  freedom.is_ring = window.is_ring();
+  freedom.is_oval = true;
+  const RimBand& band = window.band();
+  RimChunk chunk;
+  for (std::size_t first = 0; first < band.size(); first += RimChunk::kSize) {
+    chunk.evaluate(band, first, p, freedom, RimChunk::Want::Gradient);
+    for (std::size_t k = 0; k < chunk.n; ++k) {
+      if (band.clipped[first + k] != 0) continue;
+      const double r = static_cast<double>(band.value[first + k] - chunk.level[k]);
+      for (std::size_t i = 0; i < 2; ++i) {
+        const auto g = static_cast<double>(chunk.gradient[kOval + i][k]);
+        slope[i] += r * g;
+        curvature[i] += g * g;
+      }
+    }
+  }
+  for (int i = 0; i < 2; ++i) {
+    if (!(curvature[i] > 0)) continue;
+    result.chi_square += slope[i] * slope[i] / (curvature[i] * sigma * sigma);
+    result.size_px = std::max(result.size_px, std::abs(slope[i] / curvature[i]) * p[kRadius]);
+  }
+  return result;
+}
+
 double clipped_share(const RimWindow& window, const RimVector& p) {
   if (!window.band().has_clipped) return 0;
   double n = 0;
@@ -187,6 +226,7 @@ class RimEstimator {
     if (!fit_roughly() || !fit_all()) return std::nullopt;
     look();
     fit_own_slope();
+    if (!noise_.is_textured) fit_oval();
     if (noise_.is_textured || has_strangers(window_, residuals_, noise_, solution_.parameters)) {
       return std::nullopt;
     }
@@ -246,6 +286,15 @@ class RimEstimator {
     look();
   }
 
+  void fit_oval() {
+    const Ovalness oval =
+        ovalness_of(window_, solution_.parameters, std::max(0.3, noise_.rim_sigma));
+    if (oval.chi_square < kOvalChiSquare || oval.size_px < kOvalPx) return;
+    options_.freedom.is_oval = true;
+    fit_all();
+    look();
+  }
+
   /// The inverse of the information, more if the residuals are, and what the rim's own shape adds;
   /// false if that is so much that the rim has to be looked at sector by sector.
   bool add_covariance(RimEstimate& estimate) {
@@ -259,8 +308,14 @@ class RimEstimator {
     }
     std::vector<double> powers;
     for (int k = 2; k <= kMostPlainWaves; ++k) powers.push_back(wave_power(px, {}, k));
-    const RimWaves waves = extrapolate_waves(powers, variance, kPlainRoughChance);
+    RimWaves waves = extrapolate_waves(powers, variance, kPlainRoughChance);
     if (waves.own > kPlainOwn * variance) return false;
+    if (options_.freedom.is_oval) {
+      // A round target's oval is a tilt, or a shift that looks like one.
+      const double oval_px = std::hypot(p[kOval], p[kOvalDiagonal]) * p[kRadius];
+      powers.front() = 0.25 * static_cast<double>(px.size()) * oval_px * oval_px;
+      waves = extrapolate_waves(powers, variance, kPlainRoughChance);
+    }
     const Eigen::Index n = solution_.information.rows();
     const Eigen::MatrixXd columns =
         solution_.information.ldlt().solve(Eigen::MatrixXd::Identity(n, 2));

@@ -156,6 +156,7 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
   const std::size_t n_usable = count_of(usable);
   const auto n_kept =
       std::max<std::size_t>(8, static_cast<std::size_t>(least_used * static_cast<double>(n)));
+  result.seen = static_cast<double>(n_usable) / static_cast<double>(n);
   if (n_usable < n_kept) return result;
   const SectorWaves waves(deviations.size());
   const Eigen::VectorXd d = smoothed(deviations, usable, n_smooth);

@@ -22,7 +22,7 @@ struct RimCircle {
   Eigen::VectorXd residuals(const Eigen::VectorXd& deviations) const;
 };
 
-/// What least squares of some sectors leave of all.
+/// The deviations of all sectors from the least-squares circle of some.
 Eigen::VectorXd residuals_about_circle(const Eigen::VectorXd& deviations,
                                        const std::vector<char>& use);
 

@@ -18,7 +18,7 @@ namespace {
 constexpr int kMaxRimPasses = 7;
 constexpr int kFreePasses = 3;
 constexpr double kUnsettledMove_px = 0.6;
-constexpr double kSettledMove_px = 0.03;  // what is left of a smaller move is its square
+constexpr double kSettledMove_px = 0.03;  // a smaller move leaves its square
 /// A ring whose level is off by more of the contrast is something else: a hole, a mask's opening.
 constexpr double kOtherRing = 0.1;
 /// A sector's contrast beside the rim's: less is a track or something that covers it.
@@ -71,7 +71,7 @@ void trim(const StepProfile& step, Eigen::ArrayXd& medians, RimStrip& strip) {
   medians = medians.segment(first, end - first).eval();
 }
 
-/// What is far off is pulled in, on each side of the rim: single things are no texture.
+/// Cells that are far off are pulled in, on each side of the rim: single things are no texture.
 Eigen::ArrayXXf tamed_cells(const RimStrip& strip,
                             const StepProfile& step,
                             const Eigen::ArrayXXf& left) {
@@ -270,6 +270,8 @@ class RimMeasurement {
     RimProfile profile;
     profile.parameters = p_;
     const double radius_px = p_[kRadius] / pass_.strip.unit;
+    // A convex rim blurs inwards (edge_profile.h).
+    profile.parameters[kRadius] += 0.5 * pass_.strip.unit * p_[kSigma] * p_[kSigma] / radius_px;
     profile.parameters[kLevel] = pass_.step.outside;
     profile.parameters[kContrast] = pass_.step.contrast();
     profile.parameters[kOval] = pass_.circle.oval_px.x() / radius_px;

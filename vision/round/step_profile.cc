@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "vision/fit/gauss_table.h"
 #include <Eigen/Cholesky>
 
 namespace panelcal::internal {
@@ -13,11 +13,8 @@ namespace {
 constexpr double kMinStepSigma_px = 0.4;
 constexpr int kMaxStepIterations = 12;
 
-double normal_cdf(double t) {
-  return 0.5 * std::erfc(-t / std::numbers::sqrt2);
-}
-double normal_density(double t) {
-  return std::exp(-0.5 * t * t) / std::sqrt(2 * std::numbers::pi);
+GaussValue gauss_at(double t) {
+  return gauss(std::clamp(t, -kEdgeReach, kEdgeReach));
 }
 
 /// Levels and slopes that fit best for a place and a blur; the squares that are left.
@@ -49,7 +46,7 @@ double fit_levels(const Eigen::ArrayXd& levels, double first_px, StepProfile& st
 }  // namespace
 
 double StepProfile::share(double x_px) const {
-  return normal_cdf((x_px - at_px) / sigma_px);
+  return gauss_at((x_px - at_px) / sigma_px).cdf;
 }
 double StepProfile::level(double x_px) const {
   const double s = share(x_px);
@@ -57,7 +54,7 @@ double StepProfile::level(double x_px) const {
 }
 double StepProfile::steepness(double x_px) const {
   const double step = inside - outside + (inside_slope - outside_slope) * x_px;
-  return step * normal_density((x_px - at_px) / sigma_px) / sigma_px;
+  return step * gauss_at((x_px - at_px) / sigma_px).pdf / sigma_px;
 }
 
 std::optional<StepProfile> fit_step(const Eigen::ArrayXd& levels,

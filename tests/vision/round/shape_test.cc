@@ -27,9 +27,9 @@ std::vector<Feature> hexagon_at(const Camera& camera, double corner_px, double t
 
 TEST(RimShape, HexagonsInStrongNoiseAreNoDiscsAndDiscsAre) {
   constexpr int kPictures = 25;
-  constexpr double kRadiusPx = 20;
+  constexpr double kPadRadius_px = 20;
   Target target;
-  target.size_px = px(2 * kRadiusPx);
+  target.size_px = px(2 * kPadRadius_px);
   int n_discs = 0;
   for (int i = 0; i < kPictures; ++i) {
     Random random = Random(15).fork(static_cast<std::uint64_t>(i));
@@ -39,10 +39,10 @@ TEST(RimShape, HexagonsInStrongNoiseAreNoDiscsAndDiscsAre) {
     Scene scene;
     scene.background = 0.5;
     // As large as the disc all in all, so that only the shape tells.
-    scene.features = hexagon_at(camera, 1.1 * kRadiusPx, random.uniform(0, 1));
+    scene.features = hexagon_at(camera, 1.1 * kPadRadius_px, random.uniform(0, 1));
     const Detection hexagon = locate(render(scene, camera, random), target);
     EXPECT_NE(hexagon.status, DetectionStatus::Found) << i;
-    scene.features = {test::disc_at(camera, 100, 100, kRadiusPx, 0.66)};
+    scene.features = {test::disc_at(camera, 100, 100, kPadRadius_px, 0.66)};
     n_discs += locate(render(scene, camera, random), target).status == DetectionStatus::Found;
   }
   EXPECT_EQ(n_discs, kPictures);
