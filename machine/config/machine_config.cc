@@ -63,7 +63,7 @@ constexpr std::array<Words, 11> kMachineKeys = {"command_limit_s",
                                                 "travel_low_mm",
                                                 "zoom_command"};
 constexpr std::array<Words, 1> kMachinePlanned = {"drivers"};
-constexpr std::array<Words, 18> kVisionKeys = {"algorithms",
+constexpr std::array<Words, 22> kVisionKeys = {"algorithms",
                                                "ambiguity_margin",
                                                "cama",
                                                "default_tool",
@@ -71,6 +71,10 @@ constexpr std::array<Words, 18> kVisionKeys = {"algorithms",
                                                "four_views",
                                                "inspections",
                                                "max_blur_px",
+                                               "max_clipped",
+                                               "max_lobes",
+                                               "max_oval",
+                                               "max_roughness",
                                                "min_contrast",
                                                "min_score",
                                                "min_visible",
@@ -200,6 +204,11 @@ Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
                table->number_or("min_contrast", kGateShare, locate.min_contrast));
   PANELCAL_TRY(locate.min_visible, table->number_or("min_visible", kGateShare, locate.min_visible));
   PANELCAL_TRY(locate.max_blur_px, table->number_or("max_blur_px", kAboveZero, locate.max_blur_px));
+  PANELCAL_TRY(locate.max_clipped, table->number_or("max_clipped", kGateShare, locate.max_clipped));
+  PANELCAL_TRY(locate.max_lobes, table->number_or("max_lobes", kGateShare, locate.max_lobes));
+  PANELCAL_TRY(locate.max_oval, table->number_or("max_oval", kGateShare, locate.max_oval));
+  PANELCAL_TRY(locate.max_roughness,
+               table->number_or("max_roughness", kGateShare, locate.max_roughness));
   PANELCAL_TRY(locate.ambiguity_margin,
                table->number_or("ambiguity_margin", kGateShare, locate.ambiguity_margin));
 

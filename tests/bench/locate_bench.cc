@@ -20,13 +20,14 @@
 #include "tests/bench/locate_check.h"
 #include "tests/bench/locate_false.h"
 #include "tests/bench/locate_phase.h"
+#include "tests/bench/locate_rims.h"
 #include "tests/bench/locate_speed.h"
 
 namespace panelcal::bench {
 namespace {
 
 struct Options {
-  std::string only;  ///< a condition, or "phase", "false", "speed", "check"; empty: all
+  std::string only;  ///< a condition, or "rims", "phase", "false", "speed", "check"; empty: all
   int n = 400;
   int n_false = 10'000;
   std::uint64_t seed = 20261121;
@@ -37,7 +38,7 @@ struct Options {
 };
 
 constexpr std::string_view kUsage =
-    "usage: locate_bench [--only clean|typical|hard|phase|false|speed|check] [--n PICTURES]\n"
+    "usage: locate_bench [--only clean|typical|hard|rims|phase|false|speed|check] [--n PICTURES]\n"
     "                    [--false PICTURES] [--seed N] [--shape disc|ring|hole|cross|square]\n"
     "                    [--radius PX] [--dump DIR] [--no-peers]\n";
 
@@ -92,6 +93,7 @@ void run(const Options& o) {
       print_accuracy(condition, mark, {o.n, o.seed, o.with_peers, o.dump});
     }
   }
+  if (wanted("rims")) print_rims(o.n, o.seed, o.dump);
   if (wanted("phase")) print_phase_bias(o.shape, o.seed);
   if (wanted("speed")) print_speed(mark, o.seed);
   if (wanted("false") && o.n_false > 0) {

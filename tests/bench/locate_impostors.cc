@@ -178,13 +178,15 @@ void add_other_shapes(Shape shape, std::vector<Impostor>& all) {
                      return shape_instead(s, Shape::Disc, s.mark.radius_px * r.uniform(0.9, 1.3));
                    }});
   }
-  if (shape != Shape::Ring) {
+  // A ring is a disc with a hole in it, which drilled pads have.
+  if (shape != Shape::Ring && !is_disc) {
     all.push_back({"ring", [](const Stage& s, Random& r) {
                      Mark ring = make_mark(Shape::Ring, s.mark.radius_px);
                      ring.inner_radius_px = r.uniform(0.3, 0.85) * ring.radius_px;
                      return features_of(ring, s.camera, s.center_px, s.level);
                    }});
-  } else {
+  }
+  if (shape == Shape::Ring) {
     all.push_back({"ring with another hole", [](const Stage& s, Random& r) {
                      Mark ring = s.mark;
                      ring.inner_radius_px *=

@@ -44,6 +44,10 @@ Expected<void> LocateOptions::validate() const {
   if (!is_share(min_contrast)) return bad_share("min_contrast", min_contrast);
   if (!is_share(min_score)) return bad_share("min_score", min_score);
   if (!is_share(min_visible)) return bad_share("min_visible", min_visible);
+  if (!is_share(max_clipped)) return bad_share("max_clipped", max_clipped);
+  if (!is_share(max_oval)) return bad_share("max_oval", max_oval);
+  if (!is_share(max_lobes)) return bad_share("max_lobes", max_lobes);
+  if (!is_share(max_roughness)) return bad_share("max_roughness", max_roughness);
   if (!(max_blur_px > 0)) {
     return failure(bad_option(fmt::format("max_blur_px = {}", max_blur_px), "a number above 0"));
   }

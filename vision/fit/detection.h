@@ -40,6 +40,17 @@ struct LocateOptions {
   double min_visible = 0.7;
   /// Edges blurred by more, px, are out of focus.
   double max_blur_px = 6;
+  /// Largest part of a rim's pixels at an end of the scale: clipped ones say little of an edge.
+  double max_clipped = 0.6;
+  /// Largest difference of a round target's diameters, relative: 0.01 is a camera tilted by 8
+  /// degrees.
+  double max_oval = 0.01;
+  /// Largest deviation of a rim from round, rms, of the radius. It enters the covariance; more is
+  /// another shape.
+  double max_roughness = 0.05;
+  /// Largest amplitude of a single wave of 3 to 8 periods around a rim, of the radius: regular
+  /// hexagons have 0.036, octagons 0.02, squares 0.1.
+  double max_lobes = 0.025;
 
   /// Fails  target-invalid: names the field, its value and the bound it breaks
   Expected<void> validate() const;

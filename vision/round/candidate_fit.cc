@@ -19,21 +19,11 @@ namespace {
 
 using Verdict = FittedCandidate::Verdict;
 
-/// Correlations below this part of the score asked for are not worth a closer fit.
-constexpr double kHopelessFit = 0.6;
 constexpr double kMinRadiusPx = 3;
 /// With less of the rim there is no telling an arc from chance.
 constexpr double kLeastArc = 0.3;
-constexpr double kMaxCircleClipped = 0.6;
-/// Of the inner area: more is a hole, not debris.
-constexpr double kMaxCovered = 0.12;
-/// Residuals at the rim beside those of flat parts, and beside the contrast, in a rim that fits.
-constexpr double kMaxRimExcess = 2.5;
-constexpr double kMaxRimNoise = 0.1;
-/// Of the radius, rms: regular polygons of six sides have 0.03, of eight 0.016.
-constexpr double kMaxRoughness = 0.022;
-/// Of the radius, amplitude of a wave around the rim: regular hexagons have 0.036 and more.
-constexpr double kMaxLobes = 0.03;
+/// Noise alone makes ovals of fewer sigmas.
+constexpr double kOvalSigmas = 3.5;
 constexpr int kOutlineNodes = 72;
 
 /// Places on an oval around `center`, as far as the picture's frame goes.
@@ -87,6 +77,12 @@ std::optional<std::string> unfit_circle_reason(const FitFrame& fit_frame,
       fit_frame, "its inner size", 2 * p[kInnerRadius], 2 * *expected.inner_radius, tolerance);
 }
 
+/// A tolerance that was stated says how far any diameter may be off.
+double allowed_oval(const ExpectedRim& expected, const LocateOptions& options) {
+  const bool is_stated = expected.size_tolerance != Target{}.size_tolerance;
+  return is_stated ? std::max(options.max_oval, expected.size_tolerance) : options.max_oval;
+}
+
 void judge_circle(const Image& image,
                   const FitFrame& fit_frame,
                   const ExpectedRim& expected,
@@ -104,7 +100,7 @@ void judge_circle(const Image& image,
   if (!e.converged && support >= kLeastArc && support < options.min_visible) {
     return set(Verdict::Unfit,
                fmt::format("only an arc is visible: {:.0f} % of its rim, at least {:.0f} % are "
-                           "asked for",
+                           "asked for (min_visible)",
                            100 * support,
                            100 * options.min_visible));
   }
@@ -113,34 +109,35 @@ void judge_circle(const Image& image,
   }
   if (contrast < min_contrast) {
     return set(Verdict::Unlikely,
-               fmt::format("its contrast is {:.1f} grey levels, at least {:.1f} are asked for",
+               fmt::format("its contrast is {:.1f} grey levels, at least {:.1f} are asked for "
+                           "(min_contrast)",
                            contrast,
                            min_contrast));
   }
-  if (e.clipped > kMaxCircleClipped) {
+  if (e.clipped > options.max_clipped) {
     return set(Verdict::Unfit,
                fmt::format("saturated: {:.0f} % of its rim's pixels are clipped, at most {:.0f} % "
-                           "leave an edge to measure",
+                           "leave an edge to measure (max_clipped)",
                            100 * e.clipped,
-                           100 * kMaxCircleClipped));
+                           100 * options.max_clipped));
   }
   if (e.visible < options.min_visible && e.visible >= kLeastArc) {
     return set(Verdict::Unfit,
                fmt::format("only an arc is visible: {:.0f} % of its rim, at least {:.0f} % are "
-                           "asked for",
+                           "asked for (min_visible)",
                            100 * e.visible,
                            100 * options.min_visible));
   }
   if (candidate.fit.score < options.min_score) {
     return set(Verdict::Unlikely,
-               fmt::format("its score is {:.2f}, at least {:.2f} is asked for",
+               fmt::format("its score is {:.2f}, at least {:.2f} is asked for (min_score)",
                            candidate.fit.score,
                            options.min_score));
   }
   if (candidate.fit.blur_px > std::min(options.max_blur_px, 0.99 * max_edge_sigma(p[kRadius]))) {
     return set(Verdict::Unfit,
                fmt::format("out of focus: its edge is blurred by {:.1f} px, at most {:.1f} are "
-                           "accepted",
+                           "accepted (max_blur_px)",
                            candidate.fit.blur_px,
                            std::min(options.max_blur_px, max_edge_sigma(p[kRadius]))));
   }
@@ -154,41 +151,29 @@ void judge_circle(const Image& image,
   if (auto reason = unfit_circle_reason(fit_frame, expected, p)) {
     return set(Verdict::Unfit, *std::move(reason));
   }
-  if (1 - candidate.fit.axis_ratio > 2 * expected.size_tolerance) {
+  const double max_oval = allowed_oval(expected, options);
+  if (1 - candidate.fit.axis_ratio - kOvalSigmas * 2 * e.oval_sigma > max_oval) {
     return set(Verdict::Unfit,
-               fmt::format("its shape: the diameters differ by {:.1f} %, {:.1f} % are allowed",
+               fmt::format("its shape: the diameters differ by {:.1f} %, {:.1f} % are allowed "
+                           "(max_oval)",
                            100 * (1 - candidate.fit.axis_ratio),
-                           200 * expected.size_tolerance));
+                           100 * max_oval));
   }
-  if (e.roughness > kMaxRoughness) {
+  if (e.roughness > options.max_roughness) {
     return set(Verdict::Unfit,
                fmt::format("its shape: the rim is {:.1f} % of the radius from round, {:.1f} % are "
-                           "allowed",
+                           "allowed (max_roughness)",
                            100 * e.roughness,
-                           100 * kMaxRoughness));
+                           100 * options.max_roughness));
   }
-  if (e.lobes > kMaxLobes) {
+  if (e.lobes > options.max_lobes) {
     return set(
         Verdict::Unfit,
         fmt::format("its shape: the rim has {} lobes of {:.1f} % of the radius, {:.1f} % are "
-                    "allowed",
+                    "allowed (max_lobes)",
                     e.n_lobes,
                     100 * e.lobes,
-                    100 * kMaxLobes));
-  }
-  if (e.rim_excess > kMaxRimExcess && e.rim_noise > kMaxRimNoise * contrast) {
-    return set(
-        Verdict::Unfit,
-        fmt::format("its rim does not fit: {:.1f} grey levels are left unexplained there, {:.1f} "
-                    "times the noise",
-                    e.rim_noise,
-                    e.rim_excess));
-  }
-  if (e.covered > kMaxCovered) {
-    return set(Verdict::Unfit,
-               fmt::format("its inside: {:.0f} % of it are not like the rest, {:.0f} % are allowed",
-                           100 * e.covered,
-                           100 * kMaxCovered));
+                    100 * options.max_lobes));
   }
   set(Verdict::Good, "");
 }
@@ -227,8 +212,7 @@ FittedCandidate fit_candidate(const Image& image,
         fit_frame, expected, start.parameters, Eigen::Matrix2d::Identity(), candidate.fit);
     return candidate;
   }
-  const RimEstimate e = estimate_rim(
-      image, fit_frame, start, expected.shape == Shape::Ring, kHopelessFit * options.min_score);
+  const RimEstimate e = estimate_rim(image, fit_frame, expected, start, options);
   const RimVector& p = e.parameters;
   TargetFit& fit = candidate.fit;
   fill_geometry(fit_frame, expected, p, e.center_cov, fit);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "vision/fit/detection.h"
 #include "vision/fit/frame.h"
 #include "vision/picture/image.h"
 #include "vision/round/model.h"
@@ -9,30 +10,28 @@
 
 namespace panelcal::internal {
 
-/// A rim's maximum-likelihood fit and how well the picture agrees.
+/// A rim's fit and how well the picture agrees.
 struct RimEstimate {
   bool converged = false;
   RimVector parameters = RimVector::Zero();
   Eigen::Matrix2d center_cov = Eigen::Matrix2d::Zero();  ///< fit frame units squared
   double correlation = 0;  ///< of picture and model over the target, camera noise aside
   double visible = 0;      ///< part of the rim that is seen
-  double excluded = 0;     ///< part of the window left out
+  double excluded = 0;     ///< part of the rim left out
   double clipped = 0;      ///< part of the band's pixels at an end of the scale
-  double covered = 0;      ///< part of the target's inner area that is not like the rest
-  double roughness = 0;    ///< how far the rim is from round, beyond chance; of the radius
+  double roughness = 0;    ///< how far the rim is from round, beyond chance; of the radius, rms
   int n_lobes = 0;         ///< of a rim that is a wave around the circle, beyond chance
   double lobes = 0;        ///< their amplitude, of the radius
-  double rim_excess = 1;   ///< sigma of the residuals at the rim over that of the flat parts
+  double oval_sigma = 0;   ///< of the oval's components, by noise
   double rim_noise = 0;    ///< sigma of the residuals at the rim, grey levels
 };
 
-/// Fits a rim that was seen at `start`.
-///
-/// In     least_correlation: below it the fit is given up where it stands
+/// Fits a rim that was seen at `start`: by maximum likelihood where all is flat and the rim is
+/// round, else sector by sector (rim_profile.h).
 RimEstimate estimate_rim(const Image& image,
                          const FitFrame& fit_frame,
+                         const ExpectedRim& expected,
                          const RimStart& start,
-                         bool is_ring,
-                         double least_correlation);
+                         const LocateOptions& options);
 
 }  // namespace panelcal::internal

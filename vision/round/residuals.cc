@@ -78,16 +78,8 @@ FlatSquares flat_squares(const RimWindow& window, const RimResiduals& residuals,
     const std::size_t at = window.index(span.x0, span.y);
     const auto count = static_cast<std::size_t>(span.x1 - span.x0);
     const float* const values = residuals.values.data() + at;
-    if (window.excluded().empty()) {
-      squares.n += static_cast<double>(count);
-      squares.sum += sum_of_products(values, values, static_cast<std::ptrdiff_t>(count));
-      continue;
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      if (window.excluded()[at + k] != 0) continue;
-      ++squares.n;
-      squares.sum += static_cast<double>(values[k] * values[k]);
-    }
+    squares.n += static_cast<double>(count);
+    squares.sum += sum_of_products(values, values, static_cast<std::ptrdiff_t>(count));
   }
   return squares;
 }
@@ -102,10 +94,6 @@ std::vector<float> flat_part(const RimWindow& window, const RimResiduals& residu
     std::copy_n(residuals.values.begin() + static_cast<std::ptrdiff_t>(at),
                 count,
                 part.begin() + static_cast<std::ptrdiff_t>(at));
-    if (window.excluded().empty()) continue;
-    for (std::size_t i = at; i < at + count; ++i) {
-      if (window.excluded()[i] != 0) part[i] = 0;
-    }
   }
   return part;
 }
@@ -139,12 +127,13 @@ RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& res
     const double variance = std::max(kCircleRounding * kCircleRounding, flat.sum / (n - used));
     result.total.sigma[i] = std::sqrt(variance);
     known[i] = true;
-    if (i != 0) continue;
     const auto part = flat_part(window, residuals, static_cast<RimZone>(i));
     const auto count = static_cast<std::ptrdiff_t>(part.size());
-    result.is_textured = is_correlated(part, residuals.width, n, variance);
+    const bool is_textured = is_correlated(part, residuals.width, n, variance);
+    result.is_textured = result.is_textured || is_textured;
+    if (i != 0) continue;
     result.white = result.total.sigma[i];
-    if (!result.is_textured) continue;
+    if (!is_textured) continue;
     // A smooth texture's autocovariance goes on to lag 0 as a parabola; the rest is white.
     const auto mean_at = [&](int lag) {
       const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(lag) * residuals.width;
@@ -166,10 +155,8 @@ RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& res
   double squares = 0;
   double n_plain = 0;
   const RimBand& band = window.band();
-  const bool may_be_excluded = !window.excluded().empty();
   for (std::size_t i = 0; i < band.size(); ++i) {
     if (band.clipped[i] != 0) continue;
-    if (may_be_excluded && window.is_excluded(band.x[i], band.y[i])) continue;
     const double r = static_cast<double>(band.value[i] - residuals.band.level[i]);
     const double share = std::clamp(static_cast<double>(residuals.band.share[i]), 0.0, 1.0);
     const double in = result.total[RimZone::Target];
@@ -189,17 +176,6 @@ RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& res
   }
   if (!(result.white > 0)) result.white = result.total[RimZone::Outside];
   return result;
-}
-
-double excluded_share(const RimWindow& window) {
-  if (window.excluded().empty()) return 0;
-  double n = 0;
-  double n_excluded = 0;
-  for (const RimSpan& span : window.spans()) {
-    n += span.x1 - span.x0;
-    for (int x = span.x0; x < span.x1; ++x) n_excluded += window.is_excluded(x, span.y);
-  }
-  return n > 0 ? n_excluded / n : 0;
 }
 
 double visible_share(const RimWindow& window, const RimVector& p) {
@@ -244,24 +220,6 @@ double visible_share(const RimWindow& window, const RimVector& p) {
     n_seen += ratio > kLeast && ratio < kMost;
   }
   return static_cast<double>(n_seen) / n_sectors;
-}
-
-double covered_share(const RimWindow& window, const RimVector& p) {
-  constexpr double kInner = 0.7;
-  if (window.excluded().empty()) return 0;
-  const double limit = kInner * p[kRadius] / window.unit_px();
-  double n = 0;
-  double n_excluded = 0;
-  for (const RimSpan& span : window.spans()) {
-    // A clipped zone is taken pixel by pixel, as a band is.
-    if (window.is_ring() && (span.is_band || span.zone != RimZone::Target)) continue;
-    for (int x = span.x0; x < span.x1; ++x) {
-      if (window.plane_at(x, span.y).norm() > limit) continue;
-      ++n;
-      n_excluded += window.is_excluded(x, span.y);
-    }
-  }
-  return n > 0 ? n_excluded / n : 0;
 }
 
 }  // namespace panelcal::internal

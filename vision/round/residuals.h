@@ -33,27 +33,19 @@ RimResiduals residuals_of(const RimWindow& window, const RimVector& parameters);
 struct RimNoiseEstimate {
   RimNoise total;            ///< sigma of all that is left, per zone
   double white = 0;          ///< sigma of what differs from pixel to pixel around the target
-  bool is_textured = false;  ///< the surroundings of the target are correlated
+  bool is_textured = false;  ///< the target or its surroundings are correlated
   double rim_ratio = 1;      ///< variance in the band over what the zones predict
   double rim_sigma = 0;      ///< in the band
   int n_band = 0;
 };
 
-/// Excluded pixels do not count.
-///
 /// Whether there is texture is told by a portmanteau test on eight short lags.
 /// Source Box and Pierce 1970
 RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& residuals);
 
-/// The part of the window that is excluded.
-double excluded_share(const RimWindow& window);
-
 /// The part of the rim that is seen: sectors whose own contrast is near that of the whole.
 ///
-/// Sectors outside of the picture or excluded are not seen.
+/// Sectors outside of the picture are not seen.
 double visible_share(const RimWindow& window, const RimVector& parameters);
-
-/// The part of the target's inner area (within 0.7 of its radius) that is excluded.
-double covered_share(const RimWindow& window, const RimVector& parameters);
 
 }  // namespace panelcal::internal

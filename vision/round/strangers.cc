@@ -8,20 +8,15 @@
 #include <cstdint>
 #include <vector>
 
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
-
 namespace panelcal::internal {
 namespace {
 
-constexpr int kBox = 5;              // px: strangers are at least about as large
-constexpr double kSeedSigmas = 5.5;  // of the box mean: by chance once in 10 million
-constexpr double kPixelSigmas = 8;   // of one pixel
-constexpr double kGrowSigmas = 2.5;
+constexpr int kBox = 5;                  // px: strangers are at least about as large
+constexpr double kSeedSigmas = 5.5;      // of the box mean: by chance once in 10 million
+constexpr double kPixelSigmas = 8;       // of one pixel
 constexpr double kRimOfContrast = 0.12;  // of the box mean; a rim that is not quite round stays
 constexpr double kFlatOfContrast = 0.03;
 constexpr double kMarkOfContrast = 0.45;
-constexpr double kGrowBlurs = 1.2;  // the blurred foot of what was excluded, sigmas
 
 double median_magnitude(std::vector<float>& values) {
   if (values.empty()) return 0;
@@ -84,12 +79,6 @@ class BoxRows {
     const float* const values = residuals_.values.data() + first;
     const std::uint8_t* const kind = kinds(y);
     for (int x = 0; x < width_; ++x) z[kHalf + x] = values[x] * limits_.scale[kind[x]];
-    if (!window_.excluded().empty()) {
-      const std::uint8_t* const excluded = window_.excluded().data() + first;
-      for (int x = 0; x < width_; ++x) {
-        if (excluded[x] != 0) z[kHalf + x] = 0;
-      }
-    }
     for (int i = 0; i < kBox; ++i) sums += z.segment(i, width_);
   }
 
@@ -188,90 +177,14 @@ double largest_excess(const RimWindow& window,
   return static_cast<double>(largest);
 }
 
-/// The pixels that are strangers and not excluded yet are not 0; empty if there are none.
-std::vector<std::uint8_t> strangers_of(const RimWindow& window,
-                                       const RimResiduals& residuals,
-                                       const RimNoiseEstimate& noise,
-                                       const RimVector& p) {
-  const int width = residuals.width;
-  const int height = residuals.height;
-  const StrangeLimits limits = strange_limits(window, residuals, noise, std::abs(p[kContrast]));
-  const double largest = largest_excess(window, residuals, limits);
-  if (largest < kGrowSigmas / kSeedSigmas) return {};
-  cv::Mat strange(height, width, CV_8U, cv::Scalar(0));
-  BoxRows rows(window, residuals, limits);
-  for (int y = 0; y < height; ++y) {
-    rows.go_to(y);
-    std::uint8_t* const row = strange.ptr<std::uint8_t>(y);
-    for (int x = 0; x < width; ++x) {
-      row[x] = static_cast<std::uint8_t>(std::min(250.0F, 50 * rows.excess(x)));
-    }
-  }
-  // A piece next to one that is already out is its foot.
-  if (!window.excluded().empty()) {
-    for (std::size_t i = 0; i < residuals.kinds.size(); ++i) {
-      if (window.excluded()[i] != 0) strange.data[i] = 250;
-    }
-  }
-
-  // Large strangers spoil the fit around them, so that what is small beside them waits for the next
-  // fit.
-  const double seed = std::max(1.0, 0.4 * std::min(largest, 5.0));
-  const double foot = seed * kGrowSigmas / kSeedSigmas;
-  cv::Mat candidates = strange >= 50 * foot;
-  cv::Mat labels;
-  const int n_labels = cv::connectedComponents(candidates, labels, 8, CV_32S);
-  std::vector<char> is_seeded(static_cast<std::size_t>(n_labels), 0);
-  const int* const label = labels.ptr<int>();
-  for (std::size_t i = 0; i < residuals.kinds.size(); ++i) {
-    if (strange.data[i] >= 50 * seed) is_seeded[static_cast<std::size_t>(label[i])] = 1;
-  }
-  is_seeded[0] = 0;
-  cv::Mat mask(height, width, CV_8U, cv::Scalar(0));
-  for (std::size_t i = 0; i < residuals.kinds.size(); ++i) {
-    mask.data[i] = is_seeded[static_cast<std::size_t>(label[i])] != 0 ? 1 : 0;
-  }
-  const std::vector<std::uint8_t>& excluded = window.excluded();
-  const bool is_first = excluded.empty();
-  for (std::size_t i = 0; i < excluded.size(); ++i) {
-    if (excluded[i] != 0) mask.data[i] = 0;
-  }
-  // Later ones are feet themselves.
-  const int grow_px =
-      is_first ? std::clamp(static_cast<int>(std::lround(kGrowBlurs * p[kSigma])), 2, 6) : 1;
-  const cv::Size kernel(2 * grow_px + 1, 2 * grow_px + 1);
-  cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, kernel));
-  for (std::size_t i = 0; i < excluded.size(); ++i) {
-    if (excluded[i] != 0) mask.data[i] = 0;
-  }
-  std::vector<std::uint8_t> strangers(mask.data, mask.data + residuals.kinds.size());
-  if (std::all_of(strangers.begin(), strangers.end(), [](std::uint8_t s) { return s == 0; })) {
-    strangers.clear();
-  }
-  return strangers;
-}
-
 }  // namespace
 
 bool has_strangers(const RimWindow& window,
                    const RimResiduals& residuals,
                    const RimNoiseEstimate& noise,
                    const RimVector& p) {
-  return !strangers_of(window, residuals, noise, p).empty();
-}
-
-bool exclude_strangers(RimWindow& window,
-                       const RimResiduals& residuals,
-                       const RimNoiseEstimate& noise,
-                       const RimVector& p) {
-  const std::vector<std::uint8_t> strangers = strangers_of(window, residuals, noise, p);
-  if (strangers.empty()) return false;
-  std::vector<std::uint8_t>& excluded = window.excluded();
-  excluded.resize(strangers.size(), 0);
-  for (std::size_t i = 0; i < strangers.size(); ++i) {
-    if (strangers[i] != 0) excluded[i] = 1;
-  }
-  return true;
+  const StrangeLimits limits = strange_limits(window, residuals, noise, std::abs(p[kContrast]));
+  return largest_excess(window, residuals, limits) >= 1;
 }
 
 }  // namespace panelcal::internal

@@ -6,18 +6,8 @@
 
 namespace panelcal::internal {
 
-/// Pixels that do not belong to the picture of the target alone: smoothed residuals beyond chance,
-/// those above half of the largest first, and what is connected with them.
-///
-/// Deviations of the rim that are small beside the contrast are its own shape and stay.
-///
-/// Out    new pixels were excluded in the window
-bool exclude_strangers(RimWindow& window,
-                       const RimResiduals& residuals,
-                       const RimNoiseEstimate& noise,
-                       const RimVector& parameters);
-
-/// Whether exclude_strangers() would find any.
+/// Whether some pixels do not belong to the picture of the target alone: residuals, or their means
+/// over 5 x 5 px, beyond chance.
 bool has_strangers(const RimWindow& window,
                    const RimResiduals& residuals,
                    const RimNoiseEstimate& noise,

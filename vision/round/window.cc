@@ -154,51 +154,32 @@ std::array<bool, kRimZones> RimWindow::clipped_zones() const {
 
 void RimWindow::add_flat(const RimSpan& span) {
   FlatMoments& moments = flat_[static_cast<std::size_t>(span.zone)];
-  const auto add = [&](int x0, int x1) {
-    const Eigen::Index count = x1 - x0;
-    const Eigen::Map<const Eigen::ArrayXf> values(row(span.y) + x0, count);
-    const double n = static_cast<double>(count);
-    const double sum_v = static_cast<double>((values - reference_).sum());
-    const double sum_kv = static_cast<double>(((values - reference_) * ramp_.head(count)).sum());
-    // x = u0 + k / unit for k = 0 .. n - 1.
-    const Eigen::Vector2d first = plane_at(x0, span.y);
-    const double step = 1 / unit_px_;
-    const double sum_k = 0.5 * n * (n - 1);
-    const double sum_kk = n * (n - 1) * (2 * n - 1) / 6;
-    const double sum_x = n * first.x() + step * sum_k;
-    const double sum_xx =
-        n * first.x() * first.x() + 2 * step * first.x() * sum_k + step * step * sum_kk;
-    const double y = first.y();
-    moments.n += n;
-    moments.bb += (Eigen::Matrix3d() << n,
-                   sum_x,
-                   n * y,  //
-                   sum_x,
-                   sum_xx,
-                   sum_x * y,  //
-                   n * y,
-                   sum_x * y,
-                   n * y * y)
-                      .finished();
-    moments.bv += Eigen::Vector3d(sum_v, first.x() * sum_v + step * sum_kv, y * sum_v);
-  };
-  if (excluded_.empty()) return add(span.x0, span.x1);
-  for (int x = span.x0; x < span.x1;) {
-    while (x < span.x1 && is_excluded(x, span.y)) ++x;
-    const int from = x;
-    while (x < span.x1 && !is_excluded(x, span.y)) ++x;
-    if (x > from) add(from, x);
-  }
-}
-
-void RimWindow::add_band(const RimSpan& span) {
-  if (excluded_.empty()) return add_row(span.y, span.x0, span.x1);
-  for (int x = span.x0; x < span.x1;) {
-    while (x < span.x1 && is_excluded(x, span.y)) ++x;
-    const int from = x;
-    while (x < span.x1 && !is_excluded(x, span.y)) ++x;
-    if (x > from) add_row(span.y, from, x);
-  }
+  const Eigen::Index count = span.x1 - span.x0;
+  const Eigen::Map<const Eigen::ArrayXf> values(row(span.y) + span.x0, count);
+  const double n = static_cast<double>(count);
+  const double sum_v = static_cast<double>((values - reference_).sum());
+  const double sum_kv = static_cast<double>(((values - reference_) * ramp_.head(count)).sum());
+  // x = u0 + k / unit for k = 0 .. n - 1.
+  const Eigen::Vector2d first = plane_at(span.x0, span.y);
+  const double step = 1 / unit_px_;
+  const double sum_k = 0.5 * n * (n - 1);
+  const double sum_kk = n * (n - 1) * (2 * n - 1) / 6;
+  const double sum_x = n * first.x() + step * sum_k;
+  const double sum_xx =
+      n * first.x() * first.x() + 2 * step * first.x() * sum_k + step * step * sum_kk;
+  const double y = first.y();
+  moments.n += n;
+  moments.bb += (Eigen::Matrix3d() << n,
+                 sum_x,
+                 n * y,  //
+                 sum_x,
+                 sum_xx,
+                 sum_x * y,  //
+                 n * y,
+                 sum_x * y,
+                 n * y * y)
+                    .finished();
+  moments.bv += Eigen::Vector3d(sum_v, first.x() * sum_v + step * sum_kv, y * sum_v);
 }
 
 void RimWindow::add_row(int y, int x0, int x1) {
@@ -261,7 +242,7 @@ void RimWindow::collect(const RimVector& p, double reach_px, int stride) {
     if (!span.is_band) {
       add_flat(span);
     } else if (span.y % stride == 0) {
-      add_band(span);
+      add_row(span.y, span.x0, span.x1);
     }
   }
 }

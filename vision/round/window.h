@@ -62,10 +62,6 @@ class RimWindow {
     return {(x - middle_.x()) / unit_px_, (y - middle_.y()) / unit_px_};
   }
 
-  /// Pixels that do not count: neighbours, debris. Empty: there are none. By rows of the window.
-  std::vector<std::uint8_t>& excluded() { return excluded_; }
-  const std::vector<std::uint8_t>& excluded() const { return excluded_; }
-  bool is_excluded(int x, int y) const { return !excluded_.empty() && excluded_[index(x, y)] != 0; }
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
            static_cast<std::size_t>(x);
@@ -80,13 +76,12 @@ class RimWindow {
   const RimBand& band() const { return band_; }
   RimBand& band() { return band_; }
   const std::array<FlatMoments, kRimZones>& flat() const { return flat_; }
-  /// Of the last collect() with stride 1: every pixel of the window once, excluded ones too.
+  /// Of the last collect() with stride 1: every pixel of the window once.
   const std::vector<RimSpan>& spans() const { return spans_; }
 
  private:
   void make_spans(const RimVector& p, double reach_px);
   void add_flat(const RimSpan& span);
-  void add_band(const RimSpan& span);
   void add_row(int y, int x0, int x1);
   bool is_unclipped(const float* values, Eigen::Index n) const;
   std::array<bool, kRimZones> clipped_zones() const;
@@ -103,7 +98,6 @@ class RimWindow {
   double unit_px_ = 1;
   float reference_ = 0;
   bool may_be_clipped_ = true;  ///< some pixel of the window is at an end of the scale
-  std::vector<std::uint8_t> excluded_;
   std::vector<RimSpan> spans_;
   RimBand band_;
   std::array<FlatMoments, kRimZones> flat_;

@@ -204,7 +204,6 @@ std::array<FlatMoments, kRimZones> brute_force(const RimWindow& window) {
     if (span.is_band) continue;
     FlatMoments& m = sums[static_cast<std::size_t>(span.zone)];
     for (int x = span.x0; x < span.x1; ++x) {
-      if (window.is_excluded(x, span.y)) continue;
       const Eigen::Vector2d at = window.plane_at(x, span.y);
       const Eigen::Vector3d b(1, at.x(), at.y());
       m.bb += b * b.transpose();
@@ -235,32 +234,6 @@ TEST(RimWindow, ZonesSumsEqualBruteForce) {
   window.collect(ring_parameters(), 3, 1);
   for (const FlatMoments& m : window.flat()) EXPECT_GT(m.n, 100);
   expect_brute_force_sums(window);
-}
-
-TEST(RimWindow, ExcludedPixelsAreLeftOut) {
-  const Image image = speckled(130, 120, 20, 230, 7);
-  const FitFrame frame(nullptr, Eigen::Vector2d(62, 58));
-  RimWindow window(image, frame, ring_parameters(), 15, true);
-  window.collect(ring_parameters(), 3, 1);
-  const std::size_t n_band = window.band().size();
-  const double n_flat = window.flat()[0].n;
-  Random random(8);
-  window.excluded().assign(static_cast<std::size_t>(window.width() * window.height()), 0);
-  std::size_t n_band_out = 0;
-  for (std::uint8_t& e : window.excluded()) e = random.uniform() < 0.2;
-  for (const RimSpan& span : window.spans()) {
-    for (int x = span.x0; x < span.x1 && span.is_band; ++x) {
-      n_band_out += window.is_excluded(x, span.y);
-    }
-  }
-  window.collect(ring_parameters(), 3, 1);
-  EXPECT_GT(n_band_out, 0U);
-  EXPECT_EQ(window.band().size(), n_band - n_band_out);
-  for (const RimPixel& pixel : window.band()) ASSERT_FALSE(window.is_excluded(pixel.x, pixel.y));
-  EXPECT_LT(window.flat()[0].n, n_flat);
-  expect_brute_force_sums(window);
-  // Spans hold excluded pixels too.
-  expect_whole_circle(window, frame, ring_parameters().head<2>(), 41);
 }
 
 TEST(RimWindow, AClippedZoneIsTakenPixelByPixel) {

@@ -162,7 +162,8 @@ TEST(Overlay, SaysWhyACandidateDoesNotCount) {
   const internal::Legend legend = legend_of(detection, "a title");
   EXPECT_EQ(legend.verdict.front().text, "a title");
   EXPECT_EQ(legend.verdict.back().ink, Ink::Bad);
-  EXPECT_TRUE(has_line(legend.candidates, "1  at 70.0, 50.0, size 40.0 px"));
+  EXPECT_TRUE(has_line(legend.candidates, "1  at 70.0, 50.0, size 40.0 px"))
+      << legend.candidates.front().text;
   EXPECT_TRUE(has_line(legend.candidates, detection.reason));
 }
 

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace panelcal::internal {
+
+/// A circle through the deviations of a rim's sectors.
+struct RimCircle {
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
+  double grown_px = 0;    ///< of the radius
+  std::vector<char> use;  ///< sectors that lie on it
+  double seen = 0;  ///< part of the sectors that lie on it, the doubtful ones beside others too
+  double displaced = 0;  ///< longest arc that shows an edge elsewhere, part of the rim
+  double scale_px = 0;   ///< sigma of these about it
+  Eigen::Vector2d oval_px = Eigen::Vector2d::Zero();   ///< cos and sin of the second wave
+  Eigen::Matrix2d unit_cov = Eigen::Matrix2d::Zero();  ///< of the shift for sectors of variance 1
+
+  double used() const;  ///< part of the sectors
+  Eigen::VectorXd residuals(const Eigen::VectorXd& deviations) const;
+};
+
+/// The deviations of all sectors from the least-squares circle of some.
+Eigen::VectorXd residuals_about_circle(const Eigen::VectorXd& deviations,
+                                       const std::vector<char>& use);
+
+/// Least trimmed squares, started from the whole rim and from arcs of it, then least squares of the
+/// sectors that lie within 3.5 sigmas. It withstands anything on less than 1 - `least_used` of the
+/// rim.
+///
+/// In     deviations: by sector, outwards, px; usable: sectors that show an edge at all;
+///        n_smooth: neighbours that are judged together; floor: least sigma of a sector, px
+/// Source Rousseeuw and Van Driessen 2006 (FAST-LTS)
+RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
+                         const std::vector<char>& usable,
+                         int n_smooth,
+                         double least_used,
+                         double floor_px);
+
+}  // namespace panelcal::internal

@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/round/rim_profile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "vision/round/rim_circle.h"
+#include "vision/round/rim_waves.h"
+#include "vision/round/shift_filter.h"
+#include "vision/round/step_profile.h"
+#include "vision/round/strip.h"
+
+namespace panelcal::internal {
+namespace {
+
+constexpr int kMaxRimPasses = 7;
+constexpr int kFreePasses = 3;
+constexpr double kUnsettledMove_px = 0.6;
+constexpr double kSettledMove_px = 0.03;  // a smaller move leaves its square
+/// A ring whose level is off by more of the contrast is something else: a hole, a mask's opening.
+constexpr double kOtherRing = 0.1;
+/// A sector's contrast beside the rim's: less is a track or something that covers it.
+constexpr double kLeastSectorContrast = 0.5;
+constexpr double kMostSectorContrast = 2.5;
+constexpr double kSharpSector_px = 0.2;  // sectors are judged together until they are as sure
+constexpr int kMostSmoothed = 7;
+/// Where something is not flat, rims are as likely as not a little rough.
+constexpr double kRoughChance = 0.5;
+constexpr double kShortestOwnWave_px = 24;
+constexpr double kMostBlurred = 4;         // px: narrow enough
+constexpr double kLostByWide = 0.05;       // of the rim
+constexpr double kDisagreement = 0.4;      // of the way from one to the other: the truth is between
+constexpr double kMostDisagreement = 0.3;  // of the edge's sigma
+constexpr int kComparedWaves = 7;
+/// Lobes are a wave that is far above noise and has most of what deviates.
+constexpr double kLobesOverFloor = 12;
+constexpr double kLoneLobes = 2;
+constexpr double kDisplacedArc = 0.1;     // of the rim
+constexpr double kFarOff = 3.5 * 1.4826;  // of the median magnitude
+
+/// Rings from the rim outwards and inwards as long as they are like the ones next to it.
+void trim(const StepProfile& step, Eigen::ArrayXd& medians, RimStrip& strip) {
+  const double limit = kOtherRing * std::abs(step.contrast());
+  const double near = 2 * step.sigma_px + 0.7;
+  const auto level_at = [&](double x) {
+    const auto j = std::lround(x - strip.first_px);
+    return medians[std::clamp<Eigen::Index>(j, 0, medians.size() - 1)];
+  };
+  const double inside = level_at(step.at_px + near);
+  const double outside = level_at(step.at_px - near);
+  Eigen::Index first = 0;
+  Eigen::Index end = medians.size();
+  for (Eigen::Index j = medians.size(); j-- > 0;) {
+    if (strip.at_px(j) < step.at_px - near && std::abs(medians[j] - outside) > limit) {
+      first = j + 1;
+      break;
+    }
+  }
+  for (Eigen::Index j = 0; j < medians.size(); ++j) {
+    if (strip.at_px(j) > step.at_px + near && std::abs(medians[j] - inside) > limit) {
+      end = j;
+      break;
+    }
+  }
+  if (first == 0 && end == medians.size()) return;
+  strip.first_px += static_cast<double>(first);
+  strip.mean = strip.mean.middleRows(first, end - first).eval();
+  strip.mass = strip.mass.segment(first, end - first).eval();
+  medians = medians.segment(first, end - first).eval();
+}
+
+/// Cells that are far off are pulled in, on each side of the rim: single things are no texture.
+Eigen::ArrayXXf tamed_cells(const RimStrip& strip,
+                            const StepProfile& step,
+                            const Eigen::ArrayXXf& left) {
+  Eigen::ArrayXXf tamed = left;
+  std::vector<float> magnitudes;
+  for (const bool is_inside : {false, true}) {
+    magnitudes.clear();
+    const auto is_here = [&](Eigen::Index j) { return (strip.at_px(j) > step.at_px) == is_inside; };
+    for (Eigen::Index j = 0; j < left.rows(); ++j) {
+      if (!is_here(j)) continue;
+      for (Eigen::Index i = j % 3; i < left.cols(); i += 3)
+        magnitudes.push_back(std::abs(left(j, i)));
+    }
+    if (magnitudes.empty()) continue;
+    const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
+    std::nth_element(magnitudes.begin(), middle, magnitudes.end());
+    const float limit = std::max(0.5F, static_cast<float>(kFarOff) * *middle);
+    for (Eigen::Index j = 0; j < left.rows(); ++j) {
+      if (is_here(j)) tamed.row(j) = left.row(j).max(-limit).min(limit);
+    }
+  }
+  return tamed;
+}
+
+/// Each sector's contrast beside the whole rim's, of three neighbours together.
+Eigen::ArrayXd sector_contrasts(const RimStrip& strip,
+                                const StepProfile& step,
+                                const Eigen::ArrayXXf& left) {
+  constexpr double kNearRings = 4;
+  const Eigen::Index n = strip.n_sectors();
+  const double foot = 1.5 * step.sigma_px + 0.5;
+  Eigen::ArrayXd inside = Eigen::ArrayXd::Zero(n);
+  Eigen::ArrayXd outside = Eigen::ArrayXd::Zero(n);
+  double n_inside = 0;
+  double n_outside = 0;
+  for (Eigen::Index j = 0; j < strip.n_rings(); ++j) {
+    const double x = strip.at_px(j) - step.at_px;
+    if (std::abs(x) < foot || std::abs(x) > foot + kNearRings) continue;
+    (x > 0 ? inside : outside) += left.row(j).transpose().cast<double>();
+    (x > 0 ? n_inside : n_outside) += 1;
+  }
+  if (n_inside == 0 || n_outside == 0) return Eigen::ArrayXd::Ones(n);
+  const Eigen::ArrayXd ratio = 1 + (inside / n_inside - outside / n_outside) / step.contrast();
+  Eigen::ArrayXd smooth(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    smooth[i] = (ratio[(i + n - 1) % n] + ratio[i] + ratio[(i + 1) % n]) / 3;
+  }
+  return smooth;
+}
+
+/// Variance of a pixel's noise, from sectors that share no pixel.
+double pixel_variance(const RimStrip& strip, const Eigen::ArrayXXf& left) {
+  const Eigen::Index n = left.cols();
+  double sum = 0;
+  for (Eigen::Index j = 0; j < left.rows(); ++j) {
+    const auto a = left.row(j).head(n - 2);
+    const auto b = left.row(j).tail(n - 2);
+    // Two thirds of a cell's variance are left of a pixel's, over its mass, by sharing out.
+    sum += 0.5 * 1.5 * strip.mass[j] * static_cast<double>((a - b).square().mean());
+  }
+  return std::max(1.0 / 12, sum / static_cast<double>(left.rows()));
+}
+
+/// The measurement in one place, and what it says of the next.
+struct Pass {
+  RimStrip strip;
+  StepProfile step;
+  ShiftFilter filter;
+  RimCircle circle;
+  Eigen::VectorXd deviations;
+  std::vector<char> usable;  ///< sectors that show a step
+  double move_px = 0;
+};
+
+class RimMeasurement {
+ public:
+  RimMeasurement(RimWindow& window, const RimSearch& search)
+      : window_(window), search_(search), p_(search.start) {}
+
+  std::optional<RimProfile> run() {
+    for (int i = 0; i < kMaxRimPasses; ++i) {
+      if (!look(Width::Narrow)) return std::nullopt;
+      move(i < kFreePasses ? 1 : 0.5);
+      if (!is_near()) return std::nullopt;
+      if (pass_.move_px < kSettledMove_px) break;
+    }
+    look_wide();
+    return finished();
+  }
+
+ private:
+  /// Narrow: the step and a little of what is beside it, whatever lies farther off. Wide: as far as
+  /// the texture goes on, which tells what it does at the rim.
+  enum class Width { Narrow, Wide };
+
+  /// The filter that leaves less of the rim counts.
+  void look_wide() {
+    const Pass narrow = pass_;
+    const auto use = use_;
+    const bool is_seen = look(Width::Wide);
+    if (is_seen && pass_.circle.seen >= search_.least_used) {
+      // Two filters that see one rim in different places see something else beside it.
+      const double by_noise = 2 * (narrow.filter.variance * narrow.circle.unit_cov.trace() +
+                                   pass_.filter.variance * pass_.circle.unit_cov.trace());
+      disagreement_px2_ = std::clamp(pass_.circle.shift_px.squaredNorm() - by_noise,
+                                     0.0,
+                                     std::pow(kMostDisagreement * narrow.step.sigma_px, 2));
+    }
+    if (is_seen && waves_left(pass_) < waves_left(narrow) &&
+        pass_.circle.seen >= narrow.circle.seen - kLostByWide) {
+      p_.head<2>() += pass_.strip.unit * pass_.circle.shift_px;
+      pass_.move_px = pass_.circle.shift_px.norm();
+      return;
+    }
+    pass_ = narrow;
+    use_ = use;
+  }
+
+  static double waves_left(const Pass& pass) {
+    const Eigen::VectorXd left = pass.circle.residuals(pass.deviations);
+    double power = 0;
+    for (int k = 2; k <= kComparedWaves; ++k) power += wave_power(left, pass.circle.use, k);
+    return power;
+  }
+
+  bool look(Width width) {
+    double outer = search_.outer_px;
+    double inner = search_.inner_px;
+    if (width == Width::Narrow) {
+      const double narrow = 2.5 * std::min(p_[kSigma], kMostBlurred) + 4;
+      outer = std::min(outer, narrow);
+      inner = std::min(inner, narrow);
+    }
+    window_.collect(p_, std::max(outer, inner) + 1, 1);
+    if (window_.band().size() < 40) return false;
+    pass_.strip = unroll(window_, p_, outer, inner);
+    RimStrip& strip = pass_.strip;
+    if (strip.seen < 0.5) return false;
+    Eigen::ArrayXd medians = ring_medians(strip, use_);
+    StepProfile start;
+    start.sigma_px = p_[kSigma];
+    if (!fit(medians, start)) return false;
+    trim(pass_.step, medians, strip);
+    if (strip.n_rings() < 7 || !fit(medians, pass_.step)) return false;
+    const Eigen::ArrayXXf left = strip.mean.colwise() - medians.cast<float>();
+    pass_.filter = width == Width::Wide
+                       ? make_shift_filter(strip, tamed_cells(strip, pass_.step, left), pass_.step)
+                       : make_plain_filter(strip, pass_.step, pixel_variance(strip, left));
+    if (!(pass_.filter.variance > 0)) return false;
+    const Eigen::ArrayXd contrasts = sector_contrasts(strip, pass_.step, left);
+    pass_.deviations = (left.matrix().transpose().cast<double>() * pass_.filter.weights).array() /
+                       contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
+    fit_circle(contrasts);
+    use_ = pass_.circle.used() > 0.3 ? pass_.circle.use : std::vector<char>{};
+    return true;
+  }
+
+  void fit_circle(const Eigen::ArrayXd& contrasts) {
+    pass_.usable.assign(static_cast<std::size_t>(contrasts.size()), 0);
+    for (Eigen::Index i = 0; i < contrasts.size(); ++i) {
+      pass_.usable[static_cast<std::size_t>(i)] =
+          contrasts[i] > kLeastSectorContrast && contrasts[i] < kMostSectorContrast;
+    }
+    const double sigma = std::sqrt(pass_.filter.variance);
+    const int n_together = static_cast<int>(std::ceil(
+        std::min<double>(kMostSmoothed, sigma * sigma / (kSharpSector_px * kSharpSector_px))));
+    pass_.circle = fit_rim_circle(
+        pass_.deviations, pass_.usable, n_together | 1, search_.least_used, 0.7 * sigma);
+  }
+
+  bool fit(const Eigen::ArrayXd& medians, const StepProfile& start) {
+    const auto step = fit_step(medians, pass_.strip.first_px, start);
+    if (!step || !(step->contrast() * search_.sign > search_.least_contrast)) return false;
+    pass_.step = *step;
+    return true;
+  }
+
+  /// In     share: of the way; whole steps may go to and fro between two sets of sectors
+  void move(double share) {
+    const double unit = pass_.strip.unit;
+    const double grown = -pass_.step.at_px;
+    p_.head<2>() += share * unit * pass_.circle.shift_px;
+    p_[kRadius] += share * unit * grown;
+    p_[kSigma] =
+        std::sqrt(std::max(0.1, pass_.step.sigma_px * pass_.step.sigma_px - kCellVariance));
+    pass_.move_px = std::max(pass_.circle.shift_px.norm(), std::abs(grown));
+  }
+
+  bool is_near() const {
+    const double limit = std::max(2.0, 0.2 * search_.start[kRadius]);
+    return p_.allFinite() && (p_.head<2>() - search_.start.head<2>()).norm() < limit &&
+           std::abs(p_[kRadius] - search_.start[kRadius]) < limit && p_[kRadius] > 1;
+  }
+
+  RimProfile finished() const {
+    RimProfile profile;
+    profile.parameters = p_;
+    const double radius_px = p_[kRadius] / pass_.strip.unit;
+    // A convex rim blurs inwards (edge_profile.h).
+    profile.parameters[kRadius] += 0.5 * pass_.strip.unit * p_[kSigma] * p_[kSigma] / radius_px;
+    profile.parameters[kLevel] = pass_.step.outside;
+    profile.parameters[kContrast] = pass_.step.contrast();
+    profile.parameters[kOval] = pass_.circle.oval_px.x() / radius_px;
+    profile.parameters[kOvalDiagonal] = pass_.circle.oval_px.y() / radius_px;
+    profile.used = pass_.circle.seen;
+    const double n_used =
+        std::max(1.0, pass_.circle.used() * static_cast<double>(pass_.strip.n_sectors()));
+    profile.oval_sigma = std::sqrt(2 * pass_.filter.variance / n_used) / radius_px;
+    profile.is_settled = pass_.move_px < kUnsettledMove_px;
+    add_covariance(radius_px, profile);
+    add_likeness(profile);
+    return profile;
+  }
+
+  void add_covariance(double radius_px, RimProfile& profile) const {
+    // A long arc that lies elsewhere may be the right one.
+    const bool is_displaced = pass_.circle.displaced > kDisplacedArc;
+    const auto& use = is_displaced ? pass_.usable : pass_.circle.use;
+    const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, use);
+    const auto n = static_cast<double>(left.size());
+    const int last =
+        std::clamp(static_cast<int>(2 * std::numbers::pi * radius_px / kShortestOwnWave_px), 7, 24);
+    std::vector<double> powers;
+    double squares = 0;
+    for (int k = 2; k <= last; ++k) {
+      powers.push_back(wave_power(left, use, k));
+      squares += 2 / n * (powers.back() - pass_.filter.variance);
+    }
+    const RimWaves waves = extrapolate_waves(powers, pass_.filter.variance, kRoughChance);
+    const double unit = pass_.strip.unit;
+    profile.center_cov = unit * unit * waves.first * pass_.circle.unit_cov;
+    profile.center_cov +=
+        std::pow(kDisagreement * unit, 2) * disagreement_px2_ * Eigen::Matrix2d::Identity();
+    // Where it goes to and fro, the truth may be at either end.
+    if (pass_.move_px > kSettledMove_px) {
+      profile.center_cov += std::pow(unit * pass_.move_px, 2) * Eigen::Matrix2d::Identity();
+    }
+    for (std::size_t k = 1; k < powers.size() && k < 7; ++k) {
+      const double amplitude = 2 * std::sqrt(powers[k] / n) / radius_px;
+      if (amplitude <= profile.lobes || powers[k] < kLobesOverFloor * pass_.filter.variance)
+        continue;
+      double others = 0;
+      for (std::size_t i = 1; i < powers.size(); ++i) others += i == k ? 0 : powers[i];
+      if (powers[k] < kLoneLobes * others) continue;
+      profile.lobes = amplitude;
+      profile.n_lobes = static_cast<int>(k) + 2;
+    }
+    profile.roughness = std::sqrt(std::max(0.0, squares)) / radius_px;
+  }
+
+  /// The correlation over the sectors that are used.
+  void add_likeness(RimProfile& profile) const {
+    const RimStrip& strip = pass_.strip;
+    double n = 0, m = 0, v = 0, mm = 0, mv = 0, vv = 0, white = 0;
+    for (Eigen::Index j = 0; j < strip.n_rings(); ++j) {
+      const double model = pass_.step.level(strip.at_px(j));
+      for (Eigen::Index i = 0; i < strip.n_sectors(); ++i) {
+        if (!pass_.circle.use[static_cast<std::size_t>(i)]) continue;
+        const auto seen = static_cast<double>(strip.mean(j, i));
+        const auto next = static_cast<double>(strip.mean(j, (i + 2) % strip.n_sectors()));
+        ++n;
+        m += model;
+        v += seen;
+        mm += model * model;
+        mv += model * seen;
+        vv += seen * seen;
+        white += 0.5 * (seen - next) * (seen - next);
+      }
+    }
+    if (n < 2) return;
+    const double var_m = mm - m * m / n;
+    const double var_v = vv - v * v / n;
+    const double var_left = std::max(var_v - white, 0.25 * var_v);
+    profile.noise = std::sqrt(white / n * strip.mass.mean());
+    if (var_m > 0 && var_left > 0) {
+      profile.correlation = std::clamp((mv - m * v / n) / std::sqrt(var_m * var_left), 0.0, 1.0);
+    }
+  }
+
+  static constexpr double kCellVariance = 1.0 / 6;  ///< of sharing pixels out linearly
+
+  RimWindow& window_;
+  const RimSearch& search_;
+  RimVector p_;
+  std::vector<char> use_;
+  Pass pass_;
+  double disagreement_px2_ = 0;
+};
+
+}  // namespace
+
+std::optional<RimProfile> measure_rim(RimWindow& window, const RimSearch& search) {
+  return RimMeasurement(window, search).run();
+}
+
+}  // namespace panelcal::internal
