@@ -65,8 +65,8 @@ struct MachineConfig {
   std::filesystem::path camera_file;          ///< of `camera`; empty without
   std::map<double, CameraCalibration> zooms;  ///< [[camera.zoom]], by level
   std::map<double, std::filesystem::path> zoom_files;  ///< of `zooms`
-  std::filesystem::path table_file;  ///< [table] calibration, of `walk.table`; or empty
-  PictureForm picture_form;  ///< [camera] bayer, bits
+  std::filesystem::path table_file;    ///< [table] calibration, of `walk.table`; or empty
+  PictureForm picture_form;            ///< [camera] bayer, bits
   SpindleCameraOffset spindle_camera;  ///< [spindle], or of the calibration that it names
   SpindleSetting spindle_setting;
   /// When the offset was calibrated: [spindle] camera_offset_date, or what the calibration says.

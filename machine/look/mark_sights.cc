@@ -10,8 +10,8 @@
 #include "calib/correction/spindle_camera.h"
 #include "machine/devices/table_stage.h"
 #include "vision/locate/locate.h"
-#include "vision/picture/picture_form.h"
 #include "vision/picture/image_io.h"
+#include "vision/picture/picture_form.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -9,8 +9,8 @@
 #include "calib/base/atomic_file.h"
 #include "calib/camera/model.h"
 #include "calib/correction/spindle_camera.h"
-#include "vision/picture/picture_form.h"
 #include "vision/picture/image_io.h"
+#include "vision/picture/picture_form.h"
 #include "vision/tag/read_tags.h"
 #include <fmt/format.h>
 

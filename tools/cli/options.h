@@ -68,7 +68,7 @@ struct TranslateOptions {
 struct LocateCommandOptions {
   std::vector<std::string> images;
   std::string machine;
-  std::optional<int> tool;  ///< there unless it suggests
+  std::optional<int> tool;    ///< there unless it suggests
   std::vector<double> at_px;  ///< x, y of the middle of the searched circle; empty: everywhere
   std::optional<double> radius_px;  ///< of it; there if at_px is
   std::string overlay;              ///< a .png, or a folder of them; empty: none

@@ -14,8 +14,8 @@
 #include "machine/config/machine_config.h"
 #include "tools/locate/overlay_paths.h"
 #include "tools/locate/suggestion.h"
-#include "vision/picture/picture_form.h"
 #include "vision/picture/image_io.h"
+#include "vision/picture/picture_form.h"
 #include "vision/show/overlay.h"
 #include "vision/suggest/find_marks.h"
 #include <fmt/format.h>

@@ -12,8 +12,8 @@ namespace panelcal {
 struct PictureForm {
   /// [camera] bayer: files are a colour sensor's mosaic as it is, of this pattern.
   std::optional<BayerPattern> bayer = {};
-  /// [camera] bits: files of 16 bit hold numbers of so many bits, the lowest ones, so that white is
-  /// 2^bits - 1. Contrasts count in parts of white.
+  /// [camera] bits: files of 16 bit hold numbers of this many bits, the lowest ones, so that white
+  /// is 2^bits - 1. Contrasts count in parts of white.
   std::optional<int> bits = {};
 };
 

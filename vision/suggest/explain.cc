@@ -112,7 +112,8 @@ void explain_by_marks(const DetectorInput& input, double asked_px, Detection& de
     best_px = at_px;
   }
   if (best == nullptr) return;
-  if (best_like.has_shape && best_like.has_polarity) detection.size_ratio = best_like.ratio;
+  const bool is_resized = best_like.has_shape && best_like.has_polarity;
+  if (is_resized && !detection.size_ratio) detection.size_ratio = best_like.ratio;
   const bool is_judged =
       detection.best && detection.status == DetectionStatus::Rejected &&
       (detection.best->center.position.in_px() - best_px).norm() < 0.3 * best->size.in_px();

@@ -67,14 +67,45 @@ SpreadPicture spread(const Image& image) {
   return out;
 }
 
+/// Sigma of what differs between places that the blur does not connect: noise, grain and texture.
+double roughness_of(const cv::Mat& pixels) {
+  constexpr int kApart_px = 5;
+  if (pixels.cols <= kApart_px) return 0;
+  cv::Mat differences;
+  cv::absdiff(pixels.colRange(kApart_px, pixels.cols),
+              pixels.colRange(0, pixels.cols - kApart_px),
+              differences);
+  std::array<std::ptrdiff_t, 256> counts{};
+  for (auto it = differences.begin<std::uint8_t>(); it != differences.end<std::uint8_t>(); ++it) {
+    ++counts[*it];
+  }
+  std::ptrdiff_t n_below = 0;
+  std::size_t median = 0;
+  while (2 * (n_below + counts[median]) < static_cast<std::ptrdiff_t>(differences.total())) {
+    n_below += counts[median++];
+  }
+  constexpr double kSigmasPerMedian = 1.4826;
+  return kSigmasPerMedian * static_cast<double>(median) / std::numbers::sqrt2;
+}
+
+/// Whether chance would hardly make such a rim: the longer it is, the less contrast it needs.
+bool stands_out(const LevelShape& shape, double roughness) {
+  constexpr double kSigmasOf8 = 6;
+  const double sigmas = kSigmasOf8 * std::sqrt(8 / std::max(8.0, shape.shape.size_px));
+  return std::abs(shape.inside - shape.outside) >= sigmas * roughness;
+}
+
 bool touches_border(const cv::Rect& box, const cv::Mat& pixels) {
   return box.x <= 1 || box.y <= 1 || box.br().x >= pixels.cols - 1 || box.br().y >= pixels.rows - 1;
 }
 
-double median_at(const cv::Mat& pixels,
-                 const std::vector<Eigen::Vector2d>& outline_px,
-                 const Eigen::Vector2d& center_px,
-                 double step_px) {
+/// The level beside an outline: the quartile on the asked side, since of a cross's arms only the
+/// tips have their inside towards the middle.
+double level_beside(const cv::Mat& pixels,
+                    const std::vector<Eigen::Vector2d>& outline_px,
+                    const Eigen::Vector2d& center_px,
+                    double step_px,
+                    bool is_upper) {
   std::vector<int> levels;
   for (const Eigen::Vector2d& u : outline_px) {
     const Eigen::Vector2d v = u + step_px * (u - center_px).normalized();
@@ -83,9 +114,10 @@ double median_at(const cv::Mat& pixels,
     levels.push_back(pixels.at<std::uint8_t>(at));
   }
   if (levels.empty()) return 0;
-  const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
-  std::ranges::nth_element(levels, middle);
-  return *middle;
+  const std::size_t i_quartile = (is_upper ? 3 * levels.size() : levels.size()) / 4;
+  const auto quartile = levels.begin() + static_cast<std::ptrdiff_t>(i_quartile);
+  std::ranges::nth_element(levels, quartile);
+  return *quartile;
 }
 
 /// The shape of one contour. A hole's contour runs through the pixels around it, a blob's through
@@ -116,9 +148,12 @@ std::optional<LevelShape> level_shape(const cv::Mat& pixels,
   if (!shape || shape->size_px < min_size_px) return std::nullopt;
   out.shape = *shape;
   out.polarity = is_hole ? Polarity::Dark : Polarity::Bright;
-  const double step_px = std::max(2.0, 0.06 * shape->size_px);
-  out.inside = median_at(pixels, out.outline_px, shape->center_px, -step_px);
-  out.outside = median_at(pixels, out.outline_px, shape->center_px, step_px);
+  const double step_px = std::max(3.0, 0.06 * shape->size_px);
+  const auto beside = [&](double step, bool is_upper) {
+    return level_beside(pixels, out.outline_px, shape->center_px, step, is_upper);
+  };
+  out.inside = beside(-step_px, !is_hole);
+  out.outside = beside(step_px, is_hole);
   return out;
 }
 
@@ -294,6 +329,7 @@ std::vector<SeenMark> marks_in(const Image& image, const MarkOptions& options) {
   if (picture.pixels.empty()) return {};
   constexpr std::size_t kMinLevels = 2;
   const int step = std::max(1, 256 / (options.n_levels + 1));
+  const double roughness = roughness_of(picture.pixels);
   std::vector<Chain> chains;
   std::vector<Chain> ended;
   for (int level = step; level < 255; level += step) {
@@ -306,7 +342,7 @@ std::vector<SeenMark> marks_in(const Image& image, const MarkOptions& options) {
   std::ranges::move(chains, std::back_inserter(ended));
   std::vector<SeenMark> marks;
   for (const Chain& chain : ended) {
-    if (chain.size() < kMinLevels) continue;
+    if (chain.size() < kMinLevels || !stands_out(chain[chain.size() / 2], roughness)) continue;
     SeenMark mark = mark_of(chain, picture.levels_per_full_scale);
     if (mark.contrast >= options.min_contrast) marks.push_back(std::move(mark));
   }

@@ -16,7 +16,7 @@ namespace {
 /// Outlines follow pixels: their points are so far from a smooth rim, rms.
 constexpr double kStep_px = 0.35;
 constexpr double kMaxRoughness = 0.025;  ///< rms deviation from a shape over its size
-/// Points farther from a circle than this share of its radius are none of it.
+/// Points farther from a circle than this share of its radius do not belong to it.
 constexpr double kCircleReach = 0.06;
 constexpr double kMinOnCircle = 0.75;
 constexpr int kSectors = 36;
@@ -56,8 +56,35 @@ double quality_of(double rms_px, double size_px, double part) {
   return rms_px > limit_px ? 0 : part * (1 - 0.5 * rms_px / limit_px);
 }
 
+std::ptrdiff_t count_on(std::span<const Eigen::Vector2d> points, const OutlineCircle& circle) {
+  if (!(circle.radius > 0)) return 0;
+  return std::ranges::count_if(points, [&](const Eigen::Vector2d& u) {
+    return std::abs(circle.deviation(u)) <= circle.reach();
+  });
+}
+
+/// The circle on which the most points lie, of those through a quarter of the outline and through
+/// all of it: a track may make up half of a pad's outline.
+OutlineCircle first_circle(std::span<const Eigen::Vector2d> points) {
+  OutlineCircle best = circle_through(points, nullptr);
+  std::ptrdiff_t n_best = count_on(points, best);
+  constexpr double kPlainPart = 0.95;
+  if (static_cast<double>(n_best) >= kPlainPart * static_cast<double>(points.size())) return best;
+  constexpr std::size_t kArcs = 12;
+  const std::size_t n_arc = points.size() / 4;
+  for (std::size_t i = 0; i < kArcs; ++i) {
+    const std::size_t begin = (points.size() - n_arc) * i / (kArcs - 1);
+    const OutlineCircle circle = circle_through(points.subspan(begin, n_arc), nullptr);
+    const std::ptrdiff_t n = count_on(points, circle);
+    if (n <= n_best) continue;
+    best = circle;
+    n_best = n;
+  }
+  return best;
+}
+
 std::optional<OutlineShape> as_disc(std::span<const Eigen::Vector2d> points) {
-  OutlineCircle circle = circle_through(points, nullptr);
+  OutlineCircle circle = first_circle(points);
   for (int i = 0; i < 6 && circle.radius > 0; ++i) circle = circle_through(points, &circle);
   if (!(circle.radius > 0)) return std::nullopt;
   std::array<bool, kSectors> is_seen{};

@@ -24,7 +24,7 @@ struct OutlineShape {
 /// a square in any position, or a cross.
 ///
 /// In     outline_px: in order, a point a pixel or so; area_px2: what it encloses
-/// Out    empty if it is none of them
+/// Out    empty for any other shape
 /// Cost   linear in the number of points
 /// See    tests/vision/suggest/find_marks_test.cc
 std::optional<OutlineShape> shape_of(std::span<const Eigen::Vector2d> outline_px, double area_px2);

@@ -178,7 +178,7 @@ TEST(RimModel, FreedomListsWhatIsFree) {
 
 /// A ring with an off-centre hole in uneven light behind a lens: exact, and as the model has it.
 TEST(RimModel, AgreesWithTheExactPicture) {
-  constexpr int kSide = 120;
+  constexpr int kExactSide = 120;
   constexpr double kRadiusPx = 30;
   constexpr double kHolePx = 13;
   const CameraMapping mapping({.scale_mm_per_px = 0.01,
@@ -196,7 +196,8 @@ TEST(RimModel, AgreesWithTheExactPicture) {
   Scene scene;
   scene.background = 0.3;
   scene.features = {ring};
-  const Camera camera{.mapping = mapping, .width = kSide, .height = kSide, .blur_px = 1.0};
+  const Camera camera{
+      .mapping = mapping, .width = kExactSide, .height = kExactSide, .blur_px = 1.0};
   const std::vector<double> exact = render_levels(scene, camera);
 
   const FitFrame frame(&mapping, center_px);
@@ -209,11 +210,12 @@ TEST(RimModel, AgreesWithTheExactPicture) {
   p[kHoleX] = 3;
   p[kHoleY] = -2;
   double worst = 0;
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  for (int y = 0; y < kExactSide; ++y) {
+    for (int x = 0; x < kExactSide; ++x) {
       const RimPixel pixel = pixel_at(frame, Eigen::Vector2d(x, y));
       const double level = rim_value(pixel, p, true, nullptr).level;
-      worst = std::max(worst, std::abs(level - exact[static_cast<std::size_t>(y * kSide + x)]));
+      worst =
+          std::max(worst, std::abs(level - exact[static_cast<std::size_t>(y * kExactSide + x)]));
     }
   }
   // The profile's promise for radii above 8 is 1e-4 of the contrast; the inner rim has 13, the lens
