@@ -248,7 +248,7 @@ bool reads_the_same(const DetectorInput& input,
                     const TagReading& reading) {
   TagQuad quad;
   for (std::size_t i = 0; i < 4; ++i) quad.corners_px[i] = fit.corners[i].position.in_px();
-  const auto again = read_tag(input.image, family, quad, reading.contrast < 0);
+  const auto again = read_tag(input.image, family, quad, reading.contrast < 0, input.target.tag_id);
   return again && again->id == reading.id && again->quarters == 0;
 }
 

@@ -2,6 +2,7 @@
 #include "vision/tag/reader.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -14,7 +15,7 @@ namespace panelcal::internal {
 namespace {
 
 /// Cells of the frame that may be on the wrong side of the threshold: debris, neighbours.
-constexpr double kMaxWrongFrame = 0.12;
+constexpr double kMaxWrongFrame = 0.2;
 
 /// Levels of a tag's cells, by rows; empty where they are not in the picture.
 struct CellLevels {
@@ -140,17 +141,64 @@ std::uint64_t tag_code(const TagFamily& family, const std::vector<char>& is_whit
   return code;
 }
 
+/// The nearest of some ids, if it has no more wrong bits than allowed.
+std::optional<TagReading> nearest_tag(const TagFamily& family,
+                                      const std::array<std::uint64_t, 4>& words,
+                                      std::size_t first_id,
+                                      std::size_t last_id,
+                                      int max_wrong_bits) {
+  TagReading best;
+  best.wrong_bits = max_wrong_bits + 1;
+  for (int quarters = 0; quarters < 4; ++quarters) {
+    for (std::size_t id = first_id; id <= last_id; ++id) {
+      const int wrong = std::popcount(words[static_cast<std::size_t>(quarters)] ^ family.codes[id]);
+      if (wrong >= best.wrong_bits) continue;
+      best.wrong_bits = wrong;
+      best.id = static_cast<int>(id);
+      best.quarters = quarters;
+    }
+  }
+  if (best.wrong_bits > max_wrong_bits) return std::nullopt;
+  return best;
+}
+
 }  // namespace
 
-int tolerable_wrong_bits(const TagFamily& family) {
-  constexpr int kSafeDistance = 9;
-  return family.hamming_distance >= kSafeDistance ? 1 : 0;
+std::optional<TagReading> decoded(const TagFamily& family,
+                                  const std::array<std::uint64_t, 4>& words,
+                                  std::optional<int> id) {
+  if (id && *id >= 0 && *id < family.n_tags()) {
+    const auto i = static_cast<std::size_t>(*id);
+    if (const auto named = nearest_tag(family, words, i, i, tolerable_wrong_bits(family, true))) {
+      return named;
+    }
+  }
+  return nearest_tag(
+      family, words, 0, family.codes.size() - 1, tolerable_wrong_bits(family, false));
+}
+
+int tolerable_wrong_bits(const TagFamily& family, bool id_is_named) {
+  constexpr double kMaxChance = 2e-4;
+  const int most = id_is_named ? 4 : 1;
+  const auto n_bits = static_cast<double>(family.bits.size());
+  const double n_words = 4 * (id_is_named ? 1.0 : static_cast<double>(family.n_tags()));
+  double ways = 1;  // of having just so many wrong bits
+  double all = 1;
+  int tolerable = 0;
+  for (int wrong = 1; wrong <= most && 2 * wrong < family.hamming_distance; ++wrong) {
+    ways *= (n_bits - wrong + 1) / wrong;
+    all += ways;
+    if (n_words * all * std::exp2(-n_bits) > kMaxChance) break;
+    tolerable = wrong;
+  }
+  return tolerable;
 }
 
 std::optional<TagReading> read_tag(const Image& image,
                                    const TagFamily& family,
                                    const TagQuad& quad,
-                                   bool is_inverted) {
+                                   bool is_inverted,
+                                   std::optional<int> id) {
   const CellLevels cells = sample(image, family, quad);
   for (const TagFamily::Bit& bit : family.bits) {
     if (!cells.at(bit.column, bit.row)) return std::nullopt;
@@ -162,21 +210,13 @@ std::optional<TagReading> read_tag(const Image& image,
     is_white[static_cast<std::size_t>(bit.row * family.n_cells + bit.column)] =
         light->is_white(bit.column, bit.row, *cells.at(bit.column, bit.row));
   }
-  TagReading best;
-  best.contrast = light->contrast;
-  best.wrong_bits = tolerable_wrong_bits(family) + 1;
+  std::array<std::uint64_t, 4> words{};
   for (int quarters = 0; quarters < 4; ++quarters) {
-    const std::uint64_t code = tag_code(family, is_white, quarters);
-    for (std::size_t id = 0; id < family.codes.size(); ++id) {
-      const int wrong = std::popcount(code ^ family.codes[id]);
-      if (wrong >= best.wrong_bits) continue;
-      best.wrong_bits = wrong;
-      best.id = static_cast<int>(id);
-      best.quarters = quarters;
-    }
+    words[static_cast<std::size_t>(quarters)] = tag_code(family, is_white, quarters);
   }
-  if (best.wrong_bits > tolerable_wrong_bits(family)) return std::nullopt;
-  return best;
+  auto reading = decoded(family, words, id);
+  if (reading) reading->contrast = light->contrast;
+  return reading;
 }
 
 }  // namespace panelcal::internal
