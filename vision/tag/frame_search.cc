@@ -22,6 +22,10 @@ constexpr double kFrameSizeStep = 0.12;
 /// noise next to nothing: its mean over 60 cells is small.
 constexpr double kMinFrameScore = 0.45;
 constexpr std::size_t kMaxFrames = 16;
+/// Levels farther than this from the mean about them, in their spreads, are debris or glints and
+/// are clipped, several times over: a tag's own two levels are one spread away.
+constexpr double kClipSpreads = 1.3;
+constexpr int kClips = 3;
 constexpr double kSameFrame = 0.35;  // of the side: nearer maxima are of one frame
 
 /// A smaller picture whose cells have two pixels.
@@ -51,13 +55,20 @@ SmallPicture small_picture(const Image& image, const PixelBox& box, double cell_
   };
   cv::resize(part, small.levels, cv::Size(side(box.width), side(box.height)), 0, 0, cv::INTER_AREA);
   const int window = std::max(3, static_cast<int>(std::lround(n_cells * cell_px / small.factor)));
-  cv::Mat mean;
-  cv::Mat square;
-  cv::boxFilter(small.levels, mean, CV_32F, cv::Size(window, window));
-  cv::sqrBoxFilter(small.levels, square, CV_32F, cv::Size(window, window));
-  cv::Mat variance = square - mean.mul(mean);
-  cv::max(variance, 1e-6F, variance);
-  cv::sqrt(variance, small.spreads);
+  for (int pass = 0; pass <= kClips; ++pass) {
+    cv::Mat mean;
+    cv::Mat square;
+    cv::boxFilter(small.levels, mean, CV_32F, cv::Size(window, window));
+    cv::sqrBoxFilter(small.levels, square, CV_32F, cv::Size(window, window));
+    cv::Mat variance = square - mean.mul(mean);
+    cv::max(variance, 1e-6F, variance);
+    cv::sqrt(variance, small.spreads);
+    if (pass == kClips) break;
+    const cv::Mat low = mean - kClipSpreads * small.spreads;
+    const cv::Mat high = mean + kClipSpreads * small.spreads;
+    cv::max(small.levels, low, small.levels);
+    cv::min(small.levels, high, small.levels);
+  }
   return small;
 }
 

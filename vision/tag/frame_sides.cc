@@ -46,11 +46,41 @@ struct SideStep {
   double out = 0;
 };
 
+/// The levels between which a tag's own are; what is beyond is debris or a glint.
+struct LevelRange {
+  double low = 0;
+  double high = 0;
+};
+
+LevelRange range_about(const Image& image, const TagQuad& quad) {
+  constexpr int kSamples = 32;
+  constexpr double kWider = 1.2;  // than the corners' square
+  constexpr double kPart = 0.1;   // of the levels beyond either end
+  const Eigen::Matrix3d h = quad.image_from_tag();
+  std::vector<double> levels;
+  for (int i = 0; i < kSamples * kSamples; ++i) {
+    const Eigen::Vector2d v((i % kSamples + 0.5) / kSamples - 0.5,
+                            (i / kSamples + 0.5) / kSamples - 0.5);
+    levels.push_back(frame_level_at(image, (h * (kWider * v).homogeneous()).hnormalized()));
+  }
+  std::sort(levels.begin(), levels.end());
+  const auto at = [&](double part) {
+    return levels[static_cast<std::size_t>(part * static_cast<double>(levels.size() - 1))];
+  };
+  return {at(kPart), at(1 - kPart)};
+}
+
+/// How sides are looked for.
+struct SideView {
+  const Image& image;
+  LevelRange range;
+  double reach = 0;  ///< cells
+  double sign = 1;   ///< 1 if the frame is darker inside
+};
+
 /// Where the level changes most from outside to inside of the frame, at one place of a side.
-///
-/// In     sign: 1 if the frame is darker inside
-std::optional<SideStep> step_at(
-    const Image& image, const FrameSide& side, double along, double reach, double sign) {
+std::optional<SideStep> step_at(const SideView& view, const FrameSide& side, double along) {
+  const auto& [image, range, reach, sign] = view;
   const double cell_px = side.outward.norm();
   const int n = static_cast<int>(std::lround(reach / kDepthStep));
   const int half = static_cast<int>(std::lround(0.8 / kDepthStep));
@@ -63,7 +93,8 @@ std::optional<SideStep> step_at(
     const Eigen::Vector2d middle = side.from + along * side.along + k * kDepthStep * side.outward;
     double level = 0;
     for (int j = 0; j < n_across; ++j) {
-      level += frame_level_at(image, middle + ((j + 0.5) / n_across - 0.5) * spread);
+      const Eigen::Vector2d at = middle + ((j + 0.5) / n_across - 0.5) * spread;
+      level += std::clamp(frame_level_at(image, at), range.low, range.high);
     }
     sums.push_back(sums.back() + level / n_across);
   }
@@ -135,14 +166,11 @@ std::optional<SideLine> agreed_line(const std::vector<SideStep>& steps) {
 }
 
 /// A line of the picture as homogeneous coordinates.
-std::optional<Eigen::Vector3d> seen_side(const Image& image,
-                                         const FrameSide& side,
-                                         double reach,
-                                         double sign) {
+std::optional<Eigen::Vector3d> seen_side(const SideView& view, const FrameSide& side) {
   std::vector<SideStep> steps;
   for (int i = 0; i < kStepsPerSide; ++i) {
     const double along = (i + 0.5) / kStepsPerSide;
-    if (const auto step = step_at(image, side, along, reach, sign)) steps.push_back(*step);
+    if (const auto step = step_at(view, side, along)) steps.push_back(*step);
   }
   const auto line = agreed_line(steps);
   if (!line) return std::nullopt;
@@ -162,8 +190,9 @@ bool is_convex(const TagQuad& quad) {
   return true;
 }
 
-std::optional<TagQuad> sides_once(
-    const Image& image, const TagFamily& family, const TagQuad& quad, double reach, double sign) {
+std::optional<TagQuad> sides_once(const SideView& view,
+                                  const TagFamily& family,
+                                  const TagQuad& quad) {
   const double cell_px = quad.mean_side_px() / family.n_on_side;
   std::array<Eigen::Vector3d, 4> lines;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -172,7 +201,7 @@ std::optional<TagQuad> sides_once(
     side.along = quad.corners_px[(i + 1) % 4] - side.from;
     // The corners run counter-clockwise as seen: outside is on the right of every side.
     side.outward = cell_px * Eigen::Vector2d(-side.along.y(), side.along.x()).normalized();
-    const auto line = seen_side(image, side, reach, sign);
+    const auto line = seen_side(view, side);
     if (!line) return std::nullopt;
     lines[i] = *line;
   }
@@ -194,9 +223,10 @@ std::optional<TagQuad> moved_to_sides(const Image& image,
                                       const TagQuad& quad,
                                       bool is_inverted) {
   const double sign = family.is_reversed == is_inverted ? 1 : -1;
+  const LevelRange range = range_about(image, quad);
   std::optional<TagQuad> moved = quad;
   for (const double reach : kSideReach) {
-    moved = sides_once(image, family, *moved, reach, sign);
+    moved = sides_once({image, range, reach, sign}, family, *moved);
     if (!moved || !moved->image_from_tag().allFinite()) return std::nullopt;
   }
   return moved;
