@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How near tags come to the physical bound, beside others' methods in one run. See README.md.
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstdio>
 #include <string>
@@ -15,6 +17,8 @@ namespace {
 
 using test::TagAccuracy;
 using test::TagErrors;
+
+constexpr std::array<std::string_view, 5> kParts = {"clean", "typical", "dim", "hard", "family"};
 
 void print_row(std::string_view who, const TagErrors& e, const TagAccuracy& all, int n) {
   fmt::print("| {} | {}/{} | {:.5f} | {:.2f} | {:.5f} | {:.2f} | {:.1f} |\n",
@@ -52,25 +56,41 @@ void run(std::string_view name, const test::TagScene& scene, const test::TagTria
   std::fflush(stdout);
 }
 
+/// A tenth of the tag or of its outline covered, scratches and neighbours.
+void run_hard(const test::TagTrials& trials) {
+  test::TagTrials hard = test::hard_tag_trials();
+  hard.n = trials.n;
+  for (const double side_px : {120.0, 80.0}) {
+    hard.side_px = side_px;
+    run("hard", test::dim_tag_scene(), hard);
+  }
+}
+
 int main_of(int argc, char** argv) {
   test::TagTrials trials;
+  std::string_view only;
   for (int i = 1; i < argc; ++i) {
     const std::string_view text = argv[i];
     int n = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
-    if (i > 1 || error != std::errc() || end != text.data() + text.size() || n < 1) {
-      fmt::print(stderr, "usage: tag_bench [PICTURES]\n");
+    if (error == std::errc() && end == text.data() + text.size() && n > 0) {
+      trials.n = n;
+    } else if (std::find(kParts.begin(), kParts.end(), text) != kParts.end()) {
+      only = text;
+    } else {
+      fmt::print(stderr, "usage: tag_bench [PICTURES] [clean|typical|dim|hard|family]\n");
       return 2;
     }
-    trials.n = n;
   }
+  const auto wanted = [&](std::string_view part) { return only.empty() || only == part; };
   cv::setNumThreads(1);
-  run("clean", test::clean_tag_scene(), trials);
-  run("typical", test::typical_tag_scene(), trials);
-  run("dim", test::dim_tag_scene(), trials);
+  if (wanted("clean")) run("clean", test::clean_tag_scene(), trials);
+  if (wanted("typical")) run("typical", test::typical_tag_scene(), trials);
+  if (wanted("dim")) run("dim", test::dim_tag_scene(), trials);
+  if (wanted("hard")) run_hard(trials);
   trials.family = "tagStandard41h12";
   trials.side_px = 90;
-  run("typical", test::typical_tag_scene(), trials);
+  if (wanted("family")) run("typical", test::typical_tag_scene(), trials);
   return 0;
 }
 

@@ -248,7 +248,7 @@ bool reads_the_same(const DetectorInput& input,
                     const TagReading& reading) {
   TagQuad quad;
   for (std::size_t i = 0; i < 4; ++i) quad.corners_px[i] = fit.corners[i].position.in_px();
-  const auto again = read_tag(input.image, family, quad, reading.contrast < 0);
+  const auto again = read_tag(input.image, family, quad, reading.contrast < 0, input.target.tag_id);
   return again && again->id == reading.id && again->quarters == 0;
 }
 
@@ -313,7 +313,8 @@ FittedCandidate fit_tag(const DetectorInput& input,
   FittedCandidate candidate;
   TargetFit& fit = candidate.fit;
   fit.tag_id = reading.id;
-  fit.score = 1 - static_cast<double>(reading.wrong_bits) / static_cast<double>(family.bits.size());
+  const int n_seen = static_cast<int>(family.bits.size()) - reading.unseen_bits;
+  fit.score = 1 - static_cast<double>(reading.wrong_bits) / n_seen;
   if (input.target.tag_id.value_or(reading.id) != reading.id) {
     fill_roughly(fit_frame, start, quad, reading, fit);
     candidate.verdict = Verdict::Unfit;

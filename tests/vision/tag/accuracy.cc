@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "tests/vision/tag/dirt.h"
 #include "tests/vision/tag/peers.h"
 
 namespace panelcal::test {
@@ -70,6 +71,14 @@ void run_ours(const TagScene& scene,
   add(scene, ours, out.ours);
 }
 
+Image trial_picture(const TagScene& scene, const TagTrials& trials, int i, Random& random) {
+  std::vector<double> levels = tag_levels(scene);
+  paint(scene, draw_tag_neighbours(scene, trials.n_neighbours, random), levels);
+  const DirtPlace place = i % 2 == 0 ? DirtPlace::Area : DirtPlace::Rim;
+  paint(scene, draw_dirt(scene, place, trials.dirt, trials.n_scratches, random), levels);
+  return noisy_picture(scene, levels, random);
+}
+
 TagScene scene_with(double contrast, double noise, double blur_px, double gradient) {
   TagScene scene;
   scene.white = scene.black + contrast;
@@ -103,7 +112,7 @@ TagAccuracy run_tag_trials(TagScene scene, const TagTrials& trials) {
   for (int i = 0; i < trials.n; ++i) {
     Random random = Random(trials.seed).fork(static_cast<std::uint64_t>(i));
     scene.image_from_tag = random_pose(scene, trials.side_px, trials.tilt_rad, random);
-    const Image image = tag_picture(scene, random);
+    const Image image = trial_picture(scene, trials, i, random);
     if (i % trials.bound_each == 0) {
       const TagBound bound = tag_bound(scene);
       out.center_bound.add(Eigen::Vector2d::Constant(bound.center_px));
@@ -128,6 +137,10 @@ TagScene typical_tag_scene() {
 
 TagScene dim_tag_scene() {
   return scene_with(40, 12, 2.5, 0.3);
+}
+
+TagTrials hard_tag_trials() {
+  return {.dirt = 0.1, .n_scratches = 2, .n_neighbours = 3};
 }
 
 }  // namespace panelcal::test

@@ -46,6 +46,10 @@ struct TagTrials {
   double tilt_rad = 0.5;  ///< largest
   /// Bounds differ by a few per cent from picture to picture: every so many'th gives the mean.
   int bound_each = 20;
+  /// Covered part of every second tag's face, and of the others' outline.
+  double dirt = 0;
+  int n_scratches = 0;
+  int n_neighbours = 0;
 };
 
 /// Finds a tag in many poses, with others' methods beside on the same pictures.
@@ -58,5 +62,7 @@ TagScene clean_tag_scene();
 TagScene typical_tag_scene();
 /// Contrast 40, noise 12, blur 2.5.
 TagScene dim_tag_scene();
+/// The trials of hard pictures, for dim_tag_scene(): a tenth covered, two scratches, neighbours.
+TagTrials hard_tag_trials();
 
 }  // namespace panelcal::test

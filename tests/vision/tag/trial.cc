@@ -112,7 +112,10 @@ std::vector<double> tag_levels(const TagScene& scene) {
 }
 
 Image tag_picture(const TagScene& scene, Random& random) {
-  const std::vector<double> levels = tag_levels(scene);
+  return noisy_picture(scene, tag_levels(scene), random);
+}
+
+Image noisy_picture(const TagScene& scene, const std::vector<double>& levels, Random& random) {
   Image image(scene.width, scene.height, scene.full_scale);
   const double sigma = scene.noise * scene.full_scale / 255;
   for (std::size_t i = 0; i < levels.size(); ++i) {

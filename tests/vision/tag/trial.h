@@ -38,6 +38,8 @@ std::vector<double> tag_levels(const TagScene& scene);
 
 /// A picture of it with noise, rounded to whole levels and clipped.
 Image tag_picture(const TagScene& scene, Random& random);
+/// Likewise of levels that something was painted over.
+Image noisy_picture(const TagScene& scene, const std::vector<double>& levels, Random& random);
 
 /// A tag turned at random about all three axes and moved by up to 20 px from the middle.
 ///
