@@ -49,7 +49,7 @@ struct SpreadPicture {
   double levels_per_full_scale = 0;  ///< of the 8 bit
 };
 
-SpreadPicture spread(const Image& image) {
+SpreadPicture spread_picture(const Image& image) {
   cv::Mat mat;
   cv::GaussianBlur(internal::mat_of(image), mat, {}, 1);
   mat.convertTo(mat, CV_32F);
@@ -325,7 +325,7 @@ void read_tags_into(const Image& image, std::vector<SeenMark>& marks) {
 }
 
 std::vector<SeenMark> marks_in(const Image& image, const MarkOptions& options) {
-  const SpreadPicture picture = spread(image);
+  const SpreadPicture picture = spread_picture(image);
   if (picture.pixels.empty()) return {};
   constexpr std::size_t kMinLevels = 2;
   const int step = std::max(1, 256 / (options.n_levels + 1));

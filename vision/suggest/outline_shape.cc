@@ -19,7 +19,7 @@ constexpr double kMaxRoughness = 0.025;  ///< rms deviation from a shape over it
 /// Points farther from a circle than this share of its radius do not belong to it.
 constexpr double kCircleReach = 0.06;
 constexpr double kMinOnCircle = 0.75;
-constexpr int kSectors = 36;
+constexpr int kOutlineSectors = 36;
 constexpr double kMaxAspect = 1.12;
 constexpr double kMinBar = 0.08;  ///< of a cross's bars over their length
 constexpr double kMaxBar = 0.6;
@@ -87,7 +87,7 @@ std::optional<OutlineShape> as_disc(std::span<const Eigen::Vector2d> points) {
   OutlineCircle circle = first_circle(points);
   for (int i = 0; i < 6 && circle.radius > 0; ++i) circle = circle_through(points, &circle);
   if (!(circle.radius > 0)) return std::nullopt;
-  std::array<bool, kSectors> is_seen{};
+  std::array<bool, kOutlineSectors> is_seen{};
   double sum_px2 = 0;
   int n = 0;
   for (const Eigen::Vector2d& u : points) {
@@ -95,11 +95,11 @@ std::optional<OutlineShape> as_disc(std::span<const Eigen::Vector2d> points) {
     if (std::abs(deviation) > circle.reach()) continue;
     const Eigen::Vector2d v = u - circle.center;
     const double turn = std::atan2(v.y(), v.x()) / (2 * std::numbers::pi) + 0.5;
-    is_seen[static_cast<std::size_t>(turn * kSectors) % kSectors] = true;
+    is_seen[static_cast<std::size_t>(turn * kOutlineSectors) % kOutlineSectors] = true;
     sum_px2 += deviation * deviation;
     ++n;
   }
-  const double part = static_cast<double>(std::ranges::count(is_seen, true)) / kSectors;
+  const double part = static_cast<double>(std::ranges::count(is_seen, true)) / kOutlineSectors;
   if (part < kMinOnCircle) return std::nullopt;
   const double quality = quality_of(std::sqrt(sum_px2 / n), circle.radius, part);
   if (quality == 0) return std::nullopt;
