@@ -46,7 +46,7 @@ struct SideStep {
   double out = 0;
 };
 
-/// The levels between which a tag's own are; what is beyond is debris or a glint.
+/// A tag's own levels lie between these; levels beyond are debris or a glint.
 struct LevelRange {
   double low = 0;
   double high = 0;
