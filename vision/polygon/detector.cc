@@ -32,6 +32,8 @@ constexpr double kMinSizePx = 6;
 constexpr double kPolygonAngleStep = 0.2;
 /// Sizes this much apart, relative, look alike to the search.
 constexpr double kPolygonSizeStep = 0.12;
+/// Behind a blur of a larger part of its size a square looks like a disc (docs/formats).
+constexpr double kMaxBlurOfSize = 0.15;
 /// Correlations in the search below this are not the target.
 constexpr double kMinPolygonCorrelation = 0.5;
 
@@ -264,7 +266,7 @@ FittedCandidate fitted_polygon(const DetectorInput& input,
   CellFitOptions options;
   options.reach = std::clamp(8 + 0.2 * expected.size, 10.0, 26.0);
   options.start_error = std::max(1.0, 0.3 * factor);
-  options.max_sigma_px = std::max(1.5, 0.15 * expected.thickness());
+  options.max_sigma_px = std::min(input.options.max_blur_px, kMaxBlurOfSize * expected.size);
   options.may_be_textured = true;
   const CellFit fit = fit_cells(input.image, sighting.fit_frame, model, sighting.state, options);
   FittedCandidate candidate;

@@ -233,6 +233,8 @@ void set_quality(const CellModel& model, double full_scale, double white_noise, 
   const OutlineSeen seen = outline_seen(model, fit.state, fit.pixels, noise);
   fit.visible = seen.visible;
   fit.outside_picture = seen.outside_picture;
+  fit.weakest_side = seen.weakest_side;
+  fit.evenness = seen.evenness;
   fit.intact = intact_part(model, fit.state, fit.pixels);
   int n_near = 0;
   int n_clipped = 0;

@@ -19,6 +19,8 @@ struct CellFit {
   double excluded = 0;         ///< part of the pixels near the lines left out
   double correlation = 0;      ///< of model and picture near the lines, camera noise aside, 0 to 1
   double visible = 0;          ///< part of the outline that is seen and looks like an edge
+  double weakest_side = 1;     ///< squares: part of the side that is seen least
+  double evenness = 1;         ///< squares: least step of level at a side over the largest
   double intact = 1;           ///< part of the targets' face that looks like it
   double clipped = 0;          ///< part of the pixels near the lines at either end of the scale
   double outside_picture = 0;  ///< part of the outline that is not in the picture

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "vision/fit/gauss_table.h"
 #include "vision/polygon/quality.h"
@@ -93,6 +94,9 @@ class Pieces {
   }
 
   const std::vector<Piece>& all() const { return pieces_; }
+  std::size_t n_on_line() const { return first_.back(); }
+  /// Two sides, as a square has them.
+  bool is_pair() const { return lines_.size() == 2 && across_.size() == 2; }
 
  private:
   bool is_outline(std::size_t i, std::size_t j) const {
@@ -116,6 +120,14 @@ struct OutlineLengths {
   double all = 0;
   double seen = 0;
   double outside = 0;
+  double weakest_side = 1;
+  std::vector<double> side_contrasts;  ///< of a square's sides, over the whole's
+
+  double evenness() const {
+    if (side_contrasts.empty()) return 1;
+    const auto [low, high] = std::minmax_element(side_contrasts.begin(), side_contrasts.end());
+    return *high > 0 ? *low / *high : 0;
+  }
 };
 
 void add_seen(const Pieces& pieces,
@@ -125,21 +137,43 @@ void add_seen(const Pieces& pieces,
   constexpr double kLeast = 0.4;  // local contrast over the whole's
   constexpr double kMost = 1.6;
   constexpr double kSlackSigmas = 2;
-  constexpr double kBlind = 0.5;  // sigma of a piece's contrast: it says nothing
-  for (const Piece& piece : pieces.all()) {
-    if (!(piece.length > 0)) continue;
-    lengths.all += piece.length;
-    if (piece.n < 3 || !(piece.variance() > 0.01 * piece.n) || !(piece.gg > 0)) {
-      lengths.outside += piece.length;
-      continue;
+  constexpr double kMostSlack = 0.2;
+  constexpr double kMostShiftSlackPx = 0.5;
+  constexpr double kBlind = 0.5;  // sigma of a piece's contrast: it shows nothing
+  double side = 0;
+  double side_seen = 0;
+  std::vector<double> contrasts;  // of the side's pieces
+  for (std::size_t i = 0; i < pieces.all().size(); ++i) {
+    const Piece& piece = pieces.all()[i];
+    if (i % pieces.n_on_line() == 0) {
+      side = side_seen = 0;
+      contrasts.clear();
     }
-    const double sigma = noise_of_contrast / std::sqrt(piece.variance());
-    const double slack = kSlackSigmas * sigma;
-    const double contrast = piece.contrast();
-    const double shift_slack = kSlackSigmas * noise_of_contrast / std::sqrt(piece.gg);
-    const bool is_edge = contrast > kLeast - slack && contrast < kMost + slack &&
-                         std::abs(piece.shift_px()) < max_shift_px + shift_slack;
-    if (sigma > kBlind || is_edge) lengths.seen += piece.length;
+    lengths.all += piece.length;
+    side += piece.length;
+    if (piece.length > 0 && !(piece.n >= 3 && piece.variance() > 0.01 * piece.n && piece.gg > 0)) {
+      lengths.outside += piece.length;
+    } else if (piece.length > 0) {
+      const double sigma = noise_of_contrast / std::sqrt(piece.variance());
+      const double slack = std::min(kMostSlack, kSlackSigmas * sigma);
+      const double contrast = piece.contrast();
+      contrasts.push_back(contrast);
+      const double shift_slack =
+          std::min(kMostShiftSlackPx, kSlackSigmas * noise_of_contrast / std::sqrt(piece.gg));
+      const bool is_edge = contrast > kLeast - slack && contrast < kMost + slack &&
+                           std::abs(piece.shift_px()) < max_shift_px + shift_slack;
+      if (sigma < kBlind && is_edge) {
+        lengths.seen += piece.length;
+        side_seen += piece.length;
+      }
+    }
+    if (pieces.is_pair() && (i + 1) % pieces.n_on_line() == 0 && side > 0) {
+      lengths.weakest_side = std::min(lengths.weakest_side, side_seen / side);
+      if (contrasts.empty()) continue;
+      const auto middle = contrasts.begin() + static_cast<std::ptrdiff_t>(contrasts.size() / 2);
+      std::nth_element(contrasts.begin(), middle, contrasts.end());
+      lengths.side_contrasts.push_back(*middle);
+    }
   }
 }
 
@@ -159,7 +193,12 @@ OutlineSeen outline_seen(const CellModel& model,
   const Eigen::Matrix2d j = state.jacobian(state.to_frame({0, 0}));
   const double units_per_px = std::sqrt(std::abs(j.determinant()));
   const double band = (kBandSigmas * state.sigma_px + 0.5) * units_per_px;
-  const double length = std::max(3.0, 2.5 * state.sigma_px) * units_per_px;
+  const double sigma = std::max(noise.inside, noise.outside) / contrast;
+  // A pixel within the band has about a tenth of the contrast squared as variance.
+  constexpr double kMostSigma = 0.25;
+  const double certain_px =
+      10 * std::pow(sigma / kMostSigma, 2) / (2 * kBandSigmas * state.sigma_px + 1);
+  const double length = std::max({3.0, 2.5 * state.sigma_px, certain_px}) * units_per_px;
   Pieces x(model.pattern(), true, length);
   Pieces y(model.pattern(), false, length);
   CellView view(model, state);
@@ -179,14 +218,16 @@ OutlineSeen outline_seen(const CellModel& model,
                        (pixel.value - plane) / terms.dot(state.levels.tail<3>()),
                        gauss(t).pdf / state.sigma_px);
   }
-  const double sigma = std::max(noise.inside, noise.outside) / contrast;
   const double max_shift_px = std::clamp(
       kCrooked * half_extent(model.pattern()) / units_per_px, kLeastCrookedPx, kMostCrookedPx);
   OutlineLengths lengths;
   add_seen(x, sigma, max_shift_px, lengths);
   add_seen(y, sigma, max_shift_px, lengths);
   if (!(lengths.all > 0)) return {};
-  return {lengths.seen / lengths.all, lengths.outside / lengths.all};
+  return {lengths.seen / lengths.all,
+          lengths.outside / lengths.all,
+          lengths.weakest_side,
+          lengths.evenness()};
 }
 
 }  // namespace panelcal::internal

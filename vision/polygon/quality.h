@@ -55,9 +55,15 @@ double intact_part(const CellModel& model,
 struct OutlineSeen {
   double visible = 0;          ///< part of the outline that looks like an edge of this contrast
   double outside_picture = 0;  ///< part of the outline without pixels
+  double weakest_side = 1;     ///< of four sides: part of the one that is seen least
+  double evenness = 1;         ///< of four sides: least step of level over the largest
 };
 
 /// Looks at the local contrast of every piece of the outline; excluded pixels count.
+///
+/// Pieces are so long that noise and texture leave a quarter of the contrast uncertain at most. One
+/// that is still less certain shows nothing and is not seen: where the ground is as rough as the
+/// target stands out, chance makes outlines, and such a fit is none.
 OutlineSeen outline_seen(const CellModel& model,
                          const CellState& state,
                          const std::vector<CellPixel>& pixels,

@@ -227,7 +227,7 @@ FittedCandidate fitted_slot(const DetectorInput& input,
   CellFitOptions options;
   options.reach = 0;
   options.start_error = std::max(1.0, 0.3 * factor);
-  options.max_sigma_px = std::max(1.5, 0.15 * expected.width);
+  options.max_sigma_px = input.options.max_blur_px;
   options.is_blind_along_x = true;
   options.may_be_textured = true;
   const CellFit fit = fit_cells(input.image, sighting.fit_frame, model, sighting.state, options);

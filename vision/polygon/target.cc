@@ -86,6 +86,12 @@ constexpr double kMostExcluded = 0.5;
 constexpr double kMostUnexplained = 0.3;
 /// More of the outline than this has to be visible for a target to count as partly hidden.
 constexpr double kLeastVisible = 0.35;
+/// A square has four sides: with one that is hardly there it is the end of a bar, or a corner of
+/// something larger.
+constexpr double kLeastSide = 0.45;
+/// A pad stands out from its ground by the same all around. What photographs show by chance where a
+/// square of 24 px is looked for (opencv-doc's 601) has 0.1 to 0.6, squares of a chessboard 0.8.
+constexpr double kLeastEvenness = 0.65;
 constexpr double kMostClipped = 0.75;
 
 std::optional<std::string> unfit_target_reason(const CellFit& f, const CellJudgement& j) {
@@ -95,8 +101,25 @@ std::optional<std::string> unfit_target_reason(const CellFit& f, const CellJudge
                        rad(j.turn_rad).in_deg(),
                        rad(j.turn_tolerance_rad).in_deg());
   }
+  if (f.weakest_side < kLeastSide) {
+    return fmt::format(
+        "only {:.0f} % of one of its sides are visible, at least {:.0f} % are needed",
+        100 * f.weakest_side,
+        100 * kLeastSide);
+  }
+  if (f.evenness < kLeastEvenness) {
+    return fmt::format(
+        "one of its sides has {:.0f} % of another's contrast, at least {:.0f} % is "
+        "needed",
+        100 * std::max(0.0, f.evenness),
+        100 * kLeastEvenness);
+  }
   if (f.state.sigma_px > 0.98 * j.max_sigma_px) {
-    return fmt::format("out of focus: its edges are blurred by {:.1f} px", f.state.sigma_px);
+    return fmt::format(
+        "out of focus: its edges are blurred by {:.1f} px, at most {:.1f} are allowed "
+        "(max_blur_px)",
+        f.state.sigma_px,
+        j.max_sigma_px);
   }
   if (f.rim_noise > std::hypot(f.noise_outside, kMostUnexplained * f.state.levels[3])) {
     return fmt::format(

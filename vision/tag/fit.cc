@@ -335,7 +335,8 @@ FittedCandidate fit_tag(const DetectorInput& input,
   }
   fill_tag(fit_frame, model, f, fit);
   fit.angle_sigma = rad(angle_sigma(model, f));
-  fit.score *= f.correlation * fit.visible;
+  // Wrong bits are debris, which the correlation leaves out: decoded() has judged them.
+  fit.score = f.correlation * fit.visible;
   if (auto reason = unlikely_reason(input, family, reading, fit)) {
     candidate.reason = *std::move(reason);
   } else if (auto unfit = unfit_tag_reason(input, fit_frame, family, f, fit)) {

@@ -28,7 +28,7 @@ struct FrameQuery {
 /// Out    the likeliest first, at most 16
 /// Cost   8 ms for 640 x 480 px and cells of 15 px; 60 ms for cells of 4 px; more with a tolerance
 ///        beyond 6 %
-/// See    tests/vision/tag/frame_search_test.cc
+/// See    tests/vision/tag/reader_test.cc
 std::vector<TagQuad> find_tag_frames(const Image& image,
                                      const PixelBox& box,
                                      const TagFamily& family,

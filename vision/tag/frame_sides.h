@@ -17,7 +17,7 @@ namespace panelcal::internal {
 /// In     quad: no farther off than a cell
 /// Out    empty if a side is not seen, or if the quad is not that of a tag in any view
 /// Cost   0.2 ms
-/// See    tests/vision/tag/frame_search_test.cc
+/// See    tests/vision/tag/reader_test.cc
 std::optional<TagQuad> moved_to_sides(const Image& image,
                                       const TagFamily& family,
                                       const TagQuad& quad,

@@ -24,7 +24,8 @@ struct ReadTag {
 /// something else says where it is. locate() is for one tag, to hundredths of a pixel, and looks no
 /// further once it sees that; this looks in every way it knows.
 ///
-/// A mirrored tag is not read. One wrong bit is read over in families that differ in nine or more.
+/// A mirrored tag is not read. One wrong bit is read over where chance makes no tags of that
+/// (reader.h).
 ///
 /// In     target: a tag, its size in px about that of those in the picture; its id does not matter
 /// Fails  target-invalid; internal (memory)
