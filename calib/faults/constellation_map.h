@@ -3,7 +3,8 @@
 
 #include <span>
 
-#include "calib/faults/constellation.h"
+#include "calib/faults/constellation_target.h"
+#include "calib/panel/gates.h"
 #include <Eigen/Core>
 
 // Not installed.
