@@ -58,9 +58,10 @@ void make_in_order(Executor* executor, std::size_t n, const Make& make, const Ta
     for (; n_begun < std::min(n, i + executor->lead()); ++n_begun) {
       pending.push_back(submit(*executor, [&make, k = n_begun] { return make(k); }));
     }
-    Result result = pending.front().get();
+    // Out of the queue first: get() may throw, and what it leaves cannot be waited for.
+    std::future<Result> next = std::move(pending.front());
     pending.pop_front();
-    if (!take(i, std::move(result))) return;
+    if (!take(i, next.get())) return;
   }
 }
 
