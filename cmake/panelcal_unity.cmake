@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# panelcal_unity(target [MAX n]): with CMAKE_UNITY_BUILD, the files of a room are compiled as one, and
+# panelcal_unity(target [MAX n] [BYTES n]): with CMAKE_UNITY_BUILD, the files of a room are compiled as one, and
 # small rooms together, so that what they all include is read once. A file with options of its own
 # stays alone. MAX is for tests, whose names may clash: at most n files at a time, none that clash.
+# BYTES is the most that small rooms together may have.
 #
 # CMake's own unity files name absolute paths, with which a compiler cache never hits in another
 # clone; these name the paths in the repository.
@@ -11,11 +12,14 @@ set(PANELCAL_UNITY_BUILD ${CMAKE_UNITY_BUILD})
 set(CMAKE_UNITY_BUILD OFF)
 
 function(panelcal_unity target)
-  cmake_parse_arguments(arg "" "MAX" "" ${ARGN})
+  cmake_parse_arguments(arg "" "MAX;BYTES" "" ${ARGN})
   if(NOT PANELCAL_UNITY_BUILD)
     return()
   endif()
-  set(enough 160000)  # bytes; more take long in one piece, and more memory
+  set(enough 320000) # bytes; more take long in one piece, and more memory
+  if(arg_BYTES)
+    set(enough ${arg_BYTES})
+  endif()
   get_target_property(sources ${target} SOURCES)
   foreach(source IN LISTS sources)
     get_source_file_property(options "${source}" COMPILE_OPTIONS)

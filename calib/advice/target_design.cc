@@ -7,7 +7,7 @@
 #include "calib/base/linear_algebra.h"
 #include "calib/panel/model.h"
 #include "calib/panel/system.h"
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 namespace panelcal {
 namespace {
@@ -99,7 +99,7 @@ MapCovariance covariance_of(const MapCovariance& information,
   using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
   Small normal = b.transpose() * information * b;
   normal.diagonal().array() += ridge;
-  const Small inverse = normal.llt().solve(Small::Identity(normal.rows(), normal.cols()));
+  const Small inverse = Cholesky(normal).inverse();
   MapCovariance cov = b * inverse * b.transpose();
   if (!base_cov.isZero(0)) {
     // What the nested fit does not take back of the base's error.

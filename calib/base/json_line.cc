@@ -311,6 +311,19 @@ Expected<std::vector<double>> JsonLine::numbers(std::string_view key,
   return values;
 }
 
+Expected<std::vector<double>> JsonLine::numbers_of(std::string_view key,
+                                                   std::size_t n_each,
+                                                   std::size_t max_groups,
+                                                   Code code) const {
+  PANELCAL_TRY(const JsonMember* found, member(key, code));
+  const auto* array = std::get_if<std::vector<JsonNumber>>(&found->value);
+  if (array && array->size() % n_each == 0 && array->size() <= n_each * max_groups) {
+    return numbers(key, array->size(), code);
+  }
+  return failure(problem(
+      key, code, fmt::format("an array of {} numbers each, at most {}", n_each, max_groups)));
+}
+
 Expected<std::vector<int>> JsonLine::integers(
     std::string_view key, int low, int high, std::size_t max_n, Code code) const {
   PANELCAL_TRY(const JsonMember* found, member(key, code));

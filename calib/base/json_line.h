@@ -58,6 +58,11 @@ class JsonLine {
   Expected<bool> truth_value(std::string_view key, Code code) const;
   /// Exactly n numbers.
   Expected<std::vector<double>> numbers(std::string_view key, std::size_t n, Code code) const;
+  /// Groups of `n_each` numbers, at most max_groups.
+  Expected<std::vector<double>> numbers_of(std::string_view key,
+                                           std::size_t n_each,
+                                           std::size_t max_groups,
+                                           Code code) const;
   /// At most max_n whole numbers.
   Expected<std::vector<int>> integers(
       std::string_view key, int low, int high, std::size_t max_n, Code code) const;

@@ -2,7 +2,6 @@
 #include "calib/base/linear_algebra.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 
 namespace panelcal::internal {
 
@@ -61,6 +60,18 @@ Eigen::MatrixXd Cholesky::whiten(const Eigen::MatrixXd& b) const {
   return llt_.matrixL().solve(b);
 }
 
+Eigen::MatrixXd propagated(const Eigen::MatrixXd& j, const Eigen::MatrixXd& cov) {
+  return j * cov * j.transpose();
+}
+
+Eigen::MatrixXd propagated_diagonal(const Eigen::MatrixXd& j, const Eigen::VectorXd& variances) {
+  return j * variances.asDiagonal() * j.transpose();
+}
+
+Eigen::Matrix2d plane_root(const Eigen::Matrix2d& cov) {
+  return cov.llt().matrixL();
+}
+
 double squared_distance(const Eigen::Vector2d& v, const Eigen::Matrix2d& cov) {
   return v.dot(cov.llt().solve(v));
 }
@@ -71,6 +82,41 @@ Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd&
 
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return a.ldlt().solve(b);
+}
+
+Eigen::Vector2d solve_plane_symmetric(const Eigen::Matrix2d& a, const Eigen::Vector2d& b) {
+  return a.ldlt().solve(b);
+}
+
+TridiagonalForm tridiagonal_form(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& v) {
+  const Eigen::Tridiagonalization<Eigen::MatrixXd> form(symmetric);
+  TridiagonalForm out{form.diagonal(), form.subDiagonal(), v};
+  out.turned.applyOnTheLeft(form.matrixQ().adjoint());
+  return out;
+}
+
+OrthogonalTriangular::OrthogonalTriangular(const Eigen::MatrixXd& a) : qr_(a) {
+}
+
+Eigen::MatrixXd OrthogonalTriangular::q() const {
+  return qr_.householderQ() * Eigen::MatrixXd::Identity(qr_.rows(), qr_.rows());
+}
+
+Eigen::MatrixXd OrthogonalTriangular::r() const {
+  return qr_.matrixQR().topRows(qr_.cols()).triangularView<Eigen::Upper>();
+}
+
+Eigen::MatrixXd OrthogonalTriangular::turned(Eigen::MatrixXd m) const {
+  m.applyOnTheLeft(qr_.householderQ().adjoint());
+  m.applyOnTheRight(qr_.householderQ());
+  return m;
+}
+
+PseudoInverse pseudo_inverse(const Eigen::MatrixXd& a, double threshold) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposed;
+  decomposed.setThreshold(threshold);
+  decomposed.compute(a);
+  return {decomposed.pseudoInverse(), decomposed.rank()};
 }
 
 Eigen::MatrixXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/QR>
 
 // Not installed. Eigen's decompositions, compiled once: each takes seconds wherever its template is
 // used. Numbers are Eigen's, to the last bit.
@@ -51,12 +52,57 @@ class Cholesky {
   Eigen::LLT<Eigen::MatrixXd> llt_;
 };
 
+/// J cov J^T.
+Eigen::MatrixXd propagated(const Eigen::MatrixXd& j, const Eigen::MatrixXd& cov);
+/// The same of independent errors of these variances.
+Eigen::MatrixXd propagated_diagonal(const Eigen::MatrixXd& j, const Eigen::VectorXd& variances);
+
+/// The lower triangular L of cov = L L^T.
+Eigen::Matrix2d plane_root(const Eigen::Matrix2d& cov);
+
 /// v^T cov^-1 v.
 double squared_distance(const Eigen::Vector2d& v, const Eigen::Matrix2d& cov);
 
 /// A^-1 b of a symmetric matrix that may be nearly singular (L D L^T with pivots).
 Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+/// The same of a 2 x 2 matrix.
+Eigen::Vector2d solve_plane_symmetric(const Eigen::Matrix2d& a, const Eigen::Vector2d& b);
+
+/// A symmetric matrix turned until only its diagonal and the elements beside it are left,
+/// A = Q T Q^T.
+struct TridiagonalForm {
+  Eigen::VectorXd diagonal;
+  Eigen::VectorXd beside;
+  Eigen::VectorXd turned;  ///< Q^T v
+};
+TridiagonalForm tridiagonal_form(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& v);
+
+/// A = Q R of at least as many rows as columns, without pivots.
+class OrthogonalTriangular {
+ public:
+  OrthogonalTriangular() = default;
+  explicit OrthogonalTriangular(const Eigen::MatrixXd& a);
+
+  /// Square: the columns of A span the first ones, the rest is their complement.
+  Eigen::MatrixXd q() const;
+  /// Upper triangular, as many rows as A has columns.
+  Eigen::MatrixXd r() const;
+  /// Q^T M Q by the reflections that Q is made of: O(n^2) for each column of A.
+  Eigen::MatrixXd turned(Eigen::MatrixXd m) const;
+
+ private:
+  Eigen::HouseholderQR<Eigen::MatrixXd> qr_;
+};
+
+/// The pseudo-inverse of a matrix that may be short of rank (complete orthogonal decomposition):
+/// pivots below `threshold` times the largest count as 0.
+struct PseudoInverse {
+  Eigen::MatrixXd matrix;
+  Eigen::Index rank = 0;
+};
+PseudoInverse pseudo_inverse(const Eigen::MatrixXd& a, double threshold);
 
 /// The x of least |A x - b|, column by column (QR with pivots).
 Eigen::MatrixXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);

@@ -10,7 +10,6 @@
 #include "calib/base/linear_algebra.h"
 #include "calib/camera/circle_bias.h"
 #include "calib/camera/dot_projection.h"
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 namespace panelcal::internal {
@@ -35,7 +34,7 @@ MatrixXd pseudo_inverse(const MatrixXd& normal, const Eigen::VectorXd& before, i
     value = value > kCameraGauge ? 1 / value : 0;
   }
   const MatrixXd scaled = unit.asDiagonal() * modes.vectors;
-  return scaled * inverse.asDiagonal() * scaled.transpose();
+  return propagated_diagonal(scaled, inverse);
 }
 
 }  // namespace
@@ -65,8 +64,7 @@ std::optional<DotProjection> project_dot(const CameraModel& camera,
 }
 
 Eigen::Matrix2d whitening_of(const Eigen::Matrix2d& cov) {
-  const Eigen::Matrix2d lower = cov.llt().matrixL();
-  return lower.inverse();
+  return plane_root(cov).inverse();
 }
 
 CameraProblem::CameraProblem(const CameraData& data,

@@ -3,7 +3,8 @@
 
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
+#include "calib/base/linear_algebra.h"
+#include <Eigen/Core>
 
 namespace panelcal {
 namespace {
@@ -21,9 +22,9 @@ CameraModelCovariance root_of(const CameraModelCovariance& cov) {
       if (size > 0) correlation(i, j) = cov(i, j) / size;
     }
   }
-  const Eigen::SelfAdjointEigenSolver<CameraModelCovariance> solver(correlation);
-  return sigma.asDiagonal() * solver.eigenvectors() *
-         solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  const internal::Eigensystem modes = internal::eigensystem(correlation);
+  const CameraModelCovariance vectors = modes.vectors;
+  return sigma.asDiagonal() * vectors * modes.values.cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
 }  // namespace
@@ -49,9 +50,9 @@ SharedCameraError::SharedCameraError(const CameraCalibration& calibration)
     }
   }
   // Eigenvalues come in ascending order.
-  const Eigen::SelfAdjointEigenSolver<CameraModelCovariance> solver(weight);
-  rest_ = root * solver.eigenvectors().leftCols<3>();
-  kept_ = root * solver.eigenvectors().rightCols<5>();
+  const CameraModelCovariance vectors = internal::eigensystem(weight).vectors;
+  rest_ = root * vectors.leftCols<3>();
+  kept_ = root * vectors.rightCols<5>();
 }
 
 CameraJacobian SharedCameraError::by(const Position<frame::Image>& u) const {

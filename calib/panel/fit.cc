@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/base/linear_algebra.h"
 #include "calib/panel/model.h"
 #include "calib/panel/system.h"
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 
 namespace panelcal::internal {
@@ -84,14 +84,13 @@ std::optional<Linearised> linearise(const SquareRoot& system,
   out.curvature -= out.parameters_from_white.transpose() * bend * out.parameters_from_white;
   const ModelHessian least = kLeastCurvature * ModelHessian::Identity(n, n);
   // Residuals as large as the panel itself: Gauss-Newton still descends.
-  if (Eigen::LLT<ModelHessian>(out.curvature - least).info() != Eigen::Success) {
-    out.curvature.setIdentity();
-  }
+  if (!Cholesky(out.curvature - least).is_definite()) out.curvature.setIdentity();
   return out;
 }
 
 ModelParameters newton_step(const Linearised& at) {
-  return at.parameters_from_white * at.curvature.llt().solve(at.descent);
+  const ModelParameters white = Cholesky(at.curvature).solve(Eigen::VectorXd(at.descent));
+  return at.parameters_from_white * white;
 }
 
 /// The longest of step, step/2, step/4 ... that does not raise the cost (beyond rounding).
@@ -166,8 +165,7 @@ std::optional<Solution> solve_panel(const SquareRoot& system,
   solution.a = coefficients(model, *parameters);
   const ModelJacobian coefficients_from_white =
       coefficient_jacobian(model, *parameters) * at->parameters_from_white;
-  const ModelHessian inverse = at->curvature.llt().solve(
-      ModelHessian(ModelHessian::Identity(at->curvature.rows(), at->curvature.cols())));
+  const ModelHessian inverse = Cholesky(at->curvature).inverse();
   solution.propagation = coefficients_from_white * inverse;
   solution.gain = solution.propagation * coefficients_from_white.transpose();
   if (!solution.a.allFinite() || !solution.gain.allFinite()) return std::nullopt;

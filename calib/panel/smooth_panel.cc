@@ -7,7 +7,6 @@
 #include "calib/panel/smoothing.h"
 #include "calib/panel/system.h"
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 namespace panelcal::internal {
 namespace {
@@ -88,9 +87,9 @@ std::optional<Split> split(const Equations& equations, const Eigen::Matrix2Xd& k
   Split out;
   out.plates = equations.b * for_both_axes(phi) * equations.b.transpose();
   const Index n_equations = equations.y.size();
-  const Eigen::HouseholderQR<MatrixXd> qr(equations.b * for_both_axes(affine));
-  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(n_equations, n_equations);
-  const MatrixXd r = qr.matrixQR().topRows(6).triangularView<Eigen::Upper>();
+  const OrthogonalTriangular qr(equations.b * for_both_axes(affine));
+  const MatrixXd q = qr.q();
+  const MatrixXd r = qr.r();
   out.lift = q.leftCols(6) *
              r.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(MatrixXd::Identity(6, 6)));
   const MatrixXd complement = q.rightCols(n_equations - 6);
@@ -159,7 +158,7 @@ MatrixXd mean_covariance(const Equations& equations,
     known += smoothing.weight[k] * s * s * kept;
   }
   means.colwise() -= VectorXd(means * smoothing.weight);
-  MatrixXd middle = means * smoothing.weight.asDiagonal() * means.transpose();
+  MatrixXd middle = propagated_diagonal(means, smoothing.weight);
   middle.diagonal() -= known;
   cov += g.transpose() * middle * g;
   return cov;
@@ -178,7 +177,7 @@ std::optional<double> left_out_rms(std::span<const RawPair> pairs,
     for (Index k = 0; k < smoothing.weight.size(); ++k) {
       if (smoothing.weight[k] < kNoWeight) continue;
       const VectorXd kept = (1 - smoothing.shrinkage.col(k).array()).matrix();
-      const MatrixXd left = v * kept.asDiagonal() * v.transpose();
+      const MatrixXd left = propagated_diagonal(v, kept);
       const Eigen::FullPivLU<MatrixXd> lu(left);
       if (!(std::abs(lu.determinant()) > kNoPanelResidual)) return std::nullopt;
       white += smoothing.weight[k] * lu.solve(v * kept.cwiseProduct(split.z));

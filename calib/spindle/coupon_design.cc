@@ -5,7 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include <Eigen/Cholesky>
+#include "calib/base/linear_algebra.h"
+#include <Eigen/Core>
 
 namespace panelcal::internal {
 namespace {
@@ -96,7 +97,7 @@ std::vector<double> distances_mm(std::span<const HoleMean> means,
       normal += weights[i] * row * row.transpose();
       right += weights[i] * row * (means[i].value_mm[axis] - about_mm);
     }
-    const Eigen::Vector2d location = normal.ldlt().solve(right);
+    const Eigen::Vector2d location = solve_plane_symmetric(normal, right);
     for (std::size_t i = 0; i < means.size(); ++i) {
       residuals[i][axis] = means[i].value_mm[axis] - about_mm - row_of(means[i]).dot(location);
     }

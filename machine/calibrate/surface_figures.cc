@@ -82,8 +82,7 @@ Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& are
   SurfaceFigures out;
   out.area = area;
   out.value_mm = by_heights * VectorXd::Map(heights_mm.data(), by_heights.cols());
-  const MatrixXd cov_mm2 =
-      by_heights * map.surface().covariance_mm2(places) * by_heights.transpose();
+  const MatrixXd cov_mm2 = internal::propagated(by_heights, map.surface().covariance_mm2(places));
   // What a model leaves no room for (the bow of a plane) has no variance, and by rounding less.
   const internal::Eigensystem eigen = internal::eigensystem(0.5 * (cov_mm2 + cov_mm2.transpose()));
   const MatrixXd root = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();

@@ -59,6 +59,8 @@ Expected<Sight> Inspections::result(const PictureLocator& locator,
   Sight whole = first_;
   whole.scatter = scatter_of(places_);
   whole.place = mean_place(places_);
+  whole.candidates.clear();
+  whole.listed.reset();
   if (sum_) {
     TakenPicture mean = *sum_;
     const auto n = static_cast<float>(places_.size());
@@ -75,6 +77,8 @@ Expected<Sight> Inspections::result(const PictureLocator& locator,
     whole.place = in_mean.place;
     whole.by_camera = in_mean.by_camera;
     whole.blind = in_mean.blind;
+    whole.candidates = in_mean.candidates;
+    whole.listed = in_mean.listed;
   }
   whole.place.cov += excess_scatter(places_, whole.blind ? 1 : 2);
   return whole;

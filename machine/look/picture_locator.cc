@@ -70,11 +70,11 @@ bool is_round(Shape shape) {
 std::optional<PositionEstimate<frame::Optical>> seen_through(const TiltedCamera& camera,
                                                              const CameraMapping& mapping,
                                                              const Target& target,
-                                                             const TargetFit& fit) {
-  PositionEstimate<frame::Image> center = fit.center;
+                                                             PositionEstimate<frame::Image> center,
+                                                             const std::optional<Length>& size) {
   if (!camera.model.sees(center.position)) return std::nullopt;
-  if (is_round(target.shape) && fit.size_mm) {
-    const Length radius = 0.5 * *fit.size_mm;
+  if (is_round(target.shape) && size) {
+    const Length radius = 0.5 * *size;
     const CameraModel known(mapping.parameters());
     center.position = center.position - (circle_bias(camera.model, center.position, radius) -
                                          circle_bias(known, center.position, radius));
@@ -85,6 +85,26 @@ std::optional<PositionEstimate<frame::Optical>> seen_through(const TiltedCamera&
   return seen;
 }
 
+/// Where a picture shows all of a target with some of its surroundings; empty in a small picture.
+std::optional<std::array<Position<frame::Optical>, 4>> listed_corners(const ZoomedCamera& camera,
+                                                                      const Target& target) {
+  constexpr double kSurroundings_px = 6;
+  const double margin_px =
+      outer_radius(target, camera.mapping).in_mm() / camera.mapping.parameters().scale_mm_per_px +
+      kSurroundings_px;
+  const double right_px = camera.width_px - 1 - margin_px;
+  const double bottom_px = camera.height_px - 1 - margin_px;
+  if (!(right_px > margin_px) || !(bottom_px > margin_px)) return std::nullopt;
+  const auto seen = [&](double x_px, double y_px) {
+    const Position<frame::Image> u = position_px(x_px, y_px);
+    return camera.tilted ? camera.tilted->model(u) : camera.mapping(u);
+  };
+  return std::array{seen(margin_px, margin_px),
+                    seen(right_px, margin_px),
+                    seen(right_px, bottom_px),
+                    seen(margin_px, bottom_px)};
+}
+
 /// A direction that was fitted in the simple form.
 Eigen::Vector2d direction_through(const ZoomedCamera& camera,
                                   const Position<frame::Image>& u,
@@ -92,6 +112,14 @@ Eigen::Vector2d direction_through(const ZoomedCamera& camera,
   if (!camera.tilted) return direction;
   return (camera.tilted->model.jacobian(u) * camera.mapping.jacobian(u).inverse() * direction)
       .normalized();
+}
+
+/// Of a trace whose fit has no covariance: 10 um.
+constexpr double kTraceVariance_mm2 = 1e-4;
+
+bool has_covariance(const Eigen::Matrix2d& cov) {
+  return cov.allFinite() && cov(0, 0) > 0 && cov(1, 1) > 0 &&
+         std::abs(cov(0, 1) / std::sqrt(cov(0, 0)) / std::sqrt(cov(1, 1))) < 1;
 }
 
 }  // namespace
@@ -272,6 +300,48 @@ Expected<void> PictureLocator::check_picture(const MeasurementRequest& request,
                   "a picture of " + machine_point_text(look.shown)});
 }
 
+void PictureLocator::list_candidates(const MeasurementRequest& request,
+                                     const Look& look,
+                                     const TakenPicture& picture,
+                                     const ZoomedCamera& camera,
+                                     const Detection& detection,
+                                     Sight& sight) const {
+  if (look.target.shape == Shape::Slot) return;
+  const auto at = [&](const Position<frame::Optical>& seen) {
+    const Displacement<frame::Machine> from_work_zero =
+        machine_from_optical(picture.axis, seen) - request.work_zero;
+    return position_mm<frame::Actual>(from_work_zero.in_mm());
+  };
+  for (const Candidate& candidate : detection.candidates) {
+    std::optional<PositionEstimate<frame::Optical>> seen = candidate.center_optical;
+    if (camera.tilted) {
+      seen = seen_through(*camera.tilted,
+                          camera.mapping,
+                          look.target,
+                          {candidate.center, candidate.cov_px2},
+                          candidate.size_mm);
+    }
+    // What did not converge has no covariance; it is a trace all the same.
+    const bool is_usable = seen && seen->position.in_mm().allFinite();
+    if (!is_usable) continue;
+    if (!has_covariance(seen->cov)) {
+      if (candidate.counts) continue;
+      seen->cov = kTraceVariance_mm2 * Eigen::Matrix2d::Identity();
+    }
+    seen->cov(1, 0) = seen->cov(0, 1);
+    sight.candidates.push_back({{at(seen->position), seen->cov},
+                                candidate.score,
+                                candidate.counts,
+                                camera.by_calibration(candidate.center)});
+  }
+  const auto corners = listed_corners(camera, look.target);
+  if (!detection.lists_all || !corners) return;
+  sight.listed.emplace();
+  std::ranges::transform(*corners, sight.listed->corners.begin(), at);
+  // The views of a search go on until the target is found, wherever it is.
+  if (!request.settings.search.value_or(false)) sight.listed->radius = look.radius;
+}
+
 Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
                                      const Look& look,
                                      const TakenPicture& picture,
@@ -293,11 +363,14 @@ Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
   sight.reason = detection.reason;
   sight.image = picture.name;
   if (detection.best) sight.score = detection.best->score;
+  list_candidates(request, look, picture, camera, detection, sight);
   if (!sight.is_found()) return sight;
   const Position<frame::Image>& center_px = detection.best->center.position;
   PositionEstimate<frame::Optical> seen = *detection.best->center_optical;
   if (camera.tilted) {
-    const auto through = seen_through(*camera.tilted, camera.mapping, look.target, *detection.best);
+    const TargetFit& best = *detection.best;
+    const auto through =
+        seen_through(*camera.tilted, camera.mapping, look.target, best.center, best.size_mm);
     if (!through) {
       sight.status = MeasurementStatus::Rejected;
       sight.reason = "the target lies where the camera's calibration sees no panel";

@@ -68,6 +68,8 @@ struct Sight {
   /// the foot of the expected place on the slot's middle line.
   std::optional<Eigen::Vector2d> blind;
   std::optional<Displacement<frame::Actual>> scatter;  ///< of repeated inspections
+  std::vector<MeasuredCandidate> candidates;           ///< not of slots
+  std::optional<ListedArea> listed;
 
   bool is_found() const { return status == MeasurementStatus::Found; }
 };
@@ -131,6 +133,13 @@ class PictureLocator {
                                const Look& look,
                                const TakenPicture& picture,
                                const ZoomedCamera& camera) const;
+  /// Everything that was seen, for the series to choose among.
+  void list_candidates(const MeasurementRequest& request,
+                       const Look& look,
+                       const TakenPicture& picture,
+                       const ZoomedCamera& camera,
+                       const Detection& detection,
+                       Sight& sight) const;
 
   std::filesystem::path config_file_;
   ZoomedCamera camera_;

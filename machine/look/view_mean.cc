@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/QR>
+#include "calib/base/linear_algebra.h"
+#include <Eigen/Core>
 
 namespace panelcal::internal {
 namespace {
@@ -68,13 +67,10 @@ std::optional<ViewMean> mean_of_views(std::span<const ViewDeviation> views) {
     i += n;
   }
   // Slots across a turn do not see it: then theta is left at zero.
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(1e-6);
-  solver.compute(design);
-  const Eigen::MatrixXd inverse = solver.pseudoInverse();
+  const auto [inverse, rank] = pseudo_inverse(design, 1e-6);
   const Eigen::VectorXd solution = inverse * deviation_mm;
   const Eigen::VectorXd residual_mm = deviation_mm - design * solution;
-  const Eigen::MatrixXd cov_of_solution = inverse * cov_mm2 * inverse.transpose();
+  const Eigen::MatrixXd cov_of_solution = propagated(inverse, cov_mm2);
 
   ViewMean mean;
   mean.deviation_mm = solution.head<2>();
@@ -87,14 +83,14 @@ std::optional<ViewMean> mean_of_views(std::span<const ViewDeviation> views) {
     const auto n = view.blind ? 1 : 2;
     const Eigen::VectorXd r_mm = residual_mm.segment(i, n);
     const Eigen::MatrixXd c_mm2 = cov_mm2.block(i, i, n, n);
-    chi_square += r_mm.dot(c_mm2.ldlt().solve(r_mm));
+    chi_square += r_mm.dot(solve_symmetric(c_mm2, r_mm));
     const double length_mm = r_mm.norm();
     mean.residual_mm.push_back(length_mm);
     mean.sigma_mm.push_back(length_mm > 0 ? std::sqrt(r_mm.dot(c_mm2 * r_mm)) / length_mm
                                           : std::sqrt(c_mm2.trace() / n));
     i += n;
   }
-  const int n_free = static_cast<int>(n_rows - solver.rank());
+  const int n_free = static_cast<int>(n_rows - rank);
   if (n_free > 0 && chi_square > chi_square_limit(n_free)) mean.cov_mm2 *= chi_square / n_free;
   return mean;
 }
@@ -115,11 +111,10 @@ Eigen::Matrix2d excess_scatter(std::span<const PositionEstimate<frame::Actual>> 
   const auto n = static_cast<double>(places.size());
   Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();
   for (const auto& place : places) cov_mm2 += place.cov / n;
-  const Eigen::LDLT<Eigen::Matrix2d> solver(cov_mm2);
   double chi_square = 0;
   for (const auto& place : places) {
     const Eigen::Vector2d apart_mm = place.position.in_mm() - middle_mm;
-    chi_square += apart_mm.dot(solver.solve(apart_mm));
+    chi_square += apart_mm.dot(solve_plane_symmetric(cov_mm2, apart_mm));
   }
   const int n_free = n_coordinates * (static_cast<int>(places.size()) - 1);
   if (!(chi_square > chi_square_limit(n_free))) return Eigen::Matrix2d::Zero();

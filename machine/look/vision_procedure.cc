@@ -32,6 +32,8 @@ Measurement answer(const MeasurementRequest& request, const Sight& sight) {
   if (sight.is_found()) measurement.by_camera = sight.by_camera;
   measurement.image = sight.image;
   measurement.reason = sight.reason;
+  measurement.candidates = sight.candidates;
+  measurement.listed = sight.listed;
   return measurement;
 }
 
@@ -212,6 +214,9 @@ Expected<Measurement> VisionProcedure::measure_four(const MeasurementRequest& re
     PANELCAL_TRY(Sight sight, k == 0 ? find(request, look, taker) : inspect(request, look, taker));
     i_view = look.view.i_view + 1;
     if (!sight.is_found()) {
+      // Of one mark, which is not the target's place.
+      sight.candidates.clear();
+      sight.listed.reset();
       sight.reason = fmt::format("mark {} of {} (vision tool {}): {}",
                                  k + 1,
                                  offsets.size(),

@@ -62,13 +62,13 @@ Expected<MarkLooker> MarkLooker::make(const MachineConfig& config,
   return MarkLooker(config, nightly, std::move(locator));
 }
 
-Expected<MarkLook> MarkLooker::look(const CalibrationDevices& devices) const {
+Expected<MarkSighting> MarkLooker::look(const CalibrationDevices& devices) const {
   const Position<frame::Machine> spindle = config_.spindle_camera.spindle_to_see(*nightly_.mark);
   PANELCAL_CHECK(devices.stage.move_to(spindle - mark_approach()));
   PANELCAL_TRY(const Position<frame::Machine> standing, devices.stage.move_to(spindle));
   if (devices.wait) devices.wait(config_.settle);
   PANELCAL_TRY(Image image, devices.camera.take());
-  MarkLook out;
+  MarkSighting out;
   out.clipped_share = mark_clipped_share(image);
   const TakenPicture picture{
       std::move(image), config_.spindle_camera.optical_axis(standing), "", devices.camera.name()};

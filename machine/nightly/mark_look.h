@@ -15,7 +15,7 @@
 namespace panelcal {
 
 /// One look at the mark of [nightly].
-struct MarkLook {
+struct MarkSighting {
   std::optional<Eigen::Vector2d> place_mm;  ///< machine, as the present calibrations have it
   std::string missed;                       ///< why it was not found
   double clipped_share = 0;                 ///< of the picture's pixels, at the scale's end
@@ -32,7 +32,7 @@ class MarkLooker {
                                    PictureObserver observer);
 
   /// Fails  device-stage; device-frame; picture-mismatch
-  Expected<MarkLook> look(const CalibrationDevices& devices) const;
+  Expected<MarkSighting> look(const CalibrationDevices& devices) const;
 
  private:
   MarkLooker(const MachineConfig& config, const NightlyConfig& nightly, PictureLocator locator)

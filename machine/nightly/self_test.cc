@@ -26,7 +26,7 @@ struct RepeatedLooks {
   std::string missed;
 };
 
-void add_look(const MarkLook& look, RepeatedLooks& looks) {
+void add_look(const MarkSighting& look, RepeatedLooks& looks) {
   looks.clipped = std::max(looks.clipped, look.clipped_share);
   if (look.place_mm) {
     looks.places_mm.push_back(*look.place_mm);
@@ -109,7 +109,7 @@ Expected<MarkLooks> test_mark(const MachineConfig& config,
   };
   PANELCAL_TRY(const MarkLooker looker, MarkLooker::make(config, nightly, observer));
   for (int i = 0; i < kLooks; ++i) {
-    PANELCAL_TRY(const MarkLook look, looker.look(devices));
+    PANELCAL_TRY(const MarkSighting look, looker.look(devices));
     add_look(look, looks);
   }
   MarkLooks out;

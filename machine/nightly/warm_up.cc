@@ -88,7 +88,7 @@ class WarmUpLooks {
     std::vector<Eigen::Vector2d> places_mm;
     Time middle;
     for (int i = 0; i < kLooksEach; ++i) {
-      PANELCAL_TRY(const MarkLook look, looker_.look(devices_));
+      PANELCAL_TRY(const MarkSighting look, looker_.look(devices_));
       middle = middle + (1.0 / kLooksEach) * since_start();
       if (look.place_mm) places_mm.push_back(*look.place_mm);
     }

@@ -18,11 +18,13 @@ namespace {
 using internal::JsonLine;
 
 constexpr Code kMeasurementCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 25> kMeasurementKeys = {
-    "algorithm", "axes",   "by_camera",   "command", "cov",    "delta",       "expected",
-    "file",      "image",  "inspections", "lamp",    "line",   "measured",    "nominal",
-    "path",      "reason", "scatter",     "score",   "search", "search_area", "seq",
-    "status",    "tool",   "tools",       "zoom"};
+constexpr std::array<std::string_view, 29> kMeasurementKeys = {
+    "algorithm", "axes",        "by_camera",   "candidates",    "candidates_by_camera",
+    "command",   "cov",         "delta",       "expected",      "file",
+    "image",     "inspections", "lamp",        "line",          "listed_area",
+    "measured",  "nominal",     "path",        "reason",        "scatter",
+    "score",     "search",      "search_area", "search_radius", "seq",
+    "status",    "tool",        "tools",       "zoom"};
 
 constexpr int kMaxMeasurementInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kMaxMeasurementSeq = std::numeric_limits<std::int64_t>::max();
@@ -128,17 +130,77 @@ Expected<PositionEstimate<frame::Actual>> read_measured(const JsonLine& line) {
   return measured;
 }
 
-Expected<std::optional<CameraJacobian>> read_by_camera(const JsonLine& line) {
-  if (!line.has("by_camera")) return std::nullopt;
+/// Derivatives by the camera's parameters, 10 of each place.
+Expected<std::vector<double>> read_jacobians(const JsonLine& line,
+                                             std::string_view key,
+                                             std::size_t n_places) {
   // Far beyond any camera; squares of larger ones would leave no covariance.
   constexpr double kMost = 1e15;
-  PANELCAL_TRY(const std::vector<double> rows, line.numbers("by_camera", 10, kMeasurementCode));
+  PANELCAL_TRY(std::vector<double> rows, line.numbers(key, 10 * n_places, kMeasurementCode));
   for (const double number : rows) {
     if (std::abs(number) <= kMost) continue;
-    return failure(line.problem(
-        "by_camera", kMeasurementCode, fmt::format("numbers of at most {:.0e}", kMost)));
+    return failure(
+        line.problem(key, kMeasurementCode, fmt::format("numbers of at most {:.0e}", kMost)));
   }
+  return rows;
+}
+
+Expected<std::optional<CameraJacobian>> read_by_camera(const JsonLine& line) {
+  if (!line.has("by_camera")) return std::nullopt;
+  PANELCAL_TRY(const std::vector<double> rows, read_jacobians(line, "by_camera", 1));
   return Eigen::Map<const Eigen::Matrix<double, 2, 5, Eigen::RowMajor>>(rows.data());
+}
+
+/// Numbers of one candidate: place, covariance, score, whether it counts.
+constexpr std::size_t kCandidateNumbers = 7;
+constexpr std::size_t kMaxMeasurementCandidates = 200;
+
+Expected<void> read_candidates(const JsonLine& line, Measurement& measurement) {
+  if (!line.has("candidates")) return {};
+  PANELCAL_TRY(const std::vector<double> numbers,
+               line.numbers_of(
+                   "candidates", kCandidateNumbers, kMaxMeasurementCandidates, kMeasurementCode));
+  const std::size_t n = numbers.size() / kCandidateNumbers;
+  std::vector<double> by_camera(10 * n, 0);
+  if (line.has("candidates_by_camera")) {
+    PANELCAL_TRY(by_camera, read_jacobians(line, "candidates_by_camera", n));
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const double* const c = &numbers[kCandidateNumbers * i];
+    if (!is_positive_definite(c[2], c[3], c[4]) || !(c[6] == 0 || c[6] == 1)) {
+      return failure(line.problem("candidates",
+                                  Code::MeasurementInvalid,
+                                  "x, y, xx, xy, yy, score and 0 or 1 of each, with xx > 0, yy > 0 "
+                                  "and xy^2 < xx yy"));
+    }
+    MeasuredCandidate candidate;
+    candidate.place.position = position_mm<frame::Actual>(c[0], c[1]);
+    candidate.place.cov << c[2], c[3], c[3], c[4];
+    candidate.score = c[5];
+    candidate.counts = c[6] == 1;
+    candidate.by_camera =
+        Eigen::Map<const Eigen::Matrix<double, 2, 5, Eigen::RowMajor>>(&by_camera[10 * i]);
+    measurement.candidates.push_back(candidate);
+  }
+  return {};
+}
+
+Expected<void> read_listed_area(const JsonLine& line, Measurement& measurement) {
+  if (!line.has("listed_area")) return {};
+  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("listed_area", 8, kMeasurementCode));
+  ListedArea area;
+  for (std::size_t k = 0; k < 4; ++k) {
+    area.corners[k] = position_mm<frame::Actual>(xy_mm[2 * k], xy_mm[2 * k + 1]);
+  }
+  if (line.has("search_radius")) {
+    PANELCAL_TRY(const double radius_mm, line.number("search_radius", kMeasurementCode));
+    if (!(radius_mm > 0)) {
+      return failure(line.problem("search_radius", kMeasurementCode, "more than 0"));
+    }
+    area.radius = mm(radius_mm);
+  }
+  measurement.listed = area;
+  return {};
 }
 
 Expected<Measurement> read_measurement(const JsonLine& line) {
@@ -178,6 +240,8 @@ Expected<Measurement> read_measurement(const JsonLine& line) {
   if (line.has("reason")) {
     PANELCAL_TRY(measurement.reason, line.text("reason", kMeasurementCode));
   }
+  PANELCAL_CHECK(read_candidates(line, measurement));
+  PANELCAL_CHECK(read_listed_area(line, measurement));
   return measurement;
 }
 

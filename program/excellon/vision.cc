@@ -50,7 +50,8 @@ bool VisionSession::refuse_unfinished(int line, std::string_view command) {
 }
 
 std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
-                                                  CorrectionLevel level) {
+                                                  CorrectionLevel level,
+                                                  bool is_of_series) {
   if (measuring_.is_first_pass() && settings_.tools.empty()) {
     reporter_.report(Code::VisionToolMissing,
                      target.line,
@@ -73,7 +74,7 @@ std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
           ? measuring_.corrections().stack.base_of(target.nominal).in_mm()
           : target.nominal.in_mm();
   request.expected = position_mm<frame::Actual>(expected_mm);
-  return measuring_.measure(std::move(request));
+  return measuring_.measure(std::move(request), is_of_series);
 }
 
 void VisionSession::open_series(const TargetPlace& target) {
@@ -91,7 +92,7 @@ void VisionSession::open_series(const TargetPlace& target) {
 void VisionSession::measure_target(const TargetPlace& target) {
   if (refuse_inside_stored(target.line)) return;
   open_series(target);
-  const std::optional<std::size_t> index = measure(target, open_->level);
+  const std::optional<std::size_t> index = measure(target, open_->level, true);
   if (!index) return;
   open_->measurements.push_back(*index);
   if (open_->n_left() == 0) complete(target);
@@ -107,7 +108,7 @@ std::vector<Position<frame::Nominal>> VisionSession::take_target(const TargetPla
 std::optional<TargetHolePlace> VisionSession::measure_hole(const TargetPlace& target) {
   refuse_unfinished(target.line, code_text(target.command));
   const CorrectionLevel level = level_of(target.command);
-  const auto index = measure(target, level);
+  const auto index = measure(target, level, false);
   if (!index) return std::nullopt;
   if (!measuring_.is_found(*index)) return std::nullopt;
   const Measurement& measurement = measuring_.measurement(*index);
@@ -125,6 +126,7 @@ void VisionSession::complete(const TargetPlace& target) {
   series.measurements = open.measurements;
   series.model = open.n_wanted == 1 ? PanelModel::Offset
                                     : options_.model.value_or(default_model(open.n_wanted));
+  series.assignment = measuring_.settle(open.measurements, open.level, open.line);
   std::vector<FitPoint> points;
   if (std::ranges::all_of(open.measurements,
                           [this](std::size_t i) { return measuring_.is_found(i); })) {

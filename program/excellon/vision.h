@@ -93,7 +93,9 @@ class VisionSession {
   };
 
   void open_series(const TargetPlace& target);
-  std::optional<std::size_t> measure(const TargetPlace& target, CorrectionLevel level);
+  std::optional<std::size_t> measure(const TargetPlace& target,
+                                     CorrectionLevel level,
+                                     bool is_of_series);
   void complete(const TargetPlace& target);
   bool refuse_unfinished(int line, std::string_view command);
   bool refuse_inside_stored(int line);

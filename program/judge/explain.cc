@@ -242,6 +242,7 @@ void Explainer::explain_series(std::string_view name, std::size_t i_series) {
                  series.is_smooth() ? "near " : "",
                  series.base ? map_text(series.base->map.map) : map_text(series.nested->map.map));
   text_ += calibration_text(survey_.calibration_of(series));
+  if (series.assignment) text_ += "    chosen jointly: " + series.assignment->text() + "\n";
   for (std::size_t i = 0; i < series.points.size(); ++i) {
     const Measurement& target = survey_.measurements[series.points[i]];
     const Eigen::Vector2d residual_mm =

@@ -108,10 +108,11 @@ void JobCheck::see_hole(const Operation& operation, const Drill& drill) {
   }
   // Holes of one block are a cycle's, which may overlap.
   if (operation.line != last_line_) {
-    const double step_mm = (drill.nominal.in_mm() - last_mm_).norm();
-    if (last_line_ != 0 && tool_.diameter && step_mm > 0) {
+    const double step_mm2 = (drill.nominal.in_mm() - last_mm_).squaredNorm();
+    if (last_line_ != 0 && tool_.diameter && step_mm2 > 0) {
+      const double radius_mm = tool_.diameter->in_mm() / 2;
       ++n_steps_;
-      if (step_mm < tool_.diameter->in_mm() / 2) ++n_overlapping_;
+      n_overlapping_ += step_mm2 < radius_mm * radius_mm ? 1 : 0;
     }
     last_line_ = operation.line;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/model/measurement.h"
 
+#include <algorithm>
 #include <array>
 #include <iterator>
 #include <utility>
@@ -32,6 +33,49 @@ void append_settings(std::string& out, const VisionSettings& settings) {
   if (settings.lamp) fmt::format_to(to, ",\"lamp\":{}", *settings.lamp);
   if (settings.zoom) fmt::format_to(to, ",\"zoom\":{}", *settings.zoom);
   if (settings.algorithm) fmt::format_to(to, ",\"algorithm\":{}", *settings.algorithm);
+}
+
+/// A lone candidate that was found is the measured place.
+bool lists_more_than_found(const Measurement& measurement) {
+  const std::vector<MeasuredCandidate>& all = measurement.candidates;
+  return measurement.status == MeasurementStatus::Found ? all.size() > 1 : !all.empty();
+}
+
+void append_candidates(std::string& out, const Measurement& measurement) {
+  auto to = std::back_inserter(out);
+  if (lists_more_than_found(measurement)) {
+    std::string places;
+    std::string by_camera;
+    for (const MeasuredCandidate& c : measurement.candidates) {
+      const Eigen::Vector2d& at_mm = c.place.position.in_mm();
+      const Eigen::Matrix2d& cov_mm2 = c.place.cov;
+      fmt::format_to(std::back_inserter(places),
+                     "{}{},{},{},{},{},{},{}",
+                     places.empty() ? "" : ",",
+                     at_mm.x(),
+                     at_mm.y(),
+                     cov_mm2(0, 0),
+                     cov_mm2(0, 1),
+                     cov_mm2(1, 1),
+                     c.score,
+                     c.counts ? 1 : 0);
+      const Eigen::Matrix<double, 2, 5, Eigen::RowMajor> rows = c.by_camera;
+      fmt::format_to(std::back_inserter(by_camera),
+                     "{}{}",
+                     by_camera.empty() ? "" : ",",
+                     fmt::join(rows.data(), rows.data() + rows.size(), ","));
+    }
+    fmt::format_to(to, ",\"candidates\":[{}],\"candidates_by_camera\":[{}]", places, by_camera);
+  }
+  if (!measurement.listed) return;
+  std::vector<double> corners_mm;
+  for (const Position<frame::Actual>& corner : measurement.listed->corners) {
+    corners_mm.insert(corners_mm.end(), {corner.in_mm().x(), corner.in_mm().y()});
+  }
+  fmt::format_to(to, ",\"listed_area\":[{}]", fmt::join(corners_mm, ","));
+  if (measurement.listed->radius) {
+    fmt::format_to(to, ",\"search_radius\":{}", measurement.listed->radius->in_mm());
+  }
 }
 
 /// Focusing has no seq, and needs no vision tool.
@@ -68,6 +112,10 @@ void append_request(std::string& out, const MeasurementRequest& request) {
 }
 
 }  // namespace
+
+bool Measurement::has_choice() const {
+  return std::ranges::count(candidates, true, &MeasuredCandidate::counts) > 1;
+}
 
 std::string_view name(MeasurementStatus status) {
   return kStatusNames[static_cast<std::size_t>(status)].second;
@@ -138,6 +186,7 @@ std::string to_json(const Measurement& measurement) {
     out += ",\"reason\":";
     append_json_string(out, measurement.reason);
   }
+  append_candidates(out, measurement);
   return out + "}";
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -54,6 +55,20 @@ enum class MeasurementStatus : std::uint8_t { Found, NotFound, Ambiguous, Reject
 std::string_view name(MeasurementStatus status);
 std::optional<MeasurementStatus> measurement_status_from_name(std::string_view name);
 
+/// A place in a target's picture that looks like it, or stands where it may be.
+struct MeasuredCandidate {
+  PositionEstimate<frame::Actual> place;  ///< relative to work zero
+  double score = 0;                       ///< as Measurement::score
+  bool counts = false;                    ///< false: it cannot be the target
+  CameraJacobian by_camera = CameraJacobian::Zero();
+};
+
+/// The area in which a picture's candidates are all listed.
+struct ListedArea {
+  std::array<Position<frame::Actual>, 4> corners;  ///< of a convex quadrilateral, in order
+  std::optional<Length> radius;  ///< [vision] search_radius_mm, about the expected place
+};
+
 /// The answer to a request. Without status Found there is no measured position.
 struct Measurement {
   MeasurementRequest request;
@@ -66,6 +81,13 @@ struct Measurement {
   std::optional<Displacement<frame::Actual>> scatter;
   std::string image;   ///< file name of the picture, empty if there is none
   std::string reason;  ///< why it is not Found
+  /// All places of the picture, for the series to choose among; the measured one is one of them.
+  /// Empty: unknown.
+  std::vector<MeasuredCandidate> candidates;
+  std::optional<ListedArea> listed;  ///< absent: unknown, or more places than were fitted
+
+  /// Candidates to choose among: a lone one is chosen by its picture.
+  bool has_choice() const;
 };
 
 /// The answer to an autofocus request.

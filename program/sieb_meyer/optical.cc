@@ -36,7 +36,8 @@ Position<frame::Actual> OpticalSession::corrected(const Position<frame::Nominal>
 
 std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
                                                 const Position<frame::Actual>& expected,
-                                                ObservedAxes axes) {
+                                                ObservedAxes axes,
+                                                bool is_of_series) {
   MeasurementRequest request;
   request.line = target.line;
   request.file = target.file;
@@ -49,7 +50,7 @@ std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
   request.path = target.path;
   request.axes = axes;
   ++n_looks_;
-  return measuring_.measure(std::move(request));
+  return measuring_.measure(std::move(request), is_of_series);
 }
 
 void OpticalSession::measure(const TargetPlace& target) {
@@ -58,11 +59,10 @@ void OpticalSession::measure(const TargetPlace& target) {
     axes = seen_axis(target, target.command == Command::FinishMeasure);
     if (measuring_.must_stop()) return;
   }
-  const auto index = look(target, corrected(target.nominal), axes);
+  const auto index = look(target, corrected(target.nominal), axes, mode_ == 1);
   if (!index) return;
   if (measurements_.empty()) first_line_ = target.line;
   measurements_.push_back(*index);
-  has_lost_ |= !measuring_.is_found(*index);
   add_point(target, axes, *index);
 }
 
@@ -103,10 +103,24 @@ void OpticalSession::add_point(const TargetPlace& target,
       layers_.push_back(point);
       if (finishes) close_layers();
       return;
+    case 1:
+      unsettled_.push_back(points_.size());
+      break;
     default:
       break;
   }
   points_.push_back(point);
+}
+
+/// Chooses among the candidates of the points that wait.
+std::optional<SeriesAssignment> OpticalSession::settle_points() {
+  std::vector<std::size_t> measurements;
+  for (const std::size_t k : unsettled_) measurements.push_back(points_[k].i_measurement);
+  auto assignment = measuring_.settle(measurements, CorrectionLevel::Base, first_line_);
+  for (const std::size_t k : std::exchange(unsettled_, {})) {
+    points_[k] = measuring_.fit_point(points_[k].i_measurement);
+  }
+  return assignment;
 }
 
 /// One point of all layers: their mean, and how far they are apart.
@@ -197,7 +211,10 @@ void OpticalSession::calculate(const TargetPlace& place) {
   }
   if (!points_.empty()) {
     SeriesResult series = new_series(CorrectionLevel::Base, place);
+    series.assignment = settle_points();
     series.measurements = std::exchange(measurements_, {});
+    const bool has_lost = !std::ranges::all_of(
+        series.measurements, [this](std::size_t i) { return measuring_.is_found(i); });
     note_measured(series.measurements);
     const int n = n_equations();
     const PanelModel usual = default_model_of_equations(n, options_.sieb_meyer.fits_scale);
@@ -205,8 +222,7 @@ void OpticalSession::calculate(const TargetPlace& place) {
     if (spread_mm_ > 0) series.layer_spread = mm(std::exchange(spread_mm_, 0));
     const std::vector<FitPoint> points = std::exchange(points_, {});
     base_ = measuring_.fit(std::move(series),
-                           std::exchange(has_lost_, false) ? std::span<const FitPoint>()
-                                                           : std::span<const FitPoint>(points));
+                           has_lost ? std::span<const FitPoint>() : std::span(points));
   }
   pattern_.nested.reset();
   is_on_ = true;
@@ -223,6 +239,7 @@ void OpticalSession::turn_off(std::int64_t i_block) {
 }
 
 void OpticalSession::clear() {
+  settle_points();
   is_on_ = false;
   base_.reset();
   pattern_.nested.reset();
@@ -230,7 +247,6 @@ void OpticalSession::clear() {
   measurements_.clear();
   note_measured({});
   layers_.clear();
-  has_lost_ = false;
   spread_mm_ = 0;
   pattern_ = {};
   ++n_turned_off_;
@@ -415,10 +431,10 @@ std::optional<OffsetCorrection> OpticalSession::deviation_of_last(const Block& b
 bool OpticalSession::move_offset(const Block& block,
                                  const OffsetOrder& order,
                                  const TargetPlace& place) {
+  settle_points();
   if (!measurements_.empty()) note_measured(std::exchange(measurements_, {}));
   points_.clear();
   layers_.clear();
-  has_lost_ = false;
   spread_mm_ = 0;
   if (!options_.moves_offset) {
     measuring_.report_not_calibrated(block.line, block.column, block.text);

@@ -88,11 +88,13 @@ class OpticalSession {
 
   std::optional<std::size_t> look(const TargetPlace& target,
                                   const Position<frame::Actual>& expected,
-                                  ObservedAxes axes = ObservedAxes::Both);
+                                  ObservedAxes axes = ObservedAxes::Both,
+                                  bool is_of_series = false);
   Position<frame::Actual> corrected(const Position<frame::Nominal>& nominal) const;
   ObservedAxes seen_axis(const TargetPlace& target, bool is_x);
   void add_point(const TargetPlace& target, ObservedAxes axes, std::size_t i_measurement);
   void close_layers();
+  std::optional<SeriesAssignment> settle_points();
   SeriesResult new_series(CorrectionLevel level, const TargetPlace& place) const;
   int n_equations() const;
   void note_measured(std::vector<std::size_t> measurements);
@@ -114,7 +116,7 @@ class OpticalSession {
   std::vector<FitPoint> points_;
   std::vector<std::size_t> measurements_;  ///< that points_ are made of
   std::vector<FitPoint> layers_;           ///< of the target that G33 will finish
-  bool has_lost_ = false;                  ///< one of them was not found
+  std::vector<std::size_t> unsettled_;     ///< of points_: may be chosen among candidates
   int first_line_ = 0;
   double spread_mm_ = 0;
   std::vector<std::size_t> last_measurements_;  ///< that were calculated from, or moved an offset

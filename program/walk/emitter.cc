@@ -277,10 +277,17 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   hole_.file = place_.file;
   auto& drill = *std::get_if<Drill>(&hole_.what);
   drill.nominal = nominal;
-  correct_hole(corrections_.stack, is_scaled ? scaling_(nominal) : nominal, drill);
+  const auto scaled = is_scaled ? scaling_(nominal) : nominal;
+  const bool is_corrected = is_correcting();
+  if (is_corrected) {
+    correct_hole(corrections_.stack, scaled, drill);
+  } else {
+    drill.corrected = corrections_.stack.actual_of(scaled);
+    drill.cov_mm2.setZero();
+  }
   drill.told = told_for(line, drill.corrected);
   drill.actual = place_.work_zero + drill.told;
-  drill.risk = is_correcting() ? risk_of(drill.cov_mm2) : std::nullopt;
+  drill.risk = is_corrected ? risk_of(drill.cov_mm2) : std::nullopt;
   drill.tool = tool_;
   if (depths_.is_needed()) {
     drill.cut = cut_at(line, nominal);

@@ -13,6 +13,10 @@
 namespace panelcal {
 namespace {
 
+bool may_be_chosen(const Measurement& measurement) {
+  return std::ranges::any_of(measurement.candidates, &MeasuredCandidate::counts);
+}
+
 bool is_mirrored(const Eigen::Matrix2d& linear) {
   return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) <= 0;
 }
@@ -102,7 +106,7 @@ Measuring::Measuring(const WalkOptions& options,
       corrections_(options.uncertainty) {
 }
 
-std::optional<std::size_t> Measuring::measure(MeasurementRequest request) {
+std::optional<std::size_t> Measuring::measure(MeasurementRequest request, bool is_of_series) {
   const std::size_t index = n_measured_++;
   ++n_steps_;
   if (source_ == nullptr) return index;
@@ -116,9 +120,29 @@ std::optional<std::size_t> Measuring::measure(MeasurementRequest request) {
     must_stop_ = survey_.was_stopped = true;
     return std::nullopt;
   }
-  if (measurement->status != MeasurementStatus::Found) report_lost(*measurement);
+  const bool is_lost = measurement->status != MeasurementStatus::Found;
+  if (is_lost && !(is_of_series && may_be_chosen(*measurement))) report_lost(*measurement);
   survey_.measurements.push_back(*std::move(measurement));
   return index;
+}
+
+std::optional<SeriesAssignment> Measuring::settle(std::span<const std::size_t> measurements,
+                                                  CorrectionLevel level,
+                                                  int line) {
+  if (!is_first_pass()) return std::nullopt;
+  std::vector<Measurement> targets;
+  for (const std::size_t i : measurements) targets.push_back(measurement(i));
+  const bool is_base = level == CorrectionLevel::Base;
+  auto assignment = assign_series(targets, is_base ? options_.base_limits : options_.nested_limits);
+  if (assignment) panelcal::settle(*assignment, targets);
+  const bool is_open = assignment && !assignment->is_certain();
+  if (is_open) reporter_.report(Code::SeriesAmbiguous, line, 1, assignment->text());
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const bool is_lost = targets[k].status != MeasurementStatus::Found;
+    if (is_lost && !is_open && may_be_chosen(targets[k])) report_lost(targets[k]);
+    survey_.measurements[measurements[k]] = std::move(targets[k]);
+  }
+  return assignment;
 }
 
 void Measuring::report_not_calibrated(int line, int column, std::string_view text) {

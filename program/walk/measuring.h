@@ -62,8 +62,14 @@ class Measuring {
   std::int64_t n_steps() const { return n_steps_; }
 
   /// Looks for one target; `request` lacks its number. Index into Survey::measurements; nothing if
-  /// the source failed, which stops the walk.
-  std::optional<std::size_t> measure(MeasurementRequest request);
+  /// the source failed, which stops the walk. A target of a series that has candidates is not
+  /// reported as lost: settle() does, when it knows all of them.
+  std::optional<std::size_t> measure(MeasurementRequest request, bool is_of_series = false);
+  /// Chooses among the candidates of a series' targets, in the first pass; reports those that stay
+  /// lost.
+  std::optional<SeriesAssignment> settle(std::span<const std::size_t> measurements,
+                                         CorrectionLevel level,
+                                         int line);
   /// Has the source focus, in the first pass.
   void focus(const MeasurementRequest& request);
   /// Has the source calibrate, in the first pass; the walk stops if that fails. `text` is the

@@ -16,6 +16,7 @@
 #include "program/model/measurement.h"
 #include "program/model/operation.h"
 #include "program/walk/probing.h"
+#include "program/walk/series_assignment.h"
 
 namespace panelcal {
 
@@ -40,6 +41,8 @@ struct SeriesResult {
   std::optional<SeriesFault> fault;  ///< if the targets do not fit each other
   /// Measurements that [gates] max_dropped allowed to leave out; they are not among `points`.
   std::vector<std::size_t> dropped;
+  /// If pictures had several candidates: which were taken, or why none was.
+  std::optional<SeriesAssignment> assignment;
   /// How far the layers of one target are apart at most (SIEB & MEYER, measurement modes 2 and 3).
   std::optional<Length> layer_spread;
 

@@ -8,9 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/linear_algebra.h"
-#include <Eigen/Eigenvalues>
-
 namespace panelcal::internal {
 namespace {
 
@@ -169,9 +166,9 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
   // Where the probes stand tells whether there is a bow to find, whatever they are said to scatter.
   if (n_trend > kPlane && !is_determined(trend, kDependentBow)) return std::nullopt;
   if (!is_determined(weighted, kDependentBending)) return std::nullopt;
-  out.qr_.compute(weighted);
-  const MatrixXd q = out.qr_.householderQ() * MatrixXd::Identity(n, n);
-  const MatrixXd r = out.qr_.matrixQR().topRows(n_trend).triangularView<Eigen::Upper>();
+  out.qr_ = OrthogonalTriangular(weighted);
+  const MatrixXd q = out.qr_.q();
+  const MatrixXd r = out.qr_.r();
   out.contrasts_ = q.rightCols(n - n_trend);
   out.trend_root_ = r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(n_trend, n_trend));
   out.trend_of_heights_ =
@@ -192,9 +189,8 @@ MatrixXd BendingLikelihood::covariance(BendingKernel kernel, double length) cons
 }
 
 MatrixXd BendingLikelihood::contrast_covariance(const MatrixXd& covariance) const {
-  MatrixXd all = weights_per_mm_.asDiagonal() * covariance * weights_per_mm_.asDiagonal();
-  all.applyOnTheLeft(qr_.householderQ().adjoint());
-  all.applyOnTheRight(qr_.householderQ());
+  const MatrixXd all =
+      qr_.turned(weights_per_mm_.asDiagonal() * covariance * weights_per_mm_.asDiagonal());
   return all.bottomRightCorner(n_contrasts(), n_contrasts());
 }
 
@@ -207,11 +203,8 @@ Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) co
       VectorXd::Zero(n_contrasts()), VectorXd::Zero(std::max<Index>(0, n_contrasts() - 1)), z_};
   double largest = 0;
   if (kernel != BendingKernel::None && n_contrasts() > 1) {
-    const Eigen::Tridiagonalization<MatrixXd> tridiagonal(
-        contrast_covariance(covariance(kernel, length)));
-    contrasts.diagonal = tridiagonal.diagonal();
-    contrasts.beside = tridiagonal.subDiagonal();
-    contrasts.z.applyOnTheLeft(tridiagonal.matrixQ().adjoint());
+    TridiagonalForm form = tridiagonal_form(contrast_covariance(covariance(kernel, length)), z_);
+    contrasts = {std::move(form.diagonal), std::move(form.beside), std::move(form.turned)};
     largest = contrasts.diagonal.maxCoeff();
   }
   Bending best = contrasts.at(0);

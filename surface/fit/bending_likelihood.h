@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "calib/base/linear_algebra.h"
 #include "surface/fit/bending_kernel.h"
 #include "surface/fit/probe_point.h"
 #include <Eigen/Core>
-#include <Eigen/QR>
 
 // Not installed: part of surface/fit/fit.h.
 namespace panelcal::internal {
@@ -85,9 +85,9 @@ class BendingLikelihood {
   std::vector<double> lengths() const;
   Bending refined(std::span<const Bending> tried) const;
 
-  Eigen::MatrixXd distances_;                 ///< of the readings' places; only the lower half
-  Eigen::VectorXd weights_per_mm_;            ///< 1 / sigma
-  Eigen::HouseholderQR<Eigen::MatrixXd> qr_;  ///< of W trend
+  Eigen::MatrixXd distances_;       ///< of the readings' places; only the lower half
+  Eigen::VectorXd weights_per_mm_;  ///< 1 / sigma
+  OrthogonalTriangular qr_;         ///< of W trend
   Eigen::MatrixXd contrasts_;
   Eigen::MatrixXd trend_root_;
   Eigen::MatrixXd trend_of_heights_;

@@ -12,6 +12,7 @@
 #include "tools/report/fit_numbers.h"
 #include "tools/report/models.h"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace panelcal::report {
 namespace {
@@ -66,6 +67,16 @@ std::string fit_paragraph(const SeriesResult& series, const FitNumbers& n) {
       layers);
 }
 
+/// Of a series whose pictures had several candidates: what decided, or why nothing did.
+std::string assignment_paragraph(const SeriesResult& series) {
+  if (!series.assignment) return {};
+  const SeriesAssignment& assignment = *series.assignment;
+  return fmt::format("<p><b>{}</b> Candidates that count, target by target: {}. {}.</p>\n",
+                     assignment.is_certain() ? "Chosen jointly." : "Held: not to be told apart.",
+                     fmt::join(assignment.n_candidates, ", "),
+                     escaped(assignment.text()));
+}
+
 std::string unfitted(const ReportInput& input, const SeriesResult& series) {
   std::string lost;
   for (const std::size_t i : series.measurements) {
@@ -93,7 +104,7 @@ std::string series_block(const ReportInput& input, const SeriesResult& series, b
       series_name(series),
       words);
   if (numbers) out += fit_paragraph(series, *numbers) + gates_table(series);
-  out += models_block(series);
+  out += assignment_paragraph(series) + models_block(series);
   out += causes_block(survey_of(input), series);
   return out + "</details>\n";
 }

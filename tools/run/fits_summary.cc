@@ -8,6 +8,7 @@
 
 #include "tools/report/models.h"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace panelcal {
 namespace {
@@ -96,6 +97,19 @@ std::string causes_summary(const Survey& survey) {
   return out;
 }
 
+/// Of series whose pictures had several candidates. What is held says a diagnostic.
+std::string assignments_summary(const Survey& survey) {
+  std::string out;
+  for (const SeriesResult& series : survey.series) {
+    if (!series.assignment || !series.assignment->is_certain()) continue;
+    out += fmt::format("chosen jointly (series of line {}) among {} candidates: {}\n",
+                       series.line,
+                       fmt::join(series.assignment->n_candidates, ", "),
+                       series.assignment->text());
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string fits_summary(const Survey& survey) {
@@ -107,7 +121,7 @@ std::string fits_summary(const Survey& survey) {
     fmt::format_to(to, "measured {} targets, {} found\n", survey.measurements.size(), n_found);
   }
   out += probes_summary(survey);
-  out += causes_summary(survey);
+  out += assignments_summary(survey) + causes_summary(survey);
   std::size_t n_nested = 0;
   double worst_nested_um = 0;
   for (const SeriesResult& series : survey.series) {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "calib/base/linear_algebra.h"
 #include "program/text/json_text.h"
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 namespace panelcal::calibrate {
@@ -107,7 +107,8 @@ SpindleAnswer compare(const MachineConfig& config, const SpindleCameraRun& run) 
                                          config.walk.uncertainty.drift_mm2);
   answer.sigma_um = cov_um2.diagonal().cwiseSqrt();
   if (answer.is_first) return answer;
-  const double distance2 = answer.shift_um.dot(cov_um2.ldlt().solve(answer.shift_um));
+  const double distance2 =
+      answer.shift_um.dot(internal::solve_plane_symmetric(cov_um2, answer.shift_um));
   if (std::isfinite(distance2)) answer.chance = std::exp(-0.5 * distance2);
   return answer;
 }

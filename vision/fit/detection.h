@@ -82,7 +82,11 @@ struct Candidate {
   PixelLength size;
   double score = 0;
   std::string reason;  ///< why it does not count; empty if it does
-  std::vector<std::vector<Eigen::Vector2d>> outlines_px;  ///< as in TargetFit
+  std::vector<std::vector<Eigen::Vector2d>> outlines_px;           ///< as in TargetFit
+  Eigen::Matrix2d cov_px2 = Eigen::Matrix2d::Zero();               ///< of `center`
+  std::optional<PositionEstimate<frame::Optical>> center_optical;  ///< with a mapping; mm, mm^2
+  std::optional<Length> size_mm;                                   ///< with a mapping
+  bool counts = false;
 };
 
 /// The answer to "where is the target in this picture?".
@@ -92,6 +96,8 @@ struct Detection {
   std::optional<TargetFit> best;  ///< always if found; the best candidate if there was one
   int n_candidates = 0;           ///< how many of `candidates` count
   std::vector<Candidate> candidates;
+  /// False: there were more places than are fitted, so that one without a candidate says nothing.
+  bool lists_all = true;
 };
 
 }  // namespace panelcal

@@ -35,6 +35,11 @@ struct DetectorInput {
   SearchArea area;
 };
 
+/// The places of one picture that are fitted at most: rows of equal pads around round targets,
+/// squares and crosses; of what is slower to fit, or stands alone, fewer.
+constexpr std::size_t kMaxFitted = 24;
+constexpr std::size_t kMaxFittedSlow = 8;
+
 /// Finds every candidate in the searched area, fits and judges it; the order does not matter.
 ///
 /// A candidate whose fit leaves the searched area is left out.

@@ -34,8 +34,15 @@ Detection decide(std::vector<FittedCandidate> candidates, const LocateOptions& o
   rank(candidates);
   Detection detection;
   for (const FittedCandidate& c : candidates) {
-    detection.candidates.push_back(
-        {c.fit.center.position, c.fit.size, c.fit.score, c.reason, c.fit.outlines_px});
+    detection.candidates.push_back({c.fit.center.position,
+                                    c.fit.size,
+                                    c.fit.score,
+                                    c.reason,
+                                    c.fit.outlines_px,
+                                    c.fit.center.cov,
+                                    c.fit.center_optical,
+                                    c.fit.size_mm,
+                                    c.verdict == Verdict::Good});
     detection.n_candidates += c.verdict == Verdict::Good;
   }
   if (candidates.empty() || candidates.front().verdict == Verdict::Unlikely) {
@@ -94,12 +101,22 @@ Detector detector_of(Shape shape) {
   return internal::detect_rims;
 }
 
+std::size_t max_fitted(Shape shape) {
+  const bool is_slow = shape == Shape::Slot || shape == Shape::Dots || shape == Shape::Template ||
+                       shape == Shape::AprilTag;
+  return is_slow ? internal::kMaxFittedSlow : internal::kMaxFitted;
+}
+
 Detection locate_checked(const Image& image,
                          const Target& target,
                          const CameraMapping* mapping,
                          const LocateOptions& options) {
   const DetectorInput input{image, target, mapping, options, internal::SearchArea(options)};
-  return decide(detector_of(target.shape)(input), options);
+  std::vector<FittedCandidate> candidates = detector_of(target.shape)(input);
+  const bool lists_all = candidates.size() < max_fitted(target.shape);
+  Detection detection = decide(std::move(candidates), options);
+  detection.lists_all = lists_all;
+  return detection;
 }
 
 }  // namespace

@@ -23,7 +23,6 @@ namespace {
 using Verdict = FittedCandidate::Verdict;
 
 constexpr double kQuarterTurn = std::numbers::pi / 2;
-constexpr std::size_t kMaxFittedPolygons = 8;
 constexpr double kSamePolygon = 0.3;  // of the size: nearer candidates are one
 /// The search sees the target about this number of pixels wide.
 constexpr double kPolygonSearchPx = 16;
@@ -160,7 +159,7 @@ std::vector<PolygonSighting> see_cells(const DetectorInput& input,
   options.is_inverted = expected.is_dark;
   std::vector<PolygonSighting> sightings;
   for (const PatternPeak& peak : search_patterns(reduced, patterns, options)) {
-    if (sightings.size() >= kMaxFittedPolygons) break;
+    if (sightings.size() >= kMaxFitted) break;
     const Eigen::Vector2d at = reduced.in_picture(peak.at);
     if (!input.area.contains(at, 0.5 * expected.size)) continue;
     const auto sighting =

@@ -63,7 +63,7 @@ struct OutlineSeen {
 ///
 /// Pieces are so long that noise and texture leave a quarter of the contrast uncertain at most. One
 /// that is still less certain shows nothing and is not seen: where the ground is as rough as the
-/// target stands out, chance makes outlines, and such a fit is none.
+/// target stands out, chance makes outlines.
 OutlineSeen outline_seen(const CellModel& model,
                          const CellState& state,
                          const std::vector<CellPixel>& pixels,

@@ -23,7 +23,6 @@ namespace {
 using Verdict = FittedCandidate::Verdict;
 
 constexpr double kSlotHalfTurn = std::numbers::pi;
-constexpr std::size_t kMaxFittedSlots = 8;
 constexpr std::size_t kMaxPeaks = 64;  // a slot has a ridge of them
 constexpr double kMinWidthPx = 3;
 /// The search sees the slot about this number of pixels wide.
@@ -107,7 +106,7 @@ std::vector<SlotSighting> see_slots(const DetectorInput& input, const ExpectedSl
   options.is_inverted = expected.is_dark;
   std::vector<SlotSighting> sightings;
   for (const PatternPeak& peak : search_patterns(reduced, patterns, options)) {
-    if (sightings.size() >= kMaxFittedSlots) break;
+    if (sightings.size() >= kMaxFittedSlow) break;
     const Eigen::Vector2d at = reduced.in_picture(peak.at);
     const bool is_seen =
         std::any_of(sightings.begin(), sightings.end(), [&](const SlotSighting& s) {

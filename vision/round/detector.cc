@@ -13,9 +13,8 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::size_t kMaxFittedCircles = 8;  // places fitted
-constexpr std::size_t kLooks = 3;             // places looked at along rays for each one fitted
-constexpr double kSameCircle = 0.3;           // of the radius: nearer candidates are one
+constexpr std::size_t kLooks = 2;    // places looked at along rays for each one fitted
+constexpr double kSameCircle = 0.3;  // of the radius: nearer candidates are one
 /// A rim is worth a fit if its size is off by less than this, or by less than this many times the
 /// tolerance: near enough to be the target badly made, not another kind of mark.
 constexpr double kNearSize = 0.15;
@@ -86,7 +85,7 @@ std::vector<CircleSighting> see_rims(const Image& image,
 }  // namespace
 
 std::vector<FittedCandidate> detect_rims(const DetectorInput& input) {
-  return detect_rims(input, kMaxFittedCircles);
+  return detect_rims(input, kMaxFitted);
 }
 
 std::vector<FittedCandidate> detect_rims(const DetectorInput& input, std::size_t max_fitted) {

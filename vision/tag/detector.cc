@@ -12,8 +12,6 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::size_t kMaxFittedTags = 8;
-
 bool is_detected_tag(const DetectorInput& input, const TagReading& reading) {
   return input.target.tag_id.value_or(reading.id) == reading.id;
 }
@@ -27,7 +25,7 @@ std::vector<FittedCandidate> detect_tags(const DetectorInput& input) {
   std::stable_sort(sightings.begin(), sightings.end(), [&](const auto& a, const auto& b) {
     return is_detected_tag(input, a.reading) && !is_detected_tag(input, b.reading);
   });
-  if (sightings.size() > kMaxFittedTags) sightings.resize(kMaxFittedTags);
+  if (sightings.size() > kMaxFittedSlow) sightings.resize(kMaxFittedSlow);
   std::vector<FittedCandidate> candidates;
   for (const TagSighting& sighting : sightings) {
     auto candidate = fit_tag(input, *family, sighting);

@@ -46,7 +46,7 @@ struct SideStep {
   double out = 0;
 };
 
-/// The levels between which a tag's own are; what is beyond is debris or a glint.
+/// The levels of a tag lie between these; debris and glints lie beyond.
 struct LevelRange {
   double low = 0;
   double high = 0;

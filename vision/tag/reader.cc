@@ -190,7 +190,7 @@ TagWord tag_word(const TagFamily& family,
 
 /// Chance that n tags in four turns have one so near to a random word.
 double decode_chance(int n_tags, int n_bits, int wrong_bits) {
-  double ways = 1;  // of having just so many wrong bits
+  double ways = 1;  // to choose the wrong bits
   double all = 1;
   for (int wrong = 1; wrong <= wrong_bits; ++wrong) {
     ways *= static_cast<double>(n_bits - wrong + 1) / wrong;

@@ -22,7 +22,6 @@ namespace {
 
 using Verdict = FittedCandidate::Verdict;
 
-constexpr int kMaxFittedTemplates = 8;
 constexpr double kWholePicture = 0.985;  // of the template is seen if it is not at the border
 constexpr double kMinVisible = 0.7;
 constexpr double kMaxTemplateClipped = 0.5;
@@ -242,7 +241,7 @@ std::vector<FittedCandidate> detect_templates(const DetectorInput& input) {
                                                           *model,
                                                           input.mapping,
                                                           range,
-                                                          kMaxFittedTemplates)) {
+                                                          static_cast<int>(kMaxFittedSlow))) {
     if (!input.area.contains(sighting.at_px, 2 * cell)) continue;
     FittedCandidate candidate = fit_sighting(input, *model, expected, sighting);
     if (input.area.contains(candidate.fit.center.position.in_px(), 0)) {

@@ -104,6 +104,59 @@ TEST(MeasurementFile, RoundTripsEveryOptionalKey) {
   EXPECT_EQ(to_json(read->measurements[0].measurement), to_json(written));
 }
 
+Measurement with_candidates(Random& random) {
+  Measurement m = any_measurement(random, 0);
+  for (int k = 0; k < 3; ++k) {
+    MeasuredCandidate candidate;
+    candidate.place = any_measurement(random, 0).measured;
+    candidate.score = random.uniform();
+    candidate.counts = k < 2;
+    candidate.by_camera.setConstant(random.normal());
+    m.candidates.push_back(candidate);
+  }
+  m.listed.emplace();
+  for (Position<frame::Actual>& corner : m.listed->corners) {
+    corner = position_mm<frame::Actual>(random.normal(), random.normal());
+  }
+  m.listed->radius = mm(1.5);
+  return m;
+}
+
+TEST(MeasurementFile, RoundTripsCandidatesToTheBit) {
+  Random random(2);
+  for (int i = 0; i < 50; ++i) {
+    const Measurement written = with_candidates(random);
+    const auto read = parse_measurements(to_json(written), "m.jsonl");
+    ASSERT_TRUE(read) << read.error().text();
+    const Measurement& m = read->measurements[0].measurement;
+    EXPECT_EQ(to_json(m), to_json(written));
+    ASSERT_EQ(m.candidates.size(), 3U);
+    EXPECT_TRUE(m.has_choice());
+    EXPECT_FALSE(m.candidates[2].counts);
+    EXPECT_EQ(m.candidates[1].place.cov, written.candidates[1].place.cov);
+  }
+}
+
+/// The lone candidate of a found target is the measured place, and is not said twice.
+TEST(MeasurementFile, DoesNotListALoneCandidate) {
+  Random random(3);
+  Measurement written = with_candidates(random);
+  written.candidates.resize(1);
+  EXPECT_EQ(to_json(written).find("candidates"), std::string::npos);
+  EXPECT_NE(to_json(written).find("\"listed_area\":["), std::string::npos);
+}
+
+TEST(MeasurementFile, RefusesCandidatesThatAreNone) {
+  const auto list = [](std::string_view numbers) {
+    return with(",\"status\"", ",\"candidates\":[" + std::string(numbers) + "],\"status\"");
+  };
+  EXPECT_EQ(refusal(list("1,2,1e-6,0,1e-6,0.9,1")), "accepted");
+  for (const std::string_view bad :
+       {"1,2,1e-6,0,1e-6,0.9", "1,2,1e-6,1,1e-6,0.9,1", "1,2,1e-6,0,1e-6,0.9,2", "1,2,0,0,0,1,1"}) {
+    EXPECT_NE(refusal(list(bad)), "accepted") << bad;
+  }
+}
+
 TEST(MeasurementFile, SkipsBlankLinesAndCountsThem) {
   const auto read = parse_measurements("\n  \r\n" + std::string(kFound) + "\r\n\n", "m.jsonl");
   ASSERT_TRUE(read) << read.error().text();
