@@ -2,6 +2,7 @@
 #include "vision/round/rim_profile.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -35,8 +36,10 @@ constexpr double kDisagreement = 0.4;      // of the way from one to the other: 
 constexpr double kMostDisagreement = 0.3;  // of the edge's sigma
 constexpr int kComparedWaves = 7;
 /// Lobes are a wave that is far above noise and has most of what deviates.
+constexpr int kFewestLobes = 3;
+constexpr int kMostLobes = 8;
 constexpr double kLobesOverFloor = 12;
-constexpr double kLoneLobes = 2;
+constexpr double kLoneLobes = 1.2;
 constexpr double kDisplacedArc = 0.1;     // of the rim
 constexpr double kFarOff = 3.5 * 1.4826;  // of the median magnitude
 
@@ -309,17 +312,25 @@ class RimMeasurement {
     if (pass_.move_px > kSettledMove_px) {
       profile.center_cov += std::pow(unit * pass_.move_px, 2) * Eigen::Matrix2d::Identity();
     }
-    for (std::size_t k = 1; k < powers.size() && k < 7; ++k) {
-      const double amplitude = 2 * std::sqrt(powers[k] / n) / radius_px;
-      if (amplitude <= profile.lobes || powers[k] < kLobesOverFloor * pass_.filter.variance)
-        continue;
-      double others = 0;
-      for (std::size_t i = 1; i < powers.size(); ++i) others += i == k ? 0 : powers[i];
-      if (powers[k] < kLoneLobes * others) continue;
-      profile.lobes = amplitude;
-      profile.n_lobes = static_cast<int>(k) + 2;
-    }
+    add_lobes(radius_px, profile);
     profile.roughness = std::sqrt(std::max(0.0, squares)) / radius_px;
+  }
+
+  /// Of every sector that shows an edge: a polygon's corners are no debris.
+  void add_lobes(double radius_px, RimProfile& profile) const {
+    const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, pass_.usable);
+    const auto n = static_cast<double>(left.size());
+    std::array<double, kMostLobes + 1> powers{};
+    double all = 0;
+    for (int k = kFewestLobes; k <= kMostLobes; ++k) {
+      powers[static_cast<std::size_t>(k)] = wave_power(left, pass_.usable, k);
+      all += powers[static_cast<std::size_t>(k)];
+    }
+    const auto largest = std::max_element(powers.begin(), powers.end());
+    if (*largest < kLobesOverFloor * pass_.filter.variance) return;
+    if (*largest < kLoneLobes * (all - *largest)) return;
+    profile.n_lobes = static_cast<int>(largest - powers.begin());
+    profile.lobes = 2 * std::sqrt(*largest / n) / radius_px;
   }
 
   /// The correlation over the sectors that are used.
