@@ -21,8 +21,8 @@ constexpr panelcal::modules::VisionFunctions kVisionFunctions = {
 /// OpenCV logs to standard output too, as far as OPENCV_LOG_LEVEL tells it. Threads are the
 /// program's own (calib/base/thread_pool.h).
 void prepare_opencv() {
-  cv::setNumThreads(1);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  cv::setNumThreads(1);  // sets up threads first, and logs that
 }
 
 }  // namespace

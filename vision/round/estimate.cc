@@ -48,6 +48,9 @@ double outside_px(double radius) {
   return std::clamp(10 + 0.6 * radius, 28.0, 40.0);
 }
 
+/// A second window, for pictures with other things in the first.
+constexpr double kNear_px = 12;
+
 double band_px(const RimVector& p) {
   return kBandSigmas * p[kSigma] + 0.5;
 }
@@ -200,12 +203,9 @@ class RimEstimator {
                const FitFrame& frame,
                const ExpectedRim& expected,
                const RimStart& start,
-               const LocateOptions& options)
-      : window_(image,
-                frame,
-                start.parameters,
-                outside_px(start.parameters[kRadius]),
-                expected.shape == Shape::Ring),
+               const LocateOptions& options,
+               double reach_px)
+      : window_(image, frame, start.parameters, reach_px, expected.shape == Shape::Ring),
         expected_(expected),
         start_(start.parameters),
         min_visible_(options.min_visible),
@@ -214,15 +214,9 @@ class RimEstimator {
     solution_.parameters = start_;
   }
 
-  RimEstimate run() {
-    if (window_.empty()) return {};
-    if (const auto plain = fit_plain()) return *plain;
-    return measure_sectors();
-  }
-
- private:
   /// Maximum likelihood with everything flat; empty if something in the window is not.
-  std::optional<RimEstimate> fit_plain() {
+  std::optional<RimEstimate> plain() {
+    if (window_.empty()) return RimEstimate{};
     if (!fit_roughly() || !fit_all()) return std::nullopt;
     look();
     fit_own_slope();
@@ -240,6 +234,39 @@ class RimEstimator {
     return finished(estimate);
   }
 
+  /// With whatever there is beside the rim.
+  RimEstimate by_sectors() {
+    RimEstimate estimate;
+    RimSearch search;
+    search.start = start_;
+    keep_hole(search.start);
+    search.sign = expected_.sign();
+    search.least_contrast = least_contrast_;
+    search.least_used = min_visible_;
+    search.outer_px = std::clamp(8 + 0.6 * start_[kRadius], 10.0, 30.0);
+    search.inner_px = std::clamp(0.6 * start_[kRadius], 3.0, 22.0);
+    const double metal_px = start_[kRadius] - start_[kInnerRadius];
+    if (window_.is_ring()) search.inner_px = std::min(search.inner_px, 0.8 * metal_px);
+    const auto rim = measure_rim(window_, search);
+    if (!rim) return finished(estimate);
+    solution_.parameters = rim->parameters;
+    estimate.converged = rim->is_settled && !is_circle_astray(solution_.parameters, start_);
+    estimate.center_cov = rim->center_cov;
+    estimate.correlation = rim->correlation;
+    estimate.visible = rim->used;
+    estimate.excluded = 1 - rim->used;
+    estimate.roughness = rim->roughness;
+    estimate.oval_sigma = rim->oval_sigma;
+    estimate.n_lobes = rim->n_lobes;
+    estimate.lobes = rim->lobes;
+    noise_.rim_sigma = rim->noise;
+    if (estimate.converged && window_.is_ring()) {
+      estimate.converged = measure_hole(metal_px);
+    }
+    return finished(estimate);
+  }
+
+ private:
   bool fit_roughly() {
     const int stride = static_cast<int>(std::clamp(0.1 * start_[kRadius], 2.0, 6.0));
     window_.collect(solution_.parameters, kBandSigmas * 2 + 2, stride);
@@ -258,7 +285,7 @@ class RimEstimator {
 
   void look() {
     residuals_ = residuals_of(window_, solution_.parameters);
-    noise_ = estimate_noise(window_, residuals_);
+    noise_ = estimate_noise(window_, residuals_, solution_.parameters[kContrast]);
   }
 
   /// The band's noise differs from unit weights only where the zones differ.
@@ -326,34 +353,12 @@ class RimEstimator {
     return true;
   }
 
-  RimEstimate measure_sectors() {
-    RimEstimate estimate;
-    RimSearch search;
-    search.start = start_;
-    search.sign = expected_.sign();
-    search.least_contrast = least_contrast_;
-    search.least_used = min_visible_;
-    search.outer_px = std::clamp(8 + 0.6 * start_[kRadius], 10.0, 30.0);
-    search.inner_px = std::clamp(0.6 * start_[kRadius], 3.0, 22.0);
-    const double metal_px = start_[kRadius] - start_[kInnerRadius];
-    if (window_.is_ring()) search.inner_px = std::min(search.inner_px, 0.8 * metal_px);
-    const auto rim = measure_rim(window_, search);
-    if (!rim) return finished(estimate);
-    solution_.parameters = rim->parameters;
-    estimate.converged = rim->is_settled && !is_circle_astray(solution_.parameters, start_);
-    estimate.center_cov = rim->center_cov;
-    estimate.correlation = rim->correlation;
-    estimate.visible = rim->used;
-    estimate.excluded = 1 - rim->used;
-    estimate.roughness = rim->roughness;
-    estimate.oval_sigma = rim->oval_sigma;
-    estimate.n_lobes = rim->n_lobes;
-    estimate.lobes = rim->lobes;
-    noise_.rim_sigma = rim->noise;
-    if (estimate.converged && window_.is_ring()) {
-      estimate.converged = measure_hole(metal_px);
-    }
-    return finished(estimate);
+  /// The plain fit may know where a ring has its hole; the start has it in the middle.
+  void keep_hole(RimVector& p) const {
+    const RimVector& seen = solution_.parameters;
+    if (!window_.is_ring() || !seen.allFinite() || is_circle_astray(seen, start_)) return;
+    const double reach = std::hypot(seen[kHoleX], seen[kHoleY]) + seen[kInnerRadius];
+    if (reach < seen[kRadius]) p.segment<2>(kHoleX) = seen.segment<2>(kHoleX);
   }
 
   /// A ring's inner rim, measured for itself.
@@ -404,7 +409,13 @@ RimEstimate estimate_rim(const Image& image,
                          const ExpectedRim& expected,
                          const RimStart& start,
                          const LocateOptions& options) {
-  return RimEstimator(image, fit_frame, expected, start, options).run();
+  const auto in_window = [&](double reach_px) {
+    return RimEstimator(image, fit_frame, expected, start, options, reach_px);
+  };
+  RimEstimator wide = in_window(outside_px(start.parameters[kRadius]));
+  if (const auto plain = wide.plain()) return *plain;
+  if (const auto plain = in_window(kNear_px).plain()) return *plain;
+  return wide.by_sectors();
 }
 
 }  // namespace panelcal::internal

@@ -13,6 +13,7 @@
 namespace panelcal::internal {
 namespace {
 
+constexpr double kModelError = 5e-4;        // of the contrast, of edges behind any lens
 constexpr double kCircleRounding = 0.2887;  // sigma of rounding to whole levels
 
 double sum_of_products(const float* a, const float* b, std::ptrdiff_t n) {
@@ -115,8 +116,11 @@ bool is_correlated(const std::vector<float>& part, int width, double n, double v
 
 }  // namespace
 
-RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& residuals) {
+RimNoiseEstimate estimate_noise(const RimWindow& window,
+                                const RimResiduals& residuals,
+                                double contrast) {
   RimNoiseEstimate result;
+  const double least = std::max(kCircleRounding, kModelError * std::abs(contrast));
   const double used = 5;  // parameters that a zone's flat pixels settle
   constexpr double kFewPixels = 60;
   std::array<bool, kRimZones> known{};
@@ -124,7 +128,7 @@ RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& res
     const FlatSquares flat = flat_squares(window, residuals, static_cast<RimZone>(i));
     const double n = flat.n;
     if (n < kFewPixels) continue;
-    const double variance = std::max(kCircleRounding * kCircleRounding, flat.sum / (n - used));
+    const double variance = std::max(least * least, flat.sum / (n - used));
     result.total.sigma[i] = std::sqrt(variance);
     known[i] = true;
     const auto part = flat_part(window, residuals, static_cast<RimZone>(i));
@@ -142,8 +146,7 @@ RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& res
              (2 * n);
     };
     const double texture = (4 * mean_at(1) - mean_at(2)) / 3;
-    result.white =
-        std::sqrt(std::clamp(variance - texture, kCircleRounding * kCircleRounding, variance));
+    result.white = std::sqrt(std::clamp(variance - texture, least * least, variance));
   }
   // A zone without flat pixels of its own is taken to be like another.
   for (std::size_t i = 0; i < kRimZones; ++i) {
@@ -168,7 +171,7 @@ RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& res
   }
   result.n_band = static_cast<int>(n_plain);
   if (n_plain > 20) {
-    result.rim_sigma = std::max(kCircleRounding, std::sqrt(squares / (n_plain - used)));
+    result.rim_sigma = std::max(least, std::sqrt(squares / (n_plain - used)));
     result.rim_ratio = chi_square / (n_plain - used);
   }
   for (double& sigma : result.total.sigma) {

@@ -39,9 +39,14 @@ struct RimNoiseEstimate {
   int n_band = 0;
 };
 
+/// No sigma is below that of rounding, nor below what models of edges leave of the contrast.
 /// Whether there is texture is told by a portmanteau test on eight short lags.
+///
+/// In     contrast: of the target, grey levels, of any sign
 /// Source Box and Pierce 1970
-RimNoiseEstimate estimate_noise(const RimWindow& window, const RimResiduals& residuals);
+RimNoiseEstimate estimate_noise(const RimWindow& window,
+                                const RimResiduals& residuals,
+                                double contrast);
 
 /// The part of the rim that is seen: sectors whose own contrast is near that of the whole.
 ///

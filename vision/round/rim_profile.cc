@@ -210,7 +210,8 @@ class RimMeasurement {
     }
     window_.collect(p_, std::max(outer, inner) + 1, 1);
     if (window_.band().size() < 40) return false;
-    pass_.strip = unroll(window_, p_, outer, inner);
+    // What one pass says of a sector the next one uses, whatever the radius has become.
+    pass_.strip = unroll(window_, p_, outer, inner, pass_.strip.n_sectors());
     RimStrip& strip = pass_.strip;
     if (strip.seen < 0.5) return false;
     Eigen::ArrayXd medians = ring_medians(strip, use_);

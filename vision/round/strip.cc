@@ -14,6 +14,11 @@ constexpr double kSectorArc_px = 2;
 constexpr double kMinSectors = 24;
 constexpr double kMaxSectors = 256;
 
+Eigen::Index sectors_of(double radius_px) {
+  return static_cast<Eigen::Index>(
+      std::clamp(2 * std::numbers::pi * radius_px / kSectorArc_px, kMinSectors, kMaxSectors));
+}
+
 /// Fit frame units per px across the rim, on average over the band.
 double units_per_px(const RimBand& band, const RimVector& p, const std::vector<float>& distance) {
   if (!band.has_jacobian) return 1;
@@ -49,20 +54,18 @@ double RimStrip::angle_rad(Eigen::Index sector) const {
   return 2 * std::numbers::pi * static_cast<double>(sector) / static_cast<double>(n_sectors());
 }
 
-int strip_sectors(double radius_px) {
-  return static_cast<int>(
-      std::clamp(2 * std::numbers::pi * radius_px / kSectorArc_px, kMinSectors, kMaxSectors));
-}
-
-RimStrip unroll(const RimWindow& window, const RimVector& p, double outer_px, double inner_px) {
+RimStrip unroll(const RimWindow& window,
+                const RimVector& p,
+                double outer_px,
+                double inner_px,
+                Eigen::Index n_sectors) {
   const RimBand& band = window.band();
   RimVector plain = p;
   plain[kOval] = plain[kOvalDiagonal] = 0;
   const std::vector<float> distance = band_values(band, plain, false).distance_px;
   RimStrip strip;
   strip.unit = units_per_px(band, p, distance);
-  const double radius_px = p[kRadius] / strip.unit;
-  const int n = strip_sectors(radius_px);
+  const auto n = static_cast<int>(n_sectors > 0 ? n_sectors : sectors_of(p[kRadius] / strip.unit));
   const int n_rings = 1 + static_cast<int>(outer_px) + static_cast<int>(inner_px);
   strip.first_px = -std::floor(outer_px);
   strip.mean.setZero(n_rings, n);

@@ -25,17 +25,18 @@ struct RimStrip {
   double angle_rad(Eigen::Index sector) const;
 };
 
-/// About 2 px of arc, but 24 to 256 of them.
-int strip_sectors(double radius_px);
-
 /// In     window: collected about the parameters, at least `reach_px` to either side; inner_px: how
-///        far the strip goes inwards
+///        far the strip goes inwards; n_sectors: as an earlier strip has them, or 0: sectors of
+///        about 2 px of arc, 24 to 256 of them
 RimStrip unroll(const RimWindow& window,
                 const RimVector& parameters,
                 double outer_px,
-                double inner_px);
+                double inner_px,
+                Eigen::Index n_sectors = 0);
 
 /// The median of each ring, or of the sectors that `use` marks.
+///
+/// In     use: empty, or as many as there are sectors
 Eigen::ArrayXd ring_medians(const RimStrip& strip, const std::vector<char>& use);
 
 }  // namespace panelcal::internal

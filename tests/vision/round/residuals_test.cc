@@ -45,7 +45,7 @@ struct Looked {
       : window(image, FitFrame(nullptr, kCenter), truth(), 25, false) {
     window.collect(truth(), 6, 1);
     residuals = residuals_of(window, truth());
-    noise = estimate_noise(window, residuals);
+    noise = estimate_noise(window, residuals, truth()[kContrast]);
   }
   RimWindow window;
   RimResiduals residuals;

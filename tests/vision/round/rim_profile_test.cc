@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/round/rim_profile.h"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/vision/trial.h"
+
+namespace panelcal::internal {
+namespace {
+
+constexpr int kProfileSide = 200;
+constexpr double kProfileRadius_px = 40;
+constexpr double kProfileNoise = 4;
+constexpr double kFewSigmas = 4;
+const Eigen::Vector2d kProfileCenter(99.3, 100.8);
+
+Image disc_among(const std::vector<Feature>& others, double weave = 0, std::uint64_t seed = 1) {
+  Camera camera = test::plain_camera(kProfileSide, kProfileSide);
+  camera.noise = kProfileNoise;
+  Scene scene;
+  scene.background = 80.0 / 255;
+  scene.weave.amplitude = weave / 255;
+  scene.features = {test::disc_at(
+      camera, kProfileCenter.x(), kProfileCenter.y(), kProfileRadius_px, 180.0 / 255)};
+  scene.features.insert(scene.features.end(), others.begin(), others.end());
+  Random random(seed);
+  return render(scene, camera, random);
+}
+
+RimSearch search_from(const Eigen::Vector2d& off_px, double radius_px) {
+  RimSearch search;
+  search.start.head<2>() = off_px;
+  search.start[kRadius] = radius_px;
+  search.start[kSigma] = 1.2;
+  search.least_contrast = 20;
+  return search;
+}
+
+std::optional<RimProfile> measured(const Image& image, const RimSearch& search) {
+  RimWindow window(image, FitFrame(nullptr, kProfileCenter), search.start, 34, false);
+  return measure_rim(window, search);
+}
+
+double error_in_sigmas(const RimProfile& rim) {
+  const Eigen::Vector2d error = rim.parameters.head<2>();
+  return std::sqrt(error.dot(rim.center_cov.inverse() * error));
+}
+
+TEST(RimProfile, MeasuresAPlainDisc) {
+  const auto rim = measured(disc_among({}), search_from({1, -0.5}, 40.7));
+  ASSERT_TRUE(rim);
+  EXPECT_TRUE(rim->is_settled);
+  EXPECT_LT(error_in_sigmas(*rim), kFewSigmas);
+  // Cramer and Rao: noise / contrast sqrt(2 s / (sqrt(pi) R)), times what own waves may hide.
+  const double bound_px =
+      kProfileNoise / 100 *
+      std::sqrt(2 * std::hypot(1, 0.3) / (std::sqrt(std::numbers::pi) * kProfileRadius_px));
+  EXPECT_LT(rim->parameters.head<2>().norm(), kFewSigmas * bound_px);
+  EXPECT_LT(std::sqrt(rim->center_cov(0, 0)), 4 * bound_px);
+  EXPECT_NEAR(rim->parameters[kRadius], kProfileRadius_px, 0.05);
+  EXPECT_GT(rim->used, 0.95);
+  EXPECT_GT(rim->correlation, 0.95);
+  EXPECT_EQ(rim->n_lobes, 0);
+}
+
+/// The strip has as many sectors from the first pass to the last, though the radius changes.
+TEST(RimProfile, AnswersTheSameFromEveryRadius) {
+  const Image image = disc_among({}, 15);
+  const auto best = measured(image, search_from({0, 0}, kProfileRadius_px));
+  ASSERT_TRUE(best);
+  for (const double radius_px : {37.2, 38.9, 41.3, 43.1}) {
+    const auto rim = measured(image, search_from({0.4, 0.3}, radius_px));
+    ASSERT_TRUE(rim) << radius_px;
+    EXPECT_LT((rim->parameters - best->parameters).head<2>().norm(), 0.03) << radius_px;
+  }
+}
+
+TEST(RimProfile, LeavesOutWhatCoversTheRim) {
+  const Camera camera = test::plain_camera(kProfileSide, kProfileSide);
+  const Eigen::Vector2d dirt =
+      kProfileCenter + kProfileRadius_px * Eigen::Vector2d(std::cos(0.7), std::sin(0.7));
+  const auto rim = measured(
+      disc_among({test::disc_at(camera, dirt.x(), dirt.y(), 14, 60.0 / 255)}), search_from({}, 40));
+  ASSERT_TRUE(rim);
+  EXPECT_LT(error_in_sigmas(*rim), kFewSigmas);
+  EXPECT_LT(rim->parameters.head<2>().norm(), 0.05);
+  EXPECT_NEAR(rim->used, 1 - 2 * 14 / (2 * std::numbers::pi * kProfileRadius_px), 0.08);
+}
+
+TEST(RimProfile, FindsNoStepOfTheOtherSignNorInNoise) {
+  RimSearch dark = search_from({}, 40);
+  dark.sign = -1;
+  EXPECT_FALSE(measured(disc_among({}), dark));
+  RimSearch elsewhere = search_from({}, 20);
+  elsewhere.outer_px = elsewhere.inner_px = 10;
+  EXPECT_FALSE(measured(disc_among({}), elsewhere));
+}
+
+}  // namespace
+}  // namespace panelcal::internal
