@@ -17,7 +17,6 @@ using Eigen::VectorXd;
 constexpr double kLeastSmoothing = 1e-12;
 constexpr double kMostSmoothing = 1e6;
 constexpr int kSearchSteps = 24;  ///< of golden sections: the logarithm to 1e-3
-constexpr double kRoundingOfSum = 1e-6;
 /// Energy of a mode of mean square 1 that is not bent, but for rounding.
 constexpr double kUnbentTable = 1e-6;
 
@@ -58,10 +57,6 @@ double Smoother::badness(double log_smoothing) const {
   const Cholesky decomposed(matrix(smoothing));
   if (!decomposed.is_definite()) return std::numeric_limits<double>::infinity();
   const double explained = system_.right_side().dot(decomposed.solve(system_.right_side()));
-  // Where nothing was seen, hardly any smoothing makes coefficients of rounding errors.
-  if (explained > (1 + kRoundingOfSum) * system_.sum_of_squares()) {
-    return std::numeric_limits<double>::infinity();
-  }
   return decomposed.log_determinant() - rank_ * std::log(smoothing) - explained;
 }
 

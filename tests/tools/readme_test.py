@@ -10,6 +10,8 @@ from pathlib import Path
 
 from demo_job import demo_arguments, run
 
+SAME_MM = 1e-4  # as far as stops of the camera matter
+
 
 def rows(pictures):
     with open(pictures / "images.csv", newline="") as file:

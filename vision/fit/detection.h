@@ -47,8 +47,8 @@ struct LocateOptions {
   double max_oval = 0.01;
   /// Largest deviation of a rim from round, rms, of the radius. It enters the covariance; more is
   /// another shape.
-  double max_roughness = 0.05;
-  /// Largest amplitude of a single wave of 3 to 8 periods around a rim, of the radius: regular
+  double max_roughness = 0.08;
+  /// Largest amplitude of a single wave of 4 to 8 periods around a rim, of the radius: regular
   /// hexagons have 0.036, octagons 0.02, squares 0.1.
   double max_lobes = 0.025;
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <vector>
 
@@ -34,12 +35,15 @@ constexpr double kMostBlurred = 4;         // px: narrow enough
 constexpr double kLostByWide = 0.05;       // of the rim
 constexpr double kDisagreement = 0.4;      // of the way from one to the other: the truth is between
 constexpr double kMostDisagreement = 0.3;  // of the edge's sigma
-constexpr int kComparedWaves = 7;
-/// Lobes are a wave that is far above noise and has most of what deviates.
-constexpr int kFewestLobes = 3;
+/// Lobes are a wave that is far above noise and has most of what deviates. A triangle is rough.
+constexpr int kFewestLobes = 4;
 constexpr int kMostLobes = 8;
 constexpr double kLobesOverFloor = 12;
 constexpr double kLoneLobes = 1.2;
+constexpr double kPureLobes = 10;
+constexpr double kSurelyPure = 50;
+constexpr double kAtCrests = 0.6;
+constexpr double kOfSquare = 0.25;
 constexpr double kDisplacedArc = 0.1;     // of the rim
 constexpr double kFarOff = 3.5 * 1.4826;  // of the median magnitude
 
@@ -170,7 +174,7 @@ class RimMeasurement {
   /// the texture goes on, which tells what it does at the rim.
   enum class Width { Narrow, Wide };
 
-  /// The filter that leaves less of the rim counts.
+  /// The filter that is surer of the center counts.
   void look_wide() {
     const Pass narrow = pass_;
     const auto use = use_;
@@ -183,7 +187,7 @@ class RimMeasurement {
                                      0.0,
                                      std::pow(kMostDisagreement * narrow.step.sigma_px, 2));
     }
-    if (is_seen && waves_left(pass_) < waves_left(narrow) &&
+    if (is_seen && stated_variance(pass_) < stated_variance(narrow) &&
         pass_.circle.seen >= narrow.circle.seen - kLostByWide) {
       p_.head<2>() += pass_.strip.unit * pass_.circle.shift_px;
       pass_.move_px = pass_.circle.shift_px.norm();
@@ -193,11 +197,22 @@ class RimMeasurement {
     use_ = use;
   }
 
-  static double waves_left(const Pass& pass) {
-    const Eigen::VectorXd left = pass.circle.residuals(pass.deviations);
-    double power = 0;
-    for (int k = 2; k <= kComparedWaves; ++k) power += wave_power(left, pass.circle.use, k);
-    return power;
+  double stated_variance(const Pass& pass) const {
+    const Eigen::VectorXd left = residuals_about_circle(pass.deviations, pass.circle.use);
+    return waves_of(pass, wave_powers(left, pass.circle.use)).first * pass.circle.unit_cov.trace();
+  }
+
+  /// Of two periods and more, down to a length.
+  std::vector<double> wave_powers(const Eigen::VectorXd& left, const std::vector<char>& use) const {
+    const double around_px = 2 * std::numbers::pi * p_[kRadius] / pass_.strip.unit;
+    const int last = std::clamp(static_cast<int>(around_px / kShortestOwnWave_px), 7, 24);
+    std::vector<double> powers;
+    for (int k = 2; k <= last; ++k) powers.push_back(wave_power(left, use, k));
+    return powers;
+  }
+
+  static RimWaves waves_of(const Pass& pass, const std::vector<double>& powers) {
+    return extrapolate_waves(powers, pass.filter.variance, kRoughChance);
   }
 
   bool look(Width width) {
@@ -296,15 +311,10 @@ class RimMeasurement {
     const auto& use = is_displaced ? pass_.usable : pass_.circle.use;
     const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, use);
     const auto n = static_cast<double>(left.size());
-    const int last =
-        std::clamp(static_cast<int>(2 * std::numbers::pi * radius_px / kShortestOwnWave_px), 7, 24);
-    std::vector<double> powers;
+    const std::vector<double> powers = wave_powers(left, use);
     double squares = 0;
-    for (int k = 2; k <= last; ++k) {
-      powers.push_back(wave_power(left, use, k));
-      squares += 2 / n * (powers.back() - pass_.filter.variance);
-    }
-    const RimWaves waves = extrapolate_waves(powers, pass_.filter.variance, kRoughChance);
+    for (const double power : powers) squares += 2 / n * (power - pass_.filter.variance);
+    const RimWaves waves = waves_of(pass_, powers);
     const double unit = pass_.strip.unit;
     profile.center_cov = unit * unit * waves.first * pass_.circle.unit_cov;
     profile.center_cov +=
@@ -317,7 +327,9 @@ class RimMeasurement {
     profile.roughness = std::sqrt(std::max(0.0, squares)) / radius_px;
   }
 
-  /// Of every sector that shows an edge: a polygon's corners are no debris.
+  /// Of every sector that shows an edge: a polygon's corners are no debris. If those that show none
+  /// lie at the crests of a pure wave, they are corners too, and about the fourth power of the
+  /// share with an edge is left of the wave.
   void add_lobes(double radius_px, RimProfile& profile) const {
     const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, pass_.usable);
     const auto n = static_cast<double>(left.size());
@@ -329,9 +341,32 @@ class RimMeasurement {
     }
     const auto largest = std::max_element(powers.begin(), powers.end());
     if (*largest < kLobesOverFloor * pass_.filter.variance) return;
-    if (*largest < kLoneLobes * (all - *largest)) return;
-    profile.n_lobes = static_cast<int>(largest - powers.begin());
-    profile.lobes = 2 * std::sqrt(*largest / n) / radius_px;
+    auto n_lobes = static_cast<std::size_t>(largest - powers.begin());
+    // A square's corners, where they are cut off, make as much of eight waves as of four.
+    if (n_lobes == 8 && powers[4] > kOfSquare * powers[8]) n_lobes = 4;
+    const double own = powers[n_lobes] + (n_lobes == 4 ? powers[8] : 0);
+    if (own < kLoneLobes * (all - own)) return;
+    profile.n_lobes = static_cast<int>(n_lobes);
+    profile.lobes = 2 * std::sqrt(own / n) / radius_px;
+    if (own < std::max(kPureLobes * (all - own), kSurelyPure * pass_.filter.variance)) return;
+    if (crest_of_unseen(left, profile.n_lobes) < kAtCrests) return;
+    const auto n_usable = static_cast<double>(std::ranges::count(pass_.usable, 1));
+    profile.lobes /= std::pow(n_usable / n, 4);
+  }
+
+  /// How high on a wave the sectors lie that show no edge, on average: 1 at its crests.
+  double crest_of_unseen(const Eigen::VectorXd& left, int n_periods) const {
+    std::complex<double> wave = 0;
+    std::complex<double> unseen = 0;
+    double n_unseen = 0;
+    for (Eigen::Index i = 0; i < left.size(); ++i) {
+      const auto turn = std::polar(1.0, n_periods * pass_.strip.angle_rad(i));
+      const bool is_usable = pass_.usable[static_cast<std::size_t>(i)] != 0;
+      (is_usable ? wave : unseen) += is_usable ? left[i] * turn : turn;
+      n_unseen += is_usable ? 0 : 1;
+    }
+    if (n_unseen == 0 || std::abs(wave) == 0) return 0;
+    return (wave * std::conj(unseen)).real() / std::abs(wave) / n_unseen;
   }
 
   /// The correlation over the sectors that are used.

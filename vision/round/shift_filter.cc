@@ -60,7 +60,7 @@ double at_lag(const Eigen::VectorXd& covariance, Eigen::Index lag) {
 /// Shading makes the levels beside a rim slope as they like, within this part of the contrast per
 /// px.
 void add_slopes(const RimStrip& strip, const StepProfile& step, Eigen::MatrixXd& covariance) {
-  constexpr double kSlope = 0.015;
+  constexpr double kSlope = 0.005;
   Eigen::VectorXd inside(strip.n_rings());
   Eigen::VectorXd outside(strip.n_rings());
   for (Eigen::Index j = 0; j < strip.n_rings(); ++j) {

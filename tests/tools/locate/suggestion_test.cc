@@ -3,10 +3,9 @@
 
 #include <vector>
 
+#include "machine/config/machine_config.h"
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
-
-#include "machine/config/machine_config.h"
 
 namespace panelcal {
 namespace {

@@ -2,6 +2,8 @@
 #include "vision/round/rim_profile.h"
 
 #include <cmath>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -17,17 +19,24 @@ constexpr double kProfileNoise = 4;
 constexpr double kFewSigmas = 4;
 const Eigen::Vector2d kProfileCenter(99.3, 100.8);
 
-Image disc_among(const std::vector<Feature>& others, double weave = 0, std::uint64_t seed = 1) {
+Image scene_of(std::vector<Feature> features, double weave) {
   Camera camera = test::plain_camera(kProfileSide, kProfileSide);
   camera.noise = kProfileNoise;
   Scene scene;
   scene.background = 80.0 / 255;
   scene.weave.amplitude = weave / 255;
-  scene.features = {test::disc_at(
-      camera, kProfileCenter.x(), kProfileCenter.y(), kProfileRadius_px, 180.0 / 255)};
-  scene.features.insert(scene.features.end(), others.begin(), others.end());
-  Random random(seed);
+  scene.features = std::move(features);
+  Random random(1);
   return render(scene, camera, random);
+}
+
+Image disc_among(std::vector<Feature> others, double weave = 0) {
+  const Camera camera = test::plain_camera(kProfileSide, kProfileSide);
+  others.insert(
+      others.begin(),
+      test::disc_at(
+          camera, kProfileCenter.x(), kProfileCenter.y(), kProfileRadius_px, 180.0 / 255));
+  return scene_of(std::move(others), weave);
 }
 
 RimSearch search_from(const Eigen::Vector2d& off_px, double radius_px) {
@@ -82,19 +91,36 @@ TEST(RimProfile, LeavesOutWhatCoversTheRim) {
   const Camera camera = test::plain_camera(kProfileSide, kProfileSide);
   const Eigen::Vector2d dirt =
       kProfileCenter + kProfileRadius_px * Eigen::Vector2d(std::cos(0.7), std::sin(0.7));
-  const auto rim = measured(
-      disc_among({test::disc_at(camera, dirt.x(), dirt.y(), 14, 60.0 / 255)}), search_from({}, 40));
+  const auto rim = measured(disc_among({test::disc_at(camera, dirt.x(), dirt.y(), 14, 60.0 / 255)}),
+                            search_from(Eigen::Vector2d::Zero(), 40));
   ASSERT_TRUE(rim);
   EXPECT_LT(error_in_sigmas(*rim), kFewSigmas);
   EXPECT_LT(rim->parameters.head<2>().norm(), 0.05);
   EXPECT_NEAR(rim->used, 1 - 2 * 14 / (2 * std::numbers::pi * kProfileRadius_px), 0.08);
 }
 
+TEST(RimProfile, SeesThatASquareHasFourLobes) {
+  for (const double turn_deg : {0.0, 20.0, 45.0}) {
+    Feature square;
+    square.shape = Feature::Shape::Rectangle;
+    square.size = square.inner_size = mm(0.01 * 68);
+    square.angle = deg(turn_deg);
+    square.level = 180.0 / 255;
+    const Camera camera = test::plain_camera(kProfileSide, kProfileSide);
+    square.center = camera.mapping(position_px<frame::Image>(kProfileCenter));
+    RimSearch search = search_from(Eigen::Vector2d::Zero(), 37);
+    const auto rim = measured(scene_of({square}, 15), search);
+    ASSERT_TRUE(rim) << turn_deg;
+    EXPECT_EQ(rim->n_lobes, 4) << turn_deg;
+    EXPECT_GT(rim->lobes, LocateOptions{}.max_lobes) << turn_deg;
+  }
+}
+
 TEST(RimProfile, FindsNoStepOfTheOtherSignNorInNoise) {
-  RimSearch dark = search_from({}, 40);
+  RimSearch dark = search_from(Eigen::Vector2d::Zero(), 40);
   dark.sign = -1;
   EXPECT_FALSE(measured(disc_among({}), dark));
-  RimSearch elsewhere = search_from({}, 20);
+  RimSearch elsewhere = search_from(Eigen::Vector2d::Zero(), 20);
   elsewhere.outer_px = elsewhere.inner_px = 10;
   EXPECT_FALSE(measured(disc_among({}), elsewhere));
 }
