@@ -335,11 +335,11 @@ class RimMeasurement {
     const auto n = static_cast<double>(left.size());
     std::array<double, kMostLobes + 1> powers{};
     double all = 0;
-    for (int k = kFewestLobes; k <= kMostLobes; ++k) {
+    for (int k = kFewestLobes - 1; k <= kMostLobes; ++k) {
       powers[static_cast<std::size_t>(k)] = wave_power(left, pass_.usable, k);
       all += powers[static_cast<std::size_t>(k)];
     }
-    const auto largest = std::max_element(powers.begin(), powers.end());
+    const auto largest = std::max_element(powers.begin() + kFewestLobes, powers.end());
     if (*largest < kLobesOverFloor * pass_.filter.variance) return;
     auto n_lobes = static_cast<std::size_t>(largest - powers.begin());
     // A square's corners, where they are cut off, make as much of eight waves as of four.
