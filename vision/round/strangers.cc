@@ -35,9 +35,8 @@ struct StrangeLimits {
 /// Residuals over their sigmas and their sums over boxes, row by row.
 class BoxRows {
  public:
-  BoxRows(const RimWindow& window, const RimResiduals& residuals, const StrangeLimits& limits)
-      : window_(window),
-        residuals_(residuals),
+  BoxRows(const RimResiduals& residuals, const StrangeLimits& limits)
+      : residuals_(residuals),
         limits_(limits),
         width_(residuals.width),
         z_(Eigen::ArrayXXf::Zero(width_ + 2 * kHalf, kBox)),
@@ -82,7 +81,6 @@ class BoxRows {
     for (int i = 0; i < kBox; ++i) sums += z.segment(i, width_);
   }
 
-  const RimWindow& window_;
   const RimResiduals& residuals_;
   const StrangeLimits& limits_;
   Eigen::Index width_;
@@ -94,10 +92,9 @@ class BoxRows {
 };
 
 /// How much larger than by chance texture makes box means outside of the target, and in its hole.
-std::array<double, kRimZones> zone_spreads(const RimWindow& window,
-                                           const RimResiduals& residuals,
+std::array<double, kRimZones> zone_spreads(const RimResiduals& residuals,
                                            const StrangeLimits& limits) {
-  BoxRows rows(window, residuals, limits);
+  BoxRows rows(residuals, limits);
   std::array<std::vector<float>, kRimZones> magnitudes;
   for (int y = 0; y < residuals.height; ++y) {
     rows.go_to(y);
@@ -119,8 +116,7 @@ std::array<double, kRimZones> zone_spreads(const RimWindow& window,
   return spreads;
 }
 
-StrangeLimits strange_limits(const RimWindow& window,
-                             const RimResiduals& residuals,
+StrangeLimits strange_limits(const RimResiduals& residuals,
                              const RimNoiseEstimate& noise,
                              double contrast) {
   StrangeLimits limits;
@@ -131,7 +127,7 @@ StrangeLimits strange_limits(const RimWindow& window,
     limits.scale[RimResiduals::kBand + i] = limits.scale[RimResiduals::kZone + i];
   }
   std::array<double, kRimZones> spreads = {1, 1, 1};
-  if (noise.is_textured) spreads = zone_spreads(window, residuals, limits);
+  if (noise.is_textured) spreads = zone_spreads(residuals, limits);
   for (const std::size_t base : {RimResiduals::kZone, RimResiduals::kBand}) {
     for (std::size_t zone = 0; zone < kRimZones; ++zone) {
       const std::size_t kind = base + zone;
@@ -155,7 +151,7 @@ StrangeLimits strange_limits(const RimWindow& window,
 double largest_excess(const RimWindow& window,
                       const RimResiduals& residuals,
                       const StrangeLimits& limits) {
-  BoxRows rows(window, residuals, limits);
+  BoxRows rows(residuals, limits);
   float largest = 0;
   for (int y = 0, i = 0; y < residuals.height; ++y) {
     rows.go_to(y);
@@ -183,7 +179,7 @@ bool has_strangers(const RimWindow& window,
                    const RimResiduals& residuals,
                    const RimNoiseEstimate& noise,
                    const RimVector& p) {
-  const StrangeLimits limits = strange_limits(window, residuals, noise, std::abs(p[kContrast]));
+  const StrangeLimits limits = strange_limits(residuals, noise, std::abs(p[kContrast]));
   return largest_excess(window, residuals, limits) >= 1;
 }
 
