@@ -4,19 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/picture/cv_bridge.h"
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace panelcal::internal {
 namespace {
-
-/// The picture's own memory as a matrix; not to be written to.
-cv::Mat pixels_of(const Image& image) {
-  return cv::Mat(image.height(),
-                 image.width(),
-                 CV_32F,
-                 const_cast<float*>(image.pixels().data()));  // NOLINT: OpenCV has no const Mat
-}
 
 /// Best correlation at every pixel and the pattern that has it.
 struct Best {

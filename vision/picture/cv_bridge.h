@@ -6,13 +6,18 @@
 
 namespace panelcal::internal {
 
+/// The picture's own memory; not to be written to.
+inline cv::Mat pixels_of(const Image& image) {
+  return cv::Mat(image.height(),
+                 image.width(),
+                 CV_32FC1,
+                 const_cast<float*>(image.pixels().data()));  // OpenCV has no const Mat
+}
+
 /// The picture rounded and clipped to 8 bit (full scale 255) or 16 bit.
 inline cv::Mat mat_of(const Image& image) {
-  // The Mat only looks at the pixels; convertTo rounds, clips and copies.
-  const cv::Mat view(
-      image.height(), image.width(), CV_32FC1, const_cast<float*>(image.pixels().data()));
   cv::Mat mat;
-  view.convertTo(mat, image.full_scale() > Image::kFullScale8 ? CV_16U : CV_8U);
+  pixels_of(image).convertTo(mat, image.full_scale() > Image::kFullScale8 ? CV_16U : CV_8U);
   return mat;
 }
 

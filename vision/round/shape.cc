@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
-#include <utility>
 
 #include "vision/fit/turn.h"
 #include <Eigen/Core>

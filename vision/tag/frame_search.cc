@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <numbers>
 
+#include "vision/picture/cv_bridge.h"
 #include "vision/tag/frame_sides.h"
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -42,11 +43,7 @@ struct SmallPicture {
 };
 
 SmallPicture small_picture(const Image& image, const PixelBox& box, double cell_px, int n_cells) {
-  const cv::Mat whole(image.height(),
-                      image.width(),
-                      CV_32F,
-                      const_cast<float*>(image.pixels().data()));  // only read
-  const cv::Mat part = whole(cv::Rect(box.x0, box.y0, box.width, box.height));
+  const cv::Mat part = pixels_of(image)(cv::Rect(box.x0, box.y0, box.width, box.height));
   SmallPicture small;
   small.box = box;
   small.factor = std::max(1.0, cell_px / kFrameCellPx);

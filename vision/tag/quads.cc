@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "vision/picture/cv_bridge.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <apriltag/apriltag.h>
@@ -37,11 +38,7 @@ ReducedPicture reduce(const Image& image,
                       double cell_px,
                       const TagView& view,
                       bool is_inverted) {
-  const cv::Mat whole(image.height(),
-                      image.width(),
-                      CV_32F,
-                      const_cast<float*>(image.pixels().data()));  // only read
-  const cv::Mat part = whole(cv::Rect(box.x0, box.y0, box.width, box.height));
+  const cv::Mat part = pixels_of(image)(cv::Rect(box.x0, box.y0, box.width, box.height));
   ReducedPicture reduced;
   reduced.box = box;
   const double factor = std::max(1.0, cell_px / view.cell_px);

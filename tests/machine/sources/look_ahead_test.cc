@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/sources/look_ahead.h"
 
-#include <functional>
-#include <utility>
 #include <vector>
 
 #include "vision/picture/image_io.h"
 #include <gtest/gtest.h>
 
+#include "tests/machine/counted_tasks.h"
 #include "tests/machine/small_panel.h"
 #include "tests/support/matchers.h"
 
@@ -15,18 +14,6 @@ namespace panelcal::internal {
 namespace {
 
 using test::FailsWith;
-
-/// Two threads of which each task ends before the next thing happens.
-class PromptExecutor : public Executor {
- public:
-  void post(std::function<void()> task) override {
-    ++n_posted;
-    task();
-  }
-  std::size_t n_threads() const override { return 2; }
-
-  std::size_t n_posted = 0;
-};
 
 class LookAheadTest : public ::testing::Test {
  protected:
@@ -59,7 +46,7 @@ class LookAheadTest : public ::testing::Test {
 
   test::TemporaryFolder folder_;
   MachineConfig config_ = test::small_config(folder_.path());
-  PromptExecutor executor_;
+  test::CountedTasks executor_;
   std::optional<LookAhead> ahead_;
 };
 

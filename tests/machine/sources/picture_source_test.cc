@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "vision/picture/image_io.h"
 #include <gtest/gtest.h>
 
+#include "tests/machine/counted_tasks.h"
 #include "tests/machine/small_panel.h"
 #include "tests/support/matchers.h"
 
@@ -101,18 +101,6 @@ TEST_F(PictureSourceTest, WithoutSeqTheNearestPictureIsTaken) {
   expect_same_survey(folder);
 }
 
-/// Runs tasks at once, and counts them.
-class CountedTasks final : public Executor {
- public:
-  void post(std::function<void()> task) override {
-    ++n_posted;
-    task();
-  }
-  std::size_t n_threads() const override { return 2; }
-
-  std::size_t n_posted = 0;
-};
-
 TEST_F(PictureSourceTest, LookingAheadChangesNoAnswer) {
   config_.vision.search_radius = mm(1);  // so that an answer depends on the expected place
   std::vector<MeasurementRequest> requests;
@@ -127,7 +115,7 @@ TEST_F(PictureSourceTest, LookingAheadChangesNoAnswer) {
   const std::initializer_list<std::vector<MeasurementRequest>> forecasts = {
       requests, elsewhere, reversed, {}};
   for (const auto& forecast : forecasts) {
-    CountedTasks tasks;
+    test::CountedTasks tasks;
     auto source = PictureSource::create(config_, read_folder(), {}, &tasks);
     ASSERT_TRUE(source);
     source->foresee([&] { return forecast; });
