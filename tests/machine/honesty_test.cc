@@ -16,7 +16,7 @@
 namespace panelcal {
 namespace {
 
-constexpr int kSeeds = 200;
+constexpr int kJobs = 200;
 /// What the mean normalised squared error per degree of freedom may differ from 1. For the holes,
 /// whose errors within a seed are one draw of some twelve numbers, chance alone makes 0.03.
 constexpr double kTolerance = 0.1;
@@ -138,15 +138,15 @@ TEST(Honesty, PredictedCovarianceOfFiducialsAndHolesIsTheRealOne) {
   const test::TemporaryFolder folder;
   const auto program = test::program_of(std::string(kProgram));
   Honesty sums;
-  for (int seed = 1; seed <= kSeeds; ++seed) {
+  for (int seed = 1; seed <= kJobs; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const auto config =
         test::config_with_camera(folder.path(), test::test_camera(320, 320), config_text(seed));
     ASSERT_TRUE(config) << config.error().text();
     ASSERT_NO_FATAL_FAILURE(add_seed(program, *config, sums));
   }
-  ASSERT_EQ(sums.n_fiducials, 9 * kSeeds);
-  ASSERT_EQ(sums.n_holes, 20 * kSeeds);
+  ASSERT_EQ(sums.n_fiducials, 9 * kJobs);
+  ASSERT_EQ(sums.n_holes, 20 * kJobs);
   const double fiducials = sums.fiducials / (2.0 * sums.n_fiducials);
   const double holes = sums.holes / (2.0 * sums.n_holes);
   RecordProperty("fiducials", std::to_string(fiducials));
