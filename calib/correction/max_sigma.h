@@ -21,6 +21,7 @@ class MaxSigma {
     constexpr double kLeast_mm2 = 1e-100;
     const double room_mm2 = bound_mm2_ - mean_mm2;
     if (bound_mm2_ > kLeast_mm2 && room_mm2 >= 0 && square_mm4 < room_mm2 * room_mm2) return false;
+    if (mean_mm2 <= 0 && square_mm4 <= 0) return false;  // zero, as all are without a correction
     return add_exactly(cov_mm2);
   }
   Length value() const { return sigma_; }

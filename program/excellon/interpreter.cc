@@ -156,14 +156,17 @@ bool Interpreter::run_plain_lines(std::size_t end) {
       !vision_.may_drill() || !has_working_tool()) {
     return false;
   }
-  return plain_.read_lines(cursor_, end, [this](int line, const PlainCoordinate& block) {
+  const auto drill = [this](int line, const PlainCoordinate& block) {
     if ((!warned_format_ && !block.has_point) || emitter_.is_over_limit()) return false;
-    if (block.xy_mm[0]) modal_.at_mm.x() = *block.xy_mm[0];
-    if (block.xy_mm[1]) modal_.at_mm.y() = *block.xy_mm[1];
+    const Eigen::Vector2d at_mm = block.from(modal_.at_mm);
+    modal_.at_mm = at_mm;
     modal_.has_hole = true;
-    emitter_.drill(line, modal_.at_mm);
+    emitter_.drill(line, at_mm);
     return true;
-  });
+  };
+  if (emitter_.is_executing()) return plain_.read_lines(cursor_, end, drill);
+  return plain_.read_lines(
+      cursor_, end, drill, [this](std::int64_t n) { return emitter_.count_unseen(n); });
 }
 
 /// `/` alone clears the tool links; in front of a block it is block delete.

@@ -29,9 +29,12 @@ std::string tool_list(const std::set<int>& tools) {
 }  // namespace
 
 void JobCheck::put(const Operation& operation) {
-  if (const auto* drill = std::get_if<Drill>(&operation.what)) {
-    see_hole(operation, *drill);
-  } else if (const auto* change = std::get_if<ToolChange>(&operation.what)) {
+  if (const auto* drill = std::get_if<Drill>(&operation.what)) return see_hole(operation, *drill);
+  put_rare(operation);
+}
+
+void JobCheck::put_rare(const Operation& operation) {
+  if (const auto* change = std::get_if<ToolChange>(&operation.what)) {
     take(change->tool);
   } else if (const auto* rout = std::get_if<Rout>(&operation.what)) {
     used_.insert(rout->tool);
@@ -71,7 +74,7 @@ void JobCheck::take(const Tool& tool) {
   drilling_tool_ = 0;
 }
 
-void JobCheck::see(const Operation& operation, const PlacedPoint& point) {
+inline void JobCheck::see(const Operation& operation, const PlacedPoint& point) {
   low_mm_ = low_mm_.cwiseMin(point.nominal.in_mm());
   high_mm_ = high_mm_.cwiseMax(point.nominal.in_mm());
   hold_against_travel(operation, point.actual);
@@ -85,13 +88,13 @@ void JobCheck::see_bulges(const Operation& operation, const Rout& rout) {
   });
 }
 
-void JobCheck::hold_against_travel(const Operation& operation,
-                                   const Position<frame::Machine>& place) {
-  if (!travel_) return;
+void JobCheck::hold_against(const Travel& travel,
+                            const Operation& operation,
+                            const Position<frame::Machine>& place) {
   const Eigen::Vector2d& at_mm = place.in_mm();
   // Written so that a NaN is outside.
-  if ((at_mm.array() >= travel_->low.in_mm().array()).all() &&
-      (at_mm.array() <= travel_->high.in_mm().array()).all()) {
+  if ((at_mm.array() >= travel.low.in_mm().array()).all() &&
+      (at_mm.array() <= travel.high.in_mm().array()).all()) {
     return;
   }
   if (n_outside_++ == 0) {
@@ -99,13 +102,15 @@ void JobCheck::hold_against_travel(const Operation& operation,
   }
 }
 
+void JobCheck::drill_with(int tool) {
+  drilling_tool_ = tool;
+  used_.insert(tool);
+  if (!tool_.infeed) without_infeed_.insert(tool);
+}
+
 void JobCheck::see_hole(const Operation& operation, const Drill& drill) {
   see(operation, drill);
-  if (drill.tool != drilling_tool_) {
-    drilling_tool_ = drill.tool;
-    used_.insert(drill.tool);
-    if (!tool_.infeed) without_infeed_.insert(drill.tool);
-  }
+  if (drill.tool != drilling_tool_) drill_with(drill.tool);
   // Holes of one block are a cycle's, which may overlap.
   if (operation.line != last_line_) {
     const double step_mm2 = (drill.nominal.in_mm() - last_mm_).squaredNorm();

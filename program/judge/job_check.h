@@ -44,8 +44,15 @@ class JobCheck final : public OperationSink {
   void take(const Tool& tool);
   void see(const Operation& operation, const PlacedPoint& point);
   void see_bulges(const Operation& operation, const Rout& rout);
-  void hold_against_travel(const Operation& operation, const Position<frame::Machine>& place);
+  void put_rare(const Operation& operation);
+  void hold_against_travel(const Operation& operation, const Position<frame::Machine>& place) {
+    if (travel_) hold_against(*travel_, operation, place);
+  }
+  void hold_against(const Travel& travel,
+                    const Operation& operation,
+                    const Position<frame::Machine>& place);
   void see_hole(const Operation& operation, const Drill& drill);
+  [[gnu::noinline]] void drill_with(int tool);
   void report_scale(const Program& program, DiagnosticLog& log) const;
 
   std::optional<Travel> travel_;

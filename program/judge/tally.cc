@@ -50,12 +50,15 @@ void Tally::put_hole(const Drill& drill) {
   const std::int64_t index = holes_.n;
   holes_.add(drill.tool);
   put_place(drill);
-  if (index % stride_ != 0) return;
+  if (is_sampled(index)) keep_sample(index, drill);
+}
+
+void Tally::keep_sample(std::int64_t index, const Drill& drill) {
   if (sample_.size() == kSample) {
     for (std::size_t i = 0; 2 * i < kSample; ++i) sample_[i] = sample_[2 * i];
     sample_.resize(kSample / 2);
     stride_ *= 2;
-    if (index % stride_ != 0) return;
+    if (!is_sampled(index)) return;
   }
   sample_.push_back({drill.tool, drill.nominal, drill.corrected});
 }

@@ -66,10 +66,7 @@ class Tally final : public OperationSink {
     }
 
     void add(int tool) {
-      if (count_ == nullptr || tool != tool_) {
-        tool_ = tool;
-        count_ = &by_tool[tool];
-      }
+      if (count_ == nullptr || tool != tool_) take(tool);
       ++*count_;
       ++n;
     }
@@ -78,12 +75,20 @@ class Tally final : public OperationSink {
     std::int64_t n = 0;
 
    private:
+    [[gnu::noinline]] void take(int tool) {
+      tool_ = tool;
+      count_ = &by_tool[tool];
+    }
+
     std::int64_t* count_ = nullptr;  ///< of tool_, in by_tool
     int tool_ = 0;
   };
 
   void put_place(const PlacedPoint& place);
+  /// Every hole asks, so without a division.
+  bool is_sampled(std::int64_t index) const { return (index & (stride_ - 1)) == 0; }
   void put_hole(const Drill& drill);
+  [[gnu::noinline]] void keep_sample(std::int64_t index, const Drill& drill);
   void put_slot(int tool, const PlacedPoint& start, const PlacedPoint& end);
   void put_rout(const Rout& rout);
 
@@ -98,7 +103,7 @@ class Tally final : public OperationSink {
   BoundingBox<frame::Nominal> nominal_box_;
   BoundingBox<frame::Actual> corrected_box_;
   std::vector<HoleMark> sample_;
-  std::int64_t stride_ = 1;
+  std::int64_t stride_ = 1;  ///< a power of two
 };
 
 /// Passes every operation to several sinks in turn.

@@ -131,19 +131,27 @@ bool Interpreter::run_plain_lines(std::size_t end) {
   const bool refuses_points = format_ == FileFormat::F1000;
   const bool is_simple = tool_ && !needs_care_;
   bool is_full = false;
-  const bool has_any = plain_.read_lines(cursor_, end, [&](int line, const PlainCoordinate& block) {
+  const auto take = [&](int line, const PlainCoordinate& block) {
     if ((refuses_points && block.n_points > 0) || is_full) return false;
-    if (block.xy_mm[0]) modal_.at_mm.x() = *block.xy_mm[0];
-    if (block.xy_mm[1]) modal_.at_mm.y() = *block.xy_mm[1];
+    const Eigen::Vector2d at_mm = block.from(modal_.at_mm);
+    modal_.at_mm = at_mm;
     ++n_blocks_;
     if (is_simple) {
-      emitter_.drill(line, modal_.at_mm);
+      emitter_.drill(line, at_mm);
     } else {
-      drill(line, modal_.at_mm);
+      drill(line, at_mm);
     }
     is_full = !is_simple || emitter_.is_over_limit();
     return true;
-  });
+  };
+  const auto skip = [&](std::int64_t n) {
+    const std::int64_t n_unseen = emitter_.count_unseen(n);
+    n_blocks_ += n_unseen;
+    return n_unseen;
+  };
+  const bool only_counts = is_simple && !emitter_.is_executing();
+  const bool has_any = only_counts ? plain_.read_lines(cursor_, end, take, skip)
+                                   : plain_.read_lines(cursor_, end, take);
   if (has_any) {
     modal_.at_step_mm = format_step_mm(format_);
     has_coordinate_ = true;

@@ -9,9 +9,11 @@
 #include <cstring>
 #include <optional>
 #include <string_view>
+#include <type_traits>
 
 #include "program/text/number_format.h"
 #include "program/text/source_text.h"
+#include <Eigen/Core>
 
 namespace panelcal {
 
@@ -20,6 +22,11 @@ struct PlainCoordinate {
   std::array<std::optional<double>, 2> xy_mm;  ///< an axis that the block leaves out is absent
   bool has_point = true;  ///< every number has a decimal point or no digits: any format reads it
   int n_points = 0;
+
+  /// Where it leads from a place: an axis that is left out stays.
+  Eigen::Vector2d from(const Eigen::Vector2d& at_mm) const {
+    return {xy_mm[0].value_or(at_mm.x()), xy_mm[1].value_or(at_mm.y())};
+  }
 };
 
 /// Reads plain coordinate blocks fast, eight characters at a time.
@@ -43,20 +50,15 @@ class PlainReader {
   /// Out    false: nothing was taken
   template <class Visit>
   bool read_lines(LineCursor& cursor, std::size_t stop, Visit visit) const {
-    const std::string_view text = cursor.text();
-    const std::size_t begin = cursor.offset();
-    stop = std::min(stop, text.size());
-    if (begin + kMargin < text.size()) {
-      read_lines(cursor, text.data(), std::min(stop, text.size() - kMargin), text.size(), visit);
-    }
-    if (cursor.offset() < stop && cursor.offset() + kMargin >= text.size()) {
-      // The last lines are read where something follows them.
-      std::array<char, 2 * kMargin> last{};
-      const std::string_view rest = text.substr(cursor.offset());
-      rest.copy(last.data(), rest.size());
-      read_lines(cursor, last.data() - cursor.offset(), stop, text.size(), visit);
-    }
-    return cursor.offset() != begin;
+    return read_all(cursor, stop, visit, nullptr);
+  }
+  /// The same for those who need no places but the last one. Blocks that have both axes, and
+  /// another such block behind them, are checked and passed over, unless `skip` wants to see them.
+  ///
+  /// In     skip: std::int64_t(std::int64_t n); how many of the next n blocks to pass over
+  template <class Visit, class Skip>
+  bool read_lines(LineCursor& cursor, std::size_t stop, Visit visit, Skip skip) const {
+    return read_all(cursor, stop, visit, skip);
   }
 
  private:
@@ -113,13 +115,34 @@ class PlainReader {
     return {value_of(values, n_digits), n_digits};
   }
 
+  /// `skip` may be null.
+  template <class Visit, class Skip>
+  bool read_all(LineCursor& cursor, std::size_t stop, Visit& visit, Skip skip) const {
+    const std::string_view text = cursor.text();
+    const std::size_t begin = cursor.offset();
+    stop = std::min(stop, text.size());
+    if (begin + kMargin < text.size()) {
+      read_some(
+          cursor, text.data(), std::min(stop, text.size() - kMargin), text.size(), visit, skip);
+    }
+    if (cursor.offset() < stop && cursor.offset() + kMargin >= text.size()) {
+      // The last lines are read where something follows them.
+      std::array<char, 2 * kMargin> last{};
+      const std::string_view rest = text.substr(cursor.offset());
+      rest.copy(last.data(), rest.size());
+      read_some(cursor, last.data() - cursor.offset(), stop, text.size(), visit, skip);
+    }
+    return cursor.offset() != begin;
+  }
+
   /// Precondition: kMargin characters may be read from every line that begins before `stop`
-  template <class Visit>
-  void read_lines(LineCursor& cursor,
-                  const char* text,
-                  std::size_t stop,
-                  std::size_t size,
-                  Visit& visit) const {
+  template <class Visit, class Skip>
+  void read_some(LineCursor& cursor,
+                 const char* text,
+                 std::size_t stop,
+                 std::size_t size,
+                 Visit& visit,
+                 Skip& skip) const {
     const char* const begin = text + cursor.offset();
     const char* const end = text + size;
     const char* at = begin;
@@ -129,16 +152,24 @@ class PlainReader {
     Layout layout;
     int n_lines_without = 0;
     while (at < text + stop) {
-      const char* next = read_alike(at, layout, block);
-      if (next == nullptr) {
-        next = read_block(at, block);
-        if (next == nullptr) break;
-        // Where layouts change all the time, looking for them costs more than it saves.
-        constexpr int kLinesWithout = 32;
-        const bool is_time = --n_lines_without < 0;
-        layout = is_time ? layout_of(at, next) : Layout();
-        if (is_time) n_lines_without = kLinesWithout;
+      if constexpr (!std::is_null_pointer_v<Skip>) {
+        const std::int64_t n_skipped = skip(count_alike(at, text + stop, layout));
+        at += n_skipped * static_cast<std::int64_t>(layout.length);
+        line += static_cast<int>(n_skipped);
       }
+      if (is_alike(at, layout)) {
+        if (!visit(line, read_alike(at, layout))) break;
+        at += layout.length;
+        ++line;
+        continue;
+      }
+      const char* const next = read_block(at, block);
+      if (next == nullptr) break;
+      // Where layouts change all the time, looking for them costs more than it saves.
+      constexpr int kLinesWithout = 32;
+      const bool is_time = --n_lines_without < 0;
+      layout = is_time ? layout_of(at, next) : Layout();
+      if (is_time) n_lines_without = kLinesWithout;
       // Not at a line end: a blank, a second point, the ninth digit of a run, anything else.
       if (*next != '\n' && *next != '\r' && next != end) break;
       if (!visit(line, block)) break;
@@ -148,45 +179,63 @@ class PlainReader {
     cursor.skip(static_cast<std::size_t>(at - begin), line - first_line);
   }
 
-  /// How many digits the numbers of a block have, both without sign and point; 0: it is not so.
-  struct Layout {
-    std::size_t n_x = 0;
-    std::size_t n_y = 0;
+  /// The digits of a number without sign and point, of which there is a known count.
+  struct DigitLayout {
+    std::uint64_t tops = 0;  ///< the top bits of their bytes
+    int n_digits = 0;
+    Scale scale;
   };
-  static Layout layout_of(const char* at, const char* end) {
+  /// A block of both axes that ends in LF, as the last one was: where the next block begins is
+  /// known before this one has been read.
+  struct Layout {
+    std::size_t y = 0;       ///< offset of the letter
+    std::size_t length = 0;  ///< with the LF; 0: the block was not so
+    DigitLayout x_digits;
+    DigitLayout y_digits;
+  };
+  Layout layout_of(const char* at, const char* end) const {
     const std::string_view block(at, static_cast<std::size_t>(end - at));
     const std::size_t y = block.find('Y');
     if (block.front() != 'X' || y == block.npos || block.find_first_of("+-.") != block.npos) {
       return {};
     }
-    return {y - 1, block.size() - y - 1};
+    const std::size_t n_x = y - 1;
+    const std::size_t n_y = block.size() - y - 1;
+    if (n_x == 0 || n_y == 0) return {};
+    return {y, block.size() + 1, digit_layout(n_x), digit_layout(n_y)};
   }
-  static bool is_digits(std::uint64_t values, std::size_t n) {
-    return (not_digits(values) & ~(~std::uint64_t{0} << (8 * n - 1) << 1)) == 0;
+  /// Precondition: 1 <= n_digits <= kMaxRun
+  DigitLayout digit_layout(std::size_t n_digits) const {
+    return {in_every_byte(0x80) >> (8 * (kMaxRun - n_digits)),
+            static_cast<int>(n_digits),
+            of_count_[n_digits]};
   }
 
-  /// Reads a block of the layout that the last one had, as those of most programs are: where the
-  /// next block begins is known before this one has been read. Null if it has another one.
-  const char* read_alike(const char* at, const Layout& layout, PlainCoordinate& out) const {
-    if (layout.n_x == 0 || layout.n_y == 0) return nullptr;
-    const char* const y = at + 1 + layout.n_x;
-    const char* const end = y + 1 + layout.n_y;
-    const std::uint64_t x_values = load_eight(at + 1) ^ in_every_byte('0');
-    const std::uint64_t y_values = load_eight(y + 1) ^ in_every_byte('0');
-    if (*at != 'X' || *y != 'Y' || *end != '\n' || !is_digits(x_values, layout.n_x) ||
-        !is_digits(y_values, layout.n_y)) {
-      return nullptr;
-    }
-    out.xy_mm[0] = length_mm(x_values, layout.n_x);
-    out.xy_mm[1] = length_mm(y_values, layout.n_y);
-    out.has_point = false;
-    out.n_points = 0;
-    return end;
+  static std::uint64_t load_values(const char* at) { return load_eight(at) ^ in_every_byte('0'); }
+  static bool is_alike(const char* at, const Layout& layout) {
+    const std::uint64_t no_x = not_digits(load_values(at + 1)) & layout.x_digits.tops;
+    const std::uint64_t no_y = not_digits(load_values(at + layout.y + 1)) & layout.y_digits.tops;
+    const char* const next = at + layout.length;
+    // LF CR would be one line end.
+    return layout.length != 0 && *at == 'X' && at[layout.y] == 'Y' && (no_x | no_y) == 0 &&
+           next[-1] == '\n' && next[0] != '\r';
   }
-  double length_mm(std::uint64_t values, std::size_t n_digits) const {
-    const Scale& scale = of_count_[n_digits];
-    const auto mantissa = static_cast<double>(value_of(values, static_cast<int>(n_digits)));
-    return unit_mm_ * (mantissa * scale.times / scale.per);
+  /// How many blocks from here on have the layout, but for the last of them.
+  static std::int64_t count_alike(const char* at, const char* stop, const Layout& layout) {
+    std::int64_t n = 0;
+    for (; at < stop && is_alike(at, layout); at += layout.length) ++n;
+    return std::max<std::int64_t>(n - 1, 0);
+  }
+  /// Precondition: is_alike()
+  PlainCoordinate read_alike(const char* at, const Layout& layout) const {
+    return {{length_mm(load_values(at + 1), layout.x_digits),
+             length_mm(load_values(at + layout.y + 1), layout.y_digits)},
+            false,
+            0};
+  }
+  double length_mm(std::uint64_t values, const DigitLayout& digits) const {
+    const auto mantissa = static_cast<double>(value_of(values, digits.n_digits));
+    return unit_mm_ * (mantissa * digits.scale.times / digits.scale.per);
   }
 
   /// Reads the number behind an axis's letter; gives its end, null if it is not plain.

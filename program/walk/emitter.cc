@@ -162,6 +162,17 @@ void Emitter::take_tolerance(int line, const Tool& tool) {
                    "position_um, or a pad and a drill that leave room for the ring");
 }
 
+/// Takes one tool after the other until the last one has enough hits left; gives how many of them
+/// it is to be charged.
+std::int64_t Emitter::use_up(int line, std::int64_t n) {
+  while (hits_left_ < n && count(n_expired_, options_.max_operations, "used up tools", line)) {
+    n -= hits_left_;
+    expire(line);
+    if (hits_left_ == 0) return 0;  // H0 allows nothing; once is enough to say it
+  }
+  return n;
+}
+
 /// The next linked tool takes over; without one the machine stops for a fresh tool.
 /// Source CNC-7 manual, Set Maximum Hit Count; Link Tools
 void Emitter::expire(int line) {
@@ -244,18 +255,11 @@ template <int kI, int kK>
   return x * by_x + y * by_y + shift;
 }
 
-/// CorrectionStack::drilled into the hole itself: a covariance that is copied just after it was
+/// drilled_from_nominal() into the hole itself: a covariance that is copied just after it was
 /// written takes longer than the correction.
-void correct_hole(const CorrectionStack& stack,
-                  const Position<frame::Nominal>& nominal,
-                  PlacedPoint& hole) {
-  if (stack.smooth() != nullptr) {
-    const PositionEstimate<frame::Actual> drilled = stack.drilled(nominal);
-    hole.corrected = drilled.position;
-    hole.cov_mm2 = drilled.cov;
-    return;
-  }
-  const TransformEstimate<frame::Actual, frame::Nominal>& map = stack.drilled_from_nominal();
+inline void correct_hole(const TransformEstimate<frame::Actual, frame::Nominal>& map,
+                         const Position<frame::Nominal>& nominal,
+                         PlacedPoint& hole) {
   const double x = nominal.in_mm().x();
   const double y = nominal.in_mm().y();
   hole.corrected = map.map(nominal);
@@ -266,35 +270,59 @@ void correct_hole(const CorrectionStack& stack,
 
 }  // namespace
 
+/// A hole of a panel that is bent, or where reference scaling is on.
+void Emitter::correct_specially(bool is_scaled, PlacedPoint& hole) const {
+  const auto place = is_scaled ? scaling_(hole.nominal) : hole.nominal;
+  const CorrectionStack& stack = corrections_.stack;
+  if (stack.smooth() != nullptr) {
+    const PositionEstimate<frame::Actual> drilled = stack.drilled(place);
+    hole.corrected = drilled.position;
+    hole.cov_mm2 = drilled.cov;
+  } else {
+    correct_hole(stack.drilled_from_nominal(), place, hole);
+  }
+}
+
+void Emitter::lead_over_table(int line, PlacedPoint& hole) {
+  hole.told = told_on_table(line, hole.told);
+}
+
+void Emitter::judge_hole(PlacedPoint& hole) {
+  hole.risk = breaking_risk_(hole.cov_mm2, *tolerance_);
+}
+
+void Emitter::cut_hole(int line, Drill& drill) {
+  has_hole_cut_ = !depths_.is_needed();
+  drill.cut = has_hole_cut_ ? cut_ : cut_at(line, drill.nominal);
+}
+
 /// The operation is built in place and kept: copying it would take longer than correcting a hole.
+/// What few jobs need stands in functions of its own, so that nothing here has to wait in memory.
 void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   hit(line, 1);
-  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
-  note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
+  auto& drill = *std::get_if<Drill>(&hole_.what);
+  drill.nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   hole_.line = line;
   hole_.path = place_.path;
   hole_.file = place_.file;
-  auto& drill = *std::get_if<Drill>(&hole_.what);
-  drill.nominal = nominal;
-  const auto scaled = is_scaled ? scaling_(nominal) : nominal;
+  const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
   const bool is_corrected = is_correcting();
-  if (is_corrected) {
-    correct_hole(corrections_.stack, scaled, drill);
+  if (is_scaled || corrections_.stack.smooth() != nullptr) {
+    correct_specially(is_scaled, drill);
+  } else if (is_corrected) {
+    correct_hole(corrections_.stack.drilled_from_nominal(), drill.nominal, drill);
   } else {
-    drill.corrected = corrections_.stack.actual_of(scaled);
+    drill.corrected = position_mm<frame::Actual>(drill.nominal.in_mm());
     drill.cov_mm2.setZero();
   }
-  drill.told = told_for(line, drill.corrected);
+  drill.risk.reset();
+  if (tolerance_ && is_corrected) judge_hole(drill);
+  drill.told = displacement_mm<frame::Machine>(drill.corrected.in_mm());
+  if (options_.table != nullptr) lead_over_table(line, drill);
   drill.actual = place_.work_zero + drill.told;
-  drill.risk = is_corrected ? risk_of(drill.cov_mm2) : std::nullopt;
+  note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
   drill.tool = tool_;
-  if (depths_.is_needed()) {
-    drill.cut = cut_at(line, nominal);
-    has_hole_cut_ = false;
-  } else if (!std::exchange(has_hole_cut_, true)) {
-    drill.cut = cut_;
-  }
+  if (depths_.is_needed() || !has_hole_cut_) cut_hole(line, drill);
   sink_->put(hole_);
 }
 

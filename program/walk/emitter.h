@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -51,6 +52,13 @@ class Emitter {
     if (n > options_.max_operations - n_operations_) return refuse_operations(line);
     n_operations_ += n;
     return true;
+  }
+  /// Counts holes of which nothing but their number matters, as far as the limit allows, and gives
+  /// how many. Precondition: !is_executing()
+  std::int64_t count_unseen(std::int64_t n) {
+    n = std::min(n, options_.max_operations - n_operations_);
+    n_operations_ += n;
+    return n;
   }
   /// Counts copies that need not be walked: their number, operations and idle lines of each.
   void count_copies(std::int64_t n_copies,
@@ -119,13 +127,10 @@ class Emitter {
   bool passes(int line) { return count_operations(1, line) && sink_ != nullptr; }
   void drill_now(int line, const Eigen::Vector2d& at_mm);
   void hit(int line, std::int64_t n) {
-    while (hits_left_ < n && count(n_expired_, options_.max_operations, "used up tools", line)) {
-      n -= hits_left_;
-      expire(line);
-      if (hits_left_ == 0) return;  // H0 allows nothing; once is enough to say it
-    }
+    if (n > hits_left_) n = use_up(line, n);
     hits_left_ -= n;
   }
+  std::int64_t use_up(int line, std::int64_t n);
   void expire(int line);
   CompensationSide placed_side(CompensationSide side) const;
   Eigen::Vector2d told_mm(int line, const Eigen::Vector2d& at_mm);
@@ -152,6 +157,10 @@ class Emitter {
                const Eigen::Vector2d& at_mm,
                std::optional<Feed> feed,
                const DepthOfCut& cut);
+  [[gnu::noinline]] void correct_specially(bool is_scaled, PlacedPoint& hole) const;
+  [[gnu::noinline]] void lead_over_table(int line, PlacedPoint& hole);
+  [[gnu::noinline]] void judge_hole(PlacedPoint& hole);
+  [[gnu::noinline]] void cut_hole(int line, Drill& drill);
   PlacedPoint placed(int line, const Eigen::Vector2d& at_mm, Scaling scaling);
   PlacedPoint place_of(int line,
                        const Position<frame::Nominal>& nominal,

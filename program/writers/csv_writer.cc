@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "program/writers/words.h"
@@ -285,27 +286,34 @@ const Drill* as_simple_hole(const Operation& operation) {
   return is_simple ? drill : nullptr;
 }
 
+char* write_path(char* at, std::span<const int> path) {
+  for (const int index : path) {
+    at = write_integer(at, index);
+    *at++ = '.';
+  }
+  return path.empty() ? at : at - 1;
+}
+
 char* write_hole(char* end, const Operation& operation, const Drill& drill) {
   end = std::ranges::copy(kHoleName, end).out;
   end = write_integer(end, operation.line);
-  char separator = ',';
-  for (const int index : operation.path) {
-    *end++ = separator;
-    end = write_integer(end, index);
-    separator = '.';
-  }
-  if (operation.path.empty()) *end++ = ',';
+  *end++ = ',';
+  if (!operation.path.empty()) end = write_path(end, operation.path);
   *end++ = ',';
   end = write_integer(end, drill.tool);
-  const auto write_point = [&end](const Eigen::Vector2d& point_mm) {
+  const Eigen::Vector2d& nominal_mm = drill.nominal.in_mm();
+  const Eigen::Vector2d& actual_mm = drill.actual.in_mm();
+  const Eigen::Vector2d deviation_mm = sigma_mm(drill);
+  const std::array<double, 6> values_mm = {nominal_mm.x(),
+                                           nominal_mm.y(),
+                                           actual_mm.x(),
+                                           actual_mm.y(),
+                                           deviation_mm.x(),
+                                           deviation_mm.y()};
+  for (const double value_mm : values_mm) {
     *end++ = ',';
-    end = write_fixed_as<kMmDecimals>(end, point_mm.x());
-    *end++ = ',';
-    end = write_fixed_as<kMmDecimals>(end, point_mm.y());
-  };
-  write_point(drill.nominal.in_mm());
-  write_point(drill.actual.in_mm());
-  write_point(sigma_mm(drill));
+    end = write_fixed_as<kMmDecimals>(end, value_mm);
+  }
   end = std::ranges::copy(kBeforeRisk, end).out;
   if (drill.risk) end = write_risk(end, *drill.risk);
   return std::ranges::copy(kHoleEnd, end).out;

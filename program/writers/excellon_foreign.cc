@@ -21,10 +21,10 @@ void ExcellonWriter::put_foreign_header() {
 }
 
 /// The manual's depths are those of the machine's set-up and offsets from them.
-void ExcellonWriter::check_cut(const DepthOfCut& cut) {
+void ExcellonWriter::refuse_cut(const DepthOfCut& cut) {
   if (cut.depth) {
     refuse(fmt::format("a depth of {:g} mm below the board's surface", cut.depth->in_mm()));
-  } else if (cut.z) {
+  } else {
     refuse(fmt::format("the working plane Z{:g}", cut.z->in_mm()),
            "depth offsets of tools (Z in the $ table)");
   }

@@ -184,7 +184,7 @@ void ExcellonWriter::append_speed(SpindleSpeed speed) {
 }
 
 /// A decimal point in every length: it overrides whatever zeros the reader assumes.
-char* ExcellonWriter::write_length(char* at, double value) const {
+inline char* ExcellonWriter::write_length(char* at, double value) const {
   constexpr std::string_view kPoint = ".0";
   return n_decimals_ == kInchDecimals ? write_fixed_as<kInchDecimals>(at, value, kPoint)
                                       : write_fixed_as<kMmDecimals>(at, value, kPoint);
@@ -197,9 +197,9 @@ void ExcellonWriter::append_length(char letter, Length length) {
   text().append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
 
-char* ExcellonWriter::write_point(char* at,
-                                  const Eigen::Vector2d& p_mm,
-                                  std::string_view letters) const {
+inline char* ExcellonWriter::write_point(char* at,
+                                         const Eigen::Vector2d& p_mm,
+                                         std::string_view letters) const {
   const Eigen::Vector2d written = written_from_work() * p_mm / written_unit_mm_;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     *at++ = letters[axis];

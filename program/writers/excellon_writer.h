@@ -75,7 +75,11 @@ class ExcellonWriter final : public ProgramWriter {
   void put_foreign_header();
   void put_foreign_message(std::string_view message);
   void put_foreign_setting(const Setting& setting);
-  void check_cut(const DepthOfCut& cut);
+  /// Depths have no form.
+  void check_cut(const DepthOfCut& cut) {
+    if (cut.depth || cut.z) refuse_cut(cut);
+  }
+  void refuse_cut(const DepthOfCut& cut);
 
   // excellon_structure.cc
   void store(const Operation& operation);

@@ -7,7 +7,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <string_view>
+#include <type_traits>
 
 namespace panelcal {
 
@@ -57,6 +59,12 @@ constexpr std::uint32_t power_of_ten(int n) {
   return n == 0 ? 1 : 10 * power_of_ten(n - 1);
 }
 
+/// The double below a half: cutting the fraction off x + kBelowHalf, 0 <= x < 2^53, rounds half
+/// away from zero. The sum of a fraction of a half is so close to the next whole number that it is
+/// rounded there, and that of the next smaller fraction is not; a half itself would take both
+/// there.
+inline constexpr double kBelowHalf = 0x1.fffffffffffffp-2;
+
 }  // namespace internal
 
 /// The general form of write_fixed_as, for values that are large or no numbers; gives the end.
@@ -66,17 +74,17 @@ char* write_fixed(char* at, double value, int n_decimals);
 inline char* write_count(char* at, std::uint32_t n) {
   using internal::copy_digits;
   if (n < 1000) return at + copy_digits(internal::kWholes[n], at);
-  if (n >= 1'000'000'000) {
-    at = write_count(at, n / 1'000'000'000);
-    n %= 1'000'000'000;
-    copy_digits(internal::kDecimals[n / 1'000'000], at);
-    at += 3;
-  } else if (n >= 1'000'000) {
-    at += copy_digits(internal::kWholes[n / 1'000'000], at);
-  } else {
+  if (n < 1'000'000) {
     at += copy_digits(internal::kWholes[n / 1000], at);
     copy_digits(internal::kDecimals[n % 1000], at);
     return at + 3;
+  }
+  if (n < 1'000'000'000) {
+    at += copy_digits(internal::kWholes[n / 1'000'000], at);
+  } else {
+    at += copy_digits(internal::kWholes[n / 1'000'000'000], at);
+    copy_digits(internal::kDecimals[n / 1'000'000 % 1000], at);
+    at += 3;
   }
   n %= 1'000'000;
   copy_digits(internal::kDecimals[n / 1000], at);
@@ -84,29 +92,46 @@ inline char* write_count(char* at, std::uint32_t n) {
   return at + 6;
 }
 
+namespace internal {
+
+/// write_fixed_as where it has no table: large values and NaN.
+template <int kN>
+[[gnu::noinline]] char* write_fixed_beyond(char* at, double value, std::string_view after_whole) {
+  char* const end = write_fixed(at, value, kN);
+  return std::find(at, end, '.') != end ? end : std::ranges::copy(after_whole, end).out;
+}
+
+}  // namespace internal
+
 /// Writes a value in fixed point with at most kN decimals (6 to 9), trailing zeros and a lone point
 /// left off: 12.5, -0.000125, 3. Rounds half away from zero. Gives the end.
+///
+/// The digits come by threes from tables that know how many of them to show; but for the decimals
+/// behind the sixth, and a number without any, nothing has to be decided, so that no digit is
+/// guessed wrong by the processor. It is inlined, since writers of holes do little else.
 ///
 /// In     at: kFixedChars are free
 ///        after_whole: copied behind a number without a point
 template <int kN>
-inline char* write_fixed_as(char* at, double value, std::string_view after_whole = {}) {
+[[gnu::always_inline]] inline char* write_fixed_as(char* at,
+                                                   double value,
+                                                   std::string_view after_whole = {}) {
   static_assert(kN >= 6 && kN <= 9);
   using internal::copy_digits;
   constexpr std::uint32_t kUnit = internal::power_of_ten(kN);
+  constexpr double kMostWhole = 999;
+  using Steps = std::conditional_t<kN == 6, std::uint32_t, std::uint64_t>;
+  static_assert(kN > 6 || kMostWhole * kUnit < std::numeric_limits<Steps>::max());
   const double scaled = std::abs(value * kUnit);
-  // 999 wholes, and NaN goes the other way.
-  if (!(scaled < 999.0 * kUnit)) {
-    char* const end = write_fixed(at, value, kN);
-    return std::find(at, end, '.') != end ? end : std::ranges::copy(after_whole, end).out;
+  // NaN goes this way too.
+  if (!(scaled < kMostWhole * kUnit)) {
+    return internal::write_fixed_beyond<kN>(at, value, after_whole);
   }
-  const auto below = static_cast<std::int64_t>(scaled);
-  const bool rounds_up = scaled - static_cast<double>(below) >= 0.5;  // the difference is exact
-  const auto steps = static_cast<std::uint64_t>(below) + (rounds_up ? 1 : 0);
+  const auto steps = static_cast<Steps>(static_cast<std::int64_t>(scaled + internal::kBelowHalf));
   const auto whole = static_cast<std::uint32_t>(steps / kUnit);
-  const auto decimals = static_cast<std::uint32_t>(steps % kUnit);
+  const auto decimals = static_cast<std::uint32_t>(steps - Steps{whole} * kUnit);
   *at = '-';
-  at += value < 0 && steps != 0 ? 1 : 0;
+  at += static_cast<int>(value < 0) & static_cast<int>(steps != 0);
   at += copy_digits(internal::kWholes[whole], at);
   if (decimals == 0) return std::ranges::copy(after_whole, at).out;
   // As if there were nine: the first three, the next three and the last ones.
@@ -115,12 +140,12 @@ inline char* write_fixed_as(char* at, double value, std::string_view after_whole
   *at = '.';
   const int n_first = copy_digits(internal::kDecimals[decimals / kFirst], at + 1);
   const std::uint32_t behind_3 = decimals % kFirst;
-  if (behind_3 == 0) return at + 1 + n_first;
   const int n_next = copy_digits(internal::kDecimals[behind_3 / kNext], at + 4);
-  if constexpr (kN == 6) return at + 4 + n_next;
-  const std::uint32_t behind_6 = behind_3 % kNext * internal::power_of_ten(9 - kN);
-  if (behind_6 == 0) return at + 4 + n_next;
-  return at + 7 + copy_digits(internal::kDecimals[behind_6], at + 7);
+  if constexpr (kN > 6) {
+    const std::uint32_t behind_6 = behind_3 % kNext * internal::power_of_ten(9 - kN);
+    if (behind_6 != 0) return at + 7 + copy_digits(internal::kDecimals[behind_6], at + 7);
+  }
+  return at + (n_next == 0 ? 1 + n_first : 4 + n_next);
 }
 
 }  // namespace panelcal

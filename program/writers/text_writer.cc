@@ -114,9 +114,8 @@ char* write_fixed(char* at, double value, int n_decimals) {
   const double scaled = std::abs(value * kScale[static_cast<std::size_t>(n_decimals)]);
   // Beyond exact whole numbers, and NaN.
   if (!(scaled < 9e15)) return fmt::format_to(at, "{}", value);
-  const auto below = static_cast<std::int64_t>(scaled);
-  const bool rounds_up = scaled - static_cast<double>(below) >= 0.5;  // the difference is exact
-  const auto steps = static_cast<std::uint64_t>(below) + (rounds_up ? 1 : 0);
+  const auto steps =
+      static_cast<std::uint64_t>(static_cast<std::int64_t>(scaled + internal::kBelowHalf));
   const std::uint32_t unit = kWholeScale[static_cast<std::size_t>(n_decimals)];
   const std::uint64_t whole = steps / unit;
   const auto billionths = static_cast<std::uint32_t>(steps % unit) *

@@ -35,7 +35,7 @@ constexpr std::string_view word(const Retract& retract) {
 
 /// Standard deviations of the corrected place along x and y, mm.
 inline Eigen::Vector2d sigma_mm(const PlacedPoint& place) {
-  return place.cov_mm2.diagonal().cwiseSqrt();
+  return Eigen::Vector2d(place.cov_mm2(0, 0), place.cov_mm2(1, 1)).cwiseSqrt();
 }
 
 }  // namespace panelcal

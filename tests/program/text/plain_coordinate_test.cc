@@ -268,6 +268,94 @@ TEST(PlainCoordinate, ManyLinesAtOnceAreTheSameLines) {
   }
 }
 
+/// What a reader that passes over blocks leaves seen, and how many it passed over.
+struct SkippingRead {
+  std::vector<NumberedBlock> seen;
+  std::int64_t n_skipped = 0;
+  LinePlace end;
+};
+
+SkippingRead read_skipping(std::string_view text, std::size_t stop, std::int64_t most) {
+  SkippingRead out;
+  LineCursor cursor(text);
+  PlainReader({.unit = LengthUnit::Millimeter, .zeros = Zeros::TrailingKept})
+      .read_lines(
+          cursor,
+          stop,
+          [&](int line, const PlainCoordinate& block) {
+            out.seen.push_back({line, block});
+            return true;
+          },
+          [&](std::int64_t n) {
+            n = std::min(n, most - out.n_skipped);
+            out.n_skipped += n;
+            return n;
+          });
+  out.end = cursor.place();
+  return out;
+}
+
+std::string random_digits(Random& random, std::size_t n) {
+  std::string digits;
+  for (; n > 0; --n) digits += static_cast<char>('0' + below(random, 10));
+  return digits;
+}
+
+TEST(PlainCoordinate, LinesThatArePassedOverAreTheSameLines) {
+  Random random(kSeed);
+  constexpr std::int64_t kAll = 1'000'000;
+  std::int64_t n_skipped = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    std::string text;
+    for (std::size_t n = 1 + below(random, 6); n > 0; --n) {
+      const std::size_t n_x = 1 + below(random, 6);
+      const std::size_t n_y = 1 + below(random, 6);
+      for (std::size_t k = 1 + below(random, 8); k > 0; --k) {
+        text += 'X' + random_digits(random, n_x) + 'Y' + random_digits(random, n_y) + '\n';
+      }
+      if (random.uniform() < 0.1) text += '\r';
+      if (random.uniform() < 0.1) text += random_line(random, 6) + '\n';
+    }
+    const std::vector<char> exact(text.begin(), text.end());
+    const std::size_t stop = below(random, text.size() + 10);
+    const std::string_view lines(exact.data(), exact.size());
+    const SkippingRead all = read_skipping(lines, stop, 0);
+    const auto most = random.uniform() < 0.5 ? kAll : static_cast<std::int64_t>(below(random, 10));
+    const SkippingRead some = read_skipping(lines, stop, most);
+    n_skipped += some.n_skipped;
+    ASSERT_EQ(some.end.offset, all.end.offset) << text;
+    ASSERT_EQ(some.end.number, all.end.number) << text;
+    ASSERT_EQ(static_cast<std::int64_t>(some.seen.size()) + some.n_skipped,
+              static_cast<std::int64_t>(all.seen.size()))
+        << text;
+    if (all.seen.empty()) continue;
+    ASSERT_EQ(some.seen.back().line, all.seen.back().line) << text;
+    for (const NumberedBlock& seen : some.seen) {
+      const auto& same = all.seen[static_cast<std::size_t>(seen.line - 1)];
+      ASSERT_EQ(seen.line, same.line);
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        ASSERT_TRUE(is_same(seen.block->xy_mm[axis], same.block->xy_mm[axis])) << text;
+      }
+    }
+  }
+  EXPECT_GT(n_skipped, 10'000);
+}
+
+TEST(PlainCoordinate, LinesThatArePassedOverAreCheckedAllTheSame) {
+  std::string text;
+  for (int i = 0; i < 50; ++i) text += i == 30 ? "X00A000Y000001\n" : "X000000Y000001\n";
+  const SkippingRead read = read_skipping(text, text.size(), 1000);
+  EXPECT_EQ(read.end.number, 31);
+  EXPECT_EQ(read.n_skipped, 28);  // but for the first, which shows the layout, and the last
+  EXPECT_EQ(read.seen.back().line, 30);
+}
+
+TEST(PlainCoordinate, AnAxisLeftOutStaysWhereItWas) {
+  const Eigen::Vector2d at_mm(3, 4);
+  EXPECT_EQ(read("Y14", {.unit = LengthUnit::Millimeter})->from(at_mm).x(), 3);
+  EXPECT_EQ(read("X7.", NumberFormat())->from(at_mm), Eigen::Vector2d(7 * kMmPerInch, 4));
+}
+
 TEST(PlainCoordinate, ManyLinesAtOnceEndBeforeTheStop) {
   std::string text;
   for (int i = 0; i < 100; ++i) text += "X1.Y2.\n";
