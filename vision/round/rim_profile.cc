@@ -35,6 +35,7 @@ constexpr double kSharpSector_px = 0.2;  // sectors are judged together until th
 constexpr int kMostSmoothed = 7;
 /// Where something is not flat, rims are as likely as not a little rough.
 constexpr double kRoughChance = 0.5;
+constexpr int kBlurWaves = 6;
 constexpr double kShortestOwnWave_px = 24;
 constexpr double kMostBlurred = 4;         // px: narrow enough
 constexpr double kLostByWide = 0.05;       // of the rim
@@ -154,6 +155,7 @@ struct Pass {
   ShiftFilter filter;
   RimCircle circle;
   Eigen::VectorXd deviations;
+  Eigen::VectorXd blurs;     ///< beyond the whole rim's, px
   std::vector<char> usable;  ///< sectors that show a step
   double move_px = 0;
 };
@@ -257,8 +259,12 @@ class RimMeasurement {
                        : make_plain_filter(strip, pass_.step, pixel_variance(strip, left));
     if (!(pass_.filter.variance > 0)) return false;
     const Eigen::ArrayXd contrasts = sector_contrasts(strip, pass_.step, left);
-    pass_.deviations = (left.matrix().transpose().cast<double>() * pass_.filter.weights).array() /
-                       contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
+    const auto by_sector = [&](const ShiftFilter& filter) -> Eigen::VectorXd {
+      return (left.matrix().transpose().cast<double>() * filter.weights).array() /
+             contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
+    };
+    pass_.deviations = by_sector(pass_.filter);
+    pass_.blurs = by_sector(make_blur_filter(strip, pass_.step, pixel_variance(strip, left)));
     fit_circle(contrasts);
     use_ = pass_.circle.used() > 0.3 ? pass_.circle.use : std::vector<char>{};
     return true;
@@ -348,8 +354,32 @@ class RimMeasurement {
     if (pass_.move_px > kSettledMove_px) {
       profile.center_cov += std::pow(unit * pass_.move_px, 2) * Eigen::Matrix2d::Identity();
     }
+    profile.center_cov += unit * unit * lopsided_cov();
     add_lobes(radius_px, profile);
     profile.roughness = std::sqrt(std::max(0.0, squares)) / radius_px;
+  }
+
+  /// A rim that is sharper on one side than on the other: a lamp from the side on the slope of the
+  /// edge makes it so, and coma. A bright or dark band x inside of an edge of sigma s moves it by
+  /// s / 2x of what it seems to blur it; bands that matter are at least half an s inside.
+  Eigen::Matrix2d lopsided_cov() const {
+    const std::vector<char>& use = pass_.circle.use;
+    Eigen::Vector2d side = Eigen::Vector2d::Zero();
+    for (Eigen::Index i = 0; i < pass_.blurs.size(); ++i) {
+      if (use[static_cast<std::size_t>(i)] == 0) continue;
+      const double phi = pass_.strip.angle_rad(i);
+      side += pass_.blurs[i] * Eigen::Vector2d(std::cos(phi), std::sin(phi));
+    }
+    const double n_used =
+        std::max(1.0, pass_.circle.used() * static_cast<double>(pass_.strip.n_sectors()));
+    side *= 2 / n_used;
+    double floor = 0;
+    for (int k = 2; k < 2 + kBlurWaves; ++k) {
+      floor += wave_power(pass_.blurs, use, k) / kBlurWaves;
+    }
+    const double by_chance = 4 * floor / n_used;
+    const double beyond = 1 - by_chance / std::max(by_chance, side.squaredNorm());
+    return beyond * side * side.transpose();
   }
 
   /// Of every sector that shows an edge: a polygon's corners are no debris. If those that show none
