@@ -15,10 +15,6 @@ namespace {
 
 constexpr std::size_t kLooks = 2;    // places looked at along rays for each one fitted
 constexpr double kSameCircle = 0.3;  // of the radius: nearer candidates are one
-/// A rim is worth a fit if its size is off by less than this, or by less than this many times the
-/// tolerance: near enough to be the target badly made, not another kind of mark.
-constexpr double kNearSize = 0.15;
-constexpr double kNearSizeTolerances = 1.5;
 
 ExpectedRim expected_rim(const Target& target, const CameraMapping* mapping) {
   ExpectedRim expected;
@@ -40,8 +36,7 @@ struct CircleSighting {
 };
 
 bool is_near_size(const ExpectedRim& expected, double radius) {
-  const double limit = std::max(kNearSize, kNearSizeTolerances * expected.size_tolerance);
-  return std::abs(radius / expected.radius - 1) < limit;
+  return std::abs(radius / expected.radius - 1) < expected.near_size();
 }
 
 std::vector<CircleSighting> see_rims(const Image& image,

@@ -55,14 +55,6 @@ double band_px(const RimVector& p) {
   return kBandSigmas * p[kSigma] + 0.5;
 }
 
-/// True if a fit left the rim it was started at: there is none.
-bool is_circle_astray(const RimVector& p, const RimVector& start) {
-  constexpr double kFar = 0.2;  // of the radius
-  const double limit = std::max(1.0, kFar * start[kRadius]);
-  return !p.allFinite() || (p.head<2>() - start.head<2>()).norm() > limit ||
-         std::abs(p[kRadius] - start[kRadius]) > limit;
-}
-
 /// Sums for a correlation.
 struct Correlation {
   double n = 0, m = 0, v = 0, mm = 0, mv = 0, vv = 0;
@@ -208,6 +200,7 @@ class RimEstimator {
       : window_(image, frame, start.parameters, reach_px, expected.shape == Shape::Ring),
         expected_(expected),
         start_(start.parameters),
+        far_(std::max(RimSearch{}.far, expected.near_size())),
         min_visible_(options.min_visible),
         least_contrast_(kHalfContrast * options.min_contrast * image.full_scale()) {
     options_.freedom.is_ring = window_.is_ring();
@@ -227,7 +220,7 @@ class RimEstimator {
     RimEstimate estimate;
     estimate.correlation = correlation_of(window_, solution_.parameters, residuals_, noise_.white);
     fit_weighted();
-    if (!solution_.converged || is_circle_astray(solution_.parameters, start_)) return std::nullopt;
+    if (!solution_.converged || is_astray(solution_.parameters)) return std::nullopt;
     estimate.converged = true;
     estimate.visible = visible_share(window_, solution_.parameters);
     if (!add_covariance(estimate)) return std::nullopt;
@@ -243,6 +236,7 @@ class RimEstimator {
     search.sign = expected_.sign();
     search.least_contrast = least_contrast_;
     search.least_used = min_visible_;
+    search.far = far_;
     search.outer_px = std::clamp(8 + 0.6 * start_[kRadius], 10.0, 30.0);
     search.inner_px = std::clamp(0.6 * start_[kRadius], 3.0, 22.0);
     const double metal_px = start_[kRadius] - start_[kInnerRadius];
@@ -250,7 +244,7 @@ class RimEstimator {
     const auto rim = measure_rim(window_, search);
     if (!rim) return finished(estimate);
     solution_.parameters = rim->parameters;
-    estimate.converged = rim->is_settled && !is_circle_astray(solution_.parameters, start_);
+    estimate.converged = rim->is_settled && !is_astray(solution_.parameters);
     estimate.center_cov = rim->center_cov;
     estimate.correlation = rim->correlation;
     estimate.visible = rim->used;
@@ -267,12 +261,19 @@ class RimEstimator {
   }
 
  private:
+  /// True if a fit left the rim it was started at: there is none.
+  bool is_astray(const RimVector& p) const {
+    const double limit = std::max(1.0, far_ * start_[kRadius]);
+    return !p.allFinite() || (p.head<2>() - start_.head<2>()).norm() > limit ||
+           std::abs(p[kRadius] - start_[kRadius]) > limit;
+  }
+
   bool fit_roughly() {
     const int stride = static_cast<int>(std::clamp(0.1 * start_[kRadius], 2.0, 6.0));
     window_.collect(solution_.parameters, kBandSigmas * 2 + 2, stride);
     options_.tolerance_px = kRough_px;
     solution_ = fit_rim(window_, solution_.parameters, options_);
-    return !is_circle_astray(solution_.parameters, start_);
+    return !is_astray(solution_.parameters);
   }
 
   bool fit_all() {
@@ -280,7 +281,7 @@ class RimEstimator {
     if (is_weighted_) set_weights(window_, solution_.parameters, options_.noise);
     options_.tolerance_px = RimFitOptions{}.tolerance_px;
     solution_ = fit_rim(window_, solution_.parameters, options_);
-    return solution_.converged && !is_circle_astray(solution_.parameters, start_);
+    return solution_.converged && !is_astray(solution_.parameters);
   }
 
   void look() {
@@ -356,7 +357,7 @@ class RimEstimator {
   /// The plain fit may know where a ring has its hole; the start has it in the middle.
   void keep_hole(RimVector& p) const {
     const RimVector& seen = solution_.parameters;
-    if (!window_.is_ring() || !seen.allFinite() || is_circle_astray(seen, start_)) return;
+    if (!window_.is_ring() || !seen.allFinite() || is_astray(seen)) return;
     const double reach = std::hypot(seen[kHoleX], seen[kHoleY]) + seen[kInnerRadius];
     if (reach < seen[kRadius]) p.segment<2>(kHoleX) = seen.segment<2>(kHoleX);
   }
@@ -393,6 +394,7 @@ class RimEstimator {
   RimWindow window_;
   const ExpectedRim& expected_;
   RimVector start_;
+  double far_;  ///< of the start's radius
   double min_visible_;
   double least_contrast_;
   RimFitOptions options_;

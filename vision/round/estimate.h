@@ -22,7 +22,7 @@ struct RimEstimate {
   double roughness = 0;    ///< how far the rim is from round, beyond chance; of the radius, rms
   int n_lobes = 0;         ///< of a rim that is a wave around the circle, beyond chance
   double lobes = 0;        ///< their amplitude, of the radius
-  double oval_sigma = 0;   ///< of the oval's components, by noise
+  double oval_sigma = 0;   ///< of the oval's components, by noise and roughness
   double rim_noise = 0;    ///< sigma of the residuals at the rim, grey levels
 };
 

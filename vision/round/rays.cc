@@ -17,6 +17,10 @@ constexpr double kLookInwards = 0.25;  // of the radius
 constexpr double kLookOutwards = 0.3;
 constexpr double kStepPx = 0.5;
 constexpr double kMinSupport = 0.4;
+/// How much steps count by their radius, of the radius expected.
+constexpr double kLooseSpread = 0.15;
+constexpr double kTightSpread = 0.06;
+constexpr double kSpreadTolerances = 2;
 
 /// Picture coordinates of rays: the frame's local linear map is enough for a start value.
 class RaySampler {
@@ -112,16 +116,23 @@ struct RayStep {
   double height = 0;  ///< inner side minus outer side, times the sign looked for
 };
 
-/// Looks for the largest step of the right sign between two radii, steps near `expected` preferred.
+/// A radius, and how far from it (1) a step counts less: times exp(-1/2).
+struct PreferredRadius {
+  double radius = 0;
+  double spread = kLooseSpread;
+};
+
+/// Looks for the largest step of the right sign between two radii, some preferred.
 class StepFinder {
  public:
-  StepFinder(const RaySampler& sample, double from, double to, double expected, double sign)
+  StepFinder(
+      const RaySampler& sample, double from, double to, PreferredRadius preferred, double sign)
       : sample_(sample),
         from_(from),
-        half_(std::clamp(static_cast<int>(0.12 * expected / kStepPx), 2, 6)),
+        half_(std::clamp(static_cast<int>(0.12 * preferred.radius / kStepPx), 2, 6)),
         sign_(sign) {
     for (double r = from; r <= to; r += kStepPx) {
-      const double z = (r - expected) / (0.15 * expected);
+      const double z = (r / preferred.radius - 1) / preferred.spread;
       preference_.push_back(static_cast<float>(std::exp(-0.5 * z * z)));
     }
   }
@@ -166,16 +177,22 @@ struct Rays {
   int n_inside_picture = 0;
 };
 
-Rays cast_rays(const RaySampler& sample, double from, double to, double expected, double sign) {
+/// In     radius: about that of the rim, which says where rays end at the picture's border
+Rays cast_rays(const RaySampler& sample,
+               double from,
+               double to,
+               double radius,
+               PreferredRadius preferred,
+               double sign) {
   Rays rays;
-  StepFinder finder(sample, from, to, expected, sign);
+  StepFinder finder(sample, from, to, preferred, sign);
   for (int i = 0; i < kRays; ++i) {
     const Eigen::Vector2d& e = direction(i);
-    if (!sample(expected * e)) continue;
+    if (!sample(radius * e)) continue;
     ++rays.n_inside_picture;
     // Near the border the range is cut to what can be seen.
     double end = to;
-    while (end > expected && !sample(end * e)) end -= 1;
+    while (end > radius && !sample(end * e)) end -= 1;
     rays.steps[static_cast<std::size_t>(i)] = finder.best(e, end);
   }
   return rays;
@@ -244,7 +261,7 @@ double inner_radius_of(const RaySampler& sample, double radius, const ExpectedRi
   const double from = expected.inner_radius ? 0.6 * guess : 0.15 * radius;
   const double to = std::min(radius - 2, expected.inner_radius ? 1.4 * guess : radius - 3);
   std::vector<double> radii;
-  StepFinder finder(sample, from, to, guess, -expected.sign());
+  StepFinder finder(sample, from, to, {guess}, -expected.sign());
   for (int i = 0; i < kRays; ++i) {
     const auto step = finder.best(direction(i), to);
     if (step) radii.push_back(step->radius);
@@ -270,6 +287,9 @@ std::optional<RimStart> find_rim(const Image& image,
   constexpr double kCentered_px = 0.02;
   Eigen::Vector2d at = center;
   double radius = expected.radius;
+  // Other rings around a rim, such as a mask's opening, often show the stronger edge.
+  const PreferredRadius preferred = {
+      radius, std::clamp(kSpreadTolerances * expected.size_tolerance, kTightSpread, kLooseSpread)};
   RimStart start;
   std::optional<RayCircle> circle;
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -277,7 +297,7 @@ std::optional<RimStart> find_rim(const Image& image,
     if (!sample.usable()) return std::nullopt;
     const double from = std::max(0.0, radius * (1 - kLookInwards) - 2);
     const double to = radius * (1 + kLookOutwards) + 2;
-    const Rays rays = cast_rays(sample, from, to, radius, expected.sign());
+    const Rays rays = cast_rays(sample, from, to, radius, preferred, expected.sign());
     circle = fit_circle(rays);
     if (!circle || circle->height < min_contrast) return std::nullopt;
     if ((at + circle->shift - center).norm() > expected.radius) return std::nullopt;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "vision/fit/frame.h"
@@ -20,6 +21,9 @@ struct ExpectedRim {
   double size_tolerance = 0;  ///< relative
 
   double sign() const { return polarity == Polarity::Bright ? 1 : -1; }
+  /// A rim is worth a fit if its size is off by less than this part: near enough to be the target
+  /// badly made, not another kind of mark.
+  double near_size() const { return std::max(0.15, 1.5 * size_tolerance); }
 };
 
 /// A rim seen along rays from its middle: good to a few tenths of a pixel.

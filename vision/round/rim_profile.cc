@@ -19,17 +19,23 @@ namespace {
 
 constexpr int kMaxRimPasses = 7;
 constexpr int kFreePasses = 3;
-constexpr double kUnsettledMove_px = 0.6;
+constexpr double kUnsettledMove_px = 1.2;  // two sets of sectors farther apart are no one rim
 constexpr double kSettledMove_px = 0.03;  // a smaller move leaves its square
 /// A ring whose level is off by more of the contrast is something else: a hole, a mask's opening.
 constexpr double kOtherRing = 0.1;
 /// A sector's contrast beside the rim's: less is a track or something that covers it.
 constexpr double kLeastSectorContrast = 0.5;
 constexpr double kMostSectorContrast = 2.5;
+/// The wide filter sees the rim where the narrow one does, within what that one leaves open: farther
+/// off, it took something beside the rim for a part of it.
+constexpr double kWideMove_px = 0.15;
+constexpr double kWideMoveSigmas = 2;
+constexpr double kMostWideMove_px = 0.6;
 constexpr double kSharpSector_px = 0.2;  // sectors are judged together until they are as sure
 constexpr int kMostSmoothed = 7;
 /// Where something is not flat, rims are as likely as not a little rough.
 constexpr double kRoughChance = 0.5;
+constexpr int kBlurWaves = 6;
 constexpr double kShortestOwnWave_px = 24;
 constexpr double kMostBlurred = 4;         // px: narrow enough
 constexpr double kLostByWide = 0.05;       // of the rim
@@ -149,6 +155,7 @@ struct Pass {
   ShiftFilter filter;
   RimCircle circle;
   Eigen::VectorXd deviations;
+  Eigen::VectorXd blurs;     ///< beyond the whole rim's, px
   std::vector<char> usable;  ///< sectors that show a step
   double move_px = 0;
 };
@@ -160,7 +167,7 @@ class RimMeasurement {
 
   std::optional<RimProfile> run() {
     for (int i = 0; i < kMaxRimPasses; ++i) {
-      if (!look(Width::Narrow)) return std::nullopt;
+      if (!look(Width::Narrow) && (i > 0 || !look(Width::All))) return std::nullopt;
       move(i < kFreePasses ? 1 : 0.5);
       if (!is_near()) return std::nullopt;
       if (pass_.move_px < kSettledMove_px) break;
@@ -170,9 +177,10 @@ class RimMeasurement {
   }
 
  private:
-  /// Narrow: the step and a little of what is beside it, whatever lies farther off. Wide: as far as
-  /// the texture goes on, which tells what it does at the rim.
-  enum class Width { Narrow, Wide };
+  /// Narrow: the step and a little of what is beside it, whatever lies farther off. All: as far as
+  /// is searched, where the start is so far off that the step lies beyond. Wide: the same, with a
+  /// filter that knows from the texture beside the rim what it does at the rim.
+  enum class Width { Narrow, All, Wide };
 
   /// The filter that is surer of the center counts.
   void look_wide() {
@@ -187,14 +195,24 @@ class RimMeasurement {
                                      0.0,
                                      std::pow(kMostDisagreement * narrow.step.sigma_px, 2));
     }
-    if (is_seen && stated_variance(pass_) < stated_variance(narrow) &&
-        pass_.circle.seen >= narrow.circle.seen - kLostByWide) {
+    if (is_seen && is_better(pass_, narrow)) {
       p_.head<2>() += pass_.strip.unit * pass_.circle.shift_px;
       pass_.move_px = pass_.circle.shift_px.norm();
       return;
     }
     pass_ = narrow;
     use_ = use;
+  }
+
+  /// True if the wide filter is surer and not at odds with the narrow one.
+  bool is_better(const Pass& wide, const Pass& narrow) const {
+    const double variance = stated_variance(narrow);
+    const double most2 =
+        kWideMove_px * kWideMove_px + kWideMoveSigmas * kWideMoveSigmas * variance;
+    return stated_variance(wide) < variance &&
+           wide.circle.seen >= narrow.circle.seen - kLostByWide &&
+           wide.circle.shift_px.squaredNorm() <
+               std::min(most2, kMostWideMove_px * kMostWideMove_px);
   }
 
   double stated_variance(const Pass& pass) const {
@@ -241,8 +259,12 @@ class RimMeasurement {
                        : make_plain_filter(strip, pass_.step, pixel_variance(strip, left));
     if (!(pass_.filter.variance > 0)) return false;
     const Eigen::ArrayXd contrasts = sector_contrasts(strip, pass_.step, left);
-    pass_.deviations = (left.matrix().transpose().cast<double>() * pass_.filter.weights).array() /
-                       contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
+    const auto by_sector = [&](const ShiftFilter& filter) -> Eigen::VectorXd {
+      return (left.matrix().transpose().cast<double>() * filter.weights).array() /
+             contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
+    };
+    pass_.deviations = by_sector(pass_.filter);
+    pass_.blurs = by_sector(make_blur_filter(strip, pass_.step, pixel_variance(strip, left)));
     fit_circle(contrasts);
     use_ = pass_.circle.used() > 0.3 ? pass_.circle.use : std::vector<char>{};
     return true;
@@ -280,7 +302,7 @@ class RimMeasurement {
   }
 
   bool is_near() const {
-    const double limit = std::max(2.0, 0.2 * search_.start[kRadius]);
+    const double limit = std::max(2.0, search_.far * search_.start[kRadius]);
     return p_.allFinite() && (p_.head<2>() - search_.start.head<2>()).norm() < limit &&
            std::abs(p_[kRadius] - search_.start[kRadius]) < limit && p_[kRadius] > 1;
   }
@@ -296,13 +318,22 @@ class RimMeasurement {
     profile.parameters[kOval] = pass_.circle.oval_px.x() / radius_px;
     profile.parameters[kOvalDiagonal] = pass_.circle.oval_px.y() / radius_px;
     profile.used = pass_.circle.seen;
-    const double n_used =
-        std::max(1.0, pass_.circle.used() * static_cast<double>(pass_.strip.n_sectors()));
-    profile.oval_sigma = std::sqrt(2 * pass_.filter.variance / n_used) / radius_px;
+    profile.oval_sigma = oval_sigma(radius_px);
     profile.is_settled = pass_.move_px < kUnsettledMove_px;
     add_covariance(radius_px, profile);
     add_likeness(profile);
     return profile;
+  }
+
+  /// By noise, and of a rim that is not smooth: as much as the next waves have.
+  double oval_sigma(double radius_px) const {
+    const std::vector<char>& use = pass_.circle.use;
+    const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, use);
+    double power = 0;
+    for (int k = 3; k <= 5; ++k) power += wave_power(left, use, k) / 3;
+    const double n_used =
+        std::max(1.0, pass_.circle.used() * static_cast<double>(pass_.strip.n_sectors()));
+    return std::sqrt(2 * std::max(power, pass_.filter.variance) / n_used) / radius_px;
   }
 
   void add_covariance(double radius_px, RimProfile& profile) const {
@@ -323,8 +354,32 @@ class RimMeasurement {
     if (pass_.move_px > kSettledMove_px) {
       profile.center_cov += std::pow(unit * pass_.move_px, 2) * Eigen::Matrix2d::Identity();
     }
+    profile.center_cov += unit * unit * lopsided_cov();
     add_lobes(radius_px, profile);
     profile.roughness = std::sqrt(std::max(0.0, squares)) / radius_px;
+  }
+
+  /// A rim that is sharper on one side than on the other: a lamp from the side on the slope of the
+  /// edge makes it so, and coma. A bright or dark band x inside of an edge of sigma s moves it by
+  /// s / 2x of what it seems to blur it; bands that matter are at least half an s inside.
+  Eigen::Matrix2d lopsided_cov() const {
+    const std::vector<char>& use = pass_.circle.use;
+    Eigen::Vector2d side = Eigen::Vector2d::Zero();
+    for (Eigen::Index i = 0; i < pass_.blurs.size(); ++i) {
+      if (use[static_cast<std::size_t>(i)] == 0) continue;
+      const double phi = pass_.strip.angle_rad(i);
+      side += pass_.blurs[i] * Eigen::Vector2d(std::cos(phi), std::sin(phi));
+    }
+    const double n_used =
+        std::max(1.0, pass_.circle.used() * static_cast<double>(pass_.strip.n_sectors()));
+    side *= 2 / n_used;
+    double floor = 0;
+    for (int k = 2; k < 2 + kBlurWaves; ++k) {
+      floor += wave_power(pass_.blurs, use, k) / kBlurWaves;
+    }
+    const double by_chance = 4 * floor / n_used;
+    const double beyond = 1 - by_chance / std::max(by_chance, side.squaredNorm());
+    return beyond * side * side.transpose();
   }
 
   /// Of every sector that shows an edge: a polygon's corners are no debris. If those that show none

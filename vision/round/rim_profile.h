@@ -17,6 +17,7 @@ struct RimSearch {
   double inner_px = 20;
   double least_contrast = 1;  ///< grey levels
   double least_used = 0.5;    ///< of the rim
+  double far = 0.2;  ///< of the start's radius: a rim or a center farther off is another one's
 };
 
 /// A rim measured sector by sector.
@@ -24,7 +25,7 @@ struct RimProfile {
   RimVector parameters = RimVector::Zero();  ///< of center, radius, sigma, levels and oval
   Eigen::Matrix2d center_cov = Eigen::Matrix2d::Zero();  ///< fit frame units squared
   double used = 0;         ///< part of the rim that lies on the circle
-  double oval_sigma = 0;   ///< of each component of the oval that noise makes
+  double oval_sigma = 0;   ///< of each component of the oval, by noise and roughness
   double correlation = 0;  ///< of the band and a step, camera noise aside
   double roughness = 0;    ///< rms of the rim's deviations from round, of the radius
   int n_lobes = 0;         ///< of a rim that is one wave around the circle: a polygon's

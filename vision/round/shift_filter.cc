@@ -73,6 +73,13 @@ void add_slopes(const RimStrip& strip, const StepProfile& step, Eigen::MatrixXd&
   covariance += variance * (inside * inside.transpose() + outside * outside.transpose());
 }
 
+Eigen::MatrixXd plain_covariance(const RimStrip& strip, const StepProfile& step, double variance) {
+  const Eigen::VectorXd variances = variance / strip.mass.max(0.1);
+  Eigen::MatrixXd covariance = variances.matrix().asDiagonal();
+  add_slopes(strip, step, covariance);
+  return covariance;
+}
+
 /// Weights of least variance that answer 1 to the first column and 0 to the others.
 ShiftFilter best_filter(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& columns) {
   ShiftFilter filter;
@@ -153,10 +160,19 @@ ShiftFilter make_plain_filter(const RimStrip& strip, const StepProfile& step, do
     const double s = step.share(x);
     columns.row(j) << step.steepness(x), s, 1 - s;
   }
-  const Eigen::VectorXd variances = variance / strip.mass.max(0.1);
-  Eigen::MatrixXd covariance = variances.matrix().asDiagonal();
-  add_slopes(strip, step, covariance);
-  return best_filter(covariance, columns);
+  return best_filter(plain_covariance(strip, step, variance), columns);
+}
+
+ShiftFilter make_blur_filter(const RimStrip& strip, const StepProfile& step, double variance) {
+  const Eigen::Index n = strip.n_rings();
+  Eigen::MatrixXd columns(n, 4);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const double x = strip.at_px(j);
+    const double s = step.share(x);
+    const double steepness = step.steepness(x);
+    columns.row(j) << steepness * (step.at_px - x) / step.sigma_px, steepness, s, 1 - s;
+  }
+  return best_filter(plain_covariance(strip, step, variance), columns);
 }
 
 }  // namespace panelcal::internal

@@ -27,6 +27,9 @@ ShiftFilter make_shift_filter(const RimStrip& strip,
 /// The same for nothing but white noise, of the given variance of a pixel, in the rings there are.
 ShiftFilter make_plain_filter(const RimStrip& strip, const StepProfile& step, double variance);
 
+/// How much wider a piece of a rim is blurred, px of the edge's sigma: blind to its place as well.
+ShiftFilter make_blur_filter(const RimStrip& strip, const StepProfile& step, double variance);
+
 /// The power of waves of n periods around the rim, per sector: E is the variance of a sector if
 /// these are independent. Sectors that are not in `use` count as 0.
 double wave_power(const Eigen::VectorXd& values, const std::vector<char>& use, int n_periods);
