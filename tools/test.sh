@@ -4,7 +4,7 @@
 #
 # Without options: the quick tests; those whose program is missing are skipped, and named at the end.
 # --strict      a skipped test is a failure, as .ci/run wants it
-# --sanitizers  the quick tests, built by clang with its sanitizers; they find what is out of bounds
+# --sanitizers  the quick tests but for the longest, built by clang with its sanitizers
 # --nightly     everything, for a timer: also the statistics over many trials, every header by
 #               itself, ten minutes of fuzzing a reader; strict. The last result is in
 #               tests/bench/README.md.
@@ -49,6 +49,11 @@ test_release() {
   run_tests "$build_dir" "$@"
 }
 
+# Long statistics that take half of the time with sanitizers; shorter tests run the same code.
+long_with_sanitizers='^(machine\.(TableNights|TrialNights|SurfaceNights)\.|install\.|demo\.survives_kill)'
+long_with_sanitizers+='|^machine\.(TableRun\.(TheDraft|ALittleMore|AWildLook)|PlatePicturesTest\.GivesTheTables)'
+long_with_sanitizers+='|^surface\.ProbePlan\.(NeedsMore|FindsUnsure|SaysWhatCannot)'
+
 test_sanitized() {
   step "configure with sanitizers" cmake -S "$root" --preset asan
   step "build with sanitizers" cmake --build "$root/build/asan"
@@ -66,7 +71,7 @@ test_threads() {
 step "packages" install_packages build test extra
 case $set_of_tests in
   quick) test_release OFF --label-exclude slow "$@" ;;
-  sanitized) test_sanitized "$@" ;;
+  sanitized) test_sanitized --exclude-regex "$long_with_sanitizers" "$@" ;;
   all)
     test_release ON "$@"
     step "every header by itself" build all_verify_interface_header_sets

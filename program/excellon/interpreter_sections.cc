@@ -195,12 +195,16 @@ void Interpreter::check_tools_of_copies(const RepeatSection& section, const Moda
   const bool has_copies = std::ranges::any_of(
       section.levels, [](const std::vector<Copies>& level) { return !level.empty(); });
   if (!section.changes_tools || !has_copies) return;
-  run_instance(section, start, frame_);
+  // Its holes have been counted with the copies.
+  const auto look_again = [&] {
+    emitter_.uncounted([&] { run_instance(section, start, frame_); });
+  };
+  look_again();
   for (auto level = section.levels.rbegin(); level != section.levels.rend(); ++level) {
     for (const Copies& copies : *level) {
       if (!copies.tool) continue;
       take_tool_of(copies);
-      run_instance(section, start, frame_);
+      look_again();
     }
   }
 }

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "calib/correction/breaking_probability.h"
 #include "program/geometry/arcs.h"
@@ -59,6 +60,15 @@ class Emitter {
     n = std::min(n, options_.max_operations - n_operations_);
     n_operations_ += n;
     return n;
+  }
+  /// Walks what is counted elsewhere.
+  template <class Walk>
+  void uncounted(Walk&& walk) {
+    const auto n_operations = std::exchange(n_operations_, 0);
+    const auto n_idle_lines = std::exchange(n_idle_lines_, 0);
+    walk();
+    n_operations_ = n_operations;
+    n_idle_lines_ = n_idle_lines;
   }
   /// Counts copies that need not be walked: their number, operations and idle lines of each.
   void count_copies(std::int64_t n_copies,

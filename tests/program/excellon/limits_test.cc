@@ -16,8 +16,10 @@ using test::ProgramRun;
 using test::Reports;
 using test::run_program;
 using testing::AllOf;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 using Texts = std::vector<std::string>;
 
@@ -51,6 +53,16 @@ TEST(Limits, TargetsOfNestedRepeatsEndAtMaxMeasurements) {
   const ProgramRun run = run_program(nested_repeats("G35X0.Y0.\n"), limited());
   EXPECT_THAT(run.texts, ElementsAre(Reports("p.exc:9: error[too-many-operations]", " 2000 ")));
   EXPECT_EQ(run.survey.measurements.size(), 2'000U);
+}
+
+TEST(Limits, CopiesWithAnotherToolCountOnce) {
+  const std::string program = metric("T1\nM25\nX0.Y0.\nM01\nM02X1.Y0.T2\nM08\nM30\n");
+  WalkOptions options;
+  options.max_operations = 6;  // the ends of header and program, two tools, two holes
+  const auto too_many = HasSubstr("error[too-many-operations]");
+  EXPECT_THAT(run_program(program, options).diagnostics, Not(Contains(too_many)));
+  options.max_operations = 5;
+  EXPECT_THAT(run_program(program, options).diagnostics, Contains(too_many));
 }
 
 TEST(Limits, LinesThatDoNothingCountToo) {

@@ -90,7 +90,7 @@ TEST(Decoder, ReadsEveryKindOfFileThatTheFuzzerBeginsWith) {
 
 std::string little_endian(std::uint32_t number, int n_bytes) {
   std::string bytes;
-  for (int i = 0; i < n_bytes; ++i) bytes += static_cast<char>(number >> (8 * i));
+  for (int i = 0; i < n_bytes; ++i) bytes += static_cast<char>(i < 4 ? number >> (8 * i) : 0);
   return bytes;
 }
 
