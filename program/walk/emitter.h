@@ -115,11 +115,12 @@ class Emitter {
   enum class Scaling : std::uint8_t { Applies, Never };
 
   bool count(std::int64_t& n, std::int64_t limit, std::string_view things, int line);
+  std::int64_t idle_limit() const;
   bool refuse_operations(int line);
   bool passes(int line) { return count_operations(1, line) && sink_ != nullptr; }
   void drill_now(int line, const Eigen::Vector2d& at_mm);
   void hit(int line, std::int64_t n) {
-    while (hits_left_ < n && count(n_expired_, options_.max_operations, "used up tools", line)) {
+    while (hits_left_ < n && count(n_expired_, idle_limit(), "used up tools", line)) {
       n -= hits_left_;
       expire(line);
       if (hits_left_ == 0) return;  // H0 allows nothing; once is enough to say it
