@@ -4,8 +4,8 @@
 
     check_words.py
 
-Of C++ only comments and string literals count, of other files every line. Tests, and tables that
-quote the machines' manuals, are left out.
+Of C++ only comments and string literals count, of other files every line. Tests are searched for the
+first words of that file only; tables that quote the machines' manuals are left out.
 """
 import re
 import subprocess
@@ -13,8 +13,9 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-KINDS = ("*.cc", "*.h", "*.def", "*.md", "*.sh", "*.py", "*.cmake", "*CMakeLists.txt", "*.toml")
-LEFT_OUT = re.compile(r"^(tests/|program/\w+/\w*commands\.def$|tools/denied_words\.txt$)")
+KINDS = ("*.cc", "*.h", "*.def", "*.md", "*.sh", "*.py", "*.cmake", "*CMakeLists.txt", "*.toml",
+         "*.case", "*.service", "*.timer")
+LEFT_OUT = re.compile(r"^(program/\w+/\w*commands\.def$|tools/denied_words\.txt$)")
 TOKEN = re.compile(
     r'(?P<raw>R"(?P<tag>[^(\s]*)\((?P<body>.*?)\)(?P=tag)")'
     r'|(?P<text>"(?:[^"\\\n]|\\.)*")'
@@ -23,12 +24,16 @@ TOKEN = re.compile(
 
 
 def denied():
+    """Rows of expression, word instead, ends of files' names, and whether tests follow it too."""
     rows = []
+    is_for_tests = True
     for line in (ROOT / "tools" / "denied_words.txt").read_text(encoding="utf-8").splitlines():
+        is_for_tests = is_for_tests and line != "# not in tests"
         if not line or line.startswith("#"):
             continue
         expression, instead, *suffix = line.split(" => ")
-        rows.append((re.compile(expression, re.IGNORECASE), instead, tuple(suffix) or ("",)))
+        rows.append((re.compile(expression, re.IGNORECASE), instead, tuple(suffix) or ("",),
+                     is_for_tests))
     return rows
 
 
@@ -53,8 +58,8 @@ def main():
         if name.endswith((".cc", ".h", ".def")):
             text = only_prose(text)
         for number, line in enumerate(text.split("\n"), 1):
-            for expression, instead, suffix in rows:
-                if not name.endswith(suffix):
+            for expression, instead, suffix, is_for_tests in rows:
+                if not name.endswith(suffix) or name.startswith("tests/") and not is_for_tests:
                     continue
                 if found := expression.search(line.replace(" is None", "")):
                     print(f'{name}:{number}: denied word: "{found[0]}"; write: {instead}')

@@ -35,4 +35,4 @@ show "a quiet night"
 for step in 1 2 3 4 5; do night $((20 + step)) "$(awk -v n="$step" 'BEGIN { print 1.6 * n }')"; done
 show "the fifth night of a drift of 1.6 um a night"
 night 26 80
-show "somebody has knocked the camera by 72 um"
+show "the camera was displaced by 72 um"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Names the tests that were skipped, and why.
+"""Names the tests that were skipped, and the reasons.
 
     skipped_tests.py RESULTS.xml [--strict]
 
@@ -30,8 +30,8 @@ def main(arguments):
     for name, reason in found:
         print(f"skipped: {name}: {reason.strip()}")
     if found and is_strict:
-        print(f"{len(found)} skipped; every test must run here: install what the lines above name",
-              file=sys.stderr)
+        print(f"{len(found)} skipped; every test must run here: install the programs, or give the "
+              "permissions, that the lines above name", file=sys.stderr)
         return 1
     return 0
 

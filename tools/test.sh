@@ -3,18 +3,23 @@
 # test.sh [--strict] [--sanitizers | --nightly] [CTEST OPTION...]: sets up, builds, and runs tests.
 #
 # Without options: the quick tests; those whose program is missing are skipped, and named at the end.
+# The three options stand in any place, and install all programs; all others go to CTest.
 # --strict      a skipped test is a failure, as .ci/run wants it
-# --sanitizers  the quick tests but for the longest, built by clang with its sanitizers
+# --sanitizers  the quick tests but for the longest, built by clang with its sanitizers; they find
+#               accesses out of bounds
 # --nightly     everything, for a timer: also the statistics over many trials, every header by
-#               itself, ten minutes of fuzzing a reader; strict. The last result is in
+#               itself, ten minutes of fuzzing a reader; strict. A stage that fails does not stop
+#               the next ones; the summary has a line for each. The last result is in
 #               tests/bench/README.md.
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
 strict=()
 set_of_tests=quick
-while [ $# -gt 0 ]; do
-  case $1 in
+purposes=(build test)
+for_ctest=()
+for option in "$@"; do
+  case $option in
     --strict) strict=(--strict) ;;
     --sanitizers) set_of_tests=sanitized ;;
     --nightly)
@@ -22,12 +27,15 @@ while [ $# -gt 0 ]; do
       strict=(--strict)
       ;;
     --help | -h)
-      sed -n '3,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      sed -n '3,13s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit
       ;;
-    *) break ;;
+    *)
+      for_ctest+=("$option")
+      continue
+      ;;
   esac
-  shift
+  purposes=(build test extra)
 done
 
 # run_tests FOLDER [CTEST OPTION...]: the tests that were built in that folder.
@@ -60,7 +68,7 @@ test_sanitized() {
   run_tests "$root/build/asan" --label-exclude slow "$@"
 }
 
-# What looks at pictures on several threads; libraries that are not built here are not watched.
+# The threads that look at pictures; libraries that are not built here are not watched.
 test_threads() {
   step "configure with thread sanitizer" cmake -S "$root" --preset tsan
   step "build with thread sanitizer" cmake --build "$root/build/tsan" --target panelcal
@@ -68,15 +76,41 @@ test_threads() {
     "$root/build/tsan/tools/panelcal" "$root"
 }
 
-step "packages" install_packages build test extra
+summary=()
+n_failed=0
+
+# stage NAME COMMAND...: a part of the night, in a shell of its own, which ends at its first failure.
+stage() {
+  local name=$1 start=$SECONDS status result=passed
+  shift
+  set +e
+  (
+    set -e
+    "$@"
+  )
+  status=$?
+  set -e
+  if [ "$status" -ne 0 ]; then
+    result=failed
+    n_failed=$((n_failed + 1))
+  fi
+  summary+=("$(printf '%-34s %s, %d s' "$name" "$result" $((SECONDS - start)))")
+}
+
+test_all() {
+  stage "all tests" test_release ON "$@"
+  stage "headers" step "every header by itself" build all_verify_interface_header_sets
+  stage "tests with sanitizers" test_sanitized "$@"
+  stage "threads" test_threads
+  stage "fuzzing" step "fuzz each reader for ten minutes" "$root/tools/fuzz.sh" 600
+  printf '\nsummary\n'
+  printf '%s\n' "${summary[@]}"
+  [ "$n_failed" -eq 0 ] || exit 1
+}
+
+step "packages" install_packages "${purposes[@]}"
 case $set_of_tests in
-  quick) test_release OFF --label-exclude slow "$@" ;;
-  sanitized) test_sanitized --exclude-regex "$long_with_sanitizers" "$@" ;;
-  all)
-    test_release ON "$@"
-    step "every header by itself" build all_verify_interface_header_sets
-    test_sanitized "$@"
-    test_threads
-    step "fuzz each reader for ten minutes" "$root/tools/fuzz.sh" 600
-    ;;
+  quick) test_release OFF --label-exclude slow "${for_ctest[@]}" ;;
+  sanitized) test_sanitized --exclude-regex "$long_with_sanitizers" "${for_ctest[@]}" ;;
+  all) test_all "${for_ctest[@]}" ;;
 esac

@@ -68,7 +68,7 @@ Expected<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
     return failure({Code::DeviceWrite,
                     {target.string(), 0, 0},
-                    "cannot write the file: it is a device or a pipe",
+                    "it is a device or a pipe",
                     "a regular file, or - for standard output"});
   }
   std::string pattern = real.string() + ".part-XXXXXX";

@@ -8,7 +8,7 @@
 
 namespace panelcal {
 
-/// Where bytes go: a file being written, standard output, a string.
+/// The receiver of bytes: a file being written, standard output, a string.
 class ByteSink {
  public:
   virtual ~ByteSink() = default;

@@ -12,7 +12,7 @@ namespace panelcal {
 
 namespace frame {
 struct Plate {};  ///< a calibration plate's own, as its drawing or certificate has it, mm
-struct Table {};  ///< where the stage really stands, about machine zero, machine directions, mm
+struct Table {};  ///< true place of the stage, about machine zero, machine directions, mm
 }  // namespace frame
 
 /// A dot of a calibration plate, or the one target that is looked at from many places.
@@ -22,13 +22,13 @@ struct PlateDot {
   Length radius;                 ///< 0: so small that it is seen where its centre is
 };
 
-/// How a plate lies: machine = R(angle) plate + shift.
+/// The pose of a plate: machine = R(angle) plate + shift.
 struct PlatePose {
   double angle_rad = 0;
   Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();
 };
 
-/// Where the optical axis stood when a picture was taken, and how the plate lay then.
+/// The place of the optical axis and the pose of the plate when a picture was taken.
 struct PlateView {
   Position<frame::Machine> axis_at;  ///< commanded
   std::size_t i_pose = 0;            ///< views of one pose see the plate in the same place

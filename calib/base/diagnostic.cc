@@ -49,7 +49,7 @@ std::string Diagnostic::text() const {
   text += severity() == Severity::Error ? "error[" : "warning[";
   text += info(code).slug;
   text += "]: " + message();
-  if (!expected.empty()) text += "; expected " + expected;
+  if (!expected.empty()) text += (expected.ends_with('?') ? "; " : "; expected ") + expected;
   return text;
 }
 

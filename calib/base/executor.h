@@ -21,7 +21,7 @@ class Executor {
   virtual void post(std::function<void()> task) = 0;
   virtual std::size_t n_threads() const = 0;
 
-  /// How many tasks to keep under way, so that no thread waits for the one that takes the results.
+  /// Number of tasks to keep under way, so that no thread waits for the one that takes the results.
   std::size_t lead() const { return 2 * n_threads() + 1; }
 };
 

@@ -12,8 +12,8 @@ namespace frame {
 struct Programmed {};  ///< as written in the program, mm
 struct Nominal {};     ///< after step-and-repeat placement, relative to work zero, mm
 struct Base {};        ///< after the base correction, relative to work zero, mm
-struct Actual {};      ///< where the mark or hole really is, relative to work zero, mm
-struct Machine {};     ///< what the machine is told, mm
+struct Actual {};      ///< true place of the mark or hole, relative to work zero, mm
+struct Machine {};     ///< coordinates that the machine receives, mm
 struct Optical {};     ///< relative to the optical axis, machine directions, mm
 struct Image {};       ///< picture, (0,0) = centre of the top-left pixel, x right, y down, px
 }  // namespace frame

@@ -227,11 +227,11 @@ Expected<void> JsonLine::check_keys(std::span<const std::string_view> known, Cod
   for (const JsonMember& member : members_) {
     if (std::ranges::find(known, member.key) != known.end()) continue;
     const std::string_view nearest = nearest_word(member.key, known);
-    return failure(
-        {code,
-         {line_.file, line_.line, member.column},
-         "unknown key " + quoted(member.key),
-         nearest.empty() ? fmt::format("one of {}", fmt::join(known, ", ")) : quoted(nearest)});
+    return failure({code,
+                    {line_.file, line_.line, member.column},
+                    "unknown key " + quoted(member.key),
+                    nearest.empty() ? fmt::format("one of {}", fmt::join(known, ", "))
+                                    : "did you mean " + quoted(nearest) + "?"});
   }
   return {};
 }

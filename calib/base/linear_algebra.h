@@ -107,7 +107,7 @@ PseudoInverse pseudo_inverse(const Eigen::MatrixXd& a, double threshold);
 /// The x of least |A x - b|, column by column (QR with pivots).
 Eigen::MatrixXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-/// Whether no pivot of A's QR decomposition is below `threshold` times the largest.
+/// True if no pivot of A's QR decomposition is below `threshold` times the largest.
 bool has_full_column_rank(const Eigen::MatrixXd& a, double threshold);
 
 }  // namespace panelcal::internal

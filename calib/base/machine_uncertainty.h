@@ -42,7 +42,7 @@ struct OffsetUncertainty {
 /// See    docs/formulation.md, From the pixel to the hole
 struct MachineUncertainty {
   Length stage_repeatability;  ///< of every arrival
-  Length table_residual;       ///< what no smooth map of the table has
+  Length table_residual;       ///< error of the table beyond its smooth map
   Length table_map;            ///< of a place on a calibrated table ([table] calibration)
   Length drill_wander;         ///< of the drill's tip against its spindle
   Length depth;                ///< of a stroke's depth: the tool's length, the axis, the foot

@@ -141,8 +141,8 @@ Expected<StrictObject> StrictObject::make(const json& value,
   for (const auto& [key, ignored] : value.items()) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
     const std::string_view nearest = nearest_word(key, keys);
-    const std::string expected =
-        nearest.empty() ? fmt::format("one of {}", fmt::join(keys, ", ")) : quoted(nearest);
+    const std::string expected = nearest.empty() ? fmt::format("one of {}", fmt::join(keys, ", "))
+                                                 : "did you mean " + quoted(nearest) + "?";
     return failure({code, place, "unknown key " + quoted(key) + " in " + name, expected});
   }
   for (const std::string_view key : keys) {

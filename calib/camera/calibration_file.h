@@ -27,7 +27,7 @@ struct CameraCalibration {
   int picture_width_px = 0;
   int picture_height_px = 0;
   std::chrono::sys_seconds date{};
-  std::string provenance;  ///< what it was made from, in the words of who made it
+  std::string provenance;  ///< its origin, in the words of its maker
   /// Of files of version 2.
   std::optional<FullCamera> full;
 

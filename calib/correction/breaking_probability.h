@@ -6,7 +6,7 @@
 
 namespace panelcal {
 
-// What a normal error of mean zero does to the distance |e| of a hole from its place. A covariance
+// Effect of a normal error of mean zero on the distance |e| of a hole from its place. A covariance
 // is symmetric, mm^2; it may be singular, and eigenvalues that rounding made negative count as
 // zero.
 

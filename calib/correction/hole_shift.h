@@ -37,7 +37,7 @@ struct HoleShiftSummary {
   double p95_relative_error = 0;
   Length mean;  ///< of the lengths
   Length rms;
-  Displacement<frame::Actual> mean_shift;  ///< what a change of work zero alone would undo
+  Displacement<frame::Actual> mean_shift;  ///< a change of work zero alone would undo it
 };
 
 /// Gathers the shifts of a stream of holes.

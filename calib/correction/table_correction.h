@@ -41,7 +41,7 @@ class TableCorrection {
   Position<frame::Machine> nearest_command_for(const Position<frame::Machine>& place) const;
   Position<frame::Machine> nearest_place_of(const Position<frame::Machine>& command) const;
 
-  /// Why there is no answer at a place: travel-exceeded.
+  /// The reason for no answer at a place: travel-exceeded.
   Diagnostic refusal(const Position<frame::Machine>& at) const;
 
  private:

@@ -53,7 +53,7 @@ struct Tolerances {
   std::optional<Length> radius(int tool, std::optional<Length> diameter) const;
   /// How wrong the depths of this tool may be: all of the tool's row, if it says anything.
   DepthTolerance depth_of(int tool, std::optional<Length> diameter) const;
-  /// Why the tool's tolerance is not valid; empty if it is.
+  /// The reason why the tool's tolerance is not valid; empty if it is.
   std::string problem(int tool, std::optional<Length> diameter) const;
 
  private:

@@ -57,7 +57,7 @@ struct DriftParameters {
   double repeatability = 0;       ///< median
   double per_kelvin = 0;
   double per_kelvin_sigma = 0;
-  double warm_up = 0;  ///< what a cold machine is off
+  double warm_up = 0;  ///< error of a cold machine
   double warm_up_sigma = 0;
 };
 

@@ -39,9 +39,9 @@ class Examination {
     const bool passed = learned.has_value() && !p.is_left_out;
     add("numbers",
         passed,
-        passed ? "the result is a value with a covariance"
-               : fmt::format("there is no result to use: {}",
-                             learned ? std::string("the night found none") : learned.error().what));
+        passed    ? "the result is a value with a covariance"
+        : learned ? std::string("no result this night")
+                  : fmt::format("no usable result: {}", learned.error().what));
     return passed;
   }
 

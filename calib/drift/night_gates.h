@@ -26,7 +26,7 @@ struct NightGate {
 /// The result of tonight's calibration, with the figures of its fit.
 struct NightResult {
   DriftPoint point;
-  std::string used = "holes";  ///< what the fit is made of: holes, views, pictures
+  std::string used = "holes";  ///< data of the fit: holes, views, pictures
   int n_used = 0;              ///< how many of them
   int n_outliers = 0;          ///< that it left out
   /// The chance that healthy residuals show as much structure (a trend over the coupon), by the
@@ -46,7 +46,7 @@ struct NightLimits {
   double change = 0.050;             ///< largest change against what is in force, at any sigma
   std::optional<double> min_temperature_c;
   std::optional<double> max_temperature_c;
-  ForecastLimits old;                  ///< what the one in force must keep if it is to stay
+  ForecastLimits old;                  ///< limits of the one in force, if it is to stay
   Time until_next = seconds(86400.0);  ///< for how long
 
   /// Fails  calibration-invalid: the message names field, value and bound

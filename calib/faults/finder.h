@@ -57,7 +57,7 @@ std::optional<SeriesFault> find_fault_raw(std::span<const ExaminedTarget> target
 /// Out    nothing if the test does not reject; else a fault with at least one suspicion
 /// Cost   one fit for the test; with a fault some 10 n, with many pads up to some 10^5
 /// Source Baarda 1968 (data snooping); MacKay 2003; docs/formulation.md
-/// See    tests/calib/faults/finder_test.cc, tests/bench/liar_bench.cc
+/// See    tests/calib/faults/finder_test.cc, tests/bench/outlier_bench.cc
 template <class To, class From>
 std::optional<SeriesFault> find_fault(std::span<const ExaminedTarget<To, From>> targets,
                                       PanelModel model,

@@ -52,7 +52,7 @@ struct Series {
   std::span<const PictureFacts> facts;
   PanelModel model = PanelModel::Offset;
   GateLimits limits;
-  PanelBelief belief;               ///< what the limits say
+  PanelBelief belief;               ///< from the limits
   const KnownPads* pads = nullptr;  ///< null: unknown
 };
 

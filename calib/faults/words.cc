@@ -122,7 +122,7 @@ std::string softer_words(const Evidence& told, PanelModel model) {
                         (d.scale_y - 1) * 1e6);
   }
   what += fmt::format("skewed by {:.0f} ppm", d.shear * 1e6);
-  return fmt::format("the panel is {}, which the model \"{}\" does not know", what, name(model));
+  return fmt::format("model \"{}\" does not include: panel {}", name(model), what);
 }
 
 }  // namespace

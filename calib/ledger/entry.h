@@ -72,8 +72,8 @@ struct LedgerRecord {
   LedgerKey key;
   LedgerVerdict verdict = LedgerVerdict::Measured;
   std::string reason;    ///< of the verdict; must be there for Refused and RolledBack
-  std::string asked_by;  ///< who asked: a user, a timer
-  std::string software;  ///< what computed it, with its version
+  std::string asked_by;  ///< a user or a timer
+  std::string software;  ///< the program that computed it, with its version
   std::optional<double> temperature_degC;
   std::vector<LedgerInput> inputs;
   std::vector<LedgerParameter> parameters;

@@ -16,7 +16,7 @@
 
 namespace panelcal {
 
-/// Why a fit is not possible.
+/// Reason why a fit is not possible.
 enum class FitFailure {
   TooFewTargets,  ///< fewer equations than parameters
   Degenerate,     ///< coincident or collinear targets, or slots, leave the model open

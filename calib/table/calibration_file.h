@@ -29,7 +29,7 @@ struct TableCalibration {
   Length rms;                          ///< of the residuals' lengths
   std::optional<Length> held_out_rms;  ///< of looks that the fit did not see
   std::chrono::sys_seconds date{};
-  std::string provenance;  ///< what it was made from, in the words of who made it
+  std::string provenance;  ///< its origin, in the words of its maker
 };
 
 /// The calibration that holds a fitted table; date and provenance are left to the caller.

@@ -88,7 +88,7 @@ Expected<void> add_entry(const LedgerEntry& entry,
                   "the offset of that spindle"});
 }
 
-/// Adds spindles that the file has and the ledger knows nothing of: somebody found them before
+/// Adds spindles that the file has and the ledger does not have: an operator found them before
 /// there was a ledger, and no message stated that they are wrong.
 void add_others(const std::string& present, SpindleCalibration& all) {
   const auto found = parse_spindle_calibration(present, "");

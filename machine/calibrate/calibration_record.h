@@ -16,7 +16,7 @@
 
 namespace panelcal {
 
-/// Who calibrates, when and why: what a ledger's entry says besides the numbers.
+/// Operator, time and reason of a calibration: a ledger's entry without the numbers.
 struct RecordWords {
   std::chrono::sys_seconds date{};  ///< UTC
   LedgerVerdict verdict = LedgerVerdict::Measured;
@@ -92,7 +92,7 @@ Expected<LedgerDraft> spindle_camera_draft(const MachineConfig& config,
 Expected<bool> install_spindle_camera(const MachineConfig& config, const Ledger& ledger);
 
 /// Spindles of which [spindle] calibration's file has an offset past the ledger: another one than
-/// what is in force, and none that was installed before. Somebody has put it there by hand
+/// what is in force, and none that was installed before. An operator put it there by hand
 /// (`calibrate -o`), and to write the file again would lose it. None where the file is not there or
 /// is damaged, and none of the time before the first installation.
 Expected<std::vector<SpindleAt>> spindles_by_hand(const MachineConfig& config,

@@ -69,7 +69,7 @@ Expected<CameraRun> fit_camera_run(const MachineConfig& config,
                                    MarkSights sights,
                                    const CameraRunOptions& options);
 
-/// Why a person should not use this camera without a look at its residuals; empty if nothing speaks
+/// The reason not to use this camera without a look at its residuals; empty if nothing speaks
 /// against it. Limits are on looks left out, a tilt that is lost, on the held-out check in um, and
 /// on the excess.
 std::string refusal(const CameraRun& run);

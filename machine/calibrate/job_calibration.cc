@@ -108,8 +108,8 @@ Expected<void> JobCalibration::check(const SpindleCameraOffset& offset,
                     shift_text(shift),
                     shift_mm * 1e3,
                     limits.change * 1e3),
-        "a machine that nothing has moved, or a calibration with somebody there: panelcal "
-        "calibrate spindle-camera; [nightly.gates] change_um is the limit");
+        "an unmoved machine, or an attended calibration: panelcal calibrate spindle-camera; "
+        "[nightly.gates] change_um is the limit");
   }
   const double sigma_mm = largest_sigma_mm(offset.cov_mm2);
   if (sigma_mm <= limits.sigma) return {};

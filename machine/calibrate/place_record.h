@@ -31,7 +31,7 @@ struct TrialValue {
   TrialKind kind = TrialKind::Focus;
   std::optional<double> value;
   double sigma = 0;
-  std::string reason;   ///< why there is no value
+  std::string reason;   ///< of a missing value
   std::string details;  ///< an object of JSON: all that was seen
 };
 

@@ -149,8 +149,8 @@ Expected<void> tell(const Prompt& prompt, bool is_wanted, std::string_view what)
   if (!prompt) {
     return failure({Code::DeviceStage,
                     {"coupon", 0, 0},
-                    fmt::format("a person has to {}, and none is at a terminal", what),
-                    "a person at the machine, or [coupon] entry_material = false"});
+                    fmt::format("operator required to {}: no terminal", what),
+                    "an operator at a terminal, or [coupon] entry_material = false"});
   }
   return prompt(what);
 }

@@ -79,7 +79,7 @@ std::string missed_lines(const SpindleCameraRun& run) {
 }
 
 /// With an offset that is wrong by whole pitches the camera shows holes at each place, but other
-/// ones. Earlier rows are seen before there is anything to see. So is a coupon that somebody has
+/// ones. Earlier rows are seen before there is anything to see. So is a coupon that an operator has
 /// drilled already, before a drill breaks in its holes.
 Expected<void> check_is_fresh(const MachineConfig& config,
                               const CalibrationDevices& devices,

@@ -45,7 +45,7 @@ struct SpindleCameraRun {
 Expected<SpindleCameraRun> calibrate_spindle_camera(const MachineConfig& config,
                                                     const CalibrationDevices& devices);
 
-/// The same at places that somebody else chose (G39 with coordinates: places_from). No row of the
+/// The same at places that the program chose (G39 with coordinates: places_from). No row of the
 /// coupon's state file is taken, and i_row is 0.
 Expected<SpindleCameraRun> calibrate_spindle_camera_at(
     const MachineConfig& config,

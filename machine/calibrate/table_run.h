@@ -70,7 +70,7 @@ Expected<TableRun> calibrate_table(const MachineConfig& config,
                                    TableSights sights,
                                    const TableFitOptions& options = {});
 
-/// Why a person should not use this map without a look at it; empty if nothing speaks against it.
+/// The reason not to use this map without a look at it; empty if nothing speaks against it.
 /// Limits are on looks left out, on the held-out check in um, and on the excess.
 std::string refusal(const TableRun& run);
 

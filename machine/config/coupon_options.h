@@ -28,7 +28,7 @@ struct Coupon {
   Length pitch = mm(5);             ///< from hole to hole; above 0
   int drill_tool = 1;
   int vision_tool = 1;              ///< with which holes are looked for
-  bool has_entry_material = false;  ///< somebody has to lay it on before, and take it off after
+  bool has_entry_material = false;  ///< an operator lays it on before, and takes it off after
   Approach drilling = {1, 1};
   /// How the stage comes to each look; as many looks as there are.
   std::vector<Approach> looking = {{1, 1}, {-1, 1}, {1, -1}, {-1, -1}};

@@ -13,7 +13,7 @@
 #include "vision/render/scene_debris.h"
 #include <Eigen/Core>
 
-// What machine.toml says of the virtual machine, section by section.
+// The virtual machine of machine.toml, section by section.
 namespace panelcal {
 
 /// Where something is broken out of a surface.
@@ -47,7 +47,7 @@ struct SimulatedProbeOptions {
 struct SimTableSurface {
   SimulatedProbeOptions surface;     ///< as it is at `since`; in machine coordinates
   std::chrono::sys_seconds since{};  ///< before that it stands still
-  Length height_per_day;             ///< what it rises by
+  Length height_per_day;             ///< rise
   Eigen::Vector2d slope_ppm_per_day = Eigen::Vector2d::Zero();
   std::optional<SimulatedChip> chip;  ///< that is not there from the beginning
   std::chrono::sys_seconds chip_since{};

@@ -106,7 +106,7 @@ Expected<void> read_sizes(const TomlTable& table, bool has_camera, Target& targe
   PANELCAL_TRY(const auto size_px, table.number("size_px", kTargetLength));
   if (!size_mm && !size_px) {
     return failure(table.missing(
-        "size", fmt::format("size_mm, {} (size_px without [camera])", size_words(target.shape))));
+        "size_mm", fmt::format("{} (size_px without [camera])", size_words(target.shape))));
   }
   if (size_mm && size_px) {
     return failure(table.problem("size_px", "one of the two", "size_mm is given as well"));
@@ -124,7 +124,7 @@ Expected<void> read_sizes(const TomlTable& table, bool has_camera, Target& targe
   if (width.mm) target.width = mm(*width.mm);
   if (width.px) target.width_px = px(*width.px);
   if (target.shape == Shape::Cross && !width.mm && !width.px) {
-    return failure(table.missing("width", "width_mm or width_px, of a cross's bars"));
+    return failure(table.missing("width_mm", "the width of a cross's bars, or width_px"));
   }
   return {};
 }
@@ -133,15 +133,16 @@ Expected<void> read_sizes(const TomlTable& table, bool has_camera, Target& targe
 Expected<void> check_owner(const TomlTable& table,
                            std::string_view key,
                            bool is_owner,
-                           std::string_view owners) {
+                           Shape shape) {
   if (!table.has(key) || is_owner) return {};
-  return failure(table.problem(key, "none", fmt::format("only {} have it", owners)));
+  return failure(table.problem(
+      key, "the key removed", fmt::format("not allowed for shape {}", quoted(name(shape)))));
 }
 
 Expected<void> read_target_dots(const TomlTable& table, Target& target) {
   const bool is_dots = target.shape == Shape::Dots;
-  PANELCAL_CHECK(check_owner(table, "dots_mm", is_dots, "dot-codes"));
-  PANELCAL_CHECK(check_owner(table, "dots_px", is_dots, "dot-codes"));
+  PANELCAL_CHECK(check_owner(table, "dots_mm", is_dots, target.shape));
+  PANELCAL_CHECK(check_owner(table, "dots_px", is_dots, target.shape));
   if (!is_dots) return {};
   const std::string_view key = target.size ? "dots_mm" : "dots_px";
   const std::string_view other = target.size ? "dots_px" : "dots_mm";
@@ -164,8 +165,8 @@ Expected<void> read_picture(const TomlTable& table,
                             const std::filesystem::path& folder,
                             Target& target) {
   const bool is_template = target.shape == Shape::Template;
-  PANELCAL_CHECK(check_owner(table, "picture", is_template, "templates"));
-  PANELCAL_CHECK(check_owner(table, "reference_px", is_template, "templates"));
+  PANELCAL_CHECK(check_owner(table, "picture", is_template, target.shape));
+  PANELCAL_CHECK(check_owner(table, "reference_px", is_template, target.shape));
   if (!is_template) return {};
   PANELCAL_TRY(const auto file, table.text("picture"));
   if (!file || file->empty()) {
@@ -181,8 +182,8 @@ Expected<void> read_picture(const TomlTable& table,
 
 Expected<void> read_tag(const TomlTable& table, Target& target) {
   const bool is_tag = target.shape == Shape::AprilTag;
-  PANELCAL_CHECK(check_owner(table, "family", is_tag, "tags"));
-  PANELCAL_CHECK(check_owner(table, "id", is_tag, "tags"));
+  PANELCAL_CHECK(check_owner(table, "family", is_tag, target.shape));
+  PANELCAL_CHECK(check_owner(table, "id", is_tag, target.shape));
   if (!is_tag) return {};
   PANELCAL_TRY(const auto family, table.text("family"));
   if (family) target.tag_family = *family;
@@ -200,9 +201,8 @@ Expected<void> read_tag(const TomlTable& table, Target& target) {
 Expected<void> read_angles(const TomlTable& table, Target& target) {
   const bool has_angle = target.shape != Shape::Disc && target.shape != Shape::Hole &&
                          target.shape != Shape::Ring && target.shape != Shape::AprilTag;
-  constexpr Words kOwners = "shapes that have to lie in a certain way";
-  PANELCAL_CHECK(check_owner(table, "angle_deg", has_angle, kOwners));
-  PANELCAL_CHECK(check_owner(table, "angle_tolerance_deg", has_angle, kOwners));
+  PANELCAL_CHECK(check_owner(table, "angle_deg", has_angle, target.shape));
+  PANELCAL_CHECK(check_owner(table, "angle_tolerance_deg", has_angle, target.shape));
   PANELCAL_TRY(const auto angle, table.number("angle_deg", {-360, 360}));
   if (angle) target.angle = deg(*angle);
   PANELCAL_TRY(const auto tolerance, table.number("angle_tolerance_deg", {0, 180}));
@@ -234,9 +234,10 @@ Expected<void> check_whole(const TomlTable& table,
   if (!problem) return {};
   if (!problem->is_of_angle) return failure(table.problem(key, "another picture", problem->why));
   const bool has_tolerance = table.has("angle_tolerance_deg");
-  return failure(table.problem(has_tolerance ? Words("angle_tolerance_deg") : key,
-                               "less than half of that angle, or a mark that lies in one way only",
-                               problem->why));
+  return failure(
+      table.problem(has_tolerance ? Words("angle_tolerance_deg") : key,
+                    "less than half of that angle, or a mark without rotational symmetry",
+                    problem->why));
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ Expected<TomlTable> TomlTable::make(const toml::table& table,
                     place,
                     quoted(word) + " in " + name,
                     nearest.empty() ? fmt::format("one of {}", fmt::join(keys.known, ", "))
-                                    : quoted(nearest)});
+                                    : "did you mean " + quoted(nearest) + "?"});
   }
   return TomlTable(table, std::move(name), at, source);
 }
@@ -154,9 +154,10 @@ Diagnostic TomlTable::not_supported(std::string_view key, std::string expected) 
 }
 
 Diagnostic TomlTable::missing(std::string_view what, std::string expected) const {
+  const bool is_key = what.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == what.npos;
   return {Code::ConfigValue,
           source_->place(at_.begin),
-          fmt::format("{} has no {}", name_, what),
+          fmt::format("{}: missing {}", name_, is_key ? "key " + quoted(what) : std::string(what)),
           std::move(expected)};
 }
 

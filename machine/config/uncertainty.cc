@@ -42,8 +42,8 @@ Expected<void> read_terms(const TomlTable& top, MachineConfig& config) {
   const bool knows_since = config.offset_date || !config.spindle_setting.is_calibrated;
   if (config.drift_um_per_sqrt_day > 0 && !knows_since) {
     return failure(table->problem("drift_um_per_sqrt_day",
-                                  "[spindle] camera_offset_date as well",
-                                  "it is not known since when the offset drifts"));
+                                  "the date of the calibration",
+                                  "missing key \"camera_offset_date\" of [spindle]"));
   }
   return {};
 }

@@ -17,7 +17,7 @@ namespace panelcal {
 /// A description of a table before its map is made: the surfaces on it, and the areas without one.
 struct ZonesFile {
   std::vector<Zone> zones;  ///< in the order of the file: the first one that holds a place has it
-  std::vector<Void> voids;  ///< what lies beyond the panel's edge comes last
+  std::vector<Void> voids;  ///< the area beyond the panel's edge comes last
   std::optional<Length> probe_tip;  ///< diameter
 };
 

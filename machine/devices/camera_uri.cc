@@ -51,7 +51,7 @@ Expected<std::vector<Parameter>> parameters_of(std::string_view uri,
       return refuse(uri,
                     "there is no parameter " + quoted(key),
                     near.empty() ? fmt::format("{}", fmt::join(known, ", "))
-                                 : "perhaps " + std::string(near));
+                                 : "did you mean " + quoted(near) + "?");
     }
     if (equals == one.npos || equals + 1 == one.size()) {
       return refuse(uri, quoted(key) + " has no value", std::string(key) + "=VALUE");
@@ -169,7 +169,7 @@ Expected<CameraAddress> parse_camera_uri(std::string_view uri) {
         colon == uri.npos ? "there is no colon" : quoted(scheme) + " is no kind of camera",
         colon == uri.npos || near.empty()
             ? "folder:DIR, video:FILE, v4l2:DEVICE, rtsp://... or gige://ADDRESS"
-            : "perhaps " + std::string(near));
+            : "did you mean " + quoted(near) + "?");
   }
   const std::string_view rest = uri.substr(colon + 1);
   if (rest.empty()) return refuse(uri, "nothing follows " + quoted(uri), "a name or an address");

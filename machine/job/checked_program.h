@@ -14,7 +14,7 @@ namespace panelcal {
 /// anything moves.
 struct CheckedProgram {
   Program program;
-  Survey nominal_survey;  ///< what it would measure
+  Survey nominal_survey;  ///< its measurements at nominal places
 };
 
 /// As diagnostics name a program that was read from there.

@@ -37,7 +37,7 @@ class JobExecution final : public OperationSink {
   JobExecution(const JobExecution&) = delete;
   JobExecution& operator=(const JobExecution&) = delete;
 
-  /// How the program is walked for this.
+  /// Options of the walk for this.
   WalkOptions walk() const;
   /// Before the first operation.
   ///

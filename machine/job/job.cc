@@ -152,6 +152,16 @@ class JobRun {
     return false;
   }
 
+  /// A format without a place for it, or the reverse, would write nothing and be silent.
+  Expected<void> check_output() const {
+    if (job_.format.has_value() == (sinks_.output != nullptr)) return {};
+    return failure({Code::Usage,
+                    {job_.command, 0, 0},
+                    job_.format ? "Job::format without JobSinks::output"
+                                : "JobSinks::output without Job::format",
+                    "both, or neither"});
+  }
+
   bool prepare() {
     WalkOptions& walk = machine_.walk;
     walk.max_operations = job_.max_operations;
@@ -159,6 +169,7 @@ class JobRun {
     std::string time;
     if (!take(wall_time(job_.clock, job_.now), time)) return false;
     if (!take(age_offset(machine_, job_.clock, job_.now))) return false;
+    if (!take(check_output())) return false;
     const std::string& file = job_.program.source.file;
     set_text_variables(file == kStandardInput ? "-" : file, time, walk.sieb_meyer.text);
     if (job_.format && !take(check_output_format(*job_.format, machine_))) return false;

@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// Where a corrected program goes: whole or not at all.
+/// The receiver of a corrected program: whole or not at all.
 class JobOutput : public ByteSink {
  public:
   /// Begins anew: bytes that came before are dropped.

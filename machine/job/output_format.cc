@@ -15,7 +15,7 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<OutputFormat, std::string_view>, 6> kNames = {
+constexpr std::array<std::pair<OutputFormat, std::string_view>, 6> kFormatNames = {
     {{OutputFormat::Jsonl, "jsonl"},
      {OutputFormat::Csv, "csv"},
      {OutputFormat::Excellon, "excellon"},
@@ -51,12 +51,14 @@ std::unique_ptr<TextWriter> make_program_writer(OutputFormat format,
 }  // namespace
 
 std::string_view name(OutputFormat format) {
-  return std::ranges::find(kNames, format, &decltype(kNames)::value_type::first)->second;
+  return std::ranges::find(kFormatNames, format, &decltype(kFormatNames)::value_type::first)
+      ->second;
 }
 
 std::optional<OutputFormat> output_format_from_name(std::string_view name) {
-  const auto found = std::ranges::find(kNames, name, &decltype(kNames)::value_type::second);
-  return found == kNames.end() ? std::nullopt : std::optional(found->first);
+  const auto found =
+      std::ranges::find(kFormatNames, name, &decltype(kFormatNames)::value_type::second);
+  return found == kFormatNames.end() ? std::nullopt : std::optional(found->first);
 }
 
 std::optional<OutputFormat> output_format_of_extension(std::string_view extension) {

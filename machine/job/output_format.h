@@ -30,7 +30,7 @@ std::optional<OutputFormat> output_format_of_extension(std::string_view extensio
 /// A language that a drilling machine's control reads by itself: cycles may be left to it.
 bool is_program(OutputFormat format);
 
-/// Whether the machine's file says all that the format needs.
+/// Checks that the machine's file states all that the format needs.
 ///
 /// Fails  config-value (G-code without [gcode])
 Expected<void> check_output_format(OutputFormat format, const MachineConfig& machine);
@@ -38,7 +38,7 @@ Expected<void> check_output_format(OutputFormat format, const MachineConfig& mac
 /// The input of a writer besides the operations.
 struct WriterInput {
   std::string title;                  ///< of a picture
-  std::vector<std::string> comments;  ///< what made the output, one line each
+  std::vector<std::string> comments;  ///< origin of the output, one line each
   std::optional<DepthJudge>
       depths;                      ///< for columns about depths; empty if nothing is asked of them
   const Survey* survey = nullptr;  ///< whose targets a picture shows

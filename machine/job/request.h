@@ -26,14 +26,14 @@ namespace panelcal {
 /// A program that is to be corrected, and how.
 struct Job {
   Program program;        ///< as read_job() or load_program() reads it
-  DiagnosticLog reading;  ///< what was found on the way
+  DiagnosticLog reading;  ///< diagnostics of the reading
   /// When: the spindle-camera offset has drifted until now.
   std::chrono::sys_seconds now;
   /// The time on the wall that texts name, as wall_time() takes it; empty: `now`, where this
   /// computer stands.
   std::string clock;
 
-  /// The format of JobSinks::output; absent: nothing is written.
+  /// The format of JobSinks::output; present if and only if that is.
   std::optional<OutputFormat> format;
   std::vector<std::string> comments;  ///< for the output: what made it, one line each
   /// Slots stay cycles that the control expands; absent: what suits the format.
@@ -50,13 +50,13 @@ struct Job {
   std::int64_t max_operations = 1'000'000'000;
 };
 
-/// Who is told of a job while it runs. All may be empty; all outlive the job.
+/// Receivers of a job's results while it runs. All may be empty; all outlive the job.
 struct JobSinks {
   /// Gets the corrected program, in Job::format; it is committed only if the job may be drilled.
   JobOutput* output = nullptr;
   /// Gets every corrected operation. They may be used only if JobResult::may_be_drilled().
   OperationSink* operations = nullptr;
-  /// Where the measuring is: one line that takes the place of the last one.
+  /// Progress of the measuring: one line that takes the place of the last one.
   std::function<void(std::string_view)> progress = {};
   /// The measuring has ended, whatever came of it; `remark` is the source's, often empty.
   std::function<void(std::string_view remark)> end_progress = {};

@@ -22,17 +22,17 @@ namespace panelcal {
 /// See    tests/machine/job/correct_test.cc
 struct JobResult {
   std::shared_ptr<const Survey> survey;  ///< never null
-  std::string source;                    ///< where the measurements came from, in words
+  std::string source;                    ///< source of the measurements, in words
   DiagnosticLog log;                     ///< as JobSinks::log
 
   Tally tally;                            ///< of the corrected job
   std::unique_ptr<JobVerdict> verdict;    ///< null if [tolerance] asks for no positions
   std::unique_ptr<DepthVerdict> depth;    ///< null if it asks for no depths
   bool is_judged = false;                 ///< the verdicts are of the whole job
-  std::optional<SurfaceUse> surface_use;  ///< what depths took from Job::surface
+  std::optional<SurfaceUse> surface_use;  ///< the part of Job::surface in the depths
   /// Null without Job::truth, which has to outlive it.
   std::unique_ptr<TruthComparison> truth;
-  std::string explanation;  ///< what Job::explain asks for; empty if there is no such place
+  std::string explanation;               ///< of Job::explain; empty if there is no such place
   std::optional<HoleBudget> worst_hole;  ///< likeliest to break its tolerance, or least certain
   /// Of the worst place that a warning names, by which Job::explain knows it, where its line does
   /// not lead to it.
@@ -45,7 +45,7 @@ struct JobResult {
 
   /// Every series is inside its limits, nothing is wrong in the program and no tolerance holds it.
   bool may_be_drilled() const { return is_executed && !is_held && !log.has_errors(); }
-  /// Why not: the first error that is no limit's, or else the first one.
+  /// The reason why not: the first error that is no limit's, or else the first one.
   ///
   /// Precondition: !may_be_drilled()
   Diagnostic refusal() const;

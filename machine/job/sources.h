@@ -21,7 +21,7 @@ struct JobSources {
   std::shared_ptr<MeasurementSource> targets;  ///< never null
   std::shared_ptr<ProbeSource> probes;         ///< never null
   std::string
-      words;  ///< where the answers come from, for people: "recorded measurements in a.jsonl"
+      words;  ///< origin of the answers, in words for people: "recorded measurements in a.jsonl"
   std::function<std::string()> remark = {};  ///< for people, after the measuring; may be empty
 };
 
@@ -30,7 +30,7 @@ struct JobSources {
 /// In     nominal: what a perfect panel would be asked
 using OpenJobSources = std::function<Expected<JobSources>(const Survey& nominal)>;
 
-/// Which sources a person chose; empty texts: not this one.
+/// The sources that a person chose; empty texts: not this one.
 struct SourceChoice {
   std::string command;         ///< as diagnostics name it
   std::string images;          ///< a folder of pictures

@@ -76,7 +76,7 @@ class CameraViews final : public ViewTaker {
   Time settle_;
   Wait wait_;
   VisionOptions stated_;                               ///< its lamp and focus
-  std::map<CameraSetting, double> set_;                ///< what was set last
+  std::map<CameraSetting, double> set_;                ///< the last values
   std::optional<Position<frame::Machine>> commanded_;  ///< where the spindle was sent last
   Position<frame::Machine> standing_;                  ///< and where it stands
   bool is_settled_ = false;

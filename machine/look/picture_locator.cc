@@ -410,7 +410,7 @@ Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
         seen_through(*camera.tilted, camera.mapping, look.target, best.center, best.size_mm);
     if (!through) {
       sight.status = MeasurementStatus::Rejected;
-      sight.reason = "the target lies where the camera's calibration sees no panel";
+      sight.reason = "target outside the calibrated field";
       return sight;
     }
     seen = *through;

@@ -15,7 +15,7 @@
 #include "machine/devices/calibration_devices.h"
 #include "program/model/measurement.h"
 
-// What is tried at one place with a mark: focus, lamp, how long to wait after a move.
+// Trials at one place with a mark: focus, lamp, how long to wait after a move.
 namespace panelcal {
 
 /// Looks for the height at which the camera is sharpest; see autofocus.
@@ -37,7 +37,7 @@ std::vector<double> lamp_levels(double low, double high, int n);
 struct LightRun {
   std::vector<LampSample> samples;  ///< in the order of the levels
   std::optional<LampLevel> best;
-  std::string reason;  ///< why there is none
+  std::string reason;  ///< of a missing value
 };
 
 /// Tries lamp levels on a mark, which is looked for anew at each.
@@ -69,7 +69,7 @@ struct SettleRun {
   std::vector<SettleView> views;
   int n_missed = 0;  ///< pictures that showed no mark
   std::optional<SettleTime> settle;
-  std::string reason;  ///< why there is none
+  std::string reason;  ///< of a missing value
 };
 
 /// Moves away and back again and again, and takes a picture after another delay each time.

@@ -30,7 +30,7 @@ struct TakenPicture {
   Position<frame::Machine> axis;  ///< where the optical axis stood, as the calibration has it
   std::string name;               ///< file name; empty if the picture is in no file
   std::string path;               ///< of that file, for diagnostics
-  std::shared_ptr<const KnownDetection> known = {};  ///< what was found in it ahead; may be null
+  std::shared_ptr<const KnownDetection> known = {};  ///< its detection, made ahead; may be null
 };
 
 /// One look at the panel.

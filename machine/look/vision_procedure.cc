@@ -45,10 +45,7 @@ void take_one_coordinate(const MeasurementRequest& request, Sight& sight) {
   const int i = is_x ? 0 : 1;
   if (std::abs(across(i)) < kSlotCosine) {
     sight.status = MeasurementStatus::Rejected;
-    sight.reason = fmt::format(
-        "the slot lies along {0}, so that {0} is not to be seen, which the "
-        "program asks for",
-        is_x ? "x" : "y");
+    sight.reason = fmt::format("slot along {0}: {0} not measurable", is_x ? "x" : "y");
     return;
   }
   const Eigen::Vector2d& expected_mm = request.expected.in_mm();

@@ -17,7 +17,7 @@ namespace panelcal {
 /// One look at the mark of [nightly].
 struct MarkSighting {
   std::optional<Eigen::Vector2d> place_mm;  ///< machine, as the present calibrations have it
-  std::string missed;                       ///< why it was not found
+  std::string missed;                       ///< the reason if it was not found
   double clipped_share = 0;                 ///< of the picture's pixels, at the scale's end
 };
 

@@ -24,13 +24,13 @@ struct NightJob {
   std::string software;  ///< "panelcal 0.1.0"
   std::string asked_by;  ///< a user, a timer
   bool is_dry_run = false;
-  /// Calibrate again what this night has calibrated already (somebody has cleaned the lens since).
+  /// Calibrate again what this night has calibrated already (the lens has been cleaned since).
   bool is_again = false;
   std::optional<double> temperature_c = {};             ///< absent: read as [nightly] states
   std::function<void(std::string_view)> progress = {};  ///< a line each; empty: no output
   /// The machine's, if the caller holds it already: from before the devices were opened.
   const NightLock* lock = nullptr;
-  std::vector<std::string> notes = {};  ///< what happened before, for the record
+  std::vector<std::string> notes = {};  ///< events before, for the record
 };
 
 }  // namespace panelcal

@@ -23,7 +23,7 @@ class NightLock {
   /// Fails  ledger-busy (names process and time); device-write
   static Expected<NightLock> take(const std::filesystem::path& ledger,
                                   std::chrono::sys_seconds now);
-  /// Who holds the lock now, in words; empty if it is free. Writes nothing.
+  /// The present holder of the lock, in words; empty if it is free. Writes nothing.
   static std::string holder(const std::filesystem::path& ledger);
 
   NightLock(NightLock&& other) noexcept;

@@ -18,7 +18,7 @@
 #include "surface/map/file.h"
 #include <Eigen/Core>
 
-// What a night did and found: plain data, everything that a report shows. Who makes it: nightly.h.
+// Actions and results of a night: plain data, everything that a report shows. Maker: nightly.h.
 
 namespace panelcal {
 
@@ -111,10 +111,10 @@ struct NightStep {
   std::vector<std::string> alarms;        ///< of drift and of qualities, in words
   std::optional<DrillForecast> forecast;  ///< of what is in force after this step
   std::string forecast_text;              ///< "yes, until ...", or why there is no forecast
-  std::string since_when;                 ///< what changed in the series and since when; or empty
+  std::string since_when;                 ///< the change in the series and its time; or empty
   std::vector<NightPlotPoint> series;     ///< the last 60 nights, tonight included
   std::vector<NightHole> holes;
-  std::optional<StoredMap> surface;       ///< what was probed
+  std::optional<StoredMap> surface;       ///< the probed surface
   std::vector<std::string> fit_report;    ///< lines
   std::filesystem::path file;             ///< the calibration file
   std::optional<std::int64_t> ledger_id;  ///< of tonight's entry
@@ -157,7 +157,7 @@ struct NightRecord {
   /// is beyond what is predicted.
   std::optional<std::chrono::sys_seconds> drill_until;
   std::string verdict;               ///< in words, with what to do: the report's first line
-  std::vector<std::string> changes;  ///< what is in force now against a week ago, a line each
+  std::vector<std::string> changes;  ///< the values in force now against a week ago, a line each
   LedgerHead head;  ///< note it elsewhere: it proves later that nothing was cut off
 };
 

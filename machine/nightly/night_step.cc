@@ -320,7 +320,7 @@ class Step {
     record.asked_by = words_.asked_by;
     record.software = words_.software;
     record.temperature_degC = words_.temperature_c;
-    // If somebody has installed another one since, tonight was judged against the wrong one.
+    // If another one was installed since, tonight was judged against the wrong one.
     if (installs && history_.in_force) record.replaces = history_.in_force->id;
     PANELCAL_TRY(const int used_up, calibration_.used_up());
     LedgerDraft companion =

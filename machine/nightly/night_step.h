@@ -20,10 +20,10 @@ struct NightContext {
   const NightlyConfig& nightly;
   std::string night;
   std::optional<double> temperature_c;
-  /// Why nothing is to be measured (the self-test did not pass); empty: measure. The one in force
+  /// The reason to measure nothing (the self-test did not pass); empty: measure. The one in force
   /// may stay if the forecast lets it.
   std::string no_measuring;
-  /// Why the result is not to be installed; empty: its gates decide.
+  /// The reason not to install the result; empty: its gates decide.
   std::string untrusted = {};
 };
 

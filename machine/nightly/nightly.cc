@@ -159,9 +159,8 @@ class Night {
 
   static std::string past_the_ledger(const NightCalibration& calibration, const std::string& what) {
     return fmt::format(
-        "{} has {} that the ledger does not know, put there by hand: take it away, and the next "
-        "run writes the file again from the ledger; or, if that one is the right one, calibrate "
-        "again with --install",
+        "{}: {} is not in the ledger: move it away, and the next run writes the file again from "
+        "the ledger; or, to keep it, calibrate again with --install",
         quoted(calibration.file().string(), 200),
         what);
   }

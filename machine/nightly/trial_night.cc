@@ -33,7 +33,7 @@ class TrialNight final : public NightCalibration {
   std::vector<std::string> axes() const override { return {trial_parameter(kind_)}; }
   std::string unit() const override { return trial_unit(kind_); }
   std::filesystem::path file() const override { return {}; }
-  // machine.toml has a bound (a wait) or what somebody once thought, and no estimate: what was
+  // machine.toml has a bound (a wait) or an operator's guess, and no estimate: what was
   // measured is only held against what was measured.
   std::optional<Eigen::VectorXd> present() const override { return std::nullopt; }
   Expected<std::vector<SelfTestCheck>> check() const override;

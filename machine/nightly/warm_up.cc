@@ -71,9 +71,8 @@ class WarmUpLooks {
     if (!devices.now) {
       return failure({Code::ConfigValue,
                       nightly.place,
-                      "[nightly] warm_up_limit_um needs to know the time, and these devices have "
-                      "no clock",
-                      "a machine with one"});
+                      "[nightly] warm_up_limit_um: devices without a clock",
+                      "devices with a clock"});
     }
     PANELCAL_TRY(MarkLooker looker, MarkLooker::make(config, nightly, devices.observer));
     return WarmUpLooks(std::move(looker), *nightly.warm_up_limit, devices);

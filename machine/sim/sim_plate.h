@@ -31,7 +31,7 @@ struct SimOtherMark {
 /// The properties of a virtual table with marks on it, on top of [sim].
 struct SimPlateOptions : SimStops {
   std::uint64_t seed = 1;
-  int vision_tool = 1;  ///< what the marks look like
+  int vision_tool = 1;  ///< describes the marks
   std::vector<Position<frame::Machine>> marks;
   std::vector<SimOtherMark> others;
   /// Where the stage really stands against where it was sent to; empty: there.

@@ -33,6 +33,8 @@ constexpr std::int64_t kMaxMeasurementSeq = std::numeric_limits<std::int64_t>::m
 constexpr std::size_t kMaxMeasurementPath = 128;
 constexpr std::size_t kMaxTools = 4;
 constexpr std::size_t kMaxMeasurementLine = std::size_t{1} << 16;
+/// Beyond any machine; squares of far larger places would be infinite.
+constexpr double kMaxMeasured_mm = 1e5;
 
 /// Recorded and requested nominals come from the same arithmetic; this only forgives printing.
 constexpr double kSameMeasured_mm = 1e-6;
@@ -40,6 +42,15 @@ constexpr double kSameMeasured_mm = 1e-6;
 Expected<Eigen::Vector2d> read_measured_point(const JsonLine& line, std::string_view key) {
   PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers(key, 2, kMeasurementCode));
   return Eigen::Vector2d(xy_mm[0], xy_mm[1]);
+}
+
+bool is_in_reach(double x_mm, double y_mm) {
+  return std::abs(x_mm) <= kMaxMeasured_mm && std::abs(y_mm) <= kMaxMeasured_mm;
+}
+
+Diagnostic out_of_reach(const JsonLine& line, std::string_view key) {
+  return line.problem(
+      key, kMeasurementCode, fmt::format("x and y within {:.0f} mm of 0", kMaxMeasured_mm));
 }
 
 Expected<void> read_vision_tools(const JsonLine& line, VisionSettings& settings) {
@@ -120,6 +131,9 @@ bool is_positive_definite(double xx, double xy, double yy) {
 
 Expected<PositionEstimate<frame::Actual>> read_measured(const JsonLine& line) {
   PANELCAL_TRY(const Eigen::Vector2d measured_mm, read_measured_point(line, "measured"));
+  if (!is_in_reach(measured_mm.x(), measured_mm.y())) {
+    return failure(out_of_reach(line, "measured"));
+  }
   PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kMeasurementCode));
   if (!is_positive_definite(cov[0], cov[1], cov[2])) {
     return failure(line.problem(
@@ -173,6 +187,7 @@ Expected<void> read_candidates(const JsonLine& line, Measurement& measurement) {
                                   "x, y, xx, xy, yy, score and 0 or 1 of each, with xx > 0, yy > 0 "
                                   "and xy^2 < xx yy"));
     }
+    if (!is_in_reach(c[0], c[1])) return failure(out_of_reach(line, "candidates"));
     MeasuredCandidate candidate;
     candidate.place.position = position_mm<frame::Actual>(c[0], c[1]);
     candidate.place.cov << c[2], c[3], c[3], c[4];

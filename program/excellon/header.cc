@@ -270,12 +270,12 @@ class HeaderReader {
     std::array<std::string_view, kHeaderWords.size()> words;
     std::ranges::transform(kHeaderWords, words.begin(), &HeaderWord::word);
     const std::string_view near = nearest_word(word, words);
-    reporter_.report(
-        Code::HeaderWordUnknown,
-        line,
-        column,
-        quoted(word),
-        near.empty() ? "a command of the manual's header table" : "perhaps " + std::string(near));
+    reporter_.report(Code::HeaderWordUnknown,
+                     line,
+                     column,
+                     quoted(word),
+                     near.empty() ? "a command of the manual's header table"
+                                  : "did you mean " + quoted(near) + "?");
   }
 
   void read_unit(int line, int column, std::string_view word, std::string_view value) {

@@ -268,7 +268,7 @@ void Interpreter::run_code(const Block& block) {
          block,
          block.words[0],
          set_ == ProgramSet::FormatOne ? "a code of the manual's Format One (FMAT,1)"
-                                       : "a code of the manual's table");
+                                       : "a code that `panelcal help excellon` lists");
 }
 
 void Interpreter::run_command(const Block& block, Command command) {

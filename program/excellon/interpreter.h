@@ -55,7 +55,7 @@ class Interpreter {
   std::size_t asked_until() const { return asked_until_; }
 
  private:
-  /// Who used an axis last: the two passes of the machine see different coordinates, so an axis
+  /// The last user of an axis: the two passes of the machine see different coordinates, so an axis
   /// may not be taken over from the one kind to the other. Cleared: an M08 came since. Lost: a P#
   /// or G93 did, and the manual does not say where they leave the position.
   enum class AxisUser : std::uint8_t { None, Work, Target, Cleared, Lost };
@@ -242,7 +242,7 @@ class Interpreter {
   std::optional<Tool> tool_;
   std::optional<int> compensation_index_;
   std::map<int, bool> body_hits_off_;  ///< H without a number
-  std::map<int, Tool> body_tools_;     ///< what the body said of them, as far as it rules
+  std::map<int, Tool> body_tools_;     ///< their data in the body, as far as it rules
   std::set<int> undefined_tools_;
   bool body_rules_;          ///< OM48
   bool body_rates_ = false;  ///< G07

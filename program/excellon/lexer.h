@@ -73,7 +73,7 @@ struct Block {
   int column = 1;         ///< of the first character of text
   std::array<Word, kMaxWords> words;
   std::size_t n_words = 0;
-  std::string_view arguments;  ///< what follows the first comma
+  std::string_view arguments;  ///< the text behind the first comma
   int arguments_column = 0;    ///< 0: there is no comma
 
   std::span<const Word> all() const { return {words.data(), n_words}; }

@@ -220,7 +220,7 @@ void VisionSession::refuse_unknown(std::string_view key, const SourceLine& line)
                    quoted(key) + " behind $uvis",
                    near.empty() ? "auto, box, search, searcharea, entry, insp, focus, lamp, zoom, "
                                   "calib or alg"
-                                : "perhaps " + std::string(near));
+                                : "did you mean " + quoted(near) + "?");
 }
 
 }  // namespace panelcal::excellon

@@ -19,7 +19,7 @@ namespace panelcal {
 struct DepthError {
   Length mean;
   Length sigma;
-  // What sigma is made of: independent errors.
+  // Sigma has these independent errors.
   Length map_sigma;        ///< of the surface at the place
   Length reference_sigma;  ///< and where a plane's reference was measured
   Length machine_sigma;    ///< [uncertainty] depth_um

@@ -31,7 +31,7 @@ class Tally final : public OperationSink {
   void put(const Operation& operation) override;
 
   const std::map<int, Tool>& tools() const { return tools_; }
-  std::vector<int> tools_used() const;  ///< what worked at all, by number
+  std::vector<int> tools_used() const;  ///< the tools that worked, by number
 
   const CountByTool& holes_by_tool() const { return holes_.by_tool; }
   const CountByTool& slots_by_tool() const { return slots_.by_tool; }  ///< drilled or routed whole

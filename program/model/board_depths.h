@@ -11,7 +11,7 @@ namespace panelcal {
 
 class ZonedMap;
 
-/// How deep one tool works, or all tools of one diameter: [[depth]].
+/// Depth of one tool, or all tools of one diameter: [[depth]].
 struct ToolDepth {
   std::optional<int> number;
   std::optional<Length> drill;  ///< without a number: the diameter of the tools that are meant

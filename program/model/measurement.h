@@ -19,7 +19,7 @@
 
 namespace panelcal {
 
-/// How the camera is to look: what G34 and the `$uvis` commands had set when the target came.
+/// Settings of the camera: those of G34 and the `$uvis` commands when the target came.
 struct VisionSettings {
   std::vector<int> tools;             ///< G34: one vision tool, or four for a large target
   std::optional<Length> delta;        ///< G34: distance of the four views from the centre
@@ -39,13 +39,13 @@ struct MeasurementRequest {
   std::string command;  ///< G35, G36, G38, G45, G46 or G48
   VisionSettings settings;
   Position<frame::Nominal> nominal;
-  Position<frame::Actual> expected;  ///< where to look, relative to work zero
+  Position<frame::Actual> expected;  ///< place to look at, relative to work zero
   Position<frame::Machine> work_zero;
   InstancePath path;
   /// The coordinates that count: both, but of slots (SIEB & MEYER, measurement mode 5).
   ObservedAxes axes = ObservedAxes::Both;
 
-  /// Where the optical axis has to be to see the expected place in the middle.
+  /// Place of the optical axis to see the expected place in the middle.
   Position<frame::Machine> expected_in_machine() const {
     return work_zero + displacement_mm<frame::Machine>(expected.in_mm());
   }
@@ -76,12 +76,12 @@ struct Measurement {
   MeasurementStatus status = MeasurementStatus::NotFound;
   PositionEstimate<frame::Actual> measured;  ///< relative to work zero
   std::optional<double> score;
-  /// How the place moves with the camera's calibration, whose error all targets share.
+  /// Derivative of the place by the camera's calibration, whose error all targets share.
   std::optional<CameraJacobian> by_camera;
   /// One standard deviation of repeated inspections in each axis, if there were any.
   std::optional<Displacement<frame::Actual>> scatter;
   std::string image;   ///< file name of the picture, empty if there is none
-  std::string reason;  ///< why it is not Found
+  std::string reason;  ///< of a status other than Found
   /// All places of the picture, for the series to choose among; the measured one is one of them.
   /// Empty: unknown.
   std::vector<MeasuredCandidate> candidates;
@@ -106,7 +106,7 @@ struct FocusResult {
   std::vector<Sample> curve;  ///< in the order in which it was taken
 };
 
-/// Which requests will come from now on, in their order, if every target that is still to be
+/// The requests that will come from now on, in their order, if every target that is still to be
 /// measured lies where it is expected. Empty where that is not worth knowing. The places of a
 /// series that is open are exact, and those of later ones as long as nothing that they depend on is
 /// unmeasured.

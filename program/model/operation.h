@@ -39,7 +39,7 @@ struct PlacedPoint {
   /// From work zero, what a program for the machine says: `corrected`, but for the error of a
   /// calibrated table.
   Displacement<frame::Machine> told;
-  Position<frame::Machine> actual;  ///< what the machine is told: work zero + told
+  Position<frame::Machine> actual;  ///< sent to the machine: work zero + told
   Eigen::Matrix2d cov_mm2 =
       Eigen::Matrix2d::Zero();  ///< of what is drilled; zero without a correction
   /// That the hole breaks its tolerance; absent without a tolerance or without a correction.
@@ -58,7 +58,7 @@ struct PlaneReference {
 /// A measured height, a filled one and so on: surface/map/height_map.h.
 enum class HeightSource : std::uint8_t;
 
-/// How sure a height is that is not probed at this place.
+/// Certainty of a height that is not probed at this place.
 struct PredictedHeight {
   Length sigma;
   HeightSource source;
@@ -66,7 +66,7 @@ struct PredictedHeight {
   friend bool operator==(const PredictedHeight&, const PredictedHeight&) = default;
 };
 
-/// How deep a tool works, as far as the program or [[depth]] says.
+/// Depth of a tool, as far as the program or [[depth]] states it.
 struct DepthOfCut {
   std::optional<Length> z;        ///< of the tool's tip above the table plane
   std::optional<Length> depth;    ///< below the board's surface, under depth control
@@ -252,7 +252,7 @@ struct PatternEnd {
   std::span<const Placement> copies;
 };
 
-/// Which correction a series of targets gives.
+/// The correction that a series of targets gives.
 enum class CorrectionLevel : std::uint8_t { Base, Nested };
 
 /// Targets that are measured and fitted together; only where structure is kept.
@@ -279,7 +279,7 @@ struct VisionTool {
   int number = 0;
 };
 
-/// How a place came about, for those who ask; valid only during the call that passes it.
+/// Origin of a place, for those who ask; valid only during the call that passes it.
 struct Origin {
   Position<frame::Programmed> programmed;
   const Placement* placement = nullptr;

@@ -10,7 +10,7 @@ namespace panelcal {
 /// Carries a programmed coordinate to its place in one step-and-repeat instance.
 using Placement = Transform<frame::Nominal, frame::Programmed>;
 
-/// Which instance: one 0-based index per level, outermost first; empty outside step and repeat.
+/// One instance: a 0-based index per level, outermost first; empty outside step and repeat.
 using InstancePath = std::vector<int>;
 
 /// A run of equally spaced copies of everything a level has produced so far.

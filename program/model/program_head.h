@@ -21,14 +21,14 @@ struct ProgramHead {
   virtual ~ProgramHead() = default;
 
   std::map<int, Tool> tools;
-  std::map<int, int> tool_lines;     ///< where each tool is defined
+  std::map<int, int> tool_lines;     ///< line of each tool's definition
   std::optional<int> axis_version;   ///< VER
   std::optional<bool> block_delete;  ///< BLKD: blocks that begin with / are not executed
   bool body_rules = false;           ///< OM48: the body's tool data win
 
   /// The format in which writers state numbers.
   virtual NumberFormat number_format() const { return {}; }
-  /// How numbers are read: "inch 2.4, leading zeros kept".
+  /// Reading of numbers: "inch 2.4, leading zeros kept".
   virtual std::string number_summary() const { return {}; }
 };
 

@@ -14,7 +14,7 @@ bool is_tool_link(std::string_view text);
 /// Adds the tools of a link to `used` if one of them is in it: spares are used too.
 void add_linked_tools(std::string_view text, std::set<int>& used);
 
-/// Which tool takes over when one is used up (CNC-7 manual, Link Tools).
+/// Successors of tools that are used up (CNC-7 manual, Link Tools).
 class ToolLinks {
  public:
   /// Precondition: is_tool_link(text).

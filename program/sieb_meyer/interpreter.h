@@ -280,7 +280,7 @@ class Interpreter {
   std::optional<double> z_mm_;
   std::optional<double> k_mm_;
   DepthOfCut base_cut_;    ///< by planes and reference surface, without the grid
-  DepthOfCut ramp_start_;  ///< what it was before this line
+  DepthOfCut ramp_start_;  ///< the cut before this line
   bool depth_control_ = false;
   bool skips_surface_ = false;           ///< G77, for one line
   bool takes_surface_late_ = false;      ///< L behind the last T0 line

@@ -46,7 +46,7 @@ enum class NumberProblem : std::uint8_t { None, Malformed, TooLong, PointForbidd
 struct ParsedNumber {
   double value = 0;
   NumberProblem problem = NumberProblem::None;
-  double step = 0;  ///< what one more in the last digit adds
+  double step = 0;  ///< of one in the last digit
 };
 
 /// Reads `[+-]digits[.digits]`; no digits at all are zero. Without a decimal point the number

@@ -120,7 +120,7 @@ class OpticalSession {
   int first_line_ = 0;
   double spread_mm_ = 0;
   std::vector<std::size_t> last_measurements_;  ///< that were calculated from, or moved an offset
-  std::optional<OffsetCorrection> last_deviation_;  ///< theirs, once somebody asked
+  std::optional<OffsetCorrection> last_deviation_;  ///< theirs, once requested
   std::int64_t n_looks_ = 0;
   std::int64_t n_looks_at_order_ = 0;  ///< when last_deviation_ was first asked for
   PatternState pattern_;

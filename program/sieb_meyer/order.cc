@@ -149,7 +149,8 @@ class OrderReader {
         if (exists(word, "5")) count(word, order_.memory, 0, "L# with a place of the memory");
         return;
       default:
-        return refuse(Code::CommandUnknown, word, "a command of the manual's table");
+        return refuse(
+            Code::CommandUnknown, word, "a command that `panelcal help sieb-meyer` lists");
     }
   }
 
@@ -204,7 +205,8 @@ class OrderReader {
 
   void read_code(const Word& word) {
     const auto found = command_of(word);
-    if (!found) return refuse(Code::CommandUnknown, word, "a code of the manual's table");
+    if (!found)
+      return refuse(Code::CommandUnknown, word, "a code that `panelcal help sieb-meyer` lists");
     if (!exists(word, info(*found).formats)) return;
     const bool is_last = i_word_ + 1 == block_.n_words;
     if (is_camera(*found) && !is_last) {

@@ -25,7 +25,7 @@ enum class ParameterKind : std::uint8_t {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 1 Working method; A.3
 struct Order {
   std::array<std::optional<double>, 2> xy_mm;
-  double xy_step_mm = 0;  ///< what one more in the coarser last digit adds
+  double xy_step_mm = 0;  ///< of one in the coarser last digit
 
   std::optional<int> tool;     ///< above 0
   bool is_tool_up = false;     ///< T0

@@ -25,7 +25,7 @@ struct HoleRow {
 /// One place of a text: a character of the set, or a row of holes.
 using TextCell = std::variant<char, HoleRow>;
 
-/// Why a text cannot be drilled.
+/// The reason why a text cannot be drilled.
 struct TextFault {
   std::size_t index = 0;  ///< in the text as programmed; the variable's, if its value is at fault
   std::string what;       ///< names the offending text, in quotes

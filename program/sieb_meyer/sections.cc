@@ -363,7 +363,7 @@ class Scanner {
   bool read_code(const Word& word, bool closes, OffsetCodes& codes) {
     const auto command = command_of(word);
     if (!command) {
-      refuse_word(word, "a code of the manual's table");
+      refuse_word(word, "a code that `panelcal help sieb-meyer` lists");
       return false;
     }
     switch (*command) {

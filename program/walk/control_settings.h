@@ -27,7 +27,7 @@ struct TextVariables {
 /// The control's own settings when a program starts; M49 may change some of them.
 struct Settings {
   CharacterSet characters = CharacterSet::Dots5x7;
-  TextVariables text;         ///< what the variables of M97 and M98 stand for
+  TextVariables text;         ///< values of the variables of M97 and M98
   int measurement_mode = 1;   ///< 1, 2, 3 or 5
   bool pattern_mode = false;  ///< CAMA: G36 aligns a pattern; else NOCAMA: a hole
   bool fits_scale = false;    ///< two points give one scale as well

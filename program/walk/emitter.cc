@@ -88,6 +88,12 @@ bool Emitter::count(std::int64_t& n, std::int64_t limit, std::string_view things
   return false;
 }
 
+/// Idle lines cost less time than operations: a small limit on operations does not count for them.
+std::int64_t Emitter::idle_limit() const {
+  constexpr std::int64_t kAllowed = 10'000;
+  return std::max(options_.max_operations, kAllowed);
+}
+
 bool Emitter::refuse_operations(int line) {
   n_operations_ = options_.max_operations;
   return count(n_operations_, options_.max_operations, "operations", line);
@@ -97,13 +103,13 @@ void Emitter::count_copies(std::int64_t n_copies,
                            std::int64_t n_operations,
                            std::int64_t n_idle,
                            int line) {
-  const auto is_too_many = [&](std::int64_t n_each, std::int64_t n) {
-    return n_each > 0 && n_copies > (options_.max_operations - n) / n_each;
+  const auto is_too_many = [&](std::int64_t n_each, std::int64_t n, std::int64_t limit) {
+    return n_each > 0 && n_copies > (limit - n) / n_each;
   };
-  if (is_too_many(n_operations, n_operations_)) {
+  if (is_too_many(n_operations, n_operations_, options_.max_operations)) {
     refuse_operations(line);
-  } else if (is_too_many(n_idle, n_idle_lines_)) {
-    n_idle_lines_ = options_.max_operations;
+  } else if (is_too_many(n_idle, n_idle_lines_, idle_limit())) {
+    n_idle_lines_ = idle_limit();
     count_idle_line(line);
   } else {
     n_operations_ += n_copies * n_operations;
@@ -116,8 +122,7 @@ bool Emitter::count_target(int line) {
 }
 
 bool Emitter::count_idle_line(int line) {
-  return count(
-      n_idle_lines_, options_.max_operations, "lines of step and repeat that drill nothing", line);
+  return count(n_idle_lines_, idle_limit(), "idle lines of step and repeat", line);
 }
 
 void Emitter::put(int line, decltype(Operation::what) what) {
@@ -165,7 +170,7 @@ void Emitter::take_tolerance(int line, const Tool& tool) {
 /// Takes one tool after the other until the last one has enough hits left; gives how many of them
 /// it is to be charged.
 std::int64_t Emitter::use_up(int line, std::int64_t n) {
-  while (hits_left_ < n && count(n_expired_, options_.max_operations, "used up tools", line)) {
+  while (hits_left_ < n && count(n_expired_, idle_limit(), "used up tools", line)) {
     n -= hits_left_;
     expire(line);
     if (hits_left_ == 0) return 0;  // H0 allows nothing; once is enough to say it

@@ -438,13 +438,19 @@ void Measuring::report_fit_failure(const SeriesResult& series, FitFailure failur
                                        series.line,
                                        name(series.model));
   switch (failure) {
-    case FitFailure::TooFewTargets:
+    case FitFailure::TooFewTargets: {
+      // Targets of one coordinate (G45, slots) may be enough in number and still too few.
+      const auto n_parameters = static_cast<std::size_t>(parameter_count(series.model));
+      const bool has_enough_targets = 2 * series.measurements.size() >= n_parameters;
       reporter_.report(Code::TargetsTooFew,
                        series.line,
                        1,
                        what,
-                       fmt::format("at least {} coordinates", parameter_count(series.model)));
+                       has_enough_targets
+                           ? fmt::format("at least {} coordinates", n_parameters)
+                           : fmt::format("{} targets or more", (n_parameters + 1) / 2));
       return;
+    }
     case FitFailure::Degenerate:
       reporter_.report(Code::SeriesDegenerate,
                        series.line,

@@ -57,7 +57,7 @@ struct WalkOptions {
   std::optional<PanelModel> model;  ///< [vision] model; absent: what the manual says for the count
   bool chooses_model = false;       ///< [vision] model = "auto": what the targets themselves say
   bool bends_panel = false;         ///< [vision] model = "smooth": base series; nested as usual
-  bool compares_models = false;     ///< somebody wants to read of the models that were not taken
+  bool compares_models = false;     ///< a report shows the models that were not taken
   MachineUncertainty uncertainty;   ///< [uncertainty], [spindle], [camera]
   Tolerances tolerances;            ///< [tolerance]
   GateLimits base_limits;
@@ -83,7 +83,7 @@ struct WalkOptions {
   Length arc_tolerance = um(1);
   Structure structure = Structure::Expanded;
   BoardDepths board;                ///< --surface, [surface], [[depth]]
-  sieb_meyer::Settings sieb_meyer;  ///< what only that language needs
+  sieb_meyer::Settings sieb_meyer;  ///< of that language only
   /// [camera] focus_range_mm: the measurement source is asked to focus; otherwise `$uvis,focus` is
   /// only passed on, with a warning.
   bool has_focus = false;

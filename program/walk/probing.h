@@ -49,7 +49,7 @@ struct ProbeReading {
   ProbeRequest request;
   ProbeStatus status = ProbeStatus::NotFound;
   std::vector<HeightEstimate> heights;  ///< above Z0; one per Z axis, the first axis first
-  std::string reason;                   ///< why it is not Found
+  std::string reason;                   ///< of a status other than Found
 };
 
 /// A source of true heights of the surface: machine, recorded file, simulation.

@@ -76,7 +76,7 @@ bool SeriesAssignment::is_certain() const {
 }
 
 std::string SeriesAssignment::text() const {
-  if (found.ranked.empty()) return "no two candidates lie as the program has their targets";
+  if (found.ranked.empty()) return "no pair of candidates matches the drawing";
   const Combination& best = found.ranked.front();
   std::string out = targets_text(best);
   const bool is_outside = found.ranked.size() == 1 || found.outside > found.ranked[1].probability;

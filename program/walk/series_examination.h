@@ -13,8 +13,8 @@
 
 namespace panelcal {
 
-/// Why a series does not fit, if it does not: find_fault over its points, in the frame that its
-/// correction maps from. Pads are asked for only then.
+/// The reason why a series does not fit, if it does not: find_fault over its points, in the frame
+/// that its correction maps from. Pads are asked for only then.
 ///
 /// Of a smooth series the bending is taken off first; what is left must fit an affine map, which is
 /// a weak test: it has degrees of freedom that the spline used up.

@@ -70,7 +70,7 @@ struct Survey {
   std::vector<ProbeReading> probes;
   /// Nodes of a G79 grid that are not probed, as [surface] fill_gaps allows.
   std::vector<FilledNode> filled_nodes;
-  std::vector<FocusResult> focus;  ///< what autofocus orders found, in the order of execution
+  std::vector<FocusResult> focus;  ///< results of autofocus orders, in the order of execution
   /// The results of orders to calibrate, in the order of execution; those that were only passed on
   /// are not here.
   std::vector<CalibrationAnswer> calibrations;

@@ -50,7 +50,7 @@ void GcodeWriter::park(const std::optional<Position<frame::Machine>>& place) {
   say("G0 " + words(*told_));
 }
 
-/// For somebody who may put a hand between.
+/// For an operator, who may put a hand between.
 void GcodeWriter::pause(std::string_view code,
                         const std::optional<Position<frame::Machine>>& place) {
   if (height_ == Height::Down && !has_ended_) {

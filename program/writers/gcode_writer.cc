@@ -171,7 +171,7 @@ void GcodeWriter::write(const Rout& rout) {
   }
   at_ = to;
   if (!feed || !z || height_ != Height::Down || !told_) {
-    // A contour is left out only where somebody was told why.
+    // A contour is left out only where a diagnostic has the reason.
     if (losses().has_errors()) return;
     return fail({Code::Internal, place(), "a contour without a plunge", "a plunge before it"});
   }

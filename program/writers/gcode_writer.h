@@ -121,7 +121,7 @@ class GcodeWriter final : public ProgramWriter {
 
   GcodeSetting setting_;
   Tool tool_;
-  GcodeWork work_;  ///< what holds for it
+  GcodeWork work_;  ///< its values
   Height height_ = Height::Unknown;
   std::optional<Place> at_;      ///< where the program has the tool
   std::optional<Place> told_;    ///< where the control has it

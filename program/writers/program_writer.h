@@ -15,7 +15,7 @@
 namespace panelcal {
 
 struct ProgramWriterOptions {
-  /// Who wrote the file, and from what: one line each.
+  /// The file's maker and inputs: one line each.
   std::vector<std::string> comments;
   /// Leaves out what decides where or how deep a tool goes and has no form in the language, instead
   /// of failing. Code that sets it has to look at losses().

@@ -21,7 +21,7 @@ namespace panelcal {
 struct SvgScene {
   std::vector<SvgTarget> targets;
   std::string title;
-  std::vector<std::string> provenance;  ///< who made the file, and from what; one line each
+  std::vector<std::string> provenance;  ///< the file's maker and inputs; one line each
   bool shows_rapid_moves = true;
 };
 
@@ -79,7 +79,7 @@ class SvgWriter final : public TextWriter {
 
   std::optional<int> hole_tool_;  ///< a group of this tool's holes is open
   Ink* hole_ink_ = nullptr;
-  std::string hole_end_;  ///< what follows the center of a hole
+  std::string hole_end_;  ///< the text behind the center of a hole
 
   std::optional<Eigen::Vector2d> router_mm_;  ///< where it stands
   double left_mm_ = 0;                        ///< how far compensation shifts to the left

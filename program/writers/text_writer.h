@@ -54,7 +54,7 @@ class TextWriter : public OperationSink {
 
   ByteSink& bytes_;
   std::string text_;
-  std::vector<char> rows_;  ///< what comes behind text_
+  std::vector<char> rows_;  ///< the rows behind text_
   std::size_t n_row_chars_ = 0;
   Expected<void> status_;
 };

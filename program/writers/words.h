@@ -7,7 +7,7 @@
 
 namespace panelcal {
 
-// What output files call the kinds that operation.h gives no name.
+// Names in output files of the kinds that operation.h gives no name.
 
 constexpr std::string_view word(PlungeKind kind) {
   return kind == PlungeKind::Plain ? "plain" : "contouring";

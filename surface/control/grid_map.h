@@ -21,7 +21,7 @@ struct GridPoint {
   std::vector<HeightEstimate> heights;
 };
 
-/// Why points make no grid.
+/// The reason why points make no grid.
 enum class GridFailure : std::uint8_t {
   TooFewPoints,  ///< fewer than two columns or fewer than two rows
   Incomplete,    ///< a node of the lattice has no point

@@ -55,7 +55,7 @@ class ReferencePlane {
   double chi_square_ = 0;
 };
 
-/// Why no plane could be fitted.
+/// The reason why no plane could be fitted.
 enum class PlaneFailure {
   TooFewProbes,  ///< fewer than three
   Collinear,     ///< coincident probes, or probes in one line

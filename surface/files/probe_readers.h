@@ -14,7 +14,7 @@ namespace panelcal::internal {
 /// heights; a line of labels, which has three versions; the grid; the heights, row by row. A `0`
 /// without a decimal point stands for a node that was not probed, as do all beyond the radius.
 ///
-/// The figures must be those of the heights, but for rounding: else somebody changed the file.
+/// The figures must be those of the heights, but for rounding: else the file was changed.
 ///
 /// Fails  measurement-file
 /// Source RepRapFirmware, Grid.cpp (loading and saving of 1.x to 3.x)

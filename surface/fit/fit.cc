@@ -93,7 +93,7 @@ std::optional<BendingLikelihood> likelihood_of(const Readings& readings, Surface
 Diagnostic undetermined(std::span<const ProbePoint> points) {
   return {Code::GridInvalid,
           points.front().from,
-          fmt::format("{} probes that coincide or lie in one line", points.size()),
+          fmt::format("{} probes coincide or are collinear", points.size()),
           "probes all over the surface"};
 }
 

@@ -96,7 +96,7 @@ class HeightMap {
   std::span<const Position<frame::Nominal>> hull() const;
   /// As given, and how far a probe vouches for its surroundings where that was not.
   HeightMapOptions options() const;
-  /// Why this model, in words.
+  /// The reason for this model, in words.
   const std::string& reason() const;
   const HeightLattice& lattice() const;
   /// The worst difference of lattice and surface where it was tried, in the middle of cells and

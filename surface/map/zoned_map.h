@@ -29,7 +29,7 @@ struct Zone {
   Place from;  ///< where it was read, for messages
 };
 
-/// Why a probe takes no part in any zone's surface. Wild ones are HeightMap::outliers().
+/// The reason why a probe is in no zone's surface. Wild ones are HeightMap::outliers().
 struct UnusedProbe {
   std::size_t i_point = 0;
   std::string reason;  ///< `it lies in no zone`, `it may touch "hole of tool 3" (panel.exc:40)`

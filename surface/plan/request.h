@@ -23,7 +23,7 @@ struct ProbePlanRequest {
   Length amplitude;  ///< standard deviation of the bending about the trend
   Length length;     ///< over which it changes
   int n_trend = kPlaneTrend;
-  Length probe_sigma;                            ///< what one probe scatters
+  Length probe_sigma;                            ///< scatter of one probe
   Length tolerance;                              ///< the most that sigma may be at any of `places`
   std::vector<Position<frame::Nominal>> places;  ///< where heights matter
   std::vector<Position<frame::Nominal>> candidates;  ///< where one may probe

@@ -38,7 +38,7 @@ struct Residual {
   }
 };
 
-/// Of one coordinate, so that nobody leaves the work out.
+/// Of one coordinate, so that the compiler keeps the work.
 template <bool kIsRigid>
 double by_ceres(const std::vector<RawPair>& pairs) {
   constexpr int kParameters = kIsRigid ? 3 : 5;

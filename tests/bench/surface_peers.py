@@ -5,7 +5,7 @@
 Speed: scipy's map_coordinates and RegularGridInterpolator on a lattice of 200 x 200 nodes, turn by
 turn with surface_bench (which is given a round of its own each time), ns a query and our time by
 theirs. Accuracy: 50 warps, 12 x 10 probes each; root mean square error at 2000 places inside of the
-probes' hull, of ours and of the best of scipy's interpolators for that very warp, which nobody
+probes' hull, of ours and of the best of scipy's interpolators for that very warp, which no user
 could know without the truth. Exits with 1 if ours is more than 1.3 times the best one, all in all.
 
   /usr/bin/python3 tests/bench/surface_peers.py build/release/tests/bench/surface_bench [--queries 1000000]

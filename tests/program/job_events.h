@@ -22,7 +22,7 @@ struct Event {
   std::string text;
 };
 
-/// Remembers everything, and passes it on if somebody waits for it.
+/// Remembers everything, and passes it on if a sink waits for it.
 class EventRecorder final : public OperationSink {
  public:
   explicit EventRecorder(OperationSink* next = nullptr) : next_(next) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole jobs, drilled and routed, that nobody thought of beforehand.
+// Random whole jobs, drilled and routed.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

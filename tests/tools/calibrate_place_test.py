@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Calibrates focus and lamp of a simulated machine with --install, looks at what the ledger has then,
-and that nobody moves a machine that another run holds.
+and that a machine that another run holds does not move.
 
     calibrate_place_test.py PANELCAL REPOSITORY
 """
@@ -114,7 +114,7 @@ def focus():
     text = calibrate("focus", *install)
     assert "entry 3" in text and "write [camera] focus_mm = 0.6" in text, text
     assert entries()[2][0]["temperature_degC"] == 21.5 and in_force() == [("focus", 3)]
-    # A later run says it again, and so does nobody's --install.
+    # A later run says it again, without --install.
     assert "write [camera] focus_mm = 0.6" in calibrate("focus")
 
     # No peak: recorded as refused, and nothing of what is in force changes.

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What `history diff --program` foretells of another camera calibration is what a run with it does.
+"""`history diff --program` predicts the run with another camera calibration.
 
     history_job_test.py PANELCAL REPOSITORY
 """
@@ -61,7 +61,7 @@ def main():
     shifts = [math.dist(a, b) for a, b in zip(holes, drilled("demo/machine.toml"), strict=True)]
     rms = math.sqrt(sum(s * s for s in shifts) / len(shifts))
     print(f"{len(shifts)} holes, largest shift {max(shifts) * 1e3:.3f} um, "
-          f"foretold {said['max_mm'] * 1e3:.3f} um; rms {rms * 1e3:.3f} and "
+          f"predicted {said['max_mm'] * 1e3:.3f} um; rms {rms * 1e3:.3f} and "
           f"{said['rms_mm'] * 1e3:.3f} um")
     assert said["holes"] == len(shifts) == 990
     assert max(shifts) > 0.002, "a change that is too small to be seen proves nothing"

@@ -33,7 +33,7 @@ def record(name):
 
 
 def main():
-    # A machine that runs already: nobody finds a page of a run that did nothing.
+    # A machine that runs already: a run that did nothing leaves no page.
     with open("drill1.ledger.lock", "w", encoding="utf-8") as lock:
         fcntl.lockf(lock, fcntl.LOCK_EX)
         assert "ledger-busy" in night("2026-11-20T23:00:00Z", 3).stderr
@@ -72,7 +72,7 @@ def main():
     night("2026-11-23T03:00:00Z", 0)
     assert record("2026-11-22")["may_drill"] is True
 
-    # What nobody can mend is said where people look in the morning; a dry run leaves no traces.
+    # A problem that panelcal cannot mend is said where people look in the morning; a dry run leaves no traces.
     Path("camera.cal.json").write_text("{")
     night("2026-11-23T23:00:00Z", 2, "--dry-run")
     assert "2026-11-23.html" not in reports()

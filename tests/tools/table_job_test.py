@@ -181,7 +181,7 @@ def main():
              "-o", "out.jsonl", "--report", "report.html")
     assert "table map at the hole" in Path("report.html").read_text()
 
-    # A second calibration of the same stage: what history foretells is what a run does.
+    # A second calibration of the same stage: history predicts the run.
     Path("looks.jsonl").write_text(looks(4))
     answer = json.loads(panelcal(*words, "--json").stdout)
     assert answer["applied"] is True
@@ -193,7 +193,7 @@ def main():
     after, worst_um = drilled("--machine-driver", "sim")
     assert worst_um < 1.5, worst_um
     moved_mm = [((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2) ** 0.5 for a, b in zip(live, after)]
-    # Foretold for a panel that lies as drawn, by pictures of the same seed.
+    # Predicted for a panel that lies as drawn, by pictures of the same seed.
     assert abs(max(moved_mm) - said["max_mm"]) < 1e-4, (max(moved_mm), said["max_mm"])
     assert said["max_mm"] > 1e-4, said
 

@@ -11,7 +11,7 @@
 #include "machine/sources/device_set.h"
 #include "tools/cli/commands.h"
 
-// What `panelcal calibrate WHAT` does.
+// The commands `panelcal calibrate WHAT`.
 namespace panelcal::calibrate {
 
 /// The text for standard output, and whether the result may be used.

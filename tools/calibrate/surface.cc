@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::string_view kCalibrateSurface = "panelcal calibrate surface";
 
-/// A map that somebody else probed, and what it says of the table.
+/// A map that was probed by hand, and its figures of the table.
 struct GivenMap {
   StoredMap stored;
   SurfaceFigures figures;

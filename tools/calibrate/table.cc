@@ -120,7 +120,7 @@ std::string table_json(const TableRun& run,
   return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-/// From pictures through the camera's calibration, or as somebody else measured it.
+/// From pictures through the camera's calibration, or as another vision system measured it.
 Expected<TableSights> sights_of(const CalibrateOptions& options,
                                 const MachineConfig& config,
                                 const CalibrationPlate& plate) {

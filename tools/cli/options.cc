@@ -9,6 +9,7 @@
 
 #include "tools/cli/help_text.h"
 #include "tools/cli/help_topics.h"
+#include "tools/cli/parse_problem.h"
 #include "tools/cli/surface_command_line.h"
 #include "tools/cli/version.h"
 #include <CLI/CLI.hpp>
@@ -23,7 +24,7 @@ std::string check_seed(std::string& text) {
   const char* const end = text.data() + text.size();
   const auto read = std::from_chars(text.data(), end, seed);
   if (read.ec != std::errc() || read.ptr != end) {
-    return text + " is no whole number from 0 to 18446744073709551615";
+    return text + " not in range 0 to 18446744073709551615";
   }
   text = std::to_string(seed);
   return {};
@@ -172,8 +173,8 @@ class CommandLine {
                      "its heights");
     run_->add_option("-o,--output",
                      o.output,
-                     "Corrected program or picture (.jsonl .csv .drl .exc .s5 .ngc .svg); - is "
-                     "standard output");
+                     "Corrected program or picture (.jsonl .csv .drl .exc .s5 .sm .ngc .svg); - "
+                     "is standard output");
     run_->add_option("--to", o.format, "Output format (default: from the output's extension)")
         ->check(CLI::IsMember({"jsonl", "csv", "excellon", "sieb-meyer", "gcode", "svg"}));
     run_->add_option("--slots",
@@ -253,7 +254,7 @@ class CommandLine {
   void add_synth() {
     synth_ = add("synth", "Render the pictures a program asks for, with their truth");
     CLI::Option_group* subject =
-        synth_->add_option_group("SUBJECT", "Form of the target in the pictures");
+        synth_->add_option_group("SUBJECT", "Subject: a program, or one vision tool");
     subject->add_option("PROGRAM", synth_options_.program, "Part program: all of its targets");
     CLI::Option* tool = subject->add_option(
         "--tool", synth_options_.tool, "Number of a vision tool: single targets of it");
@@ -285,8 +286,7 @@ class CommandLine {
   /// SOURCE of those that drive the machine.
   CLI::Option_group* add_devices(CLI::App* command) {
     CalibrateOptions& o = calibrate_options_;
-    CLI::Option_group* source =
-        command->add_option_group("SOURCE", "Form of the target to calibrate with");
+    CLI::Option_group* source = command->add_option_group("SOURCE", "Source of the pictures");
     source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
         ->check(CLI::IsMember({"sim"}));
     source->add_option("--camera",
@@ -340,7 +340,7 @@ class CommandLine {
     light->add_option("--range", o.range, "LOW,HIGH: lamp levels (default: 10,100)")
         ->expected(2)
         ->delimiter(',');
-    light->add_option("--levels", o.n_levels, "Number of targets")
+    light->add_option("--levels", o.n_levels, "Number of lamp levels to try")
         ->check(CLI::Range(3, 1000))
         ->capture_default_str();
     CLI::App* settle = add_trial("settle", "Find how long to wait after a move", What::Settle);
@@ -412,7 +412,7 @@ class CommandLine {
                                         "the table, from looks at a plate of dots",
                                         CalibrateOptions::What::Table);
     command->add_option("--plate", o.plate, "The plate: columns, rows, pitch (.toml)")->required();
-    CLI::Option_group* source = command->add_option_group("SOURCE", "Recorded dots of the plate");
+    CLI::Option_group* source = command->add_option_group("SOURCE", "Looks at the plate");
     source->add_option("--images",
                        o.images,
                        "Folder with images.csv and pictures, or one for each pose: DIR/0, DIR/1, "
@@ -581,10 +581,12 @@ class CommandLine {
     }
     const auto commands = app_.get_subcommands();
     const std::string command = commands.empty() ? "" : " " + commands.front()->get_name();
-    return failure({Code::Usage,
-                    {"panelcal" + command, 0, 0},
-                    error.what(),
-                    "what `panelcal help" + command + "` shows"});
+    // The name of this error is that of the command.
+    const bool has_extras = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+    return failure(parse_problem(error.get_name(),
+                                 error.what(),
+                                 has_extras ? app_.remaining(true) : std::vector<std::string>(),
+                                 "panelcal" + command));
   }
 
   static Diagnostic unknown_command(const std::string& word) {
@@ -607,7 +609,7 @@ class CommandLine {
             near.empty()
                 ? "check, survey, plan, run, translate, locate, synth, calibrate, nightly, "
                   "history, surface or help"
-                : "perhaps " + std::string(near)};
+                : "did you mean " + quoted(near) + "?"};
   }
 
   CLI::App app_{std::string(kMainHeader), "panelcal"};

@@ -18,7 +18,7 @@ bool is_same_file(const std::filesystem::path& input, const std::filesystem::pat
 std::string extension_of(const std::filesystem::path& path);
 
 /// No output may overwrite an input or another output; `-` is standard output, which only one may
-/// have. Empty names do not count.
+/// have, and an existing output is neither a device nor a pipe. Empty names do not count.
 ///
 /// Fails  usage, in the name of `command`
 Expected<void> check_output_paths(std::string_view command,

@@ -14,7 +14,7 @@
 
 namespace panelcal {
 
-/// Who made an output, and from what.
+/// The maker and the inputs of an output.
 using Provenance = std::vector<std::pair<std::string, std::string>>;
 
 /// The origin of an output, to make it again: no dates, a replay is the same to the bit.

@@ -17,7 +17,7 @@ struct ArrowPlot {
   std::string title;
   std::string place_unit;                         ///< "px", "mm"
   std::string arrow_unit;                         ///< "px", "um"
-  Eigen::Vector2d low = Eigen::Vector2d::Zero();  ///< what is shown
+  Eigen::Vector2d low = Eigen::Vector2d::Zero();  ///< the shown area
   Eigen::Vector2d high = Eigen::Vector2d::Ones();
   bool y_is_down = false;
   std::vector<Arrow> arrows;

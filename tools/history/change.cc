@@ -147,11 +147,10 @@ Expected<CalibrationChange> table_change(const CalibrationEntry& before,
     return displacement_mm<frame::Actual>((*now - place).in_mm());
   };
   change.notes = {
-      "A table calibration moves targets, by where it has the stage that looked at them, and "
-      "holes, "
-      "by what the machine is told for them.",
-      "How a table lies and is turned each calibration takes as it likes; panels that are measured "
-      "take that out, places that no target corrects do not."};
+      "A table calibration moves targets, by its place of the stage that looked at them, and "
+      "holes, by its command to the machine.",
+      "Each calibration chooses its own table origin and rotation; the fit to measured targets "
+      "removes the difference, places without a correction keep it."};
   return change;
 }
 

@@ -38,7 +38,7 @@ Expected<LedgerKind> kind_of(const std::string& text) {
   return failure(history_usage("--kind " + quoted(text),
                                near.empty()
                                    ? fmt::format("one of {}", fmt::join(ledger_kind_words(), ", "))
-                                   : "perhaps " + std::string(near)));
+                                   : "did you mean " + quoted(near) + "?"));
 }
 
 Expected<LedgerFilter> filter_of(const HistoryOptions& options) {

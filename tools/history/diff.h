@@ -17,7 +17,7 @@
 #include "program/walk/walk.h"
 #include "tools/plan/places.h"
 
-// What a change of calibration does to a job: `panelcal history diff A B --program P`.
+// Effect of a change of calibration on a job: `panelcal history diff A B --program P`.
 namespace panelcal::history {
 
 /// By how much a target is measured elsewhere if one calibration takes the place of another; the
@@ -31,7 +31,7 @@ struct CalibrationChange {
   /// machine's own holds with either.
   std::shared_ptr<const TableCorrection> table_before;
   std::shared_ptr<const TableCorrection> table_after;
-  std::vector<std::string> notes;  ///< what this rests on, a sentence each
+  std::vector<std::string> notes;  ///< the assumptions, a sentence each
 };
 
 /// An entry with its calibration's own bytes.

@@ -10,7 +10,7 @@
 #include "calib/base/expected.h"
 #include "calib/ledger/ledger.h"
 
-// What `panelcal history` prints of a ledger.
+// Texts that `panelcal history` prints of a ledger.
 namespace panelcal::history {
 
 /// One JSON object on one line: the entry's content, its hash, whether it is in force, and the

@@ -112,7 +112,7 @@ class NightlyRun {
     if (!config_.nightly) {
       return failure({Code::ConfigValue,
                       {options_.machine, 0, 0},
-                      "[nightly] is missing, which lists the calibrations",
+                      "missing table [nightly]",
                       "a table [nightly] (docs/howto/nightly.md)"});
     }
     return {};

@@ -98,9 +98,10 @@ std::string night_tiles(const NightRecord& record) {
   std::string temperature = "not known";
   if (record.temperature_c) temperature = report::fixed(*record.temperature_c, 1) + " degC";
   return "<dl class=\"tiles\">\n" +
-         night_tile("may drill until",
-                    until_text(record),
-                    record.may_drill ? "or until the next report" : "until somebody has looked") +
+         night_tile(
+             "may drill until",
+             until_text(record),
+             record.may_drill ? "or until the next report" : "until an operator has confirmed") +
          night_tile("calibrations", steps_text(record), "what became of them") +
          night_tile("self-test",
                     fmt::format("{} of {}", n_passed, n_checks),
@@ -116,14 +117,13 @@ std::string next_step(const NightRecord& record) {
   if (record.outcome == NightOutcome::AllInstalled && record.may_drill) return {};
   const std::string again = fmt::format("panelcal nightly -m {}", record.config_file.string());
   if (record.outcome == NightOutcome::Failed) {
-    return "See to what failed, then run " + again + ": it goes on where it stopped.";
+    return "Repair the failed device or file, then run " + again + ": it goes on where it stopped.";
   }
   if (record.may_drill) {
-    return "Drill with what is in force, and look into what was refused before that ends.";
+    return "Drill with the calibrations in force, and examine the refused one before they expire.";
   }
-  return "Look at the machine where the first red line below says. If it is mended, run " + again +
-         " --again; if the change is meant, say so with panelcal history fresh-start and run it "
-         "then.";
+  return "The first red line names the part to inspect. After a repair, run " + again +
+         " --again; after an intended change, record it with panelcal history fresh-start first.";
 }
 
 std::string verdict(const NightRecord& record) {
@@ -359,7 +359,7 @@ std::string night_html(const NightRecord& record, const Provenance& provenance) 
       std::string(contours::kContourStyle) + std::string(kNightlyPageStyle));
   out += verdict(record) + changes(record);
   if (!record.notes.empty()) {
-    out += "<h2>To know</h2>\n<section>\n" + night_list(record.notes) + "</section>\n";
+    out += "<h2>Notes</h2>\n<section>\n" + night_list(record.notes) + "</section>\n";
   }
   for (const NightStep& step : record.steps) out += night_section(step);
   return out + warm_up(record) + self_test(record) + footer(record, provenance) +

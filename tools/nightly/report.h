@@ -8,7 +8,7 @@
 
 #include "machine/nightly/night_record.h"
 
-// What `panelcal nightly` says of a night: five lines, a page, and the same as JSON.
+// Reports of `panelcal nightly` on a night: five lines, a page, and the same as JSON.
 namespace panelcal::nightly {
 
 /// The origin of a report: key, value.

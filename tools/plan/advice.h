@@ -21,7 +21,7 @@ std::string places_word(const Plan& plan, const SeriesPlan& series);
 std::string times(double leverage);
 /// The same in um for the series' noise.
 std::string um_of(double leverage, const SeriesPlan& series);
-/// Why a model is not determined.
+/// The reason why a model is not determined.
 std::string_view why(FitFailure failure);
 
 }  // namespace panelcal::plan

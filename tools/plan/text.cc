@@ -184,7 +184,7 @@ std::string model_text(const Plan& plan) {
     return fmt::format(
         "Model \"smooth\": how a panel bends between its targets is not known before they are "
         "measured. All figures are those of the affine map it bends on, the least that a hole can "
-        "have; a target that lies may then be taken for a bend. It needs {} to {} targets, and no "
+        "have; an outlier may then be taken for bending. It needs {} to {} targets, and no "
         "nested corrections on top.",
         kLeastSmoothTargets,
         kMostSmoothTargets);

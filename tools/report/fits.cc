@@ -72,7 +72,7 @@ std::string assignment_paragraph(const SeriesResult& series) {
   if (!series.assignment) return {};
   const SeriesAssignment& assignment = *series.assignment;
   return fmt::format("<p><b>{}</b> Candidates that count, target by target: {}. {}.</p>\n",
-                     assignment.is_certain() ? "Chosen jointly." : "Held: not to be told apart.",
+                     assignment.is_certain() ? "Chosen jointly." : "Held: not separable.",
                      fmt::join(assignment.n_candidates, ", "),
                      escaped(assignment.text()));
 }

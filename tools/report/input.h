@@ -32,14 +32,14 @@ struct ReportInput {
   const TruthComparison* truth = nullptr;  ///< null without --truth
   const JobVerdict* verdict = nullptr;     ///< null if [tolerance] asks for no positions
   const DepthVerdict* depth = nullptr;     ///< null if it asks for no depths
-  std::string surface_use;                 ///< what depths took from --surface; empty without it
+  std::string surface_use;  ///< the part of --surface in the depths; empty without it
   /// Of the verdict's worst place, by which `run --explain` knows it; empty: its line says enough.
   std::optional<std::int64_t> worst_number;
   std::optional<HoleBudget> worst_hole;           ///< of the job, held or not
   std::map<std::int64_t, std::string> crops_png;  ///< by seq: the target with the found centre
   std::map<std::int64_t, std::vector<ReportView>> views;  ///< by seq: all pictures looked at
   std::span<const Diagnostic> diagnostics;
-  std::vector<std::pair<std::string, std::string>> provenance;  ///< what made this: key, value
+  std::vector<std::pair<std::string, std::string>> provenance;  ///< origin of this: key, value
 };
 
 }  // namespace panelcal

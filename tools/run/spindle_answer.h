@@ -10,7 +10,7 @@
 #include "machine/config/machine_config.h"
 #include <Eigen/Core>
 
-// What `panelcal calibrate spindle-camera` says.
+// Answers of `panelcal calibrate spindle-camera`.
 namespace panelcal::calibrate {
 
 /// A new offset against the present one.
@@ -25,7 +25,7 @@ struct SpindleAnswer {
   /// Chance of so large a shift where nothing moved; absent for a first one.
   std::optional<double> chance;
   bool is_installed = false;
-  std::string refusal;  ///< why it was not installed although that was asked for
+  std::string refusal;  ///< the reason if a requested installation was refused
   std::optional<std::int64_t> ledger_id;
 };
 

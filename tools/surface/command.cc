@@ -132,7 +132,7 @@ Expected<std::size_t> zone_of(const StoredZones& stored,
             options.zone.empty() ? fmt::format("{} has {} zones", file, zones.size())
                                  : fmt::format("{} has no zone {}", file, quoted(options.zone)),
             zones.empty()      ? std::string("no --zone: it has one surface all over")
-            : !nearest.empty() ? "--zone " + quoted(nearest)
+            : !nearest.empty() ? "did you mean --zone " + quoted(nearest) + "?"
                                : fmt::format("--zone with one of {}", fmt::join(shown, ", "))));
 }
 

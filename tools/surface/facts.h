@@ -25,7 +25,7 @@ struct MapFacts {
   Extreme lowest, highest, worst_sigma;
   Length usual_sigma;              ///< the median over the hull
   Length residual_rms;             ///< of the probes that make the surface, about it
-  Length stated_rms;               ///< what these probes are said to scatter
+  Length stated_rms;               ///< stated scatter of these probes
   double hull_mm2 = 0;             ///< where there is a surface
   std::vector<FilledArea> filled;  ///< the largest first; looked for in steps of the hull by 100
 

@@ -14,7 +14,7 @@
 #include "tools/cli/provenance.h"
 #include "tools/plan/places.h"
 
-// What `panelcal surface WHAT` does.
+// The commands `panelcal surface WHAT`.
 namespace panelcal::surface {
 
 /// The text for standard output, and whether all of it could be done.

@@ -92,7 +92,7 @@ struct Candidate {
   Position<frame::Image> center;
   PixelLength size;
   double score = 0;
-  std::string reason;  ///< why it does not count; empty if it does
+  std::string reason;  ///< of one that does not count; else empty
   std::vector<std::vector<Eigen::Vector2d>> outlines_px;           ///< as in TargetFit
   Eigen::Matrix2d cov_px2 = Eigen::Matrix2d::Zero();               ///< of `center`
   std::optional<PositionEstimate<frame::Optical>> center_optical;  ///< with a mapping; mm, mm^2

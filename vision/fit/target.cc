@@ -157,7 +157,7 @@ Expected<void> validate_dots(const Target& target) {
 Expected<void> Target::validate() const {
   if (size.has_value() == size_px.has_value()) {
     return invalid(*this,
-                   size ? "size_mm and size_px are both given" : "no size",
+                   size ? "size_mm and size_px are both given" : "missing key \"size_mm\"",
                    "one of size_mm and size_px");
   }
   if (size && inner_size_px) return invalid(*this, "inner_size_px beside size_mm", "one unit");

@@ -10,7 +10,7 @@
 
 namespace panelcal {
 
-/// How sharp a picture is: the strength of its edges, relative to its brightness.
+/// Sharpness of a picture: the strength of its edges, relative to its brightness.
 ///
 ///   sharpness = (sum gx(x, y) gx(x, y+1) + sum gy(x, y) gy(x+1, y)) / (n mean^2)
 ///
@@ -30,7 +30,7 @@ struct FocusSample {
   double sharpness = 0;
 };
 
-/// Where a series of pictures is sharpest.
+/// The sharpest height of a series of pictures.
 struct FocusPeak {
   Length z;
   Length sigma;       ///< of z, from the samples' scatter about the curve

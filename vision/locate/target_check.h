@@ -17,9 +17,9 @@ struct TargetProblem {
   bool is_of_angle = false;
 };
 
-/// Whether a target's own looks tell where it is and how it lies: templates that are flat, show
-/// parallel edges only or are too small in pictures, and templates and dot-codes that look the same
-/// when turned within their tolerance.
+/// Checks that a target's own looks determine its place and its angle: templates that are flat,
+/// show parallel edges only or are too small in pictures, and templates and dot-codes that look the
+/// same when turned within their tolerance.
 ///
 /// In     a valid target; the mapping if its size is in mm
 /// Cost   that of preparing a template once; of a template that may be turned far, 10 ms more

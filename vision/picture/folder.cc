@@ -109,7 +109,8 @@ class Parser {
       if (found == kColumnNames.end()) return unknown_column(field);
       const auto column = static_cast<Column>(found - kColumnNames.begin());
       if (std::find(columns_.begin(), columns_.end(), column) != columns_.end()) {
-        return error(field, fmt::format("column '{}' comes twice", field.text), "each column once");
+        return error(
+            field, fmt::format("column \"{}\" comes twice", field.text), "each column once");
       }
       columns_.push_back(column);
     }
@@ -117,7 +118,7 @@ class Parser {
       if (std::find(columns_.begin(), columns_.end(), needed) != columns_.end()) continue;
       return error(line_,
                    1,
-                   fmt::format("column '{}' is missing", kColumnNames[needed]),
+                   fmt::format("missing column \"{}\"", kColumnNames[needed]),
                    std::string(kColumnsExpected));
     }
     return {};
@@ -127,7 +128,8 @@ class Parser {
     const std::string_view near = nearest_word(field.text, kColumnNames);
     return error(field,
                  fmt::format("unknown column {}", panelcal::quoted(field.text)),
-                 near.empty() ? std::string(kColumnsExpected) : fmt::format("'{}'?", near));
+                 near.empty() ? std::string(kColumnsExpected)
+                              : fmt::format("did you mean {}?", panelcal::quoted(near)));
   }
 
   Expected<PictureRow> read_row(std::string_view line) {
@@ -151,7 +153,7 @@ class Parser {
   Expected<void> read_field(const Field& field, Column column, PictureRow& row) {
     if (field.text.empty()) {
       if (column > kY) return {};
-      return error(field, fmt::format("'{}' is empty", kColumnNames[column]), "a value");
+      return error(field, fmt::format("\"{}\" is empty", kColumnNames[column]), "a value");
     }
     if (field.text.find('"') != std::string_view::npos) {
       return error(field, "a quotation mark", "plain fields; a file name cannot hold a comma");

@@ -42,8 +42,8 @@ void set_quality(const CellModel& model,
 
 /// The checks of a fitted cell target beside its looks.
 struct CellJudgement {
-  std::string_view border;           ///< what its rim is called: "outline", "edges"
-  std::optional<std::string> unfit;  ///< what its size or place has against it
+  std::string_view border;           ///< name of its outline: "outline", "edges"
+  std::optional<std::string> unfit;  ///< the objection to its size or place
   double turn_rad = 0;               ///< against the angle asked for
   double turn_sigma_rad = 0;
   double turn_tolerance_rad = 0;

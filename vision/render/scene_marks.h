@@ -18,8 +18,8 @@ struct MarkLook {
   /// Brightness, 0 to 1 of full scale: of a tag what is white in its family. Templates have their
   /// own, in the target's polarity.
   double level = 0.7;
-  double ground = 0.3;          ///< what surrounds it: of a tag what is black in its family
-  Length slot_length = mm(20);  ///< from end to end, for slots
+  double ground = 0.3;                       ///< its surroundings: of a tag the black of its family
+  Length slot_length = mm(20);               ///< from end to end, for slots
   Displacement<frame::Optical> hole_offset;  ///< of a ring's hole
   Roughness burrs;                           ///< of holes
 };

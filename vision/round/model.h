@@ -27,7 +27,7 @@ enum RimParameter {
   kHoleY,
   kOval,  ///< radius (1 + oval cos 2 phi + oval_diagonal sin 2 phi): tilt, to first order
   kOvalDiagonal,
-  kContrastX,  ///< what the target's own slope has beyond the light's
+  kContrastX,  ///< the target's own slope beyond the light's
   kContrastY,
   kRimParameters
 };

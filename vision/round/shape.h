@@ -11,7 +11,7 @@ namespace panelcal::internal {
 /// Where a piece of a rim lies against the fitted rim, and how sure that is.
 struct RimDeviation {
   double px = 0;        ///< outwards
-  double variance = 0;  ///< what noise makes of it, px^2; 0: nothing is seen there
+  double variance = 0;  ///< by noise, px^2; 0: nothing is seen there
 };
 
 /// Deviations of 48 equal sectors, by angle.

@@ -15,7 +15,7 @@ struct TemplateFit {
   TemplateVector parameters = TemplateVector::Zero();
   Eigen::Matrix4d cov = Eigen::Matrix4d::Zero();  ///< of place, turn and log scale
   double noise = 0;                               ///< sigma of the residuals, grey levels
-  double picture_noise = 0;                       ///< what of it is the picture's own
+  double picture_noise = 0;                       ///< the picture's own part
   double excluded = 0;                            ///< part of the pixels left out
   double clipped = 0;                             ///< part of the pixels at either end of the scale
   double seen_share = 0;   ///< part of the template that is inside the picture

@@ -34,7 +34,7 @@ struct TemplateModel {
   double mean = 0;        ///< grey levels of the template
   double contrast = 1;    ///< brightest minus darkest, grey levels of the template
   double noise = 0;       ///< sigma of `raw`
-  double background = 0;  ///< what most of the template's border shows
+  double background = 0;  ///< of most of the template's border
 
   int width() const { return raw.width(); }
   int height() const { return raw.height(); }

@@ -16,7 +16,7 @@ namespace panelcal::internal {
 class TemplateNoiseTable {
  public:
   struct Products {
-    double raw_raw = 0;  ///< what interpolation leaves of the variance
+    double raw_raw = 0;  ///< the variance after interpolation
     double raw_smooth = 0;
     double raw_slope = 0;      ///< with the smooth one's derivative, per px
     double raw_curvature = 0;  ///< with its second difference

@@ -195,7 +195,7 @@ TEST(LieDetectionOf, NeedsMoreThanTheModelTakes) {
   EXPECT_NEAR(*four.found_from, 4.13 * 2, 1e-6);
 }
 
-TEST(LieDetectionOf, NamesTheLiarWithEnoughOthers) {
+TEST(LieDetectionOf, NamesTheOutlierWithEnoughOthers) {
   const LieDetection rigid = lies_of(kSquare, PanelModel::Similarity);
   EXPECT_EQ(rigid.is_found, Answer::Yes);
   EXPECT_EQ(rigid.is_named, Answer::Yes);
@@ -206,7 +206,7 @@ TEST(LieDetectionOf, NamesTheLiarWithEnoughOthers) {
   EXPECT_EQ(lies_of(six, PanelModel::Affine).is_named, Answer::Yes);
   EXPECT_EQ(lies_of({place(0, 0), place(5, 5), place(9, 1)}, PanelModel::Offset).is_named,
             Answer::Yes);
-  // With two, either may be the liar.
+  // With two, either may be the outlier.
   EXPECT_EQ(lies_of({place(0, 0), place(5, 5)}, PanelModel::Offset).is_named, Answer::No);
 }
 
@@ -220,14 +220,14 @@ TEST(LieDetectionOf, AgreesWithTheResidualsOfRealFits) {
     const auto design = predict_fit(targets, PanelModel::Affine);
     ASSERT_TRUE(design.fit);
     const auto lies = detect_lies(targets, *design.fit);
-    for (std::size_t liar = 0; liar < places.size(); ++liar) {
+    for (std::size_t outlier = 0; outlier < places.size(); ++outlier) {
       double least = 1;
       for (int k = 0; k < 180; ++k) {
         const double angle = k * M_PI / 180;
         std::vector<TargetPair<frame::Actual, frame::Nominal>> pairs;
         for (std::size_t i = 0; i < places.size(); ++i) {
           Eigen::Vector2d seen = places[i].in_mm();
-          if (i == liar) seen += Eigen::Vector2d(std::cos(angle), std::sin(angle));
+          if (i == outlier) seen += Eigen::Vector2d(std::cos(angle), std::sin(angle));
           pairs.push_back(
               {places[i], {position_mm<frame::Actual>(seen), Eigen::Matrix2d::Identity()}});
         }
@@ -235,8 +235,9 @@ TEST(LieDetectionOf, AgreesWithTheResidualsOfRealFits) {
         ASSERT_TRUE(fit.fit);
         least = std::min(least, fit.fit->chi_square);
       }
-      ASSERT_TRUE(lies[liar].found_from);
-      EXPECT_NEAR(*lies[liar].found_from, 4.13 / std::sqrt(least), 1e-3 * *lies[liar].found_from);
+      ASSERT_TRUE(lies[outlier].found_from);
+      EXPECT_NEAR(
+          *lies[outlier].found_from, 4.13 / std::sqrt(least), 1e-3 * *lies[outlier].found_from);
     }
   }
 }

@@ -34,6 +34,15 @@ TEST(Diagnostic, LeavesOutAnEmptyPart) {
   EXPECT_EQ(bare.message(), "program without M30 or M00");
 }
 
+TEST(Diagnostic, EndsWithAQuestionAsItStands) {
+  const Diagnostic question = {
+      Code::HeaderWordUnknown, {"x", 1, 1}, "\"INHC\"", "did you mean \"INCH\"?"};
+  EXPECT_EQ(
+      question.text(),
+      "x:1:1: error[header-word-unknown]: header command not in the manual: \"INHC\"; did you "
+      "mean \"INCH\"?");
+}
+
 TEST(DiagnosticCatalogue, IsInTheOrderOfItsCodesWithoutDuplicates) {
   std::set<std::string_view> slugs;
   const auto catalogue = diagnostic_catalogue();

@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Spoiled{"numbers",
                             "not positive semidefinite",
                             [](Machine& m) { m.tonight.point.cov(1, 1) = -1; }},
-                    Spoiled{"numbers", "the night found none", [](Machine& m) {
+                    Spoiled{"numbers", "no result this night", [](Machine& m) {
                               m.tonight.point.is_left_out = true;
                             }}));
 

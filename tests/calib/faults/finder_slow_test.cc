@@ -160,8 +160,8 @@ double chance_of_missing(const SmallDamage& damage) {
 class SmallDamages : public ::testing::TestWithParam<PanelModel> {};
 
 /// 400 jobs a model. What the test does not reject is as much as theory says; of the rest the right
-/// target is listed, but for the hundredth that lists leave out; and nobody else is ever named.
-TEST_P(SmallDamages, AreListedAndNobodyElseIsNamed) {
+/// target is listed, but for the hundredth that lists leave out; and no other target is ever named.
+TEST_P(SmallDamages, AreListedAndNoOtherTargetIsNamed) {
   constexpr int kJobs = 400;
   FaultSettings settings = usual_settings();
   settings.model = GetParam();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slots that do not determine a model, and slots whose numbers are none.
+// Slots that do not determine a model, and slots whose numbers are not finite.
 #include <cmath>
 #include <limits>
 #include <string_view>

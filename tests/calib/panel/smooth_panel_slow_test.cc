@@ -53,7 +53,7 @@ TEST(SmoothPanel, FollowsABowedPanelAndKnowsHowWell) {
   constexpr int kPanels = 300;
   Random random(75);
   // The ratio is of sums of squares. With few targets anywhere on a panel much of it lies outside
-  // their hull, where nobody knows the bow. A plate is rougher than this bow, so that ellipses
+  // their hull, where the bow is not known. A plate is rougher than this bow, so that ellipses
   // become too large with many targets.
   for (const auto& [n, ratio, least] : {std::tuple(9, 0.7, 0.88),
                                         std::tuple(16, 0.4, 0.93),

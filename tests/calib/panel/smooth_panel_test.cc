@@ -174,7 +174,7 @@ TEST(SmoothPanel, SlopesAreThoseOfTheMap) {
   }
 }
 
-/// As for the affine models: chi square + 2 parameters foretells the chi square of the same targets
+/// As for the affine models: chi square + 2 parameters predicts the chi square of the same targets
 /// measured again, smoothing chosen by the data and all.
 TEST(SmoothPanel, CriterionForetellsTheNextMeasurement) {
   constexpr int kTrials = 1000;
@@ -309,7 +309,7 @@ TEST(SmoothPanel, AnswersLinearlyToItsTargets) {
     }
     EXPECT_LT((of_measured - fit.map_mm(p_mm)).norm(), 1e-9);
     EXPECT_LT((of_affine - test::mapped(truth, p_mm)).norm(), 1e-9);
-    // What nobody knows of the panel between its targets only adds to their noise.
+    // The unknown bending of the panel between its targets only adds to their noise.
     const Eigen::Matrix2d unknown_mm2 = fit.cov_mm2(p_mm) - noise_mm2;
     EXPECT_GE(unknown_mm2.trace(), 0);
     EXPECT_GE(unknown_mm2.determinant(), 0);

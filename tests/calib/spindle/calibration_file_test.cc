@@ -33,7 +33,7 @@ std::chrono::sys_seconds night(int day) {
   return std::chrono::sys_days(std::chrono::year(2026) / 11 / day) + std::chrono::hours(2);
 }
 
-/// Two spindles; the second was calibrated a day before, and nobody knows how well.
+/// Two spindles; the second was calibrated a day before, with an unknown sigma.
 SpindleCalibration good() {
   SpindleCalibration c;
   c.offsets.set({1, 1}, offset_of(45.03125, -2.98, 1.5e-6, 2.5e-7, 2e-6));

@@ -117,7 +117,7 @@ TEST(TableFit, RefusesWhatIsNoData) {
   options = {};
   options.open_sigma = mm(nan);
   EXPECT_THAT(fit_table(good, options), FailsWith(Code::CalibrationData, "open_sigma"));
-  // One pose of a plate that nobody certified tells its errors from the table's nowhere.
+  // One pose of a plate without a certificate tells its errors from the table's nowhere.
   data = good;
   for (PlateDot& dot : data.dots) dot.is_certified = false;
   EXPECT_THAT(fit_table(data, {}), FailsWith(Code::CalibrationData));

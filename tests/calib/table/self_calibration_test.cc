@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table from a plate that nobody measured before.
+// A table from a plate that was not measured before.
 #include <cmath>
 #include <numbers>
 

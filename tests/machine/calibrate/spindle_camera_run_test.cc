@@ -102,7 +102,7 @@ TEST_F(SpindleCameraRunTest, NoRowIsTakenWhereSomethingIsMissing) {
   EXPECT_THAT(refusal(without), HasSubstr("[camera]"));
 }
 
-/// A spindle that nobody has told how to drill.
+/// A spindle without an order to drill.
 class NoDrill final : public Spindle {
  public:
   bool can_drill() const override { return false; }
@@ -178,7 +178,7 @@ TEST_F(SpindleCameraRunTest, ACouponThatIsDrilledAlreadyIsNotDrilledAgain) {
   const CalibrationDevices devices{*machine, *machine, *machine, {}, {}};
   ASSERT_TRUE(calibrate_spindle_camera(config, devices));
   const std::size_t n_holes = machine->holes().size();
-  // Somebody throws the state away.
+  // The state is thrown away.
   std::filesystem::remove(config.coupon->state_file);
   EXPECT_THAT(calibrate_spindle_camera(config, devices),
               FailsWith(Code::CalibrationRefused, "\"coupon.json\""));

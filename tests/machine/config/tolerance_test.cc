@@ -133,9 +133,9 @@ TEST(ToleranceConfig, RefusesWhatMakesNoSense) {
     ASSERT_FALSE(config) << toml;
     EXPECT_NE(config.error().text().find(part), std::string::npos) << config.error().text();
   };
-  expects("[tolerance]\n", "[tolerance] has no position_um");
-  expects("[[tolerance.tool]]\nposition_um = 5\n", "[[tolerance.tool]] has no number");
-  expects("[[tolerance.tool]]\nnumber = 5\n", "[[tolerance.tool]] has no position_um");
+  expects("[tolerance]\n", "[tolerance]: missing key \"position_um\"");
+  expects("[[tolerance.tool]]\nposition_um = 5\n", "[[tolerance.tool]]: missing key \"number\"");
+  expects("[[tolerance.tool]]\nnumber = 5\n", "[[tolerance.tool]]: missing key \"position_um\"");
   expects("[[tolerance.tool]]\nnumber = 5\nposition_um = 5\npad_mm = 1\n", "there are both");
   expects("[[tolerance.tool]]\nnumber = 5\nposition_um = 5\nmin_ring_um = 1\n",
           "min_ring_um in [[tolerance.tool]] is 1; expected pad_mm beside it");

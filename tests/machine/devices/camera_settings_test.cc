@@ -67,7 +67,7 @@ TEST_F(CameraSettings, BeginAtTheUsualZoom) {
   config_.camera_file = "here/camera.cal.json";
   config_.zoom_files = {{1, "here/wide.cal.json"}, {2, "here/./camera.cal.json"}};
   ASSERT_TRUE(set_camera_as_stated(config_, devices_));
-  EXPECT_THAT(orders_, IsEmpty());  // nobody can set it
+  EXPECT_THAT(orders_, IsEmpty());  // no command sets it
   WrittenMachine zooming{"stage", {CameraSetting::Zoom}, orders_};
   ASSERT_TRUE(set_camera_as_stated(config_, {zooming, zooming, camera_, {}, {}}));
   EXPECT_THAT(orders_, ElementsAre("stage zoom 2"));
@@ -98,7 +98,7 @@ TEST(CameraSettingsOfMachineToml, AreReadAndHeldAgainstTheRange) {
   ASSERT_TRUE(config) << config.error().text();
   EXPECT_EQ(config->vision.focus, mm(1.5));
   EXPECT_EQ(config->vision.lamp, 40);
-  // Without one nobody knows how far the axis may go.
+  // Without one the travel of the axis is not known.
   EXPECT_THAT(read("focus_mm = 2.5\n"), FailsWith(Code::ConfigValue, "focus"));
   EXPECT_THAT(read("focus_range_mm = [-1, 2]\nfocus_mm = 2.5\n"),
               FailsWith(Code::ConfigValue, "-1 to 2"));

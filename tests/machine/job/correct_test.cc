@@ -105,6 +105,19 @@ TEST(Correct, PutsHolesWhereTheTargetWasMeasured) {
   EXPECT_EQ(result->tally.n_holes(), 2);
 }
 
+TEST(Correct, RefusesAFormatWithoutAnOutputAndTheReverse) {
+  Job job = job_of(kNoTarget);
+  StringSink written;
+  SpooledOutput output(written);
+  NominalSource source;
+  EXPECT_THAT(correct(job, source, machine_of(""), {.output = &output}),
+              FailsWith(Code::Usage, "JobSinks::output without Job::format"));
+  job.format = OutputFormat::Excellon;
+  EXPECT_THAT(correct(job, source, machine_of(""), {}),
+              FailsWith(Code::Usage, "Job::format without JobSinks::output"));
+  EXPECT_EQ(written.text(), "");
+}
+
 TEST(Correct, WalksOnceToCheckOnceToMeasureAndOnceToWork) {
   const Job job = job_of(kOneTarget);
   MeasurementFileSource source = recorded(kMeasured);

@@ -199,7 +199,7 @@ class NightTest : public ::testing::Test {
   void fresh_start() {
     Ledger ledger = this->ledger();
     const auto marked =
-        mark_fresh_start(ledger, calibration_.key(), {"looked at it", "somebody", "panelcal test"});
+        mark_fresh_start(ledger, calibration_.key(), {"looked at it", "operator", "panelcal test"});
     ASSERT_TRUE(marked) << marked.error().text();
   }
 

@@ -137,7 +137,7 @@ TEST_F(NightHistoryTest, RemembersAWeekAgoThroughARollback) {
   night(51.3, LedgerVerdict::Installed);
   {
     Ledger ledger = this->ledger();
-    const auto back = ledger.roll_back({calibration_.key(), {}, "wrong", "somebody", "test"});
+    const auto back = ledger.roll_back({calibration_.key(), {}, "wrong", "operator", "test"});
     ASSERT_TRUE(back) << back.error().text();
   }
   now_ += std::chrono::days(8);
@@ -189,7 +189,7 @@ TEST_F(NightHistoryTest, ClocksMayDifferByLessThanAnHour) {
 TEST_F(NightHistoryTest, WhatWasRolledBackIsLeftOut) {
   const auto roll_back_to = [&](std::int64_t id) {
     Ledger ledger = this->ledger();
-    const auto back = ledger.roll_back({calibration_.key(), id, "wrong", "somebody", "test"});
+    const auto back = ledger.roll_back({calibration_.key(), id, "wrong", "operator", "test"});
     ASSERT_TRUE(back) << back.error().text();
   };
   const auto left_out = [&] {

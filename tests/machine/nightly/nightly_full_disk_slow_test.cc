@@ -58,7 +58,7 @@ TEST_F(NightlyFullDisk, IsSaidAndLeavesTheLedgerInOrderWhereverItHits) {
       EXPECT_THAT(said(), testing::AnyOf(HasSubstr("full"), HasSubstr("disk"), HasSubstr("large")));
       EXPECT_THAT(file(), testing::AnyOf(file_before, in_force()));
     }
-    // Somebody has made room: the same night, and the one after it.
+    // There is room again: the same night, and the one after it.
     ASSERT_NE(exit_code(run()), 3);
     EXPECT_EQ(file(), in_force());
     next_night();

@@ -50,7 +50,7 @@ void mark_fresh_start_of(const test::PictureNights& nights) {
   auto ledger = Ledger::open(nights.ledger_file(), fixed_clock(nights.now));
   ASSERT_TRUE(ledger) << ledger.error().text();
   const auto marked = mark_fresh_start(
-      *ledger, spindle_camera_key(*config), {"mounted anew", "somebody", "panelcal test"});
+      *ledger, spindle_camera_key(*config), {"mounted anew", "operator", "panelcal test"});
   ASSERT_TRUE(marked) << marked.error().text();
 }
 

@@ -124,7 +124,7 @@ swing_hz = 11
         {config, *config.nightly, devices.devices(), fixed_clock(now), "panelcal test", "timer"});
   }
 
-  /// Nothing is quite the same in two nights; and what creeps goes on until somebody has been told
+  /// Nothing is quite the same in two nights; and what creeps goes on until an operator is told
   /// and sees to it.
   void live_through(int night) {
     const auto crept = [&](const Story& story) {

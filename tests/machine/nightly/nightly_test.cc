@@ -211,11 +211,11 @@ TEST_F(NightlyTest, WhatAPersonPutThereIsNotWrittenOverButHolds) {
     EXPECT_EQ(record->steps.at(0).state, NightState::Held);
     EXPECT_EQ(exit_code(*record), 1);
     EXPECT_FALSE(record->may_drill);
-    EXPECT_THAT(record->verdict, HasSubstr("put there by hand"));
+    EXPECT_THAT(record->verdict, HasSubstr("is not in the ledger"));
   }
   EXPECT_EQ(calibration_.n_measured, n_measured);
   EXPECT_EQ(file(), "{\"by\": \"hand\"}\n");
-  // Somebody takes it away.
+  // An operator takes it away.
   std::filesystem::remove(calibration_.file());
   calibration_.in_the_file.clear();
   const NightRecord record = run();
@@ -335,7 +335,7 @@ TEST_F(NightlyTest, SomebodyElsesInstallationMeanwhileIsNotOverwritten) {
     LedgerDraft draft;
     draft.record.key = calibration_.key();
     draft.record.verdict = LedgerVerdict::Installed;
-    draft.record.asked_by = "somebody";
+    draft.record.asked_by = "operator";
     draft.record.software = "panelcal test";
     draft.record.parameters = {{"offset_x", 51.3, "mm"}, {"offset_y", -3.7, "mm"}};
     draft.record.covariance = 1e-6 * Eigen::Matrix2d::Identity();
@@ -378,7 +378,7 @@ TEST_F(NightlyTest, ARollbackIsShownByTheRunsAfterIt) {
   const std::string rolled_back = in_force();
   {
     Ledger ledger = this->ledger();
-    const auto back = ledger.roll_back({calibration_.key(), {}, "wrong", "somebody", "test"});
+    const auto back = ledger.roll_back({calibration_.key(), {}, "wrong", "operator", "test"});
     ASSERT_TRUE(back) << back.error().text();
   }
   const NightRecord record = run();
@@ -399,7 +399,7 @@ TEST_F(NightlyTest, AMoveByHandIsLearnedByTheGateAsByTheForecast) {
     LedgerDraft draft;
     draft.record.key = calibration_.key();
     draft.record.verdict = LedgerVerdict::Installed;
-    draft.record.asked_by = "somebody";
+    draft.record.asked_by = "operator";
     draft.record.software = "panelcal test";
     const Eigen::Vector2d& offset = calibration_.machine.offset;
     draft.record.parameters = {{"offset_x", offset.x(), "mm"}, {"offset_y", offset.y(), "mm"}};

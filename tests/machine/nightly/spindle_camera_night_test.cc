@@ -195,7 +195,7 @@ TEST(SpindleCameraNight, NamesWhatMachineTomlLacks) {
   EXPECT_THAT(refusal(lacking), HasSubstr("[coupon]"));
   lacking = *config;
   lacking.coupon->has_entry_material = true;
-  EXPECT_EQ(refusal(lacking), "made");  // nobody lays anything on a simulated coupon
+  EXPECT_EQ(refusal(lacking), "made");  // a simulated coupon has no entry material
   lacking.nightly->is_simulated = false;
   EXPECT_THAT(refusal(lacking), HasSubstr("entry material"));
   lacking = *config;

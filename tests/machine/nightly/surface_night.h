@@ -32,7 +32,7 @@ class OnlyProbe final : public Stage, public Spindle, public CameraDevice {
   }
 
  private:
-  static Diagnostic problem(Code code) { return {code, {"test", 0, 0}, "nobody asked", ""}; }
+  static Diagnostic problem(Code code) { return {code, {"test", 0, 0}, "not asked for", ""}; }
   static Expected<void> unwanted(Code code) { return failure(problem(code)); }
 };
 

@@ -147,7 +147,7 @@ TEST_F(SurfaceNights, AMapThatAPersonPutThereIsNotLost) {
   ASSERT_TRUE(write_file(file(), mine));
   const NightRecord record = run();
   EXPECT_EQ(exit_code(record), 1);
-  EXPECT_THAT(record.verdict, HasSubstr("has a map that the ledger does not know"));
+  EXPECT_THAT(record.verdict, HasSubstr("a map is not in the ledger"));
   EXPECT_EQ(text(), mine);
 }
 

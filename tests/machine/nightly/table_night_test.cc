@@ -197,7 +197,7 @@ TEST_F(TableNights, ADamagedTableOfJobsComesBackFromTheLedger) {
   in_force = "[table]\ncalibration = \"table.cal.json\"\n";
   ASSERT_TRUE(config());
   std::filesystem::remove(folder_.path() / "table.cal.json");
-  EXPECT_FALSE(config()) << "nobody can read machine.toml without it";
+  EXPECT_FALSE(config()) << "machine.toml is not readable without it";
   const auto files = find_night_files(folder_.path() / "machine.toml");
   ASSERT_TRUE(files) << files.error().text();
   EXPECT_THAT(restore_damaged_files(*files).value(),

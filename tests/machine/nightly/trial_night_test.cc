@@ -167,7 +167,7 @@ TEST_F(TrialNights, FocusIsMeasuredRecordedAndTheAxisGoesBack) {
   EXPECT_EQ(step.state, NightState::Installed);
   EXPECT_EQ(step.kind, "focus");
   EXPECT_TRUE(step.file.empty());
-  // What machine.toml says is what somebody once thought.
+  // The value in machine.toml is an operator's estimate.
   EXPECT_FALSE(step.axes[0].old_value);
   const auto entry = in_force(TrialKind::Focus);
   ASSERT_TRUE(entry);
@@ -192,7 +192,7 @@ TEST_F(TrialNights, SayEveryMorningWhatAPersonShouldWrite) {
   const NightRecord dry = run(true);
   EXPECT_EQ(dry.checks.back().name, "machine.toml");
   EXPECT_THAT(dry.checks.back().text, HasSubstr("write [camera] focus_mm = 0.1"));
-  // Somebody has written it.
+  // An operator has written it.
   camera_lines = "focus_range_mm = [-1, 1]\nfocus_mm = 0.137\nlamp = 60\n";
   next_night();
   const NightRecord second = run();
@@ -338,7 +338,7 @@ TEST_F(TrialNights, WhatMayExplainBadPicturesIsMeasuredButNotInstalled) {
   focus_z_mm = 0.1;
   for (int night = 0; night < 8; ++night, next_night()) ASSERT_EQ(exit_code(run()), 0);
   const auto before = in_force(TrialKind::Focus);
-  // Somebody has turned the lens: blurred twice as much.
+  // The lens was turned: blurred twice as much.
   focus_z_mm = 0.45;
   const NightRecord record = run();
   EXPECT_EQ(exit_code(record), 1);

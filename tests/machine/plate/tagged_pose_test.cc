@@ -31,7 +31,7 @@ step_cells = [2, 3]
 columns = 4
 rows = 3
 )";
-/// A corner of a quad that nobody fitted, through a camera of 0.02 mm a pixel.
+/// A corner of a quad without a fit, through a camera of 0.02 mm a pixel.
 constexpr double kCorner_mm = 0.01;
 
 CalibrationPlate plate_of(std::string_view text = kPlate) {

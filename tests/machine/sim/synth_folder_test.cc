@@ -64,7 +64,7 @@ TEST_F(SynthFolder, AnOldRecordingGoesWithItsList) {
   EXPECT_EQ(names(), std::set<std::string>{"mine.png"});
 }
 
-/// Whatever would be mixed up with new pictures, and nobody knows whose it is.
+/// Files that would be mixed up with new pictures, of unknown origin.
 TEST_F(SynthFolder, ForeignPicturesAreNeitherMixedInNorRemoved) {
   put("truth.json", kSamples);
   put("0000.png");

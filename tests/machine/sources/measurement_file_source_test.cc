@@ -45,6 +45,11 @@ double any_number(Random& random) {
   return random.normal() * std::exp2(std::round(random.uniform(-200, 200)));
 }
 
+/// A coordinate that a machine may have, mm.
+double any_place(Random& random) {
+  return random.uniform(-1, 1) * std::exp2(std::round(random.uniform(-200, 16)));
+}
+
 Measurement any_measurement(Random& random, std::int64_t seq) {
   Measurement m;
   m.request.seq = seq;
@@ -55,7 +60,7 @@ Measurement any_measurement(Random& random, std::int64_t seq) {
   m.request.expected = position_mm<frame::Actual>(any_number(random), any_number(random));
   m.request.path = {0, 4};
   m.status = MeasurementStatus::Found;
-  m.measured.position = position_mm<frame::Actual>(any_number(random), any_number(random));
+  m.measured.position = position_mm<frame::Actual>(any_place(random), any_place(random));
   const double sx = std::abs(any_number(random));
   const double sy = std::abs(any_number(random));
   const double xy = random.uniform(-0.99, 0.99) * sx * sy;
@@ -151,8 +156,11 @@ TEST(MeasurementFile, RefusesCandidatesThatAreNone) {
     return with(",\"status\"", ",\"candidates\":[" + std::string(numbers) + "],\"status\"");
   };
   EXPECT_EQ(refusal(list("1,2,1e-6,0,1e-6,0.9,1")), "accepted");
-  for (const std::string_view bad :
-       {"1,2,1e-6,0,1e-6,0.9", "1,2,1e-6,1,1e-6,0.9,1", "1,2,1e-6,0,1e-6,0.9,2", "1,2,0,0,0,1,1"}) {
+  for (const std::string_view bad : {"1,2,1e-6,0,1e-6,0.9",
+                                     "1,2,1e-6,1,1e-6,0.9,1",
+                                     "1,2,1e-6,0,1e-6,0.9,2",
+                                     "1,2,0,0,0,1,1",
+                                     "1e6,2,1e-6,0,1e-6,0.9,1"}) {
     EXPECT_NE(refusal(list(bad)), "accepted") << bad;
   }
 }
@@ -179,6 +187,14 @@ TEST(MeasurementFile, RefusesWhatIsNotAMeasurement) {
             "m.jsonl:1:52: error[measurement-file]");
   EXPECT_EQ(refusal(std::string(kFound) + "\n" + std::string(kFound)),
             "m.jsonl:2:8: error[measurement-file]");
+}
+
+TEST(MeasurementFile, RefusesPlacesBeyondAnyMachine) {
+  EXPECT_EQ(refusal(with("[1.61,2.12]", "[1e308,-1e308]")),
+            "m.jsonl:1:107: error[measurement-file]");
+  EXPECT_EQ(refusal(with("[1.61,2.12]", "[1.61,-100001]")),
+            "m.jsonl:1:107: error[measurement-file]");
+  EXPECT_EQ(refusal(with("[1.61,2.12]", "[100000,-100000]")), "accepted");
 }
 
 TEST(MeasurementFile, MeasuredStandsThereIfAndOnlyIfFound) {

@@ -77,6 +77,16 @@ TEST(Limits, LinesThatDoNothingCountToo) {
   }
 }
 
+TEST(Limits, IdleLinesHaveALimitOfTheirOwn) {
+  WalkOptions options = limited();
+  options.max_operations = 100;
+  std::string body = nested_repeats("M51,1\n");
+  body.insert(body.find("M25"), "M50,1\nM25\nG35X0.Y0.\nM01\nM08\n");
+  const ProgramRun run = run_program(body, options);
+  ASSERT_EQ(run.texts.size(), 1U);
+  EXPECT_THAT(run.texts[0], HasSubstr("limit exceeded: more than 10000 idle lines"));
+}
+
 TEST(Limits, HolesWithoutAToolCountToo) {
   std::string body = nested_repeats("$uvis,lamp,1\nX0.Y0.\nR9999X.001\n");
   body.erase(body.find("T1\nM25"), 3);

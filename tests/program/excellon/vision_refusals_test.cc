@@ -64,7 +64,7 @@ TEST(SeriesUnfinished, ToolsAndVisionSettingsMayComeBetween) {
   EXPECT_EQ(diagnostics_of("G36X0.Y0.\nT2\nG34,2\n$uvis,lamp,5\nG36X9.Y0.\nG36X0.Y9.\n"), Texts{});
 }
 
-// --- fits that are none --------------------------------------------------------------------------
+// --- fits that fail ------------------------------------------------------------------------------
 
 TEST(SeriesDegenerate, CollinearTargetsDoNotDetermineAStretch) {
   EXPECT_EQ(diagnostics_of("G36X0.Y0.\nG36X9.Y9.\nG36X18.Y18.\n"),

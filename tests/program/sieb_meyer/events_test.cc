@@ -209,7 +209,7 @@ TEST(SiebMeyerEvents, AreasAreObeyedIfPrgmOrTheConfigurationSaysSo) {
   EXPECT_EQ(run_5000("M49,PRGM,-C\n" + body).holes().size(), 1U);
   EXPECT_EQ(run_5000(body, obeying_areas(false)).holes().size(), 1U);
   EXPECT_THAT(run_5000("M49,PRGM,C\n" + body, obeying_areas(false)).holes(), IsEmpty());
-  // If nobody says so they are obeyed, with a warning.
+  // If no setting states it they are obeyed, with a warning.
   const ProgramRun silent = run_5000(body);
   EXPECT_THAT(silent.holes(), IsEmpty());
   EXPECT_THAT(silent.diagnostics, Contains(says(2, "[areas-assumed]")));

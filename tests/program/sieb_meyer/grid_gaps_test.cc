@@ -49,7 +49,7 @@ TEST(GridGaps, AreFilledFromTheOthersOfTheirAxis) {
   }
   EXPECT_EQ((*filled)[0].source, HeightSource::Filled);
   EXPECT_EQ((*filled)[1].source, HeightSource::Extrapolated);
-  // Nobody vouches for a corner as for a place between probes.
+  // A corner is less certain than a place between probes.
   EXPECT_GT((*filled)[1].heights[0].sigma, (*filled)[0].heights[0].sigma);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIEB & MEYER programs that nobody thought of beforehand, each with what it means.
+// Random SIEB & MEYER programs, each with its meaning.
 #pragma once
 
 #include <array>

@@ -323,7 +323,7 @@ TEST(SurfaceFit, RefusesWhatMakesNoSurface) {
   Points points = warped(19);
   EXPECT_THAT(fit_surface({}, SurfaceModel::Plane), FailsWith(Code::GridInvalid, "0 probes"));
   EXPECT_THAT(fit_surface(Points(points.begin(), points.begin() + 7), SurfaceModel::ThinPlate),
-              FailsWith(Code::GridInvalid, "one line"));
+              FailsWith(Code::GridInvalid, "7 probes"));
   EXPECT_THAT(fit_surface(Points(4, points[0]), SurfaceModel::GaussianProcess),
               FailsWith(Code::GridInvalid));
   EXPECT_THAT(fit_surface(Points(kMostBentProbes + 1, points[0]), SurfaceModel::Plane),

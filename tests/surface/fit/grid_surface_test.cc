@@ -179,7 +179,7 @@ TEST(GridSurface, NamesTheNodeThatIsMissingOrWild) {
 }
 
 TEST(GridSurface, IsHeldAgainstTheOthersAndTakenOnlyIfBetter) {
-  // A warp is smooth: what a process learns of it foretells better than neighbours do.
+  // A warp is smooth: a process predicts it better than neighbours do.
   const auto chosen = choose_surface(warped(113, 8, 7));
   ASSERT_TRUE(chosen) << chosen.error().text();
   EXPECT_FALSE(is_of_grid(chosen->surface.fit.model())) << chosen->reason;
@@ -220,7 +220,7 @@ TEST(SurfaceChoice, RefusesWhereEveryThirdProbeIsWild) {
       }
       EXPECT_THAT(choose_surface(points), FailsWith(Code::SurfaceOutOfTolerance))
           << n_columns << " x " << n_rows << ", seed " << seed;
-      // No less so if somebody insists on a model.
+      // No less so with a model that was asked for.
       if (seed > 121) continue;
       for (const SurfaceModel model : {SurfaceModel::Plane,
                                        SurfaceModel::ThinPlate,

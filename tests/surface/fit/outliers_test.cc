@@ -73,7 +73,7 @@ TEST(SurfaceOutliers, FindsAFewAmongManyProbes) {
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_EQ(called_outliers(*found), wild);
   EXPECT_EQ(found->kept.size(), points.size() - wild.size());
-  // A number that is none among them does no harm.
+  // A number that is not finite among them does no harm.
   points[300].place = position_mm<frame::Nominal>(std::numeric_limits<double>::quiet_NaN(), 0);
   EXPECT_THAT(fit_without_outliers(points, SurfaceModel::ThinPlate),
               FailsWith(Code::GridInvalid, "column 3 row 11"));

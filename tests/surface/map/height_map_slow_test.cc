@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well maps of simulated warps foretell heights, and how well they know that.
+// Bias and sigma of the predictions of maps of simulated warps.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

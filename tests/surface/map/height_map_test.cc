@@ -311,7 +311,7 @@ TEST(HeightMap, SaysIfNothingChecksItsModel) {
 
 TEST(HeightMap, TakesNoBowThatASingleProbeTells) {
   // Two tilted rows, and one probe between them that lies 20 sigma low: the bow through it misses
-  // no other, but a plane that foretells it badly is not better either.
+  // no other, but a plane that predicts it badly is not better either.
   Random random(57);
   const auto tilted = [](const Vector2d& p_mm) { return 1.6 + 1e-3 * p_mm.x(); };
   Points points = probed_lattice(random, tilted, 9, 2);

@@ -333,7 +333,7 @@ TEST(Locate, BadRequestsAreRejectedWithTheReason) {
   Target in_mm;
   in_mm.size = mm(1);
   EXPECT_EQ(text(locate(image, in_mm)), "rejected: a size in mm needs a camera mapping");
-  EXPECT_NE(locate(image, Target{}).reason.find("no size"), std::string::npos);
+  EXPECT_NE(locate(image, Target{}).reason.find("missing key \"size_mm\""), std::string::npos);
   LocateOptions options;
   options.min_score = 2;
   EXPECT_NE(locate(image, disc_target(), nullptr, options).reason.find("min_score = 2"),

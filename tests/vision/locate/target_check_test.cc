@@ -84,7 +84,7 @@ TEST(TargetCheck, ARoundMarkIsFineUntilItsAngleMatters) {
   EXPECT_EQ(problem(disc, 20), "the template mark.png looks the same when turned by 30 degrees");
 }
 
-/// The bar goes out of the picture: nobody knows how it goes on, but not like the part turned in.
+/// The bar goes out of the picture: its end is not known, but it is not like the part turned in.
 TEST(TargetCheck, WhatLeavesThePictureIsNotTheSame) {
   const Mark bar = [](double x, double y) {
     return std::max(8 - std::abs(y), std::min(8 - std::abs(x), 14 - std::abs(y)));

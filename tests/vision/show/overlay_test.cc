@@ -226,7 +226,7 @@ TEST(Overlay, ScaleBarsAreRoundLengths) {
 TEST(Overlay, ManyCandidatesDoNotMakeAnEndlessLegend) {
   Detection detection;
   detection.candidates.resize(1000);
-  for (Candidate& c : detection.candidates) c.reason = "it is none";
+  for (Candidate& c : detection.candidates) c.reason = "too small";
   const internal::Legend legend = legend_of(detection, "");
   EXPECT_LT(legend.candidates.size(), 20U);
   EXPECT_TRUE(has_line(legend.candidates, "and 988 more"));

@@ -48,7 +48,7 @@ TEST(TagAccuracy, PoorLightHidesNoTag) {
   EXPECT_NEAR(r.center_chi_square, 1, 0.4);
 }
 
-/// Frames like a tag's with a code that is none: what is read must not be bent into a tag.
+/// Frames like a tag's with a code of no tag: it must not be corrected into a tag.
 TEST(TagAccuracy, WrongCodesAreNeverReported) {
   for (const char* name : {"tag36h11", "tag25h9", "tagStandard41h12"}) {
     const TagFamily family = *find_tag_family(name);

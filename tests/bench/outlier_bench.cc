@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often the finder of lying targets is right, over simulated jobs whose fault is known. The
+// How often the finder of outliers is right, over simulated jobs whose fault is known. The
 // table in README.md; exit 1 if a goal is missed.
 #include <algorithm>
 #include <array>
@@ -48,7 +48,7 @@ Counts count(SimulatedFault kind, const FaultSettings& settings, int n, std::uin
     const Finding finding = panelcal::test::finding_of(*job, fault);
     ++counts.findings[static_cast<std::size_t>(finding)];
     if (fault && fault->suspicions[0].cause == job->cause) ++counts.n_cause;
-    if (std::getenv("LIAR_BENCH_SHOW") != nullptr && finding != Finding::Named) {
+    if (std::getenv("OUTLIER_BENCH_SHOW") != nullptr && finding != Finding::Named) {
       fmt::print(stderr, "  {} of {}: {}\n", i, name(kind), fault ? fault->text() : "nothing");
     }
   }
@@ -157,12 +157,12 @@ bool healthy(int n) {
 
 }  // namespace
 
-/// liar_bench [JOBS] [healthy | sizes | part of a fault's name]
+/// outlier_bench [JOBS] [healthy | sizes | part of a fault's name]
 int main(int argc, char** argv) {
   const int n = argc > 1 ? std::atoi(argv[1]) : 1000;
   const std::string_view wanted = argc > 2 ? argv[2] : "";
   if (n < 1) {
-    fmt::print(stderr, "usage: liar_bench [JOBS] [healthy | sizes | part of a fault's name]\n");
+    fmt::print(stderr, "usage: outlier_bench [JOBS] [healthy | sizes | part of a fault's name]\n");
     return 2;
   }
   bool all_good = true;
