@@ -99,6 +99,52 @@ TEST(RimProfile, LeavesOutWhatCoversTheRim) {
   EXPECT_NEAR(rim->used, 1 - 2 * 14 / (2 * std::numbers::pi * kProfileRadius_px), 0.08);
 }
 
+/// A disc whose edge's slope, `band_px` wide, is lit from the left: brighter there, darker
+/// opposite.
+Image disc_lit_from_the_left(double band_px, double band_level) {
+  constexpr double kBlur_px = 0.9;
+  Image image(kProfileSide, kProfileSide, Image::kFullScale8);
+  Random random(2);
+  const auto share = [](double inside_px) {
+    return 0.5 * std::erfc(-inside_px / (kBlur_px * std::numbers::sqrt2));
+  };
+  for (int y = 0; y < kProfileSide; ++y) {
+    for (int x = 0; x < kProfileSide; ++x) {
+      const Eigen::Vector2d at = Eigen::Vector2d(x, y) - kProfileCenter;
+      const double inside_px = kProfileRadius_px - at.norm();
+      const double band = share(inside_px) - share(inside_px - band_px);
+      const double towards_lamp = -at.x() / std::max(1.0, at.norm());
+      image.row(y)[static_cast<std::size_t>(x)] =
+          static_cast<float>(80 + 100 * share(inside_px) + band_level * towards_lamp * band +
+                             kProfileNoise * random.normal());
+    }
+  }
+  return image;
+}
+
+TEST(RimProfile, SaysWhatASlopeThatIsLitFromOneSideMayHide) {
+  for (const double band_level : {-30.0, 30.0}) {
+    const auto rim =
+        measured(disc_lit_from_the_left(1.5, band_level), search_from({0.5, 0.5}, 40.5));
+    ASSERT_TRUE(rim);
+    EXPECT_GT(std::abs(rim->parameters[kCenterX]), 0.2) << "there is nothing to be said";
+    EXPECT_LT(error_in_sigmas(*rim), kFewSigmas);
+    EXPECT_LT(rim->center_cov(1, 1), 0.2 * rim->center_cov(0, 0));
+  }
+}
+
+TEST(RimProfile, FindsARimThatItsStartIsFarFrom) {
+  RimSearch search = search_from({2, -1}, 32);
+  const Image image = disc_among({});
+  EXPECT_FALSE(measured(image, search));
+  search.far = 0.3;
+  const auto rim = measured(image, search);
+  ASSERT_TRUE(rim);
+  EXPECT_TRUE(rim->is_settled);
+  EXPECT_NEAR(rim->parameters[kRadius], kProfileRadius_px, 0.1);
+  EXPECT_LT(error_in_sigmas(*rim), kFewSigmas);
+}
+
 TEST(RimProfile, SeesThatASquareHasFourLobes) {
   for (const double turn_deg : {0.0, 20.0, 45.0}) {
     Feature square;
