@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/base/atomic_file.h"
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -19,6 +21,8 @@ constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
 
 /// Read at once: what fits into the processor's cache until it is copied.
 constexpr std::size_t kReadBytes = std::size_t{1} << 16;
+
+constexpr const char* kOwnFile = "a file of its own for each output";
 
 std::string system_text(int error) {
   return std::generic_category().message(error);
@@ -54,6 +58,98 @@ void sync_parent_of(const std::filesystem::path& path) {
   ::close(fd);
 }
 
+/// Whether a file begins as every SQLite database does. Only the ledger writes those, in place.
+bool is_database(const std::filesystem::path& path) {
+  constexpr std::string_view kMagic("SQLite format 3\0", 16);
+  std::array<char, kMagic.size()> head{};
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return false;
+  const ssize_t n = ::pread(fd, head.data(), head.size(), 0);
+  ::close(fd);
+  return n == static_cast<ssize_t>(head.size()) &&
+         std::string_view(head.data(), head.size()) == kMagic;
+}
+
+/// A file that its writer has locked, until it is closed.
+struct PartFile {
+  int fd = -1;
+  std::filesystem::path path;
+};
+
+/// Whether `path` still names the file that is open.
+bool is_named(int fd, const std::filesystem::path& path) {
+  struct stat open {
+  }, named{};
+  return ::fstat(fd, &open) == 0 && ::lstat(path.c_str(), &named) == 0 &&
+         open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+}
+
+/// Removes the part that a process left behind when it died; a living one's stays, which is locked.
+void sweep(const std::filesystem::path& part) {
+  const int fd = ::open(part.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return;
+  struct stat status {};
+  const bool is_file = ::fstat(fd, &status) == 0 && S_ISREG(status.st_mode);
+  // Who removes it holds its lock, and so does who renames it: nothing happens to the name between.
+  if (is_file && ::flock(fd, LOCK_EX | LOCK_NB) == 0 && is_named(fd, part)) ::unlink(part.c_str());
+  ::close(fd);
+}
+
+/// As many processes may write one file at once.
+constexpr int kMaxParts = 100;
+
+std::filesystem::path part_name(std::filesystem::path real, int i) {
+  return real += ".part-panelcal-" + std::to_string(i);
+}
+
+/// Sweeps NAME.part-panelcal-1, -2, ... up to the first that is not there.
+void sweep_all(const std::filesystem::path& real) {
+  struct stat ignored {};
+  for (int i = 1; i <= kMaxParts; ++i) {
+    const std::filesystem::path part = part_name(real, i);
+    if (::lstat(part.c_str(), &ignored) != 0) return;
+    sweep(part);
+  }
+}
+
+/// The first of NAME.part-panelcal-1, -2, ... that no living process writes.
+Expected<PartFile> open_part(const std::filesystem::path& real,
+                             const std::filesystem::path& target) {
+  sweep_all(real);
+  int error = EEXIST;
+  for (int i = 1; i <= kMaxParts; ++i) {
+    std::filesystem::path part = part_name(real, i);
+    const int fd = ::open(part.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+    if (fd < 0 && errno == EEXIST) continue;
+    if (fd < 0) {
+      error = errno;
+      break;
+    }
+    // Where files cannot be locked, no process sweeps either.
+    ::flock(fd, LOCK_EX);
+    if (is_named(fd, part)) return PartFile{fd, std::move(part)};
+    // Another process swept it before it was locked.
+    ::close(fd);
+  }
+  return failure(write_failure(target, "create a file beside it", error));
+}
+
+/// Those of the file that is replaced, as far as the system lets us; of a new one, those of any
+/// file that the user makes.
+void give_rights(int fd, const struct stat* replaced) {
+  if (replaced == nullptr) {
+    const mode_t mask = ::umask(0);
+    ::umask(mask);
+    ::fchmod(fd, 0666 & ~mask);
+    return;
+  }
+  // The group at least, where only the owner of the system may give files away.
+  if (::fchown(fd, replaced->st_uid, replaced->st_gid) != 0) {
+    static_cast<void>(::fchown(fd, static_cast<uid_t>(-1), replaced->st_gid) == 0);
+  }
+  ::fchmod(fd, replaced->st_mode & 07777);
+}
+
 }  // namespace
 
 Expected<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
@@ -61,24 +157,26 @@ Expected<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
   std::error_code error;
   std::filesystem::path real = std::filesystem::canonical(target, error);
   if (error) real = target;
-  const std::filesystem::file_status status = std::filesystem::status(real, error);
-  if (std::filesystem::is_directory(status)) {
+  struct stat present {};
+  const bool is_there = ::stat(real.c_str(), &present) == 0;
+  if (is_there && S_ISDIR(present.st_mode)) {
     return failure(write_failure(target, "write the file", EISDIR));
   }
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+  if (is_there && !S_ISREG(present.st_mode)) {
     return failure({Code::DeviceWrite,
                     {target.string(), 0, 0},
                     "it is a device or a pipe",
                     "a regular file, or - for standard output"});
   }
-  std::string pattern = real.string() + ".part-XXXXXX";
-  const int fd = ::mkostemp(pattern.data(), O_CLOEXEC);
-  if (fd < 0) return failure(write_failure(target, "create a file beside it", errno));
-  // mkostemp makes files private; a result is as readable as any file the user makes.
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  ::fchmod(fd, 0666 & ~mask);
-  return AtomicFile(fd, real, pattern);
+  if (is_there && is_database(real)) {
+    return failure({Code::OutputInUse,
+                    {target.string(), 0, 0},
+                    quoted(target.string()) + " is a ledger or another database",
+                    kOwnFile});
+  }
+  PANELCAL_TRY(auto part, open_part(real, target));
+  give_rights(part.fd, is_there ? &present : nullptr);
+  return AtomicFile(part.fd, std::move(real), std::move(part.path));
 }
 
 AtomicFile::AtomicFile(int fd, std::filesystem::path target, std::filesystem::path temporary)
@@ -98,8 +196,9 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::discard() noexcept {
   if (fd_ < 0) return;
-  ::close(std::exchange(fd_, -1));
+  // As long as it is locked no other process has the name.
   ::unlink(temporary_.c_str());
+  ::close(std::exchange(fd_, -1));
 }
 
 Expected<void> AtomicFile::write(std::string_view bytes) {

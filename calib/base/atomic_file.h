@@ -12,10 +12,14 @@ namespace panelcal {
 
 /// A file that appears whole under its name, or not at all.
 ///
-/// Bytes go to a temporary file beside the target; `commit` syncs it to disk and renames it.
-/// Without `commit` the destructor removes the temporary file and the old content, if any, stays.
+/// Bytes go to a file beside the target, NAME.part-panelcal-1, which is locked; `commit` syncs it
+/// to disk and renames it. It has the owner and the mode of the file that it replaces. Without
+/// `commit` the destructor removes it and the old content, if any, stays. What a process that died
+/// left behind under these names, the next one that writes the target removes.
 ///
-/// Fails  device-write (cannot create, write, sync or rename; with the system's text)
+/// Fails  device-write (cannot create, write, sync or rename; with the system's text);
+///        output-in-use (an SQLite database stands there, such as a ledger)
+/// See    tests/calib/base/atomic_file_test.cc
 class AtomicFile final : public ByteSink {
  public:
   static Expected<AtomicFile> create(const std::filesystem::path& target);

@@ -199,8 +199,12 @@ class JobRun {
   }
 
   /// A job may turn out to be executed when it is checked, but what a sink of others has been given
-  /// cannot be taken back.
-  bool may_execute_on_check() const { return sinks_.operations == nullptr; }
+  /// cannot be taken back. A walk for depths goes on where the program asks, with series of its
+  /// own, and the comparison with the truth needs those of the job.
+  bool may_execute_on_check() const {
+    const bool compares_on_nominal = has_depths_to_know() && job_.truth.has_value();
+    return sinks_.operations == nullptr && !compares_on_nominal;
+  }
 
   bool check_program() {
     auto execution = make_execution(writes_operations() ? JobExecution::Aim::Operations

@@ -130,7 +130,9 @@ def drilled(*words):
 
 def calibrate_offset():
     panelcal("calibrate", "spindle-camera", "-m", "machine.toml", "--machine-driver", "sim",
-             "-o", "spindle.cal.json")
+             "-o", "new.cal.json")
+    # No output replaces what machine.toml names.
+    Path("new.cal.json").replace("spindle.cal.json")
 
 
 def main():

@@ -15,7 +15,6 @@
 #include "tools/calibrate/calibrate.h"
 #include "tools/calibrate/place.h"
 #include "tools/calibrate/record.h"
-#include "tools/cli/output_paths.h"
 #include "tools/figures/arrow_plot.h"
 #include "vision/picture/folder.h"
 #include <fmt/format.h>
@@ -152,8 +151,6 @@ Expected<void> check_install(const CalibrateOptions& options, const MachineConfi
 }  // namespace
 
 Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context) {
-  PANELCAL_CHECK(check_output_paths(
-      kCalibrateCamera, {options.machine, options.plate}, {options.output, options.plot}));
   PANELCAL_TRY(const CameraRunOptions run_options, calibrate::run_options(options));
   PANELCAL_TRY(RecordWords words, words_of(options));
   PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));

@@ -16,7 +16,6 @@
 #include "machine/nightly/night_lock.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/cli/operator_prompt.h"
-#include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/version.h"
 #include "tools/run/spindle_answer.h"
@@ -75,8 +74,6 @@ class SpindleCamera {
                                "one of them: --install writes the file that [spindle] names"));
     }
     PANELCAL_TRY(words_.date, time_of(options_));
-    PANELCAL_CHECK(check_output_paths(
-        "panelcal calibrate spindle-camera", {options_.machine}, {options_.output}));
     PANELCAL_TRY(config_, read_machine_config(options_.machine));
     const SpindleSetting& setting = config_.spindle_setting;
     PANELCAL_CHECK(select_spindle(

@@ -11,15 +11,12 @@
 #include "surface/map/file.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/calibrate/record.h"
-#include "tools/cli/output_paths.h"
 #include "tools/surface/difference.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace panelcal::calibrate {
 namespace {
-
-constexpr std::string_view kCalibrateSurface = "panelcal calibrate surface";
 
 /// A map that was probed by hand, and its figures of the table.
 struct GivenMap {
@@ -121,8 +118,6 @@ std::filesystem::path file_of(const CalibrateOptions& options, const MachineConf
 }  // namespace
 
 Expected<Answer> surface(const CalibrateOptions& options, CommandContext& /*context*/) {
-  PANELCAL_CHECK(
-      check_output_paths(kCalibrateSurface, {options.machine, options.map}, {options.output}));
   PANELCAL_TRY(RecordWords words, words_of(options));
   PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
   PANELCAL_TRY(const GivenMap given, read_given(options, config));

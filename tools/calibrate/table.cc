@@ -23,7 +23,6 @@
 namespace panelcal::calibrate {
 namespace {
 
-constexpr std::string_view kCalibrateTable = "panelcal calibrate table";
 constexpr int kArrowsPerSide = 15;
 
 /// The map's error at places all over its rectangle.
@@ -46,6 +45,19 @@ std::string table_svg(const TableRun& run) {
   return arrow_svg(plot);
 }
 
+constexpr std::string_view kHalFile = "panelcal.hal";
+constexpr std::array<std::string_view, 2> kCompFiles = {"joint0.comp", "joint1.comp"};
+
+/// They are outputs as those that the command line names.
+Expected<void> check_linuxcnc(const std::string& folder, const CommandContext& context) {
+  if (folder.empty()) return {};
+  for (const std::string_view name : {kHalFile, kCompFiles[0], kCompFiles[1]}) {
+    const std::filesystem::path file = std::filesystem::path(folder) / name;
+    PANELCAL_CHECK(check_output(context.options, context.files, file));
+  }
+  return {};
+}
+
 /// panelcal.hal and the compensation files of the first two joints.
 Expected<std::string> write_linuxcnc(const std::string& folder, const TableRun& run) {
   PANELCAL_TRY(const LinuxcncCorrection correction, linuxcnc_correction(run.fit.map, {}));
@@ -59,9 +71,9 @@ Expected<std::string> write_linuxcnc(const std::string& folder, const TableRun& 
                     ""});
   }
   const std::filesystem::path to(folder);
-  PANELCAL_CHECK(write_file(to / "panelcal.hal", correction.hal));
-  PANELCAL_CHECK(write_file(to / "joint0.comp", correction.comp_file[0]));
-  PANELCAL_CHECK(write_file(to / "joint1.comp", correction.comp_file[1]));
+  PANELCAL_CHECK(write_file(to / kHalFile, correction.hal));
+  PANELCAL_CHECK(write_file(to / kCompFiles[0], correction.comp_file[0]));
+  PANELCAL_CHECK(write_file(to / kCompFiles[1], correction.comp_file[1]));
   return fmt::format("  LinuxCNC files leave {:.2f} um rms of it, {:.2f} um at most\n",
                      1e3 * correction.left_rms_mm,
                      1e3 * correction.left_largest_mm);
@@ -143,10 +155,8 @@ Expected<TableSights> sights_of(const CalibrateOptions& options,
 
 }  // namespace
 
-Expected<Answer> table(const CalibrateOptions& options, CommandContext& /*context*/) {
-  PANELCAL_CHECK(check_output_paths(kCalibrateTable,
-                                    {options.machine, options.plate, options.measurements},
-                                    {options.output, options.plot}));
+Expected<Answer> table(const CalibrateOptions& options, CommandContext& context) {
+  PANELCAL_CHECK(check_linuxcnc(options.linuxcnc, context));
   PANELCAL_TRY(RecordWords words, words_of(options));
   PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
   PANELCAL_TRY(const CalibrationPlate plate, read_plate(options.plate));

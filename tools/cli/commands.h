@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "machine/files/file_register.h"
 #include "tools/cli/console.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/options.h"
@@ -12,6 +13,7 @@ struct CommandContext {
   Console& console;
   StandardOutput& output;
   const Options& options;
+  FileRegister& files;  ///< what no output may replace; commands add what they find on the way
 };
 
 ExitCode run_command(const CheckOptions& options, CommandContext& context);

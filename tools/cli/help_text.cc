@@ -226,7 +226,7 @@ looks for the centre within 60 px of that place only, and draws the result: the 
 (green if found, red if not), the centre with its uncertainty magnified, and every other candidate
 (yellow), by number, with its score and the reason why it does not count. --candidates lists these
 as "others" too, in the same order. For several pictures --overlay names a folder, which gets a
-NAME.png for each; overlays are PNG and nothing else. No input is ever overwritten.
+NAME.png for each; overlays are PNG and nothing else.
 
 A refusal has the reason of the candidate that is nearest to the target, and says what is there
 instead: a mark of another size or polarity, 12 bits in a file of 16. If all targets of several

@@ -11,6 +11,7 @@ inline constexpr std::string_view kMainHeader =
 inline constexpr std::string_view kMainFooter =
     R"(Exit codes: 0 done; 1 a gate or check failed, nothing was written for the machine;
 2 bad input or usage; 3 a device or the environment failed.
+No output replaces a file that the command reads or that machine.toml names.
 `panelcal help COMMAND` explains a command with an example.)";
 
 /// Example, files and exit codes of a command, shown below its options.

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "tools/cli/commands.h"
+#include "tools/cli/output_paths.h"
 #include "tools/modules/module.h"
 
 namespace panelcal {
@@ -32,7 +33,12 @@ int run(int argc, char** argv) {
   }
   Console console(options->common);
   StandardOutput output;
-  CommandContext context{console, output, *options};
+  FileRegister files = files_in_use(*options);
+  if (const Expected<void> free = check_outputs(*options, files); !free) {
+    console.print(free.error());
+    return static_cast<int>(exit_code(free.error()));
+  }
+  CommandContext context{console, output, *options, files};
   const ExitCode code = std::visit(Dispatch{context}, options->command);
   // Help goes through the stream library; whether it arrived shows only now.
   if (!std::cout.flush()) return static_cast<int>(ExitCode::DeviceFailed);

@@ -66,6 +66,12 @@ class CommandLine {
       return refuse(error);
     }
     if (*help_) return help();
+    options_.command_name = app_.get_name();
+    for (const CLI::App* at = &app_; !at->get_subcommands().empty();) {
+      at = at->get_subcommands().front();
+      options_.command_name += " " + at->get_name();
+    }
+    options_.files = file_options(app_);
     if (*check_) options_.command = check_options_;
     if (*survey_) options_.command = survey_options_;
     if (*plan_) options_.command = plan_options_;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
+#include "tools/cli/file_options.h"
 #include "tools/cli/surface_options.h"
 
 namespace panelcal {
@@ -190,6 +191,8 @@ struct Options {
   CommonOptions common;
   CommandOptions command;
   std::vector<std::string> command_line;  ///< as given, for provenance
+  std::string command_name;               ///< "panelcal history export"
+  std::vector<FileOption> files;          ///< see file_options.h
 };
 
 /// Reads the command line; prints help and version itself.

@@ -2,19 +2,86 @@
 #include "tools/cli/output_paths.h"
 
 #include <algorithm>
+#include <string_view>
 #include <system_error>
-#include <vector>
+#include <utility>
+
+#include "machine/files/machine_files.h"
+#include <fmt/format.h>
 
 namespace panelcal {
+namespace {
 
 using Path = std::filesystem::path;
 
-bool is_same_file(const Path& input, const Path& output) {
-  const Path file = input == "-" ? Path("/dev/stdin") : input;
-  std::error_code ignored;
-  return file.lexically_normal() == output.lexically_normal() ||
-         std::filesystem::equivalent(file, output, ignored);
+constexpr const char* kPictureList = "images.csv";
+
+bool is_output(const FileOption& file) {
+  return file.use == FileUse::Output || file.use == FileUse::OutputFolder ||
+         file.use == FileUse::SynthFolder;
 }
+
+Expected<void> refuse(const Options& options, std::string what) {
+  return failure({Code::OutputInUse,
+                  {options.command_name, 0, 0},
+                  std::move(what),
+                  "a file of its own for each output"});
+}
+
+/// Files appear whole under their names: a device or a pipe cannot be replaced.
+Expected<void> check_replaceable(const Options& options, const std::string& output) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(output, ignored);
+  if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status) ||
+      std::filesystem::is_directory(status)) {
+    return {};
+  }
+  return failure({Code::Usage,
+                  {options.command_name, 0, 0},
+                  quoted(output) + " is a device or a pipe",
+                  "a regular file, or - for standard output"});
+}
+
+/// The key of machine.toml whose file -o may name, since --install puts that in force.
+std::string_view installed_key(const Options& options) {
+  const auto* const calibrate = std::get_if<CalibrateOptions>(&options.command);
+  if (calibrate == nullptr || !calibrate->install) return {};
+  if (calibrate->what == CalibrateOptions::What::Table) return "table.calibration";
+  if (calibrate->what == CalibrateOptions::What::Surface) return "nightly.surface.file";
+  return {};
+}
+
+bool is_picture_folder(const Path& folder) {
+  std::error_code ignored;
+  return std::filesystem::exists(folder / kPictureList, ignored);
+}
+
+/// Of an earlier synth all pictures go, whatever they are: none of them may be in use.
+Expected<void> check_synth_folder(const Options& options,
+                                  const FileRegister& files,
+                                  const Path& folder) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end;
+       at.increment(error)) {
+    const Path& file = at->path();
+    const bool is_picture =
+        file.extension() == ".png" || file.extension() == ".csv" || file.extension() == ".json";
+    if (!is_picture) continue;
+    if (const auto use = files.use_of(file)) {
+      return refuse(options, fmt::format("{} is {}", quoted(file.string()), *use));
+    }
+  }
+  return {};
+}
+
+/// Whether two names lead to one file.
+bool is_same_file(const Path& one, const Path& other) {
+  FileRegister files;
+  files.add(one, "");
+  return files.use_of(other).has_value();
+}
+
+}  // namespace
 
 std::string extension_of(const Path& path) {
   std::string extension = path.extension().string();
@@ -24,41 +91,77 @@ std::string extension_of(const Path& path) {
   return extension;
 }
 
-/// Files appear whole under their names: a device or a pipe cannot be replaced.
-static Expected<void> check_replaceable(std::string_view command, const std::string& output) {
-  std::error_code ignored;
-  const auto status = std::filesystem::status(output, ignored);
-  const bool is_file = !std::filesystem::exists(status) ||
-                       std::filesystem::is_regular_file(status) ||
-                       std::filesystem::is_directory(status);
-  if (output == "-" || is_file) return {};
-  return failure({Code::Usage,
-                  {std::string(command), 0, 0},
-                  quoted(output) + " is a device or a pipe",
-                  "a regular file, or - for standard output"});
+FileRegister files_in_use(const Options& options) {
+  FileRegister files;
+  for (const FileOption& file : options.files) {
+    if (file.path.empty()) continue;
+    switch (file.use) {
+      case FileUse::Read:
+        files.add(file.path, file.what);
+        break;
+      case FileUse::Machine:
+        add_machine_files(file.path, files, installed_key(options));
+        break;
+      case FileUse::Ledger:
+        add_ledger(file.path, file.what, files);
+        break;
+      case FileUse::Camera:
+        add_camera(file.path, file.what, files);
+        break;
+      case FileUse::Pictures:
+        files.add_folder(file.path, file.what);
+        break;
+      case FileUse::Output:
+      case FileUse::OutputFolder:
+      case FileUse::SynthFolder:
+        break;
+    }
+  }
+  return files;
 }
 
-Expected<void> check_output_paths(std::string_view command,
-                                  std::initializer_list<std::string> inputs,
-                                  std::initializer_list<std::string> outputs) {
-  std::vector<std::string> taken;
-  for (const std::string& output : outputs) {
-    if (output.empty()) continue;
-    PANELCAL_CHECK(check_replaceable(command, output));
-    const auto is_this = [&](const std::string& other) {
-      return !other.empty() && (other == output || is_same_file(other, output));
-    };
-    // Standard output is no input, whatever it is called.
-    const bool overwrites = output != "-" && std::ranges::any_of(inputs, is_this);
-    if (overwrites || std::ranges::any_of(taken, is_this)) {
-      return failure({Code::Usage,
-                      {std::string(command), 0, 0},
-                      quoted(output) + " is named twice",
-                      "a file of its own for each output"});
-    }
-    taken.push_back(output);
+Expected<void> check_output(const Options& options, const FileRegister& files, const Path& output) {
+  if (const auto use = files.use_of(output)) {
+    return refuse(options, fmt::format("{} is {}", quoted(output.string()), *use));
+  }
+  // A link leads to where the output is written.
+  std::error_code ignored;
+  const Path real = std::filesystem::weakly_canonical(std::filesystem::absolute(output), ignored);
+  if (is_picture_folder(real.parent_path())) {
+    return refuse(options, quoted(output.string()) + " is in a folder of pictures");
   }
   return {};
+}
+
+Expected<void> check_outputs(const Options& options, const FileRegister& files) {
+  std::vector<std::string> taken;
+  for (const FileOption& file : options.files) {
+    const std::string& output = file.path;
+    if (!is_output(file) || output.empty()) continue;
+    const auto is_this = [&](const std::string& other) {
+      return other == output || (other != "-" && output != "-" && is_same_file(other, output));
+    };
+    if (std::ranges::any_of(taken, is_this)) {
+      return refuse(options, quoted(output) + " is named twice on the command line");
+    }
+    taken.push_back(output);
+    // Standard output is no input, whatever it is called.
+    if (output == "-") continue;
+    PANELCAL_CHECK(check_replaceable(options, output));
+    PANELCAL_CHECK(check_output(options, files, output));
+    if (file.use == FileUse::SynthFolder) {
+      PANELCAL_CHECK(check_synth_folder(options, files, output));
+    } else if (is_picture_folder(output)) {
+      return refuse(options, quoted(output) + " is a folder of pictures");
+    }
+  }
+  return {};
+}
+
+Expected<void> check_patterns(const Options& options, const Program& program, FileRegister& files) {
+  if (program.patterns.empty()) return {};
+  for (const auto& [name, text] : program.patterns) files.add(text.file, "a stored pattern");
+  return check_outputs(options, files);
 }
 
 }  // namespace panelcal

@@ -2,27 +2,35 @@
 #pragma once
 
 #include <filesystem>
-#include <initializer_list>
 #include <string>
-#include <string_view>
 
 #include "calib/base/expected.h"
+#include "machine/files/file_register.h"
+#include "program/walk/program.h"
+#include "tools/cli/options.h"
 
 namespace panelcal {
-
-/// Whether two names lead to one file, by whatever spelling, link or relative path. Files need not
-/// exist; `-` as an input is what standard input was redirected from.
-bool is_same_file(const std::filesystem::path& input, const std::filesystem::path& output);
 
 /// Of a file's name, in small letters: formats belong to ".SVG" as to ".svg".
 std::string extension_of(const std::filesystem::path& path);
 
-/// No output may overwrite an input or another output; `-` is standard output, which only one may
-/// have, and an existing output is neither a device nor a pipe. Empty names do not count.
+/// The inputs of a command line, and the files that its machine.toml names but those that
+/// `--install` puts in force.
+FileRegister files_in_use(const Options& options);
+
+/// No output may replace a file in use or another output, or stand in a folder of pictures that is
+/// not synth's own; `-` is standard output, which only one may have.
 ///
-/// Fails  usage, in the name of `command`
-Expected<void> check_output_paths(std::string_view command,
-                                  std::initializer_list<std::string> inputs,
-                                  std::initializer_list<std::string> outputs);
+/// Fails  output-in-use, in the name of the command
+/// See    tests/tools/output_files_test.py
+Expected<void> check_outputs(const Options& options, const FileRegister& files);
+
+/// The same of a file that the command line names by its folder only.
+Expected<void> check_output(const Options& options,
+                            const FileRegister& files,
+                            const std::filesystem::path& output);
+
+/// The same once a program is read: the stored patterns that it names are files in use too.
+Expected<void> check_patterns(const Options& options, const Program& program, FileRegister& files);
 
 }  // namespace panelcal

@@ -37,10 +37,7 @@ Expected<void> check_options(const HistoryOptions& options, const CalibrationEnt
     return failure(history_diff_usage("--measurements with spindle-camera offsets",
                                       "none: they move every target alike, wherever it was seen"));
   }
-  return check_output_paths(
-      "panelcal history diff",
-      {options.program, options.machine_file, options.measurements, options.ledger},
-      {options.output});
+  return {};
 }
 
 /// The first error of a log; everything else in it is said.
@@ -84,6 +81,7 @@ class JobRun {
   Expected<void> measure() {
     DiagnosticLog log;
     program_ = read_program(options_.program, config_.reading, log);
+    if (program_) PANELCAL_CHECK(check_patterns(context_.options, *program_, context_.files));
     if (program_ && !log.has_errors()) {
       if (options_.measurements.empty()) {
         before_ = survey_nominal(*program_, config_.walk, log);

@@ -36,7 +36,7 @@ struct Search {
   std::vector<Path> overlays;  ///< of the images, or empty
 };
 
-Expected<Search> prepare(const LocateCommandOptions& options) {
+Expected<Search> prepare(const LocateCommandOptions& options, const CommandContext& context) {
   PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
   const auto tool = config.vision_tools.find(*options.tool);
   if (tool == config.vision_tools.end()) {
@@ -63,7 +63,7 @@ Expected<Search> prepare(const LocateCommandOptions& options) {
     search.mapping = search.config.camera->mapping();
   }
   if (!options.overlay.empty()) {
-    PANELCAL_TRY(search.overlays, internal::make_overlay_paths(options));
+    PANELCAL_TRY(search.overlays, internal::make_overlay_paths(options, context));
   }
   return search;
 }
@@ -150,7 +150,7 @@ Expected<void> write(const Located& located,
 
 ExitCode run_command(const LocateCommandOptions& options, CommandContext& context) {
   if (options.suggests) return internal::suggest(options, context);
-  const auto search = prepare(options);
+  const auto search = prepare(options, context);
   if (!search) {
     context.console.print(search.error());
     return exit_code(search.error());

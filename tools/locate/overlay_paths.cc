@@ -32,7 +32,7 @@ bool is_other_picture(const Path& path) {
 
 /// Where the overlay of each picture goes: OUT.png for the only one, else OUT/NAME.png.
 ///
-/// Fails  usage (no PNG; several pictures and one file; two pictures of one name; over an input)
+/// Fails  usage (no PNG; several pictures and one file; two pictures of one name)
 Expected<std::vector<Path>> overlay_paths(const LocateCommandOptions& options) {
   const Path out(options.overlay);
   if (is_other_picture(out)) {
@@ -64,12 +64,6 @@ Expected<std::vector<Path>> overlay_paths(const LocateCommandOptions& options) {
                                    quoted(paths[i].string())),
                        "pictures of different names"));
     }
-    for (const std::string& image : options.images) {
-      if (!is_same_file(image, paths[i]) && !is_same_file(options.machine, paths[i])) continue;
-      return failure(locate_usage(
-          fmt::format("the overlay {} would overwrite an input", quoted(paths[i].string())),
-          "another file or folder"));
-    }
   }
   return paths;
 }
@@ -95,8 +89,12 @@ Diagnostic locate_usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal locate", 0, 0}, std::move(what), std::move(expected)};
 }
 
-Expected<std::vector<Path>> make_overlay_paths(const LocateCommandOptions& options) {
+Expected<std::vector<Path>> make_overlay_paths(const LocateCommandOptions& options,
+                                               const CommandContext& context) {
   PANELCAL_TRY(std::vector<Path> paths, overlay_paths(options));
+  for (const Path& path : paths) {
+    PANELCAL_CHECK(check_output(context.options, context.files, path));
+  }
   PANELCAL_CHECK(make_folder(options));
   return paths;
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "tools/cli/options.h"
+#include "tools/cli/commands.h"
 
 namespace panelcal::internal {
 
@@ -16,9 +16,9 @@ Diagnostic locate_usage(std::string what, std::string expected);
 /// Where the overlay of each picture goes: OUT.png for the only one, else OUT/NAME.png, of which
 /// the folder is made.
 ///
-/// Fails  usage (no PNG; several pictures and one file; two pictures of one name; over an input);
+/// Fails  usage (no PNG; several pictures and one file; two pictures of one name); output-in-use;
 ///        device-write
-Expected<std::vector<std::filesystem::path>> make_overlay_paths(
-    const LocateCommandOptions& options);
+Expected<std::vector<std::filesystem::path>> make_overlay_paths(const LocateCommandOptions& options,
+                                                                const CommandContext& context);
 
 }  // namespace panelcal::internal

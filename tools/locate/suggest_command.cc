@@ -101,7 +101,7 @@ ExitCode suggest(const LocateCommandOptions& options, CommandContext& context) {
   if (!facts) return refuse(facts.error());
   std::vector<Path> overlays;
   if (!options.overlay.empty()) {
-    auto paths = make_overlay_paths(options);
+    auto paths = make_overlay_paths(options, context);
     if (!paths) return refuse(paths.error());
     overlays = *std::move(paths);
   }

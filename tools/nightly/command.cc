@@ -67,6 +67,7 @@ class NightlyRun {
     if (const auto asked = check_options(); !asked) return fail(asked.error());
     // Where machine.toml is no TOML the folder of reports is unknown.
     if (auto files = find_night_files(options_.machine)) files_ = *std::move(files);
+    if (const auto free = check_reports(); !free) return fail(free.error());
     Expected<NightRecord> record = run();
     if (!record) {
       const ExitCode code = fail(record.error());
@@ -93,8 +94,6 @@ class NightlyRun {
   }
 
   Expected<void> check_options() {
-    PANELCAL_CHECK(check_output_paths(
-        "panelcal nightly", {options_.machine}, {options_.report, options_.json}));
     PANELCAL_TRY(clock_, clock_of(options_.clock));
     // What is no number passes every range.
     if (options_.temperature_c && !std::isfinite(*options_.temperature_c)) {
@@ -104,6 +103,12 @@ class NightlyRun {
                       "a number from -50 to 100"});
     }
     return {};
+  }
+
+  /// The pages that the folder of reports gets are outputs as those that the command line names.
+  Expected<void> check_reports() const {
+    if (files_.reports.empty()) return {};
+    return check_output(context_.options, context_.files, files_.reports / "NIGHT.html");
   }
 
   Expected<void> read_config() {

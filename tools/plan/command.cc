@@ -89,11 +89,6 @@ class PlanRun {
       return refuse("no format belongs to the output's name " + quoted(options_.output),
                     ".svg or .html");
     }
-    if (!take(check_output_paths("panelcal plan",
-                                 {options_.program, options_.machine, options_.measurements},
-                                 {options_.output}))) {
-      return false;
-    }
     if (!take(read_machine_config(options_.machine), config_)) return false;
     config_.walk.max_operations = options_.max_operations;
     // Targets that are where they are drawn speak for no model.
@@ -117,7 +112,7 @@ class PlanRun {
   /// a model that any target determines, so that there are holes to speak of.
   bool check() {
     std::optional<Program> program = read_program(options_.program, config_.reading, log_);
-    if (!program) return false;
+    if (!program || !take(check_patterns(context_.options, *program, context_.files))) return false;
     checked_ = CheckedProgram{*std::move(program), {}};
     DiagnosticLog found;
     checked_->nominal_survey = survey_nominal(checked_->program, config_.walk, found);

@@ -111,15 +111,6 @@ class RunCommand {
       PANELCAL_TRY(format, output_format(options_));
       PANELCAL_CHECK(check_output_format(*format, machine_));
     }
-    PANELCAL_CHECK(check_output_paths(
-        kCommand,
-        {options_.program,
-         options_.machine,
-         options_.measurements,
-         options_.probes,
-         options_.surface,
-         options_.truth},
-        {options_.output, options_.save_measurements, options_.save_probes, options_.report}));
     std::optional<Truth> truth;
     if (!options_.truth.empty()) {
       PANELCAL_TRY(truth, read_truth_json(options_.truth));
@@ -130,6 +121,7 @@ class RunCommand {
       surface = std::make_shared<const ZonedMap>(std::move(stored.map));
     }
     PANELCAL_TRY(job_, read_job(options_.program, machine_, now));
+    PANELCAL_CHECK(check_patterns(context_.options, job_.program, context_.files));
     job_.clock = options_.clock;
     job_.format = format;
     job_.explain = explain;

@@ -8,15 +8,12 @@
 #include "calib/base/atomic_file.h"
 #include "program/gcode/leveller.h"
 #include "surface/map/file.h"
-#include "tools/cli/output_paths.h"
 #include "tools/surface/subcommand.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace panelcal::surface {
 namespace {
-
-const std::string kSurfaceApply = "panelcal surface apply";
 
 LevelOptions level_options(const SurfaceOptions& options) {
   LevelOptions out;
@@ -97,7 +94,6 @@ std::string with_provenance(std::string text, const Provenance& provenance) {
 }  // namespace
 
 Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
-  PANELCAL_CHECK(check_output_paths(kSurfaceApply, {options.map, options.gcode}, {options.output}));
   PANELCAL_TRY(const StoredZones stored, read_zoned_map_file(options.map));
   PANELCAL_TRY(const SourceText program, read_source(options.gcode));
   if (program.bytes.find(kLevelledBy) != std::string::npos) {

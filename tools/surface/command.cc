@@ -64,6 +64,7 @@ Expected<void> walk_program(const std::string& program,
   set_text_variables(program, time, config.walk.sieb_meyer.text);
   DiagnosticLog log;
   const auto checked = read_and_check(program, config.reading, config.walk, log);
+  if (checked) PANELCAL_CHECK(check_patterns(context.options, checked->program, context.files));
   if (checked && !log.has_errors()) execute(*checked, config.walk, log);
   DiagnosticLog others;
   std::optional<Diagnostic> first;

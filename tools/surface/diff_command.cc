@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "calib/base/atomic_file.h"
-#include "tools/cli/output_paths.h"
 #include "tools/surface/difference.h"
 #include "tools/surface/subcommand.h"
 
@@ -18,7 +17,6 @@ Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context) {
   const std::string& before = options.files.at(0);
   const std::string& after = options.files.at(1);
   PANELCAL_CHECK(check_extension(kSurfaceDiff, options.plot, ".svg"));
-  PANELCAL_CHECK(check_output_paths(kSurfaceDiff, {before, after}, {options.plot}));
   PANELCAL_TRY(StoredMap earlier, read_zone_of(before, kSurfaceDiff, options));
   PANELCAL_TRY(StoredMap later, read_zone_of(after, kSurfaceDiff, options));
   auto difference = difference_of(earlier, later);

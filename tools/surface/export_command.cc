@@ -177,7 +177,6 @@ std::string export_json(const SurfaceOptions& options, const Exported& made) {
 }  // namespace
 
 Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& context) {
-  PANELCAL_CHECK(check_output_paths(kSurfaceExport, {options.map}, {options.output}));
   Exported made;
   PANELCAL_TRY(made.format, format_of(options));
   const bool is_log =

@@ -11,7 +11,6 @@
 #include "machine/config/zones_file.h"
 #include "surface/files/probe_file.h"
 #include "surface/map/file.h"
-#include "tools/cli/output_paths.h"
 #include "tools/cli/version.h"
 #include "tools/surface/picture.h"
 #include "tools/surface/subcommand.h"
@@ -37,10 +36,6 @@ Expected<void> check_fit_outputs(const SurfaceOptions& options) {
   PANELCAL_CHECK(check_extension(kSurfaceFit, options.output, ".json"));
   PANELCAL_CHECK(check_extension(kSurfaceFit, options.plot, ".svg"));
   PANELCAL_CHECK(check_extension(kSurfaceFit, options.report, ".html"));
-  for (const std::string& file : inputs_of(options)) {
-    PANELCAL_CHECK(
-        check_output_paths(kSurfaceFit, {file}, {options.output, options.plot, options.report}));
-  }
   return {};
 }
 

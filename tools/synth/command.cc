@@ -5,6 +5,7 @@
 #include "machine/sim/sample_pictures.h"
 #include "machine/sim/sim_machine.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/output_paths.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -54,6 +55,10 @@ ExitCode run_command(const SynthOptions& options, CommandContext& context) {
   const auto checked = read_and_check(options.program, config->reading, config->walk, log);
   context.console.print(log);
   if (log.has_errors()) return exit_code(log);
+  if (const auto free = check_patterns(context.options, checked->program, context.files); !free) {
+    context.console.print(free.error());
+    return exit_code(free.error());
+  }
 
   DiagnosticLog found;
   const auto recording = synthesize(options, *config, checked->program, found);

@@ -91,10 +91,6 @@ class Translation {
   }
 
   bool prepare() {
-    if (!take(check_output_paths(
-            "panelcal translate", {options_.program, options_.machine}, {options_.output}))) {
-      return false;
-    }
     if (!options_.machine.empty() && !take(read_machine_config(options_.machine), config_)) {
       return false;
     }
@@ -114,6 +110,7 @@ class Translation {
     walk.table.reset();    // nor is its table: nothing is corrected here
     checked_ = read_and_check(options_.program, config_.reading, walk, log_);
     if (!checked_ || log_.has_errors()) return false;
+    if (!take(check_patterns(context_.options, checked_->program, context_.files))) return false;
     const bool is_excellon = checked_->program.dialect == Dialect::Excellon;
     to_ = options_.to.empty()         ? (is_excellon ? Dialect::SiebMeyer : Dialect::Excellon)
           : options_.to == "excellon" ? Dialect::Excellon

@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -19,6 +20,7 @@ namespace {
 using test::FailsWith;
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::UnorderedElementsAre;
 
 /// An empty folder of its own for every test.
 class AtomicFileTest : public testing::Test {
@@ -106,6 +108,97 @@ TEST_F(AtomicFileTest, HasTheRightsOfAnOrdinaryFile) {
   struct stat status {};
   ASSERT_EQ(::stat(target().c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777, 0640U);
+}
+
+TEST_F(AtomicFileTest, KeepsTheModeOfTheFileThatItReplaces) {
+  ASSERT_TRUE(write_file(target(), "old"));
+  for (const mode_t mode : {0600U, 0664U, 0755U}) {
+    ASSERT_EQ(::chmod(target().c_str(), mode), 0);
+    ASSERT_TRUE(write_file(target(), "new"));
+    struct stat status {};
+    ASSERT_EQ(::stat(target().c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 07777, mode);
+  }
+}
+
+TEST_F(AtomicFileTest, KeepsTheOwnerOfTheFileThatItReplaces) {
+  // Only root may give files away.
+  const uid_t owner = ::geteuid() == 0 ? 1234 : ::geteuid();
+  const gid_t group = ::geteuid() == 0 ? 5678 : ::getegid();
+  ASSERT_TRUE(write_file(target(), "old"));
+  ASSERT_EQ(::chown(target().c_str(), owner, group), 0);
+  ASSERT_TRUE(write_file(target(), "new"));
+  struct stat status {};
+  ASSERT_EQ(::stat(target().c_str(), &status), 0);
+  EXPECT_EQ(status.st_uid, owner);
+  EXPECT_EQ(status.st_gid, group);
+}
+
+TEST_F(AtomicFileTest, RefusesADatabase) {
+  const std::string database("SQLite format 3\0 and its pages", 31);
+  {
+    std::ofstream file(target(), std::ios::binary);
+    file << database;
+  }
+  std::filesystem::create_symlink(target(), folder_ / "link.drl");
+  std::filesystem::create_hard_link(target(), folder_ / "hard.drl");
+  for (const char* const name : {"out.drl", "link.drl", "hard.drl"}) {
+    EXPECT_THAT(write_file(folder_ / name, "x"), FailsWith(Code::OutputInUse, name));
+  }
+  EXPECT_EQ(read_file(target()).value(), database);
+  EXPECT_THAT(names(), UnorderedElementsAre("out.drl", "link.drl", "hard.drl"));
+}
+
+TEST_F(AtomicFileTest, SweepsWhatDeadProcessesLeft) {
+  const std::vector<std::string> leftovers = {"out.drl.part-panelcal-1", "out.drl.part-panelcal-2"};
+  for (const std::string& name : leftovers) std::ofstream(folder_ / name) << "cut off";
+  ASSERT_TRUE(write_file(target(), "first"));
+  ASSERT_TRUE(write_file(target(), "second"));
+  EXPECT_THAT(names(), ElementsAre("out.drl"));
+}
+
+TEST_F(AtomicFileTest, SweepsNoOtherFile) {
+  const std::vector<std::string> others = {"out.drl.part-1",
+                                           "out.drl.part-backup",
+                                           "out.drl.part-panelcal",
+                                           "out.drl.part-panelcal-1-kept",
+                                           "other.drl.part-panelcal-1"};
+  for (const std::string& name : others) std::ofstream(folder_ / name) << "mine";
+  std::filesystem::create_directory(folder_ / "out.drl.part-panelcal-1");
+  std::filesystem::create_symlink("out.drl.part-1", folder_ / "out.drl.part-panelcal-2");
+  ASSERT_TRUE(write_file(target(), "new"));
+  EXPECT_EQ(names().size(), others.size() + 3);
+  EXPECT_EQ(read_file(folder_ / "out.drl.part-1").value(), "mine");
+}
+
+TEST_F(AtomicFileTest, LeavesTheFileOfALivingWriterAlone) {
+  Expected<AtomicFile> first = AtomicFile::create(target());
+  ASSERT_TRUE(first && first->write("first"));
+  EXPECT_THAT(names(), ElementsAre("out.drl.part-panelcal-1"));
+  ASSERT_TRUE(write_file(target(), "second"));
+  EXPECT_EQ(read_file(target()).value(), "second");
+  ASSERT_TRUE(first->commit());
+  EXPECT_EQ(read_file(target()).value(), "first");
+  EXPECT_THAT(names(), ElementsAre("out.drl"));
+}
+
+TEST_F(AtomicFileTest, ManyWritersAtOnceLeaveOneWholeFile) {
+  constexpr int kWriters = 8;
+  for (int i = 0; i < kWriters; ++i) {
+    if (::fork() != 0) continue;
+    bool is_good = true;
+    const std::string text(1000, static_cast<char>('a' + i));
+    for (int k = 0; k < 100; ++k) is_good = is_good && write_file(target(), text);
+    std::_Exit(is_good ? 0 : 1);
+  }
+  for (int i = 0; i < kWriters; ++i) {
+    int status = 0;
+    ASSERT_GT(::wait(&status), 0);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  }
+  const std::string text = read_file(target()).value();
+  EXPECT_EQ(text, std::string(1000, text.front()));
+  EXPECT_THAT(names(), ElementsAre("out.drl"));
 }
 
 TEST_F(AtomicFileTest, RefusesAMissingFolder) {

@@ -161,6 +161,7 @@ TEST_F(LedgerFileTest, KnowsALedgerWhoseStartIsGone) {
   filled();
   std::string bytes = read_file(path()).value();
   std::fill_n(bytes.begin(), kPageBytes, '\0');
+  std::filesystem::remove(path());  // no output replaces a ledger
   ASSERT_TRUE(write_file(path(), bytes));
   EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt));
   const auto aside = Ledger::keep_aside(path(), first_night());
@@ -204,6 +205,7 @@ TEST_F(LedgerFileTest, FindsMissingEnds) {
   const std::string sound = read_file(path()).value();
   // Less than a page does not say whose it was.
   for (std::size_t n = kPageBytes; n < sound.size(); n += kPageBytes / 2) {
+    std::filesystem::remove(path());
     ASSERT_TRUE(write_file(path(), sound.substr(0, n)));
     EXPECT_THAT(open(), FailsWith(Code::LedgerCorrupt)) << n << " bytes";
   }

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/files/machine_files.h"
+
+#include <array>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "calib/base/atomic_file.h"
+#include "machine/config/coupon_options.h"
+#include "machine/config/machine_config.h"
+#include "machine/config/toml_table.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Walks over the texts of a machine.toml.
+class MachineFiles {
+ public:
+  MachineFiles(const fs::path& machine_toml, FileRegister& files, std::string_view except)
+      : folder_(machine_toml.parent_path()),
+        name_(machine_toml.filename().string()),
+        files_(files),
+        except_(except) {}
+
+  void add_all(const toml::table& document) {
+    // Those that a night makes, which need not exist yet.
+    const auto ledger = document["ledger"]["file"].value<std::string>();
+    if (ledger && !ledger->empty()) add_ledger(folder_ / *ledger, "the ledger of " + name_, files_);
+    if (document.contains("coupon")) {
+      const auto state = document["coupon"]["state"].value<std::string>();
+      files_.add(folder_ / (state ? fs::path(*state) : Coupon().state_file),
+                 "the coupon's state of " + name_);
+    }
+    add_table(document, "");
+  }
+
+  /// Of a text that is no TOML, whatever stands in quotes.
+  void add_quoted(std::string_view text) {
+    for (auto begin = text.find('"'); begin != text.npos; begin = text.find('"', begin + 1)) {
+      const auto end = text.find_first_of("\"\n", begin + 1);
+      if (end == text.npos) return;
+      add_text(std::string(text.substr(begin + 1, end - begin - 1)), "a file of " + name_);
+    }
+  }
+
+ private:
+  void add_table(const toml::table& table, const std::string& path) {
+    for (const auto& [key, node] : table) {
+      add_node(node, path, std::string(key.str()));
+    }
+  }
+
+  void add_node(const toml::node& node, const std::string& path, const std::string& key) {
+    if (const toml::table* const table = node.as_table()) {
+      add_table(*table, path.empty() ? key : path + "." + key);
+    } else if (const toml::array* const array = node.as_array()) {
+      for (const toml::node& element : *array) add_node(element, path, key);
+    } else if (const auto text = node.value<std::string>()) {
+      if (path + "." + key != except_)
+        add_text(*text, fmt::format("[{}] {} of {}", path, key, name_));
+    }
+  }
+
+  void add_text(const std::string& text, const std::string& what) {
+    if (text.empty() || text.find('\0') != std::string::npos) return;
+    add_camera(text, what, files_);
+    // Programs of commands are looked for here, all other files beside machine.toml.
+    for (const fs::path& file : {folder_ / text, fs::path(text)}) {
+      std::error_code ignored;
+      if (fs::is_regular_file(file, ignored)) files_.add(file, what);
+    }
+  }
+
+  fs::path folder_;
+  std::string name_;
+  FileRegister& files_;
+  std::string_view except_;
+};
+
+}  // namespace
+
+void add_machine_files(const fs::path& machine_toml, FileRegister& files, std::string_view except) {
+  files.add(machine_toml, "the machine file");
+  const Expected<std::string> text = read_file(machine_toml, kMaxConfigBytes);
+  if (!text) return;
+  MachineFiles machine(machine_toml, files, except);
+  const auto document = internal::parse_toml({machine_toml.string(), std::string_view(*text)});
+  if (document) {
+    machine.add_all(*document);
+  } else {
+    machine.add_quoted(*text);
+  }
+}
+
+void add_ledger(const fs::path& ledger, const std::string& what, FileRegister& files) {
+  files.add(ledger, what);
+  constexpr std::array<std::pair<const char*, const char*>, 4> kBeside = {
+      {{".lock", "the lock"},
+       {"-journal", "the journal"},
+       {"-wal", "the journal"},
+       {"-shm", "the journal"}}};
+  for (const auto& [ending, part] : kBeside) {
+    fs::path beside = ledger;
+    beside += ending;
+    files.add(beside, fmt::format("{} of {}", part, what));
+  }
+}
+
+void add_camera(std::string_view address, const std::string& what, FileRegister& files) {
+  const auto rest_of = [&](std::string_view scheme) {
+    return address.starts_with(scheme) ? fs::path(address.substr(scheme.size())) : fs::path();
+  };
+  if (const fs::path folder = rest_of("folder:"); !folder.empty()) files.add_folder(folder, what);
+  if (const fs::path video = rest_of("video:"); !video.empty()) files.add(video, what);
+}
+
+}  // namespace panelcal
