@@ -13,7 +13,7 @@ struct CommandContext {
   Console& console;
   StandardOutput& output;
   const Options& options;
-  FileRegister& files;  ///< what no output may replace; commands add what they find on the way
+  FileRegister& files;  ///< files in use, which no output may replace; commands add to them
 };
 
 ExitCode run_command(const CheckOptions& options, CommandContext& context);

@@ -20,14 +20,14 @@ namespace {
 constexpr int kMaxRimPasses = 7;
 constexpr int kFreePasses = 3;
 constexpr double kUnsettledMove_px = 1.2;  // two sets of sectors farther apart are no one rim
-constexpr double kSettledMove_px = 0.03;  // a smaller move leaves its square
+constexpr double kSettledMove_px = 0.03;   // a smaller move leaves its square
 /// A ring whose level is off by more of the contrast is something else: a hole, a mask's opening.
 constexpr double kOtherRing = 0.1;
 /// A sector's contrast beside the rim's: less is a track or something that covers it.
 constexpr double kLeastSectorContrast = 0.5;
 constexpr double kMostSectorContrast = 2.5;
-/// The wide filter sees the rim where the narrow one does, within what that one leaves open: farther
-/// off, it took something beside the rim for a part of it.
+/// The wide filter sees the rim where the narrow one does, within what that one leaves open:
+/// farther off, it took something beside the rim for a part of it.
 constexpr double kWideMove_px = 0.15;
 constexpr double kWideMoveSigmas = 2;
 constexpr double kMostWideMove_px = 0.6;
@@ -207,8 +207,7 @@ class RimMeasurement {
   /// True if the wide filter is surer and not at odds with the narrow one.
   bool is_better(const Pass& wide, const Pass& narrow) const {
     const double variance = stated_variance(narrow);
-    const double most2 =
-        kWideMove_px * kWideMove_px + kWideMoveSigmas * kWideMoveSigmas * variance;
+    const double most2 = kWideMove_px * kWideMove_px + kWideMoveSigmas * kWideMoveSigmas * variance;
     return stated_variance(wide) < variance &&
            wide.circle.seen >= narrow.circle.seen - kLostByWide &&
            wide.circle.shift_px.squaredNorm() <
