@@ -154,10 +154,20 @@ struct Pass {
   StepProfile step;
   ShiftFilter filter;
   RimCircle circle;
+  Eigen::ArrayXXf left;      ///< the strip less each ring's median
+  Eigen::ArrayXd contrasts;  ///< of sectors, beside the whole rim's
   Eigen::VectorXd deviations;
-  Eigen::VectorXd blurs;     ///< beyond the whole rim's, px
   std::vector<char> usable;  ///< sectors that show a step
   double move_px = 0;
+
+  double n_used() const {
+    return std::max(1.0, circle.used() * static_cast<double>(strip.n_sectors()));
+  }
+  /// What a filter answers for each sector.
+  Eigen::VectorXd by_sector(const ShiftFilter& measure) const {
+    return (left.matrix().transpose().cast<double>() * measure.weights).array() /
+           contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
+  }
 };
 
 class RimMeasurement {
@@ -252,19 +262,14 @@ class RimMeasurement {
     if (!fit(medians, start)) return false;
     trim(pass_.step, medians, strip);
     if (strip.n_rings() < 7 || !fit(medians, pass_.step)) return false;
-    const Eigen::ArrayXXf left = strip.mean.colwise() - medians.cast<float>();
+    const Eigen::ArrayXXf& left = pass_.left = strip.mean.colwise() - medians.cast<float>();
     pass_.filter = width == Width::Wide
                        ? make_shift_filter(strip, tamed_cells(strip, pass_.step, left), pass_.step)
                        : make_plain_filter(strip, pass_.step, pixel_variance(strip, left));
     if (!(pass_.filter.variance > 0)) return false;
-    const Eigen::ArrayXd contrasts = sector_contrasts(strip, pass_.step, left);
-    const auto by_sector = [&](const ShiftFilter& filter) -> Eigen::VectorXd {
-      return (left.matrix().transpose().cast<double>() * filter.weights).array() /
-             contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
-    };
-    pass_.deviations = by_sector(pass_.filter);
-    pass_.blurs = by_sector(make_blur_filter(strip, pass_.step, pixel_variance(strip, left)));
-    fit_circle(contrasts);
+    pass_.contrasts = sector_contrasts(strip, pass_.step, left);
+    pass_.deviations = pass_.by_sector(pass_.filter);
+    fit_circle(pass_.contrasts);
     use_ = pass_.circle.used() > 0.3 ? pass_.circle.use : std::vector<char>{};
     return true;
   }
@@ -330,9 +335,7 @@ class RimMeasurement {
     const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, use);
     double power = 0;
     for (int k = 3; k <= 5; ++k) power += wave_power(left, use, k) / 3;
-    const double n_used =
-        std::max(1.0, pass_.circle.used() * static_cast<double>(pass_.strip.n_sectors()));
-    return std::sqrt(2 * std::max(power, pass_.filter.variance) / n_used) / radius_px;
+    return std::sqrt(2 * std::max(power, pass_.filter.variance) / pass_.n_used()) / radius_px;
   }
 
   void add_covariance(double radius_px, RimProfile& profile) const {
@@ -363,20 +366,20 @@ class RimMeasurement {
   /// s / 2x of what it seems to blur it; bands that matter are at least half an s inside.
   Eigen::Matrix2d lopsided_cov() const {
     const std::vector<char>& use = pass_.circle.use;
+    const double pixel = pixel_variance(pass_.strip, pass_.left);
+    const Eigen::VectorXd blurs = pass_.by_sector(make_blur_filter(pass_.strip, pass_.step, pixel));
     Eigen::Vector2d side = Eigen::Vector2d::Zero();
-    for (Eigen::Index i = 0; i < pass_.blurs.size(); ++i) {
+    for (Eigen::Index i = 0; i < blurs.size(); ++i) {
       if (use[static_cast<std::size_t>(i)] == 0) continue;
       const double phi = pass_.strip.angle_rad(i);
-      side += pass_.blurs[i] * Eigen::Vector2d(std::cos(phi), std::sin(phi));
+      side += blurs[i] * Eigen::Vector2d(std::cos(phi), std::sin(phi));
     }
-    const double n_used =
-        std::max(1.0, pass_.circle.used() * static_cast<double>(pass_.strip.n_sectors()));
-    side *= 2 / n_used;
+    side *= 2 / pass_.n_used();
     double floor = 0;
     for (int k = 2; k < 2 + kBlurWaves; ++k) {
-      floor += wave_power(pass_.blurs, use, k) / kBlurWaves;
+      floor += wave_power(blurs, use, k) / kBlurWaves;
     }
-    const double by_chance = 4 * floor / n_used;
+    const double by_chance = 4 * floor / pass_.n_used();
     const double beyond = 1 - by_chance / std::max(by_chance, side.squaredNorm());
     return beyond * side * side.transpose();
   }

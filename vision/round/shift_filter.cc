@@ -73,6 +73,17 @@ void add_slopes(const RimStrip& strip, const StepProfile& step, Eigen::MatrixXd&
   covariance += variance * (inside * inside.transpose() + outside * outside.transpose());
 }
 
+/// Ring by ring: what a shift changes, the level inside and that outside.
+Eigen::MatrixXd step_columns(const RimStrip& strip, const StepProfile& step) {
+  Eigen::MatrixXd columns(strip.n_rings(), 3);
+  for (Eigen::Index j = 0; j < strip.n_rings(); ++j) {
+    const double x = strip.at_px(j);
+    const double s = step.share(x);
+    columns.row(j) << step.steepness(x), s, 1 - s;
+  }
+  return columns;
+}
+
 Eigen::MatrixXd plain_covariance(const RimStrip& strip, const StepProfile& step, double variance) {
   const Eigen::VectorXd variances = variance / strip.mass.max(0.1);
   Eigen::MatrixXd covariance = variances.matrix().asDiagonal();
@@ -134,11 +145,8 @@ ShiftFilter make_shift_filter(const RimStrip& strip,
   for (Eigen::VectorXd& t : textures) t[0] = std::max(1.02 * t[0], kRoundingVariance / 2);
 
   Eigen::MatrixXd covariance(n, n);
-  Eigen::MatrixXd columns(n, 3);
   for (Eigen::Index j = 0; j < n; ++j) {
-    const double x = strip.at_px(j);
-    const double s = step.share(x);
-    columns.row(j) << step.steepness(x), s, 1 - s;
+    const double s = step.share(strip.at_px(j));
     for (Eigen::Index i = 0; i <= j; ++i) {
       const double r = step.share(strip.at_px(i));
       const double c =
@@ -149,28 +157,18 @@ ShiftFilter make_shift_filter(const RimStrip& strip,
     }
   }
   add_slopes(strip, step, covariance);
-  return best_filter(covariance, columns);
+  return best_filter(covariance, step_columns(strip, step));
 }
 
 ShiftFilter make_plain_filter(const RimStrip& strip, const StepProfile& step, double variance) {
-  const Eigen::Index n = strip.n_rings();
-  Eigen::MatrixXd columns(n, 3);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const double x = strip.at_px(j);
-    const double s = step.share(x);
-    columns.row(j) << step.steepness(x), s, 1 - s;
-  }
-  return best_filter(plain_covariance(strip, step, variance), columns);
+  return best_filter(plain_covariance(strip, step, variance), step_columns(strip, step));
 }
 
 ShiftFilter make_blur_filter(const RimStrip& strip, const StepProfile& step, double variance) {
-  const Eigen::Index n = strip.n_rings();
-  Eigen::MatrixXd columns(n, 4);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const double x = strip.at_px(j);
-    const double s = step.share(x);
-    const double steepness = step.steepness(x);
-    columns.row(j) << steepness * (step.at_px - x) / step.sigma_px, steepness, s, 1 - s;
+  const Eigen::MatrixXd shift = step_columns(strip, step);
+  Eigen::MatrixXd columns(shift.rows(), shift.cols() + 1);
+  for (Eigen::Index j = 0; j < shift.rows(); ++j) {
+    columns.row(j) << shift(j, 0) * (step.at_px - strip.at_px(j)) / step.sigma_px, shift.row(j);
   }
   return best_filter(plain_covariance(strip, step, variance), columns);
 }
