@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/advice/visit_runs.h"
 
-#include <algorithm>
 #include <map>
 #include <numeric>
+#include <utility>
+
+#include "calib/advice/short_path.h"
+#include <Eigen/Core>
 
 namespace panelcal {
 namespace {
 
 using Place = Position<frame::Nominal>;
 using Order = std::vector<std::size_t>;
-
-/// Gains below a nanometre are rounding.
-constexpr double kRunGain_mm = 1e-6;
 
 double run_distance_mm(const Place& a, const Place& b) {
   return (a - b).in_mm().norm();
@@ -47,55 +47,39 @@ class InnerOrders {
 
  private:
   bool improve(std::size_t kind, Order& inner) {
-    constexpr std::size_t kAllOrders = 5;
-    double best_mm = length_mm(kind);
-    Order best = inner;
-    const auto keep_if_better = [&] {
-      const double here_mm = length_mm(kind);
-      if (here_mm > best_mm - kRunGain_mm) return false;
-      best_mm = here_mm;
-      best = inner;
-      return true;
-    };
-    bool has_changed = false;
-    if (inner.size() <= kAllOrders) {
-      std::ranges::sort(inner);
-      do {
-        has_changed = keep_if_better() || has_changed;
-      } while (std::ranges::next_permutation(inner).found);
-    } else {
-      for (std::size_t i = 0; i < inner.size(); ++i) {
-        for (std::size_t j = i + 1; j < inner.size(); ++j) {
-          std::swap(inner[i], inner[j]);
-          has_changed = keep_if_better() || has_changed;
-          inner = best;
-        }
-      }
-    }
-    inner = best;
-    return has_changed;
+    const Order found = internal::short_path(costs_of(kind), inner);
+    return std::exchange(inner, found) != found;
   }
 
   const Place& place(std::size_t i_run, std::size_t k) const {
     const VisitRun& run = runs_[i_run];
     return places_[run.places[inner_.at(run.kind)[k]]];
   }
-  double link_mm(std::size_t i_run) const {
-    if (i_run == 0 || i_run >= runs_.size()) return 0;
-    return run_distance_mm(place(i_run - 1, runs_[i_run - 1].places.size() - 1), place(i_run, 0));
-  }
-
-  /// Of all that the inner order of a kind decides.
-  double length_mm(std::size_t kind) const {
-    double sum_mm = 0;
-    for (const std::size_t i : runs_of_.at(kind)) {
-      for (std::size_t k = 1; k < runs_[i].places.size(); ++k) {
-        sum_mm += run_distance_mm(place(i, k - 1), place(i, k));
+  /// What the inner order of a kind decides, as long as the other kinds keep theirs.
+  internal::PathCosts costs_of(std::size_t kind) const {
+    const Order& of_kind = runs_of_.at(kind);
+    const auto n = static_cast<Eigen::Index>(inner_.at(kind).size());
+    internal::PathCosts costs{Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Zero(n, n)};
+    const auto at = [&](std::size_t i_run, Eigen::Index k) -> const Place& {
+      return places_[runs_[i_run].places[static_cast<std::size_t>(k)]];
+    };
+    for (const std::size_t i : of_kind) {
+      const bool has_before = i > 0;
+      const bool has_behind = i + 1 < runs_.size();
+      const bool repeats = has_behind && runs_[i + 1].kind == kind;
+      for (Eigen::Index last = 0; last < n; ++last) {
+        for (Eigen::Index first = 0; first < n; ++first) {
+          costs.between(last, first) += run_distance_mm(at(i, last), at(i, first));
+          double& around = costs.around(last, first);
+          if (has_before && runs_[i - 1].kind != kind) {
+            around += run_distance_mm(place(i - 1, runs_[i - 1].places.size() - 1), at(i, first));
+          }
+          if (repeats) around += run_distance_mm(at(i, last), at(i + 1, first));
+          if (has_behind && !repeats) around += run_distance_mm(at(i, last), place(i + 1, 0));
+        }
       }
-      sum_mm += link_mm(i);
-      if (i + 1 < runs_.size() && runs_[i + 1].kind != kind) sum_mm += link_mm(i + 1);
     }
-    return sum_mm;
+    return costs;
   }
 
   std::span<const Place> places_;

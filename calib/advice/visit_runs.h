@@ -18,8 +18,8 @@ struct VisitRun {
 
 /// The order of visits if every kind has its best inner order and the runs stay as they are.
 ///
-/// One kind after the other gets its best order until none changes: all orders are tried for up to
-/// 5 places, exchanges of two for more.
+/// One kind after the other gets its best order until none changes: the shortest of all for up to
+/// 12 places, one found by search for more (short_path.h).
 std::vector<std::size_t> order_within_runs(std::span<const Position<frame::Nominal>> places,
                                            std::span<const VisitRun> runs);
 

@@ -9,6 +9,9 @@
 #include <map>
 #include <numeric>
 
+#include "calib/advice/short_path.h"
+#include <Eigen/Core>
+
 namespace panelcal {
 namespace {
 
@@ -317,6 +320,48 @@ std::vector<Order> near_ones(std::span<const Place> places, std::span<const int>
   return neighbors;
 }
 
+/// Searches the order of the places at [begin, end), which are of one phase, between what is before
+/// and behind them.
+bool search_phase(std::span<const Place> places, Order& order, std::size_t begin, std::size_t end) {
+  const auto n = static_cast<Eigen::Index>(end - begin);
+  internal::PathCosts costs{Eigen::MatrixXd(n, n), Eigen::MatrixXd::Zero(n, n)};
+  const auto at = [&](Eigen::Index i) -> const Place& {
+    return places[order[begin + static_cast<std::size_t>(i)]];
+  };
+  for (Eigen::Index last = 0; last < n; ++last) {
+    for (Eigen::Index first = 0; first < n; ++first) {
+      costs.between(last, first) = visit_distance_mm(at(last), at(first));
+      double& around = costs.around(last, first);
+      if (begin > 0) around += visit_distance_mm(places[order[begin - 1]], at(first));
+      if (end < order.size()) around += visit_distance_mm(at(last), places[order[end]]);
+    }
+  }
+  Order inner(end - begin);
+  std::iota(inner.begin(), inner.end(), std::size_t{0});
+  Order found = internal::short_path(costs, inner);
+  if (found == inner) return false;
+  for (std::size_t& i : found) i = order[begin + i];
+  std::ranges::copy(found, order.begin() + static_cast<std::ptrdiff_t>(begin));
+  return true;
+}
+
+/// One phase after the other, until the ends of none move any more.
+void search_phases(std::span<const Place> places, std::span<const int> phases, Order& order) {
+  constexpr int kMostRounds = 5;
+  bool has_changed = true;
+  for (int round = 0; round < kMostRounds && has_changed; ++round) {
+    has_changed = false;
+    for (std::size_t begin = 0; begin < order.size();) {
+      std::size_t end = begin + 1;
+      while (end < order.size() && phases[order[end]] == phases[order[begin]]) ++end;
+      if (end - begin <= kMostSearched) {
+        has_changed = search_phase(places, order, begin, end) || has_changed;
+      }
+      begin = end;
+    }
+  }
+}
+
 }  // namespace
 
 Length way_length(std::span<const Place> places, std::span<const std::size_t> order) {
@@ -337,7 +382,10 @@ std::vector<std::size_t> short_order(std::span<const Place> places, std::span<co
   Order from_given = Improver(places, phases, neighbors, given).improved();
   Order from_near =
       Improver(places, phases, neighbors, greedy_order(places, phases, given)).improved();
-  return way_length(places, from_near) < way_length(places, from_given) ? from_near : from_given;
+  Order best =
+      way_length(places, from_near) < way_length(places, from_given) ? from_near : from_given;
+  if (places.size() <= kMostSearchedInAll) search_phases(places, phases, best);
+  return best;
 }
 
 }  // namespace panelcal
