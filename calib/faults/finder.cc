@@ -66,13 +66,19 @@ std::optional<std::size_t> outlier_of(const std::vector<Cause>& causes, std::siz
   return std::nullopt;
 }
 
-std::vector<FaultStory> told_of(const Series& series) {
+struct Told {
   std::vector<FaultStory> stories;
+  bool weighs_taken_pads = false;
+};
+
+Told told_of(const Series& series) {
+  Told told;
+  std::vector<FaultStory>& stories = told.stories;
   tell_of_the_rest(series, stories);
   tell_of_liars(series, stories);
   tell_of_lies(series, stories);
-  tell_of_taken_pads(series, stories);
-  return stories;
+  told.weighs_taken_pads = tell_of_taken_pads(series, stories);
+  return told;
 }
 
 }  // namespace
@@ -104,7 +110,9 @@ std::optional<SeriesFault> find_fault_raw(std::span<const ExaminedTarget> target
 
   const Series series{
       told, facts, model, context.limits, belief_of(context.limits, model), context.pads};
-  const std::vector<Cause> causes = weighed(told_of(series));
+  const Told all = told_of(series);
+  fault.weighs_taken_pads = all.weighs_taken_pads;
+  const std::vector<Cause> causes = weighed(all.stories);
   double listed = 0;
   for (const Cause& cause : causes) {
     if (listed >= kListed || fault.suspicions.size() >= kMostListed) break;
@@ -115,7 +123,7 @@ std::optional<SeriesFault> find_fault_raw(std::span<const ExaminedTarget> target
                                 words_of(cause.best, series, targets)});
   }
   if (fault.suspicions.empty()) fault.suspicions.push_back({{}, {}, 1, "no cause is known"});
-  fault.i_outlier = outlier_of(causes, targets.size());
+  if (fault.weighs_taken_pads) fault.i_outlier = outlier_of(causes, targets.size());
   return fault;
 }
 

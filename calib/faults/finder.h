@@ -55,7 +55,9 @@ std::optional<SeriesFault> find_fault_raw(std::span<const ExaminedTarget> target
 ///
 /// In     targets: mm, mm^2; slots count in their coordinate
 /// Out    nothing if the test does not reject; else a fault with at least one suspicion
-/// Cost   one fit for the test; with a fault some 10 n, with many pads up to some 10^5
+/// Cost   one fit for the test; with a fault some 10 n, with many pads up to some 10^5. Where noise
+///        or limits allow too many ways to take pads for targets, none is weighed and no target is
+///        named (SeriesFault::weighs_taken_pads)
 /// Source Baarda 1968 (data snooping); MacKay 2003; docs/formulation.md
 /// See    tests/calib/faults/finder_test.cc, tests/bench/outlier_bench.cc
 template <class To, class From>

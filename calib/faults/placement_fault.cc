@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -27,7 +28,25 @@ constexpr std::size_t kMostTried = 20'000;
 /// Targets that have to be matched before the others are looked at.
 constexpr std::size_t kLeastTargets = 3;
 
+/// Pads that the search of one series looks at, repeatedly: where the noise, or limits wide open,
+/// allow every pad everywhere, all ways to assign them cannot be weighed.
+constexpr std::int64_t kMostLooks = 20'000'000;
+
 using Places = std::vector<Eigen::Vector2d>;
+
+/// The work that a search may still do.
+class LookBudget {
+ public:
+  /// False, for ever, once too many pads were looked at.
+  bool spend(std::size_t n_pads) {
+    n_left_ -= static_cast<std::int64_t>(n_pads) + 1;
+    return !is_spent();
+  }
+  bool is_spent() const { return n_left_ < 0; }
+
+ private:
+  std::int64_t n_left_ = kMostLooks;
+};
 
 /// No pad is seen as two targets.
 bool are_distinct(const Places& places) {
@@ -63,8 +82,12 @@ std::array<WayToLie, 2> ways_to_lie(const Series& series, const NamedLie& named)
 /// Looks for the pads that the targets would be if the panel lay so.
 class Matching {
  public:
-  Matching(const Series& series, const NamedLie& named, const WayToLie& pinned)
-      : series_(series), pads_(*series.pads), back_(named.turn.inverse()), pinned_(pinned) {
+  Matching(const Series& series, const NamedLie& named, const WayToLie& pinned, LookBudget& budget)
+      : series_(series),
+        pads_(*series.pads),
+        back_(named.turn.inverse()),
+        pinned_(pinned),
+        budget_(budget) {
     const PanelBelief& belief = series.belief;
     rotation_ = kPlacementReach * belief.rotation_rad;
     // Scales of both directions.
@@ -82,7 +105,7 @@ class Matching {
     std::vector<std::size_t> firsts = first_pads();
     for (const std::size_t first : firsts) {
       follow(pads_.all()[first].place_mm, out);
-      if (out.size() >= kMostAssignments) break;
+      if (out.size() >= kMostAssignments || budget_.is_spent()) break;
     }
     return out;
   }
@@ -134,12 +157,13 @@ class Matching {
     const Eigen::Vector2d reach = along.cwiseAbs() * along_mm + across.cwiseAbs() * across_mm;
     std::vector<std::size_t> seconds;
     pads_.inside(first_mm + arm - reach, first_mm + arm + reach, seconds);
+    if (!budget_.spend(seconds.size())) return;
     for (const std::size_t i : seconds) {
       if (pads_.all()[i].place_mm == first_mm) continue;
       const Eigen::Vector2d off = pads_.all()[i].place_mm - first_mm - arm;
       if (std::abs(off.dot(along)) > along_mm || std::abs(off.dot(across)) > across_mm) continue;
       complete(first_mm, pads_.all()[i].place_mm, out);
-      if (out.size() >= kMostAssignments) return;
+      if (out.size() >= kMostAssignments || budget_.is_spent()) return;
     }
   }
 
@@ -160,7 +184,7 @@ class Matching {
       const Eigen::Vector2d arm = r * arm_mm(i);
       const double reach_mm = 2 * (stretch_ * std::max(arm.norm(), is.norm()) + noise_mm_);
       const std::vector<std::size_t> near = pads_.within(first_mm + arm, reach_mm);
-      if (near.empty()) return;
+      if (!budget_.spend(near.size()) || near.empty()) return;
       places[i] = pads_.all()[near.front()].place_mm;
     }
     if (!are_distinct(places)) return;
@@ -171,6 +195,7 @@ class Matching {
   const KnownPads& pads_;
   Eigen::Matrix2d back_;  ///< to the panel, without shift
   const WayToLie& pinned_;
+  LookBudget& budget_;
   double rotation_ = 0;
   double stretch_ = 0;
   double noise_mm_ = 0;
@@ -194,11 +219,12 @@ std::size_t count_within(const KnownPads& pads,
 /// next one a quarter, and so on.
 double log_chance_taken(const Series& series,
                         const Evidence& told,
-                        std::span<const ToldTarget> seen) {
+                        std::span<const ToldTarget> seen,
+                        LookBudget& budget) {
   const Eigen::Matrix2d back = told.linear.inverse();
   double n_passed_over = 0;
   std::vector<std::size_t> buffer;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
+  for (std::size_t i = 0; i < seen.size() && budget.spend(buffer.size()); ++i) {
     const Eigen::Vector2d looked_at = back * (series.targets[i].from_mm - told.translation_mm);
     const double distance_mm = (seen[i].from_mm - looked_at).norm();
     n_passed_over += static_cast<double>(
@@ -211,13 +237,14 @@ void weigh(const Series& series,
            const NamedLie& named,
            const Places& places,
            const WayToLie& way,
+           LookBudget& budget,
            std::vector<FaultStory>& stories) {
   std::vector<ToldTarget> seen(series.targets.begin(), series.targets.end());
   for (std::size_t i = 0; i < seen.size(); ++i) seen[i].from_mm = places[i];
   FaultStory story{.cause = named.cause, .kind = named.kind, .factor = named.factor};
   story.told = evidence(seen, way.belief, way.lie);
-  story.log_weight = story.told.log_likelihood + log_chance_taken(series, story.told, seen) +
-                     std::log(kPriorLie / 2);
+  story.log_weight = story.told.log_likelihood +
+                     log_chance_taken(series, story.told, seen, budget) + std::log(kPriorLie / 2);
   stories.push_back(story);
 }
 
@@ -255,15 +282,22 @@ void tell_of_lies(const Series& series, std::vector<FaultStory>& stories) {
   }
 }
 
-void tell_of_taken_pads(const Series& series, std::vector<FaultStory>& stories) {
-  if (!may_be_taken(series)) return;
+bool tell_of_taken_pads(const Series& series, std::vector<FaultStory>& stories) {
+  if (!may_be_taken(series)) return true;
+  const std::size_t n_before = stories.size();
+  LookBudget budget;
   for (const NamedLie& named : named_lies()) {
     const std::array<WayToLie, 2> ways = ways_to_lie(series, named);
-    const Matching matching(series, named, ways[0]);
+    const Matching matching(series, named, ways[0], budget);
     for (const Places& places : matching.assignments()) {
-      for (const WayToLie& way : ways) weigh(series, named, places, way, stories);
+      for (const WayToLie& way : ways) weigh(series, named, places, way, budget, stories);
     }
+    if (!budget.is_spent()) continue;
+    // A part of them would weigh against causes that were not looked at.
+    stories.resize(n_before);
+    return false;
   }
+  return true;
 }
 
 }  // namespace panelcal::internal

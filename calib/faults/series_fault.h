@@ -40,13 +40,18 @@ struct SeriesFault {
   std::vector<Suspicion> suspicions;  ///< the likeliest first; several if data cannot tell
   /// The one target that lies, whatever the reason, with a probability above kNamed.
   std::optional<std::size_t> i_outlier;
+  /// Whether the panel lies turned or mirrored so that pads were taken for the targets was weighed
+  /// too. False: limits or noise allow too many ways.
+  bool weighs_taken_pads = true;
   /// The outlier was left out, and the others fit each other and the limits.
   bool is_resolved = false;
 
   static constexpr double kNamed = 0.99;
 
   /// The likeliest cause is beyond doubt.
-  bool is_named() const { return !suspicions.empty() && suspicions[0].probability > kNamed; }
+  bool is_named() const {
+    return weighs_taken_pads && !suspicions.empty() && suspicions[0].probability > kNamed;
+  }
   /// One sentence: what it is, or what it may be and that the data cannot tell.
   std::string text() const;
 };

@@ -69,7 +69,9 @@ void tell_of_liars(const Series& series, std::vector<FaultStory>& stories);
 /// The panel turned, mirrored, or of another scale, its targets seen themselves.
 void tell_of_lies(const Series& series, std::vector<FaultStory>& stories);
 /// The same, where the camera took what lay where it looked.
-void tell_of_taken_pads(const Series& series, std::vector<FaultStory>& stories);
+///
+/// Out    false: too many ways to weigh, and none is told of
+bool tell_of_taken_pads(const Series& series, std::vector<FaultStory>& stories);
 /// Everything else: chance, noise, a softer panel, another revision.
 void tell_of_the_rest(const Series& series, std::vector<FaultStory>& stories);
 

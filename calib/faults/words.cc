@@ -180,14 +180,19 @@ std::string_view name(FaultCause cause) {
 
 std::string SeriesFault::text() const {
   if (suspicions.empty()) return "the targets do not fit each other";
-  if (is_named() || suspicions.size() == 1) return suspicions[0].text;
+  const std::string_view unweighed =
+      weighs_taken_pads
+          ? ""
+          : "; whether other pads were taken for the targets cannot be told: noise or "
+            "limits allow too many";
+  if (is_named() || suspicions.size() == 1) return suspicions[0].text + std::string(unweighed);
   std::string out =
       i_outlier ? "of one cause or another: " : "the data do not single out one cause: ";
   for (std::size_t i = 0; i < suspicions.size(); ++i) {
     out += fmt::format(
         "{}{} ({:.2g})", i == 0 ? "" : "; or ", suspicions[i].text, suspicions[i].probability);
   }
-  return out;
+  return out + std::string(unweighed);
 }
 
 }  // namespace panelcal

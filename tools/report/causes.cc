@@ -23,7 +23,13 @@ std::string test_sentence(const SeriesFault& fault) {
   if (fault.false_alarm > 0) {
     out += fmt::format("; they are accused below {:.2g}", fault.false_alarm);
   }
-  return out + ".";
+  out += '.';
+  if (!fault.weighs_taken_pads) {
+    out +=
+        " Whether other pads were taken for the targets cannot be told: noise or limits allow too "
+        "many.";
+  }
+  return out;
 }
 
 std::string dropped_list(const Survey& survey, const SeriesResult& series) {

@@ -182,6 +182,28 @@ TEST(FaultFinder, ListsAllStoriesOfASymmetricPanel) {
   EXPECT_FALSE(fault->is_named());
 }
 
+TEST(FaultFinder, NamesNoneWhereEveryPadMayBeEveryTarget) {
+  std::vector<KnownPad> grid;
+  for (int row = 0; row < 100; ++row) {
+    for (int column = 0; column < 100; ++column) {
+      grid.push_back({{3.0 * column, 3.0 * row}, row, 1});
+    }
+  }
+  const KnownPads pads(std::move(grid));
+  std::vector<ExaminedTarget> targets = healthy();
+  targets[1].to_mm.x() += 2;
+  for (ExaminedTarget& one : targets) one.cov_mm2 = 1e6 * Eigen::Matrix2d::Identity();
+  FaultContext refused = context();
+  refused.is_refused = true;
+  refused.pads = &pads;
+  const auto fault = find_fault_raw(targets, PanelModel::Stretch, refused);
+  ASSERT_TRUE(fault);
+  EXPECT_FALSE(fault->weighs_taken_pads);
+  EXPECT_FALSE(fault->is_named());
+  EXPECT_FALSE(fault->i_outlier);
+  EXPECT_THAT(fault->text(), HasSubstr("other pads"));
+}
+
 TEST(FaultFinder, TakesWhatItIsGiven) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   FaultContext refused = context();
