@@ -50,4 +50,14 @@ std::optional<CovarianceFlaw> covariance_flaw(const Eigen::MatrixXd& cov) {
   return std::nullopt;
 }
 
+bool is_measured_covariance(const Eigen::Matrix2d& cov_mm2) {
+  const auto is_variance = [](double variance_mm2) {
+    return variance_mm2 >= kLeastSigma_mm * kLeastSigma_mm &&
+           variance_mm2 <= kMostSigma_mm * kMostSigma_mm;
+  };
+  return is_variance(cov_mm2(0, 0)) && is_variance(cov_mm2(1, 1)) && is_symmetric(cov_mm2) &&
+         // By correlation, so that no product of tiny numbers underflows.
+         std::abs(cov_mm2(0, 1) / std::sqrt(cov_mm2(0, 0)) / std::sqrt(cov_mm2(1, 1))) < 1;
+}
+
 }  // namespace panelcal::internal

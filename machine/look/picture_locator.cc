@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "calib/base/covariance_check.h"
 #include "calib/camera/circle_bias.h"
 #include "calib/correction/spindle_camera.h"
 #include <Eigen/LU>
@@ -116,11 +117,6 @@ Eigen::Vector2d direction_through(const ZoomedCamera& camera,
 
 /// Of a trace whose fit has no covariance: 10 um.
 constexpr double kTraceVariance_mm2 = 1e-4;
-
-bool has_covariance(const Eigen::Matrix2d& cov) {
-  return cov.allFinite() && cov(0, 0) > 0 && cov(1, 1) > 0 &&
-         std::abs(cov(0, 1) / std::sqrt(cov(0, 0)) / std::sqrt(cov(1, 1))) < 1;
-}
 
 KnownDetection question(const MeasurementRequest& request,
                         const Look& look,
@@ -339,13 +335,13 @@ void PictureLocator::list_candidates(const MeasurementRequest& request,
     // What did not converge has no covariance; it is a trace all the same.
     const bool is_usable = seen && seen->position.in_mm().allFinite();
     if (!is_usable) continue;
-    if (!has_covariance(seen->cov)) {
+    if (!internal::is_measured_covariance(seen->cov)) {
       if (candidate.counts) continue;
       seen->cov = kTraceVariance_mm2 * Eigen::Matrix2d::Identity();
     }
     seen->cov(1, 0) = seen->cov(0, 1);
     sight.candidates.push_back({{at(seen->position), seen->cov},
-                                candidate.score,
+                                std::clamp(candidate.score, 0.0, 1.0),
                                 candidate.counts,
                                 camera.by_calibration(candidate.center)});
   }
@@ -399,7 +395,7 @@ Expected<Sight> PictureLocator::look(const MeasurementRequest& request,
   sight.status = status_of(detection.status);
   sight.reason = detection.reason;
   sight.image = picture.name;
-  if (detection.best) sight.score = detection.best->score;
+  if (detection.best) sight.score = std::clamp(detection.best->score, 0.0, 1.0);
   list_candidates(request, look, picture, camera, detection, sight);
   if (!sight.is_found()) return sight;
   const Position<frame::Image>& center_px = detection.best->center.position;

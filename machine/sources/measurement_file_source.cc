@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/sources/measurement_file_source.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -10,6 +11,7 @@
 #include "calib/base/atomic_file.h"
 #include "calib/base/json_line.h"
 #include "machine/look/picture_locator.h"
+#include "machine/sources/recorded_ranges.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -33,24 +35,20 @@ constexpr std::int64_t kMaxMeasurementSeq = std::numeric_limits<std::int64_t>::m
 constexpr std::size_t kMaxMeasurementPath = 128;
 constexpr std::size_t kMaxTools = 4;
 constexpr std::size_t kMaxMeasurementLine = std::size_t{1} << 16;
-/// Beyond any machine; squares of far larger places would be infinite.
-constexpr double kMaxMeasured_mm = 1e5;
-
+constexpr internal::RecordedRange kDeviceSetting{-internal::kMostOfDevice, internal::kMostOfDevice};
+/// What the covariance of a place must be.
+constexpr std::string_view kCovarianceWords = "xy^2 < xx yy, and sigmas from 1e-9 to 1000 mm";
 /// Recorded and requested nominals come from the same arithmetic; this only forgives printing.
 constexpr double kSameMeasured_mm = 1e-6;
 
 Expected<Eigen::Vector2d> read_measured_point(const JsonLine& line, std::string_view key) {
-  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers(key, 2, kMeasurementCode));
-  return Eigen::Vector2d(xy_mm[0], xy_mm[1]);
+  return internal::recorded_place(line, key, kMeasurementCode);
 }
 
-bool is_in_reach(double x_mm, double y_mm) {
-  return std::abs(x_mm) <= kMaxMeasured_mm && std::abs(y_mm) <= kMaxMeasured_mm;
-}
-
-Diagnostic out_of_reach(const JsonLine& line, std::string_view key) {
-  return line.problem(
-      key, kMeasurementCode, fmt::format("x and y within {:.0f} mm of 0", kMaxMeasured_mm));
+Expected<double> read_measured_number(const JsonLine& line,
+                                      std::string_view key,
+                                      const internal::RecordedRange& range) {
+  return internal::recorded_number(line, key, range, kMeasurementCode);
 }
 
 Expected<void> read_vision_tools(const JsonLine& line, VisionSettings& settings) {
@@ -68,7 +66,8 @@ Expected<void> read_vision_tools(const JsonLine& line, VisionSettings& settings)
 Expected<void> read_settings(const JsonLine& line, VisionSettings& settings) {
   PANELCAL_CHECK(read_vision_tools(line, settings));
   if (line.has("delta")) {
-    PANELCAL_TRY(const double delta_mm, line.number("delta", kMeasurementCode));
+    PANELCAL_TRY(const double delta_mm,
+                 read_measured_number(line, "delta", internal::kRecordedLength));
     settings.delta = mm(delta_mm);
   }
   if (line.has("inspections")) {
@@ -85,14 +84,15 @@ Expected<void> read_settings(const JsonLine& line, VisionSettings& settings) {
     settings.algorithm = static_cast<int>(algorithm);
   }
   if (line.has("search_area")) {
-    PANELCAL_TRY(const double radius_mm, line.number("search_area", kMeasurementCode));
+    PANELCAL_TRY(const double radius_mm,
+                 read_measured_number(line, "search_area", internal::kRecordedLength));
     settings.search_area = mm(radius_mm);
   }
   if (line.has("lamp")) {
-    PANELCAL_TRY(settings.lamp, line.number("lamp", kMeasurementCode));
+    PANELCAL_TRY(settings.lamp, read_measured_number(line, "lamp", kDeviceSetting));
   }
   if (line.has("zoom")) {
-    PANELCAL_TRY(settings.zoom, line.number("zoom", kMeasurementCode));
+    PANELCAL_TRY(settings.zoom, read_measured_number(line, "zoom", kDeviceSetting));
   }
   return {};
 }
@@ -124,23 +124,15 @@ Expected<MeasurementRequest> read_measurement_request(const JsonLine& line) {
   return request;
 }
 
-/// By correlation, so that no product of tiny numbers underflows.
-bool is_positive_definite(double xx, double xy, double yy) {
-  return xx > 0 && yy > 0 && std::abs(xy / std::sqrt(xx) / std::sqrt(yy)) < 1;
-}
-
 Expected<PositionEstimate<frame::Actual>> read_measured(const JsonLine& line) {
   PANELCAL_TRY(const Eigen::Vector2d measured_mm, read_measured_point(line, "measured"));
-  if (!is_in_reach(measured_mm.x(), measured_mm.y())) {
-    return failure(out_of_reach(line, "measured"));
-  }
   PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kMeasurementCode));
-  if (!is_positive_definite(cov[0], cov[1], cov[2])) {
-    return failure(line.problem(
-        "cov", Code::MeasurementInvalid, "[xx, xy, yy] with xx > 0, yy > 0 and xy^2 < xx yy"));
-  }
   PositionEstimate<frame::Actual> measured{position_mm<frame::Actual>(measured_mm), {}};
   measured.cov << cov[0], cov[1], cov[1], cov[2];
+  if (!internal::is_measured_covariance(measured.cov)) {
+    return failure(line.problem(
+        "cov", Code::MeasurementInvalid, fmt::format("[xx, xy, yy] with {}", kCovarianceWords)));
+  }
   return measured;
 }
 
@@ -181,16 +173,20 @@ Expected<void> read_candidates(const JsonLine& line, Measurement& measurement) {
   }
   for (std::size_t i = 0; i < n; ++i) {
     const double* const c = &numbers[kCandidateNumbers * i];
-    if (!is_positive_definite(c[2], c[3], c[4]) || !(c[6] == 0 || c[6] == 1)) {
-      return failure(line.problem("candidates",
-                                  Code::MeasurementInvalid,
-                                  "x, y, xx, xy, yy, score and 0 or 1 of each, with xx > 0, yy > 0 "
-                                  "and xy^2 < xx yy"));
-    }
-    if (!is_in_reach(c[0], c[1])) return failure(out_of_reach(line, "candidates"));
+    const bool is_near = std::max(std::abs(c[0]), std::abs(c[1])) <= internal::kMostRecorded_mm;
+    const bool has_score = c[5] >= 0 && c[5] <= 1;
     MeasuredCandidate candidate;
-    candidate.place.position = position_mm<frame::Actual>(c[0], c[1]);
     candidate.place.cov << c[2], c[3], c[3], c[4];
+    if (!is_near || !internal::is_measured_covariance(candidate.place.cov) || !has_score ||
+        !(c[6] == 0 || c[6] == 1)) {
+      return failure(line.problem(
+          "candidates",
+          Code::MeasurementInvalid,
+          fmt::format("x, y within {:g} mm of 0, xx, xy, yy with {}, score from 0 to 1, and 0 or 1",
+                      internal::kMostRecorded_mm,
+                      kCovarianceWords)));
+    }
+    candidate.place.position = position_mm<frame::Actual>(c[0], c[1]);
     candidate.score = c[5];
     candidate.counts = c[6] == 1;
     candidate.by_camera =
@@ -202,13 +198,16 @@ Expected<void> read_candidates(const JsonLine& line, Measurement& measurement) {
 
 Expected<void> read_listed_area(const JsonLine& line, Measurement& measurement) {
   if (!line.has("listed_area")) return {};
-  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("listed_area", 8, kMeasurementCode));
+  PANELCAL_TRY(const std::vector<double> xy_mm,
+               internal::recorded_numbers(
+                   line, "listed_area", 8, internal::kRecordedPlace, kMeasurementCode));
   ListedArea area;
   for (std::size_t k = 0; k < 4; ++k) {
     area.corners[k] = position_mm<frame::Actual>(xy_mm[2 * k], xy_mm[2 * k + 1]);
   }
   if (line.has("search_radius")) {
-    PANELCAL_TRY(const double radius_mm, line.number("search_radius", kMeasurementCode));
+    PANELCAL_TRY(const double radius_mm,
+                 read_measured_number(line, "search_radius", internal::kRecordedLength));
     if (!(radius_mm > 0)) {
       return failure(line.problem("search_radius", kMeasurementCode, "more than 0"));
     }
@@ -240,14 +239,13 @@ Expected<Measurement> read_measurement(const JsonLine& line) {
     }
   }
   if (line.has("scatter")) {
-    PANELCAL_TRY(const Eigen::Vector2d scatter_mm, read_measured_point(line, "scatter"));
-    if (!(scatter_mm.minCoeff() >= 0)) {
-      return failure(line.problem("scatter", kMeasurementCode, "[sx, sy], none below 0"));
-    }
-    measurement.scatter = displacement_mm<frame::Actual>(scatter_mm);
+    PANELCAL_TRY(
+        const std::vector<double> scatter_mm,
+        internal::recorded_numbers(line, "scatter", 2, internal::kRecordedSigma, kMeasurementCode));
+    measurement.scatter = displacement_mm<frame::Actual>(scatter_mm[0], scatter_mm[1]);
   }
   if (line.has("score")) {
-    PANELCAL_TRY(measurement.score, line.number("score", kMeasurementCode));
+    PANELCAL_TRY(measurement.score, read_measured_number(line, "score", internal::kRecordedScore));
   }
   if (line.has("image")) {
     PANELCAL_TRY(measurement.image, line.text("image", kMeasurementCode));

@@ -7,6 +7,7 @@
 
 #include "calib/base/atomic_file.h"
 #include "calib/base/json_line.h"
+#include "machine/sources/recorded_ranges.h"
 #include "surface/files/probe_keys.h"
 #include <fmt/format.h>
 
@@ -36,8 +37,13 @@ struct ProbeLine {
 };
 
 Expected<Eigen::Vector2d> read_probed_point(const JsonLine& line, std::string_view key) {
-  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers(key, 2, kProbeCode));
-  return Eigen::Vector2d(xy_mm[0], xy_mm[1]);
+  return internal::recorded_place(line, key, kProbeCode);
+}
+
+Expected<Length> read_probed_height(const JsonLine& line, std::string_view key) {
+  PANELCAL_TRY(const double height_mm,
+               internal::recorded_number(line, key, internal::kRecordedPlace, kProbeCode));
+  return mm(height_mm);
 }
 
 Expected<int> read_int(const JsonLine& line, std::string_view key, int high = kMaxProbeInt) {
@@ -63,19 +69,18 @@ Expected<ProbeRequest> read_probe_request(const JsonLine& line) {
     PANELCAL_TRY(request.memory, read_int(line, "L"));
   }
   if (line.has("depth")) {
-    PANELCAL_TRY(const double depth_mm, line.number("depth", kProbeCode));
-    request.depth = mm(depth_mm);
+    PANELCAL_TRY(request.depth, read_probed_height(line, "depth"));
   }
-  PANELCAL_TRY(const double reference_mm, line.number("reference", kProbeCode));
-  request.reference = mm(reference_mm);
+  PANELCAL_TRY(request.reference, read_probed_height(line, "reference"));
   return request;
 }
 
 Expected<HeightEstimate> read_height(const JsonLine& line) {
-  PANELCAL_TRY(const double height_mm, line.number("height", kProbeCode));
-  PANELCAL_TRY(const double sigma_mm, line.number("sigma", kProbeCode));
-  if (sigma_mm >= 0) return HeightEstimate{mm(height_mm), mm(sigma_mm)};
-  return failure(line.problem("sigma", Code::MeasurementInvalid, "0 or more"));
+  PANELCAL_TRY(const Length height, read_probed_height(line, "height"));
+  PANELCAL_TRY(
+      const double sigma_mm,
+      internal::recorded_number(line, "sigma", internal::kRecordedSigma, Code::MeasurementInvalid));
+  return HeightEstimate{height, mm(sigma_mm)};
 }
 
 Expected<ProbeLine> read_line(const JsonLine& line) {

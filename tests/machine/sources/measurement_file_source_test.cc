@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "calib/base/random.h"
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,9 +41,9 @@ std::uint64_t bits(double v) {
   return std::bit_cast<std::uint64_t>(v);
 }
 
-/// Numbers with all bits in use, far apart in size.
-double any_number(Random& random) {
-  return random.normal() * std::exp2(std::round(random.uniform(-200, 200)));
+/// A standard deviation that a place may have, mm, with all bits in use.
+double any_sigma(Random& random) {
+  return std::exp2(random.uniform(-29, 9));
 }
 
 /// A coordinate that a machine may have, mm.
@@ -56,13 +57,13 @@ Measurement any_measurement(Random& random, std::int64_t seq) {
   m.request.line = 12;
   m.request.command = "G36";
   m.request.settings.tools = {3};
-  m.request.nominal = position_mm<frame::Nominal>(any_number(random), -0.0);
-  m.request.expected = position_mm<frame::Actual>(any_number(random), any_number(random));
+  m.request.nominal = position_mm<frame::Nominal>(any_place(random), -0.0);
+  m.request.expected = position_mm<frame::Actual>(any_place(random), any_place(random));
   m.request.path = {0, 4};
   m.status = MeasurementStatus::Found;
   m.measured.position = position_mm<frame::Actual>(any_place(random), any_place(random));
-  const double sx = std::abs(any_number(random));
-  const double sy = std::abs(any_number(random));
+  const double sx = any_sigma(random);
+  const double sy = any_sigma(random);
   const double xy = random.uniform(-0.99, 0.99) * sx * sy;
   m.measured.cov << sx * sx, xy, xy, sy * sy;
   m.score = random.uniform();
@@ -214,7 +215,27 @@ TEST(MeasurementFile, RefusesCovariancesThatAreNone) {
             "m.jsonl:1:125: error[measurement-invalid]");
   EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[1e-06,0,-1e-06]")),
             "m.jsonl:1:125: error[measurement-invalid]");
-  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[1e-300,0,1e-300]")), "accepted");
+  EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", "[1e-18,0,1e+06]")), "accepted");
+}
+
+TEST(MeasurementFile, RefusesSigmasThatNoMeasurementHas) {
+  for (const std::string_view cov : {"[1.1e+06,0,1e-06]", "[1e-06,0,1e+09]", "[0.9e-18,0,1e-06]"}) {
+    EXPECT_EQ(refusal(with("[1e-06,0,1e-06]", cov)), "m.jsonl:1:125: error[measurement-invalid]");
+  }
+}
+
+TEST(MeasurementFile, RefusesNumbersOutOfTheirRanges) {
+  const std::string_view score = R"("score":0.98)";
+  EXPECT_THAT(refusal(with(score, R"("score":1.01)")),
+              testing::EndsWith("error[measurement-file]"));
+  EXPECT_THAT(refusal(with(score, R"("score":-0.01)")),
+              testing::EndsWith("error[measurement-file]"));
+  for (const std::string_view key : {"delta", "search_area", "lamp", "zoom"}) {
+    const std::string much = fmt::format(R"("score":0.98,"{}":1e9)", key);
+    EXPECT_THAT(refusal(with(score, much)), testing::EndsWith("error[measurement-file]")) << key;
+  }
+  EXPECT_THAT(refusal(with(score, R"("score":0.98,"scatter":[0.001,1e4])")),
+              testing::EndsWith("error[measurement-file]"));
 }
 
 TEST(MeasurementFile, RefusesLongLines) {
