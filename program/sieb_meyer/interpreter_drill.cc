@@ -51,7 +51,14 @@ bool Interpreter::is_forbidden(int line, const Eigen::Vector2d& at_mm) {
   return true;
 }
 
+/// Each hole is one operation, also one that is left out.
 void Interpreter::drill_all(int line, const HoleSequence& holes) {
+  if (!emitter_.has_room_for(holes.size(), line)) return;
+  if (holes.size() > 0 && !emitter_.is_executing() && areas_.empty() && !uses_grid()) {
+    drill(line, holes[0]);
+    emitter_.count_operations(holes.size() - 1, line);
+    return;
+  }
   for (std::int64_t i = 0; i < holes.size() && !has_ended(); ++i) drill(line, holes[i]);
 }
 

@@ -49,8 +49,12 @@ class Emitter {
   bool is_over_limit() const { return is_over_limit_; }
   std::int64_t n_operations() const { return n_operations_; }
   std::int64_t n_idle_lines() const { return n_idle_lines_; }
+  /// The limit allows n more; else ends the walk before it begins them.
+  bool has_room_for(std::int64_t n, int line) {
+    return n <= options_.max_operations - n_operations_ || refuse_operations(line);
+  }
   bool count_operations(std::int64_t n, int line) {
-    if (n > options_.max_operations - n_operations_) return refuse_operations(line);
+    if (!has_room_for(n, line)) return false;
     n_operations_ += n;
     return true;
   }
