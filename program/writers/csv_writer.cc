@@ -92,14 +92,18 @@ class Row {
   void risk(Column column, std::optional<double> v) {
     if (v) append_risk(at(column), *v);
   }
-  /// Quotes a field where it needs quotes.
+  /// Quotes a field where it needs quotes. An apostrophe before what a spreadsheet would take for
+  /// a formula makes it a text there.
   void text(Column column, std::string_view v) {
+    constexpr std::string_view kBeginFormulas = "=+-@\t\r";
     std::string& out = at(column);
-    if (v.find_first_of(",\"\r\n") == std::string_view::npos) {
+    const bool is_formula = !v.empty() && kBeginFormulas.find(v.front()) != v.npos;
+    if (!is_formula && v.find_first_of(",\"\r\n") == v.npos) {
       out += v;
       return;
     }
     out += '"';
+    if (is_formula) out += '\'';
     for (const char c : v) {
       if (c == '"') out += '"';
       out += c;
@@ -294,6 +298,14 @@ char* write_path(char* at, std::span<const int> path) {
   return path.empty() ? at : at - 1;
 }
 
+char* write_point(char* end, const Eigen::Vector2d& p_mm) {
+  for (const double value_mm : {p_mm.x(), p_mm.y()}) {
+    *end++ = ',';
+    end = write_fixed_as<kMmDecimals>(end, value_mm);
+  }
+  return end;
+}
+
 char* write_hole(char* end, const Operation& operation, const Drill& drill) {
   end = std::ranges::copy(kHoleName, end).out;
   end = write_integer(end, operation.line);
@@ -303,17 +315,12 @@ char* write_hole(char* end, const Operation& operation, const Drill& drill) {
   end = write_integer(end, drill.tool);
   const Eigen::Vector2d& nominal_mm = drill.nominal.in_mm();
   const Eigen::Vector2d& actual_mm = drill.actual.in_mm();
-  const Eigen::Vector2d deviation_mm = sigma_mm(drill);
-  const std::array<double, 6> values_mm = {nominal_mm.x(),
-                                           nominal_mm.y(),
-                                           actual_mm.x(),
-                                           actual_mm.y(),
-                                           deviation_mm.x(),
-                                           deviation_mm.y()};
-  for (const double value_mm : values_mm) {
-    *end++ = ',';
-    end = write_fixed_as<kMmDecimals>(end, value_mm);
-  }
+  const char* const nominal_text = end;
+  end = write_point(end, nominal_mm);
+  // Without a correction both are the same, and converting them is most of the work.
+  end = actual_mm == nominal_mm ? std::copy(nominal_text, static_cast<const char*>(end), end)
+                                : write_point(end, actual_mm);
+  end = write_point(end, sigma_mm(drill));
   end = std::ranges::copy(kBeforeRisk, end).out;
   if (drill.risk) end = write_risk(end, *drill.risk);
   return std::ranges::copy(kHoleEnd, end).out;

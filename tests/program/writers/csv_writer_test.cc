@@ -185,6 +185,13 @@ TEST(CsvWriter, HasRatesAndAutocalibrations) {
                  {"actual_y", "202"}}));
 }
 
+TEST(CsvWriter, MakesATextOfWhatASpreadsheetWouldRun) {
+  for (const std::string text : {"=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1"}) {
+    EXPECT_EQ(row_of(function(FunctionKind::BinaryMap, text)).at("text"), "'" + text);
+  }
+  EXPECT_EQ(row_of(function(FunctionKind::BinaryMap, "1=1")).at("text"), "1=1");
+}
+
 TEST(CsvWriter, HasEverythingOfTheRest) {
   EXPECT_EQ(row_of(Stop{StopKind::Inspection,
                         displacement_mm<frame::Machine>(1, 2),
