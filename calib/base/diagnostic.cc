@@ -29,6 +29,13 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+void append_hex(std::string& out, unsigned char byte) {
+  constexpr std::string_view kHex = "0123456789abcdef";
+  out += "\\x";
+  out += kHex[byte >> 4];
+  out += kHex[byte & 15];
+}
+
 }  // namespace
 
 std::span<const CodeInfo> diagnostic_catalogue() {
@@ -40,7 +47,7 @@ const CodeInfo& info(Code code) {
 }
 
 std::string Diagnostic::text() const {
-  std::string text = place.file;
+  std::string text = escaped_controls(place.file);
   if (place.line > 0) {
     text += ':' + std::to_string(place.line);
     if (place.column > 0) text += ':' + std::to_string(place.column);
@@ -77,17 +84,33 @@ std::string_view nearest_word(std::string_view word, std::span<const std::string
   return best;
 }
 
+std::string escaped_controls(std::string_view text, std::string_view kept) {
+  constexpr unsigned char kLeadOfC1 = 0xc2;
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : 0);
+    if (byte == kLeadOfC1 && next >= 0x80 && next < 0xa0) {
+      append_hex(out, byte);
+      append_hex(out, next);
+      ++i;
+    } else if ((byte < 0x20 || byte == 0x7f) && kept.find(text[i]) == kept.npos) {
+      append_hex(out, byte);
+    } else {
+      out += text[i];
+    }
+  }
+  return out;
+}
+
 std::string quoted(std::string_view text, std::size_t max_length) {
-  constexpr std::string_view kHex = "0123456789abcdef";
   std::string out = "\"";
   for (const char c : text.substr(0, max_length)) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte >= 0x20 && byte < 0x7f) {
       out += c;
     } else {
-      out += "\\x";
-      out += kHex[byte >> 4];
-      out += kHex[byte & 15];
+      append_hex(out, byte);
     }
   }
   if (text.size() > max_length) out += "...";

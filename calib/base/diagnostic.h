@@ -80,6 +80,10 @@ class DiagnosticLog {
 /// meant (at most a third of the letters differ).
 std::string_view nearest_word(std::string_view word, std::span<const std::string_view> known);
 
+/// `text` without what could steer a terminal: control characters but those of `kept` as \xNN, also
+/// U+0080 to U+009F of UTF-8. Other bytes stay, so that names in any language can be read.
+std::string escaped_controls(std::string_view text, std::string_view kept = {});
+
 /// `text` as it can stand in a message: control and non-ASCII bytes as \xNN, cut at `max_length`.
 std::string quoted(std::string_view text, std::size_t max_length = 60);
 /// Without these, argument-dependent look-up would take std::quoted for a std::string.

@@ -2,14 +2,19 @@
 #include "calib/base/thread_pool.h"
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
 namespace panelcal {
 
 ThreadPool::ThreadPool(std::size_t n_threads) {
   threads_.reserve(n_threads);
-  for (std::size_t i = 0; i < n_threads; ++i) {
-    threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
+  try {
+    for (std::size_t i = 0; i < n_threads; ++i) {
+      threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
+    }
+  } catch (const std::system_error&) {
+    if (threads_.empty()) throw;
   }
 }
 
@@ -38,7 +43,12 @@ void ThreadPool::work(const std::stop_token& stop) {
 std::unique_ptr<ThreadPool> make_thread_pool(std::size_t n_threads, std::size_t n_tasks) {
   const std::size_t n_wanted = n_threads > 0 ? n_threads : std::thread::hardware_concurrency();
   const std::size_t n = std::min(n_wanted, n_tasks);
-  return n > 1 ? std::make_unique<ThreadPool>(n) : nullptr;
+  if (n < 2) return nullptr;
+  try {
+    return std::make_unique<ThreadPool>(n);
+  } catch (const std::system_error&) {
+    return nullptr;
+  }
 }
 
 }  // namespace panelcal

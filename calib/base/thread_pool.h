@@ -15,8 +15,10 @@
 
 namespace panelcal {
 
-/// A fixed number of threads that take tasks in the order in which they were posted.
+/// A fixed number of threads that take tasks in the order in which they were posted; fewer than
+/// asked for where the system gives no more, for want of memory or by a limit.
 ///
+/// Fails  throws std::system_error where it gives none
 /// See    tests/calib/base/thread_pool_test.cc
 class ThreadPool final : public Executor {
  public:
@@ -37,7 +39,7 @@ class ThreadPool final : public Executor {
 /// A pool for `n_tasks` of a command.
 ///
 /// In     n_threads: as a person asks for them; 0: one for each processor
-/// Out    null where one thread is enough
+/// Out    null where one thread is enough, or where the system gives none
 std::unique_ptr<ThreadPool> make_thread_pool(std::size_t n_threads, std::size_t n_tasks);
 
 }  // namespace panelcal

@@ -70,6 +70,9 @@ Expected<void> read_night_surface(const TomlTable& nightly,
   if (!table) {
     return failure(nightly.missing("rectangle of the table to probe", "[nightly.surface]"));
   }
+  PANELCAL_CHECK(table->require({{"file", "file = \"NAME.json\", the map that nights write"},
+                                 {"low_mm", "low_mm = [x, y]"},
+                                 {"high_mm", "high_mm = [x, y]"}}));
   NightSurface& surface = config.surface;
   PANELCAL_TRY(const auto file, table->text("file"));
   if (!file || file->empty()) {
@@ -78,10 +81,6 @@ Expected<void> read_night_surface(const TomlTable& nightly,
   surface.file = folder / *file;
   PANELCAL_TRY(const auto low_mm, table->pair("low_mm", kPlace));
   PANELCAL_TRY(const auto high_mm, table->pair("high_mm", kPlace));
-  if (!low_mm || !high_mm) {
-    return failure(
-        table->missing(low_mm ? "high_mm" : "low_mm", "low_mm = [x, y], high_mm = [x, y]"));
-  }
   if (!((*high_mm - *low_mm).array() > 0).all()) {
     return failure(table->problem("high_mm", "above low_mm both ways"));
   }

@@ -27,18 +27,20 @@ constexpr std::array<std::string_view, 2> kPoseKeys = {"angle_deg", "origin_mm"}
 constexpr int kMaxDotsPerSide = 300;
 constexpr Range kPlateLength_mm{0, internal::kMaxPlace_mm, true};
 
+/// Precondition: the table has the key.
 Expected<int> count(const TomlTable& table, std::string_view key) {
   PANELCAL_TRY(const auto n, table.integer(key, 1, kMaxDotsPerSide));
-  if (n) return static_cast<int>(*n);
-  return failure(table.missing(key, fmt::format("{} = 9, or the number that the plate has", key)));
+  return static_cast<int>(n.value());
 }
 
 Expected<void> read_plate_dots(const TomlTable& table, CalibrationPlate& plate) {
+  PANELCAL_CHECK(table.require({{"columns", "columns = 9, or the number that the plate has"},
+                                {"rows", "rows = 9, or the number that the plate has"},
+                                {"pitch_mm", "pitch_mm = 2, the distance of the dots"}}));
   PANELCAL_TRY(plate.columns, count(table, "columns"));
   PANELCAL_TRY(plate.rows, count(table, "rows"));
   PANELCAL_TRY(const auto pitch_mm, table.number("pitch_mm", kPlateLength_mm));
-  if (!pitch_mm) return failure(table.missing("pitch_mm", "the distance of the dots"));
-  plate.pitch = mm(*pitch_mm);
+  plate.pitch = mm(pitch_mm.value());
   PANELCAL_TRY(const auto diameter_mm, table.number("dot_diameter_mm", kPlateLength_mm));
   if (!diameter_mm) return {};
   plate.dot_diameter = mm(*diameter_mm);

@@ -42,9 +42,21 @@ constexpr std::string_view kShapeWords =
     "\"disc\", \"hole\", \"ring\", \"square\", \"diamond\", \"cross\", \"slot\", \"dots\", "
     "\"template\" or \"apriltag\"";
 
+/// Names a missing size only beside other keys: what the size is, read_sizes() says of the shape.
+Expected<void> require_target_keys(const TomlTable& table, bool has_camera) {
+  const std::string shape = "shape = " + std::string(kShapeWords);
+  std::vector<RequiredKey> keys = {{"number", "number = 1, as in G34,1"}, {"shape", shape}};
+  const bool has_size = table.has("size_mm") || table.has("size_px");
+  if (!has_size && !(table.has("number") && table.has("shape"))) {
+    keys.push_back(has_camera ? RequiredKey{"size_mm", "size_mm = 1"}
+                              : RequiredKey{"size_px", "size_px = 40"});
+  }
+  return table.require(keys);
+}
+
+/// Precondition: the table has the key.
 Expected<Shape> read_target_shape(const TomlTable& table) {
   PANELCAL_TRY(const auto word, table.text("shape"));
-  if (!word) return failure(table.missing("shape", "shape = " + std::string(kShapeWords)));
   if (const auto shape = shape_from_name(*word)) return *shape;
   return failure(table.problem("shape", std::string(kShapeWords)));
 }
@@ -248,9 +260,9 @@ Expected<Target> read_target(const TomlTable& table,
                              const std::optional<CameraCalibration>& camera,
                              const std::filesystem::path& folder) {
   Target target;
+  PANELCAL_CHECK(require_target_keys(table, camera.has_value()));
   PANELCAL_TRY(const auto number, table.integer("number", 1, kMaxToolNumber));
-  if (!number) return failure(table.missing("number", "number = 1, as in G34,1"));
-  target.number = static_cast<int>(*number);
+  target.number = static_cast<int>(number.value());
   PANELCAL_TRY(target.shape, read_target_shape(table));
   if (target.shape == Shape::Hole) target.polarity = Polarity::Dark;
   PANELCAL_CHECK(read_sizes(table, camera.has_value(), target));

@@ -153,6 +153,24 @@ Diagnostic TomlTable::not_supported(std::string_view key, std::string expected) 
   return diagnostic;
 }
 
+Expected<void> TomlTable::require(std::span<const RequiredKey> keys) const {
+  std::string absent;
+  std::string examples;
+  std::size_t n_absent = 0;
+  for (const RequiredKey& required : keys) {
+    if (has(required.key)) continue;
+    const bool is_first = n_absent++ == 0;
+    absent += fmt::format("{}{}", is_first ? "" : ", ", quoted(required.key));
+    examples += fmt::format("{}{}", is_first ? "" : "; ", required.example);
+  }
+  if (n_absent == 0) return {};
+  return failure(missing((n_absent == 1 ? "key " : "keys ") + absent, std::move(examples)));
+}
+
+Expected<void> TomlTable::require(std::initializer_list<RequiredKey> keys) const {
+  return require(std::span(keys.begin(), keys.size()));
+}
+
 Diagnostic TomlTable::missing(std::string_view what, std::string expected) const {
   const bool is_key = what.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == what.npos;
   return {Code::ConfigValue,

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <span>
@@ -56,6 +57,12 @@ struct TomlKeys {
   std::span<const std::string_view> planned;
 };
 
+/// A key that a table must have, and how a user may write it.
+struct RequiredKey {
+  std::string_view key;
+  std::string_view example;
+};
+
 /// One table of which every key is known. Readers give nothing for an absent key.
 ///
 /// Fails  config-key-unknown; not-supported; config-value: with the key's or the value's place
@@ -69,6 +76,9 @@ class TomlTable {
                                   const TomlSource& source);
 
   bool has(std::string_view key) const { return table_->contains(key); }
+  /// Fails  config-value, with all keys that the table lacks
+  Expected<void> require(std::span<const RequiredKey> keys) const;
+  Expected<void> require(std::initializer_list<RequiredKey> keys) const;
   Expected<std::optional<double>> number(std::string_view key, const Range& range) const;
   Expected<double> number_or(std::string_view key, const Range& range, double otherwise) const;
   /// Whole numbers, written without a decimal point.

@@ -64,8 +64,9 @@ Expected<void> read_zoom_and_focus(const TomlTable& camera, MachineConfig& confi
 
   PANELCAL_TRY(const auto zooms, camera.tables("zoom", "[[camera.zoom]]", {kZoomKeys, {}}));
   for (const TomlTable& zoom : zooms) {
+    PANELCAL_CHECK(zoom.require({{"level", "level = 3, as in $uvis,zoom,3"},
+                                 {"calibration", "calibration = \"NAME.cal.json\""}}));
     PANELCAL_TRY(const auto level, zoom.number("level", {0, 1e6}));
-    if (!level) return failure(zoom.missing("level", "level = 3, as in $uvis,zoom,3"));
     PANELCAL_TRY(const auto file, zoom.text("calibration"));
     if (!file || file->empty()) {
       return failure(zoom.missing("calibration", "calibration = \"NAME.cal.json\""));

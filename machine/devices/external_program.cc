@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "calib/base/interruption.h"
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
@@ -168,15 +169,16 @@ struct Ending {
   int status = 0;
 };
 
-/// Absent: it still ran at the deadline.
+/// Absent: it still ran at the deadline, or when this process was asked to end.
 std::optional<Ending> attend(Child& child, Pipe& out, Pipe& err, Clock::time_point deadline) {
   Ending ending;
   for (;;) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
     if (left.count() <= 0) return std::nullopt;
-    std::array<pollfd, 3> waiting = {{{.fd = child.pidfd(), .events = POLLIN, .revents = 0},
+    std::array<pollfd, 4> waiting = {{{.fd = child.pidfd(), .events = POLLIN, .revents = 0},
                                       {.fd = out.read.get(), .events = POLLIN, .revents = 0},
-                                      {.fd = err.read.get(), .events = POLLIN, .revents = 0}}};
+                                      {.fd = err.read.get(), .events = POLLIN, .revents = 0},
+                                      {.fd = interruption_fd(), .events = POLLIN, .revents = 0}}};
     constexpr std::int64_t kLongest_ms = 1000;
     if (poll(waiting.data(),
              waiting.size(),
@@ -186,7 +188,9 @@ std::optional<Ending> attend(Child& child, Pipe& out, Pipe& err, Clock::time_poi
     }
     drain(out.read, ending.out, kMaxOutput + 1);
     drain(err.read, ending.err, kLastWords);
-    if ((waiting[0].revents & POLLIN) == 0) continue;
+    const bool has_ended = (waiting[0].revents & POLLIN) != 0;
+    if (!has_ended && interruption() != 0) return std::nullopt;
+    if (!has_ended) continue;
     ending.status = child.reap();
     drain(out.read, ending.out, kMaxOutput + 1);
     drain(err.read, ending.err, kLastWords);
@@ -212,6 +216,7 @@ std::string ending_text(const Ending& ending) {
 }  // namespace
 
 Expected<std::string> run_program(const std::vector<std::string>& words, Time limit) {
+  PANELCAL_CHECK(check_interruption());
   std::optional<Pipe> out = make_pipe();
   std::optional<Pipe> err = make_pipe();
   if (!out || !err) return failure(problem(words, "no pipe: " + system_text(errno), ""));
@@ -231,11 +236,16 @@ Expected<std::string> run_program(const std::vector<std::string>& words, Time li
   err->write.close();
   const std::optional<Ending> ending = attend(child, *out, *err, deadline);
   if (!ending) {
+    PANELCAL_CHECK(check_interruption());
     return failure(problem(words,
                            fmt::format("did not end within {} s and was stopped", limit.in_s()),
                            "an end with code 0 when the order is carried out"));
   }
-  if (ending->status != 0) return failure(problem(words, ending_text(*ending), "code 0"));
+  if (ending->status != 0) {
+    // Ctrl-C reaches the program as well.
+    PANELCAL_CHECK(check_interruption());
+    return failure(problem(words, ending_text(*ending), "code 0"));
+  }
   if (ending->out.size() > kMaxOutput) {
     return failure(problem(words, "writes more than 64 KiB", "at most two numbers"));
   }

@@ -14,9 +14,10 @@ namespace panelcal::internal {
 /// No shell: words[0] is looked for in PATH unless it has a slash, the others are passed on as they
 /// are. Its standard input is empty. It stays in the process group of the caller, so that Ctrl-C
 /// stops both. Past the limit it is asked to end (SIGTERM), so that it can halt what it moves, and
-/// a second later it is ended (SIGKILL).
+/// a second later it is ended (SIGKILL). So it is when a signal asks this process to end.
 ///
-/// Fails  device-stage (cannot be started; ends with another code than 0, with its last words from
+/// Fails  interrupted; device-stage (cannot be started; ends with another code than 0, with its
+/// last words from
 ///        standard error; does not end in time; more than 64 KiB of output)
 /// Note   what a child of the program still writes after the program's end is not waited for
 Expected<std::string> run_program(const std::vector<std::string>& words, Time limit);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/look/camera_views.h"
 
-#include <chrono>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <utility>
 
+#include "calib/base/interruption.h"
 #include "machine/devices/camera_uri.h"
 #include "machine/devices/command_stage.h"
 #include "machine/devices/table_stage.h"
@@ -24,10 +23,7 @@ CameraViews::CameraViews(SpindleCameraOffset offset,
       stage_(std::move(stage)),
       settle_(settle),
       wait_(std::move(wait)) {
-  if (wait_) return;
-  wait_ = [](Time time) {
-    std::this_thread::sleep_for(std::chrono::duration<double>(time.in_s()));
-  };
+  if (!wait_) wait_ = sleep_for;
 }
 
 Expected<CameraViews::Settings> CameraViews::settings_for(const MeasurementRequest& request,

@@ -31,7 +31,8 @@ NightStep begin_step(const NightCalibration& calibration) {
 
 NightStep fail(NightStep step, Diagnostic problem) {
   step.state = NightState::Failed;
-  step.summary = "failed: " + problem.message();
+  step.summary = problem.code == Code::Interrupted ? "interrupted: " + problem.what
+                                                   : "failed: " + problem.message();
   step.problem = std::move(problem);
   return step;
 }

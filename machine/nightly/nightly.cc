@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/interruption.h"
 #include "calib/drift/amount.h"
 #include "machine/calibrate/calibration_record.h"
 #include "machine/devices/camera_settings.h"
@@ -241,6 +242,9 @@ class Night {
 
   void run_steps(Ledger& ledger) {
     for (NightCalibration* calibration : calibrations_) {
+      if (const Expected<void> goes_on = check_interruption(); !goes_on && blocked_.empty()) {
+        blocked_ = "interrupted: " + goes_on.error().what;
+      }
       const NightlyConfig held_to = calibration->held_to(nightly_);
       NightContext context = {job_, held_to, record_.night, record_.temperature_c, no_measuring_};
       if (calibration->may_explain_pictures() && !bad_pictures_.empty()) {

@@ -8,6 +8,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
+#include "calib/base/interruption.h"
 #include "calib/base/random.h"
 #include "calib/base/units.h"
 #include "calib/correction/spindle_camera.h"
@@ -34,6 +35,7 @@ class SimCoupon final : public Stage, public CameraDevice, public Spindle {
   static Expected<SimCoupon> create(const MachineConfig& config, const SimCouponOptions& options);
 
   Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& spindle) override {
+    PANELCAL_CHECK(check_interruption());
     return motion_.move_to(spindle);
   }
   Expected<void> drill(int tool) override;

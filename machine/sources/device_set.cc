@@ -3,9 +3,9 @@
 
 #include <chrono>
 #include <cstdint>
-#include <thread>
 #include <utility>
 
+#include "calib/base/interruption.h"
 #include "calib/base/random.h"
 #include "machine/calibrate/coupon.h"
 #include "machine/devices/camera_uri.h"
@@ -20,10 +20,6 @@
 
 namespace panelcal {
 namespace {
-
-void sleep_for(Time time) {
-  std::this_thread::sleep_for(std::chrono::duration<double>(time.in_s()));
-}
 
 Time steady_now() {
   const auto since = std::chrono::steady_clock::now().time_since_epoch();

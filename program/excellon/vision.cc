@@ -44,7 +44,10 @@ bool VisionSession::refuse_unfinished(int line, std::string_view command) {
                                open_->n_wanted,
                                open_->command,
                                open_->line),
-                   fmt::format("{} more {}", open_->n_left(), open_->command));
+                   fmt::format("{} more {}, or another [vision] rotate than {}",
+                               open_->n_left(),
+                               open_->command,
+                               open_->n_wanted));
   open_.reset();
   return true;
 }

@@ -32,6 +32,18 @@ Code lost_code(MeasurementStatus status) {
   }
 }
 
+std::string remedy(MeasurementStatus status) {
+  switch (status) {
+    case MeasurementStatus::Ambiguous:
+      return "one that fits best, as a smaller search_radius_mm of [vision] may leave";
+    case MeasurementStatus::Rejected:
+      return "";
+    default:
+      return "a mark of the vision tool's size and polarity, at most search_radius_mm of [vision] "
+             "from its place";
+  }
+}
+
 /// Fits the series' model, or with [vision] model = "auto" the one that the targets speak for.
 template <class To, class From>
 PanelFitResult<To, From> fit_model(const std::vector<TargetPair<To, From>>& pairs,
@@ -262,7 +274,8 @@ void Measuring::report_lost(const Measurement& measurement) {
                                request.nominal.in_mm().x(),
                                request.nominal.in_mm().y(),
                                measurement.reason.empty() ? "" : ": ",
-                               measurement.reason));
+                               measurement.reason),
+                   remedy(measurement.status));
 }
 
 /// A hole at its own target has no fit to hold against limits, but it may not be farther from its

@@ -332,7 +332,9 @@ Expected<Length> HeightMap::State::check(const Vector2d& p_mm) const {
                                 p_mm.x(),
                                 p_mm.y(),
                                 distance.in_mm()),
-                    fmt::format("at most {:.3f} mm", options.max_extrapolation.in_mm())});
+                    fmt::format("at most {:.3f} mm; it is --max-extrapolation-mm of `surface fit`, "
+                                "or grid_hold_mm of [surface]",
+                                options.max_extrapolation.in_mm())});
   }
   return distance;
 }

@@ -14,6 +14,8 @@ CATALOGUE = "diagnostic_codes.def"
 # Codes that no input can provoke, and why.
 EXCEPTIONS = {
     "internal": "panelcal's own mistake; no input may provoke it",
+    "interrupted": "needs a signal; signal_test.py has one",
+    "out-of-memory": "needs a limit of the system; memory_limit_test.py has one",
     "ledger-busy": "needs another program at the same moment; ledger_file_test.cc has one",
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "calib/base/interruption.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/cli/commands.h"
 
@@ -12,7 +13,10 @@ namespace calibrate {
 
 Expected<DeviceSet> open_devices(const CalibrateOptions& options, const MachineConfig& config) {
   if (options.machine_driver == "sim") return DeviceSet::simulated(config);
-  if (!options.camera.empty()) return DeviceSet::live(config, options.camera);
+  if (!options.camera.empty()) {
+    heed_interruptions();
+    return DeviceSet::live(config, options.camera);
+  }
   return failure({Code::Usage,
                   {"panelcal calibrate", 0, 0},
                   "there is no SOURCE to calibrate with",

@@ -38,13 +38,13 @@ void Console::print(const DiagnosticLog& log) {
 void Console::say(std::string_view text) {
   if (!shows_info_) return;
   end_progress();
-  write_error(std::string(text) + "\n");
+  write_error(escaped_controls(text, "\n\t") + "\n");
 }
 
 void Console::progress(std::string_view text) {
   if (!is_terminal_ || !shows_info_) return;
   has_progress_ = true;
-  write_error("\r\x1b[2K" + std::string(text));
+  write_error("\r\x1b[2K" + escaped_controls(text));
 }
 
 void Console::end_progress() {

@@ -2,14 +2,22 @@
 #include <csignal>
 #include <exception>
 #include <iostream>
+#include <new>
+#include <string>
+#include <utility>
 #include <variant>
 
+#include "calib/base/interruption.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/memory_limit.h"
 #include "tools/cli/output_paths.h"
 #include "tools/modules/module.h"
 
 namespace panelcal {
 namespace {
+
+/// As a shell reports a process that a signal ended.
+constexpr int kEndedBySignal = 128;
 
 struct Dispatch {
   CommandContext& context;
@@ -40,13 +48,14 @@ int run(int argc, char** argv) {
   }
   CommandContext context{console, output, *options, files};
   const ExitCode code = std::visit(Dispatch{context}, options->command);
+  if (code != ExitCode::Done && interruption() != 0) return kEndedBySignal + interruption();
   // Help goes through the stream library; whether it arrived shows only now.
   if (!std::cout.flush()) return static_cast<int>(ExitCode::DeviceFailed);
   return static_cast<int>(code);
 }
 
-int report_internal(const char* what, const char* expected) {
-  const Diagnostic diagnostic{Code::Internal, {"panelcal", 0, 0}, what, expected};
+int fail(Code code, std::string what, const char* expected) {
+  const Diagnostic diagnostic{code, {"panelcal", 0, 0}, std::move(what), expected};
   Console(CommonOptions{}).print(diagnostic);
   return static_cast<int>(exit_code(diagnostic));
 }
@@ -55,11 +64,15 @@ int report_internal(const char* what, const char* expected) {
 }  // namespace panelcal
 
 int main(int argc, char** argv) {
+  using panelcal::Code;
+  using panelcal::fail;
   try {
     return panelcal::run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return fail(Code::OutOfMemory, panelcal::memory_limit(), "more memory, or a smaller job");
   } catch (const panelcal::modules::ModuleError& error) {
-    return panelcal::report_internal(error.what(), "the modules of this very installation");
+    return fail(Code::Internal, error.what(), "the modules of this very installation");
   } catch (const std::exception& error) {
-    return panelcal::report_internal(error.what(), "no exception here; please report it");
+    return fail(Code::Internal, error.what(), "no exception here; please report it");
   }
 }

@@ -12,6 +12,7 @@
 #include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
 #include "calib/base/digest.h"
+#include "calib/base/interruption.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/text_variables.h"
 #include "machine/nightly/night_files.h"
@@ -141,6 +142,7 @@ class NightlyRun {
       lock.emplace(*std::move(taken));
     }
     PANELCAL_CHECK(read_or_restore());
+    heed_interruptions();
     PANELCAL_TRY(const DeviceSet devices,
                  config_.nightly->is_simulated ? DeviceSet::simulated(config_, clock_())
                                                : DeviceSet::live(config_, config_.nightly->camera));

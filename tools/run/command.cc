@@ -7,6 +7,7 @@
 
 #include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/interruption.h"
 #include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/camera_pose.h"
@@ -69,6 +70,7 @@ class RunCommand {
       : options_(options), context_(context) {}
 
   ExitCode run() {
+    if (!options_.camera.empty()) heed_interruptions();
     if (Expected<void> ready = prepare(); !ready) {
       log_.add(std::move(ready).error());
       return finish();
@@ -248,7 +250,8 @@ class RunCommand {
     input.views = std::move(pictures_.views);
     input.diagnostics = log_.kept();
     input.provenance = provenance_;
-    input.provenance.emplace_back("date", iso_8601(system_clock()()));
+    input.provenance.emplace_back(
+        "date", options_.clock.empty() ? iso_8601(system_clock()()) : options_.clock);
     if (take(write_result(options_.report, report_html(input)))) {
       context_.console.say("report: " + options_.report);
     }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "vision/fit/detector.h"
+#include "vision/picture/memory_error.h"
 #include "vision/suggest/explain.h"
 #include <fmt/format.h>
 
@@ -167,7 +168,8 @@ Detection locate(const Image& image,
   if (target.size && !mapping) return rejected("a size in mm needs a camera mapping");
   try {
     return locate_checked(image, target, mapping, options);
-  } catch (const std::exception& e) {  // OpenCV, memory
+  } catch (const std::exception& e) {
+    internal::rethrow_memory_error(e);
     return rejected(std::string("internal error: ") + e.what());
   }
 }

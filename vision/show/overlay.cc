@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "vision/picture/cv_bridge.h"
+#include "vision/picture/memory_error.h"
 #include "vision/picture/png_codec.h"
 #include "vision/show/overlay_legend.h"
 #include "vision/show/overlay_panel.h"
@@ -253,6 +254,7 @@ Expected<std::string> encode_overlay(const Image& image,
     if (png) return *std::move(png);
     return failure({Code::Internal, {}, "drawing failed: " + png.error(), ""});
   } catch (const std::exception& e) {
+    internal::rethrow_memory_error(e);
     return failure({Code::Internal, {}, std::string("drawing failed: ") + e.what(), ""});
   }
 }

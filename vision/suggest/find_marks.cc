@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "vision/picture/cv_bridge.h"
+#include "vision/picture/memory_error.h"
 #include "vision/suggest/outline_shape.h"
 #include "vision/tag/read_tags.h"
 #include <opencv2/imgproc.hpp>
@@ -361,7 +362,8 @@ std::vector<SeenMark> find_marks(const Image& image, const MarkOptions& options)
   if (image.empty()) return {};
   try {
     return marks_in(image, options);
-  } catch (const std::exception&) {  // OpenCV, memory
+  } catch (const std::exception& e) {
+    internal::rethrow_memory_error(e);
     return {};
   }
 }

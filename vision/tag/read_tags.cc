@@ -6,6 +6,7 @@
 #include <string>
 
 #include "vision/fit/detector.h"
+#include "vision/picture/memory_error.h"
 #include "vision/tag/family.h"
 #include "vision/tag/search.h"
 
@@ -51,7 +52,8 @@ Expected<std::vector<ReadTag>> read_tags(const Image& image,
   any.tag_id.reset();
   try {
     return read_checked(image, any, *family, options);
-  } catch (const std::exception& e) {  // OpenCV, memory
+  } catch (const std::exception& e) {
+    internal::rethrow_memory_error(e);
     return failure({Code::Internal, {}, std::string("reading tags: ") + e.what(), ""});
   }
 }

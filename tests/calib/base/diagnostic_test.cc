@@ -119,6 +119,25 @@ TEST(Quoted, CutsLongText) {
   EXPECT_EQ(quoted(std::string(1000000, 'x')).size(), 65U);
 }
 
+TEST(EscapedControls, KeepsNamesOfAnyLanguage) {
+  EXPECT_EQ(escaped_controls("b\xc3\xb6hr \xe9\xbb\x9e.exc"), "b\xc3\xb6hr \xe9\xbb\x9e.exc");
+  EXPECT_EQ(escaped_controls(""), "");
+}
+
+TEST(EscapedControls, ShowsWhatWouldSteerATerminal) {
+  EXPECT_EQ(escaped_controls("\x1b[31mred"), R"(\x1b[31mred)");
+  EXPECT_EQ(escaped_controls("a\rb\x7f\n"), R"(a\x0db\x7f\x0a)");
+  EXPECT_EQ(escaped_controls("\xc2\x9b"
+                             "31m\xc2"),
+            "\\xc2\\x9b31m\xc2");
+  EXPECT_EQ(escaped_controls("a\nb\t\x1b", "\n\t"), "a\nb\t\\x1b");
+}
+
+TEST(Diagnostic, ShowsNoControlBytesOfAFilesName) {
+  const Diagnostic problem{Code::FileUnreadable, {"a\x1b]0;owned\x07.exc", 0, 0}, "", ""};
+  EXPECT_EQ(problem.text(), R"(a\x1b]0;owned\x07.exc: error[file-unreadable]: file not readable)");
+}
+
 Expected<int> half_of(int n) {
   if (n % 2 != 0) return failure(problem({"n", n, 0}));
   return n / 2;

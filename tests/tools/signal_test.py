@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""A signal ends what moves first, then the command: nothing is written, the exit code names it.
+
+    signal_test.py PANELCAL ROOT
+"""
+
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+# Stands for a machine: it says that it moves, halts when it is asked to, and else takes a minute.
+STAGE = """#!/usr/bin/env python3
+import pathlib, signal, sys, time
+here = pathlib.Path(sys.argv[0]).parent
+def halt(number, frame):
+    (here / "halted").write_text("by SIGTERM")
+    sys.exit(1)
+signal.signal(signal.SIGTERM, halt)
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+signal.signal(signal.SIGHUP, signal.SIG_IGN)
+(here / "moves").write_text("")
+time.sleep(60)
+"""
+# How long a test waits for what takes milliseconds.
+PATIENCE_S = 30
+
+
+def wait_for(path, child):
+    deadline = time.monotonic() + PATIENCE_S
+    while not path.exists():
+        assert child.poll() is None, f"ended before {path.name}: {child.communicate()}"
+        assert time.monotonic() < deadline, f"no {path.name}"
+        time.sleep(0.01)
+
+
+def interrupted(command, folder, number):
+    """(exit code, standard error) of a command that gets a signal while its stage moves."""
+    for name in ("moves", "halted"):
+        (folder / name).unlink(missing_ok=True)
+    began = time.monotonic()
+    child = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             text=True)
+    wait_for(folder / "moves", child)
+    child.send_signal(number)
+    _, error = child.communicate(timeout=PATIENCE_S)
+    assert time.monotonic() - began < 60, "the stage was waited for"
+    assert (folder / "halted").exists(), f"the stage was not halted: {error}"
+    return child.returncode, error
+
+
+def prepare(folder, root):
+    stage = folder / "stage.py"
+    stage.write_text(STAGE)
+    stage.chmod(0o755)
+    demo = Path(root) / "datasets/demo"
+    for name in ("panel.exc", "board.drl", "camera.cal.json"):
+        shutil.copy(demo / name, folder)
+    shutil.copytree(demo / "images", folder / "images")
+    config = (demo / "machine.toml").read_text()
+    assert config.count("[machine]\n") == 1
+    config = config.replace("[machine]\n", '[machine]\nstage_command = ["./stage.py", "{x}", "{y}"]\n')
+    (folder / "machine.toml").write_text(config)
+
+
+def main():
+    panelcal, root = sys.argv[1:]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        prepare(folder, root)
+        output = folder / "out.drl"
+        output.write_text("the old one\n")
+        command = [panelcal, "run", "panel.exc", "-m", "machine.toml", "--camera", "folder:images",
+                   "-o", "out.drl"]
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            code, error = interrupted(command, folder, number)
+            assert code == 128 + number, f"exit {code} after {number.name}: {error}"
+            assert f"error[interrupted]: ended by a signal: {number.name}" in error, error
+            assert output.read_text() == "the old one\n"
+            assert not list(folder.glob("*.part-*"))
+
+
+if __name__ == "__main__":
+    main()
