@@ -132,6 +132,7 @@ class ToolReader {
   }
 
   bool read_length(const Word& word, std::optional<Length>& out) const {
+    if (word.number.empty()) return fail(word, "a number behind it");
     const ParsedLength parsed = parse_length(word.number, format_);
     if (parsed.fault != NumberFault::None) {
       reporter_.report_number(parsed.fault, word.number, block_.line, word.column + 1, format_);
