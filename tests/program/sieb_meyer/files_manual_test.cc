@@ -17,6 +17,7 @@ namespace panelcal {
 namespace {
 
 using Eigen::Vector2d;
+using test::ended;
 using test::expect_places;
 using test::hole_places;
 using test::IsNearMatrix;
@@ -146,9 +147,9 @@ TEST(ManualFormat5000, Example) {
 
 /// "X1 = 0.01 mm" in format 1000, "X1 = 0.001 mm" from 3000 on.
 TEST(ManualFormats, CoordinatesWithoutAPoint) {
-  expect_places(hole_places(run_program("%%\nX1234Y-5T1\n")), {{12.34, -0.05}});
-  expect_places(hole_places(run_program("%%3000\nX1234Y-5T1\n")), {{1.234, -0.005}});
-  expect_places(hole_places(run_program("%%5000\nX1234Y-5T1\n")), {{1.234, -0.005}});
+  expect_places(hole_places(run_program(ended("%%\nX1234Y-5T1\n"))), {{12.34, -0.05}});
+  expect_places(hole_places(run_program(ended("%%3000\nX1234Y-5T1\n"))), {{1.234, -0.005}});
+  expect_places(hole_places(run_program(ended("%%5000\nX1234Y-5T1\n"))), {{1.234, -0.005}});
 }
 
 /// "If only the code letter is saved for a parameter, the corresponding value in the tool table is
@@ -205,7 +206,7 @@ INSTANTIATE_TEST_SUITE_P(AppendixA4, ManualLineEnd, testing::Values("\n", "\r", 
 TEST(ManualProgramLine, SixtyFourSignsAreTheMost) {
   const std::string line = "X1.Y2.T1(";
   const auto filled = [&](std::size_t size) {
-    return "%%5000\n" + line + std::string(size - line.size() - 1, '-') + ")\n";
+    return ended("%%5000\n" + line + std::string(size - line.size() - 1, '-') + ")\n");
   };
   const ProgramRun full = run_program(filled(64));
   EXPECT_THAT(full.texts, Not(Contains(HasSubstr("64"))));

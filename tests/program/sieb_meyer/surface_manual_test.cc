@@ -151,8 +151,8 @@ TEST(ManualSlm, RetractsTheProbeWhereG75Stands) {
 TEST(ManualSlm, ThreeScansAndThreeDepthHoles) {
   HeightSource probes = heights_in_order({1.51, 1.52, 1.53});
   const ProgramRun run = run_probing(
-      "%%5000\n(MEASURING)\nG71\nX10.Y120.G73L1\nX20.Y120.G73L2\nX30.Y120.G73L3\nG75\n"
-      "(PRODUCTION)\nG71K.2\nL1\nX12.Y120.T8\nL2\nX22.Y120.\nL3\nX32.Y120.\nG70\n",
+      ended("%%5000\n(MEASURING)\nG71\nX10.Y120.G73L1\nX20.Y120.G73L2\nX30.Y120.G73L3\nG75\n"
+            "(PRODUCTION)\nG71K.2\nL1\nX12.Y120.T8\nL2\nX22.Y120.\nL3\nX32.Y120.\nG70\n"),
       probes);
   expect_clean(run);
   EXPECT_THAT(work_of(run),
@@ -166,7 +166,7 @@ TEST(ManualSlm, ThreeScansAndThreeDepthHoles) {
 TEST(ManualSlm, ANegativePlaneLeavesAResidualWeb) {
   HeightSource probes = heights_in_order({1.5});
   const ProgramRun run =
-      run_probing("%%5000\nG71\nX1.Y1.G73L1\nG71K-2.0\nL1\nX2.Y2.T1\nG70\n", probes);
+      run_probing(ended("%%5000\nG71\nX1.Y1.G73L1\nG71K-2.0\nL1\nX2.Y2.T1\nG70\n"), probes);
   expect_clean(run);
   EXPECT_THAT(run.executed.lines(), Contains("6 drill 1 (2, 2) depth -2 surface 1.5"));
 }
@@ -176,7 +176,8 @@ TEST(ManualSlm, ANegativePlaneLeavesAResidualWeb) {
 TEST(ManualSlm, G70KeepsItsSettings) {
   HeightSource probes = heights_in_order({1.5});
   const ProgramRun run = run_probing(
-      "%%5000\nG71K.3\nX1.Y1.G73L1\nL1\nX2.Y2.T1\nG70\nX3.Y3.\nG71\nL1\nX4.Y4.\nG70\n", probes);
+      ended("%%5000\nG71K.3\nX1.Y1.G73L1\nL1\nX2.Y2.T1\nG70\nX3.Y3.\nG71\nL1\nX4.Y4.\nG70\n"),
+      probes);
   expect_clean(run);
   EXPECT_THAT(work_of(run),
               ElementsAre("5 tool 1",
@@ -189,8 +190,8 @@ TEST(ManualSlm, G70KeepsItsSettings) {
 TEST(ManualSlm, AContourHasOneReferenceSurface) {
   HeightSource probes = heights_in_order({1.5, 1.7});
   const ProgramRun run = run_probing(
-      "%%5000\nG71K.3\nX1.Y1.G73L1\nX9.Y9.G73L2\nL1\nX10.Y10.T5T0\nX20.Y10.G1F1.\nX20.Y20.\n"
-      "X20.Y20.T0\nL2\nX30.Y30.T0\nX40.Y30.G1\nX40.Y30.T0\nG70\n",
+      ended("%%5000\nG71K.3\nX1.Y1.G73L1\nX9.Y9.G73L2\nL1\nX10.Y10.T5T0\nX20.Y10.G1F1.\nX20.Y20.\n"
+            "X20.Y20.T0\nL2\nX30.Y30.T0\nX40.Y30.G1\nX40.Y30.T0\nG70\n"),
       probes);
   expect_clean(run);
   EXPECT_THAT(work_of(run), Contains("8 rout 5 line (20, 20) depth 0.3 surface 1.5"));
@@ -202,7 +203,7 @@ TEST(ManualSlm, AContourHasOneReferenceSurface) {
 TEST(ManualSlm, EveryPatternIsProbedByItself) {
   HeightSource probes = heights_in_order({1.5, 1.7});
   const ProgramRun run = run_probing(
-      "%%5000\nM31\nG71K.3\nX1.Y1.G73L1\nL1\nX2.Y2.T1\nG70\nXYM50\nX100.YM50M30\n", probes);
+      ended("%%5000\nM31\nG71K.3\nX1.Y1.G73L1\nL1\nX2.Y2.T1\nG70\nXYM50\nX100.YM50M30\n"), probes);
   expect_clean(run);
   expect_places(probed_places(probes), {{1, 1}, {101, 1}});
   EXPECT_EQ(probes.requests()[1].path, InstancePath{1});
@@ -218,7 +219,7 @@ TEST(ManualG74, ItsSlipsAreRefused) {
   const auto refuses = [](const std::string& production, int line, const std::string& expected) {
     HeightSource probes = heights_in_order({1.4});
     test::expect_refused(
-        run_probing("%%5000\nG71\nX130.Y120.G73\nG74L1\nL1\n" + production, probes),
+        run_probing(ended("%%5000\nG71\nX130.Y120.G73\nG74L1\nL1\n" + production), probes),
         line,
         {expected});
   };
@@ -283,10 +284,10 @@ TEST(ManualG74, CalculationMethodsOfSpav) {
 /// "Then, all entries are cleared from the averaging area."
 TEST(ManualG74, TheNextAverageStartsAnew) {
   HeightSource probes = heights_in_order({1.0, 2.0, 3.0, 5.0});
-  const ProgramRun run = run_probing(
-      "%%5000\nG71K.1\nX1.Y1.G73\nX2.Y1.G73\nG74L1\nX3.Y1.G73\nX4.Y1.G73\nG74L2\n"
-      "L1\nX5.Y5.T1\nL2\nX6.Y5.\nG70\n",
-      probes);
+  const ProgramRun run =
+      run_probing(ended("%%5000\nG71K.1\nX1.Y1.G73\nX2.Y1.G73\nG74L1\nX3.Y1.G73\nX4.Y1.G73\nG74L2\n"
+                        "L1\nX5.Y5.T1\nL2\nX6.Y5.\nG70\n"),
+                  probes);
   expect_clean(run);
   EXPECT_THAT(
       steps_of(run),
@@ -327,7 +328,7 @@ TEST(ManualG74, ProtocolKeepsEveryScan) {
 /// The reference position is at the position X10.Y5." XY is program zero.
 constexpr char kGrid[] =
     "%%5000\nM49,MAPT1.0\nX10.Y5.T1G78\nXYG79M31M31\nXYM50V2\nX90.YM50W10M30\nXYM50V2\n"
-    "XY110.M50W12M30\n";
+    "XY110.M50W12M30\n$\n$\n";
 
 TEST(ManualG79, ProbesTheReferenceAndOneHundredTwentyPlaces) {
   HeightSource probes([](const ProbeRequest&) { return 1.5; });
@@ -420,8 +421,8 @@ TEST(ManualG79, ContoursFollowItInSteps) {
 /// another depth there. Nothing moves in its first rout line either.
 TEST(ManualG83, RoutsAtZThenAtADepthThenAtZAgain) {
   const ProgramRun run = run_program(
-      "%%5000\nX20.Y30.T5T0 Z3.\nX20.Y30.G1 F1.2\nX40.Y30.\nX40.Y30.G83K2.\nX60.Y50.\n"
-      "X90.Y80.T0 G82\nX95.Y80.\nX96.Y80.G83\n");
+      ended("%%5000\nX20.Y30.T5T0 Z3.\nX20.Y30.G1 F1.2\nX40.Y30.\nX40.Y30.G83K2.\nX60.Y50.\n"
+            "X90.Y80.T0 G82\nX95.Y80.\nX96.Y80.G83\n"));
   expect_clean(run);
   Lines steps = steps_of(run);
   std::erase(steps, "rout 5 line (20, 30) z 3");
@@ -441,24 +442,25 @@ TEST(ManualG83, RoutsAtZThenAtADepthThenAtZAgain) {
 /// K, H and Z: "unit in Format 3000: 0.01 mm (millimeter point allowed); unit in Format 5000: 0.001
 /// mm". The traveling plane H changes no working plane.
 TEST(ManualPlanes, UnitDependsOnTheFormat) {
-  EXPECT_THAT(steps_of(run_program("%%3000\nX1.Y1.T1Z300H2000\nX2.Y1.Z2.5\nX3.Y1.G83K40\n")),
+  EXPECT_THAT(steps_of(run_program(ended("%%3000\nX1.Y1.T1Z300H2000\nX2.Y1.Z2.5\nX3.Y1.G83K40\n"))),
               ElementsAre("tool 1",
                           "setting H20.000",
                           "drill 1 (1, 1) z 3",
                           "drill 1 (2, 1) z 2.5",
                           "drill 1 (3, 1) depth 0.4"));
-  EXPECT_THAT(steps_of(run_program("%%5000\nX1.Y1.T1Z3000H20.\nX2.Y1.Z2.5\nX3.Y1.G83K400\n")),
-              ElementsAre("tool 1",
-                          "setting H20.000",
-                          "drill 1 (1, 1) z 3",
-                          "drill 1 (2, 1) z 2.5",
-                          "drill 1 (3, 1) depth 0.4"));
+  EXPECT_THAT(
+      steps_of(run_program(ended("%%5000\nX1.Y1.T1Z3000H20.\nX2.Y1.Z2.5\nX3.Y1.G83K400\n"))),
+      ElementsAre("tool 1",
+                  "setting H20.000",
+                  "drill 1 (1, 1) z 3",
+                  "drill 1 (2, 1) z 2.5",
+                  "drill 1 (3, 1) depth 0.4"));
 }
 
 /// "Coordinate, from which the new plane is effective": a K waits for G83.
 TEST(ManualPlanes, KWaitsForDepthControl) {
   EXPECT_THAT(
-      steps_of(run_program("%%5000\nX1.Y1.T1Z3.K.4\nX2.Y1.G83\nX3.Y1.G82Z2.\n")),
+      steps_of(run_program(ended("%%5000\nX1.Y1.T1Z3.K.4\nX2.Y1.G83\nX3.Y1.G82Z2.\n"))),
       ElementsAre(
           "tool 1", "drill 1 (1, 1) z 3", "drill 1 (2, 1) depth 0.4", "drill 1 (3, 1) z 2"));
 }
