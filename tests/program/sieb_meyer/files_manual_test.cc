@@ -281,6 +281,25 @@ TEST(ManualSubprogram, MayHaveAFileOfItsOwn) {
   EXPECT_EQ(run.holes()[1].line, 2);
 }
 
+/// What another subprogram or a dollar sign follows is whole; the last one needs its line end.
+TEST(ManualSubprogram, ThatIsCutOffInItsLastLineIsRefused) {
+  const auto is_refused = [](const std::string& text) {
+    SubprogramFolder folder;
+    folder.with("PINS.SS5", text);
+    const ProgramRun run =
+        run_program(test::format_5000(calling("XYM99,PINS\n")), {}, folder.reading());
+    if (run.has_errors) {
+      EXPECT_THAT(run.texts, Contains(HasSubstr("error[end-missing]")));
+    }
+    return run.has_errors;
+  };
+  EXPECT_TRUE(is_refused("@PINS\nX1.Y1.T1\nX2"));
+  EXPECT_TRUE(is_refused("@PINS"));
+  EXPECT_FALSE(is_refused("@PINS\nX1.Y1.T1\nX2.\n"));
+  EXPECT_FALSE(is_refused("@PINS\nX1.Y1.T1\nX2.\n@OTHER\nX3"));
+  EXPECT_FALSE(is_refused("@PINS\nX1.Y1.T1\nX2.\n$"));
+}
+
 /// The part program of M99's example, with holes of its own. FA sets program zero, so that the
 /// machine goes to other places while the program's stay what they are; NOFA takes it back.
 TEST(ManualSubprogram, ResetFinalReset) {

@@ -12,6 +12,7 @@
 namespace panelcal {
 namespace {
 
+using test::ended;
 using test::expect_refused;
 using test::format_5000;
 using test::ProgramRun;

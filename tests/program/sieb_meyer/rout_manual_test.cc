@@ -17,6 +17,7 @@ namespace {
 
 using Eigen::Vector2d;
 using std::numbers::pi;
+using test::ended;
 using test::expect_places;
 using test::format_5000;
 using test::IsNearMatrix;

@@ -19,6 +19,7 @@ namespace panelcal {
 namespace {
 
 using Eigen::Vector2d;
+using test::ended;
 using test::expect_places;
 using test::IsNearMatrix;
 using test::Places;
