@@ -75,7 +75,8 @@ class ToolReader {
   bool read_datum(const Word& word, ToolBlock& out) const {
     Tool& tool = out.tool;
     switch (word.letter) {
-      case 'C':
+      case 'C':  // unlike Z, which is the mean without a number
+        if (word.number.empty()) return fail(word, "a number behind it");
         if (!read_length(word, tool.diameter) || !check_diameter(word, tool)) return false;
         load_page(word, tool);
         return true;
@@ -132,7 +133,6 @@ class ToolReader {
   }
 
   bool read_length(const Word& word, std::optional<Length>& out) const {
-    if (word.number.empty()) return fail(word, "a number behind it");
     const ParsedLength parsed = parse_length(word.number, format_);
     if (parsed.fault != NumberFault::None) {
       reporter_.report_number(parsed.fault, word.number, block_.line, word.column + 1, format_);

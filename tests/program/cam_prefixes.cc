@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // cam_prefixes FILE...: cuts real CAM files off and says what panelcal makes of it, one line a
-// file. Exits with 1 if a file is not accepted as a whole, or a part of it drills anything else.
+// file. Exits with 1 if a part of one is accepted that drills anything else.
 #include <cstdio>
 
 #include "tests/program/prefix_trial.h"
@@ -20,7 +20,7 @@ int main(int n, char** arguments) {
                 trial.n_as_whole,
                 trial.n_accepted);
     for (const auto& complaint : trial.complaints) std::printf("  %s\n", complaint.c_str());
-    is_good &= trial.n_whole == 1 && trial.complaints.empty();
+    is_good &= trial.n_files == 1 && trial.complaints.empty();
   }
   return is_good ? 0 : 1;
 }

@@ -50,9 +50,11 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         files = [EXAMPLES / name for name in FILES] + kicad_files(Path(folder))
         done = subprocess.run([cam_prefixes, *files], capture_output=True, text=True, timeout=300)
-    print(done.stdout)
-    print(f"{len(files)} files")
-    sys.exit(0 if done.returncode == 0 and len(files) >= 20 else 1)
+    print(done.stdout, done.stderr)
+    # Four examples have M48 behind other commands and are refused as they are.
+    n_whole = done.stdout.count(": whole, ")
+    print(f"{len(files)} files, {n_whole} of them accepted as a whole")
+    sys.exit(0 if done.returncode == 0 and n_whole >= 15 else 1)
 
 
 if __name__ == "__main__":

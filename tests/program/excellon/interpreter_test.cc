@@ -259,7 +259,7 @@ TEST(ProgramEnd, IsNotAcceptedInsideWhatIsOpen) {
   const auto first = [](std::string_view body) { return accepting(body).front(); };
   EXPECT_EQ(first("T1\nM25\nX1.Y1.\nM01\n"), "p.exc:7:1: error[repeat-unclosed]");
   EXPECT_EQ(first("T1\nG00X1.Y1.\nM15\nG01X2.\n"), "p.exc:10: error[tool-plunged]");
-  EXPECT_EQ(first("T1\nG82\nX1.Y1.\n"), "p.exc:7:1: error[cycle-unfinished]");
+  EXPECT_EQ(first("T1\nG82\nX1.Y1.\n"), "p.exc:9:1: error[cycle-unfinished]");
   EXPECT_EQ(first("G34,1\nG36X1.Y1.\n"), "p.exc:8:1: error[series-unfinished]");
   EXPECT_EQ(first("M45,ONE\\\n"), "p.exc:6:1: error[argument-invalid]");
 }

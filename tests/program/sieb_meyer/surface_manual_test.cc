@@ -301,10 +301,10 @@ TEST(ManualG74, TheNextAverageStartsAnew) {
 TEST(ManualG74, ProtocolKeepsEveryScan) {
   HeightSource probes = heights_in_order({1.40, 1.54, 1.50, 1.80});
   const ProgramRun run = run_probing(
-      averaging("G73L101\n", "G73L102\n", "G73L103\n", "G73L104\n") +
-          "(PRODUCTION)\nL1\nG71K.4\nX165.Y15.T1\nX170.Y15.\nG71K.5\nX125.Y125.T0T5\n"
-          "X135.Y135.G1F1.5\nX135.Y135.T0\nL101\nX1.Y1.\nL102\nX2.Y1.\nL103\nX3.Y1.\nL104\n"
-          "X4.Y1.\nG70\n",
+      ended(averaging("G73L101\n", "G73L102\n", "G73L103\n", "G73L104\n") +
+            "(PRODUCTION)\nL1\nG71K.4\nX165.Y15.T1\nX170.Y15.\nG71K.5\nX125.Y125.T0T5\n"
+            "X135.Y135.G1F1.5\nX135.Y135.T0\nL101\nX1.Y1.\nL102\nX2.Y1.\nL103\nX3.Y1.\nL104\n"
+            "X4.Y1.\nG70\n"),
       probes);
   expect_clean(run);
   EXPECT_EQ(probes.requests().size(), 4U) << "no second scan";
@@ -329,11 +329,11 @@ TEST(ManualG74, ProtocolKeepsEveryScan) {
 /// The reference position is at the position X10.Y5." XY is program zero.
 constexpr char kGrid[] =
     "%%5000\nM49,MAPT1.0\nX10.Y5.T1G78\nXYG79M31M31\nXYM50V2\nX90.YM50W10M30\nXYM50V2\n"
-    "XY110.M50W12M30\n$\n$\n";
+    "XY110.M50W12M30\n";
 
 TEST(ManualG79, ProbesTheReferenceAndOneHundredTwentyPlaces) {
   HeightSource probes([](const ProbeRequest&) { return 1.5; });
-  const ProgramRun run = run_probing(kGrid, probes);
+  const ProgramRun run = run_probing(ended(kGrid), probes);
   expect_clean(run);
   Places expected = {{10, 5}};
   for (int row = 0; row < 12; ++row) {
@@ -358,7 +358,7 @@ TEST(ManualG79, DeviationsAboveTheToleranceAreErrors) {
     HeightSource probes([deviation_mm](const ProbeRequest& request) {
       return request.nominal.in_mm() == Vector2d(40, 70) ? 1.5 + deviation_mm : 1.5;
     });
-    return run_probing(kGrid, probes);
+    return run_probing(ended(kGrid), probes);
   };
   for (const double deviation_mm : {0.99, -0.99}) expect_clean(run_with(deviation_mm));
   for (const double deviation_mm : {1.01, -1.01}) {
@@ -385,7 +385,7 @@ TEST(ManualG79, HolesFollowTheInterpolatedSurface) {
     return 1.5 + 0.001 * p_mm.x() + 0.0005 * p_mm.y();
   });
   const ProgramRun run =
-      run_probing(std::string(kGrid) + "X25.Y36.T1Z1.\nX55.Y36.\nX55.Y96.\n", probes);
+      run_probing(ended(std::string(kGrid) + "X25.Y36.T1Z1.\nX55.Y36.\nX55.Y96.\n"), probes);
   expect_clean(run);
   ASSERT_EQ(run.holes().size(), 3U);
   expect_rise(run.holes()[0].drill.cut, run.holes()[1].drill.cut, 0.03);
@@ -401,7 +401,8 @@ TEST(ManualG79, ContoursFollowItInSteps) {
   });
   std::string grid = kGrid;
   grid.replace(grid.find("MAPT1.0"), 7, "MAPT2.0");
-  const ProgramRun run = run_probing(grid + "X0Y0T0T5Z1.\nX80.Y80.G1F1.\nX80.Y80.T0\n", probes);
+  const ProgramRun run =
+      run_probing(ended(grid + "X0Y0T0T5Z1.\nX80.Y80.G1F1.\nX80.Y80.T0\n"), probes);
   expect_clean(run);
   const std::vector<Rout>& routs = run.executed.routs();
   // Chords of a parabola y = 0.64 t^2 stay within 0.01 mm only if none is longer than 0.25.
