@@ -73,18 +73,7 @@ void Interpreter::run() {
   }
   if (has_end_) return check_rest();
   if (has_ended() || ends_early_) return;
-  refuse_pending(cursor_.line_number(), "the end of the program");
-  if (is_plunged_) {
-    reporter_.report(Code::ToolPlunged,
-                     cursor_.line_number(),
-                     0,
-                     "the program ends while the router is down",
-                     "M16 or M17 before it");
-  }
-  vision_.end_program(cursor_.line_number());
-  if (!vision_.must_stop()) {
-    reporter_.report(Code::EndMissing, cursor_.line_number(), 0, "", "M30 or M00");
-  }
+  end_without_mark();
 }
 
 void Interpreter::pass_on_header() {

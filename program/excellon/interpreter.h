@@ -162,6 +162,9 @@ class Interpreter {
   // interpreter_events.cc
   void stop(const Block& block, std::span<const Word> words, StopKind kind);
   void end_program(const Block& block, std::span<const Word> words, StopKind kind);
+  bool is_whole_end(const Block& block, std::span<const Word> words) const;
+  void end_without_mark();
+  std::string end_codes() const;
   void dwell(const Block& block);
   void message(const Block& block);
   void long_message(const SourceLine& line);
@@ -197,6 +200,7 @@ class Interpreter {
   void repeat_pattern(const Block& block);
   void engrave(const Block& block, const Pending& pending);
   void run_stored_pattern(const Block& block, const Cycle& cycle);
+  void refuse_cut_off(const SourceText& pattern);
   bool refuse_pending(int line, std::string_view what);
   void refuse_cycle(const Block& block, const Word& word, const std::string& why);
 

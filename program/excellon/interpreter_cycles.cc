@@ -247,6 +247,15 @@ void Interpreter::engrave(const Block& block, const Pending& pending) {
   }
 }
 
+/// A pattern's file has no mark at its end, so that only its last line can show that it is cut off.
+void Interpreter::refuse_cut_off(const SourceText& pattern) {
+  const std::string file = reporter_.file();
+  reporter_.set_file(pattern.file);
+  reporter_.report_end_missing(pattern.bytes, "complete lines");
+  reporter_.set_file(file);
+  ended_ = true;
+}
+
 /// Runs the blocks of the pattern's file with a temporary zero at the coordinate behind M99.
 /// Source CNC-7 manual, Using a User Defined Stored Pattern
 void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
@@ -264,6 +273,7 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
     ended_ = true;
     return;
   }
+  if (!ends_in_line_end(pattern->second.bytes)) return refuse_cut_off(pattern->second);
   last_cycle_.reset();
   const Eigen::Vector2d zero_mm = cycle.at_mm + cycle.shift_mm;
   const LineCursor cursor = std::exchange(cursor_, LineCursor(pattern->second.bytes));

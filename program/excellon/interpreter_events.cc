@@ -39,9 +39,49 @@ void Interpreter::end_program(const Block& block, std::span<const Word> words, S
   }
   ended_ = true;
   has_end_ = true;
+  if (!is_whole_end(block, words)) {
+    reporter_.report_end_missing(program_.source.bytes, end_codes() + " and a line end");
+  }
   if (refuse_while_plunged(block)) return;
   vision_.end_program(block.line);
   stop(block, words, kind);
+}
+
+/// A text that stops in its last line may have been cut off there: `M0` comes of M08, `M30X1` of
+/// M30X10. Only the end by itself needs no line end.
+bool Interpreter::is_whole_end(const Block& block, std::span<const Word> words) const {
+  const std::string_view bytes = program_.source.bytes;
+  if (cursor_.offset() < bytes.size() || ends_in_line_end(bytes)) return true;
+  return words.empty() && block.words[block.n_words - 1].number.size() == 2;
+}
+
+std::string Interpreter::end_codes() const {
+  return set_ == ProgramSet::FormatOne ? "M30 or M02" : "M30 or M00";
+}
+
+/// The text stops and no M30 or M00 came. A header, pattern, cycle or contour that is open then is
+/// an error of its own.
+void Interpreter::end_without_mark() {
+  const int line = cursor_.line_number();
+  refuse_pending(line, "the end of the program");
+  if (is_plunged_) {
+    reporter_.report(Code::ToolPlunged,
+                     line,
+                     0,
+                     "the program ends while the router is down",
+                     "M16 or M17 before it");
+  }
+  vision_.end_program(line);
+  if (vision_.must_stop()) return;
+  const std::string_view bytes = program_.source.bytes;
+  const bool is_complete =
+      ends_in_line_end(bytes) && bytes.find_first_not_of(" \t\r\n") != bytes.npos;
+  if (!program_.reading.accepts_unterminated || !is_complete) {
+    return reporter_.report_end_missing(bytes, end_codes());
+  }
+  reporter_.report(
+      Code::EndAccepted, line, 0, quoted(last_line(bytes).text) + " is the last line", end_codes());
+  emitter_.put(line - 1, Stop{.kind = StopKind::EndAccepted});
 }
 
 /// G04X#: one millisecond per increment of the format; below 1 s, above 10 s or missing is 10 s.

@@ -75,7 +75,8 @@ class ToolReader {
   bool read_datum(const Word& word, ToolBlock& out) const {
     Tool& tool = out.tool;
     switch (word.letter) {
-      case 'C':
+      case 'C':  // unlike Z, which is the mean without a number
+        if (word.number.empty()) return fail(word, "a number behind it");
         if (!read_length(word, tool.diameter) || !check_diameter(word, tool)) return false;
         load_page(word, tool);
         return true;

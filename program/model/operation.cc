@@ -44,6 +44,8 @@ std::string_view name(StopKind kind) {
       return "end";
     case StopKind::EndRewind:
       return "end_rewind";
+    case StopKind::EndAccepted:
+      return "end_accepted";
     case StopKind::Inspection:
       return "inspection";
     case StopKind::Optional:

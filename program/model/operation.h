@@ -175,7 +175,18 @@ struct StepSlot {
   bool feed_is_default = true;
 };
 
-enum class StopKind : std::uint8_t { EndNoRewind, EndRewind, Inspection, Optional, HeaderEnd };
+enum class StopKind : std::uint8_t {
+  EndNoRewind,
+  EndRewind,
+  EndAccepted,  ///< the program has no end, and --accept-unterminated accepts that
+  Inspection,
+  Optional,
+  HeaderEnd,
+};
+
+/// For a comment in written programs that end where the source has no end.
+inline constexpr std::string_view kEndAcceptedComment =
+    "the source has no M30: accepted by --accept-unterminated";
 
 /// Stops, at a place that the program gives relative to absolute zero if it gives one (CNC-7
 /// manual, Stop Commands).

@@ -286,6 +286,8 @@ FileLayout read_layout(const SourceText& source, DiagnosticLog& log) {
   if (const auto table = find_table(source.bytes, cursor.place())) {
     layout.body_end = table->offset;
     TableReader(layout, reporter).read(LineCursor(source.bytes, *table));
+  } else {
+    reporter.report_end_missing(source.bytes, "$ and the tool table");
   }
   return layout;
 }

@@ -47,7 +47,8 @@ bool is_program(std::string_view bytes);
 /// values for each of 15 tools in a fixed order, 91 dollar signs in all. A datum of zero is no
 /// datum.
 ///
-/// Fails  into the log: command-format, tool-table-invalid; warns text-after-end
+/// Fails  into the log: command-format, end-missing (no table), tool-table-invalid; warns
+///        text-after-end
 /// Source SIEB & MEYER CNC 8x.00 Command Set, appendix A
 /// See    tests/program/sieb_meyer/file_layout_test.cc
 FileLayout read_layout(const SourceText& source, DiagnosticLog& log);

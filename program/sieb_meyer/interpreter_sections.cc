@@ -351,6 +351,13 @@ void Interpreter::call(const Block& block, const Order& order) {
   const std::string file = reporter_.file();
   const std::string_view place_file = place_.file;
   reporter_.set_file(source.file);
+  // The file has no mark at its end, so that only its last line can show that it is cut off.
+  if (body.end == source.bytes.size() && !ends_in_line_end(source.bytes)) {
+    reporter_.report_end_missing(source.bytes, "complete lines");
+    reporter_.set_file(file);
+    ended_ = true;
+    return;
+  }
   // What BLKD leaves out is no part of the sections.
   const auto [scanned, is_new] =
       subprogram_sections_.try_emplace(deletes_blocks_ ? "/" + name : name);

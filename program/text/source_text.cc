@@ -55,6 +55,12 @@ std::size_t count_line_feeds(std::string_view text) {
   return n + static_cast<std::size_t>(std::count(at, end, '\n'));
 }
 
+SourceLine last_line(std::string_view text) {
+  SourceLine last{text, 1, 1};
+  for (LineCursor cursor(text); !cursor.at_end();) last = cursor.next();
+  return last;
+}
+
 SourceLine LineCursor::next() {
   const char* const begin = bytes_.data() + offset_;
   const char* const end = bytes_.data() + bytes_.size();

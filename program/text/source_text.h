@@ -32,6 +32,14 @@ struct LinePlace {
   int number = 1;  ///< of the line that begins here
 };
 
+/// The last line is complete: nothing that it says can have been cut off.
+inline bool ends_in_line_end(std::string_view text) {
+  return text.ends_with('\n') || text.ends_with('\r');
+}
+
+/// The last line of a text, complete or not; the empty line 1 of an empty text.
+SourceLine last_line(std::string_view text);
+
 /// How many line feeds a text has, eight characters at a time.
 std::size_t count_line_feeds(std::string_view text);
 

@@ -29,7 +29,9 @@ struct ReadOptions {
   std::vector<std::filesystem::path> pattern_folders;
   std::optional<bool> block_delete;  ///< the operator's switch, where the header has no BLKD
   int axis_version = 1;              ///< where the header has no VER
-  std::string operator_id;           ///< OPID: what an asterisk in a canned text stands for
+  /// --accept-unterminated: an Excellon program may stop behind any complete line.
+  bool accepts_unterminated = false;
+  std::string operator_id;  ///< OPID: what an asterisk in a canned text stands for
 };
 
 /// Scales drilled holes about a point, in work coordinates, while M60 is in force.

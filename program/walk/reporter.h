@@ -9,6 +9,7 @@
 
 #include "calib/base/diagnostic.h"
 #include "program/text/number_format.h"
+#include "program/text/source_text.h"
 
 namespace panelcal {
 
@@ -60,6 +61,26 @@ class Reporter {
              column,
              quoted(text),
              "a sign, digits and at most one decimal point");
+    }
+  }
+
+  /// Reports a text that stops before its end, where `expected` should stand.
+  void report_end_missing(std::string_view text, std::string expected) const {
+    const SourceLine last = last_line(text);
+    if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
+      report(Code::EndMissing, 1, 0, "the file is empty", std::move(expected));
+    } else if (ends_in_line_end(text)) {
+      report(Code::EndMissing,
+             last.number + 1,
+             0,
+             quoted(last.text) + " is the last line",
+             std::move(expected));
+    } else {
+      report(Code::EndMissing,
+             last.number,
+             0,
+             quoted(last.text) + " has no line end",
+             std::move(expected));
     }
   }
 

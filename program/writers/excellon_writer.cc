@@ -111,7 +111,7 @@ void ExcellonWriter::put_now(const Operation& operation) {
 
 void ExcellonWriter::end() {
   if (in_header_) close_header("M95");
-  if (is_foreign() && !has_end_) line("M30");
+  if (!has_end_) line("M30");
 }
 
 void ExcellonWriter::close_header(std::string_view mark) {
@@ -361,12 +361,15 @@ void ExcellonWriter::write(const StepSlot& slot) {
 // --- stops, texts, settings --------------------------------------------------------------------
 
 void ExcellonWriter::write(const Stop& stop) {
-  has_end_ |= stop.kind == StopKind::EndNoRewind || stop.kind == StopKind::EndRewind;
   switch (stop.kind) {
+    case StopKind::EndAccepted:
+      return line(';' + std::string(kEndAcceptedComment));
     case StopKind::EndNoRewind:
+      has_end_ = true;
       text() += "M00";
       break;
     case StopKind::EndRewind:
+      has_end_ = true;
       text() += "M30";
       break;
     case StopKind::HeaderEnd:  // in the body % begins a pattern; the control waits at M09 as well

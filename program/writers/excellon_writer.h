@@ -108,7 +108,7 @@ class ExcellonWriter final : public ProgramWriter {
   Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< where the router stands
   std::optional<long> table_feed_;  ///< as last written; absent: to be written again
   bool has_table_feed_ = false;     ///< one was written, so that the control's own is gone
-  bool has_end_ = false;            ///< the source's; SIEB & MEYER has none
+  bool has_end_ = false;            ///< the source's, if it has one
 
   StoredOperations stored_;  ///< of an open pattern
   int n_open_patterns_ = 0;

@@ -70,6 +70,9 @@ void GcodeWriter::write(const Stop& stop) {
       return pause("M0", stop.actual);
     case StopKind::Optional:
       return pause("M1", stop.actual);
+    case StopKind::EndAccepted:
+      comment(kEndAcceptedComment);
+      [[fallthrough]];
     case StopKind::EndNoRewind:
     case StopKind::EndRewind:
       has_ended_ = true;

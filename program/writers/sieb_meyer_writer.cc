@@ -193,6 +193,8 @@ void SiebMeyerWriter::write(const Compensation& compensation) {
 void SiebMeyerWriter::write(const Stop& stop) {
   if (stop.from_absolute_zero) lose("the place to stop at");
   switch (stop.kind) {
+    case StopKind::EndAccepted:
+      return line('(' + std::string(kEndAcceptedComment) + ')');
     case StopKind::EndNoRewind:
     case StopKind::EndRewind:
     case StopKind::HeaderEnd:  // it waits for START anyway

@@ -59,6 +59,9 @@ inline SiebMeyerInput split_input(std::string_view bytes) {
   const bool has_head = sieb_meyer::is_program(program);
   input.program = (has_head ? "" : "%%5000\n") + std::string(program);
 
+  // Few changed inputs still have their end, which an empty tool table is as well.
+  if (input.program.find("\n$") == std::string::npos) input.program += "\n$\n$\n";
+
   const std::string_view first = program.substr(0, program.find('\n'));
   const auto says = [&](std::string_view word) {
     return has_head && first.find(word) != std::string_view::npos;

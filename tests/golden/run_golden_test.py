@@ -31,14 +31,14 @@ absent: other.txt
 
 --- in say.err ---
 p.exc:3:4: error[gate-failed]: offset is 2.000 mm, limit 1.500 mm
-p.exc:9: warning[end-missing]: the program has no end
+p.exc:9: warning[tool-unused]: the tool has no hole
 --- in say.file ---
 line one
 --- in say.out ---
 all said
 --- err ---
 p.exc:3:4: error[gate-failed] ... 2.000 mm
-p.exc:9: warning[end-missing]: the program has no end
+p.exc:9: warning[tool-unused]: the tool has no hole
 --- out ---
 all said
 --- file out.txt ---
@@ -128,7 +128,7 @@ def differences_are_found():
     finds("[gate-failed] ... 2.000 mm", "[gate-faile] ... 2.000 mm", "+p.exc:3:4")
     finds("... 2.000 mm", "... 2.001 mm", "2.001 mm", "+p.exc:3:4")
     finds("err ---\np.exc:3:4: error[gate-failed] ... 2.000 mm\n", "err ---\n", "+p.exc:3:4")
-    finds("the program has no end\n--- out", "the program has an end\n--- out", "-p.exc:9")
+    finds("the tool has no hole\n--- out", "the tool has a hole\n--- out", "-p.exc:9")
     finds("absent: other.txt", "use: no/such.toml", "no/such.toml")
 
 

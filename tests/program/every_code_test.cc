@@ -48,9 +48,12 @@ class Collector {
     see(text, options, probes);
   }
 
-  void see(const std::string& text, const WalkOptions& options, ProbeSource& probes) {
+  void see(const std::string& text,
+           const WalkOptions& options,
+           ProbeSource& probes,
+           const ReadOptions& reading = {}) {
     DiagnosticLog log;
-    Program program = load_program({"p.exc", text}, log);
+    Program program = load_program({"p.exc", text}, log, reading);
     program.patterns.emplace("SELF", SourceText{"SELF", "M99,SELF\nXY\n"});
     program.patterns.emplace("LOOP", SourceText{"LOOP.SS5", "@LOOP\nM99,LOOP\n"});
     NominalSource source;
@@ -71,7 +74,7 @@ class Collector {
     WalkOptions options;
     options.max_operations = 1000;
     options.series_size = 2;
-    see(metric("G34,1\nT1\n" + body), options);
+    see(metric("G34,1\nT1\n" + body + "M30\n"), options);
   }
 
   /// In SIEB & MEYER's format 5000, with tool 1.
@@ -116,6 +119,8 @@ void see_reading(Collector& collector) {
                            "M48\nMETRIC,LZ\n%\nT1\nX0.Y0.\nX2500.Y0.\nM30\n"}) {
     collector.see(text);
   }
+  NominalProbeSource probes;
+  collector.see("T1\nX01Y01\n", {}, probes, {.accepts_unterminated = true});
 }
 
 void see_tools(Collector& collector) {
@@ -183,7 +188,7 @@ void see_vision(Collector& collector) {
 }
 
 void see_sieb_meyer(Collector& collector) {
-  collector.see("%%3000\nX1.Y1.T1M95\n");
+  collector.see("%%3000\nX1.Y1.T1M95\n$\n$\n");
   collector.see("%%5000\nX1.Y1.T1\n$\nT1D1.F3.\n");
   for (const std::string& body : {"X1.Y1.T1" + std::string(60, ' ') + "M94\n",
                                   std::string("X1.X2.Y1.T1\n"),
@@ -219,7 +224,7 @@ void see_surfaces(Collector& collector) {
   for (int i = 1; i < 16; ++i) most += fmt::format("X{}.Y{}.G79\n", 3 * (i % 4), 3 * (i / 4));
   WalkOptions filling;
   filling.sieb_meyer.fills_gaps = true;
-  collector.see("%%5000\n" + most + "X1.Y1.T1Z1.\n", filling);
+  collector.see("%%5000\n" + most + "X1.Y1.T1Z1.\n$\n$\n", filling);
   HeightSource nothing({std::nullopt});
   collector.see_5000("X1.Y1.G73L1\n", nothing);
   HeightSource uneven({mm(2), mm(3.2)});

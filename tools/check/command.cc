@@ -122,6 +122,7 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   std::string result;
   if (!options.program.empty()) {
     walk.slots = walk.step_slots = Cycles::Kept;
+    reading.accepts_unterminated = options.accepts_unterminated;
     const auto program = read_program(options.program, std::move(reading), log);
     Passing passing(travel);
     Survey survey;

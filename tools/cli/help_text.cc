@@ -24,7 +24,8 @@ fiducials, unused tools, missing feeds, coordinates of a suspicious size, and wi
 travel_low_mm and travel_high_mm moves outside the travel. In SIEB & MEYER programs also brackets
 that do not close, contours without T0, holes in forbidden areas, surfaces that are not
 measured, and peck strokes that end too high; every probe is taken to find the surface where it is
-expected. Without PROGRAM only the machine file and the calibrations it names are checked.
+expected. A file without its end (M30 or M00, the tool table) is an error; --accept-unterminated takes
+an Excellon file that stops behind a complete line. Without PROGRAM only the machine file and the calibrations it names are checked.
 
 Exit codes
   0 nothing wrong (warnings allowed); 2 errors)"},
@@ -181,6 +182,10 @@ Without -o the job is judged all the same.
 panelcal looks for stored patterns and subprograms (M99,NAME) beside the program, then in [program]
 search_path. Texts with the date or the time (&D, &T) are drilled with --clock, else with the time
 of the run, which the output then names.
+
+A program without its end (M30 or M00, the tool table) may have been cut off, and nothing is written.
+--accept-unterminated takes an Excellon program that stops behind a complete line: a warning, a
+comment in the output and the report say so.
 
 Pictures of a folder are read and looked at ahead, on --threads threads; what is written does not
 depend on their number. If all targets that were seen are too large by one factor, or all refused

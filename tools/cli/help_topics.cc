@@ -65,6 +65,11 @@ std::string excellon_page() {
       "Every command of the CNC-7 manual, what panelcal does with it, and the file in "
       "tests/program "
       "that shows it. Nothing is skipped: a command that is not listed here is an error.\n\n"
+      "A file ends with M30 or M00 (Format One: M30 or M02); alone at the end of the last line "
+      "they need no line end. A file without its end may have been cut off and is an error "
+      "(`end-missing`). `--accept-unterminated` accepts one that stops behind a complete line "
+      "and outside of headers, patterns, cycles and contours; the output says so. The file of a "
+      "stored pattern has no such mark: its last line must be complete.\n\n"
       "## Body\n\n"
       "| command | class | what it does | manual section | test |\n"
       "| --- | --- | --- | --- | --- |\n";
@@ -144,6 +149,10 @@ std::string sieb_meyer_page() {
       "formats "
       "that have it, and the file in tests/program/sieb_meyer that shows it. Nothing is skipped: "
       "what is not listed here, or not in the program's format, is an error.\n\n"
+      "A file ends with its tool table: the second `$`, in format 1000 the 91st. A file without "
+      "it may have been cut off and is an error (`end-missing`, `tool-table-invalid`), with "
+      "`--accept-unterminated` too. A subprogram has no such mark: its last line must be "
+      "complete.\n\n"
       "## Program lines\n\n"
       "| command | class | what it does | formats | manual section | test |\n"
       "| --- | --- | --- | --- | --- | --- |\n";

@@ -100,6 +100,11 @@ class CommandLine {
         ->capture_default_str();
   }
 
+  static CLI::Option* add_accept(CLI::App* command, bool& accepts_unterminated) {
+    return command->add_flag(
+        "--accept-unterminated", accepts_unterminated, kAcceptUnterminatedHelp);
+  }
+
   static void add_threads(CLI::App* command, std::size_t& n_threads) {
     constexpr std::size_t kMaxThreads = 256;
     command
@@ -124,6 +129,7 @@ class CommandLine {
     check_->add_option("-m,--machine", check_options_.machine, "machine.toml");
     add_clock(check_, check_options_.clock);
     add_limit(check_, check_options_.max_operations);
+    add_accept(check_, check_options_.accepts_unterminated);
   }
 
   void add_survey() {
@@ -133,6 +139,7 @@ class CommandLine {
     survey_->add_option("-m,--machine", survey_options_.machine, "machine.toml")->required();
     add_clock(survey_, survey_options_.clock);
     add_limit(survey_, survey_options_.max_operations);
+    add_accept(survey_, survey_options_.accepts_unterminated);
   }
 
   void add_plan() {
@@ -155,6 +162,7 @@ class CommandLine {
         ->excludes(sigma);
     add_clock(plan_, o.clock);
     add_limit(plan_, o.max_operations);
+    add_accept(plan_, o.accepts_unterminated);
   }
 
   void add_run() {
@@ -201,6 +209,7 @@ class CommandLine {
     run_->add_option("--truth", o.truth, "Compare with the truth that `synth` wrote");
     add_threads(run_, o.n_threads);
     add_limit(run_, o.max_operations);
+    add_accept(run_, o.accepts_unterminated);
     run_->add_flag(
         "--force", o.force, "Write the program although a gate or [tolerance] refuses it");
   }
@@ -216,6 +225,7 @@ class CommandLine {
     translate_->add_option("-m,--machine", o.machine, "machine.toml, for zeros and search paths");
     add_clock(translate_, o.clock);
     add_limit(translate_, o.max_operations);
+    add_accept(translate_, o.accepts_unterminated);
     translate_->add_flag(
         "--force", o.force, "Write the program without what decides places or depths and is lost");
   }
@@ -261,7 +271,8 @@ class CommandLine {
     synth_ = add("synth", "Render the pictures a program asks for, with their truth");
     CLI::Option_group* subject =
         synth_->add_option_group("SUBJECT", "Subject: a program, or one vision tool");
-    subject->add_option("PROGRAM", synth_options_.program, "Part program: all of its targets");
+    CLI::Option* program =
+        subject->add_option("PROGRAM", synth_options_.program, "Part program: all of its targets");
     CLI::Option* tool = subject->add_option(
         "--tool", synth_options_.tool, "Number of a vision tool: single targets of it");
     subject->require_option(1);
@@ -274,6 +285,7 @@ class CommandLine {
         ->check(CLI::Range(1, 100'000))
         ->needs(tool)
         ->capture_default_str();
+    add_accept(synth_, synth_options_.accepts_unterminated)->needs(program);
   }
 
   /// One of the things that can be calibrated.
@@ -555,6 +567,7 @@ class CommandLine {
         ->needs(program);
     add_clock(diff, o.clock);
     add_limit(diff, o.max_operations);
+    add_accept(diff, o.accepts_unterminated)->needs(program);
   }
 
   Expected<Options> help() {

@@ -24,6 +24,7 @@ struct CheckOptions {
   std::string machine;  ///< may be empty
   std::string clock;    ///< of texts and of calibrations' age: 2026-11-21T13:45:00; empty: now
   std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< an Excellon program without M30
 };
 
 struct SurveyOptions {
@@ -31,6 +32,7 @@ struct SurveyOptions {
   std::string machine;
   std::string clock;
   std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
 };
 
 struct RunOptions {
@@ -53,6 +55,7 @@ struct RunOptions {
   std::string slots;          ///< keep or expand; empty: what suits the format
   std::size_t n_threads = 0;  ///< that look at pictures; 0: one for each processor
   std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
   bool force = false;
 };
 
@@ -63,6 +66,7 @@ struct TranslateOptions {
   std::string to;     ///< excellon or sieb-meyer; empty: the other language
   std::string clock;  ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
   bool force = false;
 };
 
@@ -89,6 +93,7 @@ struct PlanOptions {
   int n_added = 1;                          ///< further targets to propose together
   bool json = false;
   std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
 };
 
 struct SynthOptions {
@@ -98,6 +103,7 @@ struct SynthOptions {
   std::optional<std::uint64_t> seed;
   std::optional<int> tool;  ///< single targets of this vision tool, instead of a program's
   int count = 100;          ///< of them
+  bool accepts_unterminated = false;  ///< as CheckOptions
 };
 
 struct HistoryOptions {
@@ -123,6 +129,7 @@ struct HistoryOptions {
   std::string measurements;  ///< of an earlier job: where in the picture targets were seen
   std::string clock;         ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
 };
 
 struct CalibrateOptions {

@@ -30,6 +30,11 @@ void add_zone(CLI::App* command, SurfaceOptions& o) {
   command->add_option("--zone", o.zone, "Name of the zone, of a map that has several");
 }
 
+CLI::Option* add_accept_of_program(CLI::App* command, SurfaceOptions& o) {
+  return command->add_flag(
+      "--accept-unterminated", o.accepts_unterminated, kAcceptUnterminatedHelp);
+}
+
 /// A program's places are asked for, as a job would work at them.
 CLI::Option* add_program(CLI::App* command, SurfaceOptions& o, const char* what) {
   CLI::Option* program = command->add_option("--program", o.program, what);
@@ -37,6 +42,7 @@ CLI::Option* add_program(CLI::App* command, SurfaceOptions& o, const char* what)
   program->needs(machine);
   machine->needs(program);
   command->add_option("--clock", o.clock, kClock);
+  add_accept_of_program(command, o)->needs(program);
   return program;
 }
 
@@ -69,12 +75,15 @@ void add_fit(CLI::App& surface, SurfaceOptions& o) {
                   "How far outside of the probes the map still gives heights (5)")
       ->check(CLI::Range(0.0, 1000.0));
   fit->add_option("--zones", o.zones, "Zones, clamps, cut-outs and the panel's edge (.toml)");
-  fit->add_option("--voids-of",
-                  o.voids_of,
-                  "A program whose holes, slots and contours are there already; may be repeated")
-      ->needs(machine)
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  CLI::Option* voids_of =
+      fit->add_option(
+             "--voids-of",
+             o.voids_of,
+             "A program whose holes, slots and contours are there already; may be repeated")
+          ->needs(machine)
+          ->expected(1)
+          ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add_accept_of_program(fit, o)->needs(voids_of);
   fit->add_option("--probe-tip-mm",
                   o.probe_tip_mm,
                   "Diameter of the probe's tip: a probe that may touch a void does not count (1)")

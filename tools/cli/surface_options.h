@@ -32,6 +32,7 @@ struct SurfaceOptions {
   std::optional<double> max_extrapolation_mm;  ///< empty: [surface] grid_hold_mm, or 5
   std::string zones;                           ///< zones.toml; may be empty
   std::vector<std::string> voids_of;           ///< programs whose holes and routs are voids
+  bool accepts_unterminated = false;           ///< of these programs, as CheckOptions
   std::optional<double> probe_tip_mm;          ///< diameter; empty: as the zones say, or 1
   // query
   std::vector<std::string> places;  ///< "X,Y", or "-" for standard input

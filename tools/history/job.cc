@@ -80,6 +80,7 @@ class JobRun {
  private:
   Expected<void> measure() {
     DiagnosticLog log;
+    config_.reading.accepts_unterminated = options_.accepts_unterminated;
     program_ = read_program(options_.program, config_.reading, log);
     if (program_) PANELCAL_CHECK(check_patterns(context_.options, *program_, context_.files));
     if (program_ && !log.has_errors()) {

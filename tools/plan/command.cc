@@ -111,6 +111,7 @@ class PlanRun {
   /// Walks over the perfect panel. Where only the design of a series is at fault, once more with
   /// a model that any target determines, so that there are holes to speak of.
   bool check() {
+    config_.reading.accepts_unterminated = options_.accepts_unterminated;
     std::optional<Program> program = read_program(options_.program, config_.reading, log_);
     if (!program || !take(check_patterns(context_.options, *program, context_.files))) return false;
     checked_ = CheckedProgram{*std::move(program), {}};

@@ -57,6 +57,7 @@ Expected<void> walk_program(const std::string& program,
                             const Execute& execute) {
   PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
   config.walk.max_operations = options.max_operations;
+  config.reading.accepts_unterminated = options.accepts_unterminated;
   // Targets that are where they are drawn speak for no model; a slot's ends say all about it.
   config.walk.chooses_model = false;
   config.walk.slots = config.walk.step_slots = Cycles::Kept;

@@ -49,6 +49,7 @@ ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
   auto config = read_machine_config(options.machine);
   if (!config) return fail(config.error());
   config->walk.max_operations = options.max_operations;
+  config->reading.accepts_unterminated = options.accepts_unterminated;
   const auto time = wall_time(options.clock, system_clock()());
   if (!time) return fail(time.error());
   set_text_variables(options.program, *time, config->walk.sieb_meyer.text);

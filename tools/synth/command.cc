@@ -45,12 +45,13 @@ ExitCode run_samples(const SynthOptions& options,
 }  // namespace
 
 ExitCode run_command(const SynthOptions& options, CommandContext& context) {
-  const auto config = read_machine_config(options.machine);
+  auto config = read_machine_config(options.machine);
   if (!config) {
     context.console.print(config.error());
     return exit_code(config.error());
   }
   if (options.tool) return run_samples(options, *config, context);
+  config->reading.accepts_unterminated = options.accepts_unterminated;
   DiagnosticLog log;
   const auto checked = read_and_check(options.program, config->reading, config->walk, log);
   context.console.print(log);

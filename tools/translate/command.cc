@@ -108,6 +108,7 @@ class Translation {
     }
     walk.scaling.reset();  // the other machine's reference scaling is not this one's
     walk.table.reset();    // nor is its table: nothing is corrected here
+    config_.reading.accepts_unterminated = options_.accepts_unterminated;
     checked_ = read_and_check(options_.program, config_.reading, walk, log_);
     if (!checked_ || log_.has_errors()) return false;
     if (!take(check_patterns(context_.options, checked_->program, context_.files))) return false;

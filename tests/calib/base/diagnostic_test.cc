@@ -29,9 +29,8 @@ TEST(Diagnostic, LeavesOutAnEmptyPart) {
   EXPECT_EQ(without_remedy.text(),
             "x:1:1: warning[hole-omitted]: hole in a forbidden area left out: nominal (1, 2) mm");
   const Diagnostic bare = {Code::EndMissing, {"x", 1, 0}, "", "M30 or M00"};
-  EXPECT_EQ(bare.text(),
-            "x:1: warning[end-missing]: program without M30 or M00; expected M30 or M00");
-  EXPECT_EQ(bare.message(), "program without M30 or M00");
+  EXPECT_EQ(bare.text(), "x:1: error[end-missing]: file without its end; expected M30 or M00");
+  EXPECT_EQ(bare.message(), "file without its end");
 }
 
 TEST(Diagnostic, EndsWithAQuestionAsItStands) {

@@ -206,11 +206,62 @@ TEST(Interpreter, CommentsAndBlankLinesDoNothing) {
   EXPECT_EQ(executed("; X1.Y1.\n\n  \nM30\n"), (Lines{"5 header_end", "9 end rewind"}));
 }
 
-TEST(Interpreter, ALoneEndMissesOnlyAWarning) {
+// --- the end -----------------------------------------------------------------------------------
+
+/// The diagnostics of a program whose body is this, in a file that is read with
+/// --accept-unterminated.
+Lines accepting(std::string_view body) {
+  return run_program(metric(body), {}, {.accepts_unterminated = true}).diagnostics;
+}
+
+TEST(ProgramEnd, IsNeeded) {
   const ProgramRun run = run_program(metric("T1\nX1.Y1.\n"));
-  EXPECT_FALSE(run.has_errors);
+  EXPECT_EQ(run.diagnostics, Lines{"p.exc:8: error[end-missing]"});
+  EXPECT_TRUE(run.holes().empty());
+  EXPECT_EQ(run_program(metric("T1\nX1.Y1.\nM06\n")).diagnostics,
+            Lines{"p.exc:9: error[end-missing]"});
+}
+
+TEST(ProgramEnd, IsM30OrM00OfWhichOnlyTheCodeItselfNeedsNoLineEnd) {
+  for (const char* end : {"M30", "M00", "M30 ", "M30\n", "M00\r", "M0\n", "M30X1.Y1.\n"}) {
+    EXPECT_EQ(run_program(metric(std::string("T1\nX1.Y1.\n") + end)).diagnostics, Lines{}) << end;
+  }
+  for (const char* end : {"M0", "M30X1.Y1.", "M00X1.Y1", "M3", "M", "X1.Y1.", ";"}) {
+    EXPECT_THAT(run_program(metric(std::string("T1\nX1.Y1.\n") + end)).diagnostics,
+                testing::Contains("p.exc:8: error[end-missing]"))
+        << end;
+  }
+}
+
+TEST(ProgramEnd, MayCloseASection) {
+  const std::string body = "T1\nM25\nX1.Y1.\nM01\nM02X5.\nM08M30";
+  EXPECT_EQ(run_program(metric(body)).diagnostics, Lines{});
+  EXPECT_EQ(run_program(metric(body.substr(0, body.size() - 2) + "00")).diagnostics, Lines{});
+  EXPECT_EQ(run_program(metric(body.substr(0, body.size() - 3))).diagnostics,
+            Lines{"p.exc:11: error[end-missing]"});
+}
+
+TEST(ProgramEnd, MayBeMissingIfThatIsAcceptedAndTheLastLineIsComplete) {
+  const ProgramRun run = run_program(metric("T1\nX1.Y1.\n"), {}, {.accepts_unterminated = true});
+  EXPECT_EQ(run.diagnostics, Lines{"p.exc:8: warning[end-accepted]"});
   EXPECT_EQ(run.holes().size(), 1U);
-  EXPECT_EQ(run.diagnostics, Lines{"p.exc:8: warning[end-missing]"});
+  EXPECT_EQ(run.executed.lines().back(), "7 end_accepted");
+  EXPECT_EQ(accepting("T1\nX1.Y1.\nM30\n"), Lines{});
+  EXPECT_EQ(accepting("T1\nX1.Y1."), Lines{"p.exc:7: error[end-missing]"});
+  EXPECT_EQ(accepting("T1\nX1.Y1.\nM0"), Lines{"p.exc:8: error[end-missing]"});
+}
+
+TEST(ProgramEnd, IsNotAcceptedInsideWhatIsOpen) {
+  EXPECT_EQ(run_program("", {}, {.accepts_unterminated = true}).diagnostics,
+            Lines{"p.exc:1: error[end-missing]"});
+  EXPECT_EQ(run_program("\n \n", {}, {.accepts_unterminated = true}).diagnostics,
+            Lines{"p.exc:1: error[end-missing]"});
+  const auto first = [](std::string_view body) { return accepting(body).front(); };
+  EXPECT_EQ(first("T1\nM25\nX1.Y1.\nM01\n"), "p.exc:7:1: error[repeat-unclosed]");
+  EXPECT_EQ(first("T1\nG00X1.Y1.\nM15\nG01X2.\n"), "p.exc:10: error[tool-plunged]");
+  EXPECT_EQ(first("T1\nG82\nX1.Y1.\n"), "p.exc:9:1: error[cycle-unfinished]");
+  EXPECT_EQ(first("G34,1\nG36X1.Y1.\n"), "p.exc:8:1: error[series-unfinished]");
+  EXPECT_EQ(first("M45,ONE\\\n"), "p.exc:6:1: error[argument-invalid]");
 }
 
 TEST(Interpreter, TextBehindTheEndIsWarnedOfOnce) {

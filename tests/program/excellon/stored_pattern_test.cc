@@ -271,6 +271,21 @@ TEST(StoredPattern, MustNotEndTheProgram) {
               Contains(AllOf(HasSubstr("ENDS:2:"), HasSubstr("error[command-misplaced]"))));
 }
 
+TEST(StoredPattern, ThatIsCutOffInItsLastLineIsRefusedAtEveryByte) {
+  constexpr std::string_view kPins = "XY\nX001Y02\nX0015\n";
+  for (std::size_t n = 0; n < kPins.size(); ++n) {
+    PatternFolder folder;
+    folder.with("PINS", std::string(kPins.substr(0, n)));
+    const ProgramRun run = run_with(folder, "M99,PINS\nX01Y02\nX05Y05\n");
+    const bool is_complete = n > 0 && kPins[n - 1] == '\n';
+    EXPECT_EQ(run.has_errors, !is_complete) << n;
+    if (is_complete) continue;
+    EXPECT_THAT(run.diagnostics,
+                Contains(AllOf(HasSubstr("PINS:"), HasSubstr("error[end-missing]"))))
+        << n;
+  }
+}
+
 TEST(StoredPattern, ProblemsInsideNameTheFileAndItsLine) {
   PatternFolder folder;
   folder.with("BROKEN", "XY\nG06\n");

@@ -162,6 +162,7 @@ TEST(Tools, RefusesBadDataWithPlaceAndForm) {
   EXPECT_EQ(read("T1F20.5").diagnostics, Texts{"p.exc:1:3: error[argument-invalid]"});
   EXPECT_EQ(read("T1S-5").diagnostics, Texts{"p.exc:1:3: error[argument-invalid]"});
   EXPECT_EQ(read("T1H2.5").diagnostics, Texts{"p.exc:1:3: error[argument-invalid]"});
+  EXPECT_EQ(read("T1C").diagnostics, Texts{"p.exc:1:3: error[argument-invalid]"});
   EXPECT_EQ(read("T1C-.04").diagnostics, Texts{"p.exc:1:3: error[argument-invalid]"});
   EXPECT_EQ(read("T1C.0.4").diagnostics, Texts{"p.exc:1:4: error[number-malformed]"});
   EXPECT_EQ(read("T1X01").diagnostics, Texts{"p.exc:1:3: error[block-not-alone]"});

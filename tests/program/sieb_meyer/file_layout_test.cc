@@ -98,11 +98,14 @@ TEST(FileLayoutParts, AreCommentsProgramLinesAndTools) {
   EXPECT_EQ(reading.layout.tools.size(), 1U);
 }
 
-TEST(FileLayoutParts, WithoutAToolTableTheTextIsTheProgram) {
+/// "A $ sign closes the section tools parameters": a file without the table may have been cut off.
+TEST(FileLayoutParts, AFileWithoutAToolTableHasNoEnd) {
   const Reading reading = read("%%\nX1Y2T1\nX3Y4");
-  EXPECT_THAT(reading.diagnostics, IsEmpty());
+  EXPECT_THAT(reading.diagnostics, ElementsAre(Reports("p.ss:3: error[end-missing]", "\"X3Y4\"")));
   EXPECT_EQ(reading.body, "X1Y2T1\nX3Y4");
   EXPECT_THAT(reading.layout.tools, IsEmpty());
+  EXPECT_THAT(read("%%3000\nX1Y2T1\n").diagnostics,
+              ElementsAre(Reports("p.ss:3: error[end-missing]", "\"X1Y2T1\"")));
   EXPECT_EQ(read("%%5000").body, "");
   EXPECT_EQ(read("%%5000\n").body, "");
 }
@@ -128,7 +131,7 @@ TEST(FileLayoutParts, TheFirstMarkStatesTheFormat) {
 
 TEST(FileLayoutParts, OtherFormatsAreRefused) {
   for (const std::string mark : {"%%5001", "%%3010", "%%4000", "%%%", "%%5000 (A)", "%% 5000"}) {
-    EXPECT_THAT(read("A\n" + mark + "\nX1.Y2.\n").diagnostics,
+    EXPECT_THAT(read("A\n" + mark + "\nX1.Y2.\n$\n$\n").diagnostics,
                 ElementsAre(Reports("p.ss:2:1: error[command-format]", '"' + mark + '"')));
   }
 }

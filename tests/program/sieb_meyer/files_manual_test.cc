@@ -17,6 +17,7 @@ namespace panelcal {
 namespace {
 
 using Eigen::Vector2d;
+using test::ended;
 using test::expect_places;
 using test::hole_places;
 using test::IsNearMatrix;
@@ -146,9 +147,9 @@ TEST(ManualFormat5000, Example) {
 
 /// "X1 = 0.01 mm" in format 1000, "X1 = 0.001 mm" from 3000 on.
 TEST(ManualFormats, CoordinatesWithoutAPoint) {
-  expect_places(hole_places(run_program("%%\nX1234Y-5T1\n")), {{12.34, -0.05}});
-  expect_places(hole_places(run_program("%%3000\nX1234Y-5T1\n")), {{1.234, -0.005}});
-  expect_places(hole_places(run_program("%%5000\nX1234Y-5T1\n")), {{1.234, -0.005}});
+  expect_places(hole_places(run_program(ended("%%\nX1234Y-5T1\n"))), {{12.34, -0.05}});
+  expect_places(hole_places(run_program(ended("%%3000\nX1234Y-5T1\n"))), {{1.234, -0.005}});
+  expect_places(hole_places(run_program(ended("%%5000\nX1234Y-5T1\n"))), {{1.234, -0.005}});
 }
 
 /// "If only the code letter is saved for a parameter, the corresponding value in the tool table is
@@ -205,7 +206,7 @@ INSTANTIATE_TEST_SUITE_P(AppendixA4, ManualLineEnd, testing::Values("\n", "\r", 
 TEST(ManualProgramLine, SixtyFourSignsAreTheMost) {
   const std::string line = "X1.Y2.T1(";
   const auto filled = [&](std::size_t size) {
-    return "%%5000\n" + line + std::string(size - line.size() - 1, '-') + ")\n";
+    return ended("%%5000\n" + line + std::string(size - line.size() - 1, '-') + ")\n");
   };
   const ProgramRun full = run_program(filled(64));
   EXPECT_THAT(full.texts, Not(Contains(HasSubstr("64"))));
@@ -278,6 +279,25 @@ TEST(ManualSubprogram, MayHaveAFileOfItsOwn) {
   const ProgramRun run = run_5000(calling("XYM99,FINAL\n"), {}, folder.reading());
   expect_places(hole_places(run), joined(joined({{1, 2}}, final_holes()), {{3, 4}}));
   EXPECT_EQ(run.holes()[1].line, 2);
+}
+
+/// What another subprogram or a dollar sign follows is whole; the last one needs its line end.
+TEST(ManualSubprogram, ThatIsCutOffInItsLastLineIsRefused) {
+  const auto is_refused = [](const std::string& text) {
+    SubprogramFolder folder;
+    folder.with("PINS.SS5", text);
+    const ProgramRun run =
+        run_program(test::format_5000(calling("XYM99,PINS\n")), {}, folder.reading());
+    if (run.has_errors) {
+      EXPECT_THAT(run.texts, Contains(HasSubstr("error[end-missing]")));
+    }
+    return run.has_errors;
+  };
+  EXPECT_TRUE(is_refused("@PINS\nX1.Y1.T1\nX2"));
+  EXPECT_TRUE(is_refused("@PINS"));
+  EXPECT_FALSE(is_refused("@PINS\nX1.Y1.T1\nX2.\n"));
+  EXPECT_FALSE(is_refused("@PINS\nX1.Y1.T1\nX2.\n@OTHER\nX3"));
+  EXPECT_FALSE(is_refused("@PINS\nX1.Y1.T1\nX2.\n$"));
 }
 
 /// The part program of M99's example, with holes of its own. FA sets program zero, so that the

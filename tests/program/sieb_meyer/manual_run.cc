@@ -58,6 +58,11 @@ std::string format_5000(std::string_view body) {
   return "%%5000\n" + std::string(body) + std::string(kToolTable);
 }
 
+std::string ended(std::string_view program) {
+  const bool is_1000 = program.starts_with("%%\n");
+  return std::string(program) + (is_1000 ? std::string(91, '$') + "\n" : "$\n$\n");
+}
+
 ProgramRun run_5000(std::string_view body, const WalkOptions& options, MeasurementSource& source) {
   ProgramRun run = run_program(format_5000(body), options, source);
   EXPECT_FALSE(run.has_errors) << testing::PrintToString(run.diagnostics);

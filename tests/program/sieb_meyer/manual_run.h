@@ -21,6 +21,9 @@ inline constexpr std::string_view kToolTable =
 /// A program in format 5000 with that tool table; body lines count from 2.
 std::string format_5000(std::string_view body);
 
+/// A program with the tool table of a program without tools: two dollar signs, in format 1000 91.
+std::string ended(std::string_view program);
+
 /// Runs a program that nothing is wrong with; warnings are allowed.
 ProgramRun run_5000(std::string_view body,
                     const WalkOptions& options = {},

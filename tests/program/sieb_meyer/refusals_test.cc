@@ -12,6 +12,7 @@
 namespace panelcal {
 namespace {
 
+using test::ended;
 using test::expect_refused;
 using test::format_5000;
 using test::ProgramRun;
@@ -48,14 +49,16 @@ TEST(SiebMeyerRefuses, UnknownCommands) {
 
 /// X and Y, format 1000: "millimeter point not allowed".
 TEST(SiebMeyerRefuses, DecimalPointsInFormat1000) {
-  expect_refused(run_program("%%\nX1000Y1000T1\nX10.Y1000\n"), 3, {"point"});
-  expect_refused(run_program("%%\nX1000Y1000T1T0\nX2000Y1000G1F1.5\nX2000Y1000T0\n"), 3, {"point"});
+  expect_refused(run_program(ended("%%\nX1000Y1000T1\nX10.Y1000\n")), 3, {"point"});
+  expect_refused(
+      run_program(ended("%%\nX1000Y1000T1T0\nX2000Y1000G1F1.5\nX2000Y1000T0\n")), 3, {"point"});
 }
 
 /// F, formats 1000 and 3000: "No decimal point allowed!"
 TEST(SiebMeyerRefuses, DecimalPointsInTheFeedOfFormat3000) {
-  expect_refused(
-      run_program("%%3000\nX10.Y10.T1T0\nX20.Y10.G1F1.5\nX20.Y10.T0\n"), 3, {"point", "F1.5"});
+  expect_refused(run_program(ended("%%3000\nX10.Y10.T1T0\nX20.Y10.G1F1.5\nX20.Y10.T0\n")),
+                 3,
+                 {"point", "F1.5"});
 }
 
 /// "Minus sign (-): The command is not available in the format."
@@ -76,7 +79,7 @@ TEST(SiebMeyerRefuses, CommandsThatTheFormatLacks) {
   for (const auto& [text, word] : cases) {
     SCOPED_TRACE(text);
     const int line = word == "R500" ? 3 : 2;
-    expect_refused(run_program(std::string(text)), line, {word, "format"});
+    expect_refused(run_program(ended(text)), line, {word, "format"});
   }
 }
 

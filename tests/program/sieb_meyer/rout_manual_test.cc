@@ -17,6 +17,7 @@ namespace {
 
 using Eigen::Vector2d;
 using std::numbers::pi;
+using test::ended;
 using test::expect_places;
 using test::format_5000;
 using test::IsNearMatrix;
@@ -228,7 +229,7 @@ TEST(ManualF, MissingFeedIsTheMachinesDefault) {
 }
 
 double feed_mm_s(const std::string& text) {
-  const ProgramRun run = run_program(text);
+  const ProgramRun run = run_program(ended(text));
   EXPECT_FALSE(run.has_errors) << testing::PrintToString(run.diagnostics);
   if (run.executed.routs().size() != 1) return -1;
   return run.executed.routs()[0].feed.in_mm_s();
@@ -286,9 +287,9 @@ TEST(ManualG11, FinishRoutingStandsBeforeItsTrack) {
 // --- chapters 3.4 and 3.5: several contours ------------------------------------------------------
 
 TEST(ManualContours, TwoContours) {
-  const ProgramRun run = run_program(
-      "%%5000\n(1. CONTOUR)\nX100.Y100.T0T5\nX110.Y100.G1F1.5\nX110.Y100.T0\n"
-      "(2. CONTOUR)\nX200.Y200.T0\nX220.Y200.G1\nX220.Y200.T0\n");
+  const ProgramRun run =
+      run_program(ended("%%5000\n(1. CONTOUR)\nX100.Y100.T0T5\nX110.Y100.G1F1.5\nX110.Y100.T0\n"
+                        "(2. CONTOUR)\nX200.Y200.T0\nX220.Y200.G1\nX220.Y200.T0\n"));
   EXPECT_FALSE(run.has_errors) << testing::PrintToString(run.diagnostics);
   EXPECT_THAT(steps_of(run),
               ElementsAre("tool 5",
@@ -323,7 +324,8 @@ TEST(ManualContours, ConnectedContours) {
 /// I = X_start - X_center = 20 - 50, J = 80 - 55; the end is 38.08 mm from that centre, the start
 /// 39.05 mm: within 3 % the arc is adjusted, with a warning.
 TEST(ManualIJ, ArcOfTheManualIsAdjusted) {
-  const ProgramRun run = run_program("%%3000\nX20.Y80.T5T0\nX65.Y20.G2I-30.J25.F12\nX65.Y20.T0\n");
+  const ProgramRun run =
+      run_program(ended("%%3000\nX20.Y80.T5T0\nX65.Y20.G2I-30.J25.F12\nX65.Y20.T0\n"));
   EXPECT_FALSE(run.has_errors) << testing::PrintToString(run.diagnostics);
   EXPECT_THAT(run.diagnostics, Contains(says(3, "warning[")));
   const std::vector<Piece> pieces = pieces_from({20, 80}, run.executed.routs());
@@ -337,7 +339,8 @@ TEST(ManualIJ, ArcOfTheManualIsAdjusted) {
 }
 
 TEST(ManualIJ, AnExactArcIsNotAdjusted) {
-  const ProgramRun run = run_program("%%3000\nX20.Y80.T5T0\nX80.Y80.G3I-30.J25.F12\nX80.Y80.T0\n");
+  const ProgramRun run =
+      run_program(ended("%%3000\nX20.Y80.T5T0\nX80.Y80.G3I-30.J25.F12\nX80.Y80.T0\n"));
   EXPECT_THAT(run.diagnostics, testing::Not(Contains(says(3, ""))));
   const std::vector<Piece> pieces = pieces_from({20, 80}, run.executed.routs());
   ASSERT_EQ(pieces.size(), 1U);
@@ -349,15 +352,15 @@ TEST(ManualIJ, AnExactArcIsNotAdjusted) {
 /// must [be] programmed for each quadrant of the circular arc."
 TEST(ManualIJ, Format1000HasPositiveValuesAndOneQuadrantALine) {
   const ProgramRun clockwise = run_program(
-      "%%\nX3000Y5000T5T0\nX5000Y7000G2I2000J0F15\nX7000Y5000G2I0J2000\nX5000Y3000G2I2000J0\n"
-      "X5000Y3000T0\n");
+      ended("%%\nX3000Y5000T5T0\nX5000Y7000G2I2000J0F15\nX7000Y5000G2I0J2000\nX5000Y3000G2I2000J0\n"
+            "X5000Y3000T0\n"));
   EXPECT_FALSE(clockwise.has_errors) << testing::PrintToString(clockwise.diagnostics);
   const std::vector<Piece> right = pieces_from({30, 50}, clockwise.executed.routs());
   ASSERT_EQ(right.size(), 1U) << "three quadrants of one circle";
   expect_arc(right[0], RoutKind::Clockwise, {50, 30}, {50, 50}, 1.5 * pi);
 
   const ProgramRun counterclockwise = run_program(
-      "%%\nX3000Y5000T5T0\nX5000Y3000G3I2000J0F15\nX7000Y5000G3I0J2000\nX7000Y5000T0\n");
+      ended("%%\nX3000Y5000T5T0\nX5000Y3000G3I2000J0F15\nX7000Y5000G3I0J2000\nX7000Y5000T0\n"));
   EXPECT_FALSE(counterclockwise.has_errors) << testing::PrintToString(counterclockwise.diagnostics);
   const std::vector<Piece> left = pieces_from({30, 50}, counterclockwise.executed.routs());
   ASSERT_EQ(left.size(), 1U);

@@ -19,6 +19,7 @@ namespace panelcal {
 namespace {
 
 using Eigen::Vector2d;
+using test::ended;
 using test::expect_places;
 using test::IsNearMatrix;
 using test::Places;
@@ -151,8 +152,8 @@ TEST(ManualSlm, RetractsTheProbeWhereG75Stands) {
 TEST(ManualSlm, ThreeScansAndThreeDepthHoles) {
   HeightSource probes = heights_in_order({1.51, 1.52, 1.53});
   const ProgramRun run = run_probing(
-      "%%5000\n(MEASURING)\nG71\nX10.Y120.G73L1\nX20.Y120.G73L2\nX30.Y120.G73L3\nG75\n"
-      "(PRODUCTION)\nG71K.2\nL1\nX12.Y120.T8\nL2\nX22.Y120.\nL3\nX32.Y120.\nG70\n",
+      ended("%%5000\n(MEASURING)\nG71\nX10.Y120.G73L1\nX20.Y120.G73L2\nX30.Y120.G73L3\nG75\n"
+            "(PRODUCTION)\nG71K.2\nL1\nX12.Y120.T8\nL2\nX22.Y120.\nL3\nX32.Y120.\nG70\n"),
       probes);
   expect_clean(run);
   EXPECT_THAT(work_of(run),
@@ -166,7 +167,7 @@ TEST(ManualSlm, ThreeScansAndThreeDepthHoles) {
 TEST(ManualSlm, ANegativePlaneLeavesAResidualWeb) {
   HeightSource probes = heights_in_order({1.5});
   const ProgramRun run =
-      run_probing("%%5000\nG71\nX1.Y1.G73L1\nG71K-2.0\nL1\nX2.Y2.T1\nG70\n", probes);
+      run_probing(ended("%%5000\nG71\nX1.Y1.G73L1\nG71K-2.0\nL1\nX2.Y2.T1\nG70\n"), probes);
   expect_clean(run);
   EXPECT_THAT(run.executed.lines(), Contains("6 drill 1 (2, 2) depth -2 surface 1.5"));
 }
@@ -176,7 +177,8 @@ TEST(ManualSlm, ANegativePlaneLeavesAResidualWeb) {
 TEST(ManualSlm, G70KeepsItsSettings) {
   HeightSource probes = heights_in_order({1.5});
   const ProgramRun run = run_probing(
-      "%%5000\nG71K.3\nX1.Y1.G73L1\nL1\nX2.Y2.T1\nG70\nX3.Y3.\nG71\nL1\nX4.Y4.\nG70\n", probes);
+      ended("%%5000\nG71K.3\nX1.Y1.G73L1\nL1\nX2.Y2.T1\nG70\nX3.Y3.\nG71\nL1\nX4.Y4.\nG70\n"),
+      probes);
   expect_clean(run);
   EXPECT_THAT(work_of(run),
               ElementsAre("5 tool 1",
@@ -189,8 +191,8 @@ TEST(ManualSlm, G70KeepsItsSettings) {
 TEST(ManualSlm, AContourHasOneReferenceSurface) {
   HeightSource probes = heights_in_order({1.5, 1.7});
   const ProgramRun run = run_probing(
-      "%%5000\nG71K.3\nX1.Y1.G73L1\nX9.Y9.G73L2\nL1\nX10.Y10.T5T0\nX20.Y10.G1F1.\nX20.Y20.\n"
-      "X20.Y20.T0\nL2\nX30.Y30.T0\nX40.Y30.G1\nX40.Y30.T0\nG70\n",
+      ended("%%5000\nG71K.3\nX1.Y1.G73L1\nX9.Y9.G73L2\nL1\nX10.Y10.T5T0\nX20.Y10.G1F1.\nX20.Y20.\n"
+            "X20.Y20.T0\nL2\nX30.Y30.T0\nX40.Y30.G1\nX40.Y30.T0\nG70\n"),
       probes);
   expect_clean(run);
   EXPECT_THAT(work_of(run), Contains("8 rout 5 line (20, 20) depth 0.3 surface 1.5"));
@@ -202,7 +204,7 @@ TEST(ManualSlm, AContourHasOneReferenceSurface) {
 TEST(ManualSlm, EveryPatternIsProbedByItself) {
   HeightSource probes = heights_in_order({1.5, 1.7});
   const ProgramRun run = run_probing(
-      "%%5000\nM31\nG71K.3\nX1.Y1.G73L1\nL1\nX2.Y2.T1\nG70\nXYM50\nX100.YM50M30\n", probes);
+      ended("%%5000\nM31\nG71K.3\nX1.Y1.G73L1\nL1\nX2.Y2.T1\nG70\nXYM50\nX100.YM50M30\n"), probes);
   expect_clean(run);
   expect_places(probed_places(probes), {{1, 1}, {101, 1}});
   EXPECT_EQ(probes.requests()[1].path, InstancePath{1});
@@ -218,7 +220,7 @@ TEST(ManualG74, ItsSlipsAreRefused) {
   const auto refuses = [](const std::string& production, int line, const std::string& expected) {
     HeightSource probes = heights_in_order({1.4});
     test::expect_refused(
-        run_probing("%%5000\nG71\nX130.Y120.G73\nG74L1\nL1\n" + production, probes),
+        run_probing(ended("%%5000\nG71\nX130.Y120.G73\nG74L1\nL1\n" + production), probes),
         line,
         {expected});
   };
@@ -283,10 +285,10 @@ TEST(ManualG74, CalculationMethodsOfSpav) {
 /// "Then, all entries are cleared from the averaging area."
 TEST(ManualG74, TheNextAverageStartsAnew) {
   HeightSource probes = heights_in_order({1.0, 2.0, 3.0, 5.0});
-  const ProgramRun run = run_probing(
-      "%%5000\nG71K.1\nX1.Y1.G73\nX2.Y1.G73\nG74L1\nX3.Y1.G73\nX4.Y1.G73\nG74L2\n"
-      "L1\nX5.Y5.T1\nL2\nX6.Y5.\nG70\n",
-      probes);
+  const ProgramRun run =
+      run_probing(ended("%%5000\nG71K.1\nX1.Y1.G73\nX2.Y1.G73\nG74L1\nX3.Y1.G73\nX4.Y1.G73\nG74L2\n"
+                        "L1\nX5.Y5.T1\nL2\nX6.Y5.\nG70\n"),
+                  probes);
   expect_clean(run);
   EXPECT_THAT(
       steps_of(run),
@@ -299,10 +301,10 @@ TEST(ManualG74, TheNextAverageStartsAnew) {
 TEST(ManualG74, ProtocolKeepsEveryScan) {
   HeightSource probes = heights_in_order({1.40, 1.54, 1.50, 1.80});
   const ProgramRun run = run_probing(
-      averaging("G73L101\n", "G73L102\n", "G73L103\n", "G73L104\n") +
-          "(PRODUCTION)\nL1\nG71K.4\nX165.Y15.T1\nX170.Y15.\nG71K.5\nX125.Y125.T0T5\n"
-          "X135.Y135.G1F1.5\nX135.Y135.T0\nL101\nX1.Y1.\nL102\nX2.Y1.\nL103\nX3.Y1.\nL104\n"
-          "X4.Y1.\nG70\n",
+      ended(averaging("G73L101\n", "G73L102\n", "G73L103\n", "G73L104\n") +
+            "(PRODUCTION)\nL1\nG71K.4\nX165.Y15.T1\nX170.Y15.\nG71K.5\nX125.Y125.T0T5\n"
+            "X135.Y135.G1F1.5\nX135.Y135.T0\nL101\nX1.Y1.\nL102\nX2.Y1.\nL103\nX3.Y1.\nL104\n"
+            "X4.Y1.\nG70\n"),
       probes);
   expect_clean(run);
   EXPECT_EQ(probes.requests().size(), 4U) << "no second scan";
@@ -331,7 +333,7 @@ constexpr char kGrid[] =
 
 TEST(ManualG79, ProbesTheReferenceAndOneHundredTwentyPlaces) {
   HeightSource probes([](const ProbeRequest&) { return 1.5; });
-  const ProgramRun run = run_probing(kGrid, probes);
+  const ProgramRun run = run_probing(ended(kGrid), probes);
   expect_clean(run);
   Places expected = {{10, 5}};
   for (int row = 0; row < 12; ++row) {
@@ -356,7 +358,7 @@ TEST(ManualG79, DeviationsAboveTheToleranceAreErrors) {
     HeightSource probes([deviation_mm](const ProbeRequest& request) {
       return request.nominal.in_mm() == Vector2d(40, 70) ? 1.5 + deviation_mm : 1.5;
     });
-    return run_probing(kGrid, probes);
+    return run_probing(ended(kGrid), probes);
   };
   for (const double deviation_mm : {0.99, -0.99}) expect_clean(run_with(deviation_mm));
   for (const double deviation_mm : {1.01, -1.01}) {
@@ -383,7 +385,7 @@ TEST(ManualG79, HolesFollowTheInterpolatedSurface) {
     return 1.5 + 0.001 * p_mm.x() + 0.0005 * p_mm.y();
   });
   const ProgramRun run =
-      run_probing(std::string(kGrid) + "X25.Y36.T1Z1.\nX55.Y36.\nX55.Y96.\n", probes);
+      run_probing(ended(std::string(kGrid) + "X25.Y36.T1Z1.\nX55.Y36.\nX55.Y96.\n"), probes);
   expect_clean(run);
   ASSERT_EQ(run.holes().size(), 3U);
   expect_rise(run.holes()[0].drill.cut, run.holes()[1].drill.cut, 0.03);
@@ -399,7 +401,8 @@ TEST(ManualG79, ContoursFollowItInSteps) {
   });
   std::string grid = kGrid;
   grid.replace(grid.find("MAPT1.0"), 7, "MAPT2.0");
-  const ProgramRun run = run_probing(grid + "X0Y0T0T5Z1.\nX80.Y80.G1F1.\nX80.Y80.T0\n", probes);
+  const ProgramRun run =
+      run_probing(ended(grid + "X0Y0T0T5Z1.\nX80.Y80.G1F1.\nX80.Y80.T0\n"), probes);
   expect_clean(run);
   const std::vector<Rout>& routs = run.executed.routs();
   // Chords of a parabola y = 0.64 t^2 stay within 0.01 mm only if none is longer than 0.25.
@@ -420,8 +423,8 @@ TEST(ManualG79, ContoursFollowItInSteps) {
 /// another depth there. Nothing moves in its first rout line either.
 TEST(ManualG83, RoutsAtZThenAtADepthThenAtZAgain) {
   const ProgramRun run = run_program(
-      "%%5000\nX20.Y30.T5T0 Z3.\nX20.Y30.G1 F1.2\nX40.Y30.\nX40.Y30.G83K2.\nX60.Y50.\n"
-      "X90.Y80.T0 G82\nX95.Y80.\nX96.Y80.G83\n");
+      ended("%%5000\nX20.Y30.T5T0 Z3.\nX20.Y30.G1 F1.2\nX40.Y30.\nX40.Y30.G83K2.\nX60.Y50.\n"
+            "X90.Y80.T0 G82\nX95.Y80.\nX96.Y80.G83\n"));
   expect_clean(run);
   Lines steps = steps_of(run);
   std::erase(steps, "rout 5 line (20, 30) z 3");
@@ -441,24 +444,25 @@ TEST(ManualG83, RoutsAtZThenAtADepthThenAtZAgain) {
 /// K, H and Z: "unit in Format 3000: 0.01 mm (millimeter point allowed); unit in Format 5000: 0.001
 /// mm". The traveling plane H changes no working plane.
 TEST(ManualPlanes, UnitDependsOnTheFormat) {
-  EXPECT_THAT(steps_of(run_program("%%3000\nX1.Y1.T1Z300H2000\nX2.Y1.Z2.5\nX3.Y1.G83K40\n")),
+  EXPECT_THAT(steps_of(run_program(ended("%%3000\nX1.Y1.T1Z300H2000\nX2.Y1.Z2.5\nX3.Y1.G83K40\n"))),
               ElementsAre("tool 1",
                           "setting H20.000",
                           "drill 1 (1, 1) z 3",
                           "drill 1 (2, 1) z 2.5",
                           "drill 1 (3, 1) depth 0.4"));
-  EXPECT_THAT(steps_of(run_program("%%5000\nX1.Y1.T1Z3000H20.\nX2.Y1.Z2.5\nX3.Y1.G83K400\n")),
-              ElementsAre("tool 1",
-                          "setting H20.000",
-                          "drill 1 (1, 1) z 3",
-                          "drill 1 (2, 1) z 2.5",
-                          "drill 1 (3, 1) depth 0.4"));
+  EXPECT_THAT(
+      steps_of(run_program(ended("%%5000\nX1.Y1.T1Z3000H20.\nX2.Y1.Z2.5\nX3.Y1.G83K400\n"))),
+      ElementsAre("tool 1",
+                  "setting H20.000",
+                  "drill 1 (1, 1) z 3",
+                  "drill 1 (2, 1) z 2.5",
+                  "drill 1 (3, 1) depth 0.4"));
 }
 
 /// "Coordinate, from which the new plane is effective": a K waits for G83.
 TEST(ManualPlanes, KWaitsForDepthControl) {
   EXPECT_THAT(
-      steps_of(run_program("%%5000\nX1.Y1.T1Z3.K.4\nX2.Y1.G83\nX3.Y1.G82Z2.\n")),
+      steps_of(run_program(ended("%%5000\nX1.Y1.T1Z3.K.4\nX2.Y1.G83\nX3.Y1.G82Z2.\n"))),
       ElementsAre(
           "tool 1", "drill 1 (1, 1) z 3", "drill 1 (2, 1) depth 0.4", "drill 1 (3, 1) z 2"));
 }

@@ -88,5 +88,20 @@ TEST(SourceText, SaysWhichFileIsMissing) {
   EXPECT_THAT(read_source("no/such/file.exc"), FailsWith(Code::FileUnreadable, "no/such/file.exc"));
 }
 
+TEST(LastLine, MayBeIncomplete) {
+  for (const char* text : {"A\nB", "A\nB\n", "A\rB\r", "A\n\rB\n\r", "A\r\nB\r\n"}) {
+    EXPECT_EQ(last_line(text).text, "B");
+    EXPECT_EQ(last_line(text).number, 2);
+  }
+  EXPECT_EQ(last_line("A\n\n").text, "");
+  EXPECT_EQ(last_line("").text, "");
+  EXPECT_EQ(last_line("").number, 1);
+}
+
+TEST(LastLine, IsCompleteWithALineEnd) {
+  for (const char* text : {"A\n", "A\r", "A\r\n", "A\n\r"}) EXPECT_TRUE(ends_in_line_end(text));
+  for (const char* text : {"", "A", "A\nB"}) EXPECT_FALSE(ends_in_line_end(text));
+}
+
 }  // namespace
 }  // namespace panelcal

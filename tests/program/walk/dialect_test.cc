@@ -25,7 +25,7 @@ TEST(Dialects, GiveAProgramTheHeadOfItsLanguage) {
   EXPECT_TRUE(excellon::header_of(excellon).states_format);
   EXPECT_EQ(excellon.tools().size(), 1U);
 
-  const Program sieb_meyer = load_program({"p", "%%5000\nX1000Y1000T1\n$\nT1D1.0\n"}, log);
+  const Program sieb_meyer = load_program({"p", "%%5000\nX1000Y1000T1\n$\nT1D1.0\n$\n"}, log);
   ASSERT_EQ(sieb_meyer.dialect, Dialect::SiebMeyer);
   EXPECT_EQ(sieb_meyer::layout_of(sieb_meyer).head_line, 1);
   EXPECT_NE(sieb_meyer.number_summary(), excellon.number_summary());

@@ -41,7 +41,7 @@ TEST(Walk, AProgramMayBeMovedAndCopied) {
 
 TEST(Walk, AnEmptyProgramHasNoEnd) {
   EXPECT_EQ(test::run_program("").diagnostics,
-            std::vector<std::string>{"p.exc:1: warning[end-missing]"});
+            std::vector<std::string>{"p.exc:1: error[end-missing]"});
 }
 
 TEST(Walk, TheSinkLearnsFileAndToolsBeforeAnythingElse) {

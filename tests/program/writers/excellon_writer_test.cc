@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/writers/excellon_writer.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "program/model/placement.h"
@@ -15,9 +16,19 @@ using namespace test;
 
 const std::string kMetricHeader = "M48\nFMAT,2\nMETRIC,LZ\nT1C1.0\nT2C2.5\nM95\nG90\nG05\n";
 
+bool is_end(const What& operation) {
+  const auto* stop = std::get_if<Stop>(&operation);
+  return stop != nullptr && name(stop->kind).starts_with("end");
+}
+
+/// Without the M30 that ends operations without an end.
 std::string program_of(const std::vector<What>& operations,
                        const ProgramInfo& info = metric_info()) {
-  return written<ExcellonWriter>(operations, info, ProgramWriterOptions{});
+  std::string text = written<ExcellonWriter>(operations, info, ProgramWriterOptions{});
+  if (std::ranges::any_of(operations, is_end)) return text;
+  constexpr std::string_view kEnd = "M30\n";
+  EXPECT_TRUE(text.ends_with(kEnd)) << text;
+  return text.substr(0, text.size() - std::min(kEnd.size(), text.size()));
 }
 
 /// What follows the header of a metric program.
@@ -69,7 +80,13 @@ TEST(ExcellonWriter, WritesADrillingProgram) {
 TEST(ExcellonWriter, ClosesTheHeaderByM95UnlessTheSourceStopsThere) {
   EXPECT_EQ(program_of({}), kMetricHeader);
   EXPECT_EQ(program_of({Stop{}}), kMetricHeader + "M30\n");
+  EXPECT_EQ(program_of({Stop{.kind = StopKind::EndNoRewind}}), kMetricHeader + "M00\n");
   EXPECT_EQ(body_of({drill(1, 1, 2), Stop{.kind = StopKind::HeaderEnd}}), "X1.0Y2.0\nM09\n");
+}
+
+TEST(ExcellonWriter, SaysThatTheSourceHasNoEnd) {
+  EXPECT_EQ(body_of({drill(1, 1, 2), Stop{.kind = StopKind::EndAccepted}}),
+            "X1.0Y2.0\n;the source has no M30: accepted by --accept-unterminated\nM30\n");
 }
 
 TEST(ExcellonWriter, WritesAHeadersZeroSetBehindTheHeader) {

@@ -123,6 +123,11 @@ TEST(GcodeWriter, EndsWhatHasNoEnd) {
   EXPECT_EQ(write_out({}).text, "M2\n");
 }
 
+TEST(GcodeWriter, SaysThatTheSourceHasNoEnd) {
+  EXPECT_EQ(write_out({Stop{StopKind::EndAccepted, {}, {}}}).text,
+            "; the source has no M30: accepted by --accept-unterminated\nM2\n");
+}
+
 TEST(GcodeWriter, ApproachesRapidlyAndWaitsForTheSpindle) {
   GcodeSetting setting = on_the_board();
   setting.approach_z = mm(0.5);

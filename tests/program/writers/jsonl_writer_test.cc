@@ -114,6 +114,8 @@ TEST(JsonlWriter, WritesStopsAndTexts) {
             "\n");
   EXPECT_THAT(line_of(Stop{.kind = StopKind::Optional}), ::testing::HasSubstr("\"optional\""));
   EXPECT_THAT(line_of(Stop{.kind = StopKind::EndNoRewind}), ::testing::HasSubstr("\"end\""));
+  EXPECT_THAT(line_of(Stop{.kind = StopKind::EndAccepted}),
+              ::testing::HasSubstr("\"end_accepted\""));
   EXPECT_THAT(line_of(Stop{.kind = StopKind::HeaderEnd}), ::testing::HasSubstr("\"header_end\""));
   EXPECT_EQ(line_of(Message{"TURN \"IT\""}),
             R"({"op":"message","line":10,"text":"TURN \"IT\""})"

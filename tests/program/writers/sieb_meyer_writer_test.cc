@@ -325,6 +325,12 @@ TEST(SiebMeyerWriter, WritesStops) {
   EXPECT_THAT(written.losses, ElementsAre(Reports("p:13: warning[translation-loss]")));
 }
 
+TEST(SiebMeyerWriter, SaysThatTheSourceHasNoEnd) {
+  const Written written = from_excellon({Stop{.kind = StopKind::EndAccepted}});
+  EXPECT_EQ(written.body, "(the source has no M30: accepted by --accept-unterminated)\n");
+  EXPECT_THAT(written.losses, testing::IsEmpty());
+}
+
 TEST(SiebMeyerWriter, MessagesThatWouldBeOrdersAreMarked) {
   EXPECT_EQ(from_excellon({Message{"TURN BOARD"},
                            Message{"!NOW"},
