@@ -70,7 +70,7 @@ def main():
         n_refused, n_served = outcomes(run, folder, "out.csv", range(least, least + 16))
         assert n_refused > 0 and n_served > 0, f"limits from {least} MiB do not tell anything"
 
-        demo = Path(root) / "datasets/demo"
+        demo = Path(root).resolve() / "datasets/demo"
         locate = [panelcal, "run", str(demo / "panel.exc"), "-m", str(demo / "machine.toml"),
                   "--images", str(demo / "images"), "--threads", "2", "-o", "out.csv"]
         outcomes(locate, folder, "out.csv", range(least, least + 400, 20))

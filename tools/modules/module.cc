@@ -1,17 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/modules/module.h"
 
+#include <new>
 #include <string_view>
 
 #include "machine/devices/module_path.h"
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 namespace panelcal::modules {
 namespace {
 
 [[noreturn]] void fail_loading(const std::string& path, std::string_view why) {
   throw ModuleError(fmt::format("module not usable: \"{}\": {}", path, why));
+}
+
+/// The loader has words for it, and no code. Where addresses are limited, a part of a module that
+/// cannot be mapped is one for which they do not suffice.
+bool is_of_memory(std::string_view why) {
+  rlimit limit{};
+  const bool is_limited = ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+  return why.ends_with("Cannot allocate memory") ||
+         (is_limited && why.find("failed to map segment") != why.npos);
 }
 
 }  // namespace
@@ -23,6 +34,7 @@ const void* load_functions(const char* file) {
   const void* const face = library != nullptr ? dlsym(library, "panelcal_module") : nullptr;
   if (face == nullptr) {
     const char* const why = dlerror();
+    if (why != nullptr && is_of_memory(why)) throw std::bad_alloc();
     fail_loading(path, why != nullptr ? why : "not a module");
   }
   const auto& module = *static_cast<const PanelcalModule*>(face);
