@@ -24,8 +24,9 @@ fiducials, unused tools, missing feeds, coordinates of a suspicious size, and wi
 travel_low_mm and travel_high_mm moves outside the travel. In SIEB & MEYER programs also brackets
 that do not close, contours without T0, holes in forbidden areas, surfaces that are not
 measured, and peck strokes that end too high; every probe is taken to find the surface where it is
-expected. A file without its end (M30 or M00, the tool table) is an error; --accept-unterminated takes
-an Excellon file that stops behind a complete line. Without PROGRAM only the machine file and the calibrations it names are checked.
+expected. A file without its end (M30 or M00, the tool table) is an error; --accept-unterminated
+takes an Excellon file that stops behind a complete line. Without PROGRAM only the machine file and
+the calibrations it names are checked.
 
 Exit codes
   0 nothing wrong (warnings allowed); 2 errors)"},
