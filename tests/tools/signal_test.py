@@ -5,6 +5,7 @@
     signal_test.py PANELCAL ROOT
 """
 
+import json
 import shutil
 import signal
 import subprocess
@@ -54,9 +55,6 @@ def interrupted(command, folder, number):
 
 
 def prepare(folder, root):
-    stage = folder / "stage.py"
-    stage.write_text(STAGE)
-    stage.chmod(0o755)
     demo = Path(root) / "datasets/demo"
     for name in ("panel.exc", "board.drl", "camera.cal.json"):
         shutil.copy(demo / name, folder)
@@ -67,10 +65,34 @@ def prepare(folder, root):
     (folder / "machine.toml").write_text(config)
 
 
+def prepare_night(folder, root):
+    """A night that begins with a hole to drill, by the same program."""
+    config = (Path(root) / "tests/golden/fixtures/night/machine.toml").read_text()
+    for old, new in (("[machine]\n", '[machine]\nstage_command = ["./stage.py", "{x}", "{y}"]\n'
+                                     'drill_command = ["./stage.py", "{tool}"]\n'),
+                     ('machine_driver = "sim"', 'camera = "folder:images"')):
+        assert config.count(old) == 1, old
+        config = config.replace(old, new)
+    (folder / "night.toml").write_text(config[:config.index("[sim]")])
+
+
+def check_night(panelcal, folder):
+    command = [panelcal, "nightly", "-m", "night.toml", "--clock", "2026-11-20T23:00:00Z"]
+    code, error = interrupted(command, folder, signal.SIGTERM)
+    assert code == 128 + signal.SIGTERM, f"exit {code}: {error}"
+    record = json.loads((folder / "reports/2026-11-20.json").read_text())
+    assert not record["may_drill"], record
+    assert "interrupted: SIGTERM" in json.dumps(record), record
+    assert "interrupted" in (folder / "reports/2026-11-20.html").read_text()
+
+
 def main():
     panelcal, root = sys.argv[1:]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        stage = folder / "stage.py"
+        stage.write_text(STAGE)
+        stage.chmod(0o755)
         prepare(folder, root)
         output = folder / "out.drl"
         output.write_text("the old one\n")
@@ -82,6 +104,8 @@ def main():
             assert f"error[interrupted]: ended by a signal: {number.name}" in error, error
             assert output.read_text() == "the old one\n"
             assert not list(folder.glob("*.part-*"))
+        prepare_night(folder, root)
+        check_night(panelcal, folder)
 
 
 if __name__ == "__main__":

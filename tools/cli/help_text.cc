@@ -50,7 +50,8 @@ virtual machine of [sim]. Only --install puts a calibration in force.
 
 Exit codes
   0 done; 1 the measurements give no calibration, or it was not installed; 2 bad input or usage;
-  3 a device, the ledger or the disk failed)"},
+  3 a device, the ledger or the disk failed; 129, 130, 143 SIGHUP, SIGINT or SIGTERM came: what the
+  commands of [machine] moved was halted first)"},
     {"calibrate spindle-camera", R"(Example
   $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
 
@@ -105,7 +106,8 @@ for cron.
 
 Exit codes
   0 everything was installed; 1 something was refused or a check did not pass; 2 bad input or usage;
-  3 a device, the disk or the ledger failed, or another run holds the machine's lock)"},
+  3 a device, the disk or the ledger failed, or another run holds the machine's lock; 129, 130, 143
+  SIGHUP, SIGINT or SIGTERM came: what moved was halted first, and the page says "interrupted")"},
     {"plan", R"(Example
   $ panelcal plan datasets/demo/panel.exc -m datasets/demo/machine.toml -o plan.html
 
@@ -195,7 +197,8 @@ series would fit with a camera mirrored or turned by a quarter, a line on standa
 Exit codes
   0 done, perhaps with warnings; 1 a target was not found, a gate failed or [tolerance] holds the
   job, and no program was written (but see --force); 2 bad input or usage; 3 a device, the disk or
-  the environment failed)"},
+  the environment failed; 129, 130, 143 SIGHUP, SIGINT or SIGTERM came (what moved under --camera
+  was halted first))"},
     {"translate", R"(Example
   $ panelcal translate job.exc -o job.s5
   job.exc:3: warning[translation-loss]: "ATC,ON" has no form in SIEB & MEYER
