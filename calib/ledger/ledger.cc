@@ -157,9 +157,18 @@ Expected<Ledger> Ledger::open(const std::filesystem::path& path,
 
 Expected<Ledger> Ledger::open_to_read(const std::filesystem::path& path,
                                       const LedgerOptions& options) {
-  PANELCAL_TRY(std::unique_ptr<SqliteConnection> connection,
-               internal::open_ledger_file(path, SqliteConnection::Mode::Read, options));
-  return Ledger(std::move(connection), Clock());
+  const auto open = [&](SqliteConnection::Mode mode) {
+    return internal::open_ledger_file(path, mode, options);
+  };
+  auto connection = open(SqliteConnection::Mode::Read);
+  if (!connection && connection.error().code == Code::FileUnreadable) {
+    // A write that was killed has to be undone first, which needs a connection that may write.
+    if (const auto undone = open(SqliteConnection::Mode::Write)) {
+      connection = open(SqliteConnection::Mode::Read);
+    }
+  }
+  if (!connection) return failure(std::move(connection).error());
+  return Ledger(*std::move(connection), Clock());
 }
 
 Expected<std::vector<LedgerEntry>> Ledger::append_all(std::span<const LedgerDraft> drafts) {

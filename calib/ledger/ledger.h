@@ -66,7 +66,8 @@ class Ledger {
   static Expected<Ledger> open(const std::filesystem::path& path,
                                Clock clock,
                                const LedgerOptions& options = {});
-  /// The same for reading only, as on read-only media; the file must exist.
+  /// The same for reading only, as on read-only media; the file must exist. A write that was killed
+  /// halfway is undone where the file may be written.
   static Expected<Ledger> open_to_read(const std::filesystem::path& path,
                                        const LedgerOptions& options = {});
   /// Moves a damaged ledger aside, to `<path>.corrupt-<UTC time>` (with -2, -3, ... if that name is

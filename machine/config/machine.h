@@ -63,6 +63,7 @@ struct MachineConfig {
   std::map<int, Target> vision_tools;         ///< [[vision.tool]]
   std::optional<CameraCalibration> camera;    ///< [camera] calibration, read from its own file
   std::filesystem::path camera_file;          ///< of `camera`; empty without
+  Time camera_patience = seconds(5);          ///< [camera] patience_s
   std::map<double, CameraCalibration> zooms;  ///< [[camera.zoom]], by level
   std::map<double, std::filesystem::path> zoom_files;  ///< of `zooms`
   std::filesystem::path table_file;    ///< [table] calibration, of `walk.table`; or empty

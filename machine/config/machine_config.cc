@@ -85,8 +85,8 @@ constexpr std::array<Words, 22> kVisionKeys = {"algorithms",
                                                "search_area_mm",
                                                "search_radius_mm",
                                                "tool"};
-constexpr std::array<Words, 7> kCameraKeys = {
-    "bayer", "bits", "calibration", "focus_mm", "focus_range_mm", "lamp", "zoom"};
+constexpr std::array<Words, 8> kCameraKeys = {
+    "bayer", "bits", "calibration", "focus_mm", "focus_range_mm", "lamp", "patience_s", "zoom"};
 constexpr std::array<Words, 7> kGateKeys = {"false_alarm",
                                             "max_dropped",
                                             "nested",
@@ -121,6 +121,9 @@ Expected<void> read_camera(const TomlTable& top, MachineConfig& config) {
   if (file->empty()) return failure(table->problem("calibration", "the name of a file"));
   config.camera_file = config.file.parent_path() / *file;
   PANELCAL_TRY(config.camera, read_camera_calibration(config.camera_file));
+  PANELCAL_TRY(const double patience_s,
+               table->number_or("patience_s", {0, 3600}, config.camera_patience.in_s()));
+  config.camera_patience = seconds(patience_s);
   PANELCAL_TRY(const auto bayer, table->text("bayer"));
   PANELCAL_TRY(const auto bits, table->integer("bits", 9, 16));
   if (bits) config.picture_form.bits = static_cast<int>(*bits);

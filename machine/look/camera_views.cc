@@ -8,6 +8,7 @@
 #include "calib/base/interruption.h"
 #include "machine/devices/camera_uri.h"
 #include "machine/devices/command_stage.h"
+#include "machine/devices/patient_camera.h"
 #include "machine/devices/table_stage.h"
 #include <fmt/format.h>
 
@@ -109,7 +110,8 @@ Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& co
          "stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"], or --images for pictures that "
          "are already taken"});
   }
-  PANELCAL_TRY(std::unique_ptr<CameraDevice> camera, open_camera(camera_uri));
+  PANELCAL_TRY(std::unique_ptr<CameraDevice> camera,
+               open_patient_camera(camera_uri, config.camera_patience));
   auto views = std::make_unique<CameraViews>(
       config.spindle_camera,
       std::move(camera),

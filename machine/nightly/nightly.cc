@@ -2,6 +2,7 @@
 #include "machine/nightly/nightly.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -24,6 +25,9 @@
 
 namespace panelcal {
 namespace {
+
+/// A machine that stood still for longer begins anew.
+constexpr std::chrono::days kLongestPause(400);
 
 /// One run, from the lock to the record.
 class Night {
@@ -55,6 +59,7 @@ class Night {
     PANELCAL_TRY(Ledger ledger,
                  open_night_ledger(
                      job_.config.ledger_file, job_.clock, record_.machine, words(), record_.notes));
+    PANELCAL_CHECK(check_clock(ledger));
     PANELCAL_CHECK(note_lost(ledger));
     repair(ledger);
     warm_up_and_test(ledger);
@@ -115,6 +120,25 @@ class Night {
 
   NightWords words() const {
     return {job_.clock(), job_.asked_by, job_.software, record_.temperature_c};
+  }
+
+  /// A clock far ahead would leave entries that hold every later night.
+  Expected<void> check_clock(const Ledger& ledger) const {
+    LedgerFilter filter;
+    filter.machine = record_.machine;
+    filter.last = 1;
+    PANELCAL_TRY(const std::vector<LedgerEntry> newest, ledger.list(filter));
+    if (newest.empty()) return {};
+    const std::chrono::days pause =
+        std::chrono::floor<std::chrono::days>(record_.started - newest.back().time);
+    if (pause <= kLongestPause) return {};
+    return failure({Code::LedgerEntryInvalid,
+                    {job_.config.ledger_file.string(), 0, 0},
+                    fmt::format("the clock says {}, {} days after the newest entry of {}",
+                                iso_8601(record_.started),
+                                pause.count(),
+                                quoted(record_.machine)),
+                    "the right time, or after such a pause `panelcal history fresh-start`"});
   }
 
   /// What a run that was cut off has used up.
@@ -364,6 +388,7 @@ class Night {
       record_.steps.push_back(
           foresee_night_step(context, *calibration, ledger ? &*ledger : nullptr));
     }
+    if (ledger) PANELCAL_CHECK(check_clock(*ledger));
     if (ledger) fill_changes(*ledger);
     if (ledger) PANELCAL_CHECK(check_machine_toml(*ledger));
     if (ledger) PANELCAL_CHECK(note_last_warm_up(*ledger));

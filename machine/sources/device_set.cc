@@ -12,6 +12,7 @@
 #include "machine/devices/command_probe.h"
 #include "machine/devices/command_spindle.h"
 #include "machine/devices/command_stage.h"
+#include "machine/devices/patient_camera.h"
 #include "machine/devices/table_stage.h"
 #include "machine/sim/sim_coupon.h"
 #include "machine/sim/sim_table.h"
@@ -73,7 +74,7 @@ Expected<DeviceSet> DeviceSet::live(const MachineConfig& config, std::string_vie
                     "stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"]"});
   }
   auto owned = std::make_shared<Owned>();
-  PANELCAL_TRY(owned->camera, open_camera(camera_uri));
+  PANELCAL_TRY(owned->camera, open_patient_camera(camera_uri, config.camera_patience));
   owned->stage = measuring_stage(std::make_shared<CommandStage>(config.stage), config.walk.table);
   owned->spindle = std::make_unique<CommandSpindle>(config.stage.drill, config.stage.limit);
   if (!config.stage.probe.empty()) owned->probe = std::make_unique<CommandProbe>(config.stage);

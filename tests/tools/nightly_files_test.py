@@ -49,6 +49,9 @@ def main():
     assert reports() == ["2026-11-20-2.html", "2026-11-20.html"]
     assert Path("reports/2026-11-20.html").read_bytes() == page
 
+    # A clock far ahead leaves nothing that would hold the nights after it.
+    assert "ledger-entry-invalid" in night("2126-11-20T23:00:00Z", 2).stderr
+
     # A damaged calibration is written again, and the night goes on.
     good = Path("spindle.cal.json").read_text()
     Path("spindle.cal.json").write_text(good[:20])

@@ -19,7 +19,8 @@ std::string diagnostics_page() {
   std::string out =
       "# Diagnostics\n\n"
       "`FILE:LINE:COLUMN: error|warning[CODE]: SUMMARY: WHAT; expected REMEDY`\n\n"
-      "The exit code is that of the worst error; warnings do not change it.\n\n"
+      "The exit code is that of the worst error; warnings do not change it. After `interrupted` it "
+      "is 128 and the signal's number.\n\n"
       "| code | severity | exit | summary | what to do |\n| --- | --- | --- | --- | --- |\n";
   for (const CodeInfo& code : diagnostic_catalogue()) {
     const bool is_error = code.severity == Severity::Error;
