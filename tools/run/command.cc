@@ -162,6 +162,7 @@ class RunCommand {
             .camera = options_.camera,
             .machine_driver = options_.machine_driver,
             .probes = options_.probes,
+            .uncorrected = options_.uncorrected,
             .observer = observer(),
             .executor = pool_.get(),
             .prompt = [this] { return operator_prompt(kCommand, context_.console); }};
