@@ -131,9 +131,9 @@ Exit codes
 
 Walks through the program twice. The first walk measures every target and fits every series; each
 fit is held against [gates]. Only if all of them hold does the second walk write the corrected
-program, whole or not at all. The report is written in either case. A program that measures no target needs
-no SOURCE, and with one it is refused: it is the wrong program, or its targets are lost.
---uncorrected writes it as it is.
+program, whole or not at all. The report is written in either case. A program that measures no
+target needs no SOURCE, and with one it is refused: it is the wrong program, or its targets are
+lost. --uncorrected writes it as it is.
 
 [tolerance] states how far holes may be off. The second walk then gives each place the probability
 of breaking it ("risk"), from the fits' covariance and what [uncertainty], [spindle] and [camera]

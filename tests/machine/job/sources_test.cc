@@ -22,8 +22,9 @@ Survey nominal_of(std::string text, const WalkOptions& walk = {}) {
 }
 
 /// A program that drills one hole behind `block`.
-Survey nominal_of_hole(std::string_view block = "") {
-  return nominal_of("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\n" + std::string(block) + "X1.0Y2.0\nM30\n");
+Survey nominal_of_hole(std::string_view block = "", const WalkOptions& walk = {}) {
+  return nominal_of("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\n" + std::string(block) + "X1.0Y2.0\nM30\n",
+                    walk);
 }
 
 /// One source of targets each.
@@ -56,7 +57,8 @@ TEST(OpenSources, OpensNoneForAProgramThatIsMeantUncorrected) {
 }
 
 TEST(OpenSources, TakesAnOrderToCalibrateForAUse) {
-  EXPECT_TRUE(open_sources({.camera = "none://"}, {}, nominal_of_hole("G39X30.0Y10.0\n")));
+  const Survey nominal = nominal_of_hole("G39X30.0Y10.0\n", {.has_coupon = true});
+  EXPECT_TRUE(open_sources({.camera = "none://"}, {}, nominal));
 }
 
 TEST(OpenSources, RefusesToLeaveTargetsUncorrected) {
