@@ -69,6 +69,8 @@ class TomlTable {
                                   const TomlSource& source);
 
   bool has(std::string_view key) const { return table_->contains(key); }
+  /// The key's value is the text "off".
+  bool is_off(std::string_view key) const;
   Expected<std::optional<double>> number(std::string_view key, const Range& range) const;
   Expected<double> number_or(std::string_view key, const Range& range, double otherwise) const;
   /// Whole numbers, written without a decimal point.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <iterator>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -27,6 +29,18 @@ bool Survey::is_complete() const {
 
 bool Survey::is_accepted() const {
   return is_complete() && std::ranges::all_of(series, &SeriesResult::is_accepted);
+}
+
+std::vector<std::string> Survey::gates_off() const {
+  std::vector<std::string> off;
+  for (const SeriesResult& one_series : series) {
+    const bool is_nested = one_series.level == CorrectionLevel::Nested;
+    for (const std::string_view gate : panelcal::gates_off(one_series.limits)) {
+      std::string words = std::string(gate) + (is_nested ? " of nested fits" : "");
+      if (std::ranges::find(off, words) == off.end()) off.push_back(std::move(words));
+    }
+  }
+  return off;
 }
 
 const CalibrationAnswer* Survey::calibration_of(std::size_t i_measurement) const {

@@ -36,6 +36,7 @@ struct SeriesResult {
   std::shared_ptr<const BaseFit> base;         ///< set for a fitted base series
   std::shared_ptr<const NestedFit> nested;     ///< set for a fitted nested series
   std::optional<std::size_t> base_series;      ///< the base correction a nested one is relative to
+  GateLimits limits;  ///< of the fit, with its share of the job's false alarms
   std::vector<GateVerdict> gates;
   std::vector<ModelScore> compared;  ///< all models that the targets could determine
   std::optional<SeriesFault> fault;  ///< if the targets do not fit each other
@@ -81,6 +82,9 @@ struct Survey {
   bool is_complete() const;
   /// Every series is fitted and inside its limits, and every measured hole was found.
   bool is_accepted() const;
+
+  /// The default gates that fits were made without: "residual", "mirror of nested fits".
+  std::vector<std::string> gates_off() const;
 
   /// The calibration of this job that a measurement was made with; null: the machine's own.
   const CalibrationAnswer* calibration_of(std::size_t i_measurement) const;

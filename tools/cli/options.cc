@@ -175,6 +175,11 @@ class CommandLine {
     run_->add_flag("--uncorrected",
                    o.uncorrected,
                    "The program measures no target: write it as it is, whatever SOURCE says");
+    run_->add_option("--turned",
+                     o.turned_deg,
+                     "The panel is meant to lie turned by these degrees, counter-clockwise about "
+                     "work zero (default: [gates] turned_deg)")
+        ->check(CLI::IsMember({0, 90, 180, 270}));
     run_->add_option("--probes", o.probes, "Recorded probe readings (JSON Lines)");
     run_->add_option("--surface",
                      o.surface,

@@ -53,7 +53,8 @@ struct RunOptions {
   std::string slots;          ///< keep or expand; empty: what suits the format
   std::size_t n_threads = 0;  ///< that look at pictures; 0: one for each processor
   std::int64_t max_operations = 1'000'000'000;
-  bool uncorrected = false;  ///< a program without targets is meant
+  std::optional<int> turned_deg;  ///< absent: as [gates] says
+  bool uncorrected = false;       ///< a program without targets is meant
   bool force = false;
 };
 

@@ -39,14 +39,14 @@ std::string gate_row(const GateVerdict& gate) {
 }
 
 std::string gates_table(const SeriesResult& series) {
-  if (series.gates.empty()) {
-    return "<p class=\"quiet\">The machine's file sets no limit for this fit.</p>\n";
-  }
+  const std::string limits =
+      fmt::format("<p class=\"quiet\">Gates: {}.</p>\n", escaped(gates_text(series.limits)));
+  if (series.gates.empty()) return limits;
   std::string out =
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>gate</th><th class=\"num\">value</th>"
       "<th class=\"num\">limit</th><th></th><th></th></tr>\n";
   for (const GateVerdict& gate : series.gates) out += gate_row(gate);
-  return out + "</table></div>\n";
+  return out + "</table></div>\n" + limits;
 }
 
 std::string fit_paragraph(const SeriesResult& series, const FitNumbers& n) {

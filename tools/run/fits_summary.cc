@@ -110,6 +110,19 @@ std::string assignments_summary(const Survey& survey) {
   return out;
 }
 
+/// The gates of base and of nested fits.
+std::string gates_summary(const Survey& survey) {
+  std::string out;
+  for (const CorrectionLevel level : {CorrectionLevel::Base, CorrectionLevel::Nested}) {
+    const auto first = std::ranges::find(survey.series, level, &SeriesResult::level);
+    if (first == survey.series.end()) continue;
+    out += fmt::format("gates of {} fits: {}\n",
+                       level == CorrectionLevel::Base ? "panel" : "nested",
+                       gates_text(first->limits));
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string fits_summary(const Survey& survey) {
@@ -156,7 +169,7 @@ std::string fits_summary(const Survey& survey) {
     fmt::format_to(to, "{} nested fits, worst residual {:.3f} um\n", n_nested, worst_nested_um);
     out += report::nested_models_line(survey);
   }
-  return out;
+  return out + gates_summary(survey);
 }
 
 }  // namespace panelcal
