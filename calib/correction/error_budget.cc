@@ -59,6 +59,19 @@ void take(const Eigen::Matrix2d& by_measured,
   terms.map += propagate(by_measured, machine.map_mm2());
 }
 
+/// Only where the model was left to the targets; otherwise it is a decision, not a source of error.
+/// Only where the targets do not agree.
+void add_of_fit(const Eigen::Matrix2d& choice_mm2,
+                const Eigen::Matrix2d& misfit_mm2,
+                ErrorBudget& budget) {
+  if (!choice_mm2.isZero(0)) {
+    budget.push_back({"choice of the model", SharedBy::Correction, choice_mm2});
+  }
+  if (!misfit_mm2.isZero(0)) {
+    budget.push_back({"misfit of the targets", SharedBy::Correction, misfit_mm2});
+  }
+}
+
 /// A smooth fit: the part of its covariance beyond the targets' errors is the unknown part of the
 /// panel between them.
 ErrorBudget smooth_budget(const CorrectionStack& stack, const Position<frame::Nominal>& nominal) {
@@ -79,14 +92,14 @@ ErrorBudget smooth_budget(const CorrectionStack& stack, const Position<frame::No
   }
   ErrorBudget budget = with_machine(terms, SharedBy::Correction, machine);
   const Eigen::Matrix2d choice_mm2 = raw.choice(basis);
+  const Eigen::Matrix2d misfit_mm2 = raw.misfit(basis);
   if (raw.is_bent) {
     const Eigen::Matrix2d noise_mm2 = terms.detector + terms.stage + terms.table + terms.map;
-    budget.push_back(
-        {"bending between targets", SharedBy::Correction, raw.cov(basis) - choice_mm2 - noise_mm2});
+    budget.push_back({"bending between targets",
+                      SharedBy::Correction,
+                      raw.cov(basis) - choice_mm2 - misfit_mm2 - noise_mm2});
   }
-  if (!choice_mm2.isZero(0)) {
-    budget.push_back({"choice of the model", SharedBy::Correction, choice_mm2});
-  }
+  add_of_fit(choice_mm2, misfit_mm2, budget);
   return budget;
 }
 
@@ -133,12 +146,8 @@ ErrorBudget error_budget(const CorrectionStack& stack, const Position<frame::Nom
     terms.camera += by_camera * machine.camera_of(i_camera) * by_camera.transpose();
   }
   ErrorBudget budget = with_machine(terms, SharedBy::Correction, machine);
-  // Only where the model was left to the targets; otherwise it is a decision, not a source of
-  // error.
-  const Eigen::Matrix<double, 6, 6> choice_cov = stack.choice_cov();
-  if (!choice_cov.isZero(0)) {
-    budget.push_back({"choice of the model", SharedBy::Correction, j * choice_cov * j.transpose()});
-  }
+  add_of_fit(
+      j * stack.choice_cov() * j.transpose(), j * stack.misfit_cov() * j.transpose(), budget);
   return budget;
 }
 
@@ -146,7 +155,7 @@ Eigen::Matrix<double, 6, 6> coefficients_cov_of_pictures(const CorrectionStack& 
   if (stack.base() == nullptr && stack.nested() == nullptr) {
     return Eigen::Matrix<double, 6, 6>::Zero();
   }
-  Eigen::Matrix<double, 6, 6> cov = stack.choice_cov();
+  Eigen::Matrix<double, 6, 6> cov = stack.choice_cov() + stack.misfit_cov();
   for (const CorrectionStack::TargetInfluence& target : stack.influences()) {
     cov += target.by_measured * seen_mm2(target, stack.machine()) * target.by_measured.transpose();
   }

@@ -50,8 +50,8 @@ Length largest_sigma(const Eigen::Matrix2d& cov_mm2);
 ErrorBudget error_budget(const CorrectionStack& stack, const Position<frame::Nominal>& nominal);
 
 /// Of the whole map's coefficients: what the pictures alone make of them, and not knowing the
-/// panel's model. Those are the terms that a simulated job draws; it has neither a stage nor a
-/// table.
+/// panel's model, and targets that do not agree. Those are the terms that a simulated job draws; it
+/// has neither a stage nor a table.
 ///
 /// Out    order and use as TransformEstimate's; zero without a correction
 /// Cost   O(targets)

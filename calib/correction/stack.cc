@@ -142,17 +142,27 @@ std::vector<CorrectionStack::TargetInfluence> CorrectionStack::influences() cons
   return out;
 }
 
-Eigen::Matrix<double, 6, 6> CorrectionStack::choice_cov() const {
+Matrix6d CorrectionStack::of_whole(const Matrix6d& base_cov, const Matrix6d& nested_cov) const {
   Matrix6d cov = Matrix6d::Zero();
   if (base_) {
     const Matrix6d by_base = whole_by_base(*base_, nested_.get());
-    cov += by_base * base_->choice_cov * by_base.transpose();
+    cov += by_base * base_cov * by_base.transpose();
   }
   if (nested_) {
     const Matrix6d by_nested = by_outer(base_map_);
-    cov += by_nested * nested_->choice_cov * by_nested.transpose();
+    cov += by_nested * nested_cov * by_nested.transpose();
   }
   return cov;
+}
+
+Matrix6d CorrectionStack::choice_cov() const {
+  const Matrix6d none = Matrix6d::Zero();
+  return of_whole(base_ ? base_->choice_cov : none, nested_ ? nested_->choice_cov : none);
+}
+
+Matrix6d CorrectionStack::misfit_cov() const {
+  const Matrix6d none = Matrix6d::Zero();
+  return of_whole(base_ ? base_->misfit_cov : none, nested_ ? nested_->misfit_cov : none);
 }
 
 std::vector<CorrectionStack::PlaceInfluence> CorrectionStack::influences_at(
@@ -217,14 +227,8 @@ void CorrectionStack::compose() {
   whole_.cov.setZero();
   drilled_ = whole_;
   if (!base_ && !nested_) return;
-  if (base_) {
-    const Matrix6d by_base = whole_by_base(*base_, nested_.get());
-    whole_.cov += by_base * base_->map.cov * by_base.transpose();
-  }
-  if (nested_) {
-    const Matrix6d by_nested = by_outer(base_map_);
-    whole_.cov += by_nested * nested_->map.cov * by_nested.transpose();
-  }
+  const Matrix6d none = Matrix6d::Zero();
+  whole_.cov = of_whole(base_ ? base_->map.cov : none, nested_ ? nested_->map.cov : none);
   whole_.cov += camera_covariance(influences(), machine_);
   drilled_.cov = whole_.cov;
   drilled_.cov.bottomRightCorner<2, 2>() += machine_.shared_mm2() + machine_.of_hole_mm2();

@@ -114,6 +114,8 @@ class CorrectionStack {
   std::vector<PlaceInfluence> influences_at(const Position<frame::Nominal>& nominal) const;
   /// The part of the covariance that comes from not knowing the panel's model; zero if it is given.
   Eigen::Matrix<double, 6, 6> choice_cov() const;
+  /// The part that comes from targets that do not agree (calib/panel/misfit.h); zero if they do.
+  Eigen::Matrix<double, 6, 6> misfit_cov() const;
 
  private:
   /// A place under a smooth base fit.
@@ -122,6 +124,9 @@ class CorrectionStack {
     internal::CovarianceForm drilled;
   };
 
+  /// The whole map's covariance by those of both fits.
+  Eigen::Matrix<double, 6, 6> of_whole(const Eigen::Matrix<double, 6, 6>& base_cov,
+                                       const Eigen::Matrix<double, 6, 6>& nested_cov) const;
   void compose();
   void compose_smooth();
   PositionEstimate<frame::Actual> drilled_smooth(const Position<frame::Nominal>& nominal) const;

@@ -63,6 +63,8 @@ struct PanelFit {
   int degrees_of_freedom = 0;
   /// The part of map.cov that comes from not knowing the model (calib/panel/model_choice.h).
   Eigen::Matrix<double, 6, 6> choice_cov = Eigen::Matrix<double, 6, 6>::Zero();
+  /// The part of map.cov that comes from targets that do not agree (calib/panel/misfit.h).
+  Eigen::Matrix<double, 6, 6> misfit_cov = Eigen::Matrix<double, 6, 6>::Zero();
   /// The correction in place of `map`; null: the panel is not bent.
   std::shared_ptr<const SmoothPanelFit<To, From>> smooth;
 };

@@ -27,7 +27,28 @@ struct GateLimits {
   /// case.
   std::optional<double> false_alarm;
   int max_dropped = 0;  ///< targets of one series that may be left out as found at fault
+  /// A map that exchanges left and right is refused; where it is not, rotation and stretch are
+  /// those of the panel that was turned over.
+  bool refuses_mirror = true;
+  /// The panel lies turned by 0, 90, 180 or 270 degrees, counter-clockwise about work zero, and is
+  /// meant to: rotation and offset count from there.
+  int turned_deg = 0;
 };
+
+/// Limits of a machine that states none: 100 um, 3 degrees, 2,000 ppm, a false alarm in 1,000 jobs,
+/// no mirror. A healthy panel keeps them by far; a target that was taken for another breaks one.
+GateLimits default_gate_limits();
+
+/// Those of default_gate_limits() that are off here: residual, rotation, stretch, false alarm,
+/// mirror.
+std::vector<std::string_view> gates_off(const GateLimits& limits);
+
+/// "residual 100 um, rotation 52.3599 mrad, stretch 2000 ppm, false alarm 0.001; off: mirror"
+std::string gates_text(const GateLimits& limits);
+
+/// A place that lies turned by 0, 90, 180 or 270 degrees about (0, 0). A coordinate that is no
+/// number, as of a slot, stays alone.
+Eigen::Vector2d turned_by(const Eigen::Vector2d& place_mm, int turned_deg);
 
 /// The limits of one of a job's series. A rate of false alarms is that of a healthy job: its series
 /// share it evenly, so that all of them together are accused no more often (Bonferroni).
@@ -61,6 +82,8 @@ std::vector<GateVerdict> check_gates_raw(const Eigen::Matrix2d& linear,
 /// Holds every number of the fit against its limit. All verdicts are returned, also those passed.
 /// A number that is not finite is refused.
 ///
+/// Rotation and offset count from where the panel is meant to lie (GateLimits::turned_deg).
+///
 /// In the offset a slot's other coordinate counts as fitted. A mean over only those that show x
 /// would belong to another place than that over those that show y, and rotation would pass for
 /// offset.
@@ -74,7 +97,7 @@ std::vector<GateVerdict> check_gates(const PanelFit<To, From>& fit, const GateLi
     Eigen::Vector2d place_mm = pair.measured.position.in_mm();
     if (!observes_x(pair.axes)) place_mm.x() = fitted_mm.x();
     if (!observes_y(pair.axes)) place_mm.y() = fitted_mm.y();
-    deviation += place_mm - pair.nominal.in_mm();
+    deviation += place_mm - turned_by(pair.nominal.in_mm(), limits.turned_deg);
     residual_lengths_mm.push_back(fit.residuals[i].in_mm().norm());
   }
   if (!fit.pairs.empty()) deviation /= static_cast<double>(fit.pairs.size());

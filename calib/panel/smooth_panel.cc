@@ -317,6 +317,7 @@ std::optional<RawSmooth> fit_smooth_raw(std::span<const RawPair> pairs) {
   const MatrixXd cov = mean_covariance(*equations, *parts, smoothing);
   fit.cov = CovarianceForm::of_weights(cov);
   fit.choice = CovarianceForm::of_weights(MatrixXd::Zero(cov.rows(), cov.cols()));
+  fit.misfit = fit.choice;
   fit.by_measured = influence(*equations, *parts, smoothing);
 
   const VectorXd squared = parts->z.cwiseAbs2();

@@ -53,6 +53,7 @@ struct RawSmooth {
   Eigen::Matrix2Xd weights;  ///< mm, 2 x (n + 3)
   CovarianceForm cov;
   CovarianceForm choice;        ///< the part of cov that comes from having chosen this model
+  CovarianceForm misfit;        ///< the part of cov that comes from targets that do not agree
   Eigen::MatrixXd by_measured;  ///< 2 (n + 3) x 2 n: d weights / d measured, x and y by turns
   std::vector<Eigen::Vector2d> residuals_mm;  ///< measured minus fitted; 0 if not observed
   double chi_square = 0;

@@ -47,6 +47,13 @@ struct SpindleSetting {
   SpindleCalibration calibration;  ///< all that the file has
 };
 
+/// Of a machine that states nothing: a job is held against the default gates all the same.
+inline WalkOptions default_walk_options() {
+  WalkOptions walk;
+  walk.base_limits = walk.nested_limits = default_gate_limits();
+  return walk;
+}
+
 /// machine.toml as panelcal uses it. Unknown keys are errors that name the nearest known key.
 struct MachineConfig {
   std::filesystem::path file;
@@ -57,7 +64,7 @@ struct MachineConfig {
   /// [surface]; [reference_scaling]; [table]; [uncertainty], with [spindle], [camera] and [table],
   /// before any drift.
   /// The date and the program's name that texts name are not in it.
-  WalkOptions walk;
+  WalkOptions walk = default_walk_options();
   LocateOptions locate;  ///< [vision] scores; centre and radius are set for each picture
   VisionOptions vision;  ///< [vision] search and four views; [camera] focus, lamp
   std::map<int, Target> vision_tools;         ///< [[vision.tool]]

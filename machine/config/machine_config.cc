@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -87,15 +88,22 @@ constexpr std::array<Words, 22> kVisionKeys = {"algorithms",
                                                "tool"};
 constexpr std::array<Words, 8> kCameraKeys = {
     "bayer", "bits", "calibration", "focus_mm", "focus_range_mm", "lamp", "patience_s", "zoom"};
-constexpr std::array<Words, 7> kGateKeys = {"false_alarm",
+constexpr std::array<Words, 9> kGateKeys = {"false_alarm",
                                             "max_dropped",
+                                            "mirror",
                                             "nested",
                                             "offset_mm",
                                             "residual_um",
                                             "rotation_mrad",
-                                            "stretch_ppm"};
-constexpr std::array<Words, 6> kNestedGateKeys = {
-    "false_alarm", "max_dropped", "offset_mm", "residual_um", "rotation_mrad", "stretch_ppm"};
+                                            "stretch_ppm",
+                                            "turned_deg"};
+constexpr std::array<Words, 7> kNestedGateKeys = {"false_alarm",
+                                                  "max_dropped",
+                                                  "mirror",
+                                                  "offset_mm",
+                                                  "residual_um",
+                                                  "rotation_mrad",
+                                                  "stretch_ppm"};
 
 constexpr Range kGateShare{0, 1};
 constexpr Range kAboveZero{.low = 0, .low_is_open = true};
@@ -136,18 +144,36 @@ Expected<void> read_camera(const TomlTable& top, MachineConfig& config) {
   return internal::read_zoom_and_focus(*table, config);
 }
 
-/// A limit that is left out keeps what `limits` already has.
+/// A number sets the limit, "off" takes it away; a key that is left out keeps what it has.
+template <class Limit, class Unit>
+Expected<void> read_limit(const TomlTable& table,
+                          std::string_view key,
+                          const Range& range,
+                          Unit unit,
+                          std::optional<Limit>& limit) {
+  if (table.is_off(key)) {
+    limit.reset();
+    return {};
+  }
+  const auto number = table.number(key, range);
+  if (!number) return failure(table.problem(key, range.text() + ", or \"off\""));
+  if (*number) limit = unit(**number);
+  return {};
+}
+
 Expected<void> read_limits(const TomlTable& table, GateLimits& limits) {
-  PANELCAL_TRY(const auto residual_um, table.number("residual_um", kFromZero));
-  if (residual_um) limits.residual = um(*residual_um);
-  PANELCAL_TRY(const auto rotation_mrad, table.number("rotation_mrad", kFromZero));
-  if (rotation_mrad) limits.rotation = rad(*rotation_mrad * 1e-3);
-  PANELCAL_TRY(const auto stretch_ppm, table.number("stretch_ppm", kFromZero));
-  if (stretch_ppm) limits.stretch_ppm = *stretch_ppm;
-  PANELCAL_TRY(const auto offset_mm, table.number("offset_mm", kFromZero));
-  if (offset_mm) limits.offset = mm(*offset_mm);
-  PANELCAL_TRY(const auto false_alarm, table.number("false_alarm", kFalseAlarm));
-  if (false_alarm) limits.false_alarm = *false_alarm;
+  const auto mrad = [](double value) { return rad(value * 1e-3); };
+  PANELCAL_CHECK(read_limit(table, "residual_um", kFromZero, um, limits.residual));
+  PANELCAL_CHECK(read_limit(table, "rotation_mrad", kFromZero, mrad, limits.rotation));
+  PANELCAL_CHECK(read_limit(table, "stretch_ppm", kFromZero, std::identity(), limits.stretch_ppm));
+  PANELCAL_CHECK(read_limit(table, "offset_mm", kFromZero, mm, limits.offset));
+  PANELCAL_CHECK(
+      read_limit(table, "false_alarm", kFalseAlarm, std::identity(), limits.false_alarm));
+  PANELCAL_TRY(const auto mirror, table.text("mirror"));
+  if (mirror && *mirror != "off" && *mirror != "refused") {
+    return failure(table.problem("mirror", "\"refused\" or \"off\""));
+  }
+  if (mirror) limits.refuses_mirror = *mirror == "refused";
   PANELCAL_TRY(const auto max_dropped, table.integer("max_dropped", 0, kMaxSeries));
   if (max_dropped) limits.max_dropped = static_cast<int>(*max_dropped);
   return {};
@@ -158,6 +184,13 @@ Expected<void> read_gates(const TomlTable& top, MachineConfig& config) {
   if (!table) return {};
   PANELCAL_CHECK(read_limits(*table, config.walk.base_limits));
   config.walk.nested_limits = config.walk.base_limits;
+  // A board lies on its panel as the program says, whichever way that lies.
+  config.walk.nested_limits.refuses_mirror = true;
+  PANELCAL_TRY(const auto turned_deg, table->integer("turned_deg", 0, 270));
+  if (turned_deg && *turned_deg % 90 != 0) {
+    return failure(table->problem("turned_deg", "0, 90, 180 or 270"));
+  }
+  config.walk.base_limits.turned_deg = static_cast<int>(turned_deg.value_or(0));
   PANELCAL_TRY(const auto nested, table->table("nested", "[gates.nested]", {kNestedGateKeys, {}}));
   if (!nested) return {};
   return read_limits(*nested, config.walk.nested_limits);

@@ -198,6 +198,10 @@ Expected<std::optional<double>> TomlTable::number(std::string_view key, const Ra
   return value;
 }
 
+bool TomlTable::is_off(std::string_view key) const {
+  return (*table_)[key].value_or(std::string_view()) == "off";
+}
+
 Expected<double> TomlTable::number_or(std::string_view key,
                                       const Range& range,
                                       double otherwise) const {

@@ -79,6 +79,8 @@ class TomlTable {
   /// Fails  config-value, with all keys that the table lacks
   Expected<void> require(std::span<const RequiredKey> keys) const;
   Expected<void> require(std::initializer_list<RequiredKey> keys) const;
+  /// The key's value is the text "off".
+  bool is_off(std::string_view key) const;
   Expected<std::optional<double>> number(std::string_view key, const Range& range) const;
   Expected<double> number_or(std::string_view key, const Range& range, double otherwise) const;
   /// Whole numbers, written without a decimal point.

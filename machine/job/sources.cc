@@ -6,6 +6,7 @@
 
 #include "machine/devices/command_probe.h"
 #include "machine/devices/command_spindle.h"
+#include "machine/devices/without_password.h"
 #include "machine/look/camera_views.h"
 #include "machine/sim/sim_machine.h"
 #include "machine/sim/simulated_probe.h"
@@ -29,6 +30,36 @@ class NoTargets final : public MeasurementSource {
  private:
   NominalSource panel_;
 };
+
+/// The option that names the source of the targets; empty: none.
+std::string source_option(const SourceChoice& choice) {
+  if (!choice.images.empty()) return "--images " + quoted(choice.images);
+  if (!choice.measurements.empty()) return "--measurements " + quoted(choice.measurements);
+  if (!choice.camera.empty()) return "--camera " + quoted(without_password(choice.camera));
+  if (!choice.machine_driver.empty()) return "--machine-driver " + choice.machine_driver;
+  return "";
+}
+
+/// A corrected program is expected where there is a source, and an uncorrected one only where a
+/// person says so.
+Expected<void> check_correction_is_meant(const SourceChoice& choice, const Survey& nominal) {
+  const auto refuse = [&](std::string what, std::string expected) {
+    return failure({Code::Usage, {choice.command, 0, 0}, std::move(what), std::move(expected)});
+  };
+  if (choice.uncorrected) {
+    if (nominal.measurements.empty()) return {};
+    return refuse(fmt::format("--uncorrected: the program measures a target in line {}",
+                              nominal.measurements.front().request.line),
+                  "no --uncorrected, or a program without targets");
+  }
+  const std::string option = source_option(choice);
+  const bool can_probe = !choice.camera.empty() || !choice.machine_driver.empty();
+  const bool is_used = !nominal.measurements.empty() || !nominal.calibrations.empty() ||
+                       (can_probe && !nominal.probes.empty());
+  if (option.empty() || is_used) return {};
+  return refuse(option + ": the program measures no target",
+                "a program with targets, or --uncorrected to write it as it is");
+}
 
 struct OpenTargets {
   std::shared_ptr<MeasurementSource> source;
@@ -92,6 +123,7 @@ Expected<OpenTargets> open_targets(const SourceChoice& choice,
                                    const MachineConfig& machine,
                                    const Survey& nominal) {
   const std::size_t n_targets = nominal.measurements.size();
+  if (choice.uncorrected) return OpenTargets{std::make_shared<NoTargets>(), ""};
   if (!choice.images.empty()) {
     PANELCAL_TRY(PictureFolder folder, read_picture_folder(choice.images));
     return opened(
@@ -157,6 +189,7 @@ std::string source_words(const OpenTargets& targets, const OpenProbes& probes) {
 Expected<JobSources> open_sources(const SourceChoice& choice,
                                   const MachineConfig& machine,
                                   const Survey& nominal) {
+  PANELCAL_CHECK(check_correction_is_meant(choice, nominal));
   PANELCAL_TRY(const OpenProbes probes, open_probes(choice, machine, nominal));
   PANELCAL_TRY(const OpenTargets targets, open_targets(choice, machine, nominal));
   return JobSources{targets.source, probes.source, source_words(targets, probes), targets.remark};

@@ -38,17 +38,21 @@ struct SourceChoice {
   std::string camera;          ///< the address of a live camera
   std::string machine_driver;  ///< "sim"
   std::string probes;          ///< a file of recorded probe readings
+  bool uncorrected = false;    ///< the program measures no target, and that is meant
   PictureObserver observer = {};
   Executor* executor = nullptr;  ///< looks at recorded pictures ahead; outlives the sources
   /// Gives the way to ask a person for something; called only if a person is needed.
   std::function<Expected<Prompt>()> prompt = {};
 };
 
-/// Opens the sources that were chosen, as far as the program asks for anything: without targets no
-/// camera is needed.
+/// Opens the sources that were chosen.
 ///
-/// Fails  usage (the program has targets or probes and no source answers them); what making the
-///        sources reports
+/// A source that the program does not use shows that this is another program than a person had in
+/// mind, or that its targets are lost: only SourceChoice::uncorrected writes it as it is. Targets
+/// use any source, orders to calibrate too, probes a camera or a machine.
+///
+/// Fails  usage (the program has targets or probes and no source answers them, or a source and uses
+///        it for nothing; uncorrected, and it has targets); what making the sources reports
 /// See    tests/machine/job/sources_test.cc
 Expected<JobSources> open_sources(const SourceChoice& choice,
                                   const MachineConfig& machine,

@@ -560,7 +560,8 @@ void Emitter::refuse_passes(int line) {
 }
 
 CompensationSide Emitter::placed_side(CompensationSide side) const {
-  if (side == CompensationSide::Off || !is_mirror(place_.placement.linear())) return side;
+  const auto placed = corrections_.stack.actual_from_nominal().map * place_.placement;
+  if (side == CompensationSide::Off || !is_mirror(placed.linear())) return side;
   return side == CompensationSide::Left ? CompensationSide::Right : CompensationSide::Left;
 }
 

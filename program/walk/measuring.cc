@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "calib/correction/error_budget.h"
+#include "calib/panel/misfit.h"
 #include "calib/panel/model_choice.h"
 #include "program/walk/series_examination.h"
 #include <fmt/format.h>
@@ -17,8 +18,9 @@ bool may_be_chosen(const Measurement& measurement) {
   return std::ranges::any_of(measurement.candidates, &MeasuredCandidate::counts);
 }
 
-bool is_mirrored(const Eigen::Matrix2d& linear) {
-  return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) <= 0;
+bool is_mirrored(const Eigen::Matrix2d& linear, const GateLimits& limits) {
+  const double determinant = linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0);
+  return limits.refuses_mirror ? determinant <= 0 : determinant == 0;
 }
 
 Code lost_code(MeasurementStatus status) {
@@ -87,6 +89,20 @@ bool is_explained_without(const SeriesResult& series,
   return fault && fault->i_outlier.has_value();
 }
 
+/// For a panel whose rotation only another quarter turn explains.
+std::string turn_remedy(const SeriesResult& series) {
+  if (series.base == nullptr) return {};
+  GateLimits limits{.rotation = series.limits.rotation};
+  limits.refuses_mirror = series.limits.refuses_mirror;
+  for (const int turned_deg : {0, 90, 180, 270}) {
+    limits.turned_deg = turned_deg;
+    if (!all_accepted(check_gates(*series.base, limits))) continue;
+    return fmt::format("--turned {} or [gates] turned_deg, if the panel is meant to lie so",
+                       turned_deg);
+  }
+  return {};
+}
+
 }  // namespace
 
 bool is_same_place(const Placement& a, const Placement& b) {
@@ -144,8 +160,7 @@ std::optional<SeriesAssignment> Measuring::settle(std::span<const std::size_t> m
   if (!is_first_pass()) return std::nullopt;
   std::vector<Measurement> targets;
   for (const std::size_t i : measurements) targets.push_back(measurement(i));
-  const bool is_base = level == CorrectionLevel::Base;
-  auto assignment = assign_series(targets, is_base ? options_.base_limits : options_.nested_limits);
+  auto assignment = assign_series(targets, limits_of(level));
   if (assignment) panelcal::settle(*assignment, targets);
   const bool is_open = assignment && !assignment->is_certain();
   if (is_open) reporter_.report(Code::SeriesAmbiguous, line, 1, assignment->text());
@@ -281,10 +296,10 @@ void Measuring::report_lost(const Measurement& measurement) {
 /// A hole at its own target has no fit to hold against limits, but it may not be farther from its
 /// expected place than a panel may be.
 void Measuring::gate_hole(const Measurement& measurement, CorrectionLevel level) {
-  const GateLimits& limits =
-      level == CorrectionLevel::Base ? options_.base_limits : options_.nested_limits;
+  const GateLimits& limits = limits_of(level);
   const MeasurementRequest& request = measurement.request;
-  const Length offset = mm((measurement.measured.position - request.expected).in_mm().norm());
+  const Eigen::Vector2d meant_mm = turned_by(request.expected.in_mm(), limits.turned_deg);
+  const Length offset = mm((measurement.measured.position.in_mm() - meant_mm).norm());
   if (!limits.offset || offset <= *limits.offset) return;
   reporter_.report(Code::GateFailed,
                    request.line,
@@ -303,6 +318,7 @@ std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points
   ++n_steps_;
   if (!is_first_pass()) return i_series;
   series.prescribed = series.model;
+  series.limits = limits_of(series.level);
   if (series.level == CorrectionLevel::Nested) series.base_series = corrections_.base_series;
   for (const FitPoint& point : points) series.points.push_back(point.i_measurement);
   if (!points.empty()) {
@@ -324,14 +340,12 @@ void Measuring::fit_points(std::span<const FitPoint> points, SeriesResult& serie
 }
 
 void Measuring::examine(std::vector<FitPoint> points, SeriesResult& series) {
-  const GateLimits& limits =
-      series.level == CorrectionLevel::Base ? options_.base_limits : options_.nested_limits;
   series.fault = examine_series(series, points, survey_, corrections_.stack, options_);
   const auto may_go_on = [&](const SeriesResult& s) {
     // A spline follows an outlier as far as nothing else is near: it is not told apart by its
     // residual.
     return s.is_fitted() && !s.is_smooth() && s.fault && s.fault->i_outlier &&
-           s.dropped.size() < static_cast<std::size_t>(std::max(0, limits.max_dropped));
+           s.dropped.size() < static_cast<std::size_t>(std::max(0, s.limits.max_dropped));
   };
   std::vector<FitPoint> left = points;
   std::vector<std::string> reasons;  // one for each target left out
@@ -421,9 +435,10 @@ void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series)
     }
   }
   if (!result.fit) return report_fit_failure(series, result.failure);
-  if (is_mirrored(result.fit->map.map.linear())) return report_mirrored(series);
+  if (is_mirrored(result.fit->map.map.linear(), series.limits)) return report_mirrored(series);
   if (is_folded(*result.fit)) return report_folded(series);
-  series.gates = check_gates(*result.fit, options_.base_limits);
+  series.gates = check_gates(*result.fit, series.limits);
+  count_misfit(*result.fit);
   series.base = std::make_shared<const BaseFit>(*std::move(result.fit));
 }
 
@@ -440,8 +455,9 @@ void Measuring::fit_nested(std::span<const FitPoint> points, SeriesResult& serie
   }
   auto result = fit_model(pairs, options_, SmoothModels::Compared, series);
   if (!result.fit) return report_fit_failure(series, result.failure);
-  if (is_mirrored(result.fit->map.map.linear())) return report_mirrored(series);
-  series.gates = check_gates(*result.fit, options_.nested_limits);
+  if (is_mirrored(result.fit->map.map.linear(), series.limits)) return report_mirrored(series);
+  series.gates = check_gates(*result.fit, series.limits);
+  count_misfit(*result.fit);
   series.nested = std::make_shared<const NestedFit>(*std::move(result.fit));
 }
 
@@ -513,7 +529,7 @@ void Measuring::report_mirrored(const SeriesResult& series) {
                    series.line,
                    1,
                    fmt::format("{} targets of the series", series.measurements.size()),
-                   "the panel the right way up");
+                   "the panel the right way up, or mirror = \"off\" in [gates]");
 }
 
 void Measuring::report_gates(const SeriesResult& series, std::span<const FitPoint> points) {
@@ -527,7 +543,11 @@ void Measuring::report_gates(const SeriesResult& series, std::span<const FitPoin
                                          gate.i_target ? "target" : "series that begins",
                                          request.nominal.in_mm().x(),
                                          request.nominal.in_mm().y());
-    reporter_.report(Code::GateFailed, gate.i_target ? request.line : series.line, 1, what);
+    reporter_.report(Code::GateFailed,
+                     gate.i_target ? request.line : series.line,
+                     1,
+                     what,
+                     gate.gate == "rotation" ? turn_remedy(series) : "");
   }
 }
 

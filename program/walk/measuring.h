@@ -92,6 +92,9 @@ class Measuring {
   /// Puts a series' correction in force; stops the walk where there is none to go on with.
   void activate(std::size_t i_series, int line);
 
+  const GateLimits& limits_of(CorrectionLevel level) const {
+    return level == CorrectionLevel::Base ? options_.base_limits : options_.nested_limits;
+  }
   /// A hole at its own target has no fit to hold against limits, but it may not be farther from its
   /// expected place than a panel may be.
   void gate_hole(const Measurement& measurement, CorrectionLevel level);

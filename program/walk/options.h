@@ -62,8 +62,8 @@ struct WalkOptions {
   bool compares_models = false;     ///< a report shows the models that were not taken
   MachineUncertainty uncertainty;   ///< [uncertainty], [spindle], [camera]
   Tolerances tolerances;            ///< [tolerance]
-  GateLimits base_limits;
-  GateLimits nested_limits;
+  GateLimits base_limits;    ///< [gates]; by itself none, a MachineConfig has the default ones
+  GateLimits nested_limits;  ///< [gates.nested]; the same
   /// Where the program has holes and targets, asked for only when a series does not fit. Without it
   /// no pad can be named that was taken for another.
   std::function<const KnownPads*()> known_pads;

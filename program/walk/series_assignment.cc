@@ -19,9 +19,9 @@ std::vector<MeasuredCandidate> candidates_of(const Measurement& measurement) {
            measurement.by_camera.value_or(CameraJacobian::Zero())}};
 }
 
-ConstellationTarget constellation_target(const Measurement& measurement) {
+ConstellationTarget constellation_target(const Measurement& measurement, int turned_deg) {
   ConstellationTarget target;
-  target.expected_mm = measurement.request.expected.in_mm();
+  target.expected_mm = turned_by(measurement.request.expected.in_mm(), turned_deg);
   for (const MeasuredCandidate& c : candidates_of(measurement)) {
     target.candidates.push_back({c.place.position.in_mm(), c.place.cov, c.score, c.counts});
   }
@@ -97,7 +97,7 @@ std::optional<SeriesAssignment> assign_series(std::span<const Measurement> measu
   std::vector<ConstellationTarget> targets;
   SeriesAssignment out;
   for (const Measurement& measurement : measurements) {
-    targets.push_back(constellation_target(measurement));
+    targets.push_back(constellation_target(measurement, limits.turned_deg));
     out.n_candidates.push_back(static_cast<std::size_t>(
         std::ranges::count(targets.back().candidates, true, &ConstellationCandidate::counts)));
   }

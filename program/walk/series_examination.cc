@@ -58,6 +58,26 @@ std::string name_of(const MeasurementRequest& request, std::size_t number) {
                      request.nominal.in_mm().y());
 }
 
+/// Of a panel that is meant to lie turned: its target where it would be on one that is not, as
+/// causes and pads have it.
+void turn_back(internal::ExaminedTarget& target, int turned_deg) {
+  if (turned_deg == 0) return;
+  const int back_deg = 360 - turned_deg;
+  const auto turn_columns = [&](const Eigen::Matrix2d& m) {
+    Eigen::Matrix2d out;
+    out << turned_by(m.col(0), back_deg), turned_by(m.col(1), back_deg);
+    return out;
+  };
+  const auto turn_covariance = [&](const Eigen::Matrix2d& cov_mm2) -> Eigen::Matrix2d {
+    return turn_columns(turn_columns(cov_mm2).transpose());
+  };
+  target.to_mm = turned_by(target.to_mm, back_deg);
+  target.cov_mm2 = turn_covariance(target.cov_mm2);
+  if (target.picture_cov_mm2) target.picture_cov_mm2 = turn_covariance(*target.picture_cov_mm2);
+  if (turned_deg % 180 == 0 || target.axes == ObservedAxes::Both) return;
+  target.axes = target.axes == ObservedAxes::X ? ObservedAxes::Y : ObservedAxes::X;
+}
+
 }  // namespace
 
 std::optional<SeriesFault> examine_series(const SeriesResult& series,
@@ -79,8 +99,9 @@ std::optional<SeriesFault> examine_series(const SeriesResult& series,
                        measurement.score,
                        name_of(measurement.request, target_number(series, points, i)),
                        measurement.measured.cov});
+    turn_back(targets.back(), series.limits.turned_deg);
   }
-  FaultContext context{.limits = is_base ? options.base_limits : options.nested_limits};
+  FaultContext context{.limits = series.limits};
   context.is_refused = !series.is_fitted() || !all_accepted(series.gates);
   // Most series are healthy, and then no pads need to be searched.
   const auto first = internal::find_fault_raw(targets, series.model, context);

@@ -2,7 +2,10 @@
 #include "program/walk/survey.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -11,6 +14,13 @@ namespace panelcal {
 bool SeriesResult::is_accepted() const {
   return is_fitted() && (!fault || fault->is_resolved) &&
          std::ranges::all_of(gates, &GateVerdict::accepted);
+}
+
+double SeriesResult::misfit_ratio() const {
+  const auto of_fit = [](const auto& fit) {
+    return fit.misfit_cov.isZero(0) ? 1 : std::sqrt(fit.chi_square / fit.degrees_of_freedom);
+  };
+  return base ? of_fit(*base) : nested ? of_fit(*nested) : 1;
 }
 
 std::string model_text(const SeriesResult& series) {
@@ -27,6 +37,18 @@ bool Survey::is_complete() const {
 
 bool Survey::is_accepted() const {
   return is_complete() && std::ranges::all_of(series, &SeriesResult::is_accepted);
+}
+
+std::vector<std::string> Survey::gates_off() const {
+  std::vector<std::string> off;
+  for (const SeriesResult& one_series : series) {
+    const bool is_nested = one_series.level == CorrectionLevel::Nested;
+    for (const std::string_view gate : panelcal::gates_off(one_series.limits)) {
+      std::string words = std::string(gate) + (is_nested ? " of nested fits" : "");
+      if (std::ranges::find(off, words) == off.end()) off.push_back(std::move(words));
+    }
+  }
+  return off;
 }
 
 const CalibrationAnswer* Survey::calibration_of(std::size_t i_measurement) const {

@@ -36,6 +36,7 @@ struct SeriesResult {
   std::shared_ptr<const BaseFit> base;         ///< set for a fitted base series
   std::shared_ptr<const NestedFit> nested;     ///< set for a fitted nested series
   std::optional<std::size_t> base_series;      ///< the base correction a nested one is relative to
+  GateLimits limits;  ///< of the fit, with its share of the job's false alarms
   std::vector<GateVerdict> gates;
   std::vector<ModelScore> compared;  ///< all models that the targets could determine
   std::optional<SeriesFault> fault;  ///< if the targets do not fit each other
@@ -49,6 +50,8 @@ struct SeriesResult {
   /// The fit is a smooth one, on top of the affine `model` (calib/panel/smooth_panel.h).
   bool is_smooth() const { return base != nullptr && base->smooth && base->smooth->is_bent(); }
   bool is_fitted() const { return base != nullptr || nested != nullptr; }
+  /// The factor by which sigma has grown, since the targets do not agree; 1 if they do.
+  double misfit_ratio() const;
   bool is_accepted() const;
 };
 
@@ -81,6 +84,9 @@ struct Survey {
   bool is_complete() const;
   /// Every series is fitted and inside its limits, and every measured hole was found.
   bool is_accepted() const;
+
+  /// The default gates that fits were made without: "residual", "mirror of nested fits".
+  std::vector<std::string> gates_off() const;
 
   /// The calibration of this job that a measurement was made with; null: the machine's own.
   const CalibrationAnswer* calibration_of(std::size_t i_measurement) const;

@@ -39,6 +39,10 @@ def drilled(machine, save=None):
 
 def main():
     shutil.copytree(ROOT / "datasets" / "demo", "demo")
+    machine = Path("demo/machine.toml").read_text()
+    # With the other camera targets of a job that was measured with this one do not agree.
+    Path("demo/machine.toml").write_text(
+        machine.replace("[gates]", "[gates]\nfalse_alarm = \"off\"\n#", 1))
     before = Path("demo/camera.cal.json").read_text()
     after = json.loads(before)
     after["parameters"]["scale_mm_per_px"] *= 1.01

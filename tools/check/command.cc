@@ -90,6 +90,13 @@ std::string summary(const Program& program,
                      count(log.n_warnings(), "warning"));
 }
 
+/// Of a machine: what every job's fits are held against.
+std::string gates_lines(const WalkOptions& walk) {
+  return fmt::format("gates of panel fits: {}\ngates of nested fits: {}\n",
+                     gates_text(walk.base_limits),
+                     gates_text(walk.nested_limits));
+}
+
 }  // namespace
 
 ExitCode run_command(const CheckOptions& options, CommandContext& context) {
@@ -146,6 +153,7 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   } else {
     result = options.machine + ": no errors\n";
   }
+  if (!options.machine.empty()) result += gates_lines(walk);
   const auto written = context.output.write(result);
   if (written) return ExitCode::Done;
   context.console.print(written.error());

@@ -134,9 +134,17 @@ Exit codes
       --images datasets/demo/images -o corrected.drl --report report.html
 
 Walks through the program twice. The first walk measures every target and fits every series; each
-fit is held against [gates]. Only if all of them hold does the second walk write the corrected
-program, whole or not at all. The report is written in either case. A program without vision
-commands needs no SOURCE.
+fit is held against [gates]: residual (100 um), rotation (3 degrees), stretch (2,000 ppm), chi
+square (one false alarm in 1,000 jobs) and mirror hold unless machine.toml says another limit or
+"off", and the verdict names those that are off. Only if all hold does the second walk write the
+corrected program, whole or not at all. The report is written in either case. A program that
+measures no target needs no SOURCE, and with one it is refused: it is the wrong program, or its
+targets are lost. --uncorrected writes it as it is.
+
+--turned 90, 180 or 270 declares that the panel lies so on purpose, counter-clockwise about work
+zero; rotation and offset are held against [gates] from there. A panel that lies so without being
+declared is held. It is for measurements of another vision system: a camera looks for targets where
+the program has them.
 
 [tolerance] states how far holes may be off. The second walk then gives each place the probability
 of breaking it ("risk"), from the fits' covariance and what [uncertainty], [spindle] and [camera]

@@ -180,6 +180,14 @@ class CommandLine {
                        "A live camera: folder:DIR, video:FILE, v4l2:DEVICE, rtsp://HOST/PATH or "
                        "gige://ADDRESS");
     source->require_option(0, 1);
+    run_->add_flag("--uncorrected",
+                   o.uncorrected,
+                   "The program measures no target: write it as it is, whatever SOURCE says");
+    run_->add_option("--turned",
+                     o.turned_deg,
+                     "The panel is meant to lie turned by these degrees, counter-clockwise about "
+                     "work zero (default: [gates] turned_deg)")
+        ->check(CLI::IsMember({0, 90, 180, 270}));
     run_->add_option("--probes", o.probes, "Recorded probe readings (JSON Lines)");
     run_->add_option("--surface",
                      o.surface,

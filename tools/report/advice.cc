@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "tools/figures/text.h"
 #include "tools/report/facts.h"
 #include "tools/report/fit_numbers.h"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 // The two sentences of the first screen. They name the one thing to look at, and claim no more
 // than the numbers can tell.
@@ -142,6 +145,14 @@ std::string advice_on_drilling(const ReportInput& input) {
   if (survey.measurements.empty() && survey.probes.empty()) {
     return fmt::format("Drill {} only if the panel needs no correction.", shown_output(input));
   }
+  const bool has_misfit = std::ranges::any_of(
+      survey.series, [](const SeriesResult& series) { return series.misfit_ratio() > 1; });
+  if (has_misfit) {
+    return fmt::format(
+        "Look at the fits below before {} is drilled: targets do not agree within their stated "
+        "noise, and the predicted sigmas have grown by it.",
+        shown_output(input));
+  }
   const PooledChiSquare pooled = pooled_chi_square(survey);
   const bool is_noisy = is_larger_than_noise(pooled.chi_square, pooled.degrees_of_freedom);
   if (is_noisy) {
@@ -182,7 +193,7 @@ std::string advice_on_warning(const ReportInput& input) {
 std::string fits_sentence(const Survey& survey) {
   return worst_gate(survey)
              ? "every fit is inside its limits"
-             : "no fit was held against any limit, since the machine's file sets none";
+             : "no fit was held against any limit, since machine.toml turns them off";
 }
 
 /// "all 990 places", or how many of them and what the others lack.
@@ -207,9 +218,7 @@ std::string judged_text(const JobVerdict& verdict) {
                      verdict.n_judged() == 1 ? "is" : "are");
 }
 
-}  // namespace
-
-std::string verdict_sentence(const ReportInput& input) {
+std::string grounds_of_verdict(const ReportInput& input) {
   const Survey& survey = survey_of(input);
   switch (verdict_of(input)) {
     case Verdict::Hold:
@@ -239,11 +248,17 @@ std::string verdict_sentence(const ReportInput& input) {
         left_out_remark(survey));
   }
   if (!worst_gate(survey)) {
-    return "Every target was found. The machine's file sets no limits, so no fit was held against "
-           "any." +
-           left_out_remark(survey);
+    return "Every target was found, and " + fits_sentence(survey) + "." + left_out_remark(survey);
   }
   return "Every target was found, and every fit is inside its limits." + left_out_remark(survey);
+}
+
+}  // namespace
+
+std::string verdict_sentence(const ReportInput& input) {
+  const std::vector<std::string> off = survey_of(input).gates_off();
+  const std::string words = grounds_of_verdict(input);
+  return off.empty() ? words : fmt::format("{} Gates off: {}.", words, fmt::join(off, ", "));
 }
 
 std::string next_step(const ReportInput& input) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
@@ -27,6 +28,7 @@
 #include "tools/run/seen_pictures.h"
 #include "vision/suggest/common_scale.h"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace panelcal {
 namespace {
@@ -107,6 +109,7 @@ class RunCommand {
     const std::chrono::sys_seconds now = system_clock()();
     PANELCAL_TRY(const std::string time, wall_time(options_.clock, now));
     PANELCAL_CHECK(age_offset(machine_, options_.clock, now));
+    if (options_.turned_deg) machine_.walk.base_limits.turned_deg = *options_.turned_deg;
     PANELCAL_TRY(const std::optional<ExplainChoice> explain, explain_choice(options_));
     std::optional<OutputFormat> format;
     if (!options_.output.empty()) {
@@ -165,6 +168,7 @@ class RunCommand {
             .camera = options_.camera,
             .machine_driver = options_.machine_driver,
             .probes = options_.probes,
+            .uncorrected = options_.uncorrected,
             .observer = observer(),
             .executor = pool_.get(),
             .prompt = [this] { return operator_prompt(kCommand, context_.console); }};
@@ -205,6 +209,11 @@ class RunCommand {
     return path == "-" ? context_.output.write(bytes) : write_file(path, bytes);
   }
 
+  static std::string gates_off_words(const JobResult& result) {
+    const std::vector<std::string> off = result.survey->gates_off();
+    return off.empty() ? "" : fmt::format("; gates off: {}", fmt::join(off, ", "));
+  }
+
   void tell(const JobResult& result) {
     Console& console = context_.console;
     if (!result.explanation.empty()) {
@@ -216,7 +225,7 @@ class RunCommand {
       }
     }
     if (result.is_judged && result.verdict) {
-      console.say(verdict_summary(*result.verdict, result.truth.get()));
+      console.say(verdict_summary(*result.verdict, result.truth.get()) + gates_off_words(result));
     }
     if (result.is_judged && result.depth) console.say(depth_summary(*result.depth));
     if (!is_written_) return;

@@ -102,6 +102,29 @@ TEST(ErrorBudget, AddsUpToTheCovarianceOfWhatIsDrilled) {
   }
 }
 
+TEST(ErrorBudget, NamesWhatAMisfitAdds) {
+  Random random(72);
+  const MachineUncertainty m = machine();
+  CorrectionStack stack(m);
+  BaseFit base = *base_fit(random, m);
+  base.misfit_cov = 15 * base.map.cov;
+  base.map.cov += base.misfit_cov;
+  stack.set_base(std::make_shared<const BaseFit>(base));
+  const auto hole = position_mm<frame::Nominal>(130, 120);
+  const Eigen::Matrix2d alone_mm2 = term(error_budget(stack, hole), "misfit of the targets");
+  EXPECT_THAT(alone_mm2, IsNearMatrix(place_cov_mm2(base.misfit_cov, hole), 1e-15));
+
+  NestedFit nested = *nested_fit(random, m, stack);
+  nested.misfit_cov = 3 * nested.map.cov;
+  nested.map.cov += nested.misfit_cov;
+  stack.set_nested(std::make_shared<const NestedFit>(nested));
+  const ErrorBudget budget = error_budget(stack, hole);
+  const Eigen::Matrix2d whole_mm2 = stack.drilled_from_nominal()(hole).cov;
+  EXPECT_THAT(total_mm2(budget), IsNearMatrix(whole_mm2, 1e-12 * whole_mm2.trace()));
+  // The nested fit takes the base's error back.
+  EXPECT_LT(term(budget, "misfit of the targets").trace(), alone_mm2.trace());
+}
+
 TEST(ErrorBudget, OfAnOffsetByTwoTargetsIsWhatOneWorksOutByHand) {
   // Detector 2 um, stage 4 um, table 6 um and its map 2 um at two targets: their mean has half the
   // variances.

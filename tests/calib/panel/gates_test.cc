@@ -3,6 +3,9 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <span>
+#include <vector>
 
 #include <gmock/gmock.h>
 
@@ -95,6 +98,82 @@ TEST(Gates, RefuseAMirroredPanel) {
   const auto verdicts = check_gates_raw(stretched(0, 1, -1), {0, 0}, {}, {.stretch_ppm = 1000.0});
   EXPECT_FALSE(verdicts[0].accepted);
   EXPECT_NEAR(verdicts[0].value, 2e6, 1e-6);
+}
+
+TEST(Gates, HaveDefaultsThatHoldAPanelTwoPercentLarger) {
+  const GateLimits limits = default_gate_limits();
+  EXPECT_EQ(limits.residual, um(100));
+  EXPECT_EQ(limits.rotation, deg(3));
+  EXPECT_EQ(limits.stretch_ppm, 2000);
+  EXPECT_EQ(limits.false_alarm, 1e-3);
+  EXPECT_TRUE(limits.refuses_mirror);
+  EXPECT_FALSE(limits.offset);
+  EXPECT_FALSE(all_accepted(check_gates_raw(stretched(0, 1.02, 1), {0, 0}, {}, limits)));
+}
+
+TEST(Gates, NameThoseThatAreOff) {
+  GateLimits limits = default_gate_limits();
+  EXPECT_THAT(gates_off(limits), testing::IsEmpty());
+  EXPECT_EQ(gates_text(limits),
+            "residual 100 um, rotation 52.3599 mrad, stretch 2000 ppm, false alarm 0.001, no "
+            "mirror");
+  limits.residual.reset();
+  limits.refuses_mirror = false;
+  limits.offset = mm(1.5);
+  limits.turned_deg = 180;
+  EXPECT_THAT(gates_off(limits), ElementsAre("residual", "mirror"));
+  EXPECT_EQ(gates_text(limits),
+            "rotation 52.3599 mrad from 180 degrees, stretch 2000 ppm, offset 1.5 mm, false alarm "
+            "0.001; off: residual, mirror");
+  limits = {.refuses_mirror = false};
+  EXPECT_EQ(gates_text(limits), "off: residual, rotation, stretch, false alarm, mirror");
+}
+
+TEST(Gates, TakeAPanelThatIsMeantToLieTurned) {
+  constexpr double kRight_rad = std::numbers::pi / 2;
+  for (const int turned_deg : {0, 90, 180, 270}) {
+    const double meant_rad = kRight_rad * turned_deg / 90;
+    GateLimits limits = default_gate_limits();
+    for (const int lies_deg : {0, 90, 180, 270}) {
+      limits.turned_deg = lies_deg;
+      const auto verdicts =
+          check_gates_raw(stretched(meant_rad + 0.04, 1.0001, 0.9996), {0, 0}, {}, limits);
+      EXPECT_EQ(all_accepted(verdicts), lies_deg == turned_deg) << turned_deg << lies_deg;
+    }
+    const Eigen::Vector2d place_mm(3, 1);
+    EXPECT_LT((turned_by(place_mm, turned_deg) - test::rotation(meant_rad) * place_mm).norm(),
+              1e-12);
+  }
+}
+
+TEST(Gates, TakeTheOffsetFromWhereThePanelIsMeantToLie) {
+  std::vector<Pair> pairs;
+  for (const Eigen::Vector2d& p_mm :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(100, 0), Eigen::Vector2d(0, 80)}) {
+    pairs.push_back({position_mm<frame::Nominal>(p_mm),
+                     {position_mm<frame::Actual>(turned_by(p_mm, 90) + Eigen::Vector2d(0.3, 0.4)),
+                      1e-6 * Eigen::Matrix2d::Identity()}});
+  }
+  const auto result = fit_panel(std::span<const Pair>(pairs), PanelModel::Rigid);
+  ASSERT_TRUE(result.fit.has_value());
+  const auto verdicts = check_gates(*result.fit, {.offset = mm(1), .turned_deg = 90});
+  ASSERT_EQ(verdicts.size(), 1U);
+  EXPECT_NEAR(verdicts[0].value, 0.5, 1e-9);
+}
+
+TEST(Gates, TakeAPanelThatIsMeantToLieTurnedOver) {
+  GateLimits limits = default_gate_limits();
+  limits.refuses_mirror = false;
+  for (const Eigen::Vector2d& scale : {Eigen::Vector2d(1.0001, -1), Eigen::Vector2d(-1.0001, 1)}) {
+    const Eigen::Matrix2d over = test::rotation(0.04) * scale.asDiagonal();
+    EXPECT_TRUE(all_accepted(check_gates_raw(over, {0, 0}, {}, limits)));
+  }
+  limits.residual.reset();
+  const auto verdicts = check_gates_raw(stretched(0.06, 1, -1.003), {0, 0}, {}, limits);
+  ASSERT_EQ(verdicts.size(), 2U);
+  EXPECT_NEAR(verdicts[0].value, 60, 1e-9);
+  EXPECT_NEAR(verdicts[1].value, 3000, 1e-6);
+  EXPECT_FALSE(verdicts[0].accepted || verdicts[1].accepted);
 }
 
 TEST(Gates, RefuseWhatIsNotANumber) {

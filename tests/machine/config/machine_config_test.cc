@@ -35,7 +35,8 @@ TEST(MachineConfig, EmptyFileHasTheDefaults) {
   ASSERT_TRUE(config) << config.error().text();
   EXPECT_EQ(config->walk.series_size, 3);
   EXPECT_FALSE(config->walk.model);
-  EXPECT_FALSE(config->walk.base_limits.residual);
+  EXPECT_EQ(gates_text(config->walk.base_limits), gates_text(default_gate_limits()));
+  EXPECT_EQ(gates_text(config->walk.nested_limits), gates_text(default_gate_limits()));
   EXPECT_FALSE(config->vision.search_radius);
   EXPECT_TRUE(config->vision_tools.empty());
   EXPECT_FALSE(config->camera);
@@ -111,7 +112,34 @@ TEST(MachineConfig, NestedGatesOverrideOnlyWhatTheyName) {
   EXPECT_EQ(config->walk.base_limits.residual, um(25));
   EXPECT_EQ(config->walk.nested_limits.residual, um(10));
   EXPECT_EQ(config->walk.nested_limits.offset, mm(1));
-  EXPECT_FALSE(config->walk.nested_limits.rotation);
+  EXPECT_EQ(config->walk.nested_limits.rotation, deg(3));
+}
+
+TEST(MachineConfig, TakesAGateAway) {
+  const auto config = parse(
+      "[gates]\nresidual_um = \"off\"\nfalse_alarm = \"off\"\nmirror = \"off\"\n"
+      "[gates.nested]\nresidual_um = 50\nrotation_mrad = \"off\"\n");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_THAT(gates_off(config->walk.base_limits),
+              testing::ElementsAre("residual", "false alarm", "mirror"));
+  EXPECT_THAT(gates_off(config->walk.nested_limits),
+              testing::ElementsAre("rotation", "false alarm"));
+  EXPECT_EQ(config->walk.nested_limits.residual, um(50));
+}
+
+TEST(MachineConfig, DeclaresTheQuarterTurnOfAPanelAndOfNoBoard) {
+  const auto config = parse("[gates]\nturned_deg = 270\n");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->walk.base_limits.turned_deg, 270);
+  EXPECT_EQ(config->walk.nested_limits.turned_deg, 0);
+}
+
+TEST(MachineConfig, RefusesGatesOfOtherWords) {
+  EXPECT_EQ(refusal("[gates]\nresidual_um = \"of\"\n"), "machine.toml:2:15: error[config-value]");
+  EXPECT_EQ(refusal("[gates]\nmirror = \"on\"\n"), "machine.toml:2:10: error[config-value]");
+  EXPECT_EQ(refusal("[gates]\nturned_deg = 45\n"), "machine.toml:2:14: error[config-value]");
+  EXPECT_EQ(refusal("[gates.nested]\nturned_deg = 90\n"),
+            "machine.toml:2:1: error[config-key-unknown]");
 }
 
 TEST(MachineConfig, NestedGatesAreTheBaseOnesIfAbsent) {

@@ -173,7 +173,7 @@ TEST(Correct, RefusesAnOffsetOutsideItsGate) {
       correct(job, source, machine_of("[gates]\noffset_mm = 0.1\n"), {.output = &output});
   ASSERT_TRUE(result) << result.error().text();
   EXPECT_FALSE(result->may_be_drilled());
-  EXPECT_EQ(errors(result->log), (Errors{{Code::GateFailed, 7}}));
+  EXPECT_EQ(errors(result->log), (Errors{{Code::GateFailed, 7}, {Code::SeriesInconsistent, 7}}));
   EXPECT_FALSE(result->is_executed);
   EXPECT_FALSE(result->is_committed);
   EXPECT_EQ(written.text(), "");

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/job/sources.h"
 
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "tests/machine/small_panel.h"
@@ -17,11 +21,49 @@ Survey nominal_of(std::string text, const WalkOptions& walk = {}) {
   return check(test::program_of(std::move(text)), walk, log).survey;
 }
 
+/// A program that drills one hole behind `block`.
+Survey nominal_of_hole(std::string_view block = "", const WalkOptions& walk = {}) {
+  return nominal_of("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\n" + std::string(block) + "X1.0Y2.0\nM30\n",
+                    walk);
+}
+
+/// One source of targets each.
+std::vector<SourceChoice> choices_of_targets() {
+  return {{.images = "nowhere"},
+          {.measurements = "nowhere"},
+          {.camera = "none://"},
+          {.machine_driver = "sim"}};
+}
+
 TEST(OpenSources, NeedsNoneForAProgramWithoutTargets) {
-  const auto sources = open_sources(
-      {.camera = "none://"}, {}, nominal_of("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX1.0Y2.0\nM30\n"));
+  const auto sources = open_sources({}, {}, nominal_of_hole());
   ASSERT_TRUE(sources) << sources.error().text();
   EXPECT_EQ(sources->words, "no targets");
+}
+
+TEST(OpenSources, RefusesASourceThatTheProgramDoesNotUse) {
+  for (const SourceChoice& choice : choices_of_targets()) {
+    EXPECT_THAT(open_sources(choice, {}, nominal_of_hole()), FailsWith(Code::Usage, ""));
+  }
+}
+
+TEST(OpenSources, OpensNoneForAProgramThatIsMeantUncorrected) {
+  for (SourceChoice choice : choices_of_targets()) {
+    choice.uncorrected = true;
+    const auto sources = open_sources(choice, {}, nominal_of_hole());
+    ASSERT_TRUE(sources) << sources.error().text();
+    EXPECT_EQ(sources->words, "no targets");
+  }
+}
+
+TEST(OpenSources, TakesAnOrderToCalibrateForAUse) {
+  const Survey nominal = nominal_of_hole("G39X30.0Y10.0\n", {.has_coupon = true});
+  EXPECT_TRUE(open_sources({.camera = "none://"}, {}, nominal));
+}
+
+TEST(OpenSources, RefusesToLeaveTargetsUncorrected) {
+  EXPECT_THAT(open_sources({.uncorrected = true}, {}, nominal_of(std::string(test::kSmallProgram))),
+              FailsWith(Code::Usage, ""));
 }
 
 TEST(OpenSources, RefusesTargetsWithoutASource) {

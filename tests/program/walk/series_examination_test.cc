@@ -55,6 +55,26 @@ TEST(SeriesExamination, RefusesAndNamesTheLiar) {
   EXPECT_THAT(run.diagnostics, testing::Contains(says(kThirdLine, "error[target-suspected]")));
 }
 
+/// The same on a panel that lies turned by a quarter or a half, as the job says.
+TEST(SeriesExamination, TurnsBackWhatIsMeantToLieTurned) {
+  for (const int turned_deg : {90, 180, 270}) {
+    WalkOptions options = examining();
+    options.base_limits.turned_deg = turned_deg;
+    const auto lying = [turned_deg](double error_mm) {
+      return FunctionSource([=](const MeasurementRequest& request) -> Vector2d {
+        const Vector2d off(0.3, request.line == kThirdLine ? error_mm : 0);
+        return turned_by(request.nominal.in_mm() + off, turned_deg);
+      });
+    };
+    FunctionSource healthy = lying(0);
+    EXPECT_TRUE(run_program(metric(kBody), options, healthy).survey.is_accepted()) << turned_deg;
+    FunctionSource wrong = lying(0.7);
+    const ProgramRun run = run_program(metric(kBody), options, wrong);
+    ASSERT_TRUE(run.survey.series.at(0).fault) << turned_deg;
+    EXPECT_EQ(run.survey.series[0].fault->i_outlier, 2U) << turned_deg;
+  }
+}
+
 TEST(SeriesExamination, SaysNothingOfAHealthyPanel) {
   FunctionSource source = test::shifted_by(0.3, 0.1);
   const ProgramRun run = run_program(metric(kBody), examining(1), source);

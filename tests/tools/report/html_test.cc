@@ -411,8 +411,8 @@ TEST(ReportHtml, ClaimsNoMoreThanWasJudged) {
   part->verdict->put({40, {}, uncorrected, {}, nullptr});
   for (SeriesResult& series : part->survey.series) series.gates.clear();
   EXPECT_THAT(report_html(part->input),
-              HasSubstr("Every target was found, no fit was held against any limit, since the "
-                        "machine&#39;s file sets none, and 4 of 6 places (not judged: 1 without a "
+              HasSubstr("Every target was found, no fit was held against any limit, since "
+                        "machine.toml turns them off, and 4 of 6 places (not judged: 1 without a "
                         "correction and 1 without a tolerance) are as sure"));
 
   const auto warned = run(kProgram, {}, false, warning());
@@ -420,9 +420,21 @@ TEST(ReportHtml, ClaimsNoMoreThanWasJudged) {
   const std::string html = report_html(warned->input);
   EXPECT_THAT(html, HasSubstr("DRILL, WITH A WARNING"));
   EXPECT_THAT(html,
-              HasSubstr("Every target was found, and no fit was held against any limit, since the "
-                        "machine&#39;s file sets none; but the tolerance is not as sure"));
+              HasSubstr("Every target was found, and no fit was held against any limit, since "
+                        "machine.toml turns them off; but the tolerance is not as sure"));
   EXPECT_THAT(html, Not(testing::ContainsRegex("fits? (are|is) inside")));
+}
+
+TEST(ReportHtml, NamesGatesThatAreOff) {
+  const auto job = run(kProgram);
+  EXPECT_THAT(report_html(job->input),
+              HasSubstr("Gates off: false alarm, false alarm of nested fits."));
+  for (SeriesResult& series : job->survey.series) series.limits.false_alarm = 1e-3;
+  const std::string html = report_html(job->input);
+  EXPECT_THAT(html, Not(HasSubstr("Gates off")));
+  EXPECT_THAT(html,
+              HasSubstr("Gates: residual 25 um, rotation 5 mrad, stretch 500 ppm, offset 2 mm, "
+                        "false alarm 0.001, no mirror."));
 }
 
 /// --explain takes lines of the program alone.
