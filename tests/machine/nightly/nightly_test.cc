@@ -350,9 +350,9 @@ TEST_F(NightlyTest, SomebodyElsesInstallationMeanwhileIsNotOverwritten) {
 
 TEST_F(NightlyTest, AClockThatWasAheadHoldsUntilAPersonHasLooked) {
   learn(kEnough);
-  now_ += std::chrono::days(400);
+  now_ += std::chrono::days(300);
   run();
-  now_ -= std::chrono::days(399);
+  now_ -= std::chrono::days(299);
   const std::string before = in_force();
   const int n_measured = calibration_.n_measured;
   NightRecord record = run();
@@ -369,6 +369,18 @@ TEST_F(NightlyTest, AClockThatWasAheadHoldsUntilAPersonHasLooked) {
   next_night();
   record = run();
   EXPECT_EQ(exit_code(record), 0) << record.verdict;
+}
+
+TEST_F(NightlyTest, AClockFarAheadIsRefusedBeforeItHoldsTheNightsAfterIt) {
+  learn(kEnough);
+  const int n_measured = calibration_.n_measured;
+  const LedgerHead head = ledger().head().value();
+  now_ += std::chrono::days(500);
+  EXPECT_THAT(run(job()), FailsWith(Code::LedgerEntryInvalid));
+  EXPECT_EQ(calibration_.n_measured, n_measured);
+  EXPECT_EQ(ledger().head().value(), head);
+  now_ -= std::chrono::days(499);
+  EXPECT_EQ(run().steps[0].state, NightState::Installed);
 }
 
 TEST_F(NightlyTest, ARollbackIsShownByTheRunsAfterIt) {
