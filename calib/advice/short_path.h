@@ -12,7 +12,7 @@ namespace panelcal::internal {
 /// Up to this number of places a path is certainly the shortest.
 inline constexpr std::size_t kMostExactPath = 12;
 
-/// What the order of n places costs: `between` of all that follow each other, and `around` of the
+/// The costs of an order of n places: `between` of all that follow each other, and `around` of the
 /// last and the first, which holds what leads to the path, what follows it, and what joins its
 /// repetitions.
 struct PathCosts {
