@@ -6,8 +6,9 @@
 
 namespace panelcal {
 
-/// From here on SIGINT, SIGTERM and SIGHUP only ask this process to end: what moves is halted
-/// first, and what is open is closed. A second signal of the kind ends it at once.
+/// From here on SIGINT, SIGTERM and SIGHUP only ask this process to end: the program that moves
+/// something is halted first, and files and devices are closed. A second signal of the kind ends it
+/// at once.
 void heed_interruptions();
 
 /// The number of the signal that asked to end; 0 while none did.
