@@ -56,8 +56,8 @@ struct RunOptions {
   std::size_t n_threads = 0;  ///< that look at pictures; 0: one for each processor
   std::int64_t max_operations = 1'000'000'000;
   bool accepts_unterminated = false;  ///< as CheckOptions
-  std::optional<int> turned_deg;  ///< absent: as [gates] says
-  bool uncorrected = false;       ///< a program without targets is meant
+  std::optional<int> turned_deg;      ///< absent: as [gates] says
+  bool uncorrected = false;           ///< a program without targets is meant
   bool force = false;
 };
 
