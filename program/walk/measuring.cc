@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "calib/correction/error_budget.h"
+#include "calib/panel/misfit.h"
 #include "calib/panel/model_choice.h"
 #include "program/walk/series_examination.h"
 #include <fmt/format.h>
@@ -424,6 +425,7 @@ void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series)
   if (is_mirrored(result.fit->map.map.linear(), series.limits)) return report_mirrored(series);
   if (is_folded(*result.fit)) return report_folded(series);
   series.gates = check_gates(*result.fit, series.limits);
+  count_misfit(*result.fit);
   series.base = std::make_shared<const BaseFit>(*std::move(result.fit));
 }
 
@@ -442,6 +444,7 @@ void Measuring::fit_nested(std::span<const FitPoint> points, SeriesResult& serie
   if (!result.fit) return report_fit_failure(series, result.failure);
   if (is_mirrored(result.fit->map.map.linear(), series.limits)) return report_mirrored(series);
   series.gates = check_gates(*result.fit, series.limits);
+  count_misfit(*result.fit);
   series.nested = std::make_shared<const NestedFit>(*std::move(result.fit));
 }
 

@@ -2,6 +2,7 @@
 #include "program/walk/survey.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <string_view>
 #include <utility>
@@ -13,6 +14,13 @@ namespace panelcal {
 bool SeriesResult::is_accepted() const {
   return is_fitted() && (!fault || fault->is_resolved) &&
          std::ranges::all_of(gates, &GateVerdict::accepted);
+}
+
+double SeriesResult::misfit_ratio() const {
+  const auto of_fit = [](const auto& fit) {
+    return fit.misfit_cov.isZero(0) ? 1 : std::sqrt(fit.chi_square / fit.degrees_of_freedom);
+  };
+  return base ? of_fit(*base) : nested ? of_fit(*nested) : 1;
 }
 
 std::string model_text(const SeriesResult& series) {

@@ -50,6 +50,8 @@ struct SeriesResult {
   /// The fit is a smooth one, on top of the affine `model` (calib/panel/smooth_panel.h).
   bool is_smooth() const { return base != nullptr && base->smooth && base->smooth->is_bent(); }
   bool is_fitted() const { return base != nullptr || nested != nullptr; }
+  /// The factor by which sigma has grown, since the targets do not agree; 1 if they do.
+  double misfit_ratio() const;
   bool is_accepted() const;
 };
 

@@ -145,6 +145,14 @@ std::string advice_on_drilling(const ReportInput& input) {
   if (survey.measurements.empty() && survey.probes.empty()) {
     return fmt::format("Drill {} only if the panel needs no correction.", shown_output(input));
   }
+  const bool has_misfit = std::ranges::any_of(
+      survey.series, [](const SeriesResult& series) { return series.misfit_ratio() > 1; });
+  if (has_misfit) {
+    return fmt::format(
+        "Look at the fits below before {} is drilled: targets do not agree within their stated "
+        "noise, and the predicted sigmas have grown by it.",
+        shown_output(input));
+  }
   const PooledChiSquare pooled = pooled_chi_square(survey);
   const bool is_noisy = is_larger_than_noise(pooled.chi_square, pooled.degrees_of_freedom);
   if (is_noisy) {

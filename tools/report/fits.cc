@@ -54,8 +54,12 @@ std::string fit_paragraph(const SeriesResult& series, const FitNumbers& n) {
       series.layer_spread ? fmt::format(" The layers of a target are at most {} &#181;m apart.",
                                         fixed(series.layer_spread->in_um(), 2))
                           : "";
+  const double ratio = series.misfit_ratio();
+  const std::string misfit =
+      ratio == 1 ? ""
+                 : fmt::format(" The sigma of this fit has grown {} times by it.", fixed(ratio, 1));
   return fmt::format(
-      "<p>{} from {}, model \"{}\". Chi square {} with {} of freedom: {}. "
+      "<p>{} from {}, model \"{}\". Chi square {} with {} of freedom: {}.{} "
       "Centre of the targets {} mm.{}</p>\n",
       series.level == CorrectionLevel::Base ? "Base fit" : "Nested fit",
       counted(static_cast<std::int64_t>(series.points.size()), "target"),
@@ -63,6 +67,7 @@ std::string fit_paragraph(const SeriesResult& series, const FitNumbers& n) {
       fixed(n.chi_square, 2),
       n.degrees_of_freedom == 1 ? "1 degree" : fmt::format("{} degrees", n.degrees_of_freedom),
       chi_square_meaning(n.chi_square, n.degrees_of_freedom),
+      misfit,
       point_text(n.centroid_mm),
       layers);
 }

@@ -110,6 +110,18 @@ std::string assignments_summary(const Survey& survey) {
   return out;
 }
 
+/// Of series whose targets do not agree, and whose sigma has grown by it.
+std::string misfits_summary(const Survey& survey) {
+  std::string out;
+  for (const SeriesResult& series : survey.series) {
+    const double ratio = series.misfit_ratio();
+    if (ratio == 1) continue;
+    out += fmt::format(
+        "misfit (series of line {}): sigma of its fit grows {:.1f} times\n", series.line, ratio);
+  }
+  return out;
+}
+
 /// The gates of base and of nested fits.
 std::string gates_summary(const Survey& survey) {
   std::string out;
@@ -169,7 +181,7 @@ std::string fits_summary(const Survey& survey) {
     fmt::format_to(to, "{} nested fits, worst residual {:.3f} um\n", n_nested, worst_nested_um);
     out += report::nested_models_line(survey);
   }
-  return out + gates_summary(survey);
+  return out + misfits_summary(survey) + gates_summary(survey);
 }
 
 }  // namespace panelcal
