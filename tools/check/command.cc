@@ -84,7 +84,7 @@ std::string summary(const Program& program,
       ", {} in {} series", count(survey.measurements.size(), "target"), survey.series.size());
   if (!survey.probes.empty()) job += ", " + count(survey.probes.size(), "probe");
   return fmt::format("{}: {}\n{}, no errors, {}\n",
-                     program.source.file,
+                     escaped_controls(program.source.file),
                      reading(program),
                      job,
                      count(log.n_warnings(), "warning"));

@@ -51,7 +51,8 @@ std::string job_shift_text(const JobShift& shift, const JobShiftFacts& facts) {
   const HoleShiftSummary& s = shift.summary;
   const auto n = static_cast<std::int64_t>(s.n_holes);
   const auto n_drilled = static_cast<std::int64_t>(shift.n_drilled);
-  std::string text = fmt::format("\n{}: {}", facts.program_file, counted(n_drilled, "hole"));
+  std::string text =
+      fmt::format("\n{}: {}", escaped_controls(facts.program_file), counted(n_drilled, "hole"));
   if (n > n_drilled) {
     text += ", " + counted(n - n_drilled, shift.has_routs ? "end" : "slot end") +
             (shift.has_routs ? " of slots and rout moves" : "; rout moves are left out");

@@ -179,7 +179,7 @@ std::string_view why(FitFailure failure) {
 
 std::string place_text(const PlannedPlace& place) {
   std::string out = fmt::format("{}, ", point_text(place.nominal.in_mm()));
-  if (!place.file.empty()) out += place.file + " ";
+  if (!place.file.empty()) out += escaped_controls(place.file) + " ";
   out += fmt::format("line {}", place.line);
   if (!place.is_target && place.tool > 0) out += fmt::format(", T{}", place.tool);
   if (!place.path.empty()) out += ", copy " + path_text(place.path);
