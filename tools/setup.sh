@@ -58,7 +58,8 @@ missing_packages() {
   done
 }
 
-# install_packages PURPOSE...: installs what is missing, as root or through sudo.
+# install_packages PURPOSE...: installs what is missing, as root or through sudo. Another
+# installation, as a machine's own update, is waited for.
 install_packages() {
   local missing as_root=()
   missing=$(missing_packages "$@")
@@ -72,7 +73,7 @@ install_packages() {
   fi
   "${as_root[@]}" apt-get update
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-    apt-get install -y --no-install-recommends $missing
+    apt-get -o DPkg::Lock::Timeout=300 install -y --no-install-recommends $missing
 }
 
 configure() { (cd "$root" && cmake --preset release "$@"); }
