@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "calib/base/clock.h"
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include "calib/drift/amount.h"
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/chi_square.h"
+#include "calib/base/statistics/chi_square.h"
 #include "calib/faults/stories.h"
 #include "calib/faults/words.h"
 

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <utility>
 
-#include "calib/base/digest.h"
-#include "calib/ledger/chain.h"
-#include "calib/ledger/entry_text.h"
-#include "calib/ledger/file.h"
-#include "calib/ledger/rows.h"
-#include "calib/ledger/sqlite.h"
+#include "calib/base/files/digest.h"
+#include "calib/ledger/database/chain.h"
+#include "calib/ledger/database/file.h"
+#include "calib/ledger/database/rows.h"
+#include "calib/ledger/database/sqlite.h"
+#include "calib/ledger/entry/entry_text.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
-#include "calib/base/strict_json.h"
-#include "calib/camera/calibration_file.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/strict_json.h"
+#include "calib/camera/calibration/calibration_file.h"
 #include <Eigen/Core>
 #include <fmt/format.h>
 

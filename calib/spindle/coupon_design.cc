@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/spindle/restricted_likelihood.h"
 #include <Eigen/LU>
 

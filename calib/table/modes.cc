@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/table/geometry.h"
 #include <fmt/format.h>
 

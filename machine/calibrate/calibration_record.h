@@ -11,7 +11,7 @@
 #include "calib/base/expected.h"
 #include "calib/ledger/ledger.h"
 #include "calib/spindle/calibration_file.h"
-#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/calibrate/spindle/camera_run.h"
 #include "machine/config/machine_config.h"
 
 namespace panelcal {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/base/json_line.h"
+#include "calib/base/json/json_line.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

@@ -8,7 +8,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/correction/spindle_offsets.h"
-#include "machine/config/machine.h"
+#include "machine/config/settings/machine.h"
 
 namespace panelcal {
 

@@ -9,7 +9,7 @@
 #include "machine/job/execution.h"
 #include "machine/job/spindle_age.h"
 #include "machine/job/text_variables.h"
-#include "program/walk/pad_collector.h"
+#include "program/walk/measuring/pad_collector.h"
 #include <fmt/format.h>
 
 namespace panelcal {

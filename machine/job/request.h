@@ -12,8 +12,8 @@
 
 #include "calib/base/diagnostic.h"
 #include "calib/base/expected.h"
-#include "machine/job/output.h"
-#include "machine/job/output_format.h"
+#include "machine/job/output/output.h"
+#include "machine/job/output/output_format.h"
 #include "machine/sim/truth.h"
 #include "program/judge/explain.h"
 #include "program/model/operation.h"

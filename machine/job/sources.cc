@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "machine/devices/command_probe.h"
-#include "machine/devices/command_spindle.h"
-#include "machine/devices/without_password.h"
+#include "machine/devices/cameras/without_password.h"
+#include "machine/devices/commands/command_probe.h"
+#include "machine/devices/commands/command_spindle.h"
 #include "machine/look/camera_views.h"
 #include "machine/sim/sim_machine.h"
 #include "machine/sim/simulated_probe.h"
@@ -14,7 +14,7 @@
 #include "machine/sources/measurement_file_source.h"
 #include "machine/sources/picture_source.h"
 #include "machine/sources/probe_file_source.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include "calib/correction/spindle_camera.h"
 #include "machine/devices/table_stage.h"
 #include "vision/locate/locate.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/picture/picture_form.h"
 #include <fmt/format.h>
 

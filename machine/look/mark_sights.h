@@ -8,11 +8,11 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
-#include "calib/camera/fit.h"
-#include "calib/ledger/entry.h"
+#include "calib/camera/fit/fit.h"
+#include "calib/ledger/entry/entry.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/calibration_devices.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 #include <Eigen/Core>
 
 namespace panelcal {
@@ -66,7 +66,7 @@ bool is_in_travel(const MachineConfig& config, const Position<frame::Machine>& s
 ///        before anything moves; vision-tool-undefined; target-invalid (not a round mark);
 ///        target-not-found (nothing at `place`); picture-mismatch; device errors
 /// Cost   per_side^2 + 1 pictures
-/// See    tests/machine/calibrate/camera_run_test.cc
+/// See    tests/machine/calibrate/camera/run_test.cc
 Expected<MarkSights> look_at_mark(const MachineConfig& config,
                                   const CalibrationDevices& devices,
                                   const Position<frame::Machine>& place,

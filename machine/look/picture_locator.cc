@@ -6,7 +6,7 @@
 #include <iterator>
 #include <utility>
 
-#include "calib/base/covariance_check.h"
+#include "calib/base/statistics/covariance_check.h"
 #include "calib/camera/circle_bias.h"
 #include "calib/correction/spindle_camera.h"
 #include <Eigen/LU>

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "calib/base/expected.h"
+#include "calib/camera/calibration/shared_error.h"
 #include "calib/camera/mapping.h"
 #include "calib/camera/model.h"
-#include "calib/camera/shared_error.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/picture_observer.h"
 #include "machine/look/view_taker.h"

@@ -11,7 +11,7 @@
 #include "calib/camera/lamp_level.h"
 #include "calib/drift/settle.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/vision_options.h"
+#include "machine/config/settings/vision_options.h"
 #include "machine/devices/calibration_devices.h"
 #include "program/model/measurement.h"
 

@@ -7,7 +7,7 @@
 
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/vision_options.h"
+#include "machine/config/settings/vision_options.h"
 #include "machine/look/picture_locator.h"
 #include "machine/look/view_taker.h"
 #include "program/model/measurement.h"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "calib/base/clock.h"
-#include "machine/nightly/warm_up.h"
+#include "machine/nightly/checks/warm_up.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

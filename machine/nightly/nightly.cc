@@ -12,15 +12,15 @@
 #include "calib/base/interruption.h"
 #include "calib/drift/amount.h"
 #include "machine/calibrate/calibration_record.h"
-#include "machine/devices/camera_settings.h"
-#include "machine/nightly/night_history.h"
-#include "machine/nightly/night_ledger.h"
-#include "machine/nightly/night_lock.h"
+#include "machine/devices/cameras/camera_settings.h"
+#include "machine/nightly/checks/self_test.h"
+#include "machine/nightly/checks/warm_up.h"
 #include "machine/nightly/night_quality.h"
 #include "machine/nightly/night_step.h"
 #include "machine/nightly/night_verdict.h"
-#include "machine/nightly/self_test.h"
-#include "machine/nightly/warm_up.h"
+#include "machine/nightly/record/night_history.h"
+#include "machine/nightly/record/night_ledger.h"
+#include "machine/nightly/record/night_lock.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/base/digest.h"
+#include "calib/base/files/digest.h"
 #include "calib/camera/circle_bias.h"
 #include "calib/correction/spindle_camera.h"
 #include "machine/plate/fit.h"

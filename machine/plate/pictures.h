@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "machine/calibrate/table_run.h"
+#include "machine/calibrate/table/run.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/plate.h"
+#include "machine/config/plate/plate.h"
 #include "machine/look/mark_sights.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 
 namespace panelcal {
 

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/camera/model.h"
 #include "calib/correction/spindle_camera.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/picture/picture_form.h"
 #include "vision/tag/read_tags.h"
 #include <fmt/format.h>

@@ -8,9 +8,9 @@
 
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/plate.h"
+#include "machine/config/plate/plate.h"
 #include "machine/plate/tagged_pose.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 #include "vision/picture/image.h"
 
 // Not installed: a part of looking at plates.

@@ -9,7 +9,7 @@
 #include "calib/base/calibration_plate.h"
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
-#include "machine/config/plate.h"
+#include "machine/config/plate/plate.h"
 
 // Not installed: a part of looking at plates.
 namespace panelcal::internal {

@@ -5,7 +5,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/camera.h"

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/camera/mapping.h"
 #include "calib/correction/spindle_camera.h"
-#include "machine/calibrate/job_calibration.h"
+#include "machine/calibrate/spindle/job_calibration.h"
 #include "machine/config/machine_config.h"
 #include "machine/look/view_taker.h"
 #include "machine/look/vision_procedure.h"

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "calib/base/frames.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
-#include "machine/config/sim_options.h"
+#include "machine/config/settings/sim_options.h"
 #include <Eigen/Core>
 
 namespace panelcal {

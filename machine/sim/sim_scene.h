@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/camera/mapping.h"
 #include "machine/config/machine_config.h"
 #include "vision/fit/target.h"

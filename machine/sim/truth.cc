@@ -9,9 +9,9 @@
 #include <span>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
-#include "calib/base/strict_json.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/strict_json.h"
+#include "calib/base/statistics/random.h"
 #include "machine/sim/random_streams.h"
 #include <fmt/format.h>
 

@@ -8,8 +8,8 @@
 #include <set>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/json_line.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/json_line.h"
 #include "machine/look/picture_locator.h"
 #include "machine/sources/recorded_ranges.h"
 #include <fmt/format.h>

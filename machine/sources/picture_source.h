@@ -11,13 +11,13 @@
 
 #include "calib/base/executor.h"
 #include "calib/base/expected.h"
-#include "machine/calibrate/job_calibration.h"
+#include "machine/calibrate/spindle/job_calibration.h"
 #include "machine/config/machine_config.h"
 #include "machine/look/view_taker.h"
 #include "machine/look/vision_procedure.h"
 #include "machine/sources/look_ahead.h"
 #include "program/model/measurement.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 #include "vision/picture/picture_form.h"
 
 namespace panelcal {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "surface/fit/bending_kernel.h"
 #include "surface/fit/probe_point.h"
 #include <Eigen/Core>

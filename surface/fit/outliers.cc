@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include "surface/fit/even_part.h"
 #include <fmt/format.h>
 

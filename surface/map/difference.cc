@@ -6,8 +6,8 @@
 #include <span>
 #include <utility>
 
-#include "calib/base/distributions.h"
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/distributions.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "surface/fit/even_part.h"
 #include <fmt/format.h>
 

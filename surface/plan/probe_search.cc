@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "surface/fit/bending_likelihood.h"
 #include "surface/fit/fit.h"
 

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "machine/devices/gige_vision/gige_objects.h"
 #include "machine/devices/gige_vision/gige_pixels.h"
 #include "vision/locate/locate.h"
@@ -29,7 +29,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "tests/machine/devices/fake_gige_camera.h"
+#include "tests/machine/devices/cameras/fake_gige_camera.h"
 
 namespace panelcal::bench {
 namespace {

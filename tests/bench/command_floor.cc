@@ -5,7 +5,7 @@
 #include <array>
 #include <exception>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include <fmt/format.h>
 
 #include "tests/bench/bench_peers.h"

@@ -15,14 +15,14 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/correction/stack.h"
 #include "program/judge/job_verdict.h"
 #include "program/judge/tally.h"
 #include "program/walk/walk.h"
 #include "program/writers/csv_writer.h"
-#include "program/writers/excellon_writer.h"
-#include "program/writers/sieb_meyer_writer.h"
+#include "program/writers/excellon/writer.h"
+#include "program/writers/sieb_meyer/writer.h"
 #include <fmt/format.h>
 
 #include "tests/bench/bench_peers.h"

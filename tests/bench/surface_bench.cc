@@ -22,8 +22,8 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/random.h"
 #include "surface/map/height_lattice.h"
 #include "surface/map/height_map.h"
 #include <fmt/format.h>

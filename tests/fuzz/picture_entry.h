@@ -12,9 +12,9 @@
 #include <string_view>
 
 #include "vision/picture/bayer.h"
-#include "vision/picture/image_header.h"
-#include "vision/picture/image_io.h"
-#include "vision/picture/raw_pixels.h"
+#include "vision/picture/files/image_io.h"
+#include "vision/picture/files/raw_pixels.h"
+#include "vision/picture/formats/image_header.h"
 
 namespace panelcal::fuzz {
 

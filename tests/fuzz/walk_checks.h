@@ -10,12 +10,12 @@
 #include <variant>
 #include <vector>
 
-#include "calib/base/byte_sink.h"
+#include "calib/base/files/byte_sink.h"
 #include "program/gcode/block.h"
 #include "program/gcode/motion.h"
 #include "program/model/measurement.h"
 #include "program/walk/walk.h"
-#include "program/writers/gcode_writer.h"
+#include "program/writers/gcode/writer.h"
 
 namespace panelcal::fuzz {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/camera/model.h"
 #include "calib/correction/spindle_camera.h"
 #include "machine/devices/camera.h"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/byte_sink.h"
+#include "calib/base/files/byte_sink.h"
 #include "program/model/operation.h"
 #include "program/writers/text_writer.h"
 #include <gmock/gmock.h>

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 TABLES = [
-    ("EXCELLON", "program/excellon/commands.def", "tests/program/excellon"),
-    ("SIEB_MEYER", "program/sieb_meyer/commands.def", "tests/program/sieb_meyer"),
+    ("EXCELLON", "program/excellon/text/commands.def", "tests/program/excellon"),
+    ("SIEB_MEYER", "program/sieb_meyer/text/commands.def", "tests/program/sieb_meyer"),
 ]
 
 

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <string>
 
-#include "calib/base/random.h"
-#include "machine/nightly/night_record.h"
+#include "calib/base/statistics/random.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal::test {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/locate/locate.h"
 #include "vision/render/render.h"
 #include <Eigen/Core>

@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "machine/calibrate/surface_record.h"
-#include "machine/calibrate/surface_run.h"
+#include "calib/base/files/atomic_file.h"
+#include "machine/calibrate/surface/record.h"
+#include "machine/calibrate/surface/run.h"
 #include "surface/map/file.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/calibrate/record.h"

@@ -4,10 +4,10 @@
 #include <cstdlib>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
-#include "machine/devices/camera_uri.h"
-#include "tools/cli/version.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
+#include "machine/devices/cameras/camera_uri.h"
+#include "tools/cli/process/version.h"
 
 namespace panelcal {
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <span>
 
-#include "program/writers/svg_sheet.h"
+#include "program/writers/svg/sheet.h"
 #include "tools/figures/text.h"
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "program/writers/svg_sheet.h"
+#include "program/writers/svg/sheet.h"
 #include <Eigen/Core>
 
 namespace panelcal::report {

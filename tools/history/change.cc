@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/camera/calibration_file.h"
+#include "calib/camera/calibration/calibration_file.h"
 #include "calib/table/calibration_file.h"
 #include "tools/history/diff.h"
 #include <fmt/format.h>

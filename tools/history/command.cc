@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/ledger/ledger.h"
-#include "machine/nightly/night_history.h"
+#include "machine/nightly/record/night_history.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/version.h"
 #include "tools/history/job.h"
 #include "tools/history/plot.h"
 #include "tools/history/surface.h"

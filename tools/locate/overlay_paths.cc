@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "tools/cli/output_paths.h"
 #include <fmt/format.h>
 

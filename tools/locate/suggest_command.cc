@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/executor.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
 #include "tools/locate/overlay_paths.h"
 #include "tools/locate/suggestion.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/picture/picture_form.h"
 #include "vision/show/overlay.h"
 #include "vision/suggest/find_marks.h"

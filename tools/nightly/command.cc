@@ -9,20 +9,20 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include "calib/base/interruption.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/text_variables.h"
-#include "machine/nightly/night_files.h"
-#include "machine/nightly/night_lock.h"
 #include "machine/nightly/nightly.h"
+#include "machine/nightly/record/night_files.h"
+#include "machine/nightly/record/night_lock.h"
 #include "machine/sources/device_set.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
+#include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/version.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>
 

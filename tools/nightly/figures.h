@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "machine/nightly/night_record.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal::nightly {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/spindle_age.h"
@@ -18,10 +18,10 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
-#include "tools/plan/design.h"
-#include "tools/plan/json.h"
-#include "tools/plan/page.h"
-#include "tools/plan/text.h"
+#include "tools/plan/design/design.h"
+#include "tools/plan/output/json.h"
+#include "tools/plan/output/page.h"
+#include "tools/plan/output/text.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -10,14 +10,14 @@
 #include <vector>
 
 #include "calib/base/diagnostic.h"
-#include "machine/job/truth_comparison.h"
+#include "machine/job/summary/truth_comparison.h"
 #include "program/judge/depth_verdict.h"
 #include "program/judge/job_verdict.h"
 #include "program/judge/tally.h"
 #include "program/walk/survey.h"
-#include "tools/report/budget.h"
-#include "tools/report/input.h"
-#include "tools/report/views.h"
+#include "tools/report/input/budget.h"
+#include "tools/report/input/input.h"
+#include "tools/report/input/views.h"
 
 namespace panelcal {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
 #include "calib/camera/mapping.h"
 #include "vision/picture/image.h"

@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "vision/round/fit.h"
+#include "vision/round/model/window.h"
+#include "vision/round/profile/rim_profile.h"
+#include "vision/round/profile/rim_waves.h"
+#include "vision/round/profile/shift_filter.h"
 #include "vision/round/residuals.h"
-#include "vision/round/rim_profile.h"
-#include "vision/round/rim_waves.h"
 #include "vision/round/shape.h"
-#include "vision/round/shift_filter.h"
 #include "vision/round/strangers.h"
-#include "vision/round/window.h"
 #include <Eigen/Cholesky>
 
 namespace panelcal::internal {

@@ -4,7 +4,7 @@
 #include "vision/fit/detection.h"
 #include "vision/fit/frame.h"
 #include "vision/picture/image.h"
-#include "vision/round/model.h"
+#include "vision/round/model/model.h"
 #include "vision/round/rays.h"
 #include <Eigen/Core>
 

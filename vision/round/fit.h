@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "vision/round/model.h"
-#include "vision/round/window.h"
+#include "vision/round/model/model.h"
+#include "vision/round/model/window.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "vision/round/fit.h"
-#include "vision/round/window.h"
+#include "vision/round/model/window.h"
 
 namespace panelcal::internal {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "vision/round/model/window.h"
 #include "vision/round/residuals.h"
-#include "vision/round/window.h"
 
 namespace panelcal::internal {
 

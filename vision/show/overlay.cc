@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "vision/picture/cv_bridge.h"
+#include "vision/picture/formats/png_codec.h"
 #include "vision/picture/memory_error.h"
-#include "vision/picture/png_codec.h"
 #include "vision/show/overlay_legend.h"
 #include "vision/show/overlay_panel.h"
 #include <fmt/format.h>

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

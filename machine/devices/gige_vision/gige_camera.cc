@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/devices/gige_camera.h"
+#include "machine/devices/cameras/gige_camera.h"
 
 #include <cstdint>
 #include <string>

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 namespace panelcal::internal {

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
-#include "calib/camera/fit.h"
+#include "calib/base/statistics/random.h"
+#include "calib/camera/fit/fit.h"
 
 namespace panelcal::test {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <memory>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/camera/mapping.h"
 #include "calib/correction/max_sigma.h"
 #include <gmock/gmock.h>

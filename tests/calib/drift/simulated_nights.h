@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/drift/series.h"
 #include <Eigen/Cholesky>
 

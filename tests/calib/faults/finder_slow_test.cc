@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "calib/base/chi_square.h"
+#include "calib/base/statistics/chi_square.h"
 #include <Eigen/QR>
 #include <gtest/gtest.h>
 

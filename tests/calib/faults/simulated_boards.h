@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/faults/constellation.h"
 
 namespace panelcal::test {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/faults/finder.h"
 
 namespace panelcal::test {

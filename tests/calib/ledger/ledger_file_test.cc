@@ -2,7 +2,7 @@
 #include <csignal>
 #include <fstream>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/ledger/ledger.h"
 #include <gmock/gmock.h>
 #include <sqlite3.h>

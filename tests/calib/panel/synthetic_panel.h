@@ -7,7 +7,7 @@
 #include <ostream>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/panel/fit.h"
 #include "calib/panel/model.h"
 #include <Eigen/Core>

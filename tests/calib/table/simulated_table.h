@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/table/fit.h"
 
 namespace panelcal::test {

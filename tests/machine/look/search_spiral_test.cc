@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 #include "tests/support/matchers.h"

@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
-#include "machine/nightly/night_history.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/random.h"
 #include "machine/nightly/nightly.h"
+#include "machine/nightly/record/night_history.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

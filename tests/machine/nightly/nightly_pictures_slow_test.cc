@@ -9,7 +9,7 @@
 #include <iostream>
 
 #include "machine/calibrate/calibration_record.h"
-#include "machine/nightly/night_history.h"
+#include "machine/nightly/record/night_history.h"
 #include <gmock/gmock.h>
 
 #include "tests/machine/nightly/cut_night.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/random.h"
 #include "machine/nightly/nightly.h"
 #include "machine/sources/device_set.h"
 #include <fmt/format.h>

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/spindle/calibration_file.h"
 #include "machine/nightly/nightly.h"
 #include "machine/sim/sim_coupon.h"

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "machine/calibrate/camera_run.h"
+#include "machine/calibrate/camera/run.h"
 #include "machine/sim/sim_plate.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 

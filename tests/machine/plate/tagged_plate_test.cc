@@ -8,12 +8,12 @@
 #include <string_view>
 #include <vector>
 
-#include "machine/calibrate/camera_run.h"
-#include "machine/calibrate/table_run.h"
+#include "machine/calibrate/camera/run.h"
+#include "machine/calibrate/table/run.h"
 #include "machine/plate/pictures.h"
 #include "machine/sim/sim_plate.h"
-#include "vision/picture/folder.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/folder.h"
+#include "vision/picture/files/image_io.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 

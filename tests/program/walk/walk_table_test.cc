@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/byte_sink.h"
+#include "calib/base/files/byte_sink.h"
 #include "calib/correction/error_budget.h"
-#include "program/writers/excellon_writer.h"
-#include "program/writers/sieb_meyer_writer.h"
+#include "program/writers/excellon/writer.h"
+#include "program/writers/sieb_meyer/writer.h"
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {

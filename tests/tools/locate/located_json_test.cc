@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/render/render.h"
 #include "vision/render/scene_marks.h"
 #include "vision/tag/family.h"

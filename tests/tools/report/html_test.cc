@@ -14,11 +14,11 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "program/walk/walk.h"
 #include "tools/figures/text.h"
-#include "tools/report/fit_numbers.h"
-#include "tools/report/surface.h"
+#include "tools/report/fits/fit_numbers.h"
+#include "tools/report/surface/surface.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/render/render.h"
 #include <Eigen/Core>
 #include <gtest/gtest.h>

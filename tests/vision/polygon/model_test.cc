@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/render/scene_marks.h"
 #include "vision/show/overlay_legend.h"
 #include <gtest/gtest.h>

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/picture/image.h"
 #include <Eigen/Core>
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/picture/image.h"
 #include "vision/tag/family.h"
 #include <Eigen/Core>

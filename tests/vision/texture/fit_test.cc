@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
