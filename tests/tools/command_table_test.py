@@ -14,8 +14,8 @@ TABLES = [
 
 def test_file(root, folder, test):
     """Tests of what both languages share stand in another folder of tests/program."""
-    own = root / folder / f"{test}.cc"
-    return own if own.exists() else next((root / "tests/program").glob(f"*/{test}.cc"), None)
+    found = sorted((root / folder).rglob(f"{test}.cc"))
+    return next(iter(found or sorted((root / "tests/program").rglob(f"{test}.cc"))), None)
 
 
 def problems_of(root, name, table, folder):
