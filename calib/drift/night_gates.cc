@@ -134,7 +134,7 @@ class Examination {
   std::vector<NightGate> gates_;
 };
 
-/// Whether the one in force may stay, with the reason appended.
+/// True if the one in force may stay, with the reason appended.
 Expected<bool> may_keep(const DriftModel& model,
                         const NightResult& result,
                         const std::optional<Eigen::VectorXd>& in_force,

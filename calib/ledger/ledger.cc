@@ -19,7 +19,7 @@ using internal::SqliteConnection;
 using internal::SqliteStatement;
 using internal::SqliteTransaction;
 
-/// What stands in the place of a calibration where there is none; JSON like the others.
+/// Text in the place of a missing calibration; JSON like the others.
 constexpr std::string_view kNoResult = "null";
 
 Diagnostic invalid_ledger(const SqliteConnection& connection,
@@ -72,7 +72,7 @@ Expected<void> settle_replaced(SqliteConnection& connection, LedgerRecord& recor
   return {};
 }
 
-/// Whether what is recorded now would be found again under the ledger's name.
+/// Checks that an entry recorded now would be found again under the ledger's name.
 Expected<void> check_in_place(SqliteConnection& connection) {
   if (!connection.has_moved()) return internal::check_version(connection);
   return failure({Code::DeviceWrite,

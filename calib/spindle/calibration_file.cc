@@ -79,7 +79,7 @@ Expected<void> check_spindle_offset(const SpindleQuality& quality,
                                       "counts and scatters from 0, and finite numbers"));
 }
 
-/// What the types cannot say.
+/// Checks what the types cannot express.
 Expected<void> check_spindle_offset(const SpindleCalibration& calibration,
                                     const std::string& file) {
   if (calibration.offsets.empty()) {

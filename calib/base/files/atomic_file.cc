@@ -58,7 +58,7 @@ void sync_parent_of(const std::filesystem::path& path) {
   ::close(fd);
 }
 
-/// Whether a file begins as every SQLite database does. Only the ledger writes those, in place.
+/// True if a file begins as every SQLite database does. Only the ledger writes those, in place.
 bool is_database(const std::filesystem::path& path) {
   constexpr std::string_view kMagic("SQLite format 3\0", 16);
   std::array<char, kMagic.size()> head{};
@@ -76,7 +76,7 @@ struct PartFile {
   std::filesystem::path path;
 };
 
-/// Whether `path` still names the file that is open.
+/// True if `path` still names the file that is open.
 bool is_named(int fd, const std::filesystem::path& path) {
   struct stat open {
   }, named{};
@@ -90,7 +90,7 @@ void sweep(const std::filesystem::path& part) {
   if (fd < 0) return;
   struct stat status {};
   const bool is_file = ::fstat(fd, &status) == 0 && S_ISREG(status.st_mode);
-  // Who removes it holds its lock, and so does who renames it: nothing happens to the name between.
+  // The process that removes or renames it holds its lock: nothing happens to the name between.
   if (is_file && ::flock(fd, LOCK_EX | LOCK_NB) == 0 && is_named(fd, part)) ::unlink(part.c_str());
   ::close(fd);
 }
@@ -125,7 +125,7 @@ Expected<PartFile> open_part(const std::filesystem::path& real,
       error = errno;
       break;
     }
-    // Where files cannot be locked, no process sweeps either.
+    // If files cannot be locked, no process sweeps either.
     ::flock(fd, LOCK_EX);
     if (is_named(fd, part)) return PartFile{fd, std::move(part)};
     // Another process swept it before it was locked.

@@ -65,8 +65,7 @@ double inside_disc(const Eigen::Vector2d& m, double s1, double s2, double radius
     const double c = std::sqrt(std::max(0.0, (radius - x) * (radius + x)));
     return normal_between((-c - m.y()) / s2, (c - m.y()) / s2);
   };
-  // Where the other axis hardly varies, the integrand is as narrow as s1 and no wider than the
-  // disc.
+  // If the other axis hardly varies, the integrand is as narrow as s1 and no wider than the disc.
   const double low = std::max(-radius, m.x() - kReach * s1);
   const double high = std::min(radius, m.x() + kReach * s1);
   if (!(high > low)) return 0;

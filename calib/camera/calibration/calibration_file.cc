@@ -65,7 +65,7 @@ Expected<void> check_fold(const CameraCalibration& c, const std::string& file) {
   return {};
 }
 
-/// What the types of the file cannot say.
+/// Checks what the types of the file cannot express.
 Expected<void> check_camera_calibration(const CameraCalibration& c, const std::string& file) {
   if (c.full) {
     PANELCAL_CHECK(check_picture(c, file));
@@ -124,7 +124,7 @@ Expected<std::chrono::sys_seconds> read_camera_date(const StrictObject& top,
       file, "\"date\" is " + quoted(text), "a time such as 2026-11-21T08:37:38Z"));
 }
 
-/// Whether the file says that it is of version 2 or later; whatever else it says is judged as
+/// True if the file says that it is of version 2 or later; whatever else it says is judged as
 /// version 1.
 bool is_full(const nlohmann::json& document) {
   const auto version = document.is_object() ? document.find("version") : document.end();
@@ -145,7 +145,7 @@ Expected<void> read_picture_size(const StrictObject& top,
   return {};
 }
 
-/// What of a full camera has the simple form.
+/// Sets the part of a full camera that has the simple form.
 void set_simple_part(CameraCalibration& c) {
   const CameraModel::Parameters& p = c.full->parameters;
   c.parameters = {.scale_mm_per_px = p.scale_mm_per_px,

@@ -36,7 +36,7 @@ struct CameraCalibration {
   CameraModel model() const {
     return full ? CameraModel(full->parameters) : CameraModel(parameters);
   }
-  /// Whether the camera has a tilt or a lens that CameraMapping does not know.
+  /// True if the camera has a tilt or a lens that CameraMapping does not know.
   bool needs_model() const { return !model().as_mapping(); }
 };
 

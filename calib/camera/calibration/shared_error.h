@@ -9,7 +9,7 @@
 
 namespace panelcal {
 
-/// How an error of a camera calibration moves all that the camera sees, in five numbers.
+/// Shift of all that the camera sees by an error of its calibration, in five numbers.
 ///
 ///   error of a place = by(u) e,   e ~ N(0, covariance())
 ///

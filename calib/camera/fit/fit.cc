@@ -21,8 +21,8 @@ using internal::CameraInformation;
 using internal::CameraProblem;
 using internal::CameraState;
 
-/// What is left of a parameter's information when poses, dots and stiffer parameters are free; less
-/// is rounding.
+/// Part of a parameter's information that is left when poses, dots and stiffer parameters are free;
+/// less is rounding.
 constexpr double kNoCameraResidual = 1e-10;
 
 tl::unexpected<Diagnostic> camera_data_refused(std::string what, std::string expected) {
@@ -256,7 +256,7 @@ Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions
       if (!why_not) why_not = std::move(fit).error();
       continue;
     }
-    // What leaves open more than the form before it is that form again.
+    // A form that leaves open more than the form before it is that form again.
     if (!fits.empty() && fit->undetermined.size() > fits.back().undetermined.size()) continue;
     fits.push_back(*std::move(fit));
   }

@@ -31,7 +31,8 @@ struct CameraFitOptions {
   Eigen::Vector2d axis_px = Eigen::Vector2d::Zero();  ///< as a rule the picture's middle
   /// Distance of the panel over the scale, from the lens' data sheet; infinite if telecentric.
   double focal_px = std::numeric_limits<double>::infinity();
-  /// Where stage and plate leave them open; otherwise only the rotation is used, to begin with.
+  /// Start values if stage and plate leave them open; otherwise only the rotation is used, to begin
+  /// with.
   double scale_mm_per_px = 0.01;
   double rotation_rad = 0;
   /// Residuals beyond this number of sigmas count by their length instead of its square (Huber); 0:

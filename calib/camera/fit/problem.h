@@ -19,7 +19,7 @@ struct CameraInformation {
   int n_determined = 0;  ///< coordinates of poses and dots, less their gauge
 };
 
-/// Where the data see what of a state; `used` are indices of observations.
+/// Residuals of a state in the data, and their derivatives; `used` are indices of observations.
 ///
 /// Residuals are the whitened seen minus fitted. Derivatives are analytic, of the state's camera in
 /// the order of CameraParameter, then the pose (angle rad, shift mm), then the dot (mm):

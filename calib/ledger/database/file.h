@@ -28,7 +28,7 @@ Expected<std::unique_ptr<SqliteConnection>> open_ledger_file(const std::filesyst
                                                              SqliteConnection::Mode mode,
                                                              const LedgerOptions& options);
 
-/// Whether the file is a ledger of this version; cheap enough for every transaction.
+/// Checks that the file is a ledger of this version; cheap enough for every transaction.
 Expected<void> check_version(SqliteConnection& connection);
 
 /// Moves a file and what SQLite keeps beside it to a name that nothing has, and says which.

@@ -7,11 +7,11 @@
 namespace panelcal {
 
 struct LedgerOptions {
-  /// How long to wait for another program. Longer than a colleague's query takes, shorter than
+  /// Longest wait for another program. Longer than a colleague's query takes, shorter than
   /// anybody's patience.
   std::chrono::milliseconds busy_timeout{10000};
-  /// How many of the newest entries have their hashes checked when the ledger is opened; all of
-  /// them take `verify`.
+  /// Number of the newest entries whose hashes are checked when the ledger is opened; `verify`
+  /// checks all.
   std::size_t n_checked = 64;
 };
 

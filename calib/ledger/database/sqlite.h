@@ -63,7 +63,7 @@ class SqliteConnection {
   Expected<std::int64_t> integer_of(std::string_view sql);
 
   bool in_transaction() const;
-  /// Whether another file stands under the name by now, or none.
+  /// True if another file stands under the name by now, or no file.
   bool has_moved() const;
   const std::string& file() const { return file_; }
 

@@ -17,7 +17,7 @@ inline constexpr std::string_view kEntryMark = R"({"panelcal":"ledger-entry","id
 inline constexpr std::string_view kNoHash =
     "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// Whether the ledger can hold what the caller wants to record; `file` is what messages name.
+/// Checks that the ledger can hold the draft; `file` is what messages name.
 ///
 /// Fails  ledger-entry-invalid, with the field; json-syntax of the result
 Expected<void> check_draft(const LedgerDraft& draft, const std::string& file);

@@ -10,7 +10,7 @@
 
 namespace panelcal {
 
-/// Which entries; what is empty does not restrict.
+/// Selection of entries; an empty field does not restrict.
 struct LedgerFilter {
   std::optional<std::string> machine;
   std::optional<LedgerKind> kind;
