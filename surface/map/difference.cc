@@ -84,7 +84,7 @@ struct Whitened {
   }
 };
 
-/// What both outlines, convex and counter-clockwise, hold (Sutherland and Hodgman 1974).
+/// Intersection of two outlines, convex and counter-clockwise (Sutherland and Hodgman 1974).
 std::vector<Vector2d> intersection(std::span<const Position<frame::Nominal>> a,
                                    std::span<const Position<frame::Nominal>> b) {
   std::vector<Vector2d> out;

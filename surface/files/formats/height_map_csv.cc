@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 3> kLabels = {
     "xmin,xmax,ymin,ymax,radius,xspacing,yspacing,xnum,ynum",
     "axis0,axis1,min0,max0,min1,max1,radius,spacing0,spacing1,num0,num1"};
 
-/// What the file rounds its limits and spacings to.
+/// Rounding of the file's limits and spacings.
 constexpr double kRounding = 0.005;
 
 struct Header {

@@ -10,7 +10,7 @@ namespace {
 constexpr std::string_view kXmlBlanks = " \t\r\n";
 /// More attributes than any element of a height map has.
 constexpr std::size_t kMaxAttributes = 32;
-/// What a message shows of a text that does not fit.
+/// Number of characters of a text that a message shows at most.
 constexpr std::size_t kShown = 20;
 
 bool is_name_byte(char c) {

@@ -29,7 +29,7 @@ class XmlScanner {
  public:
   XmlScanner(std::string_view text, std::string file);
 
-  /// Whether `</` comes next, behind blanks and comments.
+  /// True if `</` comes next, behind blanks and comments.
   Expected<bool> at_end_tag();
   Expected<XmlTag> start_tag();
   Expected<void> end_tag(std::string_view name);
