@@ -51,7 +51,7 @@ class Interpreter {
 
   void run();
 
-  /// Where the last line ends that measured, fitted or took back a fit.
+  /// End of the last line that measured, fitted or took back a fit.
   std::size_t asked_until() const { return asked_until_; }
 
  private:
@@ -261,7 +261,7 @@ class Interpreter {
   bool reported_no_tool_ = false;
   bool ended_ = false;       ///< nothing more is executed
   bool has_end_ = false;     ///< because the program said so
-  bool ends_early_ = false;  ///< where end_at() has said
+  bool ends_early_ = false;  ///< the end is that of end_at()
   std::int64_t n_vision_steps_ = 0;
   std::size_t asked_until_ = 0;
 };

@@ -33,7 +33,7 @@ struct Header : ProgramHead {
   bool states_format = false;              ///< unit known from the header or a CAM comment
   bool states_zeros = false;               ///< LZ or TZ, or a CAM comment to the same effect
   bool states_digits = false;              ///< digit counts from a CAM comment, whatever the unit
-  std::string format_evidence;             ///< which line says so, for people
+  std::string format_evidence;             ///< the line that states it, for people
   ProgramSet set = ProgramSet::FormatTwo;  ///< FMAT
   std::map<int, Length> compensation_values;  ///< CP: diameter by compensation index
   std::vector<HeaderSetting> settings;

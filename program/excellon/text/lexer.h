@@ -56,7 +56,7 @@ std::span<const FormatOneInfo> format_one_table();
 /// G02, M30 and so on, as the manual writes it.
 std::string code_text(Command command);
 
-/// Which of the two command sets of the manual's table of equivalents a program is written in.
+/// The one of the two command sets of the manual's table of equivalents a program is written in.
 enum class ProgramSet : std::uint8_t { FormatOne, FormatTwo };
 
 /// The command that a G or M word of one or two digits stands for. `G045` is not one: taken for G45

@@ -30,7 +30,7 @@ std::optional<double> parse_speed_rpm(std::string_view text) {
   return thousands.value.in_mm() * 1000;
 }
 
-/// What the manual allows in the program's own unit.
+/// Range that the manual allows in the program's own unit.
 struct RateRange {
   double least_inch_per_min;
   double most_inch_per_min;

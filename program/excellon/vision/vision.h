@@ -52,7 +52,7 @@ class VisionSession {
   void measure_target(const TargetPlace& target);  // G35 G36 G45 G46
   /// G39, $uvis,calib. The offset must not change in the middle of a series.
   void calibrate(CalibrationOrder order, int column, std::string_view text);
-  /// Where structure is kept nothing is measured: gives the targets of the series that this one
+  /// If structure is kept, nothing is measured: gives the targets of the series that this one
   /// completes, none while it is unfinished.
   std::vector<Position<frame::Nominal>> take_target(const TargetPlace& target);
   std::optional<TargetHolePlace> measure_hole(const TargetPlace& target);
@@ -85,7 +85,7 @@ class VisionSession {
     int n_wanted = 0;
     std::string command;
     std::vector<std::size_t> measurements;
-    std::vector<Position<frame::Nominal>> targets;  ///< where structure is kept
+    std::vector<Position<frame::Nominal>> targets;  ///< the series' targets if structure is kept
 
     int n_left() const {
       return n_wanted - static_cast<int>(std::max(measurements.size(), targets.size()));

@@ -68,7 +68,7 @@ enum class NibbleOrder : std::uint8_t {
 
 struct Nibbling {
   NibbleOrder order = NibbleOrder::Alternating;
-  /// How far the cusps between neighbouring holes may stand out of the wall (CNC command NIB).
+  /// Greatest height of the cusps between neighbouring holes above the wall (CNC command NIB).
   /// Smaller is smoother and takes more holes. Alternating order only: the other has its distance.
   double roughness_mm = 0.013;
 };

@@ -95,7 +95,7 @@ std::optional<std::string> figure_fault(const Eigen::Vector2d& center_mm,
   return std::nullopt;
 }
 
-/// How many rings lie inside a path whose inner radius is half_mm, so that they and it are evenly
+/// Number of rings inside a path whose inner radius is half_mm, so that they and it are evenly
 /// spaced; step_mm is their distance.
 struct Rings {
   int n = 0;

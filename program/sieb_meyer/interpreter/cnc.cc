@@ -143,7 +143,7 @@ void Interpreter::obey(const Block& block, const CncCommand& command) {
   emitter_.put(block.line, Setting{block.text});
 }
 
-/// What changes where programmed coordinates lie. Their effect is in the coordinates, so only the
+/// Obeys commands that move programmed coordinates. Their effect is in the coordinates, so only the
 /// program zero is passed on, as a place.
 bool Interpreter::obey_placement(const Block& block, const CncCommand& command) {
   const std::string_view argument = command.argument;
@@ -290,7 +290,7 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
       }
       if (is_reference) {
         if (!surface_.set_reference_height(mm(*value_mm))) {
-          // Which side a stroke probes is not in the program.
+          // The program does not state the side that a stroke probes.
           refuse_cnc(block, "the height that was set before: there is one reference");
           return true;
         }

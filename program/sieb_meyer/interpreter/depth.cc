@@ -71,7 +71,7 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
   if (peck_.is_on) check_peck(block.line);
 }
 
-/// What holds for holes and contours from here on, but for what a grid adds at each place.
+/// Updates the cut of holes and contours from here on, but for what a grid adds at each place.
 void Interpreter::update_cut() {
   base_cut_ = {};
   if (surface_.is_on() && !skips_surface_) {

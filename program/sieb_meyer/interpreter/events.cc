@@ -30,8 +30,8 @@ void Interpreter::function(int line, FunctionKind kind, std::string_view text) {
   emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
 }
 
-/// What comes inside a contour waits for the piece that is routed in the same line. The manual has
-/// no machine functions there but M21.
+/// An event inside a contour waits for the piece that is routed in the same line. The manual has no
+/// machine functions there but M21.
 void Interpreter::events_before(const Block& block, const Order& order) {
   const bool routs = (order.motion || modal_.motion || is_routing()) && !order.is_tool_up;
   const auto refuse = [&](std::string expected) {

@@ -310,7 +310,7 @@ void Interpreter::call_or_write(const Block& block, const Order& order) {
   }
   if (order.text == Command::Subprogram) {
     if (modal_.incremental && order.has_xy()) {
-      // Where a call's zero counts from is left open.
+      // The manual leaves open from where a call's zero counts.
       return report(
           Code::ArgumentInvalid, block, quoted(block.text), "G90 before a call with X and Y");
     }

@@ -262,7 +262,7 @@ class Interpreter {
   bool repeats_tool_ = false;
   bool reported_no_tool_ = false;
   bool is_plunged_ = false;
-  /// Where the machine stands, in the coordinates of the placement in force; absent while something
+  /// Place of the machine, in the coordinates of the placement in force; absent while something
   /// else may have moved it. Counts only between a T0 line and the next hole.
   std::optional<Eigen::Vector2d> machine_at_mm_;
   DepthOfCut routed_cut_;  ///< of the last piece, without the grid

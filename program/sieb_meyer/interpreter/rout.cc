@@ -36,7 +36,7 @@ Eigen::Vector2d on_bisector(const ContourPiece& piece, const Eigen::Vector2d& ce
   return middle_mm + normal * normal.dot(center_mm - middle_mm);
 }
 
-/// Where an arc has come after a part of its sweep.
+/// Point of an arc after a part of its sweep.
 Eigen::Vector2d on_arc(const ContourPiece& arc, double fraction) {
   if (fraction >= 1) return arc.end_mm;
   const Eigen::Vector2d from = arc.start_mm - *arc.center_mm;
@@ -352,7 +352,8 @@ void Interpreter::send_part(int line,
                 from);
 }
 
-/// Where a piece has to be cut so that the tool follows the measured grid, or a ramp its line.
+/// Parts of a piece at which it has to be cut so that the tool follows the measured grid, or a ramp
+/// its line.
 std::vector<double> Interpreter::cuts_of(const PendingPiece& pending) {
   const ContourPiece& piece = pending.piece;
   std::vector<double> cuts;

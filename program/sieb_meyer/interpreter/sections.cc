@@ -358,7 +358,7 @@ void Interpreter::call(const Block& block, const Order& order) {
     ended_ = true;
     return;
   }
-  // What BLKD leaves out is no part of the sections.
+  // A line that BLKD leaves out is no part of the sections.
   const auto [scanned, is_new] =
       subprogram_sections_.try_emplace(deletes_blocks_ ? "/" + name : name);
   if (is_new) {

@@ -21,7 +21,7 @@ Eigen::Vector2d deviation_mm(const Measurement& m) {
   return (m.measured.position - m.request.expected).in_mm();
 }
 
-/// How many holes show each coordinate.
+/// Number of holes that show each coordinate.
 Eigen::Vector2d count_holes(std::span<const Measurement> measured) {
   std::vector<std::tuple<double, double, ObservedAxes>> seen;
   for (const Measurement& m : measured) {
@@ -38,7 +38,7 @@ Eigen::Vector2d count_holes(std::span<const Measurement> measured) {
   return n;
 }
 
-/// How far targets scatter about their mean.
+/// Scatter of targets about their mean.
 struct Scatter {
   double chi_square = 0;
   int n_free = 0;  ///< 0: there is nothing to compare

@@ -12,7 +12,7 @@
 
 namespace panelcal::sieb_meyer {
 
-/// Which offsets G39 corrects: SPOP, SPOP1, SPOP2, SPOF1 to SPOF12, SPISPI.
+/// Offsets that G39 corrects: SPOP, SPOP1, SPOP2, SPOF1 to SPOF12, SPISPI.
 ///
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9 Optical Measurement, G39
 std::optional<OffsetOrder> offset_order(std::string_view text);

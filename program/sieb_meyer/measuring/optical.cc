@@ -346,7 +346,7 @@ void OpticalSession::note_measured(std::vector<std::size_t> measurements) {
   last_deviation_.reset();
 }
 
-/// Whether the deviation that an order stores is one of the offset in force, and is used only once.
+/// True if the deviation that an order stores is one of the offset in force, and is used only once.
 bool OpticalSession::may_move_offset(const Block& block) {
   const auto refuse = [&](std::string_view what, std::string expected) {
     reporter_.report(Code::CommandMisplaced,
@@ -426,8 +426,8 @@ std::optional<OffsetCorrection> OpticalSession::deviation_of_last(const Block& b
   return std::nullopt;
 }
 
-/// What was measured is for the spindle's offset, and no target of the board's any more. The order
-/// goes through as well, for the machine's own use.
+/// The measured target is for the spindle's offset, and no target of the board's any more. The
+/// order goes through as well, for the machine's own use.
 bool OpticalSession::move_offset(const Block& block,
                                  const OffsetOrder& order,
                                  const TargetPlace& place) {

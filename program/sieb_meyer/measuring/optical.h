@@ -23,7 +23,7 @@ struct TargetPlace {
   Position<frame::Nominal> nominal;
   Placement placement;
   Position<frame::Machine> work_zero;
-  std::vector<std::int64_t> copies;  ///< how many each level of sections has, outermost first
+  std::vector<std::int64_t> copies;  ///< their number in each level of sections, outermost first
 };
 
 /// The optical measurement of one walk: points that wait for G31, the correction in force, and the
@@ -83,7 +83,7 @@ class OpticalSession {
     std::vector<std::size_t> measurements;
     bool has_lost = false;
     std::optional<std::size_t> nested;
-    int n_turned_off = 0;  ///< how often a correction was turned off before the copy inside
+    int n_turned_off = 0;  ///< times that a correction was turned off before the copy inside
   };
 
   std::optional<std::size_t> look(const TargetPlace& target,
@@ -122,7 +122,7 @@ class OpticalSession {
   std::vector<std::size_t> last_measurements_;  ///< that were calculated from, or moved an offset
   std::optional<OffsetCorrection> last_deviation_;  ///< theirs, once requested
   std::int64_t n_looks_ = 0;
-  std::int64_t n_looks_at_order_ = 0;  ///< when last_deviation_ was first asked for
+  std::int64_t n_looks_at_order_ = 0;  ///< n_looks_ when last_deviation_ was first asked for
   PatternState pattern_;
   std::vector<PatternState> outer_patterns_;
 

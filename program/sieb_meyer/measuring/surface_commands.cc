@@ -52,7 +52,7 @@ bool SurfaceSession::set_reference_height(Length height) {
   return true;
 }
 
-/// What the configuration says holds until the program says anything.
+/// The configured tolerance holds until the program states another.
 void SurfaceSession::set_tolerance(const std::string& name, Length tolerance) {
   tolerances_.erase(kConfigured);
   tolerances_[name] = tolerance;

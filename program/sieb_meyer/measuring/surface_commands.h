@@ -60,7 +60,7 @@ class SurfaceSession {
 
   /// The reference surface of SLM, one a Z axis; empty where none was taken.
   std::vector<Length> reference() const;
-  /// Whether that was probed: a perfect board, of which a program is checked, has no sigma.
+  /// True if that was probed: a perfect board, of which a program is checked, has no sigma.
   bool is_measured() const { return !current_.empty() && current_.front().sigma > Length(); }
   bool has_grid() const { return !points_.empty(); }
   /// The surface of the grid at a nominal place; stops the walk where the points make no grid, or

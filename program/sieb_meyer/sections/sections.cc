@@ -14,7 +14,7 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
-/// What a line means for the structure.
+/// Meaning of a line for the structure.
 struct LineRole {
   int n_open = 0;
   int n_close = 0;
@@ -26,7 +26,7 @@ struct LineRole {
   SectionContent has;
 };
 
-/// What M49 with this text says of lines that begin with a slash.
+/// Treatment of lines that begin with a slash by M49 with this text.
 std::optional<bool> deletes_blocks(std::string_view text) {
   const auto command = find_cnc_command(text);
   if (!command) return std::nullopt;
@@ -447,7 +447,7 @@ class Scanner {
   std::optional<CopyRow> row_begin_;  ///< of M50V2
   LinePlace here_;
   LinePlace next_;
-  LinePlace run_begin_;  ///< what an offset line without brackets would move from
+  LinePlace run_begin_;  ///< place that an offset line without brackets would move from
   SectionContent run_has_;
   bool run_moves_ = false;
   bool run_has_brackets_ = false;

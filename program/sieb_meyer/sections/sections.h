@@ -20,7 +20,7 @@ struct CopyRow {
   Eigen::Vector2d last_mm = Eigen::Vector2d::Zero();
   std::int64_t count = 1;
 
-  /// Where the zero point of copy i lies.
+  /// Zero point of copy i.
   Eigen::Vector2d offset_mm(std::int64_t i) const {
     if (count == 1) return first_mm;
     return first_mm +

@@ -16,7 +16,7 @@ namespace panelcal::sieb_meyer {
 /// Capital letters, digits and what file names may hold besides; no folders.
 bool is_subprogram_name(std::string_view name);
 
-/// Where a subprogram's lines stand in its file: behind its `@name`, up to the next one or a $.
+/// Place of a subprogram's lines in its file: behind its `@name`, up to the next one or a $.
 struct SubprogramText {
   LinePlace begin;
   std::size_t end = 0;

@@ -30,7 +30,7 @@ struct FileLayout : ProgramHead {
   FileFormat format = FileFormat::F5000;
   int head_line = 0;                          ///< of the %%
   LinePlace body;                             ///< behind the %%
-  std::size_t body_end = 0;                   ///< where the $ stands, or the end of the text
+  std::size_t body_end = 0;                   ///< place of the $, or the end of the text
   std::map<int, std::vector<int>> magazines;  ///< of a tool, in order
   std::map<int, Time> dwells;                 ///< A: how long a tool stays down
 

@@ -77,7 +77,7 @@ bool may_have_brackets(Command command) {
          command != Command::CameraByte && command != Command::CorrectionValues;
 }
 
-/// What follows the comments that a text begins with; one that is not closed goes on to the end.
+/// Text behind the comments that it begins with; one that is not closed goes on to the end.
 std::string_view behind_comments(std::string_view text) {
   int depth = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -10,7 +10,7 @@ namespace {
 constexpr std::array<double, 16> kSiebMeyerPowers = {
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 
-/// How a quantity is written in a format: value = digits * per_step / divisor without a point.
+/// Notation of a quantity in a format: value = digits * per_step / divisor without a point.
 struct Rule {
   double per_step = 1;
   double divisor = 1;

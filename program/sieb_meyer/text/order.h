@@ -96,7 +96,7 @@ enum Part : std::uint32_t {
 
 /// The parts that a line has.
 std::uint32_t parts_of(const Order& order);
-/// How a part is written, for messages. Precondition: one bit.
+/// Notation of a part, for messages. Precondition: one bit.
 std::string_view form_of(std::uint32_t part);
 
 /// The settings that decide how a line's letters are read.

@@ -214,8 +214,8 @@ void Emitter::note_origin(const Eigen::Vector2d& at_mm,
   origin_.scaling = scaling;
 }
 
-/// Where the map does not reach the job is refused, by the first such place: all that follow would
-/// say the same.
+/// A place that the map does not reach refuses the job; the first one alone is reported: all that
+/// follow would say the same.
 Displacement<frame::Machine> Emitter::told_on_table(int line,
                                                     const Displacement<frame::Machine>& from_zero) {
   const Position<frame::Machine> place = place_.work_zero + from_zero;

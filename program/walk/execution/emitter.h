@@ -19,7 +19,7 @@
 
 namespace panelcal {
 
-/// Where a walk stands: what carries a programmed point to its place.
+/// Place of a walk in the program: what carries a programmed point to its place.
 struct WalkPlace {
   Placement placement;
   InstancePath path;
@@ -87,7 +87,7 @@ class Emitter {
   void take(int line, const ToolChange& change);
   ToolLinks& links() { return links_; }
 
-  /// How deep holes, plunges and rout moves go from here on.
+  /// Sets the depth of holes, plunges and rout moves from here on.
   void set_cut(const DepthOfCut& cut) {
     cut_ = cut;
     has_hole_cut_ = false;
@@ -222,7 +222,7 @@ class Emitter {
   CompensationSide side_ = CompensationSide::Off;  ///< as the control was told last
   bool was_switched_off_ = false;                  ///< by the control itself, since then
   bool is_off_table_ = false;                      ///< and that was reported
-  /// Where the tool went last, and how deep; on a bent panel the way from there is no line.
+  /// Last place and depth of the tool; on a bent panel the way from there is no line.
   std::optional<Position<frame::Nominal>> stands_at_;
   DepthOfCut stands_at_cut_;
   Origin origin_;

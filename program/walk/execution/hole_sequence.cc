@@ -23,8 +23,8 @@ std::int64_t bit_floor(std::int64_t n) {
   return static_cast<std::int64_t>(std::bit_floor(static_cast<std::uint64_t>(n)));
 }
 
-/// How far the material between two holes of a row stands out of the wall; infinite if the holes
-/// do not meet.
+/// Height above the wall of the material between two holes of a row; infinite if the holes do not
+/// meet.
 double cusp_mm(double spacing_mm, double tool_diameter_mm) {
   const double radius_mm = 0.5 * tool_diameter_mm;
   const double half_mm = 0.5 * spacing_mm;

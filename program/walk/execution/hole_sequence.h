@@ -84,8 +84,8 @@ std::optional<std::int64_t> slot_steps(double length_mm,
                                        double tool_diameter_mm,
                                        double max_cusp_mm);
 
-/// How many holes on a circle leave cusps lower than max_cusp_mm in the wall of the big hole, and
-/// meet.
+/// Number of holes on a circle that meet and leave cusps lower than max_cusp_mm in the wall of the
+/// big hole.
 ///
 /// In     path_radius_mm: of the circle that the holes' centres are on, at least half of the tool's
 ///        diameter; all > 0

@@ -426,7 +426,7 @@ void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series)
     if (!result.fit && result.failure == FitFailure::TooFewTargets)
       return report_unbendable(series);
   } else {
-    // Where the model is given, the smooth one is only compared.
+    // If the model is given, the smooth one is only compared.
     const auto smooth = options_.chooses_model ? SmoothModels::Eligible : SmoothModels::Compared;
     result = fit_model(pairs, options_, smooth, series);
     const bool is_bent = result.fit && result.fit->smooth && result.fit->smooth->is_bent();

@@ -35,7 +35,7 @@ KnownPads carried_pads(const KnownPads& pads,
   return KnownPads(std::move(out));
 }
 
-/// How far a smooth series is from its affine part.
+/// Deviation of a smooth series from its affine part.
 Eigen::Vector2d bending_mm(const SeriesResult& series, const Position<frame::Nominal>& nominal) {
   if (!series.is_smooth()) return Eigen::Vector2d::Zero();
   return series.base->smooth->map(nominal).in_mm() - series.base->map.map(nominal).in_mm();

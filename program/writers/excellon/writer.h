@@ -97,7 +97,7 @@ class ExcellonWriter final : public ProgramWriter {
   void say_vision_tool();
 
   bool in_header_ = true;
-  std::set<int> limited_tools_;   ///< whose hit limit was written
+  std::set<int> limited_tools_;   ///< tools whose hit limit was written
   bool has_usual_digits_ = true;  ///< those that the written header states
   bool overrides_rates_ = false;  ///< G07: the body's rates rule from there on
   double written_unit_mm_ = 1;
@@ -105,7 +105,7 @@ class ExcellonWriter final : public ProgramWriter {
   std::optional<ZeroSet> header_zero_;               ///< waits for the end of the header
   bool is_down_ = false;                             ///< the router
   bool is_routing_ = false;                          ///< the control is in rout mode (G00)
-  Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< where the router stands
+  Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< place of the router
   std::optional<long> table_feed_;  ///< as last written; absent: to be written again
   bool has_table_feed_ = false;     ///< one was written, so that the control's own is gone
   bool has_end_ = false;            ///< the source's, if it has one

@@ -9,7 +9,7 @@
 
 namespace panelcal {
 
-/// How a tool works, as far as the program leaves it to the machine. All Z are of the tool's tip,
+/// Motions of a tool, as far as the program leaves it to the machine. All Z are of the tool's tip,
 /// as the words of the G-code program have them.
 struct GcodeWork {
   std::optional<Length> drill_z;      ///< of holes; a depth offset of the tool comes to it
@@ -23,7 +23,7 @@ struct GcodeWork {
   friend bool operator==(const GcodeWork&, const GcodeWork&) = default;
 };
 
-/// How one tool works, or all tools of one diameter.
+/// Motions of one tool, or of all tools of one diameter.
 struct GcodeTool {
   std::optional<int> number;
   std::optional<Length> drill;  ///< without a number: the diameter of the tools that are meant
@@ -35,7 +35,7 @@ struct GcodeSetting {
   Length safe_z;  ///< nothing is in the way at or above it
   /// Down to here the tool moves rapidly; absent: it feeds from safe_z on.
   std::optional<Length> approach_z;
-  /// Where the tool waits while it is changed, at stops and at the end; absent: safe_z.
+  /// Height at which the tool waits while it is changed, at stops and at the end; absent: safe_z.
   std::optional<Length> change_z;
   std::optional<Length> table_z;  ///< the table plane, which the program's Z planes count from
   /// The board's surface, for depths below a surface that was not measured.

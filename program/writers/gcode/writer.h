@@ -123,8 +123,8 @@ class GcodeWriter final : public ProgramWriter {
   Tool tool_;
   GcodeWork work_;  ///< its values
   Height height_ = Height::Unknown;
-  std::optional<Place> at_;      ///< where the program has the tool
-  std::optional<Place> told_;    ///< where the control has it
+  std::optional<Place> at_;      ///< the tool's place by the program
+  std::optional<Place> told_;    ///< the tool's place by the control
   std::optional<Steps> told_z_;  ///< while it is down
   std::string feed_;             ///< F as written last
   std::string cycle_;            ///< words of the cycle that is in force; empty: none

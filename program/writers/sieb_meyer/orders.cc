@@ -18,7 +18,7 @@
 namespace panelcal {
 namespace {
 
-/// What has to stand before a function's text, which is not always a command by itself.
+/// Command that has to stand before a function's text, which is not always a command by itself.
 std::string_view command_before(const Function& function) {
   if (function.kind == FunctionKind::TextForDevice) return "M76,";
   if (function.kind != FunctionKind::MachineFunction) return "";
@@ -83,7 +83,7 @@ void SiebMeyerWriter::write_foreign(const Setting& setting) {
 
 // --- patterns ----------------------------------------------------------------------------------
 
-/// What the control was told before is not what it knows when a copy begins.
+/// The control does not know at the begin of a copy what it was told before the pattern.
 void SiebMeyerWriter::write(const PatternBegin&) {
   say_tool();
   line("M31");

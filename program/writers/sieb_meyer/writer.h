@@ -99,7 +99,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   std::map<int, Tool> tools_;
   std::set<int> used_tools_;
 
-  Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< where the tool is
+  Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< place of the tool
   std::optional<Steps> up_at_;                       ///< the last coordinate line was T0 there
   bool is_down_ = false;
   bool has_routed_ = false;  ///< a line since the tool went down

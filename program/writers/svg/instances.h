@@ -14,7 +14,7 @@
 
 namespace panelcal::svg {
 
-/// Which part of each step-and-repeat instance is drilled, for up to kMost instances.
+/// Part of each step-and-repeat instance that is drilled, for up to kMost instances.
 ///
 /// Instances of different sections are the same one if path and placement agree: a panel is
 /// usually stepped once for each tool.

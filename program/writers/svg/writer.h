@@ -30,8 +30,8 @@ struct SvgScene {
 /// are shifted by half of the compensation value, as the controller does, each by itself. Memory
 /// does not grow with the number of holes.
 ///
-/// How large the picture is and which tools there are shows with the last operation, so the drawing
-/// waits in a spool, with marks where colours and thin lines go.
+/// The size of the picture and its tools are known with the last operation, so the drawing waits in
+/// a spool, with marks where colours and thin lines go.
 ///
 /// See    docs/formats/svg.md; tests/program/writers/svg/writer_test.cc
 class SvgWriter final : public TextWriter {
@@ -44,7 +44,7 @@ class SvgWriter final : public TextWriter {
   void put(const Operation& operation) override;
 
  private:
-  /// How a tool is drawn, and what it did.
+  /// Drawing of a tool, and its operations.
   struct Ink {
     svg::Color color;
     double width_mm = 0;  ///< the tool's diameter, or a stand-in
@@ -81,8 +81,8 @@ class SvgWriter final : public TextWriter {
   Ink* hole_ink_ = nullptr;
   std::string hole_end_;  ///< the text behind the center of a hole
 
-  std::optional<Eigen::Vector2d> router_mm_;  ///< where it stands
-  double left_mm_ = 0;                        ///< how far compensation shifts to the left
+  std::optional<Eigen::Vector2d> router_mm_;  ///< place of the router
+  double left_mm_ = 0;                        ///< shift by compensation to the left
   std::string contour_;                       ///< path data not yet written
   int contour_tool_ = 0;
   std::string rapid_moves_;
