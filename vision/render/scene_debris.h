@@ -9,7 +9,7 @@
 
 namespace panelcal {
 
-/// How much dirt lies on a mark, and what scratches it has.
+/// Dirt and scratches on a mark.
 struct DebrisOptions {
   double rim_share = 0;  ///< of the mark's outline that is covered, 0 to 0.95
   Length size = um(80);  ///< of crumbs; single ones have half to one and a half times as much

@@ -140,7 +140,7 @@ double own_slope_of(const RimWindow& window, const RimVector& p, double sigma) {
   return slope.tail<2>().dot(m.bb.bottomRightCorner<2, 2>() * slope.tail<2>()) / (sigma * sigma);
 }
 
-/// How surely the rim is oval: chi square of two degrees of freedom, and how much, px.
+/// Significance of the rim's ovalness: chi square of two degrees of freedom, and its size, px.
 struct Ovalness {
   double chi_square = 0;
   double size_px = 0;

@@ -23,7 +23,7 @@ struct RimFitOptions {
   double tolerance_px = 0.012;  ///< stop at smaller steps; the next would be about its square
 };
 
-/// Where a fit ended.
+/// End of a fit.
 struct RimSolution {
   RimVector parameters = RimVector::Zero();
   RimFreedom freedom;

@@ -6,7 +6,7 @@
 
 namespace panelcal::internal {
 
-/// Whether some pixels do not belong to the picture of the target alone: residuals, or their means
+/// True if some pixels do not belong to the picture of the target alone: residuals, or their means
 /// over 5 x 5 px, beyond chance.
 bool has_strangers(const RimWindow& window,
                    const RimResiduals& residuals,

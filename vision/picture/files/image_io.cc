@@ -43,7 +43,7 @@ tl::unexpected<Diagnostic> cannot_encode(std::string_view why) {
       Code::PictureFormat, "", "cannot encode a picture: " + quoted(why), "a picture");
 }
 
-/// What a decoder says, in one printable line.
+/// Message of a decoder, in one printable line.
 std::string first_line(std::string_view words) {
   return quoted(words.substr(0, words.find('\n')), 160);
 }

@@ -12,7 +12,7 @@
 
 namespace panelcal {
 
-/// How a camera lays its numbers out in memory, row after row without gaps.
+/// Layout of a camera's numbers in memory, row after row without gaps.
 ///
 /// Names and meaning are the GenICam pixel format naming convention's; 10, 12 and 16 bit stand in
 /// 16-bit containers, low byte first, the number at the low end.

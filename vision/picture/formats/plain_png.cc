@@ -110,7 +110,7 @@ bool read_chunks(std::string_view rest, PlainPng& png) {
   return false;
 }
 
-/// Whether zlib would keep enough history: libdeflate keeps all of it, and would read more.
+/// True if zlib would keep enough history: libdeflate keeps all of it, and would read more.
 bool has_enough_window(const PlainPng& png) {
   const auto first = ByteReader(png.data, true).u8(0);
   if (!first) return false;

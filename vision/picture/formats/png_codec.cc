@@ -19,7 +19,7 @@
 namespace panelcal::internal {
 namespace {
 
-/// What a struct of libpng calls back with.
+/// State that a struct of libpng calls back with.
 struct PngState {
   std::string_view input;
   std::string output;

@@ -111,7 +111,7 @@ TiffHandle open_tiff(TiffInput& input) {
                                       options.get()));
 }
 
-/// Whether libtiff says no more than that a directory has entries it does not know.
+/// True if libtiff says no more than that a directory has entries it does not know.
 bool is_harmless(std::string_view words) {
   constexpr std::array<std::string_view, 3> kHarmless = {
       "Unknown field with tag", "does not end in null byte", "tags are not sorted"};

@@ -24,7 +24,7 @@ struct TiffDirectory {
   std::uint32_t photometric = 1;
   std::uint32_t sample_format = 1;  ///< 1 unsigned, 2 signed, 3 floating-point
   bool big_endian = false;
-  /// Where the file holds the value of these 16-bit entries.
+  /// Offsets at which the file holds the value of these 16-bit entries.
   std::optional<std::size_t> orientation_at;
   std::optional<std::size_t> first_extra_sample_at;
 };

@@ -34,7 +34,7 @@ enum RimParameter {
 
 using RimVector = Eigen::Matrix<double, kRimParameters, 1>;
 
-/// Which parameters a fit is free to choose.
+/// Parameters that a fit is free to choose.
 struct RimFreedom {
   bool is_ring = false;
   bool is_oval = false;

@@ -17,7 +17,7 @@ Eigen::Vector2d image_center(const FitFrame& frame, const RimVector& start) {
   return frame.to_image(start.head<2>()).value_or(Eigen::Vector2d::Zero());
 }
 
-/// Where a row of pixels is within a distance of a centre: |A (u - u0)| <= distance.
+/// Part of a row of pixels within a distance of a centre: |A (u - u0)| <= distance.
 struct Chord {
   double middle = 0;
   double half = -1;  ///< below 0: nowhere

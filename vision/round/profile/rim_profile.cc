@@ -33,7 +33,7 @@ constexpr double kWideMoveSigmas = 2;
 constexpr double kMostWideMove_px = 0.6;
 constexpr double kSharpSector_px = 0.2;  // sectors are judged together until they are as sure
 constexpr int kMostSmoothed = 7;
-/// Where something is not flat, rims are as likely as not a little rough.
+/// If the surroundings are not flat, rims are as likely as not a little rough.
 constexpr double kRoughChance = 0.5;
 constexpr int kBlurWaves = 6;
 constexpr double kShortestOwnWave_px = 24;
@@ -163,7 +163,7 @@ struct Pass {
   double n_used() const {
     return std::max(1.0, circle.used() * static_cast<double>(strip.n_sectors()));
   }
-  /// What a filter answers for each sector.
+  /// Response of a filter for each sector.
   Eigen::VectorXd by_sector(const ShiftFilter& measure) const {
     return (left.matrix().transpose().cast<double>() * measure.weights).array() /
            contrasts.max(kLeastSectorContrast).min(kMostSectorContrast);
@@ -252,7 +252,7 @@ class RimMeasurement {
     }
     window_.collect(p_, std::max(outer, inner) + 1, 1);
     if (window_.band().size() < 40) return false;
-    // What one pass says of a sector the next one uses, whatever the radius has become.
+    // The next pass uses what one pass finds of a sector, whatever the radius has become.
     pass_.strip = unroll(window_, p_, outer, inner, pass_.strip.n_sectors());
     RimStrip& strip = pass_.strip;
     if (strip.seen < 0.5) return false;
@@ -352,7 +352,7 @@ class RimMeasurement {
     profile.center_cov = unit * unit * waves.first * pass_.circle.unit_cov;
     profile.center_cov +=
         std::pow(kDisagreement * unit, 2) * disagreement_px2_ * Eigen::Matrix2d::Identity();
-    // Where it goes to and fro, the truth may be at either end.
+    // If it goes to and fro, the truth may be at either end.
     if (pass_.move_px > kSettledMove_px) {
       profile.center_cov += std::pow(unit * pass_.move_px, 2) * Eigen::Matrix2d::Identity();
     }
@@ -411,7 +411,7 @@ class RimMeasurement {
     profile.lobes /= std::pow(n_usable / n, 4);
   }
 
-  /// How high on a wave the sectors lie that show no edge, on average: 1 at its crests.
+  /// Mean height on a wave of the sectors that show no edge: 1 at its crests.
   double crest_of_unseen(const Eigen::VectorXd& left, int n_periods) const {
     std::complex<double> wave = 0;
     std::complex<double> unseen = 0;

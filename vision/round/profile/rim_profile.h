@@ -9,11 +9,11 @@
 
 namespace panelcal::internal {
 
-/// Where to look for a rim, and what counts as one.
+/// Area to search for a rim, and criteria of one.
 struct RimSearch {
   RimVector start = RimVector::Zero();  ///< center, radius, sigma
   double sign = 1;                      ///< of the inside's level less the outside's
-  double outer_px = 20;                 ///< how far from the rim to look, outwards and inwards
+  double outer_px = 20;                 ///< distance from the rim to search, outwards and inwards
   double inner_px = 20;
   double least_contrast = 1;  ///< grey levels
   double least_used = 0.5;    ///< of the rim

@@ -60,7 +60,7 @@ class SpectrumCost {
   std::array<double, kMostPowers> shape_{};
 };
 
-/// What a lone oval may hide.
+/// Bound of the error that a lone oval may hide.
 double oval_bound(std::span<const double> powers, double floor) {
   constexpr std::size_t kOthers = 5;
   if (powers.size() < kOthers) return 0;

@@ -5,7 +5,7 @@
 
 namespace panelcal::internal {
 
-/// How much a rim's own shape moves a circle through it.
+/// Move of a circle through a rim by the rim's own shape.
 struct RimWaves {
   /// Expected power of the wave of one period, beyond the floor: it looks like a shift.
   double own = 0;

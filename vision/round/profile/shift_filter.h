@@ -27,7 +27,8 @@ ShiftFilter make_shift_filter(const RimStrip& strip,
 /// The same for nothing but white noise, of the given variance of a pixel, in the rings there are.
 ShiftFilter make_plain_filter(const RimStrip& strip, const StepProfile& step, double variance);
 
-/// How much wider a piece of a rim is blurred, px of the edge's sigma: blind to its place as well.
+/// Filter for the extra blur of a piece of a rim, px of the edge's sigma: blind to its place as
+/// well.
 ShiftFilter make_blur_filter(const RimStrip& strip, const StepProfile& step, double variance);
 
 /// The power of waves of n periods around the rim, per sector: E is the variance of a sector if
