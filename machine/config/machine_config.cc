@@ -210,7 +210,7 @@ Expected<void> read_model(const TomlTable& vision, WalkOptions& walk) {
       "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\", \"affine\" or \"smooth\""));
 }
 
-/// How G32, G33 and G36 of SIEB & MEYER programs measure.
+/// Settings of the measurements of G32, G33 and G36 of SIEB & MEYER programs.
 Expected<void> read_optical(const TomlTable& vision, sieb_meyer::Settings& settings) {
   PANELCAL_TRY(const auto mode, vision.integer("mode", 1, 5));
   if (mode == 4) return failure(vision.problem("mode", "1, 2, 3 or 5"));

@@ -27,7 +27,7 @@ namespace panelcal {
 struct Job {
   Program program;        ///< as read_job() or load_program() reads it
   DiagnosticLog reading;  ///< diagnostics of the reading
-  /// When: the spindle-camera offset has drifted until now.
+  /// Time of the job: the spindle-camera offset has drifted until now.
   std::chrono::sys_seconds now;
   /// The time on the wall that texts name, as wall_time() takes it; empty: `now`, where this
   /// computer stands.

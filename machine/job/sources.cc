@@ -82,7 +82,7 @@ Expected<OpenTargets> opened(Expected<Source> source, std::string words) {
   return OpenTargets{std::make_shared<Source>(*std::move(source)), std::move(words)};
 }
 
-/// Whether the program has holes drilled into the coupon.
+/// True if the program has holes drilled into the coupon.
 bool drills_coupon(const Survey& nominal) {
   return std::ranges::any_of(nominal.calibrations, [](const CalibrationAnswer& calibration) {
     return !calibration.order.correction.has_value();

@@ -37,7 +37,7 @@ struct MarkSights {
   std::vector<LedgerInput> inputs;  ///< picture files with their digests; none from a live camera
 };
 
-/// How to look at a mark.
+/// Options of the views of a mark.
 struct MarkViews {
   int tool = 1;                     ///< vision tool: disc, hole or ring
   std::optional<double> zoom = {};  ///< level; absent: as the machine stands
@@ -48,7 +48,7 @@ struct MarkViews {
 /// The calibration of a zoom level, or of the camera as it stands; null where there is none.
 const CameraCalibration* camera_at(const MachineConfig& config, const std::optional<double>& zoom);
 
-/// Whether [machine] travel lets the spindle go there.
+/// True if [machine] travel lets the spindle go there.
 bool is_in_travel(const MachineConfig& config, const Position<frame::Machine>& spindle);
 
 /// Drives a mark over the whole picture: a lattice of pixels, each come to from the same side, so

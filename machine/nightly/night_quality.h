@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// How well tonight could measure, against the nights before.
+/// Quality of tonight's measurements, against the nights before.
 struct QualityVerdict {
   std::vector<NightQuality> qualities;
   std::vector<NightGate> gates;     ///< refused ones: what tonight measured is not to be trusted

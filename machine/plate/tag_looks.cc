@@ -29,7 +29,7 @@ Target tag_target(const PlateTags& tags, double scale_mm_per_px) {
   return target;
 }
 
-/// Where the corners of a tag lie; empty where the camera does not see one.
+/// Places of the corners of a tag; empty where the camera does not see one.
 std::optional<TagSight> sight_of(const ReadTag& tag,
                                  const CameraModel& model,
                                  const Position<frame::Machine>& axis) {

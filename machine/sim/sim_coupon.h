@@ -54,7 +54,7 @@ class SimCoupon final : public Stage, public CameraDevice, public Spindle {
 
   /// As it is now; that of the warm machine is approached.
   SpindleCameraOffset true_offset() const;
-  /// Where holes really are.
+  /// True places of holes.
   const std::vector<Position<frame::Machine>>& holes() const { return holes_; }
 
  private:

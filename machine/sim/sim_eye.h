@@ -29,7 +29,7 @@ class SimEye {
   /// Precondition: config has [sim] and [camera]
   SimEye(const MachineConfig& config, Random noise);
 
-  /// Whether [sim] says what a lamp or a focus axis does.
+  /// True if [sim] says what a lamp or a focus axis does.
   bool has(CameraSetting setting) const;
   /// One that it does not tell of changes nothing.
   void set(CameraSetting setting, double value);

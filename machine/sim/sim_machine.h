@@ -92,7 +92,7 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
                  std::size_t i_mark) const;
   void set_light(const MeasurementRequest& request, Scene& scene) const;
   Expected<Camera> camera_for(const MeasurementRequest& request, const View& view) const;
-  /// Where the spindle stands that was sent to a place, by way of the calibrated table.
+  /// True place of the spindle that was sent to a place, by way of the calibrated table.
   Expected<Position<frame::Machine>> stands_at(const Position<frame::Machine>& spindle) const;
   std::vector<const Mark*> marks_in_view(const Position<frame::Machine>& true_axis) const;
 

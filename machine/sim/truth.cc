@@ -47,7 +47,7 @@ Map panel_map(const SimConfig& sim) {
   return Map(linear, sim.panel_offset.in_mm());
 }
 
-/// How a board lies on the panel: turned about its first target, then shifted.
+/// Pose of a board on the panel: turned about its first target, then shifted.
 Transform<frame::Nominal, frame::Nominal> board_map(const SimConfig& sim,
                                                     const MeasurementRequest& first) {
   Random random = internal::random_of(sim.seed, internal::RandomStream::Boards, first.seq);

@@ -57,11 +57,11 @@ class PictureSource final : public MeasurementSource, public ViewTaker {
                 VisionProcedure procedure,
                 PictureFolder folder,
                 Executor* executor);
-  /// Which pictures the requests will show, as far as that can be said.
+  /// Pictures that the requests will show, as far as they can be predicted.
   std::vector<internal::ForeseenPicture> foreseen(
       const std::vector<MeasurementRequest>& requests) const;
   TakenPicture not_read(std::size_t i_row) const;
-  /// Where the optical axis stood, with the offset in force.
+  /// Place of the optical axis, with the offset in force.
   Position<frame::Machine> axis_of(const PictureRow& row) const;
   /// Refuses a picture that was taken where the table's map does not reach.
   Expected<void> check_is_on_table(const PictureRow& row) const;

@@ -17,7 +17,7 @@ namespace {
 
 /// Honest noise of two coordinates is so far off once in 270000.
 constexpr double kCameraOutlierSigmas = 5;
-/// What one bad view hides, another fit shows.
+/// Another fit shows an outlier that one bad view hides.
 constexpr int kCameraOutlierRounds = 5;
 
 double median_distance_px(std::vector<double> values) {
@@ -36,7 +36,7 @@ std::vector<double> sigmas_off(const CameraData& data, const CameraFit& fit) {
   return out;
 }
 
-/// What has to be multiplied to stated sigmas so that the median is what it is of honest noise.
+/// Factor of stated sigmas that gives the median the value of honest noise.
 ///
 ///   median of chi square (2) = 2 ln 2; residuals are shorter than errors by dof / (2 n)
 double scatter(const std::vector<double>& off, int degrees_of_freedom) {

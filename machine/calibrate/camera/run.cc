@@ -54,7 +54,7 @@ CameraFitOptions fit_options_of(const MachineConfig& config,
   return fit;
 }
 
-/// How much more than the covariances the data scatter, as a factor of sigmas.
+/// Ratio of the data's scatter to that of the covariances, as a factor of sigmas.
 Expected<double> excess_of(const CameraData& data, const CameraFitOptions& options) {
   PANELCAL_TRY(const CameraFit fit, internal::least_scattered_camera(data, options));
   if (fit.degrees_of_freedom < internal::kFewestFreedoms) return 1.0;
@@ -159,7 +159,7 @@ Expected<CameraRun> fit_camera_run(const MachineConfig& config,
   run.fit = *std::move(fit);
   run.calibration = calibration_of(
       full_camera(run.fit, options.views.zoom), run.sights.width_px, run.sights.height_px);
-  // What could not be read again is no calibration.
+  // A result that could not be read again is no calibration.
   PANELCAL_CHECK(
       parse_camera_calibration(camera_calibration_text(run.calibration), config.file.string()));
   run.corner_sigma_um = corner_sigma_um(run.calibration);

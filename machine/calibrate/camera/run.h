@@ -18,7 +18,7 @@
 
 namespace panelcal {
 
-/// How a camera is calibrated.
+/// Options of a camera's calibration.
 struct CameraRunOptions {
   MarkViews views = {};
   std::optional<CameraForm> form =

@@ -119,7 +119,7 @@ class CouponLooks {
   PictureLocator locator_;
 };
 
-/// What drilling needs.
+/// Checks what drilling needs.
 Expected<void> check_drilling(const MachineConfig& config,
                               const Coupon& coupon,
                               std::span<const Position<frame::Machine>> places) {
@@ -129,7 +129,7 @@ Expected<void> check_drilling(const MachineConfig& config,
   return {};
 }
 
-/// What looking needs.
+/// Checks what looking needs.
 Expected<void> check_looking(const MachineConfig& config,
                              const Coupon& coupon,
                              std::span<const Position<frame::Machine>> places,

@@ -22,7 +22,7 @@
 
 namespace panelcal {
 
-/// Whether everything is there that a calibration at these places needs, before anything moves.
+/// Checks before anything moves that everything is there that a calibration at these places needs.
 ///
 /// Fails  config-value (no [camera]); vision-tool-undefined; not-supported (an algorithm);
 ///        travel-exceeded

@@ -22,7 +22,7 @@ namespace panelcal {
 /// One calibration of the spindle-camera offset. Nothing is installed.
 struct SpindleCameraRun {
   int i_row = 0;                                 ///< first row of the coupon that it used, from 0
-  std::vector<Position<frame::Machine>> places;  ///< where the spindle was sent to drill
+  std::vector<Position<frame::Machine>> places;  ///< places to which the spindle was sent to drill
   CouponSights sights;                           ///< with the looks that showed no hole
   SpindleCameraFit fit;                          ///< with the holes that were left out
 };

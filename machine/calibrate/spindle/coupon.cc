@@ -20,7 +20,7 @@ std::string plural(int n, std::string_view noun) {
   return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
 }
 
-/// What the state file says.
+/// Content of the state file.
 struct State {
   std::string name;
   int n_used = 0;

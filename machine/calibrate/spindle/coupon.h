@@ -16,8 +16,8 @@
 
 namespace panelcal {
 
-/// Where a run drills that begins at `first`, which G39 says: rows_per_run rows of columns, row by
-/// row; from right to left in every other row, so that no way is long.
+/// Places that a run drills that begins at `first`, which G39 says: rows_per_run rows of columns,
+/// row by row; from right to left in every other row, so that no way is long.
 std::vector<Position<frame::Machine>> places_from(const Coupon& coupon,
                                                   const Position<frame::Machine>& first);
 
@@ -27,7 +27,7 @@ std::vector<Position<frame::Machine>> places_of_row(const Coupon& coupon, int i_
 /// "rows 4 to 10 of coupon "A" are free (7 of 10): 2 runs of 3 rows".
 std::string free_rows_text(const Coupon& coupon, int n_used);
 
-/// How many rows of the coupon are used up; 0 if it is unused.
+/// Number of rows of the coupon that are used up; 0 if it is unused.
 ///
 /// Fails  json-syntax, calibration-invalid (the state file is damaged: which rows are free is not
 ///        guessed at); file-unreadable

@@ -89,7 +89,7 @@ Expected<MachineConfig> JobCalibration::config_at(const CalibrationOrder& order)
   return config;
 }
 
-/// What is measured behind it has no other check on the offset.
+/// The measurements behind it have no other check on the offset.
 Expected<void> JobCalibration::check(const SpindleCameraOffset& offset,
                                      const Displacement<frame::Machine>& shift,
                                      const CalibrationOrder& order) const {

@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 /// Probes of two maps that are nearer than this stand at the same place.
 constexpr double kSameProbePlace_mm = 0.5;
 
-/// What the probes of a map scatter, as it knows it.
+/// Sigma of a map's probes, as the map knows it.
 double sigma_mm(const StoredMap& stored, const ProbePoint& probe) {
   return stored.map.surface().noise_factor() * probe.measured.sigma.in_mm();
 }
@@ -43,7 +43,7 @@ Expected<Measured> rms_of_change(const StoredMap& before, const StoredMap& after
   return Measured{std::sqrt(square_mm2 / count), std::sqrt(std::max(0.0, variance_mm2) / count)};
 }
 
-/// What a place was like: of a probe that the earlier map left out there, or of the map.
+/// Earlier height of a place: of a probe that the earlier map left out there, or of the map.
 struct WasThere {
   Measured height_mm;
   bool is_known = false;

@@ -54,7 +54,7 @@ double shown(double value) {
   return std::round(10 * value) / 10 + 0.0;
 }
 
-/// Whether the map gives heights at all corners.
+/// Checks that the map gives heights at all corners.
 Expected<void> reaches_over(const HeightMap& map, const SurfaceArea& area) {
   for (const double x : {-1.0, 1.0}) {
     for (const double y : {-1.0, 1.0}) {
@@ -83,7 +83,8 @@ Expected<SurfaceFigures> figures_of(const HeightMap& map, const SurfaceArea& are
   out.area = area;
   out.value_mm = by_heights * VectorXd::Map(heights_mm.data(), by_heights.cols());
   const MatrixXd cov_mm2 = internal::propagated(by_heights, map.surface().covariance_mm2(places));
-  // What a model leaves no room for (the bow of a plane) has no variance, and by rounding less.
+  // A coefficient that a model leaves no room for (the bow of a plane) has no variance, and by
+  // rounding less.
   const internal::Eigensystem eigen = internal::eigensystem(0.5 * (cov_mm2 + cov_mm2.transpose()));
   const MatrixXd root = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
   out.cov_mm2 = root * root.transpose();

@@ -98,7 +98,7 @@ class Probing {
   std::int64_t seq_ = 0;
 };
 
-/// What a night has measured is no bad input, whatever is wrong with it.
+/// A night's measurement is no bad input, whatever is wrong with it.
 Diagnostic no_surface(Diagnostic problem, const std::vector<std::string>& missed) {
   std::string what = "the probes make no surface: " + problem.what;
   if (!missed.empty()) {

@@ -260,7 +260,7 @@ Expected<void> read_night_table(const TomlTable& nightly,
   return {};
 }
 
-/// Which of them needs a mark to look at; empty if none does.
+/// The first of them that needs a mark to look at; empty if none does.
 std::string_view needs_mark(const std::vector<std::string>& calibrate) {
   const auto found = std::ranges::find_if(calibrate, [](std::string_view kind) {
     return kind != "spindle-camera" && kind != "table" && kind != "surface";

@@ -39,7 +39,7 @@ std::array<Position<frame::Plate>, 4> corners_of(const PlateTags& tags, const Pl
 /// Precondition: a known family
 Length half_side_of(const PlateTags& tags);
 
-/// Whether a tag of such a half side covers any of a dot: such a dot is not there.
+/// True if a tag of such a half side covers any of a dot: such a dot is not there.
 bool covers_dot(const PlateTag& tag, Length half_side, const PlateDot& dot);
 
 }  // namespace panelcal

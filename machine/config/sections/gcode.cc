@@ -42,7 +42,7 @@ constexpr std::array<Words, 9> kGcodeToolKeys = {"drill_mm",
 
 constexpr Range kHeight_mm{-kMaxPlace_mm, kMaxPlace_mm};
 constexpr Range kGcodeLength_mm{.low = 0, .high = kMaxPlace_mm, .low_is_open = true};
-/// What rounds to 0 in a program's digits would be no feed at all.
+/// A feed that rounds to 0 in a program's digits would be no feed at all.
 constexpr Range kRate_mm_s{1e-3, 1e5};
 constexpr Range kSpeed_rpm{1, 1e7};
 constexpr Range kWait_s{0, 3600};

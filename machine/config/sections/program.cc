@@ -65,7 +65,8 @@ Expected<void> read_character_set(const TomlTable& table, sieb_meyer::Settings& 
   return {};
 }
 
-/// What a SIEB & MEYER control knows besides the program: above all what M97 and M98 may drill.
+/// Settings that a SIEB & MEYER control has besides the program: above all what M97 and M98 may
+/// drill.
 Expected<void> read_control(const TomlTable& table, sieb_meyer::Settings& settings) {
   PANELCAL_CHECK(read_character_set(table, settings));
   sieb_meyer::TextVariables& text = settings.text;

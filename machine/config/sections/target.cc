@@ -61,7 +61,7 @@ Expected<Shape> read_target_shape(const TomlTable& table) {
   return failure(table.problem("shape", std::string(kShapeWords)));
 }
 
-/// What a shape's size is, for messages.
+/// Meaning of a shape's size, for messages.
 std::string_view size_words(Shape shape) {
   switch (shape) {
     case Shape::Square:
@@ -229,7 +229,7 @@ Words blamed_key(Shape shape, const TomlTable& table) {
   return "shape";
 }
 
-/// What the values of several keys make together.
+/// Checks the values of several keys together.
 Expected<void> check_whole(const TomlTable& table,
                            const std::optional<CameraCalibration>& camera,
                            const Target& target) {

@@ -30,11 +30,11 @@ struct Coupon {
   int vision_tool = 1;              ///< with which holes are looked for
   bool has_entry_material = false;  ///< an operator lays it on before, and takes it off after
   Approach drilling = {1, 1};
-  /// How the stage comes to each look; as many looks as there are.
+  /// Direction from which the stage comes to each look; their number is that of the looks.
   std::vector<Approach> looking = {{1, 1}, {-1, 1}, {1, -1}, {-1, -1}};
   /// From so far along each axis: more than any backlash, less than the way to a clamp.
   Length approach_distance = mm(1);
-  /// Which rows are used up; beside machine.toml.
+  /// File of the rows that are used up; beside machine.toml.
   std::filesystem::path state_file = "coupon.json";
   Place place;  ///< of [coupon], for messages
 };
@@ -42,7 +42,7 @@ struct Coupon {
 /// "+x-y": comes to rest moving right and down. "-x" alone says nothing of y.
 std::string text(const Approach& approach);
 
-/// Whether `text` is one, and which.
+/// The approach that `text` names; empty if it names none.
 std::optional<Approach> approach_from_text(std::string_view text);
 
 }  // namespace panelcal

@@ -27,7 +27,7 @@
 
 namespace panelcal {
 
-/// When something was measured, and where the machine's file says so.
+/// Date of a measurement, and its place in the machine's file.
 struct OffsetDate {
   std::chrono::sys_seconds date;
   Place place;
@@ -37,7 +37,7 @@ struct OffsetDate {
 /// [spindle] calibration: where the offset comes from and goes to.
 struct SpindleSetting {
   std::filesystem::path file;  ///< empty: [spindle] states the offset itself
-  int spindle = 1;             ///< which of the machine's spindles drills, 1 to 12
+  int spindle = 1;             ///< number of the machine's spindle that drills, 1 to 12
   int station = 1;             ///< 1 or 2
   /// False: the file is not there yet or does not have this spindle, so that camera_offset_mm only
   /// says where to begin a calibration.
@@ -77,7 +77,7 @@ struct MachineConfig {
   PictureForm picture_form;            ///< [camera] bayer, bits
   SpindleCameraOffset spindle_camera;  ///< [spindle], or of the calibration that it names
   SpindleSetting spindle_setting;
-  /// When the offset was calibrated: [spindle] camera_offset_date, or what the calibration says.
+  /// Date of the offset's calibration: [spindle] camera_offset_date, or what the calibration says.
   std::optional<OffsetDate> offset_date;
   std::optional<Coupon> coupon;          ///< [coupon]
   std::filesystem::path ledger_file;     ///< [ledger] file; empty without

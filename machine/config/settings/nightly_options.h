@@ -47,7 +47,7 @@ struct NightSurface {
   int n_columns = 0;  ///< of places, the outermost on the rectangle's sides
   int n_rows = 0;
   int n_repeats = 2;           ///< readings at each place
-  Length height;               ///< where the surface is expected, above Z0
+  Length height;               ///< expected height of the surface above Z0
   Length probe_sigma = um(3);  ///< of a reading that does not say it
   Length sigma = um(10);       ///< largest one of the map within the rectangle
   /// Largest changes against the map in force: of the middle's height; of an edge's against the
@@ -67,7 +67,7 @@ struct NightlyConfig {
   /// address.
   bool is_simulated = false;
   std::string camera;
-  /// How long the stage moves to and fro before anything is measured; with a limit, at most.
+  /// Time that the stage moves to and fro before anything is measured; with a limit, at most.
   Time warm_up;
   /// The mark is looked at meanwhile, until the rest of its way is below this.
   std::optional<Length> warm_up_limit;

@@ -16,7 +16,7 @@
 // The virtual machine of machine.toml, section by section.
 namespace panelcal {
 
-/// Where something is broken out of a surface.
+/// Area that is broken out of a surface.
 struct SimulatedChip {
   Position<frame::Actual> place;
   Length radius;
@@ -53,7 +53,7 @@ struct SimTableSurface {
   std::chrono::sys_seconds chip_since{};
 };
 
-/// How the stage of a virtual machine stops.
+/// Stops of a virtual machine's stage.
 struct SimStops {
   Length stage_repeatability;  ///< of every stop, per axis
   /// Per axis: it stops half of that too low when it moved up, too high when it moved down.
@@ -72,8 +72,8 @@ struct SimCouponOptions : SimStops {
   /// Something fixed to the table, of a vision tool's look; absent: nothing is there.
   std::optional<Position<frame::Machine>> mark;
   int mark_tool = 1;
-  /// How far the spindle-camera offset of a machine that was just started is from that of the warm
-  /// one; after a time t the rest of it is cold exp(-t / warm_up).
+  /// Displacement of the spindle-camera offset of a machine that was just started from that of the
+  /// warm one; after a time t the rest of it is cold exp(-t / warm_up).
   Displacement<frame::Machine> cold;
   Time warm_up = seconds(600);
 };
@@ -139,7 +139,8 @@ struct SimConfig {
   /// The `$uvis,lamp` at which pictures are as bright as said above; brightness goes with it.
   /// Absent: lamp orders change nothing.
   std::optional<double> lamp;
-  /// Where the camera is sharp; unfocused it stands at [camera] focus_mm, or 0. Absent: anywhere.
+  /// Height at which the camera is sharp; unfocused it stands at [camera] focus_mm, or 0. Absent:
+  /// anywhere.
   std::optional<Length> focus_z;
   Length focus_depth = mm(0.1);   ///< so far from there edges are sqrt(2) times as wide
   SimulatedProbeOptions surface;  ///< of the board, and how well it is probed

@@ -9,7 +9,7 @@
 
 namespace panelcal {
 
-/// Where the four views of G34,v1,delta and G34,v1,v2,v3,v4,delta lie about the target's middle, in
+/// Places of the four views of G34,v1,delta and G34,v1,v2,v3,v4,delta about the target's middle, in
 /// machine directions and in this order (docs/conventions.md).
 enum class FourViews : std::uint8_t {
   Axes,     ///< (+delta, 0), (0, +delta), (-delta, 0), (0, -delta)
@@ -25,7 +25,7 @@ struct FocusRange {
   Length high;
 };
 
-/// How the vision system looks: what machine.toml says and programs do not.
+/// Options of the vision system that machine.toml states and programs do not.
 struct VisionOptions {
   /// [vision] search_radius_mm: where a target may be, around the expected place. Absent: anywhere
   /// in the picture.

@@ -157,7 +157,7 @@ Expected<void> read_sensor(const TomlTable& table, SimConfig& sim) {
   return {};
 }
 
-/// What is not ideal about the board and its marks.
+/// Reads the errors of the board and its marks.
 Expected<void> read_board(const TomlTable& table, SimConfig& sim) {
   PANELCAL_TRY(const double period_mm,
                table.number_or("weave_period_mm", {0.01, 100}, sim.weave_period.in_mm()));
@@ -201,7 +201,7 @@ Expected<void> read_debris(const TomlTable& sim, DebrisOptions& debris) {
   return {};
 }
 
-/// What lamp and focus orders do; without a word they do nothing.
+/// Reads the effect of lamp and focus orders; without a word they do nothing.
 Expected<void> read_lamp_and_focus(const TomlTable& table, SimConfig& sim) {
   PANELCAL_TRY(sim.lamp, table.number("lamp", {.low = 0, .low_is_open = true}));
   PANELCAL_TRY(const auto z_mm, table.number("focus_z_mm", {-kMaxPlace_mm, kMaxPlace_mm}));
@@ -248,7 +248,7 @@ Expected<void> read_sim_camera(const TomlTable& table,
   return {};
 }
 
-/// What is fixed to its table.
+/// Reads the mark that is fixed to its table.
 Expected<void> read_sim_mark(const TomlTable& table, SimCouponOptions& coupon) {
   PANELCAL_TRY(const auto mark_mm, table.pair("mark_mm", {-kMaxPlace_mm, kMaxPlace_mm}));
   if (mark_mm) coupon.mark = position_mm<frame::Machine>(*mark_mm);
@@ -260,7 +260,7 @@ Expected<void> read_sim_mark(const TomlTable& table, SimCouponOptions& coupon) {
   return {};
 }
 
-/// How its stage comes to rest, and how it warms up: without a word, at once and not at all.
+/// Reads how its stage comes to rest, and how it warms up: without a word, at once and not at all.
 Expected<void> read_sim_motion(const TomlTable& table, SimCouponOptions& coupon) {
   PANELCAL_TRY(const double swing_um, table.number_or("swing_um", kScatter_um, 0));
   coupon.swing = um(swing_um);
@@ -276,7 +276,7 @@ Expected<void> read_sim_motion(const TomlTable& table, SimCouponOptions& coupon)
   return {};
 }
 
-/// How badly it drills and stops: without a word, perfectly.
+/// Reads the errors of its holes and stops: without a word, perfectly.
 Expected<void> read_sim_coupon(const TomlTable& sim, SimCouponOptions& coupon) {
   PANELCAL_TRY(const auto table, sim.table("coupon", "[sim.coupon]", {kCouponKeys, {}}));
   if (!table) return {};
@@ -290,7 +290,7 @@ Expected<void> read_sim_coupon(const TomlTable& sim, SimCouponOptions& coupon) {
   return read_sim_motion(*table, coupon);
 }
 
-/// How the stage errs.
+/// Reads the errors of the stage.
 Expected<void> read_sim_table(const TomlTable& sim, std::optional<SimTable>& out) {
   PANELCAL_TRY(const auto table, sim.table("table", "[sim.table]", {kSimTableKeys, {}}));
   if (!table) return {};

@@ -36,7 +36,7 @@ constexpr std::size_t kMaxAxes = 64;
 constexpr Range kSurfacePpm{-1e5, 1e5};
 constexpr Range kSurfaceHeight_um{-1e5, 1e5};
 
-/// What both surfaces have.
+/// Reads the keys of both surfaces.
 Expected<void> read_surface_shape(const TomlTable& table, SimulatedProbeOptions& surface) {
   PANELCAL_TRY(const auto height_mm, table.number("height_mm", kPlace));
   if (height_mm) surface.height = mm(*height_mm);

@@ -38,7 +38,7 @@ inline constexpr std::size_t kMaxTomlLine = 1000;
 /// Fails  toml-syntax, with line and column
 Expected<toml::table> parse_toml(const TomlSource& source);
 
-/// Which numbers a key takes.
+/// Numbers that a key takes.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();

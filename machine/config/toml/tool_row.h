@@ -9,7 +9,7 @@
 
 namespace panelcal::internal {
 
-/// Whom a row of machine.toml is about: one tool, or all tools of a diameter.
+/// Subject of a row of machine.toml: one tool, or all tools of a diameter.
 struct ToolRow {
   std::optional<int> number;
   std::optional<Length> drill;

@@ -35,7 +35,7 @@ struct Parameter {
   std::string value;
 };
 
-/// What stands behind "?": key=value&key=value, each key once.
+/// Parameters behind "?": key=value&key=value, each key once.
 Expected<std::vector<Parameter>> parameters_of(std::string_view uri,
                                                std::string_view query,
                                                std::span<const std::string_view> known) {

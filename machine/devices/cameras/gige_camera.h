@@ -18,14 +18,14 @@ struct GigeAddress {
   std::optional<Time> exposure;       ///< absent: as the camera has it
   std::optional<double> gain;         ///< in the camera's own unit; absent: as it has it
   std::optional<std::string> format;  ///< such as "mono8"; absent: as it has it
-  Time timeout = seconds(1);          ///< how long a frame may take beyond its exposure
-  int retries = 20;                   ///< how often a lost frame is taken again
-  /// Whether lost packets are asked for again. Absent: only with a raw socket (CAP_NET_RAW), since
+  Time timeout = seconds(1);          ///< longest time of a frame beyond its exposure
+  int retries = 20;                   ///< number of times that a lost frame is taken again
+  /// True if lost packets are asked for again. Absent: only with a raw socket (CAP_NET_RAW), since
   /// without one the answers come too late and cost more packets.
   std::optional<bool> resend;
 };
 
-/// Whether this panelcal can talk GigE Vision: it needs Aravis when it is built.
+/// True if this panelcal can talk GigE Vision: it needs Aravis when it is built.
 bool has_gige_vision();
 
 /// Opens a GigE Vision camera and takes control of it.

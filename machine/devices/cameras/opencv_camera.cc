@@ -23,7 +23,7 @@ namespace panelcal {
 namespace {
 
 constexpr const char* kModule = "libpanelcal_video.so";
-/// Where a camera does not tell its rate.
+/// Frames per second of a camera that does not tell its rate.
 constexpr double kUsualRate = 30;
 /// No camera is slower; a wrong rate must not make every frame look old.
 constexpr double kSlowestRate = 1;

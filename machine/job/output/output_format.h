@@ -41,7 +41,7 @@ struct WriterInput {
   std::vector<std::string> comments;  ///< origin of the output, one line each
   std::optional<DepthJudge>
       depths;                      ///< for columns about depths; empty if nothing is asked of them
-  const Survey* survey = nullptr;  ///< whose targets a picture shows
+  const Survey* survey = nullptr;  ///< the survey whose targets a picture shows
 };
 
 /// Precondition: check_output_format(); a picture has a survey; `bytes` outlives the writer

@@ -38,7 +38,7 @@ void TruthComparison::put(const Operation& operation) {
   if (drill == nullptr) return;
   const Eigen::Vector2d true_mm =
       truth_.actual_from_nominal(operation.path)(drill->nominal).in_mm();
-  // Where the stage really goes that is told so, and one that is told the nominal place.
+  // True place of the stage that is told so, and of one that is told the nominal place.
   Eigen::Vector2d drilled_mm = drill->told.in_mm();
   Eigen::Vector2d uncorrected_mm = drill->nominal.in_mm();
   if (truth_.table) {

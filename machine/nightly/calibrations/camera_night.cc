@@ -16,8 +16,9 @@
 namespace panelcal {
 namespace {
 
-/// What drift is watched in: where the picture's farthest corner is seen, in mm from the axis. A
-/// scale and an angle by themselves have no common unit, and no limit that a hole cares for.
+/// Value in which drift is watched: the place at which the picture's farthest corner is seen, in mm
+/// from the axis. A scale and an angle by themselves have no common unit, and no limit that a hole
+/// cares for.
 ///
 ///   radius = r scale,   turn = r scale rotation,   r = half of the picture's diagonal, px
 NightValue picture_corner(double radius_px,

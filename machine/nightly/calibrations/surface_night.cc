@@ -35,14 +35,14 @@ std::string part_words(const DifferencePart& part) {
                      part.chance);
 }
 
-/// How high tilt lifts a corner above the middle.
+/// Height to which tilt lifts a corner above the middle.
 double tilted_mm(const MapDifference& d) {
   constexpr double kMicrometresAMetre = 1e-6;
   return kMicrometresAMetre *
          (std::abs(d.tilt_x.value) * d.half_mm.x() + std::abs(d.tilt_y.value) * d.half_mm.y());
 }
 
-/// How far bow and twist lift or lower an edge or a corner against the middle, at most.
+/// Greatest height by which bow and twist lift or lower an edge or a corner against the middle.
 double bowed_mm(const MapDifference& d) {
   const double x = d.bow_x_um->value, y = d.bow_y_um->value, twist = d.twist_um->value;
   return um(std::max({std::abs(x), std::abs(y), std::abs(x + y) + std::abs(twist)})).in_mm();

@@ -25,7 +25,7 @@ constexpr int kMaxTableOutliers = 20;  ///< one in this number
 /// Places along each side of the plate at which two maps are compared.
 constexpr int kCompared = 11;
 
-/// Where the farthest dot is, from the middle of the plate along the machine's axes.
+/// Place of the farthest dot, from the middle of the plate along the machine's axes.
 Eigen::Vector2d half_sides_mm(const CalibrationPlate& plate) {
   Eigen::AlignedBox2d box;
   for (const PlateDot& dot : plate.dots()) {
@@ -34,7 +34,7 @@ Eigen::Vector2d half_sides_mm(const CalibrationPlate& plate) {
   return 0.5 * box.sizes();
 }
 
-/// What drift is watched in: how far the stage errs at the plate's corner, of what is affine.
+/// Value in which drift is watched: the affine part of the stage's error at the plate's corner.
 ///
 ///   corner x = scale_x h_x + squareness h_y,   corner y = scale_y h_y,   h half of the plate
 NightValue table_corner(const Eigen::Vector2d& half_mm,
@@ -81,7 +81,7 @@ MapChange change_of(const TableMap& before,
   return change;
 }
 
-/// Whether jobs that the one map let through go on with the other; commands differ a little from
+/// True if jobs that the one map let through go on with the other; commands differ a little from
 /// night to night.
 bool covers(const TableGrid& grid, const TableGrid& before) {
   constexpr double kSlack_mm = 1;

@@ -58,7 +58,7 @@ class TrialNight final : public NightCalibration {
   Expected<bool> install(const Ledger& ledger) override;
 
  private:
-  /// What comes after this waits so long, if machine.toml waits less: more costs time and nothing
+  /// The steps after this wait so long, if machine.toml waits less: more costs time and nothing
   /// else, and of a table that swings nothing is measured.
   void wait_at_least(Time wait) { config_->settle = std::max(config_->settle, wait); }
   double tolerance() const { return trial_tolerance(trials_, kind_); }
@@ -241,7 +241,7 @@ std::string_view trial_words(TrialKind kind) {
   return "settle time";
 }
 
-/// What has to be there, by kind; empty if it is.
+/// Problem of a missing key, by kind; empty if there is none.
 Diagnostic missing(TrialKind kind, const MachineConfig& config, const NightlyConfig& nightly) {
   Diagnostic out = {Code::ConfigValue, nightly.place, {}, {}};
   const VisionOptions& vision = config.vision;

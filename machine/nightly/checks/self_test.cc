@@ -17,7 +17,7 @@ constexpr int kLooks = 5;
 /// Of a picture's pixels that may be overexposed: a reflection, but not a lamp set too high.
 constexpr double kMostClipped = 0.02;
 
-/// What the looks found so far.
+/// Results of the looks so far.
 struct RepeatedLooks {
   std::vector<Eigen::Vector2d> places_mm;
   double log_contrast = 0;

@@ -12,7 +12,7 @@
 
 namespace panelcal {
 
-/// Whether the disk has room for what a night writes.
+/// Checks that the disk has room for what a night writes.
 SelfTestCheck check_disk(const std::filesystem::path& ledger, double min_mb);
 
 /// Scatter, contrast and blur of the mark.
@@ -20,9 +20,9 @@ inline constexpr int kMarkQualities = 3;
 
 /// The result of five looks at the mark of [nightly].
 struct MarkLooks {
-  /// How far the looks scatter; contrast and blur of the mark.
+  /// Scatter of the looks; contrast and blur of the mark.
   QualityNight quality;
-  /// Whether it was found every time, and how much of the picture is overexposed.
+  /// Checks that it was found every time, and of the overexposed part of the picture.
   std::vector<SelfTestCheck> checks;
 };
 

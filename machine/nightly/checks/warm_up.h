@@ -42,8 +42,8 @@ void judge_warm_up(NightWarmUp& seen);
 /// The same for the self-test's table.
 SelfTestCheck warm_up_check(const NightWarmUp& seen);
 
-/// How the newest night that has measured it warmed up: "night of 2026-11-21: warm after ...".
-/// Empty where none has.
+/// Warm-up of the newest night that has measured it: "night of 2026-11-21: warm after ...". Empty
+/// where none has.
 ///
 /// Fails  what the ledger reports
 Expected<std::string> last_warm_up(const Ledger& ledger, const std::string& machine);

@@ -50,7 +50,7 @@ struct NightValue {
   Eigen::MatrixXd cov;
 };
 
-/// When and by whom, for what a calibration writes of itself.
+/// Date and author, for what a calibration writes of itself.
 struct NightWords {
   std::chrono::sys_seconds date{};
   std::string asked_by;
@@ -73,7 +73,7 @@ class NightCalibration {
   /// The value in machine.toml or that file now; absent if it was never calibrated.
   virtual std::optional<Eigen::VectorXd> present() const = 0;
 
-  /// Whether everything is there; for a coupon, how much of it. Nothing moves.
+  /// Checks that everything is there; of a coupon, also how much of it. Nothing moves.
   ///
   /// Fails  what is wrong with machine.toml
   virtual Expected<std::vector<SelfTestCheck>> check() const = 0;
@@ -82,7 +82,7 @@ class NightCalibration {
   /// At most this number of spreads and levels a measurement has.
   virtual int n_qualities() const = 0;
 
-  /// Whether bad pictures may come of what it measures: then it is measured when the self-test
+  /// True if bad pictures may come of what it measures: then it is measured when the self-test
   /// found bad ones, for a person to see, and not installed.
   virtual bool may_explain_pictures() const { return false; }
 
@@ -102,10 +102,10 @@ class NightCalibration {
     return std::string();
   }
 
-  /// Whether the file says what is in force.
+  /// True if the file has the calibration in force.
   virtual Expected<bool> is_installed(const Ledger& ledger) const = 0;
-  /// Whose calibration the file has if a person has put one there past the ledger, in words: to
-  /// write the file again would lose it. Empty if that has not happened.
+  /// Name of the calibration that the file has if a person has put one there past the ledger, in
+  /// words: to write the file again would lose it. Empty if that has not happened.
   virtual Expected<std::string> by_hand(const Ledger& ledger) const = 0;
   /// Makes the file say what is in force, and measurements to come begin there.
   ///

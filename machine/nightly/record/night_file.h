@@ -16,12 +16,12 @@ namespace panelcal::internal {
 /// The file as it should be; empty where nothing is in force.
 Expected<std::optional<std::string>> text_in_force(const Ledger& ledger, const LedgerKey& key);
 
-/// Whether the file says what is in force; true where nothing is.
+/// True if the file has the calibration in force, or if none is in force.
 Expected<bool> says_what_is_in_force(const Ledger& ledger,
                                      const LedgerKey& key,
                                      const std::filesystem::path& file);
 
-/// When a calibration file's bytes were made; empty for a damaged one.
+/// Date of a calibration file's bytes; empty for a damaged one.
 using DateOfBytes = std::function<std::optional<std::chrono::sys_seconds>(const std::string&)>;
 
 /// That of a reader of such files.

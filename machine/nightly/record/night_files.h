@@ -10,8 +10,8 @@
 
 namespace panelcal {
 
-/// Where a night's files are, as far as machine.toml says it; what it does not say is empty. The
-/// rest of machine.toml may be wrong: this is for a night that has to say so.
+/// Paths of a night's files, as far as machine.toml states them; a path that it does not state is
+/// empty. The rest of machine.toml may be wrong: this is for a night that has to say so.
 struct NightFiles {
   std::string machine;
   std::filesystem::path ledger;
@@ -22,7 +22,7 @@ struct NightFiles {
   std::filesystem::path table;
   int noon_utc_h = 12;
 
-  /// Whether a file is one of the calibrations.
+  /// True if a file is one of the calibrations.
   bool has_calibration(const std::filesystem::path& file) const;
 };
 

@@ -44,7 +44,7 @@ Expected<std::vector<LedgerEntry>> newest(const Ledger& ledger, const LedgerKey&
 }
 
 std::string history_json_text(const nlohmann::ordered_json& document) {
-  // What is no UTF-8 must not throw.
+  // Text that is no UTF-8 must not throw.
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
@@ -86,7 +86,7 @@ QualityNight qualities_of(const LedgerEntry& entry) {
   return night;
 }
 
-/// What a companion's result says; empty for a result of another program.
+/// Content of a companion's result; empty for a result of another program.
 struct StepWords {
   std::string night;
   NightState state = NightState::Held;
@@ -175,7 +175,7 @@ class Reader {
     move_before(fresh_start.time, history_.qualities, last_quality_);
   }
 
-  /// What was installed after the one that is restored was no good.
+  /// A calibration that was installed after the restored one was no good.
   void roll_back(std::int64_t restored) {
     in_force_ = restored;
     for (std::size_t i = 0; i < history_.ids.size(); ++i) {
@@ -218,7 +218,7 @@ class Reader {
     point.cov = value.cov;
     point.temperature_c = entry.record.temperature_degC;
     point.is_left_out = entry.record.verdict == LedgerVerdict::Refused;
-    // Who installs by hand after a night has refused has looked and accepted it.
+    // A person who installs by hand after a night has refused has looked and accepted it.
     if (!point.is_left_out && !is_of_a_night && was_refused_) is_fresh_ = true;
     was_refused_ = point.is_left_out;
     point.is_fresh_start = is_fresh_;

@@ -15,7 +15,7 @@
 
 namespace panelcal {
 
-/// How well a night could measure.
+/// Quality of a night's measurements.
 struct QualityNight {
   std::chrono::sys_seconds time{};
   std::vector<NightSpread> spreads;

@@ -11,7 +11,7 @@
 namespace panelcal {
 namespace {
 
-/// What Ledger::keep_aside has put beside a ledger; empty if nothing.
+/// Newest file that Ledger::keep_aside has put beside a ledger; empty if there is none.
 std::filesystem::path newest_kept_aside(const std::filesystem::path& ledger) {
   const std::filesystem::path folder = ledger.has_parent_path() ? ledger.parent_path() : ".";
   const std::string begin = ledger.filename().string() + ".corrupt-";

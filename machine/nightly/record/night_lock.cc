@@ -30,7 +30,7 @@ struct flock whole_file() {
   return lock;
 }
 
-/// What the file says, its one line without the end.
+/// Content of the file: its one line without the end.
 std::string content(int fd) {
   std::array<char, 200> bytes{};
   const ssize_t n = ::pread(fd, bytes.data(), bytes.size(), 0);

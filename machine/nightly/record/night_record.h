@@ -77,7 +77,7 @@ struct NightQuality {
   std::string text;  ///< "3.4 um, usually 3.1 um (42 nights)"
 };
 
-/// How the machine warmed up: where the mark was seen meanwhile.
+/// Warm-up of the machine: the places at which the mark was seen meanwhile.
 struct NightWarmUp {
   /// Since the start; mean of some looks, machine mm; their scatter says the sigma.
   std::vector<WarmUpSample> looks;
@@ -146,7 +146,7 @@ struct NightRecord {
   bool is_resumed = false;
   std::vector<std::string> notes;  ///< repaired files, a run that was cut off, lost rows, ...
 
-  Time warmed_up;                      ///< how long
+  Time warmed_up;                      ///< duration
   std::optional<NightWarmUp> warm_up;  ///< with [nightly] warm_up_limit_um
   std::vector<SelfTestCheck> checks;
   std::vector<NightStep> steps;
