@@ -130,7 +130,7 @@ std::string camera_json(const CameraRun& run,
   return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-/// What --install needs besides a ledger.
+/// Checks what --install needs besides a ledger.
 Expected<void> check_install(const CalibrateOptions& options, const MachineConfig& config) {
   if (!options.install) return {};
   if (!options.output.empty()) {

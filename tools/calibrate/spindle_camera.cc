@@ -174,7 +174,7 @@ class SpindleCamera {
     return {};
   }
 
-  /// What of the nights' gates refuses it; empty if nothing does. Neither the trend, which is
+  /// The one of the nights' gates that refuses it; empty if none does. Neither the trend, which is
   /// judged already, nor the temperature, which is not read here, is among them.
   Expected<std::string> gate_words(const SpindleCameraRun& run) const {
     NightLimits limits = config_.nightly ? config_.nightly->limits : NightLimits();

@@ -38,7 +38,7 @@ std::string reading(const Program& program) {
                      header.states_format ? header.format_evidence : "not stated, assumed");
 }
 
-/// What passes by on the way over a perfect panel.
+/// Sinks of a walk over a perfect panel.
 struct Passing {
   explicit Passing(std::optional<Travel> travel) : job_check(travel) {}
 

@@ -54,7 +54,7 @@ Expected<CalibrationChange> offset_change(const LedgerEntry& before,
   return change;
 }
 
-/// Whether a target is looked at with the camera that a subject of the ledger names: "zoom 3" is
+/// True if a target is looked at with the camera that a subject of the ledger names: "zoom 3" is
 /// that of `$uvis,zoom,3`, any other name that of targets without a zoom level.
 bool is_seen_with(const std::string& subject, const std::optional<double>& zoom) {
   if (!subject.starts_with("zoom ")) return !zoom;

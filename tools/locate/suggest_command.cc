@@ -25,10 +25,10 @@ namespace {
 
 using Path = std::filesystem::path;
 
-/// What a machine's file says of its pictures, if there is one.
+/// Facts of a machine's file about its pictures, if there is one.
 struct PictureFacts {
   PictureForm form;
-  std::optional<Length> pixel;  ///< how long it is on the panel
+  std::optional<Length> pixel;  ///< its length on the panel
 };
 
 Expected<PictureFacts> picture_facts(const LocateCommandOptions& options) {

@@ -66,7 +66,7 @@ class NightlyRun {
 
   ExitCode execute_all() {
     if (const auto asked = check_options(); !asked) return fail(asked.error());
-    // Where machine.toml is no TOML the folder of reports is unknown.
+    // If machine.toml is no TOML, the folder of reports is unknown.
     if (auto files = find_night_files(options_.machine)) files_ = *std::move(files);
     if (const auto free = check_reports(); !free) return fail(free.error());
     Expected<NightRecord> record = run();
@@ -96,7 +96,7 @@ class NightlyRun {
 
   Expected<void> check_options() {
     PANELCAL_TRY(clock_, clock_of(options_.clock));
-    // What is no number passes every range.
+    // A value that is no number passes every range.
     if (options_.temperature_c && !std::isfinite(*options_.temperature_c)) {
       return failure({Code::Usage,
                       {"panelcal nightly", 0, 0},
@@ -160,7 +160,7 @@ class NightlyRun {
     return read_config();
   }
 
-  /// What is wrong in machine.toml itself, no file of the ledger's mends.
+  /// No file of the ledger's mends a mistake in machine.toml itself.
   bool lies_in_a_calibration(const Diagnostic& problem) const {
     const std::string& file = problem.place.file;
     std::error_code ignored;
@@ -186,7 +186,7 @@ class NightlyRun {
 
   static std::string software() { return std::string("panelcal ") + kVersion; }
 
-  /// What a person finds in the morning where not even the ledger was reached.
+  /// The record that a person finds in the morning if not even the ledger was reached.
   NightRecord failed_record(const Diagnostic& problem) const {
     NightRecord record;
     record.machine = files_.machine;
@@ -226,7 +226,7 @@ class NightlyRun {
       if (html.empty()) html = in_folder(folder, name + ".html");
       if (json.empty()) json = in_folder(folder, name + ".json");
       std::error_code ignored;
-      // Where it cannot be made, writing says why.
+      // If it cannot be made, writing says why.
       std::filesystem::create_directories(folder, ignored);
     }
     bool is_good = write(html, nightly::night_html(record, provenance()));

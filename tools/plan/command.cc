@@ -165,7 +165,7 @@ class PlanRun {
     }
     if (!take(source.check_all_used())) return false;
     if (n_found == 0) return refuse("no target was found in " + quoted(options_.measurements), "");
-    // What was not found then is taken to be as good as the others.
+    // A target that was not found then is taken to be as good as the others.
     const double typical_mm = std::sqrt(sum2 / static_cast<double>(n_found));
     for (double& sigma_mm : sigmas_mm) sigma_mm = sigma_mm > 0 ? sigma_mm : typical_mm;
     request_.sigma_source = "recorded in " + options_.measurements;

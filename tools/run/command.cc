@@ -48,7 +48,7 @@ Expected<OutputFormat> output_format(const RunOptions& options) {
                        ".jsonl, .csv, .drl, .exc, .s5, .sm, .ngc or .svg, or --to"));
 }
 
-/// Where --explain leads; without it there has to be an output.
+/// Choice of --explain; without it there has to be an output.
 Expected<std::optional<ExplainChoice>> explain_choice(const RunOptions& options) {
   if (options.explain.empty()) {
     if (!options.output.empty()) return std::nullopt;

@@ -155,7 +155,7 @@ struct CalibrateOptions {
   std::string images;              ///< SOURCE: a folder of pictures
   std::string plot;                ///< an SVG of the residuals, of the map; empty: none
   std::string form;                ///< CameraForm, or auto
-  std::vector<double> at_mm;       ///< where the mark lies
+  std::vector<double> at_mm;       ///< place of the mark
   std::optional<double> focal_px;  ///< absent: telecentric
   std::optional<double> zoom;
   int tool = 1;               ///< vision tool

@@ -31,7 +31,7 @@ std::string quoted_list(std::string_view list) {
   return out;
 }
 
-/// What is wrong, and the remedy.
+/// A mistake and its remedy.
 struct Problem {
   std::string what;
   std::string expected;

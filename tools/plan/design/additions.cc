@@ -12,7 +12,7 @@ namespace {
 
 using Place = Position<frame::Nominal>;
 
-/// Where the model is not determined, this number of further targets is tried to make it so.
+/// If the model is not determined, this number of further targets is tried to make it so.
 constexpr std::size_t kMostMissing = 4;
 
 class AdditionSearch {
@@ -74,7 +74,7 @@ class AdditionSearch {
 void find_additions(SeriesWork& work, const ModelRule& rule, std::size_t n_added) {
   SeriesPlan& plan = work.plan;
   const std::size_t most = rule.most_targets(plan.level);
-  // Where slots are measured (mode 5), so would the added ones be, and a pad is not one.
+  // If slots are measured (mode 5), so would the added ones be, and a pad is not one.
   plan.has_slots = std::ranges::any_of(
       plan.design, [](const DesignTarget& one) { return one.axes != ObservedAxes::Both; });
   if (!plan.has_slots) plan.n_addable = most - std::min(most, plan.design.size());

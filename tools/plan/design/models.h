@@ -11,8 +11,8 @@
 
 namespace panelcal::plan {
 
-/// Which model a job fits to a series, by its targets: before they are measured, and with more of
-/// them than the program has.
+/// Rule for the model that a job fits to a series, by its targets: before they are measured, and
+/// with more of them than the program has.
 ///
 /// Source CNC-7 manual, Vision Assist, G36 (by targets); SIEB & MEYER G31 (by equations) and CAMA
 /// See    tests/tools/plan/design/models_test.cc, where the walk itself is the judge

@@ -50,7 +50,7 @@ struct AdditionPlan {
   std::vector<PlannedPlace> pads;
   PanelModel model = PanelModel::Offset;  ///< that a job fits to that number of targets
   std::optional<PredictedFit> fit;        ///< absent: not even these determine the model
-  /// Where that is another model than the one in force: the worst place if it stayed the same.
+  /// If that is another model than the one in force: the worst place if it stayed the same.
   std::optional<double> worst_if_kept;
   LeverageStats stats;
   LieDetection lies;
@@ -99,7 +99,7 @@ struct Plan {
   MachineUncertainty machine;
   Length picture_sigma;      ///< of a target, by the picture alone; of several kinds the greatest
   bool is_recorded = false;  ///< every series has its own noise, as an earlier job had it
-  std::string sigma_source;  ///< where it is from, in words
+  std::string sigma_source;  ///< its source, in words
   VisitPlan visits;
 
   /// Of a hole, with all that the machine adds; of a board's target, how well it is looked for.

@@ -27,7 +27,7 @@ struct SeriesWork {
   SeriesPlan plan;
   MapCovariance base_cov = MapCovariance::Zero();  ///< in units of this series' noise squared
   std::vector<LeverageMap> leverages;              ///< of the models that are determined
-  std::vector<std::size_t> i_models;               ///< which those are
+  std::vector<std::size_t> i_models;               ///< their indices
   HullBuilder corners;
   std::optional<CandidatePool> pool;
   Sample sample;

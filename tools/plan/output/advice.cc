@@ -48,7 +48,7 @@ std::string pads_text(const AdditionPlan& addition) {
   return out;
 }
 
-/// Where further targets make a job fit another model: which, and why.
+/// Text for further targets that make a job fit another model: which, and why.
 std::string change_text(const Plan& plan, const SeriesPlan& series, const AdditionPlan& addition) {
   if (addition.model == series.programmed) return {};
   return fmt::format("the model becomes {} instead of {} ({})",
@@ -59,7 +59,7 @@ std::string change_text(const Plan& plan, const SeriesPlan& series, const Additi
                                           : "the manual's for this number");
 }
 
-/// What a fixed model would make of the same targets, where that is better.
+/// Text for a fixed model that would make more of the same targets.
 std::string kept_text(const Plan& plan, const SeriesPlan& series, const AdditionPlan& addition) {
   if (plan.fixes_model) return {};
   const double kept = addition.worst_if_kept.value_or(addition.stats.worst);

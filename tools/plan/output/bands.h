@@ -10,7 +10,7 @@
 
 namespace panelcal::plan {
 
-/// Where one colour ends and the next begins, in times the noise.
+/// Borders of the colours, in times the noise.
 inline constexpr std::array kLevels = {
     0.5, 0.6, 0.7, 0.85, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0};
 /// From cool and pale (well known) to warm and deep; told apart by colour-blind people by their

@@ -28,7 +28,7 @@ PassingPlace passing(const PlannedPlace& target) {
           .is_target = true};
 }
 
-/// What the first walk has to know of a series, to choose which are shown.
+/// Facts of a series for the first walk, to choose which are shown.
 struct Glance {
   std::optional<LeverageMap> leverage;  ///< under the programmed model
   double worst = 0;

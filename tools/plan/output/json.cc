@@ -47,7 +47,7 @@ std::string_view answer_key(LieDetection::Answer answer) {
   return kWords[static_cast<std::size_t>(answer)];
 }
 
-/// What a fit will know, as the inside of an object.
+/// Predicted knowledge of a fit, as the inside of an object.
 std::string knowledge(const Plan& plan,
                       const SeriesPlan& series,
                       const PredictedFit& fit,

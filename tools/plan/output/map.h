@@ -14,8 +14,9 @@ using report::Drawing;
 /// Styles of the classes that the drawings use; they are on white paper, whatever surrounds them.
 extern const std::string_view kPlanStyle;
 
-/// How much of the targets' noise reaches each place: bands of equal leverage with the holes, the
-/// targets and their hull, the worst place, and the pads of `addition` if there is one.
+/// Drawing of the part of the targets' noise that reaches each place: bands of equal leverage with
+/// the holes, the targets and their hull, the worst place, and the pads of `addition` if there is
+/// one.
 ///
 /// The colours stand for the same leverage in every picture, so that two can be compared.
 Drawing leverage_drawing(const SeriesPlan& series, const AdditionPlan* addition);

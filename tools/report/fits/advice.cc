@@ -103,7 +103,7 @@ std::string advice_on_gate(const Survey& survey) {
   return advice_on_deformation(survey, *worst);
 }
 
-/// What a series that does not fit suffers from, where that is beyond doubt.
+/// Cause of a series that does not fit, where that is beyond doubt.
 std::string advice_on_fault(const Survey& survey) {
   for (const SeriesResult& series : survey.series) {
     if (!series.fault || series.fault->is_resolved) continue;

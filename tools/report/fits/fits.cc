@@ -127,7 +127,7 @@ struct ResidualRange {
   }
 };
 
-/// What many boards did, as ranges.
+/// Fits of many boards, as ranges.
 std::string ranges_of(const std::vector<const SeriesResult*>& boards) {
   ResidualRange shift_x, shift_y, rotation;
   for (const SeriesResult* board : boards) {
@@ -143,7 +143,7 @@ std::string ranges_of(const std::vector<const SeriesResult*>& boards) {
   return out;
 }
 
-/// What nested fits are relative to, said once.
+/// Paragraph on the frame of nested fits, once.
 std::string frame_paragraph(const Survey& survey) {
   const bool has_nested = std::ranges::any_of(survey.series, [](const SeriesResult& series) {
     return series.level == CorrectionLevel::Nested && series.base_series.has_value();

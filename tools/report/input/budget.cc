@@ -39,7 +39,8 @@ std::string budget_row(std::string_view source,
       shared);
 }
 
-/// What holes have in common cannot be seen by comparing them with each other.
+/// Paragraph on errors that holes have in common: they cannot be seen by comparing them with each
+/// other.
 std::string common_paragraph(const ErrorBudget& budget) {
   Eigen::Matrix2d common_mm2 = Eigen::Matrix2d::Zero();
   for (const BudgetTerm& term : budget) {

@@ -24,7 +24,7 @@ namespace panelcal {
 struct ReportInput {
   std::string program_file;
   std::string machine_name;
-  std::string source;       ///< where the measurements came from, in words
+  std::string source;       ///< source of the measurements, in words
   std::string output_file;  ///< empty if nothing was written; "-" for standard output
   bool forced = false;      ///< written although a gate or a tolerance refused it
   const Survey* survey = nullptr;

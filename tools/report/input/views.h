@@ -21,7 +21,7 @@ struct ReportView {
 
 namespace report {
 
-/// How a target of several views was looked at: their frames with numbers in the order of the
+/// Figure of the views of a target with several: their frames with numbers in the order of the
 /// search, what was seen in them, where the target was expected, and the crops of all views that
 /// saw something. Empty for a single view.
 std::string views_figure(const Measurement& measurement, std::span<const ReportView> views);

@@ -37,7 +37,7 @@ Provenance provenance_of(const CommandContext& context, std::span<const std::str
   Provenance out = {{"made by", std::string("panelcal ") + kVersion}};
   std::string command_line = "panelcal";
   const auto& words = context.options.command_line;
-  // Where panelcal is installed says nothing about the job.
+  // The path of panelcal's installation is no fact about the job.
   for (std::size_t i = 1; i < words.size(); ++i) command_line += " " + words[i];
   out.emplace_back("command line", command_line);
   for (const std::string& file : files) {

@@ -26,7 +26,7 @@ const std::string kSurfaceExport = "panelcal surface export";
 /// Of a cell, between its nodes along either side.
 constexpr int kWithinCell = 4;
 
-/// What was written, for people.
+/// Summary of the written file, for people.
 struct Exported {
   ProbeFormat format = ProbeFormat::HeightMapCsv;
   std::size_t n_heights = 0;

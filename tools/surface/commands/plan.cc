@@ -32,7 +32,7 @@ constexpr double kStep_mm = 0.01;
 /// Larger or smaller areas are no panels.
 constexpr double kMaxPlanPlace_mm = 1e5;
 
-/// What the panel is believed to do, of --amplitude-mm and its kin.
+/// Reads the believed bending of the panel, of --amplitude-mm and its kin.
 Expected<void> believe_options(const SurfaceOptions& options, PlannedProbes& out) {
   if (!options.amplitude_mm || !options.length_mm || !options.probe_sigma_um) {
     return failure(usage(kSurfacePlan,
@@ -59,7 +59,7 @@ Length median_sigma(const std::vector<ProbePoint>& probes) {
   return mm(*middle);
 }
 
-/// What the panel is believed to do, as a map found it.
+/// Takes the believed bending of the panel from a map.
 Expected<void> believe_map(const SurfaceOptions& options,
                            const StoredMap& stored,
                            PlannedProbes& out) {
@@ -159,7 +159,7 @@ Places grid_over(const Places& corners, double n) {
   return out;
 }
 
-/// Whether a probe would touch the surface of a zone and no void.
+/// True if a probe would touch the surface of a zone and no void.
 bool is_surface(const ZonedMap& map, std::size_t i_zone, const Position<frame::Nominal>& place) {
   return map.zone_at(place) == i_zone && map.voids().touched_at(place) == nullptr;
 }
@@ -203,7 +203,7 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
     request.may_probe = [map = *planned.map, i_zone = planned.i_zone](const auto& place) {
       return is_surface(map, i_zone, place);
     };
-    // Where a program works heights matter, whatever is there already.
+    // Heights matter at the places where a program works, whatever is there already.
     std::erase_if(request.places, [&](const auto& place) {
       return are_places_free ? !request.may_probe(place)
                              : planned.map->zone_at(place) != planned.i_zone;

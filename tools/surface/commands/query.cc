@@ -122,7 +122,7 @@ std::string_view source_word(HeightSource source) {
   return "extrapolated";
 }
 
-/// What a map answers.
+/// Answer of a map.
 struct Found {
   std::optional<ZonedHeight> height;  ///< empty: refused
   std::optional<std::string> zone;    ///< empty: in none, or there are none

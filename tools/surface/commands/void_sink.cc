@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 /// Coordinates of maps are in steps of this: half the bytes of a file, and less than any machine
 /// knows of its place.
 constexpr double kStepsPerMm = 1e6;
-/// How far chords are off an arc at most.
+/// Greatest distance of a chord from its arc.
 constexpr double kSagitta_mm = 0.002;
 /// Around an outer corner the tool goes in chords of at most this angle.
 constexpr double kCornerStep_rad = std::numbers::pi / 12;
