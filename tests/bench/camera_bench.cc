@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many fiducials a second one core measures from GigE Vision frames of 640 x 480 px, Mono8.
+// Number of fiducials a second that one core measures from GigE Vision frames of 640 x 480 px,
+// Mono8.
 //
 //   camera_bench [FRAMES]
 //

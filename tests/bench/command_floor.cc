@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What command_speed.py holds whole commands against, measured on one file: seconds of processor
-// time of the floor, the median of five, and of libgerbv's load.
+// The floor that command_speed.py holds whole commands against, measured on one file: seconds of
+// processor time of the floor, the median of five, and of libgerbv's load.
 #include <algorithm>
 #include <array>
 #include <exception>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How near the locator comes to the physical bound, beside OpenCV's methods in one run. See
+// Errors of the locator against the physical bound, beside OpenCV's methods in one run. See
 // README.md.
 #include <algorithm>
 #include <charconv>

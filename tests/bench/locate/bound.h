@@ -20,7 +20,7 @@ struct LinearModel {
   int side_px = 0;  ///< of the square window, mark in the middle
   Eigen::VectorXd value;
   Eigen::MatrixXd jacobian;
-  /// How much of the background, which carries the weave, a pixel sees.
+  /// Share of the background, which carries the weave, that a pixel sees.
   Eigen::VectorXd background_share;
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(side_px) +

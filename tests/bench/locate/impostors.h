@@ -11,7 +11,7 @@
 
 namespace panelcal::bench {
 
-/// Where an impostor is drawn, and in place of what.
+/// Place of an impostor, and the mark that it replaces.
 struct Stage {
   const Camera& camera;
   const Mark& mark;  ///< the one that is not there

@@ -22,9 +22,9 @@ struct Answer {
   std::string reason;
 };
 
-/// What a method may know: all that panelcal is told, and the condition on top, so that peers can
-/// be tuned (contrast, noise, blur). `window_px`: middle of a window that holds the mark and little
-/// else, for methods that cannot search.
+/// Facts that a method may know: all that panelcal is told, and the condition on top, so that peers
+/// can be tuned (contrast, noise, blur). `window_px`: middle of a window that holds the mark and
+/// little else, for methods that cannot search.
 struct Question {
   const Image& image;
   const Mark& mark;

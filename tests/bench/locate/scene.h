@@ -69,7 +69,7 @@ Feature rectangle_at(const Camera& camera,
                      double angle_rad,
                      double level);
 
-/// What the locator is told.
+/// Target that the locator is told.
 Target target_of(const Mark& mark);
 /// The mark at a place.
 std::vector<Feature> features_of(const Mark& mark,

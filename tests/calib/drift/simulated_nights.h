@@ -46,7 +46,7 @@ class SimulatedNights {
     return point;
   }
 
-  /// Where the last night's value truly was.
+  /// True value of the last night.
   const Eigen::Vector2d& truth() const { return truth_; }
 
  private:

@@ -14,7 +14,7 @@
 
 namespace panelcal {
 
-/// How GoogleTest prints a failure.
+/// Prints a failure for GoogleTest.
 inline void PrintTo(FitFailure failure, std::ostream* out) {
   constexpr const char* kNames[] = {"TooFewTargets", "Degenerate", "BadCovariance"};
   *out << kNames[static_cast<int>(failure)];

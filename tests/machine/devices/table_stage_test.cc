@@ -27,7 +27,7 @@ using Eigen::Vector2d;
 using test::FailsWith;
 using test::IsNearPosition;
 
-/// What iterations leave.
+/// Error that iterations leave.
 constexpr double kRounding_um = 1e-4;
 
 Position<frame::Machine> at(double x_mm, double y_mm) {

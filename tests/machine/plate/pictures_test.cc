@@ -49,7 +49,7 @@ origin_mm = [104, 79]
 angle_deg = 90
 )";
 
-/// How the plate really lay: beside what its file says.
+/// True turns of the plate, beside those of its file.
 constexpr double kTurns_rad[] = {0.012, 1.565};
 const Eigen::Vector2d kShifts_mm[] = {{100.05, 79.93}, {103.94, 79.06}};
 

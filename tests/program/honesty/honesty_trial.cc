@@ -85,7 +85,7 @@ struct Job {
   CameraMapping::Parameters calibrated;
   Eigen::Vector2d offset_mm;  ///< error of the spindle-camera offset, drift included
 
-  /// Where the panel really has a place.
+  /// True place on the table of a nominal place.
   Eigen::Vector2d actual_mm(const Eigen::Vector2d& nominal_mm, bool is_base) const {
     const Eigen::Vector2d on_panel_mm = mapped(base, nominal_mm);
     return is_base ? on_panel_mm : mapped(nested, on_panel_mm);

@@ -21,11 +21,11 @@ struct HonestyTrial {
   bool has_nested = false;  ///< holes on a board of 60 x 50 mm that moved by itself, 3 to 5 targets
   int n_jobs = 400;
   std::uint64_t seed = 1;
-  /// What panelcal is told of the machine in place of what errors are drawn from.
+  /// True if panelcal is told of another machine than that from which errors are drawn.
   bool hides_machine = false;
 };
 
-/// What errors are drawn from.
+/// Machine from which errors are drawn.
 MachineUncertainty trial_machine();
 
 /// A share of holes, with the standard deviation that jobs leave it: holes of one job err together.

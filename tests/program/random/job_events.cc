@@ -31,7 +31,7 @@ Vector2d middle_of(const Vector2d& start_mm, const Rout& rout) {
   return start_mm + half + (rout.kind == RoutKind::Clockwise ? rise_mm : -rise_mm) * left;
 }
 
-/// Whether two operations are the same to what a written program keeps of them.
+/// Equality of two operations to what a written program keeps of them.
 class Sameness {
  public:
   explicit Sameness(Tolerance tolerance = {}) : tolerance_(tolerance) {}
@@ -135,7 +135,7 @@ class Sameness {
   bool same(const VisionTool& a, const VisionTool& b) const { return a.number == b.number; }
 
   Tolerance tolerance_;
-  Vector2d at_mm_ = Vector2d::Zero();  ///< where the router stood before
+  Vector2d at_mm_ = Vector2d::Zero();  ///< earlier place of the router
 };
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 namespace panelcal::test {
 
-/// What a plain Excellon program promises (issue 3).
+/// Accuracy that a plain Excellon program promises (issue 3).
 inline constexpr double kWritten_mm = 1e-4;
 /// Twice the last digit that the writer writes, in x and y.
 inline constexpr double kLastDigit_mm = 3e-6;
@@ -45,7 +45,7 @@ class EventRecorder final : public OperationSink {
   std::vector<Event> events_;
 };
 
-/// How far operations may be apart and still be the same.
+/// Greatest differences of operations that count as the same.
 struct Tolerance {
   double place_mm = kLastDigit_mm;
   double center_mm = kWritten_mm;
@@ -56,7 +56,7 @@ struct Tolerance {
 /// be in the places already.
 std::vector<Event> essence_of(const std::vector<Event>& events);
 
-/// What is different first, in words; empty if nothing is that a written program keeps. The centre
+/// The first difference, in words; empty if there is none that a written program keeps. The centre
 /// of a nearly straight arc is far away and says little: there the middles of the arcs count.
 std::string difference(const std::vector<Event>& a,
                        const std::vector<Event>& b,

@@ -92,7 +92,7 @@ void require_clean(const JobRun& run) {
 
 // --- corrections -------------------------------------------------------------------------------
 
-/// How a panel lies on the table.
+/// Pose of a panel on the table.
 struct Panel {
   Eigen::Matrix2d linear = Eigen::Matrix2d::Identity();
   Vector2d shift_mm = Vector2d::Zero();
@@ -231,7 +231,8 @@ RC_GTEST_PROP(Job, ARigidCorrectionCommutesWithInterpretation, ()) {
   require_same(essence_of(plain.events), essence_of(corrected.events), {kRounding_mm, 1e-6});
 }
 
-/// Whether the pieces from `i` on are the image of an arc from `start_mm`; leaves `i` behind them.
+/// Requires that the pieces from `i` on are the image of an arc from `start_mm`; leaves `i` behind
+/// them.
 void require_image(const Rout& arc,
                    const Vector2d& start_mm,
                    const Panel& panel,

@@ -29,11 +29,11 @@ inline constexpr bool kHitLimitEnds = true;
 /// another, the writer says F# in drill mode, so that it becomes the tool's infeed.
 inline constexpr bool kStepSlotsInCopies = true;
 
-/// What a job is spelled of: a code, letters, or a letter with a length behind it.
+/// Part of a job's spelling: a code, letters, or a letter with a length behind it.
 struct Token {
   std::string text;             ///< as in Format Two
   std::optional<long> steps{};  ///< of the last digit of the job's format
-  int style = 0;                ///< which of the ways to write the same number
+  int style = 0;                ///< way to write the same number
 };
 using TokenLine = std::vector<Token>;
 
@@ -43,7 +43,7 @@ struct Job {
   NumberFormat header_format;       ///< another one where the body changes the unit
   std::vector<std::string> header;  ///< lines between the format and the end of the header
   std::string header_end;
-  std::vector<TokenLine> preamble;  ///< what has to come before any target
+  std::vector<TokenLine> preamble;  ///< lines that have to come before any target
   std::vector<TokenLine> body;      ///< begins with absolute X and Y, ends the program
 
   Length step() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the numbers and codes of a random job are written.
+// Spelling of the numbers and codes of a random job.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>

@@ -70,7 +70,8 @@ class JobWriter {
     return words;
   }
 
-  /// What may stand in any line that drills or begins a contour, and holds for it already.
+  /// Adds words that may stand in any line that drills or begins a contour, and holds for it
+  /// already.
   void modes() {
     if (one_in(6)) {
       incremental_ = !incremental_;
@@ -166,7 +167,7 @@ class JobWriter {
     add(std::move(node));
   }
 
-  /// Where blocks are deleted it is as if the line were not there.
+  /// If blocks are deleted, it is as if the line were not there.
   void slashed_hole() {
     if (!prefix_.empty()) return hole();
     const Microns before = at_;

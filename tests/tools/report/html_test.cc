@@ -298,7 +298,7 @@ TEST(ReportHtml, NamesTheTargetThatWasNotFound) {
 TEST(ReportHtml, NamesTheWorstTargetOfARefusedFitAndClaimsNoMore) {
   const std::string html = report_html(run(kProgram, shear)->input);
   EXPECT_THAT(html, HasSubstr("HOLD"));
-  // Which of the three moved cannot be told from one spare equation.
+  // One spare equation cannot tell which of the three moved.
   EXPECT_THAT(html,
               testing::ContainsRegex("Look at G46 target #[345] in line 1[678], board \\[0\\]"));
   EXPECT_THAT(html, HasSubstr("with 1 equation to spare, any of the 3 targets"));

@@ -10,7 +10,7 @@
 
 namespace panelcal::test {
 
-/// Whether a place is inside of a shape about (0, 0), px.
+/// True if a place is inside of a shape about (0, 0), px.
 using Inside = std::function<bool(const Eigen::Vector2d&)>;
 
 inline Inside disc_of(double diameter) {

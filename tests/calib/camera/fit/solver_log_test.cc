@@ -18,7 +18,7 @@ class NoNumber final : public ceres::SizedCostFunction<1, 1> {
   }
 };
 
-/// What a solver says on standard error of a problem that makes no sense.
+/// Text of a solver on standard error for a problem without a solution.
 std::string said() {
   double parameter = 1;
   ceres::Problem problem;

@@ -171,7 +171,7 @@ TEST(PanelFitSlots, RefuseNumbersThatAreNotFinite) {
       Pairs seen_nowhere = pairs;
       seen_nowhere[3].to_mm.x() = bad;
       expect_fails(seen_nowhere, model, FitFailure::BadCovariance);
-      // Where a slot lies across counts, though it shows nothing there: rotation moves it.
+      // The place of a slot across it counts, though it shows nothing there: rotation moves it.
       Pairs nowhere = pairs;
       nowhere[3].from_mm.y() = bad;
       EXPECT_FALSE(fit_raw(nowhere, model).fit.has_value());

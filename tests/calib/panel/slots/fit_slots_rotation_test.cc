@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of the rotations that slots leave open the fit takes.
+// Choice of the fit among the rotations that slots leave open.
 #include <cmath>
 #include <numbers>
 

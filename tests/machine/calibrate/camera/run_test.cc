@@ -33,7 +33,7 @@ k1_per_px2 = 9e-8
 constexpr double kMostCornerSigmas = 10;
 constexpr double kMostCornerSigma_um = kMostCornerSigmas * 0.1;
 
-/// Where the real camera of [sim] sees a pixel.
+/// Place that the real camera of [sim] sees at a pixel.
 Eigen::Vector2d true_place_mm(const SimConfig& sim, const Eigen::Vector2d& u_px) {
   return CameraMapping(*sim.camera)(position_px<frame::Image>(u_px)).in_mm();
 }
@@ -312,7 +312,7 @@ TEST_F(TiltedCameraTest, IsCalibratedAgainWithItsOwnFocalLengthAndDoesNotLoseIts
   EXPECT_EQ(again->fit.parameters.focal_px, 5000);
   EXPECT_NEAR(again->fit.parameters.tilt.x(), 0.030, 4 * std::sqrt(again->fit.covariance(2, 2)));
   EXPECT_FALSE(again->loses_tilt);
-  // Who says that it is telecentric takes the tilt away.
+  // The statement that it is telecentric takes the tilt away.
   options_.focal_px = std::numeric_limits<double>::infinity();
   const auto telecentric = calibrate_camera(config_, devices(), kPlace, options_);
   ASSERT_TRUE(telecentric) << telecentric.error().text();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How sure a job is of what it measures behind its own calibration.
+// Uncertainty that a job states of what it measures behind its own calibration.
 #include <cmath>
 #include <cstdint>
 #include <string>

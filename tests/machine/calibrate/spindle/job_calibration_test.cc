@@ -80,12 +80,12 @@ Job run_simulated(const std::string& text, const MachineConfig& config) {
   return run(program, config, *machine);
 }
 
-/// Where the target really is: the simulated panel lies as it is drawn.
+/// Error of a measured place: the simulated panel lies as it is drawn.
 Eigen::Vector2d error_mm(const Measurement& m) {
   return m.measured.position.in_mm() - m.request.nominal.in_mm();
 }
 
-/// How far a measured place is from the truth against what is known of it.
+/// Squared error of a measured place by its covariance.
 double squared_score(const Measurement& m, const CalibrationAnswer& calibration) {
   const Eigen::Matrix2d cov_mm2 = m.measured.cov + calibration.offset->cov_mm2;
   return error_mm(m).dot(cov_mm2.inverse() * error_mm(m));

@@ -197,7 +197,7 @@ TEST(TableRun, ALookThatDoesNotFitTheOthersIsLeftOut) {
   EXPECT_THAT(report(*run), HasSubstr("without dot 40 from ("));
   EXPECT_EQ(run->sights.data.seen.size(), 80u);
   EXPECT_EQ(refusal(*run), "");
-  // Where it was, the map is what it is without it, to its own sigma.
+  // At its place the map is what it is without it, to its own sigma.
   const auto at = run->sights.data.views[40].axis_at;
   const Eigen::Vector2d change_mm = run->fit.map.error_mm(at) - honest->fit.map.error_mm(at);
   EXPECT_LT(change_mm.norm(), 4 * std::sqrt(run->fit.covariance_at(at).trace()));

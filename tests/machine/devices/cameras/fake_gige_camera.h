@@ -14,7 +14,7 @@ namespace panelcal::test {
 /// process has one thread.
 bool enter_own_network();
 
-/// What a frame is to show, and how the client had set the camera.
+/// Content that a frame is to show, and the client's settings of the camera.
 struct FakeFrame {
   std::span<std::uint8_t> bytes;  ///< to be filled
   double exposure_us;

@@ -42,7 +42,7 @@ Expected<std::vector<Shot>> read_shots(const std::string& folder) {
   return shots;
 }
 
-/// What the camera sees of the panel; null while the place of the stage is not known.
+/// Picture that the camera sees of the panel; null while the place of the stage is not known.
 const Shot* seen_shot(const std::vector<Shot>& shots,
                       const std::string& stage_file,
                       const Displacement<frame::Machine>& offset) {

@@ -31,7 +31,7 @@ class BufferedCamera {
     return true;
   }
   Time now() const { return seconds(now_s_); }
-  /// When the exposure of the frame that was grabbed last began.
+  /// Time at which the exposure of the frame that was grabbed last began.
   double began_s() const { return began_s_; }
 
  private:

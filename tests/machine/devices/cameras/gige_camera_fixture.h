@@ -69,7 +69,7 @@ class GigeCameraTest : public ::testing::Test {
     return camera ? *std::move(camera) : nullptr;
   }
 
-  std::atomic<int> shown_ = 0;     ///< what the camera sees now
+  std::atomic<int> shown_ = 0;     ///< picture that the camera sees now
   std::atomic<int> delay_ms_ = 0;  ///< of the next frame only
   std::atomic<double> exposure_us_ = 0;
   std::atomic<double> gain_ = 0;

@@ -22,7 +22,7 @@ using test::kUri;
 using test::seconds_of;
 using test::shows;
 
-/// What "within a few seconds" means.
+/// Limit of "within a few seconds".
 constexpr double kPatience_s = 8;
 
 /// Aravis's camera numbers its frames from 65401, so that the 16 bits are full after 135.

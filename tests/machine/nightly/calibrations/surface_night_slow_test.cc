@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often nights that probe an unchanged table raise an alarm, and when they find a drift.
+// Rate of alarms of nights that probe an unchanged table, and the night that finds a drift.
 
 #include <algorithm>
 #include <chrono>

@@ -33,7 +33,7 @@ class TableNights : public ::testing::Test {
   // Of the truth.
   double scale_x_ppm = 200;
   double squareness_urad = 100;
-  // What files say.
+  // Content of the files.
   std::string certified = "true";
   std::string more_poses;
   std::string source = "camera = \"gige://192.168.1.10\"";

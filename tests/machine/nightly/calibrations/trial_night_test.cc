@@ -54,11 +54,11 @@ class WatchedCamera final : public CameraDevice {
 
 class TrialNights : public ::testing::Test {
  protected:
-  /// What the virtual table really is like.
+  /// Truth of the virtual table.
   double focus_z_mm = 0.137;
   SimPlateOptions plate;
   std::optional<int> camera_fails_after;
-  // What machine.toml says.
+  // Lines of machine.toml.
   std::string camera_lines = "focus_range_mm = [-1, 1]\nfocus_mm = 0.1\nlamp = 60\n";
   std::string calibrate = "\"focus\"";
   std::string source = "camera = \"gige://192.168.1.10\"";
@@ -349,7 +349,7 @@ TEST_F(TrialNights, WhatMayExplainBadPicturesIsMeasuredButNotInstalled) {
   EXPECT_THAT(focus.summary, HasSubstr("edge blur of the mark"));
   EXPECT_THAT(focus.summary, HasSubstr("measured since it may be why, and not installed"));
   EXPECT_TRUE(record.steps.at(1).axes.at(0).new_value);
-  // What only suffers from it is not measured.
+  // A value that only suffers from it is not measured.
   EXPECT_FALSE(record.steps.at(2).axes.at(0).new_value);
   EXPECT_EQ(in_force(TrialKind::Focus)->id, before->id);
 }

@@ -52,7 +52,7 @@ class ZoomingTable final : public Stage, public Spindle, public CameraDevice {
 
 class ZoomNights : public ::testing::Test {
  protected:
-  /// What the near level really is against its calibration.
+  /// True scale of the near level against its calibration.
   static constexpr double kGrown = 1.001;
   std::string usual_level = "[[camera.zoom]]\nlevel = 1\ncalibration = \"camera.cal.json\"\n";
 

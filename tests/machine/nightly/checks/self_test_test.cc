@@ -24,7 +24,7 @@ TEST(SelfTest, AFullDiskDoesNotPass) {
   EXPECT_FALSE(check_disk("/nowhere/a.ledger", 0).passed);
 }
 
-/// Where the stage was sent.
+/// Commands to the stage.
 struct Log final : public Stage {
   Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& spindle) override {
     places_mm.push_back(spindle.in_mm());

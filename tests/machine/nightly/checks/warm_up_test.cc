@@ -142,7 +142,7 @@ warm_up_s = {}
 
   test::TemporaryFolder folder_;
   Clock clock_ = fixed_clock(std::chrono::sys_seconds(std::chrono::seconds(1795302000)));
-  double rest_um_ = 0;  ///< what of the way was still to come
+  double rest_um_ = 0;  ///< rest of the way that was still to come
 };
 
 TEST_F(ColdMachine, IsMovedUntilItIsWarm) {

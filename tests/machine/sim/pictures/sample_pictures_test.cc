@@ -175,7 +175,7 @@ TEST(SamplePictures, TruthSaysWhereARingHasItsHole) {
       renderer_of("[sim]\n", target_of(Shape::Disc, mm(0.4))).draw(0).truth.hole_offset_px);
 }
 
-/// What is drawn dark is found as dark, and not as bright.
+/// A mark drawn dark is found as dark, and not as bright.
 TEST(SamplePictures, PolarityIsTheOneThatLocateLooksFor) {
   const auto mark = std::make_shared<TemplatePicture>();
   mark->image = Image(60, 60, 255);

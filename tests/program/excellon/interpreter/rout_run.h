@@ -10,7 +10,7 @@
 
 #include "tests/program/program_run.h"
 
-// What the tests of routing share.
+// Helpers of the tests of routing.
 namespace panelcal::test {
 
 inline constexpr double kRounding_inch = 1e-9;
@@ -30,7 +30,7 @@ inline std::string inch_t1(std::string_view body) {
   return inch_leading_zeros("T1\n" + std::string(body) + "M30\n");
 }
 
-/// What is done in the body, without line numbers and settings.
+/// Steps of the body, without line numbers and settings.
 inline std::vector<std::string> steps(const ProgramRun& run) {
   std::vector<std::string> out;
   for (const std::string& line : run.executed.lines()) {

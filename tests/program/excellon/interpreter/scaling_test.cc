@@ -50,7 +50,7 @@ ProgramRun run_clean(const std::string& body, const WalkOptions& options) {
   return run;
 }
 
-/// Whether each hole lies at its scaled place (true) or at its nominal one.
+/// For each hole: true at its scaled place, false at its nominal one.
 std::vector<bool> are_scaled(const ProgramRun& run) {
   std::vector<bool> out;
   for (const Hole& hole : run.holes()) {

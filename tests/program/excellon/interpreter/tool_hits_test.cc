@@ -181,7 +181,7 @@ TEST(ToolData, BehindG07FeedAndSpeedOfTheBodyRule) {
 
 // --- CNC-7 manual: Z-Axis Infeed, Retract Rate, in blocks of their own ---------------------------
 
-/// Whether the machine is ever told this of the tool.
+/// True if the machine is ever told this of the tool.
 template <class Value>
 bool is_told(const ProgramRun& run, std::optional<Value> Tool::*what, Value value) {
   return std::ranges::any_of(run.executed.tools(),

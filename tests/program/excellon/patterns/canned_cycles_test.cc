@@ -170,8 +170,8 @@ TEST(EightPin, RefusesOtherDirectionsAndOnePlace) {
 
 // --- G84 -----------------------------------------------------------------------------------------
 
-/// How far the material left between two holes of a ring reaches into the big hole, by bisection
-/// along the ray halfway between them.
+/// Height to which the material left between two holes of a ring reaches into the big hole, by
+/// bisection along the ray halfway between them.
 double ring_cusp(double diameter, double tool, double n) {
   const double path = (diameter - tool) / 2;
   const double angle = std::numbers::pi / n;

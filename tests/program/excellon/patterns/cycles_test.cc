@@ -31,7 +31,7 @@ using testing::StartsWith;
 using Places = std::vector<Vector2d>;
 
 constexpr double kRounding_inch = 1e-9;
-/// What the manual lets protrude between the holes of a circle or slot.
+/// Height that the manual lets protrude between the holes of a circle or slot.
 constexpr double kScallop_inch = 0.0005;
 
 Places clean_holes(std::string text, const ReadOptions& reading = {}) {
@@ -169,12 +169,12 @@ TEST(EightPin, TheCircleGoesThroughBothHolesGiven) {
 
 // --- CNC-7 manual: Canned Circle -----------------------------------------------------------------
 
-/// How far the wall of a circle stands out between two of n holes about its circumference.
+/// Height to which the wall of a circle stands out between two of n holes about its circumference.
 double circle_scallop_inch(int n, double circle_inch, double tool_inch) {
   const double path = (circle_inch - tool_inch) / 2;
   const double half_turn_rad = std::numbers::pi / n;
   const double across = path * std::sin(half_turn_rad);
-  // Where two neighbouring holes meet on the outside.
+  // Point at which two neighbouring holes meet on the outside.
   const double wall =
       path * std::cos(half_turn_rad) + std::sqrt(tool_inch * tool_inch / 4 - across * across);
   return circle_inch / 2 - wall;
@@ -219,7 +219,7 @@ TEST(CannedCircle, IsRepeatedByP) {
 
 // --- CNC-7 manual: Slot --------------------------------------------------------------------------
 
-/// How far the wall of a slot stands out between two holes.
+/// Height to which the wall of a slot stands out between two holes.
 double slot_scallop_inch(double pitch_inch, double tool_inch) {
   return tool_inch / 2 - std::sqrt(tool_inch * tool_inch / 4 - pitch_inch * pitch_inch / 4);
 }

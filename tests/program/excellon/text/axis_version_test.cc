@@ -29,7 +29,7 @@ const Vector2d kDown(0, -1);
 
 struct Version {
   int number;
-  Vector2d plus_x, plus_y;  ///< where the program's axes point
+  Vector2d plus_x, plus_y;  ///< directions of the program's axes
   bool mirrors;
 
   Vector2d turned(double x, double y) const { return x * plus_x + y * plus_y; }

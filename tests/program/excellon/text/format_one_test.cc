@@ -28,7 +28,7 @@ std::string format_two(const std::string& body) {
   return "M48\nINCH,LZ\nFMAT,2\nT1C.04\n%\n" + body;
 }
 
-/// What is done, with lines but without settings, which are passed on as written.
+/// Operations with lines but without settings, which are passed on as written.
 Lines executed(std::string text) {
   const ProgramRun run = run_program(std::move(text));
   EXPECT_FALSE(run.has_errors) << testing::PrintToString(run.diagnostics);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What G34 to G48 do to the holes that follow (CNC-7 manual, Vision Assist Commands).
+// Effect of G34 to G48 on the holes that follow (CNC-7 manual, Vision Assist Commands).
 #include <cmath>
 #include <map>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a survey says no: unfinished and degenerate series, lost targets, gates, mixed passes.
+// Refusals of a survey: unfinished and degenerate series, lost targets, gates, mixed passes.
 #include <string>
 #include <vector>
 

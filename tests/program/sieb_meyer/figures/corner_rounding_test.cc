@@ -59,7 +59,7 @@ Vector2d travel(const ContourPiece& piece, const Vector2d& point) {
                          : Vector2d((piece.end_mm - piece.start_mm).normalized());
 }
 
-/// How far along a piece a point is, in parts of the piece; beyond 1 if it is not on it.
+/// Position of a point along a piece, in parts of the piece; beyond 1 if it is not on it.
 double part_of(const ContourPiece& piece, const Vector2d& point) {
   if (!piece.center_mm) {
     const Vector2d way = piece.end_mm - piece.start_mm;

@@ -256,7 +256,7 @@ TEST(RectangleInside, RefusesWhatDoesNotFit) {
 
 // --- G43 -----------------------------------------------------------------------------------------
 
-/// How far the worst of a grid of points is from the path; the points are those of the figure whose
+/// Greatest distance of a grid of points from the path; the points are those of the figure whose
 /// distance from its edge is at least `margin`, told by `is_inside`.
 template <class Inside>
 double worst_distance(const FigurePath& path, const Vector2d& half, double spacing, Inside inside) {

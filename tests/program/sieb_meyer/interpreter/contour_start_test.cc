@@ -15,8 +15,8 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// What is executed, without the lines that it comes from. `body` follows %%5000; tools 1 to 9 have
-/// 2 mm.
+/// Executed steps, without the lines that it comes from. `body` follows %%5000; tools 1 to 9 have 2
+/// mm.
 std::vector<std::string> steps(const std::string& body) {
   std::string text = "%%5000\n" + body + "$\n";
   for (int tool = 1; tool <= 9; ++tool) text += "T" + std::to_string(tool) + "D2.\n";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the machine does by itself, where the program says so: passed on in order, never dropped.
+// Actions that the machine does by itself, where the program says so: passed on in order, never
+// dropped.
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,7 +26,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::Not;
 
-/// What a program that nothing at all is wrong with does.
+/// Steps of a program without any problem.
 std::vector<std::string> clean_steps(std::string_view body, const WalkOptions& options = {}) {
   const ProgramRun run = run_5000(body, options);
   EXPECT_THAT(run.diagnostics, Not(Contains(testing::HasSubstr("error["))));

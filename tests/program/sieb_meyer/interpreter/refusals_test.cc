@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the SIEB & MEYER manual forbids, refused with the line where it stands. Where a test names
-// words, any of them will do: texts are pinned elsewhere.
+// Lines that the SIEB & MEYER manual forbids, refused with the line where it stands. Where a test
+// names words, any of them will do: texts are pinned elsewhere.
 #include <string>
 #include <string_view>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What moves all coordinates of a program: scale, rotation, program zero and axis version. The
-// manual shows SA, SAZ, FA and their ends; numbers here follow from what its text says of them.
+// Commands that move all coordinates of a program: scale, rotation, program zero and axis version.
+// The manual shows SA, SAZ, FA and their ends; numbers here follow from what its text says of them.
 #include <string>
 
 #include <gmock/gmock.h>
@@ -113,7 +113,7 @@ TEST(SiebMeyerScaling, FaPutsProgramZeroToAPlaceOnTheMachine) {
   expect_refused(run_program(format_5000("M49,FAX5.\nX1.Y1.T1\n")), 2, {"FAX#Y#"});
 }
 
-/// What was measured is relative to the old program zero.
+/// The measured places are relative to the old program zero.
 TEST(SiebMeyerScaling, RefusesFaUnderACorrection) {
   expect_refused(
       run_program(format_5000("X10.Y10.G32\nG31\nX1.Y1.T1\nM49,FAX5.Y5.\nX2.Y2.\n")), 5, {"G30"});

@@ -28,7 +28,7 @@ using testing::Contains;
 
 constexpr double kRounding_mm = 1e-6;
 
-/// How a board lies: turned about work zero, then shifted.
+/// Pose of a board: turned about work zero, then shifted.
 struct Lie {
   double angle_rad = 0;
   Vector2d shift_mm = Vector2d::Zero();

@@ -80,7 +80,7 @@ void expect_clean(const ProgramRun& run) {
   EXPECT_FALSE(run.has_errors) << testing::PrintToString(run.diagnostics);
 }
 
-/// What tools do, with line numbers: no settings and no functions.
+/// Work of tools, with line numbers: no settings and no functions.
 Lines work_of(const ProgramRun& run) {
   Lines work;
   for (const std::string& line : run.executed.lines()) {
@@ -366,8 +366,8 @@ TEST(ManualG79, DeviationsAboveTheToleranceAreErrors) {
   }
 }
 
-/// How much higher the tool works at one place than at another: by its z, or by the surface that it
-/// refers to while its z stays.
+/// Expects that the tool works this much higher at one place than at another: by its z, or by the
+/// surface that it refers to while its z stays.
 void expect_rise(const DepthOfCut& from, const DepthOfCut& to, double rise_mm) {
   const auto rise = [](const std::optional<Length>& low, const std::optional<Length>& high) {
     return low && high ? high->in_mm() - low->in_mm() : 0.0;

@@ -39,8 +39,8 @@ Paths paths(const ProgramRun& run) {
 
 // --- chapter 5.5: the contour of every offset command --------------------------------------------
 
-/// What the manual prints for the contour's four rout lines, and where its start line X10.Y30. goes
-/// by the manual's own calculation of the offset.
+/// Places that the manual prints for the contour's four rout lines, and that of its start line
+/// X10.Y30. by the manual's own calculation of the offset.
 struct OffsetExample {
   std::string command;
   std::string first_zero;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What scan_sections refuses, with the line where it stands.
+// Refusals of scan_sections, with the line where it stands.
 #include <string>
 
 #include <gmock/gmock.h>
@@ -106,7 +106,7 @@ TEST(SectionRefusals, LinesThatCannotBeReadAreLeftToOthers) {
   EXPECT_THAT(scan("X1.M31\nX2.Y2.T1=\nXYM50M30\n").diagnostics, IsEmpty());
 }
 
-/// What follows may only be a consequence.
+/// A later error may only be a consequence.
 TEST(SectionRefusals, OnlyTheFirstErrorIsReported) {
   EXPECT_EQ(scan("X1.M30\nX1.M31\nX2.M31\n").diagnostics.size(), 1U);
 }

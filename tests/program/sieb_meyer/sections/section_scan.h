@@ -14,14 +14,14 @@
 
 namespace panelcal::sieb_meyer {
 
-/// What scan_sections finds in a text, and what it says.
+/// Sections that scan_sections finds in a text, and its diagnostics.
 struct Scan {
   SectionTree tree;
   std::string text;
   std::vector<std::string> diagnostics;
 
   const Section& operator[](std::size_t i) const { return tree.sections.at(i); }
-  /// What copies of a section execute.
+  /// Text that copies of a section execute.
   std::string body(std::size_t i) const {
     const Section& section = tree.sections.at(i);
     return text.substr(section.begin.offset, section.body_end - section.begin.offset);

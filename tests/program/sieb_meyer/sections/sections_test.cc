@@ -141,8 +141,8 @@ TEST(OffsetLine, IsWrittenInTheFormat) {
   EXPECT_THAT(out[0].rows.at(0).first_mm, IsNearMatrix(Vector2d(12.34, -0.05), kExact_mm));
 }
 
-/// Where the corner (2, 1) of a pattern goes, by the manual's formulas and worked positions for
-/// axis version 1: M60 is (-y, x), M60M70 (y, x), M60M80 (-y, -x), M60M90 (y, -x).
+/// Place of the corner (2, 1) of a pattern, by the manual's formulas and worked positions for axis
+/// version 1: M60 is (-y, x), M60M70 (y, x), M60M80 (-y, -x), M60M90 (y, -x).
 TEST(OffsetLine, HasEightOrientations) {
   const struct {
     const char* command;
@@ -342,7 +342,7 @@ TEST(SectionContents, OfOneWithoutBracketsAreItsOwn) {
   EXPECT_TRUE(out[2].has.measurements);
 }
 
-/// What stands behind the offsets belongs to what comes next.
+/// Text behind the offsets belongs to the next section.
 TEST(SectionContents, ALineWithoutCoordinatesBeginsTheNextSectionToo) {
   const Scan out = sound("X1.Y1.\nX10.YM50\nG71K.4\nX2.Y2.\nX20.YM50\n");
   ASSERT_EQ(out.tree.sections.size(), 2U);

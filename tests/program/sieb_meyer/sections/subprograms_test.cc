@@ -220,7 +220,7 @@ TEST(ReadSubprograms, CallsAreFollowed) {
               ElementsAre("A in A.SS5", "B in B.SS5", "C in C.SS5"));
 }
 
-/// What another subprogram of the same file calls is not asked for.
+/// A subprogram that another one of the same file calls is not asked for.
 TEST(ReadSubprograms, CallsOfNeighborsAreNotFollowed) {
   const Folder folder;
   folder.write("ALL.SS5", "@A\nM99,D\n@B\nX1.\n@C\nM99,D\n");

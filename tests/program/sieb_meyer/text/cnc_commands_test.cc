@@ -44,7 +44,7 @@ TEST(CncCommands, ManualExamples) {
   EXPECT_EQ(found("MAPT1.0"), "MAPT|1.0");
 }
 
-/// What the text names besides, with its argument behind a comma.
+/// Forms that the text names besides, with its argument behind a comma.
 TEST(CncCommands, ACommaIsNoPartOfTheArgument) {
   EXPECT_EQ(found("SPAV,A"), "SPAV|A");
   EXPECT_EQ(found("PRGM,-I"), "PRGM|-I");

@@ -44,7 +44,7 @@ constexpr double kMmPerSOfOneMPerMin = 1000.0 / 60;
 
 constexpr char kComments[] = "PROGRAM EXAMPLE\nCREATED 18.07.89\nMODIFIED 22.07.89\n";
 
-/// What a tool table says of one tool, in the manual's units.
+/// Row of a tool table for one tool, in the manual's units.
 struct ToolRow {
   double diameter_mm;
   double speed_rpm;
@@ -281,7 +281,8 @@ TEST(ManualSubprogram, MayHaveAFileOfItsOwn) {
   EXPECT_EQ(run.holes()[1].line, 2);
 }
 
-/// What another subprogram or a dollar sign follows is whole; the last one needs its line end.
+/// A subprogram that another one or a dollar sign follows is whole; the last one needs its line
+/// end.
 TEST(ManualSubprogram, ThatIsCutOffInItsLastLineIsRefused) {
   const auto is_refused = [](const std::string& text) {
     SubprogramFolder folder;

@@ -46,7 +46,7 @@ double value_of(std::string_view text,
   return number.value;
 }
 
-/// What 1 means in the formats 1000, 3000 and 5000; absent where the format has no such number.
+/// Value of 1 in the formats 1000, 3000 and 5000; absent where the format has no such number.
 void expect_units(Quantity quantity, const std::array<std::optional<double>, 3>& units) {
   for (std::size_t i = 0; i < kFormats.size(); ++i) {
     if (!units.at(i)) continue;

@@ -126,7 +126,7 @@ TEST(OrderLetters, TdIsTheDummyTool) {
   EXPECT_EQ(order.rounding_mm, std::nullopt);
   EXPECT_FALSE(order_of("T1D2.").is_dummy_tool);
   EXPECT_EQ(order_of("T1D2.").rounding_mm, 2.0);
-  // What follows is read as ever, and a camera command may end the line.
+  // The following words are read as ever, and a camera command may end the line.
   EXPECT_EQ(order_of("TDX1.Y1.G73L3").memory, 3);
   EXPECT_EQ(order_of("TDX1.Y1.G32").camera, Command::Measure);
 }

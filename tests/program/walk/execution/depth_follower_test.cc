@@ -258,7 +258,7 @@ void expect_same_heights(const std::string& text, const WalkOptions& options) {
   };
   expect_same(all<Drill>(first), all<Drill>(second));
   expect_same(all<Rout>(first), all<Rout>(second));
-  // What the cutter goes down to.
+  // Depths to which the cutter goes down.
   const auto asked = all<Plunge>(first), read = all<Plunge>(second);
   ASSERT_EQ(asked.size(), read.size());
   for (std::size_t i = 0; i < asked.size(); ++i) {

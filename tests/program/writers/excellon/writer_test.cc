@@ -31,7 +31,7 @@ std::string program_of(const std::vector<What>& operations,
   return text.substr(0, text.size() - std::min(kEnd.size(), text.size()));
 }
 
-/// What follows the header of a metric program.
+/// Text behind the header of a metric program.
 std::string body_of(const std::vector<What>& operations) {
   const std::string text = program_of(operations);
   EXPECT_TRUE(text.starts_with(kMetricHeader)) << text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written leads the tool the way that the operations say, as our own reader has it.
+// The written program leads the tool the way that the operations say, as our own reader has it.
 #include <cmath>
 #include <numbers>
 #include <random>

@@ -386,7 +386,7 @@ TEST(SiebMeyerWriter, PassesItsOwnOrdersOn) {
 
 // --- patterns (5) ------------------------------------------------------------------------------
 
-/// Where a hole at (10, 20) goes in the manual's worked examples: the formula of each command.
+/// Place of a hole at (10, 20) in the manual's worked examples: the formula of each command.
 TEST(SiebMeyerWriter, WritesTheEightOrientations) {
   struct Case {
     double xx, xy, yx, yy;

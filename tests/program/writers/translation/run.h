@@ -29,12 +29,12 @@ struct Translation {
 };
 Translation translate(const std::string& text, Dialect to, const WalkOptions& options = {});
 
-/// What is left of events in every translation: holes, slots, contours with the side that they are
+/// Events that are left in every translation: holes, slots, contours with the side that they are
 /// compensated on. Moves that lead nowhere, and step slots, which SIEB & MEYER has not, are left
 /// out.
 std::vector<Event> work_of(const std::vector<Event>& events);
 
-/// What the translation does otherwise first; empty if it does the same work.
+/// The first difference of the translation; empty if it does the same work.
 std::string difference_of_work(const WorkRun& source, const WorkRun& translation);
 
 }  // namespace panelcal::test

@@ -207,7 +207,7 @@ TEST(Translation, BoardAndPatternMeasurements) {
   same_work(sieb_meyer("X10.Y10.T1M31\nX12.Y12.G36\nX0Y0M50\nX50.Y0M50M30\nX1.Y1.\n"));
 }
 
-/// What repeats a pattern is executed, so that the pattern comes twice.
+/// A line that repeats a pattern is executed, so that the pattern comes twice.
 TEST(Translation, ThePatternsOffsetEndsWithEachCopy) {
   const std::string text = same_work(
       sieb_meyer("M49,CAMA\nM31M31\nX5.Y6.G36\nX10.Y10.T1\nX0Y0M50\nX50.Y0M50M30\nX7.Y7.\n"

@@ -31,7 +31,7 @@ std::string sieb_meyer_program(int n) {
   return text + "G31\nX1.Y1.T1\nG30\n$\nT1D1.F6.\n$\n";
 }
 
-/// How many series the rule was compared on.
+/// Number of series on which the rule was compared.
 std::size_t expect_as_walked(const std::string& file,
                              const std::string& text,
                              WalkOptions options) {

@@ -194,7 +194,7 @@ std::string random_holes(int n, Random& random) {
   return blocks("", holes);
 }
 
-/// What thinning the candidates costs: against all of them.
+/// Thinning the candidates costs little against all of them.
 TEST(PlanFacts, ThinnedCandidatesLoseLittle) {
   constexpr double kLoss = 1.03;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {

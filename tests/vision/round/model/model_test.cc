@@ -76,7 +76,7 @@ void expect_gradient(const RimVector& p, bool is_ring, double turning) {
         low[i] -= kStep;
         const RimValue above = rim_value(pixel, high, is_ring, nullptr);
         const RimValue below = rim_value(pixel, low, is_ring, nullptr);
-        // Where the edge's foot is cut off the level jumps by 1e-8 of the contrast.
+        // At the cut-off foot of the edge the level jumps by 1e-8 of the contrast.
         if ((above.share == 0) != (below.share == 0)) continue;
         if ((above.share == 1) != (below.share == 1)) continue;
         const double slope = (above.level - below.level) / (2 * kStep);

@@ -49,7 +49,7 @@ CameraMapping lens() {
                         .k1_per_px2 = 3 / std::pow(400.0, 3)});
 }
 
-/// How often the spans hold each pixel, by rows of the window.
+/// Number of times that the spans hold each pixel, by rows of the window.
 std::vector<int> span_counts(const RimWindow& window) {
   std::vector<int> counts(static_cast<std::size_t>(window.width() * window.height()), 0);
   for (const RimSpan& span : window.spans()) {
