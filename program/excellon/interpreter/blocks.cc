@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the numbers of a block are read, and what holes and targets do.
+// Numbers of a block, and the effect of holes and targets.
 #include <algorithm>
 #include <cmath>
 #include <string>

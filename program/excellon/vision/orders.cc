@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the camera is to look: G34 and the $uvis commands.
+// Orders to the camera: G34 and the $uvis commands.
 #include <array>
 #include <charconv>
 #include <cmath>

@@ -302,7 +302,7 @@ void Emitter::cut_hole(int line, Drill& drill) {
 }
 
 /// The operation is built in place and kept: copying it would take longer than correcting a hole.
-/// What few jobs need stands in functions of its own, so that nothing here has to wait in memory.
+/// Functions of its own hold what few jobs need, so that nothing here has to wait in memory.
 void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   hit(line, 1);
   auto& drill = *std::get_if<Drill>(&hole_.what);

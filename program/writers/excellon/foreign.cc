@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of a SIEB & MEYER program's own orders in Excellon.
+// A SIEB & MEYER program's own orders in Excellon.
 #include <string>
 #include <string_view>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lines of the G-code output look like, and how the tool gets from one job to the next.
+// Lines of the G-code output, and the tool's way from one job to the next.
 #include <array>
 #include <cmath>
 #include <string>

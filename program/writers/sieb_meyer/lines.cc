@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lines of format 5000 look like: coordinates, tools, depths, feeds, texts and the $ table.
+// Lines of format 5000: coordinates, tools, depths, feeds, texts and the $ table.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What SIEB & MEYER has instead of the other language's settings, functions, patterns and vision
+// SIEB & MEYER's orders instead of the other language's settings, functions, patterns and vision
 // commands.
 #include <algorithm>
 #include <cstddef>
