@@ -27,7 +27,7 @@ namespace panelcal {
 ///
 /// Out    well-formed XML as well as HTML; no scripts, nothing loaded from elsewhere
 /// Cost   O(measurements + sampled holes); 20,000 holes take about 250 kB
-/// See    tests/tools/report/html_test.cc
+/// See    tests/tools/report/html_test.cc, html_tolerance_test.cc
 std::string report_html(const ReportInput& input);
 
 }  // namespace panelcal

@@ -35,7 +35,7 @@ struct FitNumbers {
 
 /// Propagates the covariance of the six affine coefficients, to first order. Empty without a fit.
 ///
-/// See    tests/tools/report/html_test.cc
+/// See    tests/tools/report/fits/fit_numbers_test.cc
 std::optional<FitNumbers> fit_numbers(const SeriesResult& series);
 
 using panelcal::chi_square_exceedance;
