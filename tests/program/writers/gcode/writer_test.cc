@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/writers/gcode/writer.h"
 
-#include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <vector>
 
-#include "tests/program/operations.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/program/writers/gcode/writer_run.h"
 
 namespace panelcal {
 namespace {
@@ -18,87 +19,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-
-const std::string kModes = "G17 G21 G40 G54 G61 G80 G90 G91.1 G94 G98\n";
-
-/// Holes go 1.8 mm, contours 2 mm below the board's surface, which is Z 0.
-GcodeSetting on_the_board() {
-  GcodeSetting setting;
-  setting.safe_z = mm(5);
-  setting.usual.drill_z = mm(-1.8);
-  setting.usual.rout_z = mm(-2);
-  setting.usual.infeed = mm_per_s(20);
-  setting.usual.speed = rpm(30'000);
-  return setting;
-}
-
-/// The tool is zeroed on the table.
-GcodeSetting on_the_table() {
-  GcodeSetting setting = on_the_board();
-  setting.usual.drill_z = setting.usual.rout_z = std::nullopt;
-  setting.table_z = mm(0);
-  return setting;
-}
-
-struct Written {
-  std::string text;  ///< behind the line of modes
-  std::vector<std::string> losses;
-  std::string failure;
-};
-
-/// Work zero is where test::place() has it.
-Written write_out(const std::vector<What>& operations,
-                  const GcodeSetting& setting = on_the_board(),
-                  const ProgramInfo& info = metric_info()) {
-  StringSink bytes;
-  GcodeWriter writer(bytes, {.work_zero = position_mm<frame::Machine>(100, 200)}, setting);
-  writer.begin(info);
-  put_all(writer, operations);
-  const Expected<void> done = writer.finish();
-  Written written;
-  written.text = bytes.text();
-  EXPECT_TRUE(written.text.empty() || written.text.starts_with(kModes)) << written.text;
-  if (written.text.starts_with(kModes)) written.text.erase(0, kModes.size());
-  if (!done) written.failure = done.error().text();
-  for (const Diagnostic& loss : writer.losses().kept()) written.losses.push_back(loss.text());
-  return written;
-}
-
-ProgramInfo sieb_meyer_info() {
-  ProgramInfo info = metric_info();
-  info.dialect = Dialect::SiebMeyer;
-  return info;
-}
-
-ToolChange take(int number) {
-  return {{.number = number, .diameter = mm(number == 1 ? 1 : 2.5)}, {}};
-}
-ToolChange take(const Tool& tool) {
-  return {tool, {}};
-}
-Drill drill_at(double x_mm, double y_mm, const DepthOfCut& cut) {
-  Drill hole = drill(1, x_mm, y_mm);
-  hole.cut = cut;
-  return hole;
-}
-Plunge plunge(const DepthOfCut& cut = {}) {
-  return {2, PlungeKind::Plain, {}, cut};
-}
-DepthOfCut z(double z_mm) {
-  DepthOfCut cut;
-  cut.z = mm(z_mm);
-  return cut;
-}
-DepthOfCut below(double depth_mm) {
-  DepthOfCut cut;
-  cut.depth = mm(depth_mm);
-  return cut;
-}
-DepthOfCut below(double depth_mm, double surface_mm) {
-  DepthOfCut cut = below(depth_mm);
-  cut.surface = mm(surface_mm);
-  return cut;
-}
 
 // --- drilling ----------------------------------------------------------------------------------
 
@@ -273,124 +193,6 @@ TEST(GcodeWriter, WhatNobodyStatesIsRefusedOnce) {
   EXPECT_EQ(write_out(contour, setting).failure, "");  // the CNC-7 has a default
   setting.usual.feed = mm_per_s(5);
   EXPECT_THAT(write_out(contour, setting).text, HasSubstr("G1 X3 Y0 F300\n"));
-}
-
-// --- routing -----------------------------------------------------------------------------------
-
-TEST(GcodeWriter, RoutsAContour) {
-  GcodeSetting setting = on_the_board();
-  setting.approach_z = mm(1);
-  const Written written = write_out({take(2),
-                                     rapid_move(10, 10),
-                                     plunge(),
-                                     rout_line(2, 20, 10),
-                                     rout_arc(RoutKind::Counterclockwise, 2, 25, 15, 20, 15),
-                                     rout_arc(RoutKind::Clockwise, 2, 30, 20, 30, 15),
-                                     Retract{},
-                                     rapid_move(0, 0),
-                                     Stop{StopKind::EndRewind, {}, {}}},
-                                    setting);
-  EXPECT_EQ(written.text,
-            "T2 M6 ; 2.5 mm\n"
-            "G0 Z5\n"
-            "G0 X10 Y10\n"
-            "S30000 M3\n"
-            "G0 Z1\n"
-            "G1 Z-2 F1200\n"
-            "G1 X20 Y10\n"
-            "G3 X25 Y15 I0 J5\n"
-            "G2 X30 Y20 I5 J0\n"
-            "G0 Z5\n"
-            "G0 X0 Y0\n"
-            "M5\n"
-            "M2\n");
-}
-
-TEST(GcodeWriter, ARaisedToolIsNotRaisedAgain) {
-  EXPECT_EQ(write_out({take(1), Retract{true}, drill(1, 1, 2), Retract{}}).text,
-            "T1 M6 ; 1 mm\nS30000 M3\nG0 Z5\nG81 X1 Y2 Z-1.8 R5 F1200\nG80\nM5\nM2\n");
-}
-
-TEST(GcodeWriter, RampsAndStepsOfAContour) {
-  Rout ramp = rout_line(2, 5, 0);
-  ramp.cut = z(0.5);
-  Rout helix = rout_arc(RoutKind::Clockwise, 2, 7, 0, 6, 0);
-  helix.cut = z(0.25);
-  const Written written = write_out({take(2),
-                                     rapid_move(0, 0),
-                                     plunge(z(1)),
-                                     ramp,
-                                     plunge(z(0.4)),
-                                     helix,
-                                     rout_line(2, 9, 0),
-                                     Retract{}},
-                                    on_the_table(),
-                                    sieb_meyer_info());
-  EXPECT_THAT(written.text,
-              HasSubstr("G1 Z1 F1200\nG1 X5 Y0 Z0.5\nG1 Z0.4\nG2 X7 Y0 Z0.25 I1 J0\nG1 X9 Y0\n"
-                        "G0 Z5\n"));
-}
-
-TEST(GcodeWriter, PassesOfAStepSlotAreDepthOffsets) {
-  Plunge first = plunge();
-  first.depth_offset = mm(1);
-  Plunge last = plunge();
-  last.depth_offset = mm(0);
-  EXPECT_THAT(write_out({take(2),
-                         rapid_move(0, 0),
-                         first,
-                         rout_line(2, 5, 0),
-                         last,
-                         rout_line(2, 0, 0),
-                         Retract{}})
-                  .text,
-              HasSubstr("G1 Z-1 F1200\nG1 X5 Y0\nG1 Z-2\nG1 X0 Y0\nG0 Z5\n"));
-}
-
-TEST(GcodeWriter, CentersAreEquallyFarFromRoundedEnds) {
-  // Two steps of an Excellon program's last digit off: the reader has adjusted that far.
-  const Written written = write_out({take(2),
-                                     rapid_move(0, 0),
-                                     plunge(),
-                                     rout_arc(RoutKind::Clockwise, 2, 1.0 / 3, 1.0 / 7, 0.25, -0.1),
-                                     Retract{}});
-  EXPECT_THAT(written.failure, HasSubstr("error[internal]"));
-  const Eigen::Vector2d to(1.0 / 3, 1.0 / 7);
-  const Eigen::Vector2d center = 0.5 * to + 0.7 * Eigen::Vector2d(-to.y(), to.x());
-  const std::string text = write_out({take(2),
-                                      rapid_move(0, 0),
-                                      plunge(),
-                                      rout_arc(RoutKind::Counterclockwise,
-                                               2,
-                                               to.x(),
-                                               to.y(),
-                                               center.x() + 1e-3 * to.x(),
-                                               center.y() + 1e-3 * to.y()),
-                                      Retract{}})
-                               .text;
-  double x = 0, y = 0, i = 0, j = 0;
-  const auto at = text.find("G3 X");
-  ASSERT_NE(at, std::string::npos) << text;
-  ASSERT_EQ(std::sscanf(text.c_str() + at, "G3 X%lf Y%lf I%lf J%lf", &x, &y, &i, &j), 4) << text;
-  EXPECT_NEAR(std::hypot(i, j), std::hypot(x - i, y - j), 2e-6);
-  EXPECT_NEAR(i, center.x(), 1e-6);
-  EXPECT_NEAR(j, center.y(), 1e-6);
-}
-
-TEST(GcodeWriter, AnArcOfNoLengthIsNoCircle) {
-  const double tiny_mm = 4e-7;  // rounds to nothing
-  const auto text_of = [&](double x_mm) {
-    return write_out({take(2),
-                      rapid_move(1, 0),
-                      plunge(),
-                      rout_arc(RoutKind::Clockwise, 2, 1 + x_mm, 0, 1 + x_mm / 2, -3),
-                      Retract{}})
-        .text;
-  };
-  EXPECT_THAT(text_of(tiny_mm), HasSubstr("G1 Z-2 F1200\nG0 Z5\n"));
-  EXPECT_THAT(text_of(5e-5), HasSubstr("G1 X1.00005 Y0\n"));
-  EXPECT_THAT(text_of(0.01), HasSubstr("G1 X1.01 Y0\n"));  // bulges by 4 nm
-  EXPECT_THAT(text_of(0.1), HasSubstr("G2 X1.1 Y0 I0.05 J-3\n"));
 }
 
 // --- places ------------------------------------------------------------------------------------
