@@ -32,7 +32,7 @@ struct TargetPlace {
 /// Points gather until G31 fits them all; it uses them up. By scalar equations (a point gives two,
 /// a slot of mode 5 one) fewer than 3 give an offset, fewer than 6 a rotation as well, from 6 on as
 /// the machine's configuration says. Modes 2 and 3 measure a target layer by layer and take the
-/// mean.
+/// mean. optical_orders.cc has G39.
 ///
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9 Optical Measurement; semantics page
 /// See    tests/program/sieb_meyer/measuring/optical_manual_test.cc
@@ -97,6 +97,8 @@ class OpticalSession {
   std::optional<SeriesAssignment> settle_points();
   SeriesResult new_series(CorrectionLevel level, const TargetPlace& place) const;
   int n_equations() const;
+
+  // optical_orders.cc
   void note_measured(std::vector<std::size_t> measurements);
   bool may_move_offset(const Block& block);
   bool is_made_of_last(std::size_t i_series) const;
