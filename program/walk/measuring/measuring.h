@@ -49,6 +49,7 @@ FitPoint mean_of_layers(std::span<const FitPoint> layers, const MachineUncertain
 ///
 /// With a source it fills the survey (first pass). Without one it takes everything from the survey
 /// in the same order (second pass), so that both passes come through the same states.
+/// measuring_reports.cc has the diagnostics.
 class Measuring {
  public:
   Measuring(const WalkOptions& options,
