@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "tools/cli/options/options.h"
+#include "tools/cli/options/history_options.h"
 
 namespace CLI {
 class App;
