@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 KINDS = ("*.cc", "*.h", "*.def", "*.md", "*.sh", "*.py", "*.cmake", "*CMakeLists.txt", "*.toml",
          "*.case", "*.service", "*.timer")
-LEFT_OUT = re.compile(r"^(program/\w+/\w*commands\.def$|tools/denied_words\.txt$)")
+LEFT_OUT = re.compile(r"^(program/[\w/]+/\w*commands\.def$|tools/denied_words\.txt$)")
 TOKEN = re.compile(
     r'(?P<raw>R"(?P<tag>[^(\s]*)\((?P<body>.*?)\)(?P=tag)")'
     r'|(?P<text>"(?:[^"\\\n]|\\.)*")'

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 
 namespace panelcal {
 namespace {
@@ -13,8 +13,8 @@ namespace {
 using Place = Position<frame::Nominal>;
 using Choice = std::vector<std::size_t>;
 
-/// What targets leave open is as uncertain as a measurement this weak: far below any real one, and
-/// far above rounding.
+/// A combination that targets leave open is as uncertain as a measurement this weak: far below any
+/// real one, and far above rounding.
 constexpr double kTargetRidge = 1e-9;
 constexpr int kPasses = 20;
 constexpr int kStarts = 12;           ///< by chance
@@ -27,7 +27,7 @@ constexpr double kPower = 12;
 /// A candidate this close to a target, in parts of the panel, is that target.
 constexpr double kSamePlace = 1e-9;
 
-/// How bad a design is; less is better.
+/// Badness of a design; less is better.
 struct Badness {
   double worst = std::numeric_limits<double>::infinity();
   double soft = std::numeric_limits<double>::infinity();  ///< power mean

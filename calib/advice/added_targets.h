@@ -10,7 +10,7 @@
 
 namespace panelcal {
 
-/// Which places might be measured too, and for whose sake.
+/// Places that might be measured too, and the holes for whose sake.
 struct AdditionProblem {
   PanelModel model = PanelModel::Stretch;
   std::span<const DesignTarget> targets;                 ///< those that are measured anyway

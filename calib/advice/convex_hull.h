@@ -17,7 +17,7 @@ namespace panelcal {
 /// See    tests/calib/advice/convex_hull_test.cc
 std::vector<Position<frame::Nominal>> convex_hull(std::span<const Position<frame::Nominal>> places);
 
-/// How far `p` is from the hull that these corners make; zero inside. Precondition: not empty.
+/// Distance of `p` from the hull that these corners make; zero inside. Precondition: not empty.
 Length distance_outside(std::span<const Position<frame::Nominal>> corners,
                         const Position<frame::Nominal>& p);
 

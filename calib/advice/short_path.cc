@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 
 namespace panelcal::internal {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/panel/model.h"
 #include "calib/panel/system.h"
 #include <Eigen/Core>
@@ -50,7 +50,7 @@ Eigen::Matrix2d inverse_root(const Eigen::Matrix2d& m) {
   return eigen.vectors * roots.asDiagonal() * eigen.vectors.transpose();
 }
 
-/// How a target's own residuals answer to its own lie.
+/// Response of a target's own residuals to its own error.
 struct Blindness {
   PointJacobian jacobian;
   Eigen::Matrix2d inverse_root = Eigen::Matrix2d::Zero();
@@ -74,7 +74,8 @@ Blindness blindness(const DesignTarget& target, const MapCovariance& cov) {
   return out;
 }
 
-/// How alike lies of two targets can look: cosines squared of the principal angles, greatest first.
+/// Similarity of the errors of two targets: cosines squared of the principal angles, greatest
+/// first.
 Eigen::Vector2d alikeness(const Blindness& a, const Blindness& b, const MapCovariance& cov) {
   const Eigen::Matrix2d between = -a.jacobian * cov * b.jacobian.transpose();
   const Eigen::Matrix2d white = a.inverse_root * between * b.inverse_root;
@@ -102,7 +103,7 @@ MapCovariance covariance_of(const MapCovariance& information,
   const Small inverse = Cholesky(normal).inverse();
   MapCovariance cov = b * inverse * b.transpose();
   if (!base_cov.isZero(0)) {
-    // What the nested fit does not take back of the base's error.
+    // The part of the base's error that the nested fit does not take back.
     const MapCovariance left = MapCovariance::Identity() - cov * information;
     cov += left * base_cov * left.transpose();
   }

@@ -78,7 +78,7 @@ PredictedFitResult predict_fit(std::span<const DesignTarget> targets,
                                PanelModel model,
                                const MapCovariance& base_cov = MapCovariance::Zero());
 
-/// Whether other targets would show an outlier.
+/// Power of the other targets to show an outlier.
 struct LieDetection {
   enum class Answer : std::uint8_t { No, InPart, Yes };  ///< in part: for lies in some directions
 

@@ -55,7 +55,7 @@ class InnerOrders {
     const VisitRun& run = runs_[i_run];
     return places_[run.places[inner_.at(run.kind)[k]]];
   }
-  /// What the inner order of a kind decides, as long as the other kinds keep theirs.
+  /// Costs that the inner order of a kind decides, as long as the other kinds keep theirs.
   internal::PathCosts costs_of(std::size_t kind) const {
     const Order& of_kind = runs_of_.at(kind);
     const auto n = static_cast<Eigen::Index>(inner_.at(kind).size());

@@ -106,7 +106,7 @@ class Cells {
       for_each_in_ring(x, y, ring, [&](std::size_t i) {
         if (counts(i)) found.emplace_back(visit_distance_mm(p, places_[i]), i);
       });
-      // What lies in farther rings is at least this far.
+      // Places in farther rings are at least this far.
       const double sure_mm = ring * side_mm_;
       const auto n_sure = std::ranges::count_if(
           found, [sure_mm](const auto& candidate) { return candidate.first <= sure_mm; });

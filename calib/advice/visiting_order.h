@@ -10,7 +10,7 @@
 
 namespace panelcal {
 
-/// How far it is from place to place in this order, from the first to the last.
+/// Length of the way from place to place in this order, from the first to the last.
 Length way_length(std::span<const Position<frame::Nominal>> places,
                   std::span<const std::size_t> order);
 

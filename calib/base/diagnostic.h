@@ -11,7 +11,7 @@ namespace panelcal {
 
 enum class Severity : std::uint8_t { Warning, Error };
 
-/// Whose fault it is: this decides the exit code (docs: contract, "Exit codes").
+/// Party at fault: this decides the exit code (docs: contract, "Exit codes").
 enum class Fault : std::uint8_t { Input, Gate, Device, Internal };
 
 /// Every problem panelcal can report; the catalogue is diagnostic_codes.def.

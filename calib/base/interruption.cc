@@ -54,7 +54,7 @@ void heed_interruptions() {
   sigemptyset(&action.sa_mask);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction present {};
-    // What a caller ignores, as nohup does, stays ignored.
+    // A signal that the caller ignores, as nohup does, stays ignored.
     if (sigaction(signal, nullptr, &present) == 0 && present.sa_handler == SIG_IGN) continue;
     sigaction(signal, &action, nullptr);
   }

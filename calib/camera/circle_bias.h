@@ -8,7 +8,7 @@
 
 namespace panelcal {
 
-/// How far the centre of a disc's picture lies from the picture of the disc's centre, to second
+/// Displacement of the centre of a disc's picture from the picture of the disc's centre, to second
 /// order in its radius.
 ///
 /// Under a tilt the near half of a disc looks larger, under a bending lens the outer half larger or

@@ -9,8 +9,7 @@
 
 namespace panelcal {
 
-/// Which parameters of the camera model are free, from stiff to soft; each form has all of the one
-/// before it.
+/// Free parameters of the camera model, from stiff to soft; each form has all of the one before it.
 enum class CameraForm {
   Flat,          ///< scale, rotation
   Radial,        ///< and k1

@@ -23,7 +23,7 @@ class CameraMapping {
   struct Parameters {
     double scale_mm_per_px = 0.01;
     double rotation_rad = 0;
-    /// Where the optical axis meets the picture.
+    /// Point at which the optical axis meets the picture.
     Eigen::Vector2d axis_px = Eigen::Vector2d::Zero();
     double k1_per_px2 = 0;
   };

@@ -5,7 +5,7 @@
 
 namespace panelcal {
 
-/// Which shift a chart looks for.
+/// Shift that a chart looks for.
 enum class Shift : std::uint8_t { Up, Both };
 
 /// A chart of cumulative sums of one standard score: of all charts with the same rate of false

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 
 namespace panelcal {
 

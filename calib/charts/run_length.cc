@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/distributions.h"
-#include "calib/base/quadrature.h"
+#include "calib/base/statistics/distributions.h"
+#include "calib/base/statistics/quadrature.h"
 #include <Eigen/LU>
 
 namespace panelcal {

@@ -3,8 +3,8 @@
 
 namespace panelcal {
 
-// How many nights a control chart runs, on the average, from its start to a false alarm, if the
-// scores it is fed are independent and standard normal; and the limit for a wanted number.
+// The number of nights that a control chart runs, on the average, from its start to a false alarm,
+// if the scores it is fed are independent and standard normal; and the limit for a wanted number.
 //
 // Both by the integral equation of the run length, whose kernel is smooth, so that Gauss and
 // Legendre's rule converges exponentially; a Markov chain of cells (Brook and Evans 1972) has the

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -9,8 +9,8 @@
 
 namespace panelcal {
 
-/// How much scatter a night showed: of detections about a hole (a dirty lens), or of holes about
-/// the fit (a worn drill).
+/// Scatter that a night showed: of detections about a hole (a dirty lens), or of holes about the
+/// fit (a worn drill).
 struct SpreadPoint {
   std::chrono::sys_seconds time{};
   double variance = 0;            ///< as estimated that night, in a unit of the caller's

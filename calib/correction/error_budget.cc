@@ -9,7 +9,7 @@
 namespace panelcal {
 namespace {
 
-/// What the fits make of the errors at the targets.
+/// Errors at the targets as the fits pass them on.
 struct TargetTerms {
   Eigen::Matrix2d detector = Eigen::Matrix2d::Zero();
   Eigen::Matrix2d camera = Eigen::Matrix2d::Zero();

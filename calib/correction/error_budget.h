@@ -12,7 +12,7 @@
 
 namespace panelcal {
 
-/// Which holes an error moves together.
+/// Group of holes that an error moves together.
 enum class SharedBy : std::uint8_t {
   AllHoles,    ///< the same shift of every hole; no further target makes it smaller
   Camera,      ///< one error of all holes whose targets this camera saw; nor does it here
@@ -30,8 +30,8 @@ struct BudgetTerm {
   Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();
 };
 
-/// Where the uncertainty of a hole comes from. Sources are independent, so the covariances add up
-/// to the hole's own. Sources that are zero are listed too: it is worth knowing what was left out.
+/// Sources of a hole's uncertainty. Sources are independent, so the covariances add up to the
+/// hole's own. Sources that are zero are listed too: it is worth knowing what was left out.
 using ErrorBudget = std::vector<BudgetTerm>;
 
 Eigen::Matrix2d total_mm2(const ErrorBudget& budget);

@@ -33,7 +33,7 @@ struct HoleShiftSummary {
   Position<frame::Nominal> worst_hole;  ///< the first hole that has it
   Displacement<frame::Actual> worst_shift;
   Length p95;  ///< 95 % of the holes (at least) move by no more than this: nearest rank
-  /// How far p95 may be off, as a part of it: 0 up to kMaxExactHoles.
+  /// Greatest relative error of p95: 0 up to kMaxExactHoles.
   double p95_relative_error = 0;
   Length mean;  ///< of the lengths
   Length rms;

@@ -18,7 +18,7 @@ struct SpindleCameraOffset {
   Position<frame::Machine> spindle_to_see(const Position<frame::Machine>& p) const {
     return p - offset;
   }
-  /// Where the camera looks while the spindle axis is at s.
+  /// Place at which the camera looks while the spindle axis is at s.
   Position<frame::Machine> optical_axis(const Position<frame::Machine>& s) const {
     return s + offset;
   }

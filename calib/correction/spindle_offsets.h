@@ -12,7 +12,7 @@
 
 namespace panelcal {
 
-/// Which spindle drills at which work station; both count from 1.
+/// A spindle, and the work station at which it drills; both count from 1.
 struct SpindleAt {
   int spindle = 1;
   int station = 1;
@@ -35,7 +35,7 @@ struct OffsetOrder {
   int number = 1;
 };
 
-/// Where one spindle's point lies from another's.
+/// Place of one spindle's point as seen from another's.
 struct SpindleDistance {
   Displacement<frame::Machine> distance;
   Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();

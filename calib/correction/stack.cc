@@ -55,7 +55,8 @@ Matrix6d whole_by_base(const BaseFit& base, const NestedFit* nested) {
          by_outer(base.map.map) * answer_to_base(*nested, base);
 }
 
-/// What a slot does not show may hold anything, and must not come through a gain of zero.
+/// A coordinate that a slot does not show may hold anything, and must not come through a gain of
+/// zero.
 template <class Target>
 void keep_what_shows(ObservedAxes axes, Target& target) {
   for (const int axis : {0, 1}) {

@@ -63,14 +63,14 @@ class CorrectionStack {
 
   /// The panel is bent: affine maps below are only the nearest ones, places are not theirs.
   bool is_bent() const { return smooth_ && smooth_->panel->is_bent(); }
-  /// Where a place is, and a nested target is looked for.
+  /// Place after the base fit, at which a nested target is looked for.
   Position<frame::Base> base_of(const Position<frame::Nominal>& nominal) const {
     return is_bent() ? smooth_->panel->map(nominal) : base_map_(nominal);
   }
   Position<frame::Actual> actual_of(const Position<frame::Nominal>& nominal) const {
     return is_bent() ? position_mm<frame::Actual>(base_of(nominal).in_mm()) : whole_.map(nominal);
   }
-  /// Where a hole is drilled, with all that drilled_from_nominal() counts.
+  /// Place at which a hole is drilled, with all that drilled_from_nominal() counts.
   PositionEstimate<frame::Actual> drilled(const Position<frame::Nominal>& nominal) const {
     return smooth_ ? drilled_smooth(nominal) : drilled_(nominal);
   }
@@ -88,7 +88,7 @@ class CorrectionStack {
     return drilled_;
   }
 
-  /// How the whole map answers to what was measured; first order, as above.
+  /// Response of the whole map to the measurements; first order, as above.
   struct TargetInfluence {
     Eigen::Matrix<double, 6, 2> by_measured;
     Eigen::Matrix2d cov_mm2;  ///< as the fit took it
@@ -102,7 +102,7 @@ class CorrectionStack {
   const SmoothPanelFit<frame::Base, frame::Nominal>* smooth() const {
     return smooth_ ? smooth_->panel.get() : nullptr;
   }
-  /// How a place of smooth() answers to what was measured.
+  /// Response of a place of smooth() to the measurements.
   struct PlaceInfluence {
     Eigen::Matrix2d by_measured;
     Eigen::Matrix2d cov_mm2;  ///< as the fit took it

@@ -26,7 +26,7 @@ struct TableGrid {
   bool is_valid() const;
 };
 
-/// Where a machine's stage really stands: commanded place -> actual place.
+/// True position of a machine's stage: commanded place -> actual place.
 ///
 ///   actual = c + E(c),   E a bicubic B-spline on the grid, one coefficient (mm, mm) a knot
 ///

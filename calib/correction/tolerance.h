@@ -37,8 +37,7 @@ struct ToolTolerance {
   DepthTolerance depth;
 };
 
-/// How far holes may be from where and how deep they belong, and how sure one has to be of it:
-/// [tolerance].
+/// Greatest errors of holes in place and depth, and the required confidence: [tolerance].
 struct Tolerances {
   std::optional<Length> position;    ///< radius, for tools of which no row says more
   DepthTolerance depth;              ///< likewise
@@ -48,10 +47,10 @@ struct Tolerances {
 
   bool asks_positions() const;
   bool asks_depths() const;
-  /// How far a hole of this tool may be off; `diameter` is what the program says. Absent where
-  /// nothing is asked of the tool, and where problem() is not empty.
+  /// Greatest error in place of a hole of this tool; `diameter` is what the program says. Absent
+  /// where nothing is asked of the tool, and where problem() is not empty.
   std::optional<Length> radius(int tool, std::optional<Length> diameter) const;
-  /// How wrong the depths of this tool may be: all of the tool's row, if it says anything.
+  /// Greatest error of this tool's depths: all of the tool's row, if it says anything.
   DepthTolerance depth_of(int tool, std::optional<Length> diameter) const;
   /// The reason why the tool's tolerance is not valid; empty if it is.
   std::string problem(int tool, std::optional<Length> diameter) const;

@@ -30,11 +30,11 @@ struct ChangeFound {
   std::size_t i_last = 0;        ///< with a probability of 90 %
   Eigen::VectorXd size;          ///< the step, or the slope a day; in the series' unit
   Eigen::VectorXd size_sigma;
-  std::vector<std::size_t> axes;  ///< which changed: those of more than three sigma
+  std::vector<std::size_t> axes;  ///< axes that changed: those of more than three sigma
 };
 
-/// How likely a change is held before looking: one kind in a series with this probability, equally
-/// on every night; a step as large as 3 to 300 nightly sigma, a slope that many a month.
+/// Prior probability of a change: one kind in a series with this probability, equally on every
+/// night; a step as large as 3 to 300 nightly sigma, a slope that many a month.
 inline constexpr double kChangeBefore = 0.1;
 
 /// Compares "no change" with a step or a slope that begins on any night, axis by axis against the

@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

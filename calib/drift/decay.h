@@ -38,7 +38,7 @@ struct Decay {
   double amplitude() const;
 };
 
-/// When |value - rest| stays below a limit, with one standard deviation.
+/// Time from which |value - rest| stays below a limit, with one standard deviation.
 struct DecayTime {
   double time = 0;
   double sigma = 0;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "calib/base/clock.h"
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include "calib/drift/amount.h"
 #include <fmt/format.h>
 
@@ -54,7 +54,7 @@ double chance_of_length(const DriftPrediction& prediction,
   return sum;
 }
 
-/// What a tolerance is held against.
+/// The size of an error that a tolerance is held against.
 double size_of(const Eigen::VectorXd& error) {
   return error.size() <= 2 ? error.norm() : error.lpNorm<Eigen::Infinity>();
 }

@@ -26,7 +26,7 @@ struct DriftPriors {
   double warm_up = 0.010;     ///< standard deviation of what a cold machine is off, mean zero
 };
 
-/// How a series is modelled.
+/// Model of a series.
 struct DriftOptions {
   DriftPriors priors;
   double reference_c = 20;  ///< to which values are reduced

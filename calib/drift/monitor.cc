@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/charts/run_length.h"
 #include "calib/drift/amount.h"
 #include <fmt/format.h>

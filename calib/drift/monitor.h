@@ -16,7 +16,7 @@
 
 namespace panelcal {
 
-/// Which chart alarms, and so what it looks like.
+/// The chart that alarms, and so the kind of change that it looks like.
 enum class DriftChart : std::uint8_t {
   Night,    ///< this night by itself: a step
   Average,  ///< the last nights together, in any direction: a shift that stays
@@ -42,13 +42,13 @@ struct WatchedNight {
   std::vector<DriftAlarm> alarms;
 };
 
-/// How often it may cry wolf, and what it looks for.
+/// Rate of false alarms, and the changes that the monitor looks for.
 struct WatchOptions {
   double nights_per_false_alarm = 1000;  ///< on the average, of all charts together; 20 to 1e5
   double average_weight = 0.1;           ///< of tonight; smaller sees smaller shifts, later
   double allowance = 0.25;               ///< of the sums, in standard deviations
-  /// How far it may move before that is said, in the series' unit (here mm), however slowly and
-  /// however usual that is of this machine. No false alarm when it comes, so not in the rate.
+  /// Greatest move that is not reported, in the series' unit (here mm), however slowly and however
+  /// usual that is of this machine. No false alarm when it comes, so not in the rate.
   std::optional<double> moved = 0.006;
 
   /// Fails  calibration-invalid: the message names field, value and bound
@@ -99,7 +99,7 @@ class DriftMonitor {
 
   DriftModel model_;
   std::optional<double> moved_;
-  std::optional<Eigen::VectorXd> anchor_;  ///< where it was
+  std::optional<Eigen::VectorXd> anchor_;  ///< value that Moved is measured from
   double night_limit_;
   EwmaChart average_;
   std::vector<CusumChart> sums_;

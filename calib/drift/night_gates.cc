@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/charts/run_length.h"
 #include "calib/drift/amount.h"
 #include "calib/drift/monitor.h"
@@ -134,7 +134,7 @@ class Examination {
   std::vector<NightGate> gates_;
 };
 
-/// Whether the one in force may stay, with the reason appended.
+/// True if the one in force may stay, with the reason appended.
 Expected<bool> may_keep(const DriftModel& model,
                         const NightResult& result,
                         const std::optional<Eigen::VectorXd>& in_force,

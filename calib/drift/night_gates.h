@@ -27,7 +27,7 @@ struct NightGate {
 struct NightResult {
   DriftPoint point;
   std::string used = "holes";  ///< data of the fit: holes, views, pictures
-  int n_used = 0;              ///< how many of them
+  int n_used = 0;              ///< their number
   int n_outliers = 0;          ///< that it left out
   /// The chance that healthy residuals show as much structure (a trend over the coupon), by the
   /// fit's F test; absent where there were too few for one.

@@ -7,9 +7,9 @@
 
 namespace panelcal {
 
-/// How much of a warm-up may still be to come after the last sample, at most: the samples decide
-/// when they are enough themselves, so that the best fit would stop at the first piece of noise
-/// that looks like an end.
+/// Greatest part of a warm-up that may still come after the last sample: the samples decide when
+/// they are enough themselves, so that the best fit would stop at the first piece of noise that
+/// looks like an end.
 ///
 ///   value(t) = warm + c exp(-t / T),   rest = |c| exp(-t_last / T) with two of its sigmas
 ///

@@ -17,7 +17,7 @@ struct DriftPoint {
   Eigen::VectorXd value;                ///< one number an axis, in the series' unit
   Eigen::MatrixXd cov;                  ///< of value, as the calibration states it
   std::optional<double> temperature_c;  ///< of the machine
-  /// How long the machine had been running. Absent where every calibration comes after the same
+  /// Time since the machine was started. Absent where every calibration comes after the same
   /// warm-up, as in a night: what that leaves is then part of the value.
   std::optional<Time> since_start;
   /// Something was changed knowingly since the night before (a camera mounted anew, a person who

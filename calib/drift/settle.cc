@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/chi_square.h"
+#include "calib/base/statistics/chi_square.h"
 #include "calib/drift/decay.h"
 #include <fmt/format.h>
 

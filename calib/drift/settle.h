@@ -12,7 +12,7 @@
 
 namespace panelcal {
 
-/// Where a mark was seen so long after the stage had been told that it had arrived.
+/// Place of a mark, seen this long after the stage reported its arrival.
 struct SettleView {
   Time since_move;
   PositionEstimate<frame::Optical> seen;
@@ -24,7 +24,7 @@ enum class SettleMotion : std::uint8_t {
   Vibrating,  ///< an oscillation that dies out
 };
 
-/// How a stage comes to rest.
+/// Course of a stage that comes to rest.
 struct SettleTime {
   SettleMotion motion = SettleMotion::Still;
   Time wait;   ///< after which the error stays below the limit; 0 where it never is above

@@ -17,12 +17,12 @@ struct WarmUpSample {
   double sigma = 0;       ///< of each axis, above 0
 };
 
-/// How a machine warms up.
+/// Course of a machine's warm-up.
 struct WarmUp {
   bool is_seen = false;  ///< false: warm and cold do not differ as far as the samples tell
   Time time_constant;
   Time time_constant_sigma;
-  Eigen::VectorXd warm;         ///< where the values go
+  Eigen::VectorXd warm;         ///< values at the end
   Eigen::VectorXd cold_offset;  ///< cold minus warm
   Time wait;                    ///< until less than the limit is left; 0 if that never is more
   Time wait_sigma;

@@ -45,7 +45,7 @@ double normal_share(double x) {
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// How far inside a convex area a place lies; negative outside.
+/// Depth of a place inside a convex area; negative outside.
 double depth_mm(const std::array<Eigen::Vector2d, 4>& corners, const Eigen::Vector2d& place_mm) {
   double area = 0;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -155,7 +155,7 @@ class AssignmentSearch {
     return out;
   }
 
-  /// What everything that is left out so far costs at least; infinite if it cannot be.
+  /// Least cost of everything that is left out so far; infinite if it cannot be.
   double absent_cost(std::size_t n_decided, const ConstellationMap& map) const {
     double cost = 0;
     for (std::size_t k = 0; k < n_decided; ++k) {

@@ -36,7 +36,7 @@ std::string_view name(Presence presence);
 struct Combination {
   std::vector<std::optional<std::size_t>> choice;  ///< index into the target's candidates
   std::vector<Presence> presence;
-  std::vector<Eigen::Vector2d> predicted_mm;           ///< where the panel's map has each target
+  std::vector<Eigen::Vector2d> predicted_mm;           ///< place of each target by the panel's map
   Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();  ///< mean of predicted minus expected
   double rotation_rad = 0;
   double log_weight = 0;   ///< evidence, natural logarithm

@@ -10,7 +10,7 @@
 // Not installed.
 namespace panelcal::internal {
 
-/// Where a map has a target, and how well that is known: the residual of healthy panels included.
+/// Place of a target by a map, with its uncertainty: the residual of healthy panels included.
 struct Prediction {
   Eigen::Vector2d place_mm;
   Eigen::Matrix2d cov_mm2;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/chi_square.h"
+#include "calib/base/statistics/chi_square.h"
 #include "calib/faults/stories.h"
 #include "calib/faults/words.h"
 
@@ -39,7 +39,7 @@ std::vector<Cause> weighed(const std::vector<FaultStory>& stories) {
   for (const FaultStory& story : stories) {
     const double weight = std::exp(story.log_weight - greatest);
     sum += weight;
-    // What cannot be listed needs no place in the list.
+    // A term too small to be listed needs no place in the list.
     if (weight < 1e-12) continue;
     const auto known = std::ranges::find_if(
         causes, [&](const Cause& cause) { return is_same_cause(cause.best, story); });

@@ -20,7 +20,7 @@ template <class To, class From>
 struct ExaminedTarget {
   TargetPair<To, From> pair;
   std::optional<double> score;  ///< of its picture, 0 to 1
-  std::string name;             ///< how people know it: "G36 target 3 in line 12"
+  std::string name;             ///< name for people: "G36 target 3 in line 12"
   /// The pair's without what the machine adds; absent: it adds nothing.
   std::optional<Eigen::Matrix2d> picture_cov_mm2 = std::nullopt;
 };

@@ -14,7 +14,8 @@ constexpr double kPriorPad = 0.35;
 constexpr double kPriorDamaged = 0.3;
 constexpr double kPriorFocus = 0.05;
 
-/// How much likelier a bad picture is with a cause than with a healthy target, and a good one.
+/// Likelihood ratio of a bad picture under a cause and under a healthy target, and that of a good
+/// one.
 struct PictureOdds {
   double bad;
   double good;

@@ -9,7 +9,7 @@
 #include "calib/panel/gates.h"
 #include <Eigen/Core>
 
-// How well a story of what was measured explains it, weighed against other stories: the marginal
+// The evidence for a story of what was measured, weighed against other stories: the marginal
 // likelihood, in which a story pays for everything that it leaves open.
 namespace panelcal::internal {
 
@@ -34,8 +34,8 @@ struct ToldTarget {
   ObservedAxes axes = ObservedAxes::Both;
 };
 
-/// How a panel lies that is not just a little off: to = turn (from) + shift, and on top of it what
-/// a PanelBelief allows.
+/// Pose of a panel that is not just a little off: to = turn (from) + shift, and on top of it what a
+/// PanelBelief allows.
 struct Lie {
   Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();
   Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();

@@ -19,7 +19,7 @@ constexpr double kPriorLie = 0.01;
 constexpr double kPinned_mm = 5;
 /// Deviations of this many standard deviations are still looked for.
 constexpr double kPlacementReach = 4;
-/// What a camera sees by itself is not farther from where it looks.
+/// Greatest distance of a mark that a camera sees by itself from the place that it looks at.
 constexpr double kGreatestView_mm = 25;
 /// Assignments of pads that are weighed for one lie; regular grids of pads give very many.
 constexpr std::size_t kMostAssignments = 2000;
@@ -203,7 +203,7 @@ class Matching {
   std::size_t second_ = 0;
 };
 
-/// How many pads there are; unlike KnownPads::within it does not sort what may be all of them.
+/// Number of pads; unlike KnownPads::within it does not sort what may be all of them.
 std::size_t count_within(const KnownPads& pads,
                          const Eigen::Vector2d& place_mm,
                          double radius_mm,

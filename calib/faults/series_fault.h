@@ -40,8 +40,8 @@ struct SeriesFault {
   std::vector<Suspicion> suspicions;  ///< the likeliest first; several if data cannot tell
   /// The one target that lies, whatever the reason, with a probability above kNamed.
   std::optional<std::size_t> i_outlier;
-  /// Whether the panel lies turned or mirrored so that pads were taken for the targets was weighed
-  /// too. False: limits or noise allow too many ways.
+  /// True if it was also weighed that the panel lies turned or mirrored, so that pads were taken
+  /// for the targets. False: limits or noise allow too many ways.
   bool weighs_taken_pads = true;
   /// The outlier was left out, and the others fit each other and the limits.
   bool is_resolved = false;

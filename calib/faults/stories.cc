@@ -17,7 +17,7 @@ constexpr double kPriorSofter = 0.05;
 constexpr double kPriorFar = 0.03;
 constexpr double kPriorMoved = 0.03;
 
-/// How far outside the limits a panel may lie and still be the same panel.
+/// Greatest distance outside the limits at which a panel is still the same panel.
 constexpr double kFarOffset_mm = 100;
 constexpr double kFarRotation_rad = 0.1;
 constexpr double kFarStretch = 0.02;

@@ -13,7 +13,7 @@
 
 namespace panelcal::internal {
 
-/// How the panel lies in a story, or what else tells two stories of one cause apart.
+/// Pose of the panel in a story, or another property that tells two stories of one cause apart.
 enum class StoryKind : std::uint8_t {
   Plain,
   QuarterLeft,   ///< 90 degrees counter-clockwise

@@ -32,7 +32,7 @@ std::string pad_name(const KnownPad& pad) {
   return out;
 }
 
-/// What is known of the place where a target was seen that should be elsewhere.
+/// Facts about the place of a target that was seen there and should be elsewhere.
 std::string damaged_words(const FaultStory& story, const Series& series) {
   const ToldTarget& target = series.targets[*story.i_point];
   const bool sees_place = target.axes == ObservedAxes::Both &&
@@ -110,7 +110,7 @@ std::string far_words(const Evidence& told, const Series& series) {
       (d.scale_y - 1) * 1e6);
 }
 
-/// What the model leaves out, as far as the affine map has it.
+/// The deformation that the model leaves out, as far as the affine map has it.
 std::string softer_words(const Evidence& told, PanelModel model) {
   const PanelDeformation d = deformation_of(told.linear);
   std::string what;

@@ -2,10 +2,10 @@
 #include <memory>
 #include <string>
 
-#include "calib/ledger/chain.h"
-#include "calib/ledger/file.h"
+#include "calib/ledger/database/chain.h"
+#include "calib/ledger/database/file.h"
+#include "calib/ledger/database/sqlite.h"
 #include "calib/ledger/ledger.h"
-#include "calib/ledger/sqlite.h"
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <utility>
 
-#include "calib/base/digest.h"
-#include "calib/ledger/chain.h"
-#include "calib/ledger/entry_text.h"
-#include "calib/ledger/file.h"
-#include "calib/ledger/rows.h"
-#include "calib/ledger/sqlite.h"
+#include "calib/base/files/digest.h"
+#include "calib/ledger/database/chain.h"
+#include "calib/ledger/database/file.h"
+#include "calib/ledger/database/rows.h"
+#include "calib/ledger/database/sqlite.h"
+#include "calib/ledger/entry/entry_text.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -19,7 +19,7 @@ using internal::SqliteConnection;
 using internal::SqliteStatement;
 using internal::SqliteTransaction;
 
-/// What stands in the place of a calibration where there is none; JSON like the others.
+/// Text in the place of a missing calibration; JSON like the others.
 constexpr std::string_view kNoResult = "null";
 
 Diagnostic invalid_ledger(const SqliteConnection& connection,
@@ -72,7 +72,7 @@ Expected<void> settle_replaced(SqliteConnection& connection, LedgerRecord& recor
   return {};
 }
 
-/// Whether what is recorded now would be found again under the ledger's name.
+/// Checks that an entry recorded now would be found again under the ledger's name.
 Expected<void> check_in_place(SqliteConnection& connection) {
   if (!connection.has_moved()) return internal::check_version(connection);
   return failure({Code::DeviceWrite,

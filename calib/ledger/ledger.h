@@ -15,10 +15,10 @@
 
 #include "calib/base/clock.h"
 #include "calib/base/expected.h"
-#include "calib/ledger/entry.h"
-#include "calib/ledger/filter.h"
-#include "calib/ledger/head.h"
-#include "calib/ledger/options.h"
+#include "calib/ledger/database/head.h"
+#include "calib/ledger/database/options.h"
+#include "calib/ledger/entry/entry.h"
+#include "calib/ledger/entry/filter.h"
 
 namespace panelcal {
 

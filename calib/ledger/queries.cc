@@ -3,12 +3,12 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/digest.h"
-#include "calib/ledger/chain.h"
-#include "calib/ledger/file.h"
+#include "calib/base/files/digest.h"
+#include "calib/ledger/database/chain.h"
+#include "calib/ledger/database/file.h"
+#include "calib/ledger/database/rows.h"
+#include "calib/ledger/database/sqlite.h"
 #include "calib/ledger/ledger.h"
-#include "calib/ledger/rows.h"
-#include "calib/ledger/sqlite.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/panel/model.h"
 #include "calib/panel/system.h"
 #include <Eigen/QR>

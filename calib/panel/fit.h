@@ -111,7 +111,7 @@ struct PanelFitResult {
 /// Fails  TooFewTargets; Degenerate; BadCovariance
 /// Cost   O(n); allocates the results only
 /// Source CNC-7 manual, Vision Assist, G36; Umeyama 1991 (rigid start); Bjorck 1996 (covariance)
-/// See    tests/calib/panel/fit_test.cc, tests/calib/panel/fit_slots_test.cc
+/// See    tests/calib/panel/fit_test.cc, tests/calib/panel/slots/fit_slots_test.cc
 template <class To, class From>
 PanelFitResult<To, From> fit_panel(std::span<const TargetPair<To, From>> pairs, PanelModel model) {
   internal::RawFitResult result = internal::fit_raw(internal::raw_pairs(pairs), model);

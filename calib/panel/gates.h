@@ -22,7 +22,7 @@ struct GateLimits {
   std::optional<Angle> rotation;      ///< of the panel, either way
   std::optional<double> stretch_ppm;  ///< largest |scale - 1|, and |shear|, in 1e-6
   std::optional<Length> offset;       ///< of the targets' centroid
-  /// How often a healthy series may be accused of not fitting, by the chi-square test; absent:
+  /// Rate at which healthy series may be refused for their fit, by the chi-square test; absent:
   /// there is no such test. A series that another limit refuses is examined for the cause in any
   /// case.
   std::optional<double> false_alarm;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/panel/misfit.h"
 
-#include "calib/base/chi_square.h"
+#include "calib/base/statistics/chi_square.h"
 
 namespace panelcal::internal {
 

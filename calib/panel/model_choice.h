@@ -12,7 +12,7 @@
 
 namespace panelcal {
 
-/// Whether a series may get a smooth model, or only a line in the report.
+/// Use of smooth models: a series may get one, or only a line in the report.
 enum class SmoothModels : std::uint8_t { Compared, Eligible };
 
 namespace internal {
@@ -46,7 +46,7 @@ inline constexpr double kNoWeight = 0.01;
 
 }  // namespace internal
 
-/// How much better, in Akaike's criterion, a model has to be than a stiffer one.
+/// Advantage in Akaike's criterion that a model needs over a stiffer one.
 inline constexpr double kWorthASofterModel = 2;
 
 /// Compares all models that the targets determine, from stiff to soft, and marks one as chosen.

@@ -8,7 +8,7 @@
 
 namespace panelcal {
 
-/// How well one model explains a series, for comparing.
+/// Score of one model for a series, for comparing.
 struct ModelScore {
   PanelModel model = PanelModel::Offset;
   bool is_smooth = false;  ///< a bending on top of the affine map (calib/panel/smooth_panel.h)

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/panel/smoothing.h"
 #include "calib/panel/system.h"
 #include <Eigen/LU>

@@ -80,7 +80,7 @@ struct RawSmooth {
 
 std::optional<RawSmooth> fit_smooth_raw(std::span<const RawPair> pairs);
 
-/// Whether the map keeps every piece of the panel the right way round: the jacobian's determinant
+/// True if the map keeps every piece of the panel the right way round: the jacobian's determinant
 /// is positive all over the targets' rectangle and a quarter of its sides around it, by sampling.
 bool is_unfolded(const RawSmooth& smooth, std::span<const RawPair> pairs);
 

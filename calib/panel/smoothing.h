@@ -5,7 +5,7 @@
 
 namespace panelcal::internal {
 
-/// How strong the bending of a panel may be, each with its weight.
+/// Possible strengths of a panel's bending, each with its weight.
 ///
 /// In coordinates where both are diagonal, what an affine map leaves of the data is
 ///

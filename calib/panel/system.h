@@ -28,7 +28,7 @@ inline constexpr double kSingularCovariance = 1e-12;
 inline constexpr double kLeastSigma_mm = 1e-12;
 inline constexpr double kGreatestSigma_mm = 1e12;
 
-/// Where the targets lie; fits are done in (p - center) / scale.
+/// Centre and scale of the targets' places; fits are done in (p - center) / scale.
 struct Spread {
   Eigen::Vector2d from_center_mm = Eigen::Vector2d::Zero();
   Eigen::Vector2d to_center_mm = Eigen::Vector2d::Zero();  ///< of what is observed, by coordinate
@@ -62,7 +62,7 @@ inline bool has_slots(std::span<const RawPair> pairs) {
 
 Spread spread_of(std::span<const RawPair> pairs);
 
-/// Where the target was seen from the centre; 0 where it was not.
+/// Measured place of the target from the centre; 0 along an axis that was not measured.
 inline Eigen::Vector2d seen_from_center(const RawPair& pair, const Spread& spread) {
   return observed_part(pair.to_mm - spread.to_center_mm, pair.axes);
 }

@@ -32,7 +32,7 @@ struct TargetPair {
   ObservedAxes axes = ObservedAxes::Both;
   /// Not seen by the fit: what `measured` shares with other targets, see CorrectionStack.
   CameraJacobian by_camera = CameraJacobian::Zero();
-  int i_camera = 0;    ///< whose calibration that is, as MachineUncertainty counts
+  int i_camera = 0;    ///< index of the camera's calibration, as MachineUncertainty counts
   int n_arrivals = 1;  ///< of the stage, of which `measured` is the mean
 };
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
-#include "calib/base/strict_json.h"
-#include "calib/camera/calibration_file.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/strict_json.h"
+#include "calib/camera/calibration/calibration_file.h"
 #include <Eigen/Core>
 #include <fmt/format.h>
 
@@ -79,7 +79,7 @@ Expected<void> check_spindle_offset(const SpindleQuality& quality,
                                       "counts and scatters from 0, and finite numbers"));
 }
 
-/// What the types cannot say.
+/// Checks what the types cannot express.
 Expected<void> check_spindle_offset(const SpindleCalibration& calibration,
                                     const std::string& file) {
   if (calibration.offsets.empty()) {

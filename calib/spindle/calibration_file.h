@@ -14,7 +14,7 @@
 
 namespace panelcal {
 
-/// How an offset was found: for those who compare nights. Nothing is computed with it.
+/// Circumstances of the fit of an offset, for comparing nights. Nothing is computed with it.
 struct SpindleQuality {
   int n_holes = 0;     ///< that the offset is made of
   int n_looks = 0;     ///< at them
@@ -27,7 +27,7 @@ struct SpindleQuality {
   friend bool operator==(const SpindleQuality&, const SpindleQuality&) = default;
 };
 
-/// When and how well the offset of one spindle was found.
+/// Offset of one spindle with its date and quality.
 struct SpindleOffsetRecord {
   std::chrono::sys_seconds date{};
   std::optional<SpindleQuality> quality;

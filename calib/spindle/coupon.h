@@ -9,8 +9,8 @@
 
 namespace panelcal {
 
-/// How the stage came to rest: per axis +1 moving up, -1 moving down, 0 if that is not known or
-/// makes no difference.
+/// Direction from which the stage came to rest: per axis +1 moving up, -1 moving down, 0 if that is
+/// not known or makes no difference.
 struct Approach {
   int x = 0;
   int y = 0;
@@ -19,8 +19,8 @@ struct Approach {
 
 /// One look at a hole. Several pictures without a move in between are one look.
 struct CouponView {
-  Position<frame::Machine> spindle;       ///< where the stage stood; not where its camera looked
-  Approach approach;                      ///< how it came there
+  Position<frame::Machine> spindle;       ///< place of the stage, not of its optical axis
+  Approach approach;                      ///< direction from which it came
   PositionEstimate<frame::Optical> seen;  ///< of the hole's middle
   /// d seen / d camera parameters, whose error all looks share; see SpindleCameraFit::by_camera.
   CameraJacobian by_camera = CameraJacobian::Zero();
@@ -28,8 +28,8 @@ struct CouponView {
 
 /// A hole of the coupon and all looks at it.
 struct CouponHole {
-  Position<frame::Machine> drilled;  ///< where the spindle was sent to
-  Approach approach;                 ///< how it came there
+  Position<frame::Machine> drilled;  ///< place to which the spindle was sent
+  Approach approach;                 ///< direction from which it came
   std::vector<CouponView> views;     ///< one or more
 };
 

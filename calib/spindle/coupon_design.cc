@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {
@@ -34,7 +34,7 @@ bool is_sound_view(const CouponView& view) {
          c(0, 0) * c(1, 1) > c(0, 1) * c(1, 0);
 }
 
-/// What a look says the offset is.
+/// Offset by one look.
 Eigen::Vector2d value_mm(const CouponHole& hole, const CouponView& view) {
   return (hole.drilled - view.spindle).in_mm() - view.seen.position.in_mm();
 }

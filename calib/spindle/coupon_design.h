@@ -17,7 +17,7 @@ namespace panelcal::internal {
 /// Half the difference of the approaches of drilling and looking: what backlash is multiplied by.
 Eigen::Vector2d approach_difference(const CouponHole& hole, const CouponView& view);
 
-/// Whether every number is finite, every approach one, every covariance positive definite, and
+/// True if every number is finite, every approach one, every covariance positive definite, and
 /// every hole was looked at.
 bool is_sound(std::span<const CouponHole> holes);
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/base/chi_square.h"
+#include "calib/base/statistics/chi_square.h"
 
 namespace panelcal {
 

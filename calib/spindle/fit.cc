@@ -6,8 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "calib/base/chi_square.h"
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/chi_square.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/spindle/coupon_design.h"
 #include "calib/spindle/f_exceedance.h"
 #include "calib/spindle/variance_components.h"
@@ -34,7 +34,7 @@ constexpr double kUnequalAxes = 0.001;
 /// Narrower than that, holes were seen at one place of the picture.
 constexpr double kLeastPictureSpread_mm = 0.05;
 constexpr double kLeastCouponSpread_mm = 1e-3;
-/// Who needs more holes than that needs another drill.
+/// A drill that needs more holes than this has to be replaced.
 constexpr int kMostHoles = 1'000'000;
 constexpr int kMostViews = 1000;
 
@@ -75,7 +75,7 @@ double chance_of_hole(const Model& model, const MixedFit& others, std::size_t i_
   return f_exceedance(t2 / 2, 2, others.degrees_of_freedom.head<2>().minCoeff());
 }
 
-/// Which holes are left out, and how likely each suspect was.
+/// Holes that are left out, with the probability of each suspect.
 struct Suspects {
   std::size_t n_outliers = 0;  ///< at the far end of `order`
   Indices order;               ///< nearest first
@@ -126,7 +126,7 @@ std::optional<ResidualTrend> trend_of(const Model& model,
   const auto with_trend = internal::fit_mixed(
       internal::observations_of(model.holes, used, model.backlash, &design), fit.model);
   if (!with_trend) return std::nullopt;
-  // What a look says of the offset turns the other way than what it sees.
+  // The offset by a look turns the other way than the place that it sees.
   const Eigen::Vector2d slope = -with_trend->fixed.tail<2>() / design.spread_mm;
   const Eigen::Matrix2d cov =
       with_trend->cov.bottomRightCorner<2, 2>() / (design.spread_mm * design.spread_mm);
@@ -158,7 +158,7 @@ double inflation(double n_free) {
   return std::isinf(n_free) ? 1 : n_free / (n_free - 2);
 }
 
-/// How many more holes of the same kind make half the standard deviation.
+/// Number of further holes of the same kind that halve the standard deviation.
 ///
 ///   variance(n) ~ 1 / n * nu(n) / (nu(n) - 2),   nu(n) = nu (n - 1) / (n_used - 1)
 int more_holes(const SpindleCameraFit& fit) {
@@ -175,7 +175,7 @@ int more_holes(const SpindleCameraFit& fit) {
   return high - fit.n_used;
 }
 
-/// How many more looks at each hole would do the same: none, where wander alone is too much.
+/// Number of further looks at each hole that do the same; empty if wander alone is too much.
 std::optional<int> more_views(const Model& model, const Indices& used, const MixedFit& fit) {
   if (!fit.model.has_within) return std::nullopt;
   double detector_mm2 = 0;

@@ -85,7 +85,7 @@ struct ResidualTrend {
   bool is_significant = false;
 };
 
-/// How the offset was found, with all that a report needs.
+/// Result of the fit of the offset, with all that a report needs.
 struct SpindleCameraFit {
   /// With the covariance for all that follows: right in the mean although it was estimated.
   SpindleCameraOffset offset;

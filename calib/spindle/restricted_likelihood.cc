@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 
 namespace panelcal::internal {
 namespace {
@@ -27,7 +27,7 @@ Eigen::MatrixXd pattern_of(const Component& component, Eigen::Index n_observatio
   return pattern;
 }
 
-/// What the fixed effects take away, which is known only when all groups are added up.
+/// Subtracts what the fixed effects explain, which is known only when all groups are added up.
 void finish_likelihood(const std::vector<Eigen::MatrixXd>& a, LikelihoodState& state) {
   state.slope.clear();
   for (std::size_t k = 0; k < a.size(); ++k) {

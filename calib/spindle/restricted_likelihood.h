@@ -22,7 +22,7 @@ struct Block {
   Eigen::MatrixXd design;
   Eigen::VectorXd value;
   Eigen::MatrixXd known;          ///< covariance
-  std::vector<std::size_t> from;  ///< which observations they are
+  std::vector<std::size_t> from;  ///< indices of the observations
 };
 
 /// The likelihood at some variances, and which way it rises.

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/spindle/restricted_likelihood.h"
 #include <Eigen/LU>
 
@@ -77,7 +77,7 @@ std::vector<Eigen::Index> free_of(const LikelihoodState& state, bool is_final) {
   return free;
 }
 
-/// Where Fisher's scoring wants to go; or, with `is_plain`, each variance by itself.
+/// Step of Fisher's scoring; or, with `is_plain`, each variance by itself.
 Eigen::VectorXd step_of(const LikelihoodState& state, bool is_plain) {
   const std::vector<Eigen::Index> free = free_of(state, false);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(state.theta.size());
@@ -212,8 +212,8 @@ MixedFit result_of(const RestrictedLikelihood& likelihood,
   return fit;
 }
 
-/// What all scatter is measured in, so that variances are of the size of 1: plain least squares'
-/// root mean square residual and the known noise together.
+/// Unit of all scatter, so that variances are of the size of 1: plain least squares' root mean
+/// square residual and the known noise together.
 std::optional<double> scale_of(std::span<const GroupedObservation> observations) {
   const auto blocks = blocks_of(observations, 1);
   if (!blocks) return std::nullopt;

@@ -18,7 +18,7 @@ struct GroupedObservation {
   Eigen::Matrix<double, 2, Eigen::Dynamic> design;    ///< by the fixed effects
 };
 
-/// Which variances are estimated.
+/// Choice of the variances that are estimated.
 struct VarianceModel {
   bool has_within = true;  ///< false: one variance stands for both
   bool per_axis = false;   ///< x and y have their own
@@ -31,7 +31,7 @@ struct VarianceEstimate {
   Eigen::Vector2d error_mm2 = Eigen::Vector2d::Zero();
 };
 
-/// How one group lies against the fixed effects.
+/// Deviation of one group from the fixed effects.
 struct GroupDeviation {
   Eigen::Vector2d mean_mm = Eigen::Vector2d::Zero();  ///< weighted mean of values minus fixed
   Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();  ///< of that mean about zero
@@ -84,7 +84,7 @@ std::optional<MixedFit> fit_fixed(std::span<const GroupedObservation> observatio
                                   double between_mm2,
                                   double within_mm2);
 
-/// How a group that took no part in the fit lies against it; the covariance is that of the mean
+/// Deviation from the fit of a group that took no part in it; the covariance is that of the mean
 /// under the fitted variances and of the fixed effects together.
 ///
 /// Precondition: group has one observation or more, with as many columns as the fit

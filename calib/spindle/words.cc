@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fit of the spindle-camera offset says to people.
+// Words of a fit of the spindle-camera offset for people.
 #include <cmath>
 #include <string_view>
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
-#include "calib/base/covariance_check.h"
-#include "calib/base/strict_json.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/strict_json.h"
+#include "calib/base/statistics/covariance_check.h"
 #include <Eigen/LU>
 #include <fmt/format.h>
 

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/table/modes.h"
 #include "calib/table/smoother.h"
 #include "calib/table/system.h"

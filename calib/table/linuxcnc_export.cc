@@ -35,8 +35,8 @@ Eigen::Matrix2d linear_part(const TableMap& map) {
   return internal::linear_functional(basis, coefficients);
 }
 
-/// How much a joint's place is off along itself once the linear part is gone, at the place that it
-/// is sent to on that account: the mean over the other axis.
+/// Error of a joint along itself without the linear part, at the place that it is sent to on that
+/// account: the mean over the other axis.
 struct AxisTable {
   std::vector<double> nominal_mm;
   std::vector<double> error_mm;
@@ -112,7 +112,7 @@ std::string hal_of(const Eigen::Matrix3d& matrix) {
   return text;
 }
 
-/// What the corrected machine is off, place by place.
+/// Computes the errors that the corrected machine keeps, place by place.
 void check_axis_tables(const TableMap& map,
                        const std::array<AxisTable, 2>& tables,
                        LinuxcncCorrection& out) {

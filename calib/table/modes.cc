@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/table/geometry.h"
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 /// A named mode is open if this much of its square lies among the open combinations.
 constexpr double kWhole = 0.99;
-/// What is left of a combination once the named modes are taken out of it; less is rounding.
+/// Part of a combination that is left once the named modes are taken out of it; less is rounding.
 constexpr double kLeft = 0.05;
 
 Index index_of(int coordinate, int x_degree, int y_degree) {

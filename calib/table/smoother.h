@@ -34,7 +34,7 @@ class Smoother {
 
   /// Enough for poses, which hardly feel the smoothness.
   double usual() const { return 1e-4 * unit_; }
-  /// Where the restricted likelihood of the data is greatest, by golden sections.
+  /// Place of the maximum of the data's restricted likelihood, by golden sections.
   double best() const;
   std::optional<TableSolution> solve(double smoothing) const;
 

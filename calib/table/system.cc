@@ -4,7 +4,7 @@
 #include <cmath>
 #include <complex>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include <Eigen/LU>
 
 namespace panelcal::internal {

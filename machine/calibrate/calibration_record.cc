@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
-#include "calib/camera/calibration_file.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
+#include "calib/camera/calibration/calibration_file.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -123,7 +123,7 @@ Expected<bool> is_by_hand(const MachineConfig& config,
   return is_since_the_ledger(entries, *in_force, file.date_of(at));
 }
 
-/// What the file should be; empty if nothing is in force.
+/// Text that the file should have; empty if nothing is in force.
 Expected<std::string> text_in_force(const MachineConfig& config,
                                     const Ledger& ledger,
                                     const std::string& present) {
@@ -236,7 +236,7 @@ Expected<LedgerDraft> spindle_camera_draft(const MachineConfig& config,
   record.parameters = {{"offset_x", offset_mm.x(), "mm"}, {"offset_y", offset_mm.y(), "mm"}};
   record.covariance = 0.5 * (run.fit.offset.cov_mm2 + run.fit.offset.cov_mm2.transpose());
   draft.result = spindle_calibration_text(spindle_camera_calibration(config, run, words));
-  // What is not readable must not come into force.
+  // A calibration that is not readable must not come into force.
   PANELCAL_CHECK(parse_spindle_calibration(draft.result, "the calibration"));
   return draft;
 }

@@ -11,7 +11,7 @@
 #include "calib/base/expected.h"
 #include "calib/ledger/ledger.h"
 #include "calib/spindle/calibration_file.h"
-#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/calibrate/spindle/camera_run.h"
 #include "machine/config/machine_config.h"
 
 namespace panelcal {
@@ -48,7 +48,7 @@ Expected<LedgerInput> input_of(const std::filesystem::path& file);
 /// All of a key that were ever installed, in their order.
 Expected<std::vector<LedgerEntry>> installed_entries(const Ledger& ledger, const LedgerKey& key);
 
-/// Whether a calibration of `date`, which is not one of the installed ones, was made since there is
+/// True if a calibration of `date`, which is not one of the installed ones, was made since there is
 /// a ledger: the first installation may have been cut off before it replaced what was there without
 /// one.
 bool is_since_the_ledger(const std::vector<LedgerEntry>& installed,

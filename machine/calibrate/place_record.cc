@@ -15,7 +15,7 @@
 namespace panelcal {
 namespace {
 
-/// What a kind of trial is called in the ledger and in machine.toml.
+/// Names of a kind of trial in the ledger and in machine.toml.
 struct TrialWords {
   LedgerKind kind;
   std::string_view subject;
@@ -37,7 +37,7 @@ const TrialWords& kind_words(TrialKind kind) {
 }
 
 std::string place_json_text(const nlohmann::ordered_json& json, int indent = -1) {
-  // What is no UTF-8 must not throw.
+  // Text that is no UTF-8 must not throw.
   return json.dump(indent, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
@@ -193,7 +193,7 @@ double trial_tolerance(const NightTrials& trials, TrialKind kind) {
     case TrialKind::Focus:
       return trials.focus_tolerance.in_mm();
     case TrialKind::Light:
-      // Which of two levels side by side is the better one is a matter of luck.
+      // Luck decides which of two levels side by side is the better one.
       return 2 * trials.lamp_step();
     case TrialKind::Settle:
       break;

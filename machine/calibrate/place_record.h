@@ -12,8 +12,8 @@
 #include "machine/config/machine_config.h"
 #include "machine/look/place_trials.h"
 
-// What focus, light and settle trials leave in the ledger. They have no file of their own: what is
-// in force is the ledger's entry, and a person writes its number into machine.toml (decision:
+// Entries of focus, light and settle trials in the ledger. They have no file of their own: the
+// ledger's entry is in force, and a person writes its number into machine.toml (decision:
 // docs/decisions/ledger.md).
 namespace panelcal {
 
@@ -67,7 +67,7 @@ struct TrialNumber {
 /// The number of an entry; empty if it has none.
 std::optional<TrialNumber> trial_number(const LedgerEntry& entry);
 
-/// How much of a number does not matter, in its own unit.
+/// Change of a number that does not matter, in its own unit.
 double trial_tolerance(const NightTrials& trials, TrialKind kind);
 
 /// The value in machine.toml now: [camera] focus_mm or lamp, [machine] settle_s.

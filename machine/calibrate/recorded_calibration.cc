@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/base/json_line.h"
+#include "calib/base/json/json_line.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -90,7 +90,8 @@ bool is_same_place(const std::optional<Position<frame::Machine>>& a,
   return !a || (*a - *b).in_mm().norm() <= kSameOrder_mm;
 }
 
-/// What a recorded order has and the program's has; empty if it is the same.
+/// Text of the recorded order and of the program's order where they differ; empty if they are the
+/// same.
 std::optional<std::pair<std::string, std::string>> order_difference(
     const CalibrationOrder& recorded, const CalibrationOrder& asked) {
   const auto words = [](const CalibrationOrder& order) {

@@ -21,7 +21,7 @@ namespace internal {
 
 class JsonLine;
 
-/// Whether a line of a file of measurements is a calibration.
+/// True if a line of a file of measurements is a calibration.
 bool is_calibration(const JsonLine& line);
 
 /// Reads one as to_json(CalibrationAnswer) writes it.

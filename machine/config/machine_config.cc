@@ -7,21 +7,21 @@
 #include <string>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "machine/config/coupon.h"
-#include "machine/config/gcode.h"
-#include "machine/config/nightly.h"
-#include "machine/config/program.h"
-#include "machine/config/ranges.h"
-#include "machine/config/sim.h"
-#include "machine/config/spindle.h"
-#include "machine/config/stage.h"
-#include "machine/config/table.h"
-#include "machine/config/target.h"
-#include "machine/config/tolerance.h"
-#include "machine/config/toml_table.h"
-#include "machine/config/uncertainty.h"
-#include "machine/config/vision.h"
+#include "calib/base/files/atomic_file.h"
+#include "machine/config/nightly/coupon.h"
+#include "machine/config/nightly/nightly.h"
+#include "machine/config/sections/gcode.h"
+#include "machine/config/sections/program.h"
+#include "machine/config/sections/spindle.h"
+#include "machine/config/sections/stage.h"
+#include "machine/config/sections/table.h"
+#include "machine/config/sections/target.h"
+#include "machine/config/sections/tolerance.h"
+#include "machine/config/sections/uncertainty.h"
+#include "machine/config/sections/vision.h"
+#include "machine/config/sim/sim.h"
+#include "machine/config/toml/ranges.h"
+#include "machine/config/toml/toml_table.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -210,7 +210,7 @@ Expected<void> read_model(const TomlTable& vision, WalkOptions& walk) {
       "\"auto\", \"offset\", \"rigid\", \"similarity\", \"stretch\", \"affine\" or \"smooth\""));
 }
 
-/// How G32, G33 and G36 of SIEB & MEYER programs measure.
+/// Settings of the measurements of G32, G33 and G36 of SIEB & MEYER programs.
 Expected<void> read_optical(const TomlTable& vision, sieb_meyer::Settings& settings) {
   PANELCAL_TRY(const auto mode, vision.integer("mode", 1, 5));
   if (mode == 4) return failure(vision.problem("mode", "1, 2, 3 or 5"));

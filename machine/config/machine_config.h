@@ -8,7 +8,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/correction/spindle_offsets.h"
-#include "machine/config/machine.h"
+#include "machine/config/settings/machine.h"
 
 namespace panelcal {
 
@@ -35,7 +35,7 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
 /// Fails  config-value (there is no such spindle or station)
 Expected<void> select_spindle(MachineConfig& config, SpindleAt at);
 
-/// Whether holes may be placed with the offset.
+/// Checks that holes may be placed with the offset.
 ///
 /// Fails  config-value (it was never calibrated: see SpindleSetting::is_calibrated)
 Expected<void> check_spindle_is_calibrated(const MachineConfig& config);

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "machine/config/toml_table.h"
+#include "calib/base/files/atomic_file.h"
+#include "machine/config/toml/toml_table.h"
 #include "surface/fit/shape.h"
 #include <fmt/format.h>
 

@@ -54,7 +54,7 @@ class CameraDevice {
   /// Of the pictures to come; absent if only a picture tells.
   virtual std::optional<PictureSize> size() const { return std::nullopt; }
 
-  /// How many frames arrived damaged or not at all and were taken again.
+  /// Number of frames that arrived damaged or not at all and were taken again.
   virtual int n_retaken() const { return 0; }
 
   /// Few cameras have a lamp, a zoom or a focus of their own.

@@ -7,7 +7,7 @@
 // Not installed.
 namespace panelcal::internal {
 
-/// Where a module lies: a shared library that is loaded when it is needed.
+/// Path of a module: a shared library that is loaded when it is needed.
 ///
 /// Always an absolute path, so that neither the current folder nor LD_LIBRARY_PATH chooses the code
 /// that runs. The first that exists of: the program's own folder; the folder of modules as

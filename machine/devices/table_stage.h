@@ -37,7 +37,7 @@ class TableStage final : public Stage {
 std::shared_ptr<Stage> measuring_stage(std::shared_ptr<Stage> told,
                                        std::shared_ptr<const TableCorrection> table);
 
-/// Where the optical axis stood, when a list of pictures says where it was sent to.
+/// Place of the optical axis when a list of pictures states the place to which it was sent.
 ///
 /// In     listed: x, y of images.csv, which are the command and the spindle-camera offset
 /// Fails  travel-exceeded

@@ -6,10 +6,10 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "machine/config/coupon_options.h"
+#include "calib/base/files/atomic_file.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/toml_table.h"
+#include "machine/config/settings/coupon_options.h"
+#include "machine/config/toml/toml_table.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -32,7 +32,7 @@ WalkOptions JobExecution::walk() const {
   return aim_ == Aim::Operations ? machine_.walk : counting_walk();
 }
 
-/// How wrong depths may be, by a map that was given, or by what the job's probes show.
+/// Errors of depths, by a map that was given, or by what the job's probes show.
 const DepthErrors& JobExecution::depth_errors() {
   if (!depth_errors_) {
     const BoardDepths& board = machine_.walk.board;

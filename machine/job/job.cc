@@ -9,7 +9,7 @@
 #include "machine/job/execution.h"
 #include "machine/job/spindle_age.h"
 #include "machine/job/text_variables.h"
-#include "program/walk/pad_collector.h"
+#include "program/walk/measuring/pad_collector.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -103,7 +103,7 @@ bool is_gate_failure(const Diagnostic& diagnostic) {
   return info(diagnostic.code).fault == Fault::Gate;
 }
 
-/// Whether all errors are limits that were not held, if there are any.
+/// True if all errors, if there are any, are limits that were not held.
 bool has_only_gate_failures(const DiagnosticLog& log) {
   return std::ranges::all_of(log.kept(), [](const Diagnostic& diagnostic) {
     return diagnostic.severity() != Severity::Error || is_gate_failure(diagnostic);

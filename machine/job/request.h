@@ -12,8 +12,8 @@
 
 #include "calib/base/diagnostic.h"
 #include "calib/base/expected.h"
-#include "machine/job/output.h"
-#include "machine/job/output_format.h"
+#include "machine/job/output/output.h"
+#include "machine/job/output/output_format.h"
 #include "machine/sim/truth.h"
 #include "program/judge/explain.h"
 #include "program/model/operation.h"
@@ -27,7 +27,7 @@ namespace panelcal {
 struct Job {
   Program program;        ///< as read_job() or load_program() reads it
   DiagnosticLog reading;  ///< diagnostics of the reading
-  /// When: the spindle-camera offset has drifted until now.
+  /// Time of the job: the spindle-camera offset has drifted until now.
   std::chrono::sys_seconds now;
   /// The time on the wall that texts name, as wall_time() takes it; empty: `now`, where this
   /// computer stands.

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "calib/base/diagnostic.h"
-#include "machine/job/truth_comparison.h"
-#include "machine/job/worst_hole.h"
+#include "machine/job/summary/truth_comparison.h"
+#include "machine/job/summary/worst_hole.h"
 #include "program/judge/depth_verdict.h"
 #include "program/judge/job_verdict.h"
 #include "program/judge/surface_use.h"

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "machine/devices/command_probe.h"
-#include "machine/devices/command_spindle.h"
-#include "machine/devices/without_password.h"
+#include "machine/devices/cameras/without_password.h"
+#include "machine/devices/commands/command_probe.h"
+#include "machine/devices/commands/command_spindle.h"
 #include "machine/look/camera_views.h"
 #include "machine/sim/sim_machine.h"
 #include "machine/sim/simulated_probe.h"
@@ -14,7 +14,7 @@
 #include "machine/sources/measurement_file_source.h"
 #include "machine/sources/picture_source.h"
 #include "machine/sources/probe_file_source.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -82,7 +82,7 @@ Expected<OpenTargets> opened(Expected<Source> source, std::string words) {
   return OpenTargets{std::make_shared<Source>(*std::move(source)), std::move(words)};
 }
 
-/// Whether the program has holes drilled into the coupon.
+/// True if the program has holes drilled into the coupon.
 bool drills_coupon(const Survey& nominal) {
   return std::ranges::any_of(nominal.calibrations, [](const CalibrationAnswer& calibration) {
     return !calibration.order.correction.has_value();

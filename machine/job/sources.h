@@ -7,7 +7,7 @@
 
 #include "calib/base/executor.h"
 #include "calib/base/expected.h"
-#include "machine/calibrate/spindle_calibration.h"
+#include "machine/calibrate/spindle/calibration.h"
 #include "machine/config/machine_config.h"
 #include "machine/look/vision_procedure.h"
 #include "program/model/measurement.h"

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "calib/base/interruption.h"
-#include "machine/devices/camera_uri.h"
-#include "machine/devices/command_stage.h"
-#include "machine/devices/patient_camera.h"
+#include "machine/devices/cameras/camera_uri.h"
+#include "machine/devices/cameras/patient_camera.h"
+#include "machine/devices/commands/command_stage.h"
 #include "machine/devices/table_stage.h"
 #include <fmt/format.h>
 

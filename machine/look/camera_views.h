@@ -77,7 +77,7 @@ class CameraViews final : public ViewTaker {
   Wait wait_;
   VisionOptions stated_;                               ///< its lamp and focus
   std::map<CameraSetting, double> set_;                ///< the last values
-  std::optional<Position<frame::Machine>> commanded_;  ///< where the spindle was sent last
+  std::optional<Position<frame::Machine>> commanded_;  ///< place to which the spindle was sent last
   Position<frame::Machine> standing_;                  ///< and where it stands
   bool is_settled_ = false;
 };

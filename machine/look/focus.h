@@ -2,7 +2,7 @@
 #pragma once
 
 #include "calib/base/expected.h"
-#include "machine/config/vision_options.h"
+#include "machine/config/settings/vision_options.h"
 #include "machine/look/view_taker.h"
 #include "program/model/measurement.h"
 

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include "calib/correction/spindle_camera.h"
 #include "machine/devices/table_stage.h"
 #include "vision/locate/locate.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/picture/picture_form.h"
 #include <fmt/format.h>
 
@@ -19,7 +19,7 @@ namespace {
 
 /// Between a mark's rim and the picture's, where the ground beside it must be seen, px.
 constexpr double kMarkRim_px = 12;
-/// Where a mark may be, if not stated, as a part of the picture's width.
+/// Search radius of a mark, if not stated, as a part of the picture's width.
 constexpr double kSearchPart = 0.1;
 constexpr int kMaxSightsPerSide = 21;
 
@@ -238,7 +238,7 @@ Expected<void> check_camera_size(const Image& image,
                               camera.picture_height_px)});
 }
 
-/// Where the mark really lies, from a picture taken at where it should.
+/// True place of the mark, from a picture taken at the expected place.
 Expected<Position<frame::Machine>> find_mark(const MachineConfig& config,
                                              const CameraCalibration& camera,
                                              const Driver& driver,
@@ -265,7 +265,7 @@ Expected<Position<frame::Machine>> find_mark(const MachineConfig& config,
   return machine_from_optical(taken.axis, model(seen.best->center.position));
 }
 
-/// Whether a recorded picture is one of those asked for.
+/// True if a recorded picture is one of those asked for.
 bool is_wanted(const PictureRow& row, const MarkViews& views) {
   if (row.tool && *row.tool != views.tool) return false;
   return row.zoom == views.zoom;

@@ -8,11 +8,11 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
-#include "calib/camera/fit.h"
-#include "calib/ledger/entry.h"
+#include "calib/camera/fit/fit.h"
+#include "calib/ledger/entry/entry.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/calibration_devices.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 #include <Eigen/Core>
 
 namespace panelcal {
@@ -37,7 +37,7 @@ struct MarkSights {
   std::vector<LedgerInput> inputs;  ///< picture files with their digests; none from a live camera
 };
 
-/// How to look at a mark.
+/// Options of the views of a mark.
 struct MarkViews {
   int tool = 1;                     ///< vision tool: disc, hole or ring
   std::optional<double> zoom = {};  ///< level; absent: as the machine stands
@@ -48,7 +48,7 @@ struct MarkViews {
 /// The calibration of a zoom level, or of the camera as it stands; null where there is none.
 const CameraCalibration* camera_at(const MachineConfig& config, const std::optional<double>& zoom);
 
-/// Whether [machine] travel lets the spindle go there.
+/// True if [machine] travel lets the spindle go there.
 bool is_in_travel(const MachineConfig& config, const Position<frame::Machine>& spindle);
 
 /// Drives a mark over the whole picture: a lattice of pixels, each come to from the same side, so
@@ -66,7 +66,7 @@ bool is_in_travel(const MachineConfig& config, const Position<frame::Machine>& s
 ///        before anything moves; vision-tool-undefined; target-invalid (not a round mark);
 ///        target-not-found (nothing at `place`); picture-mismatch; device errors
 /// Cost   per_side^2 + 1 pictures
-/// See    tests/machine/calibrate/camera_run_test.cc
+/// See    tests/machine/calibrate/camera/run_test.cc
 Expected<MarkSights> look_at_mark(const MachineConfig& config,
                                   const CalibrationDevices& devices,
                                   const Position<frame::Machine>& place,

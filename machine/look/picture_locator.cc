@@ -6,7 +6,7 @@
 #include <iterator>
 #include <utility>
 
-#include "calib/base/covariance_check.h"
+#include "calib/base/statistics/covariance_check.h"
 #include "calib/camera/circle_bias.h"
 #include "calib/correction/spindle_camera.h"
 #include <Eigen/LU>
@@ -33,7 +33,7 @@ std::string machine_point_text(const Position<frame::Machine>& p) {
   return fmt::format("({:.4f}, {:.4f}) mm", p.in_mm().x(), p.in_mm().y());
 }
 
-/// How a picture is called in messages.
+/// Name of a picture in messages.
 std::string looked_at_name(const TakenPicture& picture) {
   return picture.name.empty() ? "the picture" : "picture " + quoted(picture.name);
 }
@@ -86,7 +86,8 @@ std::optional<PositionEstimate<frame::Optical>> seen_through(const TiltedCamera&
   return seen;
 }
 
-/// Where a picture shows all of a target with some of its surroundings; empty in a small picture.
+/// Corners of the area in which a picture shows all of a target with some of its surroundings;
+/// empty in a small picture.
 std::optional<std::array<Position<frame::Optical>, 4>> listed_corners(const ZoomedCamera& camera,
                                                                       const Target& target) {
   constexpr double kSurroundings_px = 6;
@@ -332,7 +333,7 @@ void PictureLocator::list_candidates(const MeasurementRequest& request,
                           {candidate.center, candidate.cov_px2},
                           candidate.size_mm);
     }
-    // What did not converge has no covariance; it is a trace all the same.
+    // A fit that did not converge has no covariance; it is a trace all the same.
     const bool is_usable = seen && seen->position.in_mm().allFinite();
     if (!is_usable) continue;
     if (!internal::is_measured_covariance(seen->cov)) {

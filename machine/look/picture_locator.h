@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "calib/base/expected.h"
+#include "calib/camera/calibration/shared_error.h"
 #include "calib/camera/mapping.h"
 #include "calib/camera/model.h"
-#include "calib/camera/shared_error.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/picture_observer.h"
 #include "machine/look/view_taker.h"
@@ -38,9 +38,9 @@ struct ZoomedCamera {
 
   /// The pixel that shows a place relative to the axis; empty where no picture does.
   std::optional<Position<frame::Image>> image_of(const Position<frame::Optical>& place) const;
-  /// How a place seen at a pixel moves with the calibration; see SharedCameraError.
+  /// Derivative by the calibration of a place seen at a pixel; see SharedCameraError.
   CameraJacobian by_calibration(const Position<frame::Image>& pixel) const;
-  /// Where a place is seen in a picture taken at `axis`; empty if outside of the picture.
+  /// Pixel at which a place is seen in a picture taken at `axis`; empty if outside of the picture.
   std::optional<Position<frame::Image>> pixel_of(const Position<frame::Machine>& place,
                                                  const Position<frame::Machine>& axis) const;
 };
@@ -110,7 +110,7 @@ class PictureLocator {
   ///
   /// Fails  config-value (a zoom that is not calibrated)
   Expected<ZoomedCamera> camera_of(const MeasurementRequest& request) const;
-  /// Whether there is everything a request asks for, before the first picture is taken.
+  /// Checks before the first picture is taken that there is everything a request asks for.
   ///
   /// Fails  vision-tool-undefined; config-value (zoom); not-supported (algorithm, more than 100
   ///        inspections, another number of vision tools than one or four); target-invalid (a slot

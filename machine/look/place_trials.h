@@ -11,7 +11,7 @@
 #include "calib/camera/lamp_level.h"
 #include "calib/drift/settle.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/vision_options.h"
+#include "machine/config/settings/vision_options.h"
 #include "machine/devices/calibration_devices.h"
 #include "program/model/measurement.h"
 
@@ -54,7 +54,7 @@ Expected<LightRun> calibrate_light(const MachineConfig& config,
                                    int tool,
                                    const std::vector<double>& levels);
 
-/// How to try out the settle time.
+/// Options of a trial of the settle time.
 struct SettleTrial {
   int tool = 1;
   Length way = mm(10);        ///< of the moves before, along both axes, from below and from above
@@ -64,7 +64,7 @@ struct SettleTrial {
   int n_moves = 2;            ///< as often each delay is tried
 };
 
-/// How the machine comes to rest at a place.
+/// Course of the machine as it comes to rest at a place.
 struct SettleRun {
   std::vector<SettleView> views;
   int n_missed = 0;  ///< pictures that showed no mark

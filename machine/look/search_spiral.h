@@ -25,8 +25,8 @@ struct UsableView {
 /// Fails  not-supported (a picture smaller than that)
 Expected<UsableView> usable_view(const ZoomedCamera& camera, Length margin);
 
-/// Where the optical axis has to stand, one place after the other, so that the usable parts of the
-/// views cover a disc about `expected` without a gap.
+/// Places of the optical axis, one after the other, so that the usable parts of the views cover a
+/// disc about `expected` without a gap.
 ///
 /// A lattice of the usable rectangles, walked from the middle outwards in a square spiral, so that
 /// every step but those over left-out corners leads to a neighbour; rectangles that do not touch

@@ -32,7 +32,7 @@ struct ViewMean {
   Eigen::Matrix2d cov_mm2;
   CameraJacobian by_camera = CameraJacobian::Zero();  ///< d deviation / d camera parameters
   double rotation_rad = 0;  ///< by which the marks are turned about the middle
-  /// How far each mark is from where the others have it, and its sigma in that direction.
+  /// Distance of each mark from its place by the others, and its sigma in that direction.
   std::vector<double> residual_mm;
   std::vector<double> sigma_mm;
 };

@@ -27,7 +27,7 @@ struct KnownDetection {
 /// A picture and where it was taken.
 struct TakenPicture {
   Image image;
-  Position<frame::Machine> axis;  ///< where the optical axis stood, as the calibration has it
+  Position<frame::Machine> axis;  ///< place of the optical axis by the calibration
   std::string name;               ///< file name; empty if the picture is in no file
   std::string path;               ///< of that file, for diagnostics
   std::shared_ptr<const KnownDetection> known = {};  ///< its detection, made ahead; may be null
@@ -35,11 +35,11 @@ struct TakenPicture {
 
 /// One look at the panel.
 struct View {
-  Position<frame::Machine> axis;  ///< where the optical axis is to stand
+  Position<frame::Machine> axis;  ///< wanted place of the optical axis
   int i_view = 0;                 ///< of several places around one target: four views, a spiral
   int i_tool = 0;                 ///< of the request's vision tools, the one to look with
   int i_inspection = 0;           ///< of several pictures of one view
-  std::optional<Length> focus_z;  ///< where the camera's focus axis is to stand; absent: as it is
+  std::optional<Length> focus_z;  ///< wanted height of the camera's focus axis; absent: as it is
 };
 
 /// Shows the panel at a place: a machine with a camera, a simulation of one, a folder of

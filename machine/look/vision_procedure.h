@@ -7,15 +7,15 @@
 
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/vision_options.h"
+#include "machine/config/settings/vision_options.h"
 #include "machine/look/picture_locator.h"
 #include "machine/look/view_taker.h"
 #include "program/model/measurement.h"
 
 namespace panelcal {
 
-/// How requests are answered by looking at the panel, whatever shows it: all that recorded,
-/// simulated and live pictures have in common.
+/// Answers requests by looking at the panel, whatever shows it: all that recorded, simulated and
+/// live pictures have in common.
 ///
 /// One view    at the expected place.
 /// Inspections ($uvis,insp) are pictures of one view. Each has to show the target. The place is the
@@ -43,10 +43,10 @@ class VisionProcedure {
 
   const PictureLocator& locator() const { return locator_; }
 
-  /// How many pictures the answer to a request takes; absent for a search, which ends where it
-  /// finds the target.
+  /// Number of pictures that the answer to a request takes; absent for a search, which ends where
+  /// it finds the target.
   std::optional<std::size_t> n_pictures(const MeasurementRequest& request) const;
-  /// Where a request's marks lie about its target, machine directions: the middle for one view,
+  /// Places of a request's marks about its target, machine directions: the middle for one view,
   /// else the four places.
   std::vector<Displacement<frame::Machine>> mark_offsets(const MeasurementRequest& request) const;
 

@@ -6,9 +6,9 @@
 
 #include "calib/base/expected.h"
 #include "calib/drift/night_gates.h"
-#include "machine/config/nightly_options.h"
-#include "machine/nightly/night_history.h"
-#include "machine/nightly/night_record.h"
+#include "machine/config/settings/nightly_options.h"
+#include "machine/nightly/record/night_history.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal {
 

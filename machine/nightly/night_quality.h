@@ -7,13 +7,13 @@
 
 #include "calib/base/expected.h"
 #include "calib/drift/night_gates.h"
-#include "machine/config/nightly_options.h"
-#include "machine/nightly/night_history.h"
-#include "machine/nightly/night_record.h"
+#include "machine/config/settings/nightly_options.h"
+#include "machine/nightly/record/night_history.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal {
 
-/// How well tonight could measure, against the nights before.
+/// Quality of tonight's measurements, against the nights before.
 struct QualityVerdict {
   std::vector<NightQuality> qualities;
   std::vector<NightGate> gates;     ///< refused ones: what tonight measured is not to be trusted

@@ -46,7 +46,7 @@ void say(const NightContext& context, const std::string& line) {
   if (context.job.progress) context.job.progress(line);
 }
 
-/// What is drilled with: of the ledger, or where that has nothing, of the files.
+/// Value with which holes are drilled: of the ledger, or where that has nothing, of the files.
 std::optional<Eigen::VectorXd> in_force_of(const NightHistory& history,
                                            const NightCalibration& calibration) {
   if (history.in_force_value) return history.in_force_value->value;
@@ -92,7 +92,7 @@ Expected<NightDecision> decide(const NightContext& context,
                decide_night(result, in_force, series, config.drift, config.limits));
   if (refusing.empty()) return decision;
   if (decision.verdict == NightVerdict::Install) {
-    // What then becomes of the old one is decided as if the night had found nothing.
+    // The fate of the old one is then decided as if the night had found nothing.
     NightResult nothing = result;
     nothing.point.is_left_out = true;
     PANELCAL_TRY(const NightDecision kept,
@@ -218,7 +218,7 @@ class Step {
     return fill_outlook(history_, place, in_force_, context_.nightly, step_);
   }
 
-  /// What was in force before an entry that has a place in the series.
+  /// Value that was in force before an entry that has a place in the series.
   std::optional<Eigen::VectorXd> in_force_before(std::int64_t id) const {
     const auto at = std::ranges::find(history_.ids, id);
     if (at == history_.ids.begin() || at == history_.ids.end()) return std::nullopt;

@@ -6,10 +6,10 @@
 
 #include "calib/base/expected.h"
 #include "calib/ledger/ledger.h"
-#include "machine/nightly/night_calibration.h"
-#include "machine/nightly/night_history.h"
-#include "machine/nightly/night_job.h"
-#include "machine/nightly/night_record.h"
+#include "machine/nightly/record/night_calibration.h"
+#include "machine/nightly/record/night_history.h"
+#include "machine/nightly/record/night_job.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "calib/base/clock.h"
-#include "machine/nightly/warm_up.h"
+#include "machine/nightly/checks/warm_up.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -50,7 +50,7 @@ bool forbids(const NightStep& step) {
   return step.forecast && step.forecast->answer == DrillAnswer::No;
 }
 
-/// Why not, in the words of the first that forbids it.
+/// Reason why not, in the words of the first that forbids it.
 std::string why_not(const NightRecord& record) {
   for (const NightStep& step : record.steps) {
     if (!forbids(step)) continue;
@@ -89,7 +89,7 @@ std::string verdict_words(const NightRecord& record) {
   }
   for (const NightStep& step : record.steps) {
     for (const std::string& alarm : step.alarms) {
-      // What refused the result is in its summary.
+      // The summary names what refused the result.
       if (step.state == NightState::Installed) words += fmt::format("; {}: {}", title(step), alarm);
     }
   }
@@ -146,7 +146,7 @@ LedgerDraft night_draft(const NightRecord& record, const std::string& machine) {
   if (record.warm_up) {
     document["warm_up"] = nlohmann::ordered_json::parse(warm_up_json(*record.warm_up));
   }
-  // What is no UTF-8 must not throw.
+  // Text that is no UTF-8 must not throw.
   draft.result = document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   return draft;
 }

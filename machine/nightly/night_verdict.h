@@ -4,7 +4,7 @@
 #include <string>
 
 #include "calib/ledger/ledger.h"
-#include "machine/nightly/night_record.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal {
 

@@ -12,15 +12,15 @@
 #include "calib/base/interruption.h"
 #include "calib/drift/amount.h"
 #include "machine/calibrate/calibration_record.h"
-#include "machine/devices/camera_settings.h"
-#include "machine/nightly/night_history.h"
-#include "machine/nightly/night_ledger.h"
-#include "machine/nightly/night_lock.h"
+#include "machine/devices/cameras/camera_settings.h"
+#include "machine/nightly/checks/self_test.h"
+#include "machine/nightly/checks/warm_up.h"
 #include "machine/nightly/night_quality.h"
 #include "machine/nightly/night_step.h"
 #include "machine/nightly/night_verdict.h"
-#include "machine/nightly/self_test.h"
-#include "machine/nightly/warm_up.h"
+#include "machine/nightly/record/night_history.h"
+#include "machine/nightly/record/night_ledger.h"
+#include "machine/nightly/record/night_lock.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -86,7 +86,7 @@ class Night {
     record_.notes.push_back("a run before this one was cut off: " + quoted(lock.cut_off(), 100));
   }
 
-  /// What is wrong with machine.toml shows before anything moves or is written.
+  /// A mistake in machine.toml shows before anything moves or is written.
   Expected<void> check_config() {
     if (job_.config.ledger_file.empty()) {
       return failure({Code::ConfigValue,
@@ -141,7 +141,7 @@ class Night {
                     "the right time, or after such a pause `panelcal history fresh-start`"});
   }
 
-  /// What a run that was cut off has used up.
+  /// Records what a run that was cut off has used up.
   Expected<void> note_lost(const Ledger& ledger) {
     for (const NightCalibration* calibration : calibrations_) {
       PANELCAL_TRY(const NightHistory history,
@@ -288,7 +288,7 @@ class Night {
     }
   }
 
-  /// What only a person can put there.
+  /// Checks what only a person can put there.
   Expected<void> check_machine_toml(const Ledger& ledger) {
     for (const NightCalibration* calibration : calibrations_) {
       SelfTestCheck check;
@@ -420,10 +420,10 @@ class Night {
   std::vector<NightCalibration*> calibrations_;
   NightlyConfig nightly_;  ///< job_.nightly, with each chart's own rate of false alarms
   NightRecord record_;
-  std::string blocked_;       ///< why no further step is begun
-  std::string held_;          ///< why no step is begun, and a person has to see to it
-  std::string no_measuring_;  ///< why nothing is measured, though the machine works
-  std::string bad_pictures_;  ///< why nothing is measured but what may explain them
+  std::string blocked_;       ///< reason why no further step is begun
+  std::string held_;          ///< reason why no step is begun, and a person has to see to it
+  std::string no_measuring_;  ///< reason why nothing is measured, though the machine works
+  std::string bad_pictures_;  ///< reason why nothing is measured but what may explain them
 };
 
 }  // namespace

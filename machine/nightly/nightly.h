@@ -10,13 +10,13 @@
 
 #include "calib/base/clock.h"
 #include "calib/base/expected.h"
-#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/calibrate/spindle/camera_run.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/nightly_options.h"
-#include "machine/nightly/night_calibration.h"
-#include "machine/nightly/night_job.h"
-#include "machine/nightly/night_lock.h"
-#include "machine/nightly/night_record.h"
+#include "machine/config/settings/nightly_options.h"
+#include "machine/nightly/record/night_calibration.h"
+#include "machine/nightly/record/night_job.h"
+#include "machine/nightly/record/night_lock.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal {
 

@@ -23,7 +23,7 @@ struct PlacePair {
 /// Out    `pose` where there are no pairs
 PlatePose best_pose(const std::vector<PlacePair>& pairs, const PlatePose& pose, Length least_lever);
 
-/// How far places are from where a pose has them, rms; 0 of none.
+/// Distance of places from those of a pose, rms; 0 of none.
 Length rms_from(const PlatePose& pose, const std::vector<PlacePair>& pairs);
 
 }  // namespace panelcal::internal

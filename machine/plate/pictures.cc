@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/base/digest.h"
+#include "calib/base/files/digest.h"
 #include "calib/camera/circle_bias.h"
 #include "calib/correction/spindle_camera.h"
 #include "machine/plate/fit.h"
@@ -22,8 +22,8 @@ using internal::PlacePair;
 
 /// Between a dot's rim and the picture's, px.
 constexpr double kDotRim_px = 10;
-/// How far a dot may be from where it is expected, as a part of the pitch: less than half, or it is
-/// taken for its neighbour.
+/// Greatest distance of a dot from its expected place, as a part of the pitch: less than half, or
+/// it is taken for its neighbour.
 constexpr double kDotReach = 0.3;
 /// Dots nearer together say nothing of a pose's angle, as a part of the pitch; two neighbours do.
 constexpr double kLeastLever = 0.63;
@@ -167,7 +167,7 @@ class PlateLooks {
     return folder.folder.filename().string() + "/" + row.file;
   }
 
-  /// How the plate lay, as its tags or its file say.
+  /// Pose of the plate by its tags or its file.
   Expected<internal::TaggedPose> begin(const PictureFolder& folder, std::size_t i_pose) const {
     if (!plate_.tags) return internal::TaggedPose{plate_.poses[i_pose], {}, {}};
     return internal::look_at_tags(config_, plate_, camera_, folder, zoom_);
@@ -220,7 +220,7 @@ class PlateLooks {
     }
   }
 
-  /// Where a dot should be in the picture, if all of it is in there.
+  /// Expected place of a dot in the picture, if all of it is in there.
   std::optional<Position<frame::Image>> expected_at(const Position<frame::Machine>& lies,
                                                     const Position<frame::Machine>& axis) const {
     const Eigen::Vector2d from_axis_mm = (lies - axis).in_mm();

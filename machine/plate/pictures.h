@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "machine/calibrate/table_run.h"
+#include "machine/calibrate/table/run.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/plate.h"
+#include "machine/config/plate/plate.h"
 #include "machine/look/mark_sights.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 
 namespace panelcal {
 
@@ -24,16 +24,16 @@ Expected<std::vector<PictureFolder>> read_plate_folders(const std::filesystem::p
 
 /// Looks for a plate's dots in recorded pictures: views, dots and what was seen of them.
 ///
-/// Which dot is which follows from where the axis stood and how the plate lay; the pose that its
-/// file states need only be right to a quarter of the pitch where the first picture was taken,
-/// since it is refined with every picture. Of a plate with tags these say how it lay
-/// (tagged_pose.h), whatever its file states. A picture whose tags contradict the others is left
-/// out. One that shows no tag is looked at by what two others or more said, and named in
-/// `without_tag`: where the axis stood there is checked by nothing but the dots, which look the
-/// same a pitch off. Dots are fitted as circles in the picture itself, as look_at_mark does. A dot
-/// that is not found is no error: plates get dirty. Axes stay where they were sent to:
-/// correct_views of mark_sights.h takes them to where they stood, for code that does not calibrate
-/// the table itself. A pose without pictures of the zoom is skipped.
+/// The places of the axis and the plate's pose tell which dot is which; the pose that its file
+/// states need only be right to a quarter of the pitch where the first picture was taken, since it
+/// is refined with every picture. Of a plate with tags these say how it lay (tagged_pose.h),
+/// whatever its file states. A picture whose tags contradict the others is left out. One that shows
+/// no tag is looked at by what two others or more said, and named in `without_tag`: where the axis
+/// stood there is checked by nothing but the dots, which look the same a pitch off. Dots are fitted
+/// as circles in the picture itself, as look_at_mark does. A dot that is not found is no error:
+/// plates get dirty. Axes stay where they were sent to: correct_views of mark_sights.h takes them
+/// to where they stood, for code that does not calibrate the table itself. A pose without pictures
+/// of the zoom is skipped.
 ///
 /// Fails  config-value (no [camera]; no dot diameter); picture-mismatch; what reading a picture
 ///        reports; calibration-data (no dot in any picture; dots that do not make one plate; no tag

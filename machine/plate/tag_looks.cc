@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/camera/model.h"
 #include "calib/correction/spindle_camera.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/picture/picture_form.h"
 #include "vision/tag/read_tags.h"
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ Target tag_target(const PlateTags& tags, double scale_mm_per_px) {
   return target;
 }
 
-/// Where the corners of a tag lie; empty where the camera does not see one.
+/// Places of the corners of a tag; empty where the camera does not see one.
 std::optional<TagSight> sight_of(const ReadTag& tag,
                                  const CameraModel& model,
                                  const Position<frame::Machine>& axis) {

@@ -8,9 +8,9 @@
 
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/plate.h"
+#include "machine/config/plate/plate.h"
 #include "machine/plate/tagged_pose.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 #include "vision/picture/image.h"
 
 // Not installed: a part of looking at plates.
@@ -32,7 +32,7 @@ Expected<PlatePicture> read_plate_picture(const MachineConfig& config,
 /// Reads the plate's tags in the pictures of one pose, and how the plate lay; a picture is named by
 /// its row. Pictures of another zoom are skipped.
 ///
-/// Where all tags are in one picture, a stop that was off there would shift the dots of every other
+/// If all tags are in one picture, a stop that was off there would shift the dots of every other
 /// one unseen: that is refused if others show none.
 ///
 /// Fails  what read_plate_picture, read_tags and pose_from_tags report; calibration-data

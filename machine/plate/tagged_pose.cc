@@ -15,8 +15,8 @@
 namespace panelcal::internal {
 namespace {
 
-/// How far a tag may be from where the others have it, as a part of the pitch: far less than what
-/// another dot's place is away, and more than a stage or a camera's calibration errs.
+/// Greatest distance of a tag from its place by the others, as a part of the pitch: far less than
+/// what another dot's place is away, and more than a stage or a camera's calibration errs.
 constexpr double kTagReach = 0.25;
 /// And by how much it may be turned against them: tags stand in one of four ways, as a rule.
 constexpr double kMostTurn_rad = std::numbers::pi / 4;
@@ -91,7 +91,7 @@ class Agreement {
     return out;
   }
 
-  /// Why a sight contradicts a pose; empty if it does not.
+  /// Reason why a sight contradicts a pose; empty if it does not.
   std::string why_not(const Known& known, const PlatePose& pose) const {
     const int id = known.sight->id;
     const Eigen::Vector2d seen_mm = middle_of(*known.sight);

@@ -9,7 +9,7 @@
 #include "calib/base/calibration_plate.h"
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
-#include "machine/config/plate.h"
+#include "machine/config/plate/plate.h"
 
 // Not installed: a part of looking at plates.
 namespace panelcal::internal {
@@ -21,7 +21,7 @@ struct TagSight {
   std::array<Position<frame::Machine>, 4> corners;  ///< in the order of corners_of()
 };
 
-/// How a plate lay, and the pictures that say otherwise.
+/// Pose of a plate, and the pictures that contradict it.
 struct TaggedPose {
   struct Contradiction {
     std::size_t i_picture = 0;  ///< each once

@@ -9,11 +9,11 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/interruption.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
 #include "calib/correction/spindle_camera.h"
 #include "machine/config/machine_config.h"
-#include "machine/config/sim_options.h"
+#include "machine/config/settings/sim_options.h"
 #include "machine/devices/calibration_devices.h"
 #include "machine/devices/camera.h"
 #include "machine/devices/spindle.h"
@@ -54,7 +54,7 @@ class SimCoupon final : public Stage, public CameraDevice, public Spindle {
 
   /// As it is now; that of the warm machine is approached.
   SpindleCameraOffset true_offset() const;
-  /// Where holes really are.
+  /// True places of holes.
   const std::vector<Position<frame::Machine>>& holes() const { return holes_; }
 
  private:

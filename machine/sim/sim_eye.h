@@ -5,7 +5,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/camera.h"
@@ -29,7 +29,7 @@ class SimEye {
   /// Precondition: config has [sim] and [camera]
   SimEye(const MachineConfig& config, Random noise);
 
-  /// Whether [sim] says what a lamp or a focus axis does.
+  /// True if [sim] says what a lamp or a focus axis does.
   bool has(CameraSetting setting) const;
   /// One that it does not tell of changes nothing.
   void set(CameraSetting setting, double value);

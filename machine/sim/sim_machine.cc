@@ -34,7 +34,7 @@ double view_radius_mm(const Camera& camera) {
   return radius_mm / std::cos(camera.tilt.in_rad());
 }
 
-/// How a board is turned on the table.
+/// Rotation of a board on the table.
 Angle rotation_of(const Transform<frame::Actual, frame::Nominal>& map) {
   const Eigen::Matrix2d& a = map.linear();
   return rad(std::atan2(a(1, 0) - a(0, 1), a(0, 0) + a(1, 1)));

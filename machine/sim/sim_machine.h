@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/camera/mapping.h"
 #include "calib/correction/spindle_camera.h"
-#include "machine/calibrate/job_calibration.h"
+#include "machine/calibrate/spindle/job_calibration.h"
 #include "machine/config/machine_config.h"
 #include "machine/look/view_taker.h"
 #include "machine/look/vision_procedure.h"
@@ -92,7 +92,7 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
                  std::size_t i_mark) const;
   void set_light(const MeasurementRequest& request, Scene& scene) const;
   Expected<Camera> camera_for(const MeasurementRequest& request, const View& view) const;
-  /// Where the spindle stands that was sent to a place, by way of the calibrated table.
+  /// True place of the spindle that was sent to a place, by way of the calibrated table.
   Expected<Position<frame::Machine>> stands_at(const Position<frame::Machine>& spindle) const;
   std::vector<const Mark*> marks_in_view(const Position<frame::Machine>& true_axis) const;
 

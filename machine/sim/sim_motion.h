@@ -2,9 +2,9 @@
 #pragma once
 
 #include "calib/base/frames.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
-#include "machine/config/sim_options.h"
+#include "machine/config/settings/sim_options.h"
 #include <Eigen/Core>
 
 namespace panelcal {
@@ -20,7 +20,7 @@ class SimMotion {
   /// Out    where it believes to stand: where it was sent
   Position<frame::Machine> move_to(const Position<frame::Machine>& spindle,
                                    const Eigen::Vector2d& error_mm = Eigen::Vector2d::Zero());
-  /// Where the spindle really is now, and where it comes to rest.
+  /// True place of the spindle now, and the place at which it comes to rest.
   Position<frame::Machine> standing() const;
   const Position<frame::Machine>& rest() const { return rest_; }
 

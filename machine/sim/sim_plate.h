@@ -34,7 +34,7 @@ struct SimPlateOptions : SimStops {
   int vision_tool = 1;  ///< describes the marks
   std::vector<Position<frame::Machine>> marks;
   std::vector<SimOtherMark> others;
-  /// Where the stage really stands against where it was sent to; empty: there.
+  /// True place of the stage minus the commanded one; empty: 0.
   std::function<Eigen::Vector2d(const Position<frame::Machine>&)> error_mm;
 };
 

@@ -35,7 +35,7 @@ Target resized(Target target, double ratio) {
   return target;
 }
 
-/// Whether a round pad at a place is clear of a feature by `clearance_mm`.
+/// True if a round pad at a place is clear of a feature by `clearance_mm`.
 bool is_clear(const Position<frame::Optical>& at,
               double radius_mm,
               const Feature& feature,

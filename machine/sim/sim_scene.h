@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/camera/mapping.h"
 #include "machine/config/machine_config.h"
 #include "vision/fit/target.h"
@@ -22,18 +22,18 @@ Camera sim_camera(const SimConfig& sim, const CameraMapping& calibrated);
 /// Fails  config-value (no [sim] or no [camera]); vision-tool-undefined
 Expected<Target> sim_target(const MachineConfig& config, int vision_tool);
 
-/// How blurred pictures are while the focus axis stands at a height; `camera` has the blur of the
-/// height that [sim] focus_z_mm names.
+/// Blur of pictures while the focus axis stands at a height; `camera` has the blur of the height
+/// that [sim] focus_z_mm names.
 double blur_px_at(const SimConfig& sim, Length focus, const Camera& camera);
 
 /// Board and light as [sim] describes them, without anything on the board.
 Scene sim_scene(const SimConfig& sim);
 
-/// Where one mark lies before a camera.
+/// Place of one mark before a camera.
 struct SimMarkPlace {
   Position<frame::Optical> center;
   Angle turn;          ///< on top of the target's own angle, the same way round
-  Length slot_length;  ///< where [sim] does not say
+  Length slot_length;  ///< used if [sim] does not state one
 };
 
 /// The features of a mark as [sim] has it printed and drilled.

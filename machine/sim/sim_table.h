@@ -7,7 +7,7 @@
 
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
-#include "machine/config/sim_options.h"
+#include "machine/config/settings/sim_options.h"
 #include "machine/devices/stage.h"
 #include <Eigen/Core>
 

@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "machine/config/sim_options.h"
+#include "machine/config/settings/sim_options.h"
 
 namespace panelcal {
 

@@ -9,7 +9,7 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
-#include "machine/config/sim_options.h"
+#include "machine/config/settings/sim_options.h"
 #include "program/walk/probing.h"
 
 namespace panelcal {

@@ -9,9 +9,9 @@
 #include <span>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
-#include "calib/base/strict_json.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/strict_json.h"
+#include "calib/base/statistics/random.h"
 #include "machine/sim/random_streams.h"
 #include <fmt/format.h>
 
@@ -47,7 +47,7 @@ Map panel_map(const SimConfig& sim) {
   return Map(linear, sim.panel_offset.in_mm());
 }
 
-/// How a board lies on the panel: turned about its first target, then shifted.
+/// Pose of a board on the panel: turned about its first target, then shifted.
 Transform<frame::Nominal, frame::Nominal> board_map(const SimConfig& sim,
                                                     const MeasurementRequest& first) {
   Random random = internal::random_of(sim.seed, internal::RandomStream::Boards, first.seq);

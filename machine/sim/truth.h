@@ -19,7 +19,7 @@
 
 namespace panelcal {
 
-/// Where everything on a simulated panel really is.
+/// True places of everything on a simulated panel.
 ///
 ///   actual = panel(board_path(nominal)),   both relative to work zero
 ///
@@ -38,7 +38,7 @@ struct Truth {
   Transform<frame::Actual, frame::Nominal> panel;
   std::map<InstancePath, Transform<frame::Actual, frame::Nominal>> instances;  ///< whole maps
   std::vector<Target> targets;
-  /// How the stage errs that drills into it; absent: not at all.
+  /// Errors of the stage that drills into it; absent: none.
   std::optional<SimTable> table;
 
   /// The map at a path; a path that is not listed is on the panel.

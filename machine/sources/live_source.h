@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "calib/base/expected.h"
-#include "machine/calibrate/job_calibration.h"
-#include "machine/calibrate/spindle_calibration.h"
+#include "machine/calibrate/spindle/calibration.h"
+#include "machine/calibrate/spindle/job_calibration.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/spindle.h"
 #include "machine/look/camera_views.h"

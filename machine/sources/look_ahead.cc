@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 
 namespace panelcal::internal {
 namespace {

@@ -43,7 +43,7 @@ class LookAhead {
 
   /// Begins anew with these pictures, in their order.
   void plan(std::vector<ForeseenPicture> pictures);
-  /// Whether a request is another than was foreseen, so that a new plan is worth its price. Says so
+  /// True if a request is another than was foreseen, so that a new plan is worth its price. Says so
   /// less often while new plans do not last.
   bool is_outdated(const MeasurementRequest& request);
   /// The picture of a row, with what was found in it; waits for it if it is under way. Empty if the

@@ -8,8 +8,8 @@
 #include <set>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/json_line.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/json_line.h"
 #include "machine/look/picture_locator.h"
 #include "machine/sources/recorded_ranges.h"
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ constexpr std::size_t kMaxMeasurementPath = 128;
 constexpr std::size_t kMaxTools = 4;
 constexpr std::size_t kMaxMeasurementLine = std::size_t{1} << 16;
 constexpr internal::RecordedRange kDeviceSetting{-internal::kMostOfDevice, internal::kMostOfDevice};
-/// What the covariance of a place must be.
+/// Condition for the covariance of a place.
 constexpr std::string_view kCovarianceWords = "xy^2 < xx yy, and sigmas from 1e-9 to 1000 mm";
 /// Recorded and requested nominals come from the same arithmetic; this only forgives printing.
 constexpr double kSameMeasured_mm = 1e-6;

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include <fmt/format.h>
 
 namespace panelcal {

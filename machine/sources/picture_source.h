@@ -11,13 +11,13 @@
 
 #include "calib/base/executor.h"
 #include "calib/base/expected.h"
-#include "machine/calibrate/job_calibration.h"
+#include "machine/calibrate/spindle/job_calibration.h"
 #include "machine/config/machine_config.h"
 #include "machine/look/view_taker.h"
 #include "machine/look/vision_procedure.h"
 #include "machine/sources/look_ahead.h"
 #include "program/model/measurement.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 #include "vision/picture/picture_form.h"
 
 namespace panelcal {
@@ -57,11 +57,11 @@ class PictureSource final : public MeasurementSource, public ViewTaker {
                 VisionProcedure procedure,
                 PictureFolder folder,
                 Executor* executor);
-  /// Which pictures the requests will show, as far as that can be said.
+  /// Pictures that the requests will show, as far as they can be predicted.
   std::vector<internal::ForeseenPicture> foreseen(
       const std::vector<MeasurementRequest>& requests) const;
   TakenPicture not_read(std::size_t i_row) const;
-  /// Where the optical axis stood, with the offset in force.
+  /// Place of the optical axis, with the offset in force.
   Position<frame::Machine> axis_of(const PictureRow& row) const;
   /// Refuses a picture that was taken where the table's map does not reach.
   Expected<void> check_is_on_table(const PictureRow& row) const;

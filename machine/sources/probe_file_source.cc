@@ -5,10 +5,10 @@
 #include <optional>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/json_line.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/json_line.h"
 #include "machine/sources/recorded_ranges.h"
-#include "surface/files/probe_keys.h"
+#include "surface/files/formats/probe_keys.h"
 #include <fmt/format.h>
 
 namespace panelcal {

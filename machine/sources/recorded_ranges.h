@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/base/covariance_check.h"
-#include "calib/base/json_line.h"
+#include "calib/base/json/json_line.h"
+#include "calib/base/statistics/covariance_check.h"
 #include <Eigen/Core>
 
 // Not installed: what numbers of recorded measurements and probes may be. What lies outside has the

@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "program/excellon/header.h"
-#include "program/excellon/interpreter.h"
-#include "program/excellon/stored_patterns.h"
+#include "program/excellon/interpreter/interpreter.h"
+#include "program/excellon/patterns/stored_patterns.h"
+#include "program/excellon/text/header.h"
 
 namespace panelcal::excellon {
 namespace {

@@ -212,7 +212,7 @@ class Leveller {
 
   // --- heights ---------------------------------------------------------------------------------
 
-  /// What is added to Z at a place, and what a report says of it.
+  /// Computes the shift of Z at a place, and adds it to the report.
   Expected<double> shift_mm(const GcodeBlock& block, const Eigen::Vector2d& p_mm) {
     const auto zoned = map_.height_at(position_mm<frame::Nominal>(p_mm));
     if (!zoned) return failure(placed(zoned.error(), block));
@@ -281,7 +281,7 @@ class Leveller {
     return heights_mm;
   }
 
-  /// Where a stretch is cut, its end included.
+  /// Parts of the way at which a stretch is cut, its end included.
   Expected<std::vector<double>> ends_of(const GcodeBlock& block,
                                         const Motion& motion,
                                         const Stretch& stretch) {
@@ -370,7 +370,7 @@ class Leveller {
     return motion.is_arc() ? kLeastArc_mm / gcode::length_mm(motion) : 0;
   }
 
-  /// What is below the safe height, and what is above.
+  /// Stretches below the safe height, and above.
   ///
   /// Precondition: it is known where it begins and ends.
   std::vector<Stretch> stretches(const Motion& motion) const {

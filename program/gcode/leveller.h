@@ -20,7 +20,7 @@ struct LevelOptions {
   /// Moves at or above this Z stay as they are. Empty: the lowest Z at which the program travels,
   /// of those above the board; rapid moves and cycles travel, if none does then any move.
   std::optional<Length> safe_height;
-  /// Where the tool was when its Z was set to 0. Empty: the map's heights count from there already;
+  /// Place of the tool when its Z was set to 0. Empty: the map's heights count from there already;
   /// a map whose heights are all more than 1 mm from 0 is then refused.
   std::optional<Position<frame::Nominal>> zero;
   /// The unit of coordinates before G20 and G21, mm; empty: such a program is refused.

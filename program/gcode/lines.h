@@ -48,7 +48,7 @@ class GcodeLines {
   double put_number(char letter, double value, int n_decimals);
   void put_others(const GcodeBlock& block, bool after);
 
-  Standing told_;     ///< where the control has the tool
+  Standing told_;     ///< the tool's place by the control
   std::string line_;  ///< that is being written
   std::string text_;
 };

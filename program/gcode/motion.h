@@ -14,7 +14,7 @@ namespace panelcal::gcode {
 
 enum class MotionKind : std::uint8_t { Rapid, Line, Clockwise, Counterclockwise, Cycle };
 
-/// Where the tool stands in work coordinates, mm; absent where unknown.
+/// Place of the tool in work coordinates, mm; absent where unknown.
 struct Standing {
   std::optional<double> x_mm, y_mm, z_mm;
 
@@ -46,7 +46,7 @@ struct Motion {
   bool goes() const { return from.x_mm != to.x_mm || from.y_mm != to.y_mm || is_arc(); }
 };
 
-/// Where a move is at a part of its way, 0 to 1.
+/// Place of a move at a part of its way, 0 to 1.
 ///
 /// Precondition: it is known where it begins and ends; the same for its length.
 Eigen::Vector2d place_mm(const Motion& motion, double part);
@@ -102,7 +102,7 @@ class MotionReader {
   std::optional<double> unit_mm_;
   std::optional<MotionKind> motion_;  ///< the modal one; absent: none yet, or G80
   double cycle_code_ = 0;             ///< of a cycle: what Z and R belong to
-  double offset_code_ = 54;           ///< which of the work zeros
+  double offset_code_ = 54;           ///< code of the work zero in force
   bool is_incremental_ = false;
   bool arcs_are_absolute_ = false;
   bool returns_to_r_ = false;

@@ -185,7 +185,7 @@ class ArcImage {
     const Eigen::Vector2d middle_mm = 0.5 * (span.start_mm + span.end_mm);
     Piece piece{.arc = {span.start_mm, span.end_mm, middle_mm, is_clockwise_, true}};
     if (phi > 0.5 * std::numbers::pi + 1e-9) return piece;  // more than half a circle: split it
-    // Where x(theta) does not turn round, the piece keeps between its ends.
+    // If x(theta) does not turn round, the piece keeps between its ends.
     const double advance = v_norm * std::cos(phi) - std::abs(ux) * std::sin(phi);
     if (sagitta_mm < kStraightArc_mm) {
       piece.deviation_mm = sagitta_mm + (advance >= 0 ? 0 : std::abs(lean_mm));

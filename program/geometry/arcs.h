@@ -31,7 +31,7 @@ enum class ArcFault : std::uint8_t {
 struct ArcFit {
   Arc arc;
   ArcFault fault = ArcFault::None;
-  double adjusted_mm = 0;  ///< how far the radius had to be changed; 0 if rounding explains it
+  double adjusted_mm = 0;  ///< change of the radius; 0 if rounding explains it
 };
 
 /// The arc of a radius (`A#`) through two points.

@@ -15,7 +15,7 @@ inline Eigen::Vector2d left_of(const Eigen::Vector2d& direction) {
   return {-direction.y(), direction.x()};
 }
 
-/// Whether a map turns left into right.
+/// True if a map turns left into right.
 inline bool is_mirror(const Eigen::Matrix2d& linear) {
   return linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) < 0;
 }

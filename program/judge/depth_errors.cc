@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -17,7 +17,7 @@ double chance_above(Length limit, Length mean, Length sigma) {
   return normal_exceedance(room / sigma);
 }
 
-/// What an axis counts on; absent if it was not probed.
+/// Surface that an axis counts on; absent if it was not probed.
 std::optional<Length> surface_of(const DepthOfCut& cut, std::size_t axis) {
   if (axis == 0) return cut.surface;
   if (axis > cut.other_surfaces.size()) return std::nullopt;

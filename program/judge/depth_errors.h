@@ -15,7 +15,7 @@
 
 namespace panelcal {
 
-/// How much deeper than wanted a tool works at a place: normal, of this mean and sigma.
+/// Excess of a tool's depth over the wanted one at a place: normal, of this mean and sigma.
 struct DepthError {
   Length mean;
   Length sigma;
@@ -39,7 +39,7 @@ struct DepthRisk {
 };
 DepthRisk depth_risk(const DepthError& error, const DepthTolerance& tolerance);
 
-/// How wrong depths may be, as far as anybody knows.
+/// Errors of depths, as far as they are known.
 ///
 /// The machine's commands count on a height of the surface: one that was probed once for many
 /// strokes, a grid's, interpolated, or a map's. The map says how high the surface really is and how

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "program/walk/emitter.h"
+#include "program/walk/execution/emitter.h"
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 

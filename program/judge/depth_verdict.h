@@ -21,8 +21,8 @@ namespace panelcal {
 /// works to a depth below the board's surface. Slots and contours are looked at all along their way
 /// and count once each, by their worst place. Memory does not grow with the job.
 ///
-/// How wrong each may be is what DepthErrors say, of several Z axes the one that is likeliest to
-/// break the tolerance. Planes above the table that no probe has moved are not judged.
+/// DepthErrors give the error of each; of several Z axes the one counts that is likeliest to break
+/// the tolerance. Planes above the table that no probe has moved are not judged.
 ///
 /// A probe that does not fit the others is not in the map, but what the machine is told may count
 /// on it: the places about it break their tolerance.
@@ -96,7 +96,7 @@ class DepthVerdict final : public OperationSink {
 
   DepthJudge judge_;
   std::map<int, ToolFigures> by_tool_;
-  // Where the router stands, how deep, and what it has routed since it went down.
+  // Place and depth of the router, and its contour since it went down.
   PlacedPoint router_;
   DepthOfCut router_cut_;
   Counted contour_;

@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// Which holes or moves to explain: `L14` all that line 14 makes, `500` the 500th, from 1.
+/// Holes or moves to explain: `L14` all that line 14 makes, `500` the 500th, from 1.
 struct ExplainChoice {
   std::optional<int> line;
   std::optional<std::int64_t> number;

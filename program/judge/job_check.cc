@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "program/excellon/tools.h"
+#include "program/excellon/text/tools.h"
 #include "program/geometry/arc_shape.h"
 #include <fmt/format.h>
 

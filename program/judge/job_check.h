@@ -14,7 +14,7 @@
 
 namespace panelcal {
 
-/// Where the machine can go.
+/// Range of the machine's axes.
 struct Travel {
   Position<frame::Machine> low;
   Position<frame::Machine> high;

@@ -124,7 +124,7 @@ class JobVerdict final : public OperationSink {
   std::map<int, Tool> tools_;
   std::map<int, ToolFigures> by_tool_;
   std::array<Decade, kDecades> decades_;
-  PlacedPoint router_;  ///< where it stands
+  PlacedPoint router_;  ///< place of the router
   std::int64_t n_places_ = 0;
   bool has_slots_ = false;  ///< passed on whole
   int tool_ = 0;            ///< of last_

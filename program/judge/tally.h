@@ -96,7 +96,7 @@ class Tally final : public OperationSink {
   Counter holes_;
   Counter slots_;
   Counter routs_;
-  PlacedPoint router_;  ///< where it stands
+  PlacedPoint router_;  ///< place of the router
   Length routed_length_;
   double max_square_shift_mm2_ = 0;
   MaxSigma max_sigma_;

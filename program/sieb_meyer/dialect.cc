@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "program/sieb_meyer/file_layout.h"
-#include "program/sieb_meyer/interpreter.h"
-#include "program/sieb_meyer/subprograms.h"
+#include "program/sieb_meyer/interpreter/interpreter.h"
+#include "program/sieb_meyer/sections/subprograms.h"
+#include "program/sieb_meyer/text/file_layout.h"
 
 namespace panelcal::sieb_meyer {
 namespace {

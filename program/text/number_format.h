@@ -12,14 +12,14 @@ namespace panelcal {
 
 enum class LengthUnit : std::uint8_t { Inch, Millimeter };
 
-/// Which zeros a number without a decimal point keeps.
+/// Zeros that a number without a decimal point keeps.
 enum class Zeros : std::uint8_t {
   LeadingKept,   ///< LZ: digits count from the left, trailing zeros may be left off
   TrailingKept,  ///< TZ: digits count from the right, leading zeros may be left off
 };
 
-/// How a program writes lengths (CNC-7 manual, Inch vs. Metric; Leading and Trailing Zeros).
-/// The default is the manual's: inch, two digits before and four behind the point, leading zeros.
+/// Notation of a program's lengths (CNC-7 manual, Inch vs. Metric; Leading and Trailing Zeros). The
+/// default is the manual's: inch, two digits before and four behind the point, leading zeros.
 struct NumberFormat {
   LengthUnit unit = LengthUnit::Inch;
   Zeros zeros = Zeros::LeadingKept;

@@ -23,7 +23,7 @@ struct PlainCoordinate {
   bool has_point = true;  ///< every number has a decimal point or no digits: any format reads it
   int n_points = 0;
 
-  /// Where it leads from a place: an axis that is left out stays.
+  /// Place to which it leads from another: an axis that is left out stays.
   Eigen::Vector2d from(const Eigen::Vector2d& at_mm) const {
     return {xy_mm[0].value_or(at_mm.x()), xy_mm[1].value_or(at_mm.y())};
   }
@@ -165,7 +165,7 @@ class PlainReader {
       }
       const char* const next = read_block(at, block);
       if (next == nullptr) break;
-      // Where layouts change all the time, looking for them costs more than it saves.
+      // If layouts change all the time, looking for them costs more than it saves.
       constexpr int kLinesWithout = 32;
       const bool is_time = --n_lines_without < 0;
       layout = is_time ? layout_of(at, next) : Layout();
@@ -220,7 +220,7 @@ class PlainReader {
     return layout.length != 0 && *at == 'X' && at[layout.y] == 'Y' && (no_x | no_y) == 0 &&
            next[-1] == '\n' && next[0] != '\r';
   }
-  /// How many blocks from here on have the layout, but for the last of them.
+  /// Number of blocks from here on that have the layout, but for the last of them.
   static std::int64_t count_alike(const char* at, const char* stop, const Layout& layout) {
     std::int64_t n = 0;
     for (; at < stop && is_alike(at, layout); at += layout.length) ++n;

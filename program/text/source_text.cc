@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 
 namespace panelcal {
 

@@ -40,10 +40,10 @@ inline bool ends_in_line_end(std::string_view text) {
 /// The last line of a text, complete or not; the empty line 1 of an empty text.
 SourceLine last_line(std::string_view text);
 
-/// How many line feeds a text has, eight characters at a time.
+/// Number of line feeds of a text, counted eight characters at a time.
 std::size_t count_line_feeds(std::string_view text);
 
-/// How many characters a line end has: CR LF and LF CR are one line end each; LF CR LF is an empty
+/// Number of characters of a line end: CR LF and LF CR are one line end each; LF CR LF is an empty
 /// line that ends in CR LF.
 ///
 /// Precondition: `at` is a CR or LF before `end`

@@ -8,7 +8,7 @@
 namespace panelcal {
 namespace {
 
-/// What stands for a character of markup; empty for all others.
+/// Entity of a character of markup; empty for all others.
 std::string_view entity(char c) {
   switch (c) {
     case '&':

@@ -36,9 +36,9 @@ struct Settings {
   std::optional<bool> obeys_areas;
 
   AverageKind average = AverageKind::Mean;  ///< SPAV
-  Length surface_height;                    ///< where the board's surface is expected, above Z0
+  Length surface_height;                    ///< expected height of the board's surface above Z0
   std::optional<Length> surface_tolerance;  ///< BOTT, MAPT: the most that a probe may differ
-  Length grid_hold = mm(10);                ///< how far outside the grid its edge's value holds
+  Length grid_hold = mm(10);  ///< distance outside the grid to which its edge's value holds
   /// [surface] fill_gaps: nodes of the grid that are not probed get the height that the others
   /// predict; else they are an error.
   bool fills_gaps = false;

@@ -17,8 +17,8 @@
 
 namespace panelcal {
 
-/// Where a walk takes its answers from and puts its operations. The first walk has sources and no
-/// sink, the second a sink and no sources; a trial has all of them.
+/// Sources of a walk's answers, and sink of its operations. The first walk has sources and no sink,
+/// the second a sink and no sources; a trial has all of them.
 struct WalkEnds {
   MeasurementSource* measurements = nullptr;
   ProbeSource* probes = nullptr;
@@ -37,13 +37,13 @@ class ProgramDialect {
   virtual ~ProgramDialect() = default;
 
   virtual Dialect id() const = 0;
-  /// Whether a text begins as programs of this language do.
+  /// True if a text begins as programs of this language do.
   virtual bool begins(std::string_view bytes) const = 0;
   /// Reads the head, and the stored patterns that the program names; problems go into the log.
   ///
   /// In     program: with its source and `reading`
   virtual void read(Program& program, DiagnosticLog& log) const = 0;
-  /// Whether its programs switch [reference_scaling] on and off (M60).
+  /// True if its programs switch [reference_scaling] on and off (M60).
   virtual bool has_reference_scaling() const { return false; }
   /// One walk over a program that read() has read.
   ///

@@ -25,10 +25,10 @@ namespace panelcal {
 struct ReadOptions {
   /// Tool data by diameter; every row has a diameter (CNC-7 manual, Tool Diameter).
   std::vector<Tool> diameter_page;
-  /// Where M99 looks for stored patterns and subprograms, in order.
+  /// Folders in which M99 looks for stored patterns and subprograms, in order.
   std::vector<std::filesystem::path> pattern_folders;
   std::optional<bool> block_delete;  ///< the operator's switch, where the header has no BLKD
-  int axis_version = 1;              ///< where the header has no VER
+  int axis_version = 1;              ///< used if the header has no VER
   /// --accept-unterminated: an Excellon program may stop behind any complete line.
   bool accepts_unterminated = false;
   std::string operator_id;  ///< OPID: what an asterisk in a canned text stands for
@@ -64,8 +64,8 @@ struct WalkOptions {
   Tolerances tolerances;            ///< [tolerance]
   GateLimits base_limits;    ///< [gates]; by itself none, a MachineConfig has the default ones
   GateLimits nested_limits;  ///< [gates.nested]; the same
-  /// Where the program has holes and targets, asked for only when a series does not fit. Without it
-  /// no pad can be named that was taken for another.
+  /// Holes and targets of the program, asked for only when a series does not fit. Without it no pad
+  /// can be named that was taken for another.
   std::function<const KnownPads*()> known_pads;
   /// Work zero without any zero set (the machine's zero correction), and absolute zero.
   Position<frame::Machine> work_zero;

@@ -23,7 +23,7 @@ struct ProbeRequest {
   std::string file;     ///< of a subprogram or pattern; empty: the program itself
   std::string command;  ///< G73, G78 or G79
   Position<frame::Nominal> nominal;
-  Position<frame::Actual> expected;  ///< where to probe, relative to work zero
+  Position<frame::Actual> expected;  ///< place to probe, relative to work zero
   Position<frame::Machine> work_zero;
   InstancePath path;
   int tool = 0;

@@ -26,7 +26,7 @@ struct Program {
   int axis_version() const { return head->axis_version.value_or(reading.axis_version); }
   const std::map<int, Tool>& tools() const { return head->tools; }
   const std::map<int, int>& tool_lines() const { return head->tool_lines; }
-  /// How numbers are read: "inch 2.4, leading zeros kept".
+  /// Number format for people: "inch 2.4, leading zeros kept".
   std::string number_summary() const { return head->number_summary(); }
 };
 

@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// Which candidate of its picture each target of a series is.
+/// Candidate of its picture that each target of a series is.
 struct SeriesAssignment {
   Constellation found;
   std::vector<std::size_t> n_candidates;  ///< that count, of each target

@@ -44,7 +44,7 @@ struct SeriesResult {
   std::vector<std::size_t> dropped;
   /// If pictures had several candidates: which were taken, or why none was.
   std::optional<SeriesAssignment> assignment;
-  /// How far the layers of one target are apart at most (SIEB & MEYER, measurement modes 2 and 3).
+  /// Greatest distance of the layers of one target (SIEB & MEYER, measurement modes 2 and 3).
   std::optional<Length> layer_spread;
 
   /// The fit is a smooth one, on top of the affine `model` (calib/panel/smooth_panel.h).

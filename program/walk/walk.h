@@ -65,7 +65,7 @@ struct CheckedWalk {
 /// Until where a check executes as well.
 enum class Execution : std::uint8_t {
   None,
-  UntilAsked,  ///< where the program asks for a measurement, another walk executes it
+  UntilAsked,  ///< if the program asks for a measurement, another walk executes it
   OfNominal,   ///< on a perfect panel
 };
 

@@ -56,7 +56,7 @@ enum Column : std::size_t {
   kSurfaceSource,
   kRiskShallow,
   kRiskDeep,
-  kColumns,  ///< how many there are
+  kColumns,  ///< number of columns
 };
 
 constexpr std::string_view kHeader =
@@ -72,7 +72,7 @@ class Row {
  public:
   explicit Row(std::string& out) : out_(out) {}
 
-  /// Where the field is to be appended. Precondition: no column left of the last one.
+  /// Text to which the field is appended. Precondition: no column left of the last one.
   std::string& at(Column column) {
     out_.append(column - at_, ',');
     at_ = column;
@@ -256,7 +256,7 @@ class Fields {
   std::optional<double> risk_end_;
 };
 
-/// What lies between sigma and the risk in the row of a hole, and what follows it.
+/// Commas between sigma and the risk in the row of a hole, and the text behind it.
 constexpr auto kBeforeRisk = [] {
   std::array<char, kRisk - kSigma - 1> commas{};
   commas.fill(',');

@@ -5,12 +5,12 @@
 
 namespace panelcal {
 
-// What writers of another language have to know of settings, which are passed on as written.
+// Facts for writers of another language about settings, which are passed on as written.
 
 /// The word of an Excellon setting: PCKPARAM of `PCKPARAM,1`.
 std::string_view setting_key(std::string_view text);
 
-/// How numbers and modes are written in Excellon: a writer has its own.
+/// True for a setting of the notation of numbers and modes in Excellon: a writer has its own.
 bool is_spelling(std::string_view key);
 
 /// Of Excellon settings: ZC is a part of work zero; DN and Z are depths.

@@ -7,7 +7,7 @@
 namespace panelcal {
 namespace {
 
-/// What sums of sines and cosines of whole quarter turns may be off.
+/// Greatest error of sums of sines and cosines of whole quarter turns.
 constexpr double kRounding = 1e-9;
 
 bool is_same(const Eigen::Matrix2d& a, const Eigen::Matrix2d& b) {

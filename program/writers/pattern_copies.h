@@ -16,10 +16,10 @@ namespace panelcal {
 /// A map between places in work coordinates.
 using WorkMap = Transform<frame::Nominal, frame::Nominal>;
 
-/// Where PatternEnd puts a place of its pattern.
+/// Map that PatternEnd applies to a place of its pattern.
 WorkMap work_map(const Placement& copy);
 
-/// Which mirrors and swap of copy_orientation make up a linear part; absent if it is not one of the
+/// Mirrors and swap of copy_orientation that make up a linear part; absent if it is not one of the
 /// eight that the axes allow.
 std::optional<CopyRun> copy_run(const Eigen::Matrix2d& linear);
 

@@ -15,7 +15,7 @@ namespace {
 /// Between planes of several Z axes that one does for.
 constexpr Length kSamePlane = um(10);
 
-/// How far the surface under another Z axis is from that under the first, each from its reference
+/// Height of the surface under another Z axis above that under the first, each from its reference
 /// if the plane counts from one.
 Length rise_of_others(const DepthOfCut& cut) {
   double most_mm = 0;

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/base/byte_sink.h"
+#include "calib/base/files/byte_sink.h"
 #include "calib/base/frames.h"
 #include "program/model/operation.h"
 #include "program/writers/fixed_point.h"

@@ -34,7 +34,7 @@ std::vector<double> distinct(std::vector<double> values_mm) {
   return kept;
 }
 
-/// Which of the distinct coordinates a value belongs to.
+/// Index of the distinct coordinate that a value belongs to.
 std::size_t index_of(std::span<const double> coordinates_mm, double v_mm) {
   const auto behind = std::ranges::upper_bound(coordinates_mm, v_mm);
   return static_cast<std::size_t>(behind - coordinates_mm.begin()) - 1;
@@ -201,7 +201,7 @@ struct GridMap::Profile {
   std::vector<std::vector<CellForm>> cells;  // by piece; by Z axis
   const BendOfCell& bend;
 
-  /// Whether the chord from (t0, h0) to (t1, h1), points of the profile, stays within the
+  /// True if the chord from (t0, h0) to (t1, h1), points of the profile, stays within the
   /// tolerance.
   bool is_close(
       double t0, const ArrayXd& h0_mm, double t1, const ArrayXd& h1_mm, double tolerance_mm) const {

@@ -39,7 +39,7 @@ struct GridProblem {
 /// A height from the grid.
 struct GridHeight {
   std::vector<HeightEstimate> heights;  ///< one per Z axis
-  /// How far outside of the grid the place lies, where the edge value holds; 0 inside.
+  /// Distance of the place from the grid, outside of which the edge value holds; 0 inside.
   Length outside;
 
   bool is_inside() const { return outside == Length(); }
@@ -75,8 +75,9 @@ class GridMap {
   /// Precondition: p_mm is finite.
   GridHeight height_at(const Eigen::Vector2d& p_mm) const;
 
-  /// Where a straight contour must be cut, so that a tool that goes straight from the map's height
-  /// at one cut to that at the next stays within `tolerance` of the map on every Z axis.
+  /// Parameters at which a straight contour must be cut, so that a tool that goes straight from the
+  /// map's height at one cut to that at the next stays within `tolerance` of the map on every Z
+  /// axis.
   ///
   /// Between cell borders the height is a quadratic a t^2 + b t + c, which a chord over a stretch
   /// of length h in t misses by a h^2 / 4 in its middle. A chord over borders is also off at these:

@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// How G74 makes one value of many: SPAV,A, SPAV,M, SPAV,O and SPAV,T.
+/// Kind of average by which G74 makes one value of many: SPAV,A, SPAV,M, SPAV,O and SPAV,T.
 enum class AverageKind : std::uint8_t {
   Mean,         ///< A: of all values
   Median,       ///< M: the middle value, or the mean of the two in the middle

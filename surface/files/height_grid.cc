@@ -45,7 +45,7 @@ bool is_wanted(HeightSource source, GridFill fill) {
   return source != HeightSource::Extrapolated && fill == GridFill::Filled;
 }
 
-/// Where a map refuses nothing is known.
+/// A node at which the map refuses has no height.
 template <class HeightAtPlace>
 Expected<HeightGrid> sampled(const LatticeAxis& x,
                              const LatticeAxis& y,

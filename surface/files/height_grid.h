@@ -24,9 +24,9 @@ struct HeightGrid {
   Expected<void> validate() const;
 };
 
-/// Which nodes a map gives a height.
+/// Nodes that get a height from a map.
 enum class GridFill : std::uint8_t {
-  Measured,  ///< where a probe vouches for it (HeightSource::Measured); the others stay missing
+  Measured,  ///< nodes that a probe vouches for (HeightSource::Measured); the others stay missing
   Filled,    ///< also where it is only predicted, between probes; never outside of their hull
 };
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "surface/files/probe_readers.h"
 #include <fmt/format.h>
 

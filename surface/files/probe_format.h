@@ -16,7 +16,7 @@
 
 namespace panelcal {
 
-/// Whose file of probed heights it is.
+/// Program whose file of probed heights it is.
 enum class ProbeFormat : std::uint8_t {
   HeightMapCsv,     ///< RepRapFirmware's `heightmap.csv`: a grid
   LinuxCncLog,      ///< LinuxCNC's `(PROBEOPEN ...)`: a place and its height a line
@@ -38,7 +38,7 @@ struct ProbeFileOptions {
   Length sigma = um(5);
   /// The unit of the file: inch(1) if the machine was set to inches. Recorded probes are in mm.
   Length unit = mm(1);
-  /// Whose height is taken of probes with several Z axes, from 0. Empty: there must be only one.
+  /// Z axis whose height is taken of probes with several, from 0. Empty: there must be only one.
   std::optional<int> z_axis = std::nullopt;
 
   /// Fails  config-value

@@ -18,7 +18,7 @@ namespace panelcal::internal {
 ///
 /// Fails  measurement-file
 /// Source RepRapFirmware, Grid.cpp (loading and saving of 1.x to 3.x)
-/// See    tests/surface/files/height_map_csv_test.cc
+/// See    tests/surface/files/formats/height_map_csv_test.cc
 Expected<ProbeFile> parse_height_map_csv(std::string_view text,
                                          const std::string& file,
                                          const ProbeFileOptions& options);
@@ -28,7 +28,7 @@ Expected<ProbeFile> parse_height_map_csv(std::string_view text,
 /// Fails  measurement-file: a line of fewer than 3 or more than 9 numbers; A, B or C not 0: a
 ///        tilted tool probes no height; U or V not 0: the place of the probe is unknown
 /// Source LinuxCNC, G-code reference, G38.n (PROBEOPEN)
-/// See    tests/surface/files/linuxcnc_log_test.cc
+/// See    tests/surface/files/formats/linuxcnc_log_test.cc
 Expected<ProbeFile> parse_linuxcnc_log(std::string_view text,
                                        const std::string& file,
                                        const ProbeFileOptions& options);
@@ -40,7 +40,7 @@ Expected<ProbeFile> parse_linuxcnc_log(std::string_view text,
 ///
 /// Fails  measurement-file
 /// Source bCNC, CNC.py, class Probe
-/// See    tests/surface/files/bcnc_probe_test.cc
+/// See    tests/surface/files/formats/bcnc_probe_test.cc
 Expected<ProbeFile> parse_bcnc_probe(std::string_view text,
                                      const std::string& file,
                                      const ProbeFileOptions& options);
@@ -50,7 +50,7 @@ Expected<ProbeFile> parse_bcnc_probe(std::string_view text,
 ///
 /// Fails  measurement-file
 /// Source OpenCNCPilot, HeightMap.cs
-/// See    tests/surface/files/opencncpilot_map_test.cc
+/// See    tests/surface/files/formats/opencncpilot_map_test.cc
 Expected<ProbeFile> parse_opencncpilot_map(std::string_view text,
                                            const std::string& file,
                                            const ProbeFileOptions& options);
@@ -61,7 +61,7 @@ Expected<ProbeFile> parse_opencncpilot_map(std::string_view text,
 ///
 /// Fails  json-syntax; measurement-file; measurement-invalid (a sigma that is not above 0)
 /// Source docs/formats/probes.md
-/// See    tests/surface/files/recorded_probes_test.cc
+/// See    tests/surface/files/formats/recorded_probes_test.cc
 Expected<ProbeFile> parse_recorded_probes(std::string_view text,
                                           const std::string& file,
                                           const ProbeFileOptions& options);

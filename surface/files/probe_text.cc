@@ -19,7 +19,7 @@ namespace {
 constexpr double kLeastStep_mm = 0.1;
 constexpr double kLeastRange_mm = 1;
 constexpr double kHighest_mm = 99.999;
-/// How bCNC would scan on.
+/// Heights and feed with which bCNC would scan on.
 constexpr double kAbove_mm = 3;
 constexpr double kBelow_mm = 1;
 constexpr double kFeed_mm_min = 10;

@@ -44,7 +44,7 @@ double border_distance_mm(const Corners& corners, const Vector2d& p_mm, bool is_
   return least_mm;
 }
 
-/// Whether a ray from the place to the right crosses the border an odd number of times.
+/// True if a ray from the place to the right crosses the border an odd number of times.
 bool is_inside(const Corners& corners, const Vector2d& p_mm) {
   bool out = false;
   for (std::size_t i = 0, before = corners.size() - 1; i < corners.size(); before = i++) {
@@ -57,7 +57,7 @@ bool is_inside(const Corners& corners, const Vector2d& p_mm) {
   return out;
 }
 
-/// Whether two sides have a point in common that is inside of both.
+/// True if two sides have a point in common that is inside of both.
 bool cross_each_other(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d) {
   const double c_side = cross(b - a, c - a), d_side = cross(b - a, d - a);
   const double a_side = cross(d - c, a - c), b_side = cross(d - c, b - c);
@@ -85,7 +85,7 @@ double doubled_area_mm2(const Corners& corners) {
   return std::abs(out);
 }
 
-/// What is wrong with it, and what was expected; empty if nothing is.
+/// Description of a fault and of the expected input; empty if there is no fault.
 using Problem = std::pair<std::string, std::string>;
 
 bool all_near(const Corners& corners) {

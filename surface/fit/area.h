@@ -46,7 +46,7 @@ Polygon rectangle(const Position<frame::Nominal>& low, const Position<frame::Nom
 /// Fails  config-value
 Expected<void> check_area(const Area& area, std::string_view name, const Place& from);
 
-/// Whether a place lies in an area, or nearer to it than margin. The border belongs to it.
+/// True if a place lies in an area, or nearer to it than margin. The border belongs to it.
 bool is_within(const Area& area, const Position<frame::Nominal>& place, Length margin = mm(0));
 
 /// Lower left and upper right corner of the rectangle about an area; infinite for Outside.

@@ -6,7 +6,7 @@
 
 namespace panelcal {
 
-/// How alike the bendings of two places are.
+/// Covariance function of the bending at two places.
 enum class BendingKernel : std::uint8_t {
   None,       ///< nothing bends
   ThinPlate,  ///< r^2 log r, a covariance up to affine maps

@@ -42,7 +42,7 @@ constexpr double kSameLength = 0.003;
 /// A kernel that is worse by more at all lengths tried, in -2 log likelihood, is not refined.
 constexpr double kWorseKernel = 10;
 
-/// Where f is least between low and high.
+/// Argument of the minimum of f between low and high.
 template <class Function>
 double least(double low, double high, int n_steps, const Function& f) {
   const double golden = (std::sqrt(5.0) - 1) / 2;
@@ -65,7 +65,7 @@ double least(double low, double high, int n_steps, const Function& f) {
   return 0.5 * (low + high);
 }
 
-/// Where the parabola through three values, of which the middle one is least, is least.
+/// Argument of the minimum of the parabola through three values, of which the middle one is least.
 double parabola_least(const std::array<double, 3>& x, const std::array<double, 3>& f) {
   const double before = (f[1] - f[0]) / (x[1] - x[0]);
   const double behind = (f[2] - f[1]) / (x[2] - x[1]);
@@ -163,7 +163,8 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
     trend.row(i) = trend_at(readings.places.col(i), n_trend).transpose();
   }
   const MatrixXd weighted = out.weights_per_mm_.asDiagonal() * trend;
-  // Where the probes stand tells whether there is a bow to find, whatever they are said to scatter.
+  // The places of the probes tell whether there is a bow to find, whatever they are said to
+  // scatter.
   if (n_trend > kPlane && !is_determined(trend, kDependentBow)) return std::nullopt;
   if (!is_determined(weighted, kDependentBending)) return std::nullopt;
   out.qr_ = OrthogonalTriangular(weighted);
@@ -278,7 +279,7 @@ Bending BendingLikelihood::best_of(std::span<const BendingKernel> kernels) const
   std::vector<std::vector<Bending>> tried;
   Bending best;
   for (const BendingKernel kernel : kernels) {
-    // What does not bend, or like a thin plate, has no length of its own.
+    // A surface that does not bend, or bends like a thin plate, has no length of its own.
     const bool has_length = kernel != BendingKernel::None && kernel != BendingKernel::ThinPlate;
     tried.emplace_back();
     for (const double length : has_length ? lengths() : std::vector<double>{1}) {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "surface/fit/bending_kernel.h"
 #include "surface/fit/probe_point.h"
 #include <Eigen/Core>
@@ -32,7 +32,7 @@ struct Readings {
 using Trend = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1>;
 Trend trend_at(const Eigen::Vector2d& place, Eigen::Index n_trend);
 
-/// Which bending explains the readings, in units of Readings.
+/// Bending that explains the readings, in units of Readings.
 struct Bending {
   BendingKernel kernel = BendingKernel::None;
   double length = 1;

@@ -20,7 +20,7 @@ namespace {
 /// Squares; empty where nothing is predicted.
 using Misses = std::vector<std::optional<double>>;
 
-/// What is missed, in units of what each probe is said to scatter.
+/// Prediction errors in units of each probe's stated sigma.
 Misses misses(const SurfaceFit& fit, std::span<const ProbePoint> points) {
   Misses out;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -33,7 +33,7 @@ Misses misses(const SurfaceFit& fit, std::span<const ProbePoint> points) {
   return out;
 }
 
-/// Whether `other` misses more than `best` beyond one standard error of the mean difference.
+/// True if `other` misses more than `best` beyond one standard error of the mean difference.
 bool is_clearly_worse(const Misses& other, const Misses& best) {
   double worst = 0;
   for (const Misses* all : {&other, &best}) {
@@ -42,7 +42,7 @@ bool is_clearly_worse(const Misses& other, const Misses& best) {
   double n = 0, sum = 0, squares = 0;
   for (std::size_t i = 0; i < best.size(); ++i) {
     if (!other[i] && !best[i]) continue;
-    // What a model does not predict it cannot have missed little.
+    // A model that does not predict a probe cannot have missed it by little.
     const double difference = !best[i] ? -worst : !other[i] ? worst : *other[i] - *best[i];
     n += 1;
     sum += difference;

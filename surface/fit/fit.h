@@ -37,7 +37,7 @@ inline constexpr std::size_t kMostGridProbes = 50'000;
 /// Fewer probes than this are not asked for bow and twist.
 inline constexpr std::size_t kLeastForBow = 12;
 
-/// Whether a model takes this number of probes, and all of them are numbers.
+/// Checks that a model takes this number of probes, and that all of them are numbers.
 ///
 /// Fails  grid-invalid: too few or too many probes; a number that is not finite
 /// See    tests/surface/fit/fit_test.cc
@@ -63,7 +63,7 @@ class SurfaceFit {
   Eigen::MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
 
   const SurfaceShape& shape() const;
-  /// How many times as much the probes scatter as they say.
+  /// Ratio of the probes' scatter to their stated sigma.
   double noise_factor() const;
   /// Of the noise factor: what the probes tell of it, and what was believed before. Infinite for
   /// grid models, which believe the probes.

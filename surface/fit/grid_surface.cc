@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

@@ -25,7 +25,7 @@ double limited(double slope, double most) {
   return std::clamp(slope, -kMostSlope * most, kMostSlope * most);
 }
 
-/// What a twist may be between.
+/// Limits of a twist.
 struct Limits {
   double low, high;
 };

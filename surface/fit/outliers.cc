@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include "surface/fit/even_part.h"
 #include <fmt/format.h>
 
@@ -159,7 +159,7 @@ Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
   if (!(plane.noise_factor() > most_noise_) || !plane.left_out_rms()) return {};
   const double most = kHardlyBetter * *plane.left_out_rms();
   double missed = found.left_out_rms().value_or(0);
-  // What another model predicts well is a surface.
+  // A reading that another model predicts well is a surface.
   for (const SurfaceModel model : {SurfaceModel::ThinPlate, SurfaceModel::GaussianProcess}) {
     if (!(missed > most)) return {};
     if (model == found.model()) continue;

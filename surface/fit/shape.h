@@ -30,8 +30,8 @@ constexpr bool is_of_grid(SurfaceModel model) {
 inline constexpr int kPlaneTrend = 3;
 inline constexpr int kBowTrend = 6;
 
-/// How a surface bends and how much its probes scatter: all that a fit finds besides the surface
-/// itself, and all that it needs to be made again.
+/// Bending of a surface and scatter of its probes: all that a fit finds besides the surface itself,
+/// and all that it needs to be made again.
 struct SurfaceShape {
   BendingKernel kernel = BendingKernel::None;
   Length length;              ///< over which it bends, the unit of r; 0 if nothing bends

@@ -6,8 +6,8 @@
 #include <span>
 #include <utility>
 
-#include "calib/base/distributions.h"
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/distributions.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "surface/fit/even_part.h"
 #include <fmt/format.h>
 
@@ -84,7 +84,7 @@ struct Whitened {
   }
 };
 
-/// What both outlines, convex and counter-clockwise, hold (Sutherland and Hodgman 1974).
+/// Intersection of two outlines, convex and counter-clockwise (Sutherland and Hodgman 1974).
 std::vector<Vector2d> intersection(std::span<const Position<frame::Nominal>> a,
                                    std::span<const Position<frame::Nominal>> b) {
   std::vector<Vector2d> out;

@@ -12,7 +12,7 @@
 
 namespace panelcal {
 
-/// Whether a part of a difference is more than chance.
+/// Test of a part of a difference against chance.
 struct DifferencePart {
   double chi_square = 0;
   int degrees_of_freedom = 0;

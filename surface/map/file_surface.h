@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/base/strict_json.h"
+#include "calib/base/json/strict_json.h"
 #include "surface/fit/probe_point.h"
 #include "surface/map/height_map.h"
 #include "surface/map/source.h"

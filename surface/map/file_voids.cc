@@ -73,7 +73,7 @@ Expected<Corners> read_corners(const StrictObject& object,
   return out;
 }
 
-/// How areas are written: by the first key, which only one of them has.
+/// Form in which an area is written, known by its first key, which only one form has.
 struct Kind {
   std::string_view key;
   std::string_view other;  ///< that it has as well; empty: none

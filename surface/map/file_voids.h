@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/base/strict_json.h"
+#include "calib/base/json/strict_json.h"
 #include "surface/map/voids.h"
 
 // Not installed: part of surface/map/file.h, areas of zones and voids.

@@ -20,7 +20,7 @@ std::vector<double> counted(int n_nodes) {
   return out;
 }
 
-/// What heights and slopes at 0 and 1 weigh at t.
+/// Weights at t of heights and slopes at 0 and 1.
 struct HermiteWeights {
   double low, low_slope, high, high_slope;
 
@@ -122,7 +122,7 @@ inline HeightLattice::Local HeightLattice::Finder::local(const Eigen::Vector2d& 
           !(std::abs(x - x_inside) + std::abs(y - y_inside) <= kSameNode)};
 }
 
-/// What interpolates, for a loop of its own: as Finder.
+/// Interpolation for a loop of its own: as Finder.
 struct HeightLattice::Bilinear {
   const double* nodes_mm;
   std::size_t n_x;

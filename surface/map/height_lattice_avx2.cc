@@ -61,7 +61,8 @@ PANELCAL_AVX2 __m256d two_and_two(const double* a, const double* b) {
 
 }  // namespace
 
-/// Where four places are, in the order 0, 2, 1, 3: so pairs of doubles are told apart at once.
+/// Cells and coordinates of four places, in the order 0, 2, 1, 3: so pairs of doubles are told
+/// apart at once.
 struct HeightLattice::Fours {
   __m256d u, v;
   __m256d cell;

@@ -21,7 +21,7 @@
 
 namespace panelcal {
 
-/// Where a height comes from.
+/// Source of a height.
 enum class HeightSource : std::uint8_t {
   Measured,      ///< a probe stands as near as probes do here
   Filled,        ///< between probes, but where one is missing or was left out
@@ -43,7 +43,7 @@ struct HeightMapOptions {
   LatticeInterpolation interpolation = LatticeInterpolation::MonotoneBicubic;
   /// Farther outside of the probes' hull a height is refused. At most 1000 mm.
   Length max_extrapolation = mm(5);
-  /// How far a probe vouches for its surroundings, along x and y. Empty: half of the median
+  /// Reach to which a probe vouches for its surroundings, along x and y. Empty: half of the median
   /// distance of neighbouring columns, and of rows, if the probes stand in columns and rows but for
   /// a fifth of the distance of neighbouring probes; else 3/4 of the median distance to a probe's
   /// nearest neighbour, both ways.

@@ -12,11 +12,12 @@
 
 namespace panelcal {
 
-/// Where a probe does not touch the panel's surface: a hole, a rout, a clamp, beyond the edge.
+/// Area in which a probe does not touch the panel's surface: a hole, a rout, a clamp, beyond the
+/// edge.
 struct Void {
   Area area;
   std::string name;  ///< for messages: `hole of tool 3`
-  Place from;        ///< where it was read, for messages
+  Place from;        ///< place of the reading in a file, for messages
 };
 
 /// `"hole of tool 3" (panel.exc:40)`

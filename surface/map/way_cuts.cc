@@ -10,7 +10,8 @@
 namespace panelcal {
 namespace {
 
-/// What the profile does between samples, at most: |f''| h^2 / 8 where it is smooth, taken twice.
+/// Greatest deviation of the profile between samples: |f''| h^2 / 8 where it is smooth, taken
+/// twice.
 double between_samples_mm(std::span<const double> heights_mm) {
   double largest_mm = 0;
   for (std::size_t i = 2; i < heights_mm.size(); ++i) {

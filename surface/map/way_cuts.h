@@ -27,11 +27,12 @@ inline constexpr std::size_t kMostWaySamples = 4096;
 /// See    tests/surface/map/way_cuts_test.cc
 std::vector<std::size_t> fewest_cuts(std::span<const double> heights_mm, Length tolerance);
 
-/// How many samples a way over a surface of such cells begins with, so that no bend is overlooked.
+/// Number of samples that a way over a surface of such cells begins with, so that no bend is
+/// overlooked.
 std::size_t way_samples(double length_mm, Length cell);
 
-/// Where a way over a surface must be cut, so that a tool that goes evenly from the height at one
-/// cut to that at the next stays within `tolerance` of the surface.
+/// Parameters at which a way over a surface must be cut, so that a tool that goes evenly from the
+/// height at one cut to that at the next stays within `tolerance` of the surface.
 ///
 /// The profile is sampled ever finer until what a smooth surface can do between two samples, a
 /// quarter of the largest second difference (twice its bound), is a fiftieth of the tolerance or

@@ -26,7 +26,7 @@ struct Zone {
   Area area;
   std::string name;
   HeightMapOptions options = {};
-  Place from;  ///< where it was read, for messages
+  Place from;  ///< place of the reading in a file, for messages
 };
 
 /// The reason why a probe is in no zone's surface. Wild ones are HeightMap::outliers().
@@ -35,7 +35,7 @@ struct UnusedProbe {
   std::string reason;  ///< `it lies in no zone`, `it may touch "hole of tool 3" (panel.exc:40)`
 };
 
-/// Which probes make which zone's surface.
+/// Probes sorted by the zone whose surface they make.
 struct SortedProbes {
   std::vector<std::vector<std::size_t>> by_zone;  ///< indices, rising; one list without zones
   std::vector<UnusedProbe> unused;                ///< in the order of the probes
@@ -53,12 +53,12 @@ struct ZonedHeight {
   std::string in_void;  ///< text_of() the void that the place lies in; else empty
 };
 
-/// How much higher one zone's surface is than its neighbour's.
+/// Step from one zone's surface up to its neighbour's.
 struct ZoneStep {
   Length height;
   std::size_t i_from = 0, i_to = 0;  ///< zones
 
-  /// Whether a way across can be cut so that the tool keeps to a height tolerance: way_cuts() takes
+  /// True if a way across can be cut so that the tool keeps to a height tolerance: way_cuts() takes
   /// no larger step for a bend, however fine its samples.
   bool is_followed_within(Length tolerance) const {
     constexpr double kShare = 0.05;

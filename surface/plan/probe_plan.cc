@@ -25,7 +25,7 @@ constexpr int kThinningRounds = 2;
 /// Places nearer than this are one.
 constexpr double kSamePlanPlace_mm = 1e-6;
 
-/// What a map of these probes and the present ones knows of the request's places; empty if they
+/// Heights at the request's places by a map of these probes and the present ones; empty if they
 /// determine no surface.
 std::vector<HeightEstimate> predicted_heights(const ProbePlanRequest& request,
                                               const PlanPlaces& probes) {
@@ -125,8 +125,8 @@ PlanPlaces places_of(const ProbePlanRequest& request, const std::vector<std::siz
   return out;
 }
 
-/// What the chosen probes tell. Holes that stand apart may be sure with a probe at each of them,
-/// and yet these determine no surface: then some are added where least is known.
+/// Heights that the chosen probes determine. Holes that stand apart may be sure with a probe at
+/// each of them, and yet these determine no surface: then some are added where least is known.
 std::vector<HeightEstimate> made_a_surface(const ProbePlanRequest& request,
                                            const internal::ProbeSearch& search,
                                            std::vector<std::size_t>& chosen) {

@@ -16,7 +16,7 @@
 
 namespace panelcal {
 
-/// How sure a map is where it is least sure.
+/// Greatest sigma of a map, and its place.
 struct WorstSigma {
   Length sigma;
   Position<frame::Nominal> at;

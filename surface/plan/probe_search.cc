@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "surface/fit/bending_likelihood.h"
 #include "surface/fit/fit.h"
 
@@ -69,7 +69,7 @@ MatrixXd HeightBelief::trends(const SearchPlaces& places) const {
   return out;
 }
 
-/// What is left unknown when some candidates are probed.
+/// Uncertainty that is left when some candidates are probed.
 struct ProbeSearch::Given {
   MatrixXd shared;     ///< covariances of places and candidates with candidates
   VectorXd variances;  ///< of places

@@ -25,8 +25,8 @@ struct ProbePlanRequest {
   int n_trend = kPlaneTrend;
   Length probe_sigma;                            ///< scatter of one probe
   Length tolerance;                              ///< the most that sigma may be at any of `places`
-  std::vector<Position<frame::Nominal>> places;  ///< where heights matter
-  std::vector<Position<frame::Nominal>> candidates;  ///< where one may probe
+  std::vector<Position<frame::Nominal>> places;  ///< places whose heights matter
+  std::vector<Position<frame::Nominal>> candidates;  ///< places that may be probed
   std::vector<ProbePoint> present;                   ///< probes that are there already
   /// Of places between the candidates; empty: all of them.
   std::function<bool(const Position<frame::Nominal>&)> may_probe = {};

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <spawn.h>

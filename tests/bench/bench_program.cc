@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <fmt/format.h>
 
 namespace panelcal::bench {

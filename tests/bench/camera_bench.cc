@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many fiducials a second one core measures from GigE Vision frames of 640 x 480 px, Mono8.
+// Number of fiducials a second that one core measures from GigE Vision frames of 640 x 480 px,
+// Mono8.
 //
 //   camera_bench [FRAMES]
 //
@@ -18,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "machine/devices/gige_vision/gige_objects.h"
 #include "machine/devices/gige_vision/gige_pixels.h"
 #include "vision/locate/locate.h"
@@ -29,7 +30,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "tests/machine/devices/fake_gige_camera.h"
+#include "tests/machine/devices/cameras/fake_gige_camera.h"
 
 namespace panelcal::bench {
 namespace {

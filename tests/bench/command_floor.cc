@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What command_speed.py holds whole commands against, measured on one file: seconds of processor
-// time of the floor, the median of five, and of libgerbv's load.
+// The floor that command_speed.py holds whole commands against, measured on one file: seconds of
+// processor time of the floor, the median of five, and of libgerbv's load.
 #include <algorithm>
 #include <array>
 #include <exception>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include <fmt/format.h>
 
 #include "tests/bench/bench_peers.h"

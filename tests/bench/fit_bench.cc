@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long a fit with its covariance takes, against Ceres on the same targets in the same run.
+// Time of a fit with its covariance, against Ceres on the same targets in the same run.
 //
 //   fit_bench [FITS]
 #include <algorithm>

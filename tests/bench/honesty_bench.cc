@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "tests/program/honesty_trial.h"
+#include "tests/program/honesty/honesty_trial.h"
 
 namespace panelcal {
 namespace {

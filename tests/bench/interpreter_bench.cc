@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast and lean programs are interpreted, beside other readers of the same file in one run.
+// Time and memory of interpreting programs, beside other readers of the same file in one run.
 // See README.md.
 #include <algorithm>
 #include <charconv>
@@ -15,14 +15,14 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/correction/stack.h"
 #include "program/judge/job_verdict.h"
 #include "program/judge/tally.h"
 #include "program/walk/walk.h"
 #include "program/writers/csv_writer.h"
-#include "program/writers/excellon_writer.h"
-#include "program/writers/sieb_meyer_writer.h"
+#include "program/writers/excellon/writer.h"
+#include "program/writers/sieb_meyer/writer.h"
 #include <fmt/format.h>
 
 #include "tests/bench/bench_peers.h"
@@ -249,7 +249,7 @@ void print_peak_memory(const char* name, std::string (*program)(int), int n_hole
              peak ? fmt::format("{:.1f}", *peak) : "unknown");
 }
 
-/// What propagating to every hole costs; the first of these rows does without.
+/// Prints the cost of propagating to every hole; the first of these rows does without.
 void print_ratios(const std::vector<Row>& rows) {
   const Row* without = nullptr;
   for (const Row& row : rows) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which model the targets choose, how well it predicts holes, and how honest its ellipses are.
+// The model that targets choose, its errors at holes, and the honesty of its ellipses.
 //
 //   model_bench choice [SIGMA_UM] [PANELS]    panels of each model, 3 to 12 targets on the rim
 //   model_bench smooth [SIGMA_UM] [PANELS]    bowed panels, 6 to 40 targets anywhere

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often the finder of outliers is right, over simulated jobs whose fault is known. The
+// Rate at which the finder of outliers is right, over simulated jobs whose fault is known. The
 // table in README.md; exit 1 if a goal is missed.
 #include <algorithm>
 #include <array>

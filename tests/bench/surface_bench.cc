@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast and how right heights of a probed surface are; surface_peers.py holds both against
-// scipy.
+// Time and errors of heights of a probed surface; surface_peers.py holds both against scipy.
 //
 //   surface_bench speed [QUERIES]     against OpenCV's remap, one core, turn by turn, 10,000 places
 //                                     at once and all of them, in the order of a drill program and
@@ -22,8 +21,8 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/random.h"
 #include "surface/map/height_lattice.h"
 #include "surface/map/height_map.h"
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How near tags come to the physical bound, beside others' methods in one run. See README.md.
+// Errors of tags against the physical bound, beside others' methods in one run. See README.md.
 #include <algorithm>
 #include <array>
 #include <charconv>

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 
 namespace panelcal::fuzz {
 

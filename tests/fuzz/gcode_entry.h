@@ -28,7 +28,7 @@ inline const HeightMap& bent_map() {
   return kMap;
 }
 
-/// Where a program leads, as far as it can be followed.
+/// End of a program, as far as it can be followed.
 inline gcode::Standing end_of(std::string_view text) {
   gcode::MotionReader reader("fuzz.ngc");
   gcode::Standing end;
@@ -61,7 +61,7 @@ inline std::optional<std::string> run_gcode(std::string_view bytes) {
     return done.error().text().empty() ? std::optional<std::string>("an empty message")
                                        : std::nullopt;
   }
-  // What was written can be followed, and moves in the same way.
+  // The written program can be followed, and moves in the same way.
   gcode::MotionReader reader("levelled.ngc");
   LineCursor cursor(done->text);
   std::int64_t n_moves = 0;

@@ -15,7 +15,7 @@ namespace panelcal::fuzz {
 /// Of larger maps the fuzzer would make one in a second; that they are bounded a test says.
 inline constexpr std::size_t kMostFuzzedMap = 6000;
 
-/// What is wrong with a refusal: it must be of the right kind and in one printable line.
+/// Complaint about a refusal: it must be of the right kind and in one printable line.
 inline std::optional<std::string> map_refusal_complaint(const Diagnostic& diagnostic) {
   constexpr std::array<Code, 5> kCodes = {Code::MeasurementFile,
                                           Code::JsonSyntax,
@@ -33,7 +33,7 @@ inline std::optional<std::string> map_refusal_complaint(const Diagnostic& diagno
   return std::nullopt;
 }
 
-/// What is wrong with a map that was read; empty if all is well.
+/// Complaint about a map that was read; empty if all is well.
 inline std::optional<std::string> map_file_complaint(const StoredZones& read) {
   const std::string text = map_file_text(read);
   const auto again = parse_zoned_map_file(text, "fuzz");

@@ -12,13 +12,13 @@
 #include <string_view>
 
 #include "vision/picture/bayer.h"
-#include "vision/picture/image_header.h"
-#include "vision/picture/image_io.h"
-#include "vision/picture/raw_pixels.h"
+#include "vision/picture/files/image_io.h"
+#include "vision/picture/files/raw_pixels.h"
+#include "vision/picture/formats/image_header.h"
 
 namespace panelcal::fuzz {
 
-/// What is wrong with a picture that was read; empty if all is well.
+/// Complaint about a picture that was read; empty if all is well.
 inline std::optional<std::string> image_complaint(const Image& image) {
   const double full = image.full_scale();
   if (image.width() < 1 || image.height() < 1) return "a picture without pixels";
@@ -39,7 +39,7 @@ inline std::optional<std::string> image_complaint(const Image& image) {
   return std::nullopt;
 }
 
-/// What is wrong with a refusal: it must be of the right kind and in one printable line.
+/// Complaint about a refusal: it must be of the right kind and in one printable line.
 inline std::optional<std::string> refusal_complaint(const Diagnostic& diagnostic) {
   constexpr std::array<Code, 3> kCodes = {
       Code::PictureFormat, Code::PictureTooLarge, Code::PictureDamaged};

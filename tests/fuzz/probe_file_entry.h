@@ -15,7 +15,7 @@
 
 namespace panelcal::fuzz {
 
-/// What is wrong with a refusal: it must be of the right kind and in one printable line.
+/// Complaint about a refusal: it must be of the right kind and in one printable line.
 inline std::optional<std::string> probe_refusal_complaint(const Diagnostic& diagnostic) {
   constexpr std::array<Code, 3> kCodes = {
       Code::MeasurementFile, Code::MeasurementInvalid, Code::JsonSyntax};
@@ -29,7 +29,7 @@ inline std::optional<std::string> probe_refusal_complaint(const Diagnostic& diag
   return std::nullopt;
 }
 
-/// What is wrong with a file that was read; empty if all is well.
+/// Complaint about a file that was read; empty if all is well.
 inline std::optional<std::string> probe_file_complaint(const ProbeFile& read) {
   if (read.points.empty()) return "read without any height";
   for (const ProbePoint& point : read.points) {

@@ -10,17 +10,17 @@
 #include <string>
 #include <string_view>
 
-#include "calib/base/byte_sink.h"
+#include "calib/base/files/byte_sink.h"
 #include "program/judge/tally.h"
-#include "program/sieb_meyer/file_layout.h"
-#include "program/sieb_meyer/subprograms.h"
+#include "program/sieb_meyer/sections/subprograms.h"
+#include "program/sieb_meyer/text/file_layout.h"
 #include "program/walk/probing.h"
 #include "program/walk/walk.h"
 #include "program/writers/csv_writer.h"
-#include "program/writers/excellon_writer.h"
+#include "program/writers/excellon/writer.h"
 #include "program/writers/jsonl_writer.h"
-#include "program/writers/sieb_meyer_writer.h"
-#include "program/writers/svg_writer.h"
+#include "program/writers/sieb_meyer/writer.h"
+#include "program/writers/svg/writer.h"
 
 #include "tests/fuzz/walk_checks.h"
 

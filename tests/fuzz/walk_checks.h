@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every reader's fuzz target holds a walk to.
+// Properties to which every reader's fuzz target holds a walk.
 #pragma once
 
 #include <algorithm>
@@ -10,16 +10,17 @@
 #include <variant>
 #include <vector>
 
-#include "calib/base/byte_sink.h"
+#include "calib/base/files/byte_sink.h"
 #include "program/gcode/block.h"
 #include "program/gcode/motion.h"
 #include "program/model/measurement.h"
 #include "program/walk/walk.h"
-#include "program/writers/gcode_writer.h"
+#include "program/writers/gcode/writer.h"
 
 namespace panelcal::fuzz {
 
-/// What an execution passed on, reduced to numbers that two executions can be compared by.
+/// Operations that an execution passed on, reduced to numbers that two executions can be compared
+/// by.
 class CountingSink final : public OperationSink {
  public:
   void put(const Operation& operation) override {
@@ -134,7 +135,7 @@ inline std::optional<std::string> gcode_complaint(const Program& program,
   return reader.has_ended() ? std::nullopt : std::optional<std::string>("G-code without an end");
 }
 
-/// What is wrong with the reports of a survey itself.
+/// Complaint about the reports of a survey itself.
 inline std::optional<std::string> report_complaint(const DiagnosticLog& log, const Survey& found) {
   for (const Diagnostic& diagnostic : log.kept()) {
     if (diagnostic.code == Code::Internal) return diagnostic.text();

@@ -17,8 +17,8 @@ namespace panelcal {
 namespace {
 
 constexpr int kJobs = 200;
-/// What the mean normalised squared error per degree of freedom may differ from 1. For the holes,
-/// whose errors within a seed are one draw of some twelve numbers, chance alone makes 0.03.
+/// Greatest difference of the mean normalised squared error per degree of freedom from 1. For the
+/// holes, whose errors within a seed are one draw of some twelve numbers, chance alone makes 0.03.
 constexpr double kTolerance = 0.1;
 
 /// Three panel fiducials, then two boards of three, each with ten holes.

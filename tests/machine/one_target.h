@@ -110,7 +110,7 @@ target_level = 0.75
   Position<frame::Actual> truth_;
 };
 
-/// How the panel lies.
+/// Pose of the panel.
 inline constexpr std::string_view kShaken =
     "panel_offset_mm = [0.3, -0.2]\npanel_rotation_mrad = 4\n";
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/camera/model.h"
 #include "calib/correction/spindle_camera.h"
 #include "machine/devices/camera.h"
@@ -59,7 +59,7 @@ class TiltedMachine final : public Stage, public CameraDevice, public Spindle {
   }
 
  private:
-  /// How much of a pixel the hole covers.
+  /// Share of a pixel that the hole covers.
   double share_of(const Eigen::Vector2d& u_px, const Eigen::Vector2d& center_mm) const {
     constexpr double kBlur_px = 1.2;
     const double blur_mm = kBlur_px * camera_.parameters().scale_mm_per_px;

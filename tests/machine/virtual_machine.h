@@ -9,8 +9,8 @@
 #include <variant>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/camera/calibration_file.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/camera/calibration/calibration_file.h"
 #include "machine/config/machine_config.h"
 #include "program/model/operation.h"
 #include "program/walk/walk.h"

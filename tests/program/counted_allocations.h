@@ -5,7 +5,7 @@
 
 namespace panelcal::test {
 
-/// How often operator new was called in this program so far; counted_allocations.cc replaces it.
+/// Number of calls of operator new in this program so far; counted_allocations.cc replaces it.
 /// Eigen's matrices of no fixed size take their memory elsewhere and are not counted.
 std::int64_t n_allocations();
 

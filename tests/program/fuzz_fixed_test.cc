@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include <gtest/gtest.h>
 
 #include "tests/fuzz/excellon_entry.h"

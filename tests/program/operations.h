@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/byte_sink.h"
+#include "calib/base/files/byte_sink.h"
 #include "program/model/operation.h"
 #include "program/writers/text_writer.h"
 #include <gmock/gmock.h>
@@ -74,7 +74,7 @@ inline void put_all(OperationSink& sink, const std::vector<What>& operations) {
   for (const What& what : operations) sink.put({line++, {}, what, {}, nullptr});
 }
 
-/// What a writer makes of these operations.
+/// Text of a writer for these operations.
 template <class Writer, class... Arguments>
 std::string written(const std::vector<What>& operations,
                     const ProgramInfo& info,

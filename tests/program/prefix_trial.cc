@@ -43,7 +43,7 @@ class WorkedPlaces final : public OperationSink {
   std::vector<WorkedPlace> places_;
 };
 
-/// What is drilled and routed on a bent panel; absent if the program is refused.
+/// Places that are drilled and routed on a bent panel; absent if the program is refused.
 std::optional<std::vector<WorkedPlace>> places_of(const WholeFile& file,
                                                   std::string bytes,
                                                   bool accepts_unterminated) {

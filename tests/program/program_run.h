@@ -96,7 +96,7 @@ std::string inch_leading_zeros(std::string_view body);
 /// Matches a diagnostic of this line of `p.exc` with `what`, which is no wording, in its text.
 testing::Matcher<const std::string&> says(int line, const std::string& what);
 
-/// Where the holes are nominally, for comparison with the manual's numbers.
+/// Nominal places of the holes, for comparison with the manual's numbers.
 std::vector<Eigen::Vector2d> nominal_inch(const ProgramRun& run);
 
 }  // namespace panelcal::test

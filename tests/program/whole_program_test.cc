@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include <gtest/gtest.h>
 
 #include "tests/fuzz/sieb_meyer_entry.h"

@@ -13,7 +13,7 @@
 
 namespace panelcal {
 
-/// How GoogleTest prints a code.
+/// Prints a code for GoogleTest.
 inline void PrintTo(Code code, std::ostream* out) {
   *out << info(code).slug;
 }

@@ -7,8 +7,8 @@
 
 namespace panelcal::test {
 
-/// How far a statistic may lie from its expectation, in its own standard deviations. With fixed
-/// seeds a test either always passes or never does; 4 leaves one in 16,000 to bad luck when a
+/// Greatest distance of a statistic from its expectation, in its own standard deviations. With
+/// fixed seeds a test either always passes or never does; 4 leaves one in 16,000 to bad luck when a
 /// seed is chosen.
 inline constexpr double kStatisticalLimit = 4.0;
 

@@ -7,15 +7,15 @@ import sys
 from pathlib import Path
 
 TABLES = [
-    ("EXCELLON", "program/excellon/commands.def", "tests/program/excellon"),
-    ("SIEB_MEYER", "program/sieb_meyer/commands.def", "tests/program/sieb_meyer"),
+    ("EXCELLON", "program/excellon/text/commands.def", "tests/program/excellon"),
+    ("SIEB_MEYER", "program/sieb_meyer/text/commands.def", "tests/program/sieb_meyer"),
 ]
 
 
 def test_file(root, folder, test):
     """Tests of what both languages share stand in another folder of tests/program."""
-    own = root / folder / f"{test}.cc"
-    return own if own.exists() else next((root / "tests/program").glob(f"*/{test}.cc"), None)
+    found = sorted((root / folder).rglob(f"{test}.cc"))
+    return next(iter(found or sorted((root / "tests/program").rglob(f"{test}.cc"))), None)
 
 
 def problems_of(root, name, table, folder):

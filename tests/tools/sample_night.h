@@ -4,15 +4,15 @@
 #include <chrono>
 #include <string>
 
-#include "calib/base/random.h"
-#include "machine/nightly/night_record.h"
+#include "calib/base/statistics/random.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal::test {
 
 inline constexpr std::chrono::sys_seconds kNight{std::chrono::seconds(1795230000)};
 inline constexpr int kNights = 60;
 inline constexpr int kRefusedNight = 45;
-inline constexpr double kBeyond_mm = 0.214;  ///< how far off the refused one was
+inline constexpr double kBeyond_mm = 0.214;  ///< error of the refused one
 
 /// Sixty nights of an offset near (62.5, -4) mm that wanders by half a micrometre a night; one of
 /// them refused.

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/locate/locate.h"
 #include "vision/render/render.h"
 #include <Eigen/Core>
@@ -25,15 +25,15 @@ struct TrialOptions {
   double weave = 0;
   double weave_period_px = 50;
   double full_scale = 255;
-  double lens_at_corner_px = 0;  ///< how far the lens moves the corner of a 640 x 480 picture
+  double lens_at_corner_px = 0;  ///< move of the corner of a 640 x 480 picture by the lens
   double off_axis_px = 0;        ///< targets are up to this far from the optical axis
   double light_gradient = 0;     ///< largest, either way
   int n_neighbours = 0;
   bool with_mapping = true;
 };
 
-/// What came out. Errors are in units of the Cramer-Rao bound of white noise,
-/// noise / contrast sqrt(2 s / (sqrt(pi) R)) with s the edge blur, pixel width included.
+/// Results. Errors are in units of the Cramer-Rao bound of white noise, noise / contrast sqrt(2 s /
+/// (sqrt(pi) R)) with s the edge blur, pixel width included.
 struct TrialStatistics {
   int n = 0;
   int n_found = 0;

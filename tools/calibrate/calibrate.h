@@ -7,7 +7,7 @@
 #include "calib/base/clock.h"
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
-#include "machine/nightly/night_lock.h"
+#include "machine/nightly/record/night_lock.h"
 #include "machine/sources/device_set.h"
 #include "tools/cli/commands.h"
 

@@ -8,15 +8,15 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "machine/calibrate/camera_run.h"
+#include "calib/base/files/atomic_file.h"
+#include "machine/calibrate/camera/run.h"
 #include "machine/devices/table_stage.h"
 #include "machine/plate/pictures.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/calibrate/place.h"
 #include "tools/calibrate/record.h"
 #include "tools/figures/arrow_plot.h"
-#include "vision/picture/folder.h"
+#include "vision/picture/files/folder.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -130,7 +130,7 @@ std::string camera_json(const CameraRun& run,
   return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-/// What --install needs besides a ledger.
+/// Checks what --install needs besides a ledger.
 Expected<void> check_install(const CalibrateOptions& options, const MachineConfig& config) {
   if (!options.install) return {};
   if (!options.output.empty()) {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "machine/calibrate/place_record.h"
-#include "machine/devices/camera_settings.h"
+#include "machine/devices/cameras/camera_settings.h"
 #include "machine/look/place_trials.h"
-#include "machine/nightly/self_test.h"
+#include "machine/nightly/checks/self_test.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/calibrate/place.h"
 #include "tools/calibrate/record.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "machine/devices/camera_settings.h"
+#include "machine/devices/cameras/camera_settings.h"
 #include "machine/devices/table_stage.h"
 #include "tools/calibrate/calibrate.h"
 

@@ -9,7 +9,7 @@
 #include "machine/config/machine_config.h"
 #include "machine/sim/sim_plate.h"
 #include "machine/sources/device_set.h"
-#include "tools/cli/options.h"
+#include "tools/cli/options/options.h"
 
 namespace panelcal::calibrate {
 

@@ -3,11 +3,11 @@
 
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include "tools/calibrate/calibrate.h"
+#include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/version.h"
 #include <fmt/format.h>
 
 namespace panelcal::calibrate {

@@ -10,8 +10,8 @@
 #include "calib/ledger/ledger.h"
 #include "machine/calibrate/calibration_record.h"
 #include "machine/config/machine_config.h"
-#include "machine/nightly/night_lock.h"
-#include "tools/cli/options.h"
+#include "machine/nightly/record/night_lock.h"
+#include "tools/cli/options/options.h"
 
 namespace panelcal::calibrate {
 

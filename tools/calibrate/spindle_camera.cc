@@ -9,15 +9,15 @@
 #include "calib/ledger/ledger.h"
 #include "calib/spindle/calibration_file.h"
 #include "machine/calibrate/calibration_record.h"
-#include "machine/calibrate/coupon.h"
-#include "machine/calibrate/spindle_camera_run.h"
-#include "machine/devices/camera_settings.h"
+#include "machine/calibrate/spindle/camera_run.h"
+#include "machine/calibrate/spindle/coupon.h"
+#include "machine/devices/cameras/camera_settings.h"
 #include "machine/job/spindle_age.h"
-#include "machine/nightly/night_lock.h"
+#include "machine/nightly/record/night_lock.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/cli/operator_prompt.h"
+#include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/version.h"
 #include "tools/run/spindle_answer.h"
 #include <fmt/format.h>
 #include <unistd.h>
@@ -174,7 +174,7 @@ class SpindleCamera {
     return {};
   }
 
-  /// What of the nights' gates refuses it; empty if nothing does. Neither the trend, which is
+  /// The one of the nights' gates that refuses it; empty if none does. Neither the trend, which is
   /// judged already, nor the temperature, which is not read here, is among them.
   Expected<std::string> gate_words(const SpindleCameraRun& run) const {
     NightLimits limits = config_.nightly ? config_.nightly->limits : NightLimits();

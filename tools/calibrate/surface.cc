@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "machine/calibrate/surface_record.h"
-#include "machine/calibrate/surface_run.h"
+#include "calib/base/files/atomic_file.h"
+#include "machine/calibrate/surface/record.h"
+#include "machine/calibrate/surface/run.h"
 #include "surface/map/file.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/calibrate/record.h"
@@ -47,7 +47,7 @@ std::string refusal(const GivenMap& given, const MachineConfig& config) {
                      limit.in_um());
 }
 
-/// What is in force, against what it is compared.
+/// Map in force, and the change against it.
 struct MapInForce {
   StoredMap stored;
   SurfaceChange change;
@@ -109,7 +109,7 @@ std::string surface_json(const CalibrateOptions& options,
   return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-/// Where an installed map goes: -o, else the file of nights.
+/// Path of an installed map: -o, else the file of nights.
 std::filesystem::path file_of(const CalibrateOptions& options, const MachineConfig& config) {
   if (!options.output.empty() || !config.nightly) return options.output;
   return config.nightly->surface.file;

@@ -9,9 +9,9 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/table/linuxcnc_export.h"
-#include "machine/calibrate/table_run.h"
+#include "machine/calibrate/table/run.h"
 #include "machine/plate/pictures.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/calibrate/record.h"

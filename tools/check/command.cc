@@ -8,10 +8,10 @@
 #include "machine/job/checked_program.h"
 #include "machine/job/spindle_age.h"
 #include "machine/job/text_variables.h"
-#include "program/excellon/header.h"
+#include "program/excellon/text/header.h"
 #include "program/judge/job_check.h"
 #include "program/judge/tally.h"
-#include "program/sieb_meyer/file_layout.h"
+#include "program/sieb_meyer/text/file_layout.h"
 #include "tools/cli/commands.h"
 #include <fmt/format.h>
 
@@ -38,7 +38,7 @@ std::string reading(const Program& program) {
                      header.states_format ? header.format_evidence : "not stated, assumed");
 }
 
-/// What passes by on the way over a perfect panel.
+/// Sinks of a walk over a perfect panel.
 struct Passing {
   explicit Passing(std::optional<Travel> travel) : job_check(travel) {}
 

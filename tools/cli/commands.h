@@ -3,8 +3,8 @@
 
 #include "machine/files/file_register.h"
 #include "tools/cli/console.h"
-#include "tools/cli/exit_code.h"
-#include "tools/cli/options.h"
+#include "tools/cli/options/options.h"
+#include "tools/cli/process/exit_code.h"
 
 namespace panelcal {
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include "calib/base/byte_sink.h"
 #include "calib/base/diagnostic.h"
-#include "tools/cli/options.h"
+#include "calib/base/files/byte_sink.h"
+#include "tools/cli/options/options.h"
 
 namespace panelcal {
 

@@ -9,8 +9,8 @@
 
 #include "calib/base/interruption.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/memory_limit.h"
 #include "tools/cli/output_paths.h"
+#include "tools/cli/process/memory_limit.h"
 #include "tools/modules/module.h"
 
 namespace panelcal {

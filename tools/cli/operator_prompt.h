@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "calib/base/expected.h"
-#include "machine/calibrate/spindle_calibration.h"
+#include "machine/calibrate/spindle/calibration.h"
 #include "tools/cli/console.h"
 
 namespace panelcal {

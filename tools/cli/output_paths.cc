@@ -74,7 +74,7 @@ Expected<void> check_synth_folder(const Options& options,
   return {};
 }
 
-/// Whether two names lead to one file.
+/// True if two names lead to one file.
 bool is_same_file(const Path& one, const Path& other) {
   FileRegister files;
   files.add(one, "");

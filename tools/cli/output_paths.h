@@ -7,7 +7,7 @@
 #include "calib/base/expected.h"
 #include "machine/files/file_register.h"
 #include "program/walk/program.h"
-#include "tools/cli/options.h"
+#include "tools/cli/options/options.h"
 
 namespace panelcal {
 

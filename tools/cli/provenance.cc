@@ -4,10 +4,10 @@
 #include <cstdlib>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
-#include "machine/devices/camera_uri.h"
-#include "tools/cli/version.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
+#include "machine/devices/cameras/camera_uri.h"
+#include "tools/cli/process/version.h"
 
 namespace panelcal {
 
@@ -20,7 +20,7 @@ Provenance provenance_of(const Options& options,
     // No result depends on the number of threads.
     const bool is_left_out = std::exchange(is_number, word == "--threads");
     if (is_left_out || is_number || word.starts_with("--threads=")) continue;
-    // Where panelcal is installed says nothing about the job.
+    // The path of panelcal's installation is no fact about the job.
     command_line += command_line.empty() ? "panelcal" : " " + without_password(word);
   }
   Provenance provenance = {{"made by", std::string("panelcal ") + kVersion},

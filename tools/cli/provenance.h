@@ -9,7 +9,7 @@
 
 #include "program/judge/tally.h"
 #include "program/walk/walk.h"
-#include "tools/cli/options.h"
+#include "tools/cli/options/options.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <span>
 
-#include "program/writers/svg_sheet.h"
+#include "program/writers/svg/sheet.h"
 #include "tools/figures/text.h"
 #include <fmt/format.h>
 
@@ -85,7 +85,7 @@ std::string path_of(const View& view, const Line& line) {
   return out + (line.is_closed ? "Z" : "");
 }
 
-/// Whether a place is within a convex outline, counter-clockwise.
+/// True if a place is within a convex outline, counter-clockwise.
 bool is_within(const std::vector<Vector2d>& outline, const Vector2d& p) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const Vector2d side = outline[(i + 1) % outline.size()] - outline[i], to = p - outline[i];

@@ -32,7 +32,7 @@ struct ContourMap {
   Palette palette = Palette::Heights;
   std::vector<Eigen::Vector2d> outline;  ///< corners; mm, as the field's x and y
   std::vector<Eigen::Vector2d> marked;   ///< places of marks that labels keep off
-  /// Whether marks cover a place; empty: none does. Labels keep off.
+  /// True if marks cover a place; empty: none does. Labels keep off.
   std::function<bool(const Eigen::Vector2d&)> is_covered = {};
 };
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "program/writers/svg_sheet.h"
+#include "program/writers/svg/sheet.h"
 
 namespace panelcal::contours {
 namespace {

@@ -23,7 +23,7 @@ struct Line {
   double length() const;
 };
 
-/// Where a field has a level: lines that end at the lattice's border or nowhere.
+/// Contours of a field at a level: lines that end at the lattice's border or nowhere.
 ///
 /// By marching squares: straight from side to side of each cell, on the sides as linear
 /// interpolation has it. Where the field goes up at two opposite corners of a cell, the mean of its

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "program/writers/svg_sheet.h"
+#include "program/writers/svg/sheet.h"
 #include <Eigen/Core>
 
 namespace panelcal::report {
@@ -59,7 +59,7 @@ class View {
 /// Path data of an arrow that begins at `from` and has its tip at `from + v`, all px.
 std::string arrow_path(const Eigen::Vector2d& from, const Eigen::Vector2d& v);
 
-/// How much longer than true arrows are drawn, so that the longest is at most `longest_px`.
+/// Factor by which arrows are drawn longer than true, so that the longest is at most `longest_px`.
 struct ArrowScale {
   double magnification = 1;  ///< drawn length over true length on the picture; 1, 2, 5 times 10^k
   double reference_um = 1;   ///< a round length for the reference arrow

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/camera/calibration_file.h"
+#include "calib/camera/calibration/calibration_file.h"
 #include "calib/table/calibration_file.h"
 #include "tools/history/diff.h"
 #include <fmt/format.h>
@@ -54,7 +54,7 @@ Expected<CalibrationChange> offset_change(const LedgerEntry& before,
   return change;
 }
 
-/// Whether a target is looked at with the camera that a subject of the ledger names: "zoom 3" is
+/// True if a target is looked at with the camera that a subject of the ledger names: "zoom 3" is
 /// that of `$uvis,zoom,3`, any other name that of targets without a zoom level.
 bool is_seen_with(const std::string& subject, const std::optional<double>& zoom) {
   if (!subject.starts_with("zoom ")) return !zoom;

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/ledger/ledger.h"
-#include "machine/nightly/night_history.h"
+#include "machine/nightly/record/night_history.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/version.h"
 #include "tools/history/job.h"
 #include "tools/history/plot.h"
 #include "tools/history/surface.h"
@@ -61,7 +61,7 @@ class History {
   History(const HistoryOptions& options, CommandContext& context, Ledger ledger)
       : options_(options), context_(context), ledger_(std::move(ledger)) {}
 
-  /// What to print.
+  /// Text to print.
   Expected<std::string> answer() {
     using Action = HistoryOptions::Action;
     switch (options_.action) {
@@ -212,7 +212,7 @@ Expected<void> history_answer(const HistoryOptions& options, CommandContext& con
   const bool records = options.action == Action::RollBack || options.action == Action::FreshStart;
   std::error_code ignored;
   if (records && !std::filesystem::exists(options.ledger, ignored)) {
-    // Where there is none, one would be started.
+    // If there is none, one would be started.
     return failure(
         {Code::FileUnreadable, {options.ledger, 0, 0}, "there is no such file", "a ledger"});
   }

@@ -283,8 +283,8 @@ Expected<std::optional<JobShift>> job_shift(const Program& program,
                                             const WalkOptions& options,
                                             const Survey& before,
                                             const CalibrationChange& change) {
-  // What is measured behind it follows the offset that the job found, by as much as the change
-  // moved it; that is not measured.
+  // Measurements behind it follow the offset that the job found, by as much as the change moved it;
+  // that is not measured.
   if (!before.calibrations.empty()) {
     const CalibrationOrder& order = before.calibrations.front().order;
     return failure({Code::Usage,

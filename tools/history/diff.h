@@ -13,9 +13,9 @@
 #include "calib/correction/hole_shift.h"
 #include "calib/correction/spindle_camera.h"
 #include "calib/correction/table_correction.h"
-#include "calib/ledger/entry.h"
+#include "calib/ledger/entry/entry.h"
 #include "program/walk/walk.h"
-#include "tools/plan/places.h"
+#include "tools/plan/design/places.h"
 
 // Effect of a change of calibration on a job: `panelcal history diff A B --program P`.
 namespace panelcal::history {

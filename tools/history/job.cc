@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "machine/calibrate/calibration_record.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"

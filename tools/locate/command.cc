@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/executor.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
 #include "tools/cli/commands.h"
@@ -16,7 +16,7 @@
 #include "tools/locate/overlay_paths.h"
 #include "tools/locate/suggest_command.h"
 #include "vision/locate/locate.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/picture/picture_form.h"
 #include "vision/show/overlay.h"
 #include "vision/suggest/common_scale.h"

@@ -7,7 +7,7 @@
 
 namespace panelcal {
 
-/// Whose target was looked for, and how much is said of it.
+/// Picture and tool of a located target, and the detail of its output.
 struct LocatedTarget {
   std::string image;              ///< as the command line names it
   int tool = 0;                   ///< number of the vision tool

@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "tools/cli/output_paths.h"
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ bool is_png(const Path& path) {
   return extension_of(path) == ".png";
 }
 
-/// Whether a name is surely not meant for a folder.
+/// True if a name is surely not meant for a folder.
 bool is_other_picture(const Path& path) {
   constexpr std::array<std::string_view, 10> kExtensions = {
       ".bmp", ".gif", ".jpeg", ".jpg", ".pdf", ".pgm", ".svg", ".tif", ".tiff", ".webp"};
@@ -30,7 +30,7 @@ bool is_other_picture(const Path& path) {
          !std::filesystem::is_directory(path, ignored);
 }
 
-/// Where the overlay of each picture goes: OUT.png for the only one, else OUT/NAME.png.
+/// Path of the overlay of each picture: OUT.png for the only one, else OUT/NAME.png.
 ///
 /// Fails  usage (no PNG; several pictures and one file; two pictures of one name)
 Expected<std::vector<Path>> overlay_paths(const LocateCommandOptions& options) {

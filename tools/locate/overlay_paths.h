@@ -13,8 +13,8 @@ namespace panelcal::internal {
 /// Names the command that is not understood.
 Diagnostic locate_usage(std::string what, std::string expected);
 
-/// Where the overlay of each picture goes: OUT.png for the only one, else OUT/NAME.png, of which
-/// the folder is made.
+/// Path of the overlay of each picture: OUT.png for the only one, else OUT/NAME.png, of which the
+/// folder is made.
 ///
 /// Fails  usage (no PNG; several pictures and one file; two pictures of one name); output-in-use;
 ///        device-write

@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/executor.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
 #include "tools/locate/overlay_paths.h"
 #include "tools/locate/suggestion.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/picture/picture_form.h"
 #include "vision/show/overlay.h"
 #include "vision/suggest/find_marks.h"
@@ -25,10 +25,10 @@ namespace {
 
 using Path = std::filesystem::path;
 
-/// What a machine's file says of its pictures, if there is one.
+/// Facts of a machine's file about its pictures, if there is one.
 struct PictureFacts {
   PictureForm form;
-  std::optional<Length> pixel;  ///< how long it is on the panel
+  std::optional<Length> pixel;  ///< its length on the panel
 };
 
 Expected<PictureFacts> picture_facts(const LocateCommandOptions& options) {

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "calib/camera/problem.h"
+#include "calib/camera/fit/problem.h"
 
 namespace panelcal::modules {
 

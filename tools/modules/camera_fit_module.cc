@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/camera/solver_log.h"
+#include "calib/camera/fit/solver_log.h"
 #include "tools/modules/camera_fit_functions.h"
 #include "tools/modules/module.h"
 

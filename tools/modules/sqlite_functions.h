@@ -7,7 +7,7 @@ namespace panelcal::modules {
 
 inline constexpr const char* kSqliteModule = "libpanelcal_sqlite.so";
 
-/// The functions of SQLite that calib/ledger/sqlite.cc calls, with their parameters.
+/// The functions of SQLite that calib/ledger/database/sqlite.cc calls, with their parameters.
 #define PANELCAL_SQLITE_FUNCTIONS(X)                                                         \
   X(int, bind_int64, (sqlite3_stmt * s, int i, sqlite3_int64 v), (s, i, v))                  \
   X(int, busy_timeout, (sqlite3 * db, int ms), (db, ms))                                     \

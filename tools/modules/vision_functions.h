@@ -3,7 +3,7 @@
 
 #include "vision/locate/locate.h"
 #include "vision/locate/target_check.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/show/overlay.h"
 #include "vision/suggest/find_marks.h"
 #include "vision/tag/read_tags.h"

@@ -9,20 +9,20 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include "calib/base/interruption.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/text_variables.h"
-#include "machine/nightly/night_files.h"
-#include "machine/nightly/night_lock.h"
 #include "machine/nightly/nightly.h"
+#include "machine/nightly/record/night_files.h"
+#include "machine/nightly/record/night_lock.h"
 #include "machine/sources/device_set.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
+#include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/version.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>
 
@@ -66,7 +66,7 @@ class NightlyRun {
 
   ExitCode execute_all() {
     if (const auto asked = check_options(); !asked) return fail(asked.error());
-    // Where machine.toml is no TOML the folder of reports is unknown.
+    // If machine.toml is no TOML, the folder of reports is unknown.
     if (auto files = find_night_files(options_.machine)) files_ = *std::move(files);
     if (const auto free = check_reports(); !free) return fail(free.error());
     Expected<NightRecord> record = run();
@@ -96,7 +96,7 @@ class NightlyRun {
 
   Expected<void> check_options() {
     PANELCAL_TRY(clock_, clock_of(options_.clock));
-    // What is no number passes every range.
+    // A value that is no number passes every range.
     if (options_.temperature_c && !std::isfinite(*options_.temperature_c)) {
       return failure({Code::Usage,
                       {"panelcal nightly", 0, 0},
@@ -160,7 +160,7 @@ class NightlyRun {
     return read_config();
   }
 
-  /// What is wrong in machine.toml itself, no file of the ledger's mends.
+  /// No file of the ledger's mends a mistake in machine.toml itself.
   bool lies_in_a_calibration(const Diagnostic& problem) const {
     const std::string& file = problem.place.file;
     std::error_code ignored;
@@ -186,7 +186,7 @@ class NightlyRun {
 
   static std::string software() { return std::string("panelcal ") + kVersion; }
 
-  /// What a person finds in the morning where not even the ledger was reached.
+  /// The record that a person finds in the morning if not even the ledger was reached.
   NightRecord failed_record(const Diagnostic& problem) const {
     NightRecord record;
     record.machine = files_.machine;
@@ -226,7 +226,7 @@ class NightlyRun {
       if (html.empty()) html = in_folder(folder, name + ".html");
       if (json.empty()) json = in_folder(folder, name + ".json");
       std::error_code ignored;
-      // Where it cannot be made, writing says why.
+      // If it cannot be made, writing says why.
       std::filesystem::create_directories(folder, ignored);
     }
     bool is_good = write(html, nightly::night_html(record, provenance()));

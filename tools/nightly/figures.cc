@@ -206,7 +206,7 @@ class DriftFigure {
                      escaped(axis_.name + ", " + unit_.name));
   }
 
-  /// Where tonight was predicted to be.
+  /// Mark of tonight's predicted value.
   std::string tonight() const {
     const auto band = predicted();
     if (!band || step_.series.empty()) return {};
@@ -219,7 +219,7 @@ class DriftFigure {
         std::max(1.0, y(band->low) - y(band->high)));
   }
 
-  /// What holes were drilled with from each night on.
+  /// Line of the value with which holes were drilled from each night on.
   std::string in_force() const {
     std::string path;
     for (const NightPlotPoint& p : step_.series) {

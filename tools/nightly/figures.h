@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "machine/nightly/night_record.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal::nightly {
 
@@ -23,8 +23,8 @@ std::string drift_figure(const NightStep& step, std::size_t i_axis);
 /// The coupon's holes with their residuals, magnified. Empty without holes.
 std::string holes_figure(const NightStep& step);
 
-/// Where the mark was seen over time while the machine warmed up, from where it is seen warm, with
-/// the fit and the limit. Empty with fewer than two looks.
+/// Figure of the mark's place over time while the machine warmed up, from its warm place, with the
+/// fit and the limit. Empty with fewer than two looks.
 std::string warm_up_figure(const NightWarmUp& seen);
 
 }  // namespace panelcal::nightly

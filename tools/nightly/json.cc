@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/base/clock.h"
-#include "machine/nightly/warm_up.h"
+#include "machine/nightly/checks/warm_up.h"
 #include "tools/nightly/report.h"
 #include <nlohmann/json.hpp>
 

@@ -110,7 +110,7 @@ std::string night_tiles(const NightRecord& record) {
          "</dl>\n";
 }
 
-/// What a person does now; nothing where all is well.
+/// The next step of a person; empty if all is well.
 std::string next_step(const NightRecord& record) {
   if (record.is_dry_run)
     return "Nothing was moved, measured or written: this is what would be done.";
@@ -282,7 +282,7 @@ std::string reasons(const NightStep& step) {
   }
   if (!step.since_when.empty()) out += "<p>" + escaped(step.since_when) + "</p>\n";
   if (!step.forecast_text.empty()) {
-    // Where tonight speaks against what is in force, the nights before it are no answer.
+    // If tonight speaks against what is in force, the nights before it are no answer.
     const bool is_held = step.state == NightState::Held;
     out += fmt::format("<p><b>{}</b> {}</p>\n",
                        is_held ? "By the nights before alone:" : "May it be used?",

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "machine/nightly/night_record.h"
+#include "machine/nightly/record/night_record.h"
 
 // Reports of `panelcal nightly` on a night: five lines, a page, and the same as JSON.
 namespace panelcal::nightly {

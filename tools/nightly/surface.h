@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "machine/nightly/night_record.h"
+#include "machine/nightly/record/night_record.h"
 
 namespace panelcal::nightly {
 

@@ -23,7 +23,7 @@ std::string joined(const std::vector<std::string>& texts) {
 }
 
 std::string step_text(const NightStep& step, const std::string& verdict) {
-  // What stands in the verdict is not said twice.
+  // A fact of the verdict is not repeated.
   const bool is_said = step.summary.empty() || verdict.find(step.summary) != std::string::npos;
   std::string text = fmt::format(
       "{} {}: {}", step.kind, step.subject, is_said ? std::string(name(step.state)) : step.summary);

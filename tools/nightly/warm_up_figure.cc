@@ -21,7 +21,7 @@ constexpr double kMinute_s = 60;
 constexpr int kCurvePoints = 100;
 constexpr double kUm = 1e3;
 
-/// How far the mark was seen from where it is seen warm, over time.
+/// Figure of the mark's distance from its warm place over time.
 class WarmUpFigure {
  public:
   explicit WarmUpFigure(const NightWarmUp& seen) : seen_(seen) {

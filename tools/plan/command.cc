@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/spindle_age.h"
@@ -18,10 +18,10 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
-#include "tools/plan/design.h"
-#include "tools/plan/json.h"
-#include "tools/plan/page.h"
-#include "tools/plan/text.h"
+#include "tools/plan/design/design.h"
+#include "tools/plan/output/json.h"
+#include "tools/plan/output/page.h"
+#include "tools/plan/output/text.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -165,7 +165,7 @@ class PlanRun {
     }
     if (!take(source.check_all_used())) return false;
     if (n_found == 0) return refuse("no target was found in " + quoted(options_.measurements), "");
-    // What was not found then is taken to be as good as the others.
+    // A target that was not found then is taken to be as good as the others.
     const double typical_mm = std::sqrt(sum2 / static_cast<double>(n_found));
     for (double& sigma_mm : sigmas_mm) sigma_mm = sigma_mm > 0 ? sigma_mm : typical_mm;
     request_.sigma_source = "recorded in " + options_.measurements;

@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "tools/report/facts.h"
-#include "tools/report/input.h"
+#include "tools/report/input/facts.h"
+#include "tools/report/input/input.h"
 
 namespace panelcal::report {
 

@@ -10,14 +10,14 @@
 #include <vector>
 
 #include "calib/base/diagnostic.h"
-#include "machine/job/truth_comparison.h"
+#include "machine/job/summary/truth_comparison.h"
 #include "program/judge/depth_verdict.h"
 #include "program/judge/job_verdict.h"
 #include "program/judge/tally.h"
 #include "program/walk/survey.h"
-#include "tools/report/budget.h"
-#include "tools/report/input.h"
-#include "tools/report/views.h"
+#include "tools/report/input/budget.h"
+#include "tools/report/input/input.h"
+#include "tools/report/input/views.h"
 
 namespace panelcal {
 
@@ -27,7 +27,7 @@ namespace panelcal {
 ///
 /// Out    well-formed XML as well as HTML; no scripts, nothing loaded from elsewhere
 /// Cost   O(measurements + sampled holes); 20,000 holes take about 250 kB
-/// See    tests/tools/report/html_test.cc
+/// See    tests/tools/report/html_test.cc, html_tolerance_test.cc
 std::string report_html(const ReportInput& input);
 
 }  // namespace panelcal

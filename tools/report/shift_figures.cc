@@ -72,7 +72,7 @@ Map fitted(const std::vector<Pair>& pairs, PanelModel model) {
   return {};
 }
 
-/// What is left of the shifts when `taken_out` is undone, mm in nominal directions.
+/// Part of the shifts that is left when `taken_out` is undone, mm in nominal directions.
 Eigen::Vector2d remainder_mm(const Map& taken_out, const Pair& pair) {
   return taken_out.inverse()(pair.measured.position).in_mm() - pair.nominal.in_mm();
 }

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "tools/figures/svg.h"
-#include "tools/report/facts.h"
-#include "tools/report/input.h"
+#include "tools/report/input/facts.h"
+#include "tools/report/input/input.h"
 
 namespace panelcal::report {
 

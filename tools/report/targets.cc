@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tools/figures/text.h"
-#include "tools/report/views.h"
+#include "tools/report/input/views.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "machine/job/verdict_summary.h"
+#include "machine/job/summary/verdict_summary.h"
 #include "tools/figures/text.h"
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/report/input.h"
+#include "tools/report/input/input.h"
 
 namespace panelcal::report {
 

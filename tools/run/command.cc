@@ -6,17 +6,17 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/base/interruption.h"
 #include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/camera_pose.h"
-#include "machine/job/depth_summary.h"
 #include "machine/job/job.h"
 #include "machine/job/spindle_age.h"
+#include "machine/job/summary/depth_summary.h"
+#include "machine/job/summary/verdict_summary.h"
 #include "machine/job/text_variables.h"
-#include "machine/job/verdict_summary.h"
 #include "machine/sim/truth.h"
 #include "surface/map/file.h"
 #include "tools/cli/commands.h"
@@ -48,7 +48,7 @@ Expected<OutputFormat> output_format(const RunOptions& options) {
                        ".jsonl, .csv, .drl, .exc, .s5, .sm, .ngc or .svg, or --to"));
 }
 
-/// Where --explain leads; without it there has to be an output.
+/// Choice of --explain; without it there has to be an output.
 Expected<std::optional<ExplainChoice>> explain_choice(const RunOptions& options) {
   if (options.explain.empty()) {
     if (!options.output.empty()) return std::nullopt;

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <limits>
 
-#include "tools/report/models.h"
+#include "tools/report/fits/models.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "machine/look/vision_procedure.h"
-#include "tools/report/views.h"
+#include "tools/report/input/views.h"
 
 namespace panelcal {
 

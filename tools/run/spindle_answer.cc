@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "program/text/json_text.h"
 #include <fmt/format.h>
 

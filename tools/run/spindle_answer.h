@@ -6,7 +6,7 @@
 #include <string>
 
 #include "calib/correction/spindle_camera.h"
-#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/calibrate/spindle/camera_run.h"
 #include "machine/config/machine_config.h"
 #include <Eigen/Core>
 

@@ -47,7 +47,7 @@ std::string border_path(const View& view, const Area& area) {
   return corners_path(view, corners);
 }
 
-/// What stands about an area within the frame.
+/// Path of everything about an area within the frame.
 std::string around_path(const View& view, const std::string& border) {
   return contours::frame_path(view) + border;
 }

@@ -26,7 +26,7 @@ struct MapFacts {
   Length usual_sigma;              ///< the median over the hull
   Length residual_rms;             ///< of the probes that make the surface, about it
   Length stated_rms;               ///< stated scatter of these probes
-  double hull_mm2 = 0;             ///< where there is a surface
+  double hull_mm2 = 0;             ///< area of the surface
   std::vector<FilledArea> filled;  ///< the largest first; looked for in steps of the hull by 100
 
   double filled_share() const;

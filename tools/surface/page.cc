@@ -91,7 +91,7 @@ std::string missing_table(const MadeMap& made) {
   return out + "</table></div>\n</section>\n";
 }
 
-/// What the others predict of each probe that makes the surface.
+/// Table of the others' predictions of each probe that makes the surface.
 std::string probes_table(const MadeZone& made) {
   std::string out =
       "<details><summary>All probes that make the surface</summary><div class=\"scroll\">"

@@ -16,9 +16,9 @@ namespace panelcal::surface {
 struct PlannedProbes {
   ProbePlanRequest request;
   ProbePlan plan;
-  std::string belief;                    ///< where the panel's bending is known from
+  std::string belief;                    ///< source of the panel's bending
   std::vector<Eigen::Vector2d> outline;  ///< of what may be probed, counter-clockwise, mm
-  std::optional<ZonedMap> map;           ///< whose zones and voids are kept; empty: none
+  std::optional<ZonedMap> map;           ///< the map whose zones and voids are kept; empty: none
   std::size_t i_zone = 0;                ///< of the map, that is planned for
 };
 

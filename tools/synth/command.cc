@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
-#include "machine/sim/recording.h"
-#include "machine/sim/sample_pictures.h"
+#include "machine/sim/pictures/recording.h"
+#include "machine/sim/pictures/sample_pictures.h"
 #include "machine/sim/sim_machine.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"

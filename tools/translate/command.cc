@@ -5,14 +5,14 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/text_variables.h"
 #include "program/judge/tally.h"
-#include "program/writers/excellon_writer.h"
-#include "program/writers/sieb_meyer_writer.h"
+#include "program/writers/excellon/writer.h"
+#include "program/writers/sieb_meyer/writer.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"

@@ -49,7 +49,7 @@ struct OutlineNode {
   double dy_px = 0;  ///< the node's weight times the outline's tangent, y part
 };
 
-/// Which share of each pixel lies inside of an outline; outside of the box the share is 0.
+/// Share of each pixel that lies inside of an outline; outside of the box the share is 0.
 struct ShareMap {
   int x0 = 0;
   int y0 = 0;

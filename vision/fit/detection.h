@@ -25,7 +25,7 @@ enum class DetectionStatus {
 std::string_view name(DetectionStatus status);
 
 struct LocateOptions {
-  /// Where the target's centre may be: a circle, or the whole picture if either is absent.
+  /// Area in which the target's centre may be: a circle, or the whole picture if either is absent.
   std::optional<Position<frame::Image>> search_center;
   std::optional<PixelLength> search_radius;
   /// Candidates whose score is within this of the best one's are equally good. Larger is more
@@ -105,7 +105,7 @@ struct Detection {
   DetectionStatus status = DetectionStatus::NotFound;
   std::string reason;             ///< empty if found
   std::optional<TargetFit> best;  ///< always if found; the best candidate if there was one
-  int n_candidates = 0;           ///< how many of `candidates` count
+  int n_candidates = 0;           ///< number of `candidates` that count
   std::vector<Candidate> candidates;
   /// False: there were more places than are fitted, so that one without a candidate says nothing.
   bool lists_all = true;

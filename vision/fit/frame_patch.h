@@ -48,7 +48,7 @@ class FramePatch {
   };
   Row row(int y) const;
 
-  /// How far the frame is from linear within `distance_px` of the middle, in its units.
+  /// Deviation of the frame from linear within `distance_px` of the middle, in its units.
   double bend(double distance_px) const;
 
  private:

@@ -37,7 +37,7 @@ struct SearchPattern {
 /// A place where a pattern fits best.
 struct PatternPeak {
   Eigen::Vector2d at;         ///< in the reduced picture, px
-  std::size_t i_pattern = 0;  ///< which one
+  std::size_t i_pattern = 0;  ///< index of the pattern
   double correlation = 0;     ///< normalised, above 0
   double gain = 0;            ///< change of the picture's level per change of the pattern's
 };

@@ -17,7 +17,7 @@ struct PixelBox {
   int height = 0;
 };
 
-/// Where targets' places may be: a circle, or the whole picture.
+/// Area in which targets' places may be: a circle, or the whole picture.
 class SearchArea {
  public:
   explicit SearchArea(const LocateOptions& options);

@@ -65,8 +65,8 @@ struct Target {
   /// Largest accepted deviation of the seen size, relative. Wide enough for etching and drilling
   /// tolerances, narrow enough to tell neighbouring pad sizes apart.
   double size_tolerance = 0.04;
-  /// How squares, diamonds, crosses, slots (their long axis), dots and templates lie in the frame,
-  /// and by how much they may be turned against it. Tags may lie in any way.
+  /// Direction of squares, diamonds, crosses, slots (their long axis), dots and templates in the
+  /// frame, and by how much they may be turned against it. Tags may lie in any way.
   Angle angle;
   Angle angle_tolerance = deg(5);
   /// Dots' middles from the target's place, in the frame; mm or px as the size is.

@@ -27,7 +27,7 @@ std::optional<double> size_ratio(const TargetFit& fit, const Target& target) {
   return std::nullopt;
 }
 
-/// How far a candidate is from what is asked for: a size off by its tolerance counts as a score
+/// Distance of a candidate from the requested target: a size off by its tolerance counts as a score
 /// that is lower by a fifth, and so does a place at the rim of the searched circle.
 double distance_from_asked(const FittedCandidate& candidate,
                            const Target& target,

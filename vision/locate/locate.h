@@ -36,7 +36,7 @@ namespace panelcal {
 /// Fails  never; invalid targets, or a size in mm without a mapping, are Rejected with the reason
 /// Cost   discs: about 1 ms for 640 x 480 px, 13 ms on texture, more with debris
 /// Source Reisfeld, Wolfson and Yeshurun 1995 (radial voting); docs/formulation.md, Locating
-/// See    tests/vision/locate/locate_test.cc, tests/bench/locate_bench.cc
+/// See    tests/vision/locate/locate_test.cc, tests/bench/locate/bench.cc
 Detection locate(const Image& image,
                  const Target& target,
                  const CameraMapping* mapping = nullptr,

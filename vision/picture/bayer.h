@@ -15,8 +15,7 @@ enum class BayerPattern { RG, GR, GB, BG };
 /// "RG" and so on, as the first two pixels of a mosaic are; empty for other words.
 std::optional<BayerPattern> bayer_pattern_from_name(std::string_view name);
 
-/// How much each colour counts. Only their ratios matter: greys are scaled so that white stays
-/// white.
+/// Weight of each colour. Only their ratios matter: greys are scaled so that white stays white.
 struct ChannelGains {
   double red = 1;
   double green = 1;

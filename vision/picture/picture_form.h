@@ -8,7 +8,7 @@
 
 namespace panelcal {
 
-/// How a camera's picture files are to be understood, where they do not tell themselves.
+/// Interpretation of a camera's picture files, where they do not state it.
 struct PictureForm {
   /// [camera] bayer: files are a colour sensor's mosaic as it is, of this pattern.
   std::optional<BayerPattern> bayer = {};

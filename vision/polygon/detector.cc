@@ -37,7 +37,7 @@ constexpr double kMaxBlurOfSize = 0.15;
 /// Correlations in the search below this are not the target.
 constexpr double kMinPolygonCorrelation = 0.5;
 
-/// What a target looks like; pattern units are those of the fit frame.
+/// Appearance of a target; pattern units are those of the fit frame.
 struct ExpectedCells {
   CellPattern pattern;
   Shape shape = Shape::Square;
@@ -174,7 +174,7 @@ std::vector<PolygonSighting> see_cells(const DetectorInput& input,
   return sightings;
 }
 
-/// What a fit says about the target, in frame units and radians.
+/// Target by a fit, in frame units and radians.
 struct MeasuredPolygon {
   double size = 0;
   double width = 0;

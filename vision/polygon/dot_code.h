@@ -30,10 +30,10 @@ struct DotCode {
   bool fits_scale = false;  ///< the scale is unknown: there is no camera mapping
 };
 
-/// How many of a code's dots have to be seen: all of up to three, else three quarters.
+/// Number of a code's dots that have to be seen: all of up to three, else three quarters.
 int least_dots(int n_dots);
 
-/// Which seen dot each of the code's is, by index; empty where none is.
+/// Index of the seen dot of each dot of the code; empty if none is seen.
 using DotAssignment = std::vector<std::optional<int>>;
 
 /// Finds every way in which enough of a code's dots are among those seen.
@@ -47,7 +47,7 @@ using DotAssignment = std::vector<std::optional<int>>;
 /// See    tests/vision/polygon/dots_detector_test.cc
 std::vector<DotAssignment> match_dots(const DotCode& code, std::span<const SeenDot> seen);
 
-/// Where a code is.
+/// Place of a code.
 struct DotPose {
   Eigen::Vector2d at = Eigen::Vector2d::Zero();
   double turn = 0;

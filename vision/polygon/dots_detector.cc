@@ -68,7 +68,7 @@ SeenDot seen_dot(const FittedCandidate& dot, bool in_mm) {
   return {dot.fit.center.position.in_px(), dot.fit.center.cov};
 }
 
-/// What the dots have in common is the code's: means, or the worst of them.
+/// The common values of the dots are the code's: means, or the worst of them.
 void fill_from_dots(const std::vector<const TargetFit*>& dots, int n_asked, TargetFit& fit) {
   const double n = static_cast<double>(dots.size());
   double size_px = 0;
@@ -114,7 +114,7 @@ bool fill_place(const DetectorInput& input,
   return true;
 }
 
-/// Why a code whose dots were found is not the target; empty if it is.
+/// Reason why a code whose dots were found is not the target; empty if it is.
 std::string problem_of(const DetectorInput& input,
                        const DotCode& code,
                        const DotPose& pose,

@@ -22,7 +22,7 @@ constexpr double kPolygonHuber = 2.0;
 /// Steps that are the last ones, px: the error after them is some hundredths of them.
 constexpr double kPolygonRough = 0.03;
 constexpr double kFine = 2e-3;
-/// What a pattern may still move after a fit, px.
+/// Greatest move of a pattern after a fit, px.
 constexpr double kSlackPx = 0.75;
 /// Flat pixels farther than this from the outline are taken on a coarse lattice.
 constexpr double kDensePx = 30;
@@ -32,7 +32,8 @@ constexpr int kStride = 4;
 /// the lines' feet exclude less of them than this part.
 constexpr double kPolygonDebrisDoubt = 2.4;
 constexpr double kCleanLines = 0.025;
-/// How far from the lines pixels count for the correlation, as part of the pattern's half extent.
+/// Distance from the lines to which pixels count for the correlation, as part of the pattern's half
+/// extent.
 constexpr double kPolygonScoreReach = 0.25;
 
 /// The pattern's extent and what is around it within reach.
@@ -200,7 +201,7 @@ void exclude_outliers(const CellState& state, double white_noise, std::vector<Ce
   }
 }
 
-/// How far the pattern's corners moved from one state to another, pattern units.
+/// Greatest move of the pattern's corners from one state to another, pattern units.
 double corner_move(const CellPattern& pattern, const CellState& from, const CellState& to) {
   double move = 0;
   for (const double x : {pattern.x.front(), pattern.x.back()}) {

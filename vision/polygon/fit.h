@@ -12,17 +12,17 @@
 namespace panelcal::internal {
 
 struct CellFitOptions {
-  /// How far around the pattern pixels are used, fit frame units: they settle the brightness
-  /// plane. With Unknown outside it may be 0.
+  /// Distance around the pattern to which pixels are used, fit frame units: they settle the
+  /// brightness plane. With Unknown outside it may be 0.
   double reach = 20;
-  /// How far the start may be off, fit frame units at the pattern's rim. Larger takes longer.
+  /// Greatest error of the start, fit frame units at the pattern's rim. Larger takes longer.
   double start_error = 2;
   /// Largest sigma of an edge, px; blurrier ones are no edges.
   double max_sigma_px = 6;
   /// The image's pixels are means of squares of this number of pixels of the picture that the fit
   /// frame belongs to; "px" is then one of the image's.
   int reduction = 1;
-  int image_x0 = 0;  ///< where the image's first pixel begins in that picture, px
+  int image_x0 = 0;  ///< column in that picture of the image's first pixel, px
   int image_y0 = 0;
   /// One quick fit, without noise, covariance and quality: a start for a better one.
   bool is_rough = false;

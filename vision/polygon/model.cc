@@ -79,8 +79,8 @@ double interval(const Axis& axis, int a) {
 
 using Slopes = CellView::Slopes;
 
-/// What the pixel's square adds at a corner besides the profiles of its two lines: the mixed fourth
-/// cumulants, over the density of both lines.
+/// Skewness that the pixel's square adds at a corner besides the profiles of its two lines: the
+/// mixed fourth cumulants, over the density of both lines.
 double corner_skewness(const Axis& x, double dx_px, const Axis& y, double dy_px, double sigma2) {
   const Eigen::Array2d n = x.gradient.array() * x.px_per_unit;
   const Eigen::Array2d m = y.gradient.array() * y.px_per_unit;
@@ -93,7 +93,7 @@ double corner_skewness(const Axis& x, double dx_px, const Axis& y, double dy_px,
          (120 * 24 * sigma2 * sigma2);
 }
 
-/// How one near line changes the share; `step` is the change of level across it.
+/// Change of the share by one near line; `step` is the change of level across it.
 void add_line(const CellView::Line& line, double step, Slopes& slopes, int axis) {
   slopes.along[axis] += step * line.d_distance;
   slopes.stretch[axis] -= step * line.d_distance * line.distance_px;
@@ -113,7 +113,7 @@ void set_pose_gradient(const Eigen::Vector2d& v,
   const double xy = x.gradient.dot(y.gradient);
   const double norms = x.units_per_px * y.units_per_px;
   const double rho = xy / norms;
-  // How the share changes with the slopes db.x/dx, db.x/dy, db.y/dx, db.y/dy of a generator b.
+  // Derivatives of the share by the slopes db.x/dx, db.x/dy, db.y/dx, db.y/dy of a generator b.
   const double bx_x = slopes.stretch.x();
   const double bx_y = slopes.stretch.x() * xy / xx + slopes.rho * (yy / norms - rho * xy / xx);
   const double by_x = slopes.stretch.y() * xy / yy + slopes.rho * (xx / norms - rho * xy / yy);

@@ -26,9 +26,9 @@ struct CellPattern {
   std::vector<double> y;    ///< lines, ascending, two at least
   std::vector<Cell> cells;  ///< (x.size() - 1) * (y.size() - 1), one row of x after the other
   Cell outside = Cell::Background;
-  /// Which way each line moves if the target is etched too large: -1, 0 or 1. Empty: the model has
-  /// no such parameter. A cross's length and width are told apart by it; a square has no use for
-  /// it, its scale says the same.
+  /// Direction in which each line moves if the target is etched too large: -1, 0 or 1. Empty: the
+  /// model has no such parameter. A cross's length and width are told apart by it; a square has no
+  /// use for it, its scale says the same.
   std::vector<double> x_growth;
   std::vector<double> y_growth;
 
@@ -42,7 +42,7 @@ struct CellPattern {
   }
 };
 
-/// How a pattern may lie in the fit frame; the number of the pose's parameters is its value.
+/// Freedom of a pattern's pose in the fit frame; the number of the pose's parameters is its value.
 enum class PoseKind { Similarity = 4, Affine = 6, Homography = 8 };
 
 /// Parameters in this order: pose (see CellModel), sigma px, growth (if the pattern has it),
@@ -52,7 +52,7 @@ using CellVector = Eigen::Matrix<double, kMaxCellParameters, 1>;
 using CellMatrix = Eigen::Matrix<double, kMaxCellParameters, kMaxCellParameters>;
 using Levels = Eigen::Matrix<double, 6, 1>;
 
-/// Where a pattern lies and how bright it is.
+/// Pose and brightness of a pattern.
 struct CellState {
   Eigen::Matrix3d pattern_from_frame = Eigen::Matrix3d::Identity();  ///< homogeneous
   double sigma_px = 1;  ///< blur of the edges, the pixel's own width included
@@ -112,7 +112,7 @@ class CellModel {
   /// The state after a step of all parameters.
   CellState moved(const CellState& state, const CellVector& step) const;
 
-  /// How a step of the parameters moves the place where a pattern point is seen, d frame / d step.
+  /// Derivative of a pattern point's seen place by a step of the parameters, d frame / d step.
   Eigen::Matrix<double, 2, kMaxCellParameters> place_gradient(const CellState& state,
                                                               const Eigen::Vector2d& v) const;
 
@@ -174,7 +174,7 @@ class CellView {
     int n_near;     ///< lines from `first` within reach
     std::array<Line, kMaxNear> lines;
   };
-  /// How the share depends on what the parameters change.
+  /// Derivatives of the share by what the parameters change.
   struct Slopes {
     Eigen::Vector2d along = Eigen::Vector2d::Zero();    ///< per pattern unit of v.x, v.y
     Eigen::Vector2d stretch = Eigen::Vector2d::Zero();  ///< per relative change of units_per_px
@@ -196,7 +196,7 @@ class CellView {
   std::vector<double> x_lines_;
   std::vector<double> y_lines_;
   bool is_affine_;
-  // What the last pixel saw; axes stay the same while neither the frame nor the pose bends.
+  // Values at the last pixel; axes stay the same while neither the frame nor the pose bends.
   Eigen::Matrix2d jacobian_ = Eigen::Matrix2d::Zero();
   Eigen::Vector2d v_;
   Axis x_;

@@ -51,7 +51,7 @@ double intact_part(const CellModel& model,
                    const CellState& state,
                    const std::vector<CellPixel>& pixels);
 
-/// How much of the outline is there.
+/// Part of the outline that is there.
 struct OutlineSeen {
   double visible = 0;          ///< part of the outline that looks like an edge of this contrast
   double outside_picture = 0;  ///< part of the outline without pixels

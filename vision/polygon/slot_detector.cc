@@ -132,7 +132,7 @@ Eigen::Vector2d picture_middle(const Image& image) {
   return {0.5 * (image.width() - 1), 0.5 * (image.height() - 1)};
 }
 
-/// What a fit says, in frame units and radians.
+/// Slot by a fit, in frame units and radians.
 struct MeasuredSlot {
   double width = 0;
   double angle_rad = 0;

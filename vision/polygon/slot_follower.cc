@@ -33,8 +33,8 @@ class Follower {
     return std::nullopt;
   }
 
-  /// Where the slot ends in one direction (1 or -1) from an anchor, pattern units; `is_cut` is set
-  /// if it leaves the picture there.
+  /// End of the slot in one direction (1 or -1) from an anchor, pattern units; `is_cut` is set if
+  /// it leaves the picture there.
   double follow(double anchor, int way, double limit, bool& is_cut) const {
     constexpr double kLeast = 0.4;  // of the contrast at the anchor
     const auto first = stretch(anchor);

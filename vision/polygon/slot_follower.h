@@ -27,7 +27,7 @@ struct SlotSighting {
   CellState state;
 };
 
-/// Where a pixel lies in the coordinates of a sighting: along, across.
+/// Place of a pixel in the coordinates of a sighting: along, across.
 inline Eigen::Vector2d place_on(const SlotSighting& sighting, const Eigen::Vector2d& at_px) {
   return sighting.state.to_pattern(sighting.fit_frame.from_image(at_px));
 }

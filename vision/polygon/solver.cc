@@ -55,7 +55,7 @@ class Problem {
         std::find(pattern.cells.begin(), pattern.cells.end(), Cell::Unknown) != pattern.cells.end();
     for (const CellPixel& pixel : pixels) {
       if (pixel.is_excluded) continue;
-      // Whether a clipped pixel counts depends on the state.
+      // The state decides whether a clipped pixel counts.
       if (pixel.is_flat && !is_saturated(pixel.value, options.full_scale)) {
         add_flat(pixel);
       } else if (!has_unknown || view.evaluate(pixel, nullptr).is_known) {
@@ -163,7 +163,7 @@ CellVector step_within(const CellModel& model,
   return damped_step(held, n, damping);
 }
 
-/// How far a step moves the pattern's rim at most, pattern units.
+/// Greatest move of the pattern's rim by a step, pattern units.
 double polygon_move(const CellModel& model, const CellVector& step, double half) {
   double move = std::max(std::abs(step[0]), std::abs(step[1]));
   for (int k = 2; k < model.n_pose(); ++k) {

@@ -7,7 +7,7 @@
 
 namespace panelcal::internal {
 
-/// Where a minimisation ended.
+/// End of a minimisation.
 struct CellSolution {
   CellState state;
   CellMatrix information = CellMatrix::Zero();  ///< J^T W J of the model's parameters, the rest 0

@@ -8,7 +8,7 @@
 
 namespace panelcal {
 
-/// How a picture is taken.
+/// Camera that takes a picture.
 struct Camera {
   CameraMapping mapping;
   int width = 640;

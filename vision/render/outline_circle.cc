@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 
 namespace panelcal::internal {
 namespace {

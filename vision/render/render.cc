@@ -93,7 +93,7 @@ class Painter {
   std::span<double> levels_;
 };
 
-/// Where a picture lies on the panel, mm: the box of its border.
+/// Area of a picture on the panel, mm: the box of its border.
 struct PanelBox {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
   Eigen::Vector2d high = Eigen::Vector2d::Constant(-1e300);

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
 #include "calib/camera/mapping.h"
 #include "vision/picture/image.h"
@@ -29,7 +29,7 @@ namespace panelcal {
 /// See    tests/vision/render/render_test.cc
 std::vector<double> render_levels(const Scene& scene, const Camera& camera);
 
-/// Which pixels features touch: those of which they cover at least `least_share`. By rows.
+/// Pixels that features touch: those of which they cover at least `least_share`. By rows.
 std::vector<bool> touched_pixels(std::span<const Feature> features,
                                  const Camera& camera,
                                  double least_share = 1e-3);

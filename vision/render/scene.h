@@ -24,7 +24,7 @@ struct CellGrid {
   std::vector<std::optional<double>> levels;
 };
 
-/// How far a rim is from a circle: burrs of a drilled hole, the outline of a crumb of dirt.
+/// Deviation of a rim from a circle: burrs of a drilled hole, the outline of a crumb of dirt.
 ///
 /// The radius varies with the angle by a random sum of sines whose amplitude falls as 1 / order.
 /// Order 1 would be a shift of the whole, and is not among them.

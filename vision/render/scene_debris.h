@@ -3,13 +3,13 @@
 
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
 #include "vision/render/scene.h"
 
 namespace panelcal {
 
-/// How much dirt lies on a mark, and what scratches it has.
+/// Dirt and scratches on a mark.
 struct DebrisOptions {
   double rim_share = 0;  ///< of the mark's outline that is covered, 0 to 0.95
   Length size = um(80);  ///< of crumbs; single ones have half to one and a half times as much

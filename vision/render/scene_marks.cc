@@ -88,7 +88,7 @@ std::vector<Feature> dots_of(const Target& target,
   return features;
 }
 
-/// What a template's picture shows, or its negative.
+/// The template's picture or its negative.
 std::shared_ptr<const TemplatePicture> shown_picture(const Target& target) {
   if (target.polarity == Polarity::Bright || !target.picture) return target.picture;
   TemplatePicture negative = *target.picture;

@@ -11,7 +11,7 @@
 
 namespace panelcal {
 
-/// How one mark lies on the board and looks.
+/// Pose and appearance of one mark on the board.
 struct MarkLook {
   Position<frame::Optical> center;
   Angle turn;  ///< on top of the target's own angle, the same way round

@@ -9,7 +9,8 @@
 
 namespace panelcal::internal {
 
-/// How a camera draws the board, which may be tilted: foreshortening first, then the lens.
+/// Projection by which a camera draws the board, which may be tilted: foreshortening first, then
+/// the lens.
 class SceneProjection {
  public:
   explicit SceneProjection(const Camera& camera);

@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "vision/round/fit.h"
+#include "vision/round/model/window.h"
+#include "vision/round/profile/rim_profile.h"
+#include "vision/round/profile/rim_waves.h"
+#include "vision/round/profile/shift_filter.h"
 #include "vision/round/residuals.h"
-#include "vision/round/rim_profile.h"
-#include "vision/round/rim_waves.h"
 #include "vision/round/shape.h"
-#include "vision/round/shift_filter.h"
 #include "vision/round/strangers.h"
-#include "vision/round/window.h"
 #include <Eigen/Cholesky>
 
 namespace panelcal::internal {
@@ -140,7 +140,7 @@ double own_slope_of(const RimWindow& window, const RimVector& p, double sigma) {
   return slope.tail<2>().dot(m.bb.bottomRightCorner<2, 2>() * slope.tail<2>()) / (sigma * sigma);
 }
 
-/// How surely the rim is oval: chi square of two degrees of freedom, and how much, px.
+/// Significance of the rim's ovalness: chi square of two degrees of freedom, and its size, px.
 struct Ovalness {
   double chi_square = 0;
   double size_px = 0;

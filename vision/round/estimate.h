@@ -4,7 +4,7 @@
 #include "vision/fit/detection.h"
 #include "vision/fit/frame.h"
 #include "vision/picture/image.h"
-#include "vision/round/model.h"
+#include "vision/round/model/model.h"
 #include "vision/round/rays.h"
 #include <Eigen/Core>
 
@@ -19,7 +19,7 @@ struct RimEstimate {
   double visible = 0;      ///< part of the rim that is seen
   double excluded = 0;     ///< part of the rim left out
   double clipped = 0;      ///< part of the band's pixels at an end of the scale
-  double roughness = 0;    ///< how far the rim is from round, beyond chance; of the radius, rms
+  double roughness = 0;    ///< deviation of the rim from round, beyond chance; of the radius, rms
   int n_lobes = 0;         ///< of a rim that is a wave around the circle, beyond chance
   double lobes = 0;        ///< their amplitude, of the radius
   double oval_sigma = 0;   ///< of the oval's components, by noise and roughness

@@ -18,7 +18,7 @@ constexpr double kMaxSigmaOfRadius = 0.3;     // a blurrier rim is no rim
 using CircleDynamic = Eigen::
     Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRimParameters, kRimParameters>;
 
-/// How much one clipped pixel says: -2 log of its probability, and derivatives by the level.
+/// Term of one clipped pixel: -2 log of its probability, and derivatives by the level.
 struct ClippedTerm {
   double cost = 0;
   double slope = 0;      ///< of half the cost

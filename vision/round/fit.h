@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "vision/round/model.h"
-#include "vision/round/window.h"
+#include "vision/round/model/model.h"
+#include "vision/round/model/window.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {
@@ -23,7 +23,7 @@ struct RimFitOptions {
   double tolerance_px = 0.012;  ///< stop at smaller steps; the next would be about its square
 };
 
-/// Where a fit ended.
+/// End of a fit.
 struct RimSolution {
   RimVector parameters = RimVector::Zero();
   RimFreedom freedom;

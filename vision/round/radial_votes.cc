@@ -93,7 +93,7 @@ Gradients gradients_of(const Grid& grid) {
   return g;
 }
 
-/// What noise and texture do to a gradient component: the median is blind to a few edges.
+/// Sigma of a gradient component by noise and texture: the median is blind to a few edges.
 double gradient_sigma(const Gradients& g) {
   // This number gives the median to 2 %.
   constexpr std::size_t kEnough = 4000;

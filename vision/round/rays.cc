@@ -17,7 +17,7 @@ constexpr double kLookInwards = 0.25;  // of the radius
 constexpr double kLookOutwards = 0.3;
 constexpr double kStepPx = 0.5;
 constexpr double kMinSupport = 0.4;
-/// How much steps count by their radius, of the radius expected.
+/// Spread of the weights of steps by their radius, of the radius expected.
 constexpr double kLooseSpread = 0.15;
 constexpr double kTightSpread = 0.06;
 constexpr double kSpreadTolerances = 2;
@@ -304,7 +304,7 @@ std::optional<RimStart> find_rim(const Image& image,
     at += circle->shift;
     radius = circle->radius;
     start.support = static_cast<double>(circle->n_supporting) / std::max(1, rays.n_inside_picture);
-    // What a ray circle leaves out of a shift is its square over the diameter.
+    // A ray circle leaves out of a shift its square over the diameter.
     if (circle->shift.squaredNorm() < 2 * radius * kCentered_px) break;
   }
   if (start.support < kMinSupport || radius < 2 || radius > 2 * expected.radius) {

@@ -7,7 +7,7 @@
 #include "vision/fit/frame.h"
 #include "vision/fit/target.h"
 #include "vision/picture/image.h"
-#include "vision/round/model.h"
+#include "vision/round/model/model.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "vision/round/fit.h"
-#include "vision/round/window.h"
+#include "vision/round/model/window.h"
 
 namespace panelcal::internal {
 
@@ -40,7 +40,7 @@ struct RimNoiseEstimate {
 };
 
 /// No sigma is below that of rounding, nor below what models of edges leave of the contrast.
-/// Whether there is texture is told by a portmanteau test on eight short lags.
+/// A portmanteau test on eight short lags tells whether there is texture.
 ///
 /// In     contrast: of the target, grey levels, of any sign
 /// Source Box and Pierce 1970

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "vision/round/fit.h"
-#include "vision/round/window.h"
+#include "vision/round/model/window.h"
 
 namespace panelcal::internal {
 
-/// Where a piece of a rim lies against the fitted rim, and how sure that is.
+/// Deviation of a piece of a rim from the fitted rim, with its uncertainty.
 struct RimDeviation {
   double px = 0;        ///< outwards
   double variance = 0;  ///< by noise, px^2; 0: nothing is seen there

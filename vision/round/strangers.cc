@@ -25,7 +25,7 @@ double median_magnitude(std::vector<float>& values) {
   return static_cast<double>(*middle);
 }
 
-/// What counts as strange, by kind of pixel.
+/// Limits of strange pixels, by kind of pixel.
 struct StrangeLimits {
   std::array<float, 16> scale{};      ///< 1 / sigma of a pixel
   std::array<float, 16> per_box{};    ///< 1 / limit of a box sum over kBox
@@ -54,7 +54,7 @@ class BoxRows {
   /// Of the row gone to.
   const Eigen::ArrayXf& box() const { return box_; }
   const float* z() const { return z_.col(y_ % kBox).data() + kHalf; }
-  /// How far a pixel is beyond its limit.
+  /// Excess of a pixel over its limit.
   float excess(int x) const {
     const std::uint8_t kind = kinds(y_)[x];
     return std::max(std::abs(box_[x]) * limits_.per_box[kind],
@@ -91,7 +91,8 @@ class BoxRows {
   int y_ = 0;
 };
 
-/// How much larger than by chance texture makes box means outside of the target, and in its hole.
+/// Factor by which texture makes box means larger than chance outside of the target, and in its
+/// hole.
 std::array<double, kRimZones> zone_spreads(const RimResiduals& residuals,
                                            const StrangeLimits& limits) {
   BoxRows rows(residuals, limits);

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "vision/picture/cv_bridge.h"
+#include "vision/picture/formats/png_codec.h"
 #include "vision/picture/memory_error.h"
-#include "vision/picture/png_codec.h"
 #include "vision/show/overlay_legend.h"
 #include "vision/show/overlay_panel.h"
 #include <fmt/format.h>
@@ -48,7 +48,7 @@ struct View {
 
 using Outlines = std::vector<std::vector<Eigen::Vector2d>>;
 
-/// How far outlines go from a place, each axis for itself, px.
+/// Extent of outlines from a place, each axis for itself, px.
 double reach_of(const Outlines& outlines_px, PixelLength size, const Eigen::Vector2d& from_px) {
   double reach_px = 0.5 * size.in_px();
   for (const auto& outline : outlines_px) {
@@ -116,7 +116,7 @@ bool is_closed(const std::vector<Eigen::Vector2d>& outline) {
   return (outline.front() - outline.back()).norm() <= 2 * longest;
 }
 
-/// What is drawn into the enlarged piece.
+/// Drawing into the enlarged piece.
 class Drawing {
  public:
   Drawing(cv::Mat& picture, const View& view) : picture_(picture), view_(view) {}

@@ -24,7 +24,7 @@ struct OverlayOptions {
   /// beside it the uncertainty, magnified. Without it only the picture is shown.
   bool with_legend = true;
   std::string title = {};  ///< first line of the legend; ASCII
-  /// Where the target was looked for (see LocateOptions); drawn if both are there.
+  /// Area in which the target was searched (see LocateOptions); drawn if both are there.
   std::optional<Position<frame::Image>> search_center = {};
   std::optional<PixelLength> search_radius = {};
 };

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "vision/show/other_candidates.h"
 #include <fmt/format.h>
 

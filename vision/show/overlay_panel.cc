@@ -98,7 +98,7 @@ void write(cv::Mat& paper, const Lines& lines, cv::Point top_left) {
   }
 }
 
-/// How the uncertainty is shown: `scale` pixels of the inset are one of the picture.
+/// Scale of the shown uncertainty: `scale` pixels of the inset are one of the picture.
 struct Magnified {
   UncertaintyEllipse ellipse;
   double scale = 1;

@@ -46,7 +46,7 @@ struct Likeness {
   bool has_polarity = false;
   bool has_size = false;
   double ratio = 1;    ///< of the sizes
-  double strange = 0;  ///< how unlike it is: 1 for another polarity, or for twice the size
+  double strange = 0;  ///< its difference: 1 for another polarity, or for twice the size
 };
 
 Likeness likeness(const SeenMark& mark, const Target& target, double asked_px) {

@@ -36,7 +36,7 @@ struct LevelShape {
 /// Half a percent of the pixels at either end are glints and dead pixels.
 constexpr double kTail = 0.005;
 
-/// What fills a picture is its subject: the board, not a mark on it.
+/// A shape that fills a picture is its subject: the board, not a mark on it.
 constexpr double kMaxSide = 0.9;
 /// Corners show in larger outlines only: small discs look like anything.
 constexpr double kCornered = 1.5;
@@ -89,7 +89,7 @@ double roughness_of(const cv::Mat& pixels) {
   return kSigmasPerMedian * static_cast<double>(median) / std::numbers::sqrt2;
 }
 
-/// Whether chance would hardly make such a rim: the longer it is, the less contrast it needs.
+/// True if chance would hardly make such a rim: the longer it is, the less contrast it needs.
 bool stands_out(const LevelShape& shape, double roughness) {
   constexpr double kSigmasOf8 = 6;
   const double sigmas = kSigmasOf8 * std::sqrt(8 / std::max(8.0, shape.shape.size_px));
@@ -174,7 +174,7 @@ std::vector<LevelShape> shapes_at(const cv::Mat& pixels, int level, const MarkOp
   return shapes;
 }
 
-/// Whether two shapes are one at two levels.
+/// True if two shapes are one at two levels.
 bool is_same_mark(const LevelShape& a, const LevelShape& b) {
   const double size = std::max(a.shape.size_px, b.shape.size_px);
   return a.shape.shape == b.shape.shape && a.polarity == b.polarity &&

@@ -8,7 +8,7 @@
 
 namespace panelcal {
 
-/// How closely a picture is looked at for marks.
+/// Options of the search for marks in a picture.
 struct MarkOptions {
   int n_levels = 24;           ///< thresholds between the picture's darkest and brightest levels
   double min_contrast = 0.03;  ///< of full scale

@@ -65,7 +65,7 @@ TagPattern TagFamily::blank() const {
   const int last = first + n_on_side - 1;
   for (int row = 0; row < n_cells; ++row) {
     for (int column = 0; column < n_cells; ++column) {
-      // How many cells deep in the corners' square; negative outside.
+      // Depth in cells inside the corners' square; negative outside.
       const int depth = std::min({column - first, last - column, row - first, last - row});
       pattern.levels.push_back(depth == 0 ? inner : depth == -1 ? outer : TagCell::Any);
     }

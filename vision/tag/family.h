@@ -27,7 +27,7 @@ enum class TagCell : std::uint8_t { Black, White, Any };
 struct TagPattern {
   int n_cells = 0;              ///< in a row and in a column
   int n_on_side = 0;            ///< of them on a side of the corners' square
-  std::vector<double> lines;    ///< where cells end, the same in x and in y: n_cells + 1, rising
+  std::vector<double> lines;    ///< borders of cells, the same in x and in y: n_cells + 1, rising
   std::vector<TagCell> levels;  ///< n_cells x n_cells, by rows, first row on top
 
   TagCell at(int column, int row) const {
@@ -58,7 +58,7 @@ struct TagFamily {
   /// White frame on black ground instead of a black one on white.
   bool is_reversed = false;
   int hamming_distance = 0;          ///< least number of bits in which two of its tags differ
-  std::vector<Bit> bits;             ///< where a code's bits are, the most significant one first
+  std::vector<Bit> bits;             ///< places of a code's bits, the most significant one first
   std::vector<std::uint64_t> codes;  ///< by id
 
   int n_tags() const { return static_cast<int>(codes.size()); }

@@ -19,7 +19,7 @@ namespace {
 
 using Verdict = FittedCandidate::Verdict;
 
-/// What the quad's corners may be off, as part of a cell, and at least, px.
+/// Greatest error of the quad's corners, as part of a cell, and at least, px.
 constexpr double kStartError = 0.12;
 constexpr double kLeastStartError = 1.0;
 /// A second attempt, if the first one's correlation is less than that.
@@ -46,7 +46,7 @@ CellPattern cell_pattern(const TagPattern& tag) {
   return pattern;
 }
 
-/// Where the quad puts the tag in the fit frame.
+/// State of the tag in the fit frame by the quad.
 CellState start_state(const FitFrame& fit_frame, const TagQuad& quad, double cell_px) {
   TagQuad in_frame;
   std::transform(quad.corners_px.begin(),

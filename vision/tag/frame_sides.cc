@@ -13,7 +13,8 @@
 namespace panelcal::internal {
 namespace {
 
-/// Where a side is looked for, cells to either side: first widely, then near what was found.
+/// Distance at which a side is searched, cells to either side: first widely, then near what was
+/// found.
 constexpr std::array kSideReach = {1.3, 0.6};
 constexpr double kDepthStep = 0.1;  // cells
 constexpr int kStepsPerSide = 20;   // places on a side
@@ -70,7 +71,7 @@ LevelRange range_about(const Image& image, const TagQuad& quad) {
   return {at(kPart), at(1 - kPart)};
 }
 
-/// How sides are looked for.
+/// View in which sides are searched.
 struct SideView {
   const Image& image;
   LevelRange range;
@@ -78,7 +79,8 @@ struct SideView {
   double sign = 1;   ///< 1 if the frame is darker inside
 };
 
-/// Where the level changes most from outside to inside of the frame, at one place of a side.
+/// Step at which the level changes most from outside to inside of the frame, at one place of a
+/// side.
 std::optional<SideStep> step_at(const SideView& view, const FrameSide& side, double along) {
   const auto& [image, range, reach, sign] = view;
   const double cell_px = side.outward.norm();

@@ -23,7 +23,7 @@ struct TagQuad {
   double mean_side_px() const;
 };
 
-/// How a picture is looked at to find quads.
+/// View of a picture in which quads are searched.
 struct TagView {
   /// The picture is reduced, or at least smoothed, until a cell has about this number of pixels:
   /// enough to be told from its neighbours, and few, since averaging is what makes noise harmless.

@@ -26,8 +26,8 @@ struct TagWord {
   std::uint64_t is_seen = 0;  ///< 0 where something that is neither black nor white covers the cell
 };
 
-/// How many of the bits seen may be wrong: 4 where the tool names an id, 1 where any tag will do;
-/// fewer where chance would make tags of that; -1: too few are seen.
+/// Number of the bits seen that may be wrong: 4 where the tool names an id, 1 where any tag will
+/// do; fewer where chance would make tags of that; -1: too few are seen.
 ///
 /// Cells of no tag that pass for a frame read as one of n tags in one of four turns with
 /// probability

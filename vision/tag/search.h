@@ -9,7 +9,7 @@
 
 namespace panelcal::internal {
 
-/// When to look no further.
+/// Criterion to end the search.
 enum class TagsSought {
   One,  ///< once a tag of the target's id is seen, or any tag if it has none
   All,  ///< never: what one way of looking misses another one may see

@@ -22,8 +22,8 @@ constexpr int kFewPairs = 30;
 
 using Influence = Eigen::Vector4d;
 
-/// What the template's noise adds to J_smooth J_raw^T on average: it has slopes as well, but they
-/// tell nothing of the place.
+/// Mean that the template's noise adds to J_smooth J_raw^T on average: it has slopes as well, but
+/// they tell nothing of the place.
 TemplateMatrix noise_of_rows(const TemplateModel& model,
                              const TemplateMap& map,
                              const TemplateNoiseTable& table,

@@ -33,7 +33,7 @@ struct Box {
   Eigen::Vector2d high = -low;
 };
 
-/// Where the template is in the picture; empty where the lens model cannot say.
+/// Box of the template in the picture; empty if the lens model does not reach it.
 std::optional<Box> template_box(const FitFrame& fit_frame,
                                 const TemplateModel& model,
                                 const TemplateMap& map) {

@@ -116,7 +116,7 @@ void set_weights(TemplateWindow& window, double sigma) {
   for (TemplatePixel& pixel : window.pixels) pixel.weight = 1 / (sigma * sigma);
 }
 
-/// How picture and model go together: over all pixels and by parts of the template.
+/// Agreement of picture and model: over all pixels and by parts of the template.
 struct Agreement {
   double correlation = 0;
   double visible = 0;

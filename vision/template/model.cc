@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -114,7 +114,7 @@ double border_median(const Raster& t) {
   return *middle;
 }
 
-/// Why the template's edges do not tell where it is.
+/// Reason why the template's edges do not determine its place.
 std::string structure_problem(const Raster& smooth, double noise, double contrast) {
   if (!(contrast > kMinContrast * noise)) {
     return fmt::format(

@@ -25,7 +25,7 @@ struct TemplateModel {
   SplineImage smooth;     ///< a little blurred, and flat where nothing but noise is seen
   SplineImage curvature;  ///< the Laplacian of `smooth`: what a slightly other focus adds
   std::vector<SplineImage> reduced;  ///< `smooth` averaged by 2, 4, 8 ...
-  /// Where `smooth` has structure: 1, where it is the local mean: 0.
+  /// 1 if `smooth` has structure, 0 if it is the local mean.
   Raster structure;
   Eigen::Vector2d reference;  ///< the target's place, px
   double pitch = 1;           ///< fit frame units per px

@@ -19,7 +19,7 @@ struct TemplateSighting {
   double correlation = 0;
 };
 
-/// How a template may lie.
+/// Range of a template's pose.
 struct TemplateRange {
   double turn = 0;  ///< rad
   double turn_tolerance = 0;

@@ -32,7 +32,7 @@ double huber_cost(double z, double huber) {
   return huber > 0 && z > huber ? huber * (2 * z - huber) : z * z;
 }
 
-/// Which model the residuals are taken from.
+/// Model from which the residuals are taken.
 enum class Residual { Smooth, Raw };
 
 TemplateEquations accumulate(const TemplateProblem& problem,
@@ -70,7 +70,7 @@ TemplateEquations accumulate(const TemplateProblem& problem,
   return e;
 }
 
-/// What the template's noise brings into J^T W (data - model) on average, since rows and residuals
+/// Mean contribution of the template's noise to J^T W (data - model), since rows and residuals
 /// share it: -gain times the noise in the row times that in the template.
 TemplateVector common_noise(const TemplateProblem& problem, const TemplateVector& p) {
   const TemplateModel& model = problem.model;

@@ -25,7 +25,7 @@ struct Texture {
 struct FlatResiduals {
   std::span<const float> values;
   int width = 0;
-  double n = 0;  ///< how many there are
+  double n = 0;  ///< number of residuals
 };
 
 /// Fits a texture's model to the autocovariance at lags of 0 to 20 px along rows and columns; empty

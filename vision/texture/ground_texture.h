@@ -21,8 +21,8 @@ struct GroundTexture {
 
   /// Far from the edges the rest counts as white noise of the strength that its slow part has.
   double far_variance() const;
-  /// How far from the edges ground is looked at pixel by pixel: what is farther says nothing of the
-  /// texture there.
+  /// Distance from the edges to which ground is looked at pixel by pixel: ground that is farther
+  /// says nothing of the texture there.
   double reach_px() const;
 };
 

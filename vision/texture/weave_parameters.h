@@ -13,7 +13,7 @@ struct Weave {
   double amplitude = 0;                                          ///< of full scale
   Length period = mm(0.5);                                       ///< from yarn to yarn but one
   std::uint64_t seed = 1;                                        ///< of the yarns' irregularity
-  Transform<frame::Nominal, frame::Optical> panel_from_optical;  ///< where the picture lies
+  Transform<frame::Nominal, frame::Optical> panel_from_optical;  ///< the place of the picture
 };
 
 }  // namespace panelcal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/devices/gige_camera.h"
+#include "machine/devices/cameras/gige_camera.h"
 
 #include <cstdint>
 #include <string>
@@ -75,7 +75,7 @@ class GigeCamera final : public CameraDevice {
   PictureSize size_;
   Object<ArvStream> stream_;
   int n_retaken_ = 0;
-  /// Whether every frame that was triggered has come.
+  /// True if every frame that was triggered has come.
   bool is_in_step_ = false;
   bool is_gone_ = false;  ///< did not answer any more
 };

@@ -6,7 +6,7 @@
 #include <cctype>
 #include <cstddef>
 
-#include "vision/picture/raw_pixels.h"
+#include "vision/picture/files/raw_pixels.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

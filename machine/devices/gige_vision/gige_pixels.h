@@ -14,7 +14,7 @@ namespace panelcal::internal {
 /// The GenICam name of a format that is read: "Mono8" for "mono8". Letters may be large or small.
 std::optional<std::string_view> genicam_format(std::string_view word);
 
-/// How the address of a camera writes a format: "mono8" for "Mono8".
+/// Notation of a format in the address of a camera: "mono8" for "Mono8".
 std::string address_format(std::string_view genicam);
 
 /// The missing part of an incomplete frame.

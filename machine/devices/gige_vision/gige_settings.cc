@@ -44,7 +44,7 @@ class Setup {
                     std::move(expected)});
   }
 
-  /// Whether the last call of Aravis worked.
+  /// Checks that the last call of Aravis worked.
   Expected<void> done(const char* what) const {
     if (!error_) return {};
     return refuse(fmt::format("{}: {}", what, error_.text()), "");

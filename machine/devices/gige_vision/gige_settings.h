@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "machine/devices/gige_camera.h"
+#include "machine/devices/cameras/gige_camera.h"
 #include "machine/devices/gige_vision/gige_objects.h"
 
 namespace panelcal::internal {

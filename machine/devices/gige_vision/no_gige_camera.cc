@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takes the place of gige_camera.cc where Aravis is missing at build time.
-#include "machine/devices/gige_camera.h"
+#include "machine/devices/cameras/gige_camera.h"
 
 namespace panelcal {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 // The face of libpanelcal_video.so: plain C, so that the module needs nothing of panelcal and may
-// be replaced without it. Loaded by machine/devices/opencv_camera.cc.
+// be replaced without it. Loaded by machine/devices/cameras/opencv_camera.cc.
 #pragma GCC visibility push(default)
 extern "C" {
 

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "calib/advice/convex_hull.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {

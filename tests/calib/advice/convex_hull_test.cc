@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 namespace panelcal::internal {
@@ -88,7 +88,7 @@ TEST(ShortPath, OfManyPlacesFollowsARing) {
 }
 
 TEST(ShortPath, OfManyPlacesObeysWhatLeadsToItAndFollowsIt) {
-  // Where the path begins and ends costs more than any way between.
+  // The choice of the path's ends costs more than any way between.
   constexpr std::size_t kPlaces = 20;
   PathCosts costs{distances(ring(kPlaces, 3)), Eigen::MatrixXd::Constant(kPlaces, kPlaces, 1e4)};
   costs.around(11, 4) = 0;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/correction/stack.h"
 #include <gmock/gmock.h>
 

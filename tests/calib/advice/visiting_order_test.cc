@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "calib/advice/visit_runs.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {

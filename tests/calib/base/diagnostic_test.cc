@@ -4,8 +4,8 @@
 #include <array>
 #include <set>
 
-#include "calib/base/byte_sink.h"
 #include "calib/base/expected.h"
+#include "calib/base/files/byte_sink.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"

@@ -3,7 +3,7 @@
 
 #include <concepts>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"
@@ -37,7 +37,7 @@ concept InPx = requires(A a) {
   a.in_px();
 };
 
-// What mixes frames does not compile.
+// An expression that mixes frames does not compile.
 static_assert(Subtracts<NominalPoint, NominalPoint>);
 static_assert(!Subtracts<NominalPoint, ActualPoint>);
 static_assert(!Adds<NominalPoint, NominalPoint>);

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
-#include "calib/camera/fit.h"
+#include "calib/base/statistics/random.h"
+#include "calib/camera/fit/fit.h"
 
 namespace panelcal::test {
 
@@ -74,7 +74,8 @@ inline std::vector<PlateDot> dot_plate(int per_side, double pitch_mm, Length rad
   return dots;
 }
 
-/// Where view `view` of a plate whose dots lie at `dots_mm` shows them; without noise.
+/// Adds the places at which view `view` shows a plate's dots, which lie at `dots_mm`; without
+/// noise.
 inline void see(const CameraModel& camera,
                 const std::vector<Eigen::Vector2d>& dots_mm,
                 const PlatePose& pose,

@@ -2,7 +2,7 @@
 // Do charts alarm falsely as often as they say? Runs of many nights of independent standard scores.
 #include <cmath>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/charts/cusum.h"
 #include "calib/charts/ewma.h"
 #include <gtest/gtest.h>

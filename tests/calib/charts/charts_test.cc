@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/charts/cusum.h"
 #include "calib/charts/ewma.h"
 #include <gtest/gtest.h>

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "calib/base/chi_square.h"
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/chi_square.h"
+#include "calib/base/statistics/distributions.h"
 #include <gtest/gtest.h>
 
 namespace panelcal {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <memory>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/camera/mapping.h"
 #include "calib/correction/max_sigma.h"
 #include <gmock/gmock.h>
@@ -41,7 +41,7 @@ MachineUncertainty machine() {
   return m;
 }
 
-/// Where targets are seen in their pictures: they differ, as on a panel that is askew.
+/// Jacobian of a target's place in its picture: they differ, as on a panel that is askew.
 CameraJacobian seen_at(Random& random) {
   return camera().by_parameters(position_px(random.uniform(250, 390), random.uniform(170, 310)));
 }

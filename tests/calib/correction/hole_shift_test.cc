@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"

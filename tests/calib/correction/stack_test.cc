@@ -48,7 +48,7 @@ Panel make_panel(int n_nested) {
   return panel;
 }
 
-/// What is seen, in mm: base targets, then nested ones, x and y alternating.
+/// Seen places, in mm: base targets, then nested ones, x and y alternating.
 using Seen = Eigen::VectorXd;
 
 Seen exactly_seen(const Panel& panel) {

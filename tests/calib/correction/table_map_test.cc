@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/correction/table_basis.h"
 #include <gmock/gmock.h>
 

@@ -102,7 +102,7 @@ TEST(DriftMonitorSlow, FlagsAStepInItsNight) {
   EXPECT_GE(caught_at_once(8, kRuns, 60), 0.998);
 }
 
-/// How far a value has moved when its slow drift is flagged, um; over so many runs.
+/// Move of a value when its slow drift is flagged, um; over the counted runs.
 struct Cost {
   double mean_um = 0;
   double worst_um = 0;

@@ -18,7 +18,7 @@ constexpr int kFirstFaults = 20;  // later than the history that is needed
 
 enum class Fault { None, Wrong, Dirty, Moved };
 
-/// What happened over all runs.
+/// Counts over all runs.
 struct Tally {
   int n_healthy = 0;
   int n_healthy_refused = 0;

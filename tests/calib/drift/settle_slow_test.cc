@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/drift/settle.h"
 #include <gtest/gtest.h>
 

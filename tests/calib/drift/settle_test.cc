@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {
@@ -71,7 +71,7 @@ TEST(Settle, IsStillWhereNothingMoves) {
     ASSERT_TRUE(found);
     EXPECT_EQ(found->motion, SettleMotion::Still);
     EXPECT_EQ(found->wait, seconds(0));
-    // What comes to rest before the second view is not seen to move.
+    // A stage that comes to rest before the second view is not seen to move.
     EXPECT_GT(found->sigma, seconds(0));
     EXPECT_LT(found->sigma, seconds(0.02));
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/drift/series.h"
 #include <Eigen/Cholesky>
 
@@ -46,7 +46,7 @@ class SimulatedNights {
     return point;
   }
 
-  /// Where the last night's value truly was.
+  /// True value of the last night.
   const Eigen::Vector2d& truth() const { return truth_; }
 
  private:

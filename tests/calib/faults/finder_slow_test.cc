@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "calib/base/chi_square.h"
+#include "calib/base/statistics/chi_square.h"
 #include <Eigen/QR>
 #include <gtest/gtest.h>
 
@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(EveryKind,
 // --- small damages -----------------------------------------------------------------------------
 
 constexpr double kSmall_sigmas = 10;
-constexpr double kTwoSided = 1e-3;  ///< how often chance alone leaves a band
+constexpr double kTwoSided = 1e-3;  ///< rate at which chance alone leaves a band
 
 /// A healthy job one target of which is off by ten of its sigmas.
 struct SmallDamage {

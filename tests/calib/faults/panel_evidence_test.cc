@@ -102,7 +102,8 @@ TEST(PanelEvidence, FindsTheMapOfATurnedPanel) {
   EXPECT_LT((told.translation_mm - Eigen::Vector2d(5, 7)).norm(), 1e-4);
 }
 
-/// What a slot does not show may be no number, and what it shows counts as one coordinate.
+/// A coordinate that a slot does not show may be no number, and the one that it shows counts as one
+/// coordinate.
 TEST(PanelEvidence, CountsSlotsByTheirCoordinate) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   Eigen::Matrix2d cov;

@@ -93,7 +93,7 @@ Panel random_panel(Random& random, double pitch_mm) {
   return panel;
 }
 
-/// What one picture lists.
+/// Candidates of one picture.
 class Camera {
  public:
   Camera(Random& random, const BoardTrial& trial, double half_width_mm)

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/faults/constellation.h"
 
 namespace panelcal::test {
@@ -14,7 +14,7 @@ enum class Neighbours : std::uint8_t {
   Different,  ///< no shift but none is common to the rows of all targets
 };
 
-/// How a camera sees boards, at the level of candidates.
+/// Model of a camera that sees boards, at the level of candidates.
 struct BoardTrial {
   double min_view_mm = 11.5;  ///< half the width of the view
   double max_view_mm = 15;

@@ -20,7 +20,7 @@ using Vector = Eigen::Vector2d;
 using Matrix = Eigen::Matrix2d;
 
 constexpr double kPanel_mm = 300;
-constexpr double kView_mm = 3;  ///< how far from where it looks a camera takes a pad
+constexpr double kView_mm = 3;  ///< distance from its axis to which a camera takes a pad
 
 std::size_t pick(Random& random, std::size_t n) {
   return std::min(n - 1, static_cast<std::size_t>(random.uniform() * static_cast<double>(n)));
@@ -48,7 +48,7 @@ struct Map {
   Vector operator()(const Vector& p_mm) const { return linear * p_mm + shift_mm; }
 };
 
-/// How the panel lies and is stretched, by a third of the limits.
+/// Pose and stretch of the panel, by a third of the limits.
 Map draw_lie(Random& random, const FaultSettings& settings, const Vector& center_mm) {
   const GateLimits& limits = settings.limits;
   const double stretch = *limits.stretch_ppm * 1e-6 / 3;
@@ -123,7 +123,7 @@ Map about(const Matrix& turn, const Vector& center_mm) {
   return {turn, center_mm - turn * center_mm};
 }
 
-/// What the panel underwent before it was laid down as `lie` says.
+/// Map of the panel before it was laid down as `lie` says.
 Map draw_turn(Random& random, SimulatedFault fault, const Vector& middle_mm) {
   const Vector center_mm = middle_mm + Vector(random.normal(), random.normal());
   Matrix mirror = Matrix::Identity();
@@ -171,7 +171,7 @@ double draw_scale(Random& random, SimulatedFault fault) {
   return 1;
 }
 
-/// Where the targets really are, what the camera takes for them; nothing if there is nothing.
+/// True places of the targets, or of what the camera takes for them; empty if there is nothing.
 std::optional<std::vector<Vector>> places_of(const Panel& panel, const Map& turn, bool is_taken) {
   const Map whole{panel.lie.linear * turn.linear, panel.lie(turn.shift_mm)};
   std::vector<Vector> places;

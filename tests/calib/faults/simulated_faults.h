@@ -8,13 +8,13 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/faults/finder.h"
 
 namespace panelcal::test {
 
-/// What is done to a simulated job. "Seen": every target is seen itself, wherever it is. "Taken":
-/// the camera takes the pad nearest to where it looks, within 3 mm.
+/// Fault of a simulated job. "Seen": every target is seen itself, wherever it is. "Taken": the
+/// camera takes the pad nearest to where it looks, within 3 mm.
 enum class SimulatedFault : std::uint8_t {
   Healthy,
   WrongPad,     ///< one target is a pad 0.5 to 6 mm away
@@ -32,7 +32,7 @@ enum class SimulatedFault : std::uint8_t {
 };
 
 std::string_view name(SimulatedFault fault);
-/// What the finder is to say; of Healthy nothing.
+/// Cause that the finder is to report; of Healthy nothing.
 FaultCause cause_of(SimulatedFault fault);
 
 struct FaultSettings {
@@ -70,7 +70,7 @@ std::optional<SimulatedJob> draw_job(Random& random,
                                      SimulatedFault fault,
                                      const FaultSettings& settings);
 
-/// What the finder told people of a job with a fault.
+/// Answer of the finder about a job with a fault.
 enum class Finding : std::uint8_t {
   /// The right target; where no single one lies, the right cause by itself, with its side or
   /// factor.

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "calib/base/clock.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/digest.h"
 #include "calib/ledger/ledger.h"
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include <csignal>
 #include <fstream>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/ledger/ledger.h"
 #include <gmock/gmock.h>
 #include <sqlite3.h>
@@ -303,7 +303,8 @@ TEST_F(LedgerFileTest, UndoesAnInterruptedWriteAlsoToRead) {
   const std::filesystem::path copy = folder_ / "copy";
   const std::filesystem::path other_copy = folder_ / "other copy";
   {
-    // What a power cut leaves: pages of an entry in the file, and the journal that undoes them.
+    // State that a power cut leaves: pages of an entry in the file, and the journal that undoes
+    // them.
     Other other(path());
     other.run(
         "PRAGMA cache_size=1; PRAGMA cache_spill=1; BEGIN IMMEDIATE;"

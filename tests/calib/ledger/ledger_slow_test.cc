@@ -5,8 +5,8 @@
 #include <fstream>
 #include <thread>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/random.h"
 #include "calib/ledger/ledger.h"
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -135,7 +135,7 @@ DiskOrder torn(DiskOrder order, Random& random) {
 }
 
 void lose_some(Tracked& tracked, Random& random) {
-  // How much got through differs from cut to cut: nothing, everything, anything between.
+  // The part that got through differs from cut to cut: nothing, everything, anything between.
   const double chance = std::clamp(random.uniform(-0.5, 1.5), 0.0, 1.0);
   for (const DiskOrder& order : tracked.pending) {
     const double draw = random.uniform();

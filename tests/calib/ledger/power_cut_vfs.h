@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 
 namespace panelcal::test {
 
-/// What SQLite told the disk, in order.
+/// Orders of SQLite to the disk, in order.
 struct DiskOrder {
   enum class Kind : std::uint8_t { Write, Truncate, Sync, Delete, SyncedDelete };
   Kind kind = Kind::Write;
@@ -34,9 +34,9 @@ class DiskRecorder {
 
 using DiskContent = std::map<std::string, std::string>;  ///< by file
 
-/// What may be left on the disk if the power goes after the first n orders. What was synced is
-/// there. Of what came later on a file each order may have been carried out or not, and a write
-/// in part (up to a border of 512 bytes); so may the making and deleting of the file itself.
+/// Content that may be left on the disk if the power goes after the first n orders. Synced content
+/// is there. Of the later orders to a file each may have been carried out or not, and a write in
+/// part (up to a border of 512 bytes); so may the making and deleting of the file itself.
 DiskContent after_power_cut(const DiskContent& start,
                             const std::vector<DiskOrder>& orders,
                             std::size_t n,

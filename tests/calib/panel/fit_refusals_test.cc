@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the fits make of input that no good panel gives: too few, degenerate, mirrored, absurd.
+// Fits of input that no good panel gives: too few, degenerate, mirrored, absurd.
 #include <algorithm>
 #include <limits>
 

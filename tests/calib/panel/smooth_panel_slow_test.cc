@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well a smooth model predicts holes of simulated panels, and how well it knows that.
+// Errors of a smooth model at holes of simulated panels, against their predicted covariance.
 #include <cmath>
 #include <tuple>
 

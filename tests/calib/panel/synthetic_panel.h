@@ -7,14 +7,14 @@
 #include <ostream>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/panel/fit.h"
 #include "calib/panel/model.h"
 #include <Eigen/Core>
 
 namespace panelcal {
 
-/// How GoogleTest prints a failure.
+/// Prints a failure for GoogleTest.
 inline void PrintTo(FitFailure failure, std::ostream* out) {
   constexpr const char* kNames[] = {"TooFewTargets", "Degenerate", "BadCovariance"};
   *out << kNames[static_cast<int>(failure)];

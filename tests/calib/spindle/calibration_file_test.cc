@@ -7,8 +7,8 @@
 #include <limits>
 #include <string>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/random.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/chi_square.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/chi_square.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 #include "tests/support/statistics.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
 #include "calib/spindle/fit.h"
 #include <Eigen/Cholesky>
@@ -28,9 +28,10 @@ struct SimulatedCoupon {
   Approach drilling = {1, 1};
   std::vector<Approach> looking = {{1, 1}, {1, 1}, {1, 1}, {1, 1}};
   double coupon_turn_rad = 0;  ///< about its middle, between drilling and looking
-  /// How far from the middle of the picture holes are looked at, in turn right, up, left, down.
+  /// Distance from the middle of the picture at which holes are looked at, in turn right, up, left,
+  /// down.
   double off_middle_mm = 0;
-  double camera_scale_error = 0;  ///< what is seen is so much too far from the middle
+  double camera_scale_error = 0;  ///< relative error of seen distances from the middle
 
   Eigen::Vector2d middle_mm() const {
     return {300 + 0.5 * pitch_mm * (columns - 1), 200 + 0.5 * pitch_mm * (rows - 1)};
@@ -42,7 +43,7 @@ inline Eigen::Vector2d normal_2(Random& random) {
   return {x, random.normal()};
 }
 
-/// Where the stage really stops when it is sent to a place.
+/// True stop of a stage that is sent to a place.
 inline Eigen::Vector2d stop_mm(const Eigen::Vector2d& command_mm,
                                const Approach& approach,
                                const Eigen::Vector2d& backlash_um,

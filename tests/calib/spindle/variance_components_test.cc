@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/spindle/restricted_likelihood.h"
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 #include "tests/calib/table/simulated_table.h"

@@ -40,8 +40,8 @@ test::TableError random_warp(Random& random) {
   };
 }
 
-/// What the map's convention makes of an error: its covariance knows no shift, and a turn only so
-/// that the x axis is straight. By the means over a square of 101 x 101 places.
+/// An error by the map's convention: its covariance knows no shift, and a turn only so that the x
+/// axis is straight. By the means over a square of 101 x 101 places.
 test::TableError settled(const test::TableError& error, double low_mm, double high_mm) {
   constexpr int kSide = 101;
   Eigen::Vector2d mean(0, 0);
@@ -166,8 +166,8 @@ TEST(TableFitStatistics, AWarpOfTheAssumedKindIsMissedAsTheCovarianceSays) {
   const Outcome out = run(0, 300, {{0, {150, 150}}}, true, 300.0 / 14, 500, plate_warp);
   EXPECT_GT(out.chi_square, 0.9);
   EXPECT_LT(out.chi_square, 1.1);
-  // What a draw has of detail that is smoothed away is in the residuals, and their expectation is
-  // their number less the trace of H.
+  // The detail of a draw that is smoothed away is in the residuals, and their expectation is their
+  // number less the trace of H.
   EXPECT_NEAR(out.marginal_chi_square, 1, 0.05);
 }
 

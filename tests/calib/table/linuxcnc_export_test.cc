@@ -44,7 +44,7 @@ class Linuxcnc {
     }
   }
 
-  /// Where the joints are sent, x and y, for a wanted place in machine units.
+  /// Commands of the joints, x and y, for a wanted place in machine units.
   Eigen::Vector2d motors(const Eigen::Vector2d& wanted, bool is_forward) const {
     const Eigen::Vector3d joints = matrix_ * Eigen::Vector3d(wanted.x(), wanted.y(), 0);
     return {joints.x() + trim(0, joints.x(), is_forward),

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/table/fit.h"
 
 namespace panelcal::test {
@@ -76,8 +76,8 @@ inline void look(const SimulatedPlate& plate,
   }
 }
 
-/// What is left of an error when shift and turn are taken out of it, as TableFit does: by the means
-/// over a square of 41 x 41 places from `low_mm` to `high_mm`.
+/// Part of an error that is left when shift and turn are taken out of it, as TableFit does: by the
+/// means over a square of 41 x 41 places from `low_mm` to `high_mm`.
 struct MapComparison {
   double rms_mm = 0;  ///< of the vector
   double largest_mm = 0;

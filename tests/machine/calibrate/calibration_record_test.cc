@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include "machine/sources/device_set.h"
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #include "tests/calib/ledger/drafts.h"
-#include "tests/machine/calibrate/coupon_toml.h"
+#include "tests/machine/calibrate/spindle/coupon_toml.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 

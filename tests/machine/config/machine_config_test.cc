@@ -170,7 +170,7 @@ TEST(MachineConfig, ReadsHowSiebMeyerProgramsMeasure) {
   EXPECT_TRUE(settings.pattern_mode);
   EXPECT_TRUE(settings.fits_scale);
   EXPECT_EQ(settings.vision_tool, 7);
-  // What is left out is what the control does by itself.
+  // An absent key leaves what the control does by itself.
   const auto silent = parse("[vision]\n");
   ASSERT_TRUE(silent) << silent.error().text();
   EXPECT_EQ(silent->walk.sieb_meyer.measurement_mode, 1);

@@ -5,11 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/table/calibration_file.h"
-#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/calibrate/spindle/camera_run.h"
 #include "machine/look/mark_sights.h"
-#include "machine/sim/recording.h"
+#include "machine/sim/pictures/recording.h"
 #include "machine/sim/sim_table.h"
 #include "machine/sources/device_set.h"
 #include "machine/sources/picture_source.h"
@@ -27,7 +27,7 @@ using Eigen::Vector2d;
 using test::FailsWith;
 using test::IsNearPosition;
 
-/// What iterations leave.
+/// Error that iterations leave.
 constexpr double kRounding_um = 1e-4;
 
 Position<frame::Machine> at(double x_mm, double y_mm) {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "machine/job/job.h"
-#include "program/writers/excellon_writer.h"
+#include "program/writers/excellon/writer.h"
 #include <gtest/gtest.h>
 #include <panelcal/panelcal.h>
 

@@ -135,7 +135,7 @@ TEST_F(CameraViewsTest, KeepsToWhatMachineTomlStatesUntilAProgramAsksForAnother)
   view.focus_z = mm(-2);
   ASSERT_TRUE(views.take(request_, view));
   EXPECT_THAT(take_orders(), ElementsAre("stage lamp 0.75", "stage focus -2", "wait 0.5", "take"));
-  // Where `$uvis,focus` found the best height later views say so themselves.
+  // Views after `$uvis,focus` found the best height state it themselves.
   request_.settings.lamp.reset();
   ASSERT_TRUE(views.take(request_, at(100, 50)));
   EXPECT_THAT(take_orders(), ElementsAre("stage lamp 40", "stage focus 0.5", "wait 0.5", "take"));

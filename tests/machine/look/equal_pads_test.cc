@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "machine/look/vision_procedure.h"
 #include "machine/sources/measurement_file_source.h"
 #include "program/walk/series_assignment.h"

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 #include "tests/support/matchers.h"
@@ -31,7 +31,7 @@ ZoomedCamera camera(double rotation_rad, double k1_per_px2) {
 const Position<frame::Machine> kExpected = position_mm<frame::Machine>(120, -40);
 constexpr Length kMargin = mm(0.62);
 
-/// Whether some view shows a target at `place`, margin and all, by the camera's own arithmetic.
+/// True if some view shows a target at `place`, margin and all, by the camera's own arithmetic.
 bool is_seen(const ZoomedCamera& camera,
              const std::vector<Position<frame::Machine>>& axes,
              const Position<frame::Machine>& place) {

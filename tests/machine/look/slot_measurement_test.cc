@@ -63,7 +63,7 @@ target_level = 0.75
   Program program_ = test::program_of(std::string(kProgram));
 };
 
-/// Where a slot's middle line, turned with the panel, meets the expected other coordinate.
+/// Point at which a slot's middle line, turned with the panel, meets the expected other coordinate.
 double line_at(const MeasurementRequest& request) {
   const Eigen::Vector2d& nominal_mm = request.nominal.in_mm();
   const Eigen::Vector2d middle_mm(
@@ -108,7 +108,7 @@ TEST_F(SlotMeasurement, IsSearchedForAcross) {
   const auto measurement = machine->measure(request);
   ASSERT_TRUE(measurement) << measurement.error().text();
   ASSERT_EQ(measurement->status, MeasurementStatus::Found) << measurement->reason;
-  // Where the turned middle line meets y = 15.
+  // Point at which the turned middle line meets y = 15.
   const double x_mm = 20 - kTurn_rad * 15 + 2.6 + kTurn_rad * (15 + kTurn_rad * 20 - 1.9 - 15);
   EXPECT_NEAR(measurement->measured.position.in_mm().x(), x_mm, 3 * kLocated_mm);
 }

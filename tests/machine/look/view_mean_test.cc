@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 

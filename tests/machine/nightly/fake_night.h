@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
-#include "machine/nightly/night_history.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/random.h"
 #include "machine/nightly/nightly.h"
+#include "machine/nightly/record/night_history.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@
 
 namespace panelcal::test {
 
-/// What the fake machine is like tonight; lengths in mm.
+/// State of the fake machine tonight; lengths in mm.
 struct FakeMachine {
   Eigen::Vector2d offset = Eigen::Vector2d(51.2, -3.7);
   double sigma = 0.001;   ///< of a calibration, per axis
@@ -30,7 +30,7 @@ struct FakeMachine {
   double contrast = 0.5;
   double blur_px = 1;
   int n_outliers = 0;
-  std::optional<Diagnostic> fails;  ///< what measuring reports instead of a result
+  std::optional<Diagnostic> fails;  ///< problem that measuring reports instead of a result
 };
 
 /// An offset that is drawn instead of drilled: numbers in place of pictures.

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "machine/config/nightly.h"
+#include "machine/config/nightly/nightly.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {

@@ -25,7 +25,7 @@ class NightlyKill : public test::NightTest {
 
 TEST_F(NightlyKill, LosesNoCommittedNightAt100RandomMoments) {
   constexpr int kKills = 100;
-  // How long a night takes here, so that kills fall all over it.
+  // Duration of a night here, so that kills fall all over it.
   run();
   next_night();
   const auto begin = steady_clock::now();
@@ -42,7 +42,7 @@ TEST_F(NightlyKill, LosesNoCommittedNightAt100RandomMoments) {
     const std::vector<std::string> before = entries();
     n_killed += run_and_kill(std::chrono::microseconds(
         static_cast<std::int64_t>(random.uniform(0, 1.1) * static_cast<double>(whole.count()))));
-    // What was recorded before is all there, and what came is whole.
+    // All entries recorded before are there, and a new one is whole.
     const std::vector<std::string> after = entries();
     ASSERT_GE(after.size(), before.size());
     ASSERT_TRUE(std::equal(before.begin(), before.end(), after.begin()));

@@ -9,7 +9,7 @@
 #include <iostream>
 
 #include "machine/calibrate/calibration_record.h"
-#include "machine/nightly/night_history.h"
+#include "machine/nightly/record/night_history.h"
 #include <gmock/gmock.h>
 
 #include "tests/machine/nightly/cut_night.h"
@@ -56,7 +56,7 @@ void mark_fresh_start_of(const test::PictureNights& nights) {
 
 class NightlyPictures : public ::testing::Test {
  protected:
-  /// What happens to the machine before a night.
+  /// Changes the machine as it changes before a night.
   void live_through(int night) {
     nights_.coupon = "of night " + std::to_string(night);
     nights_.truth_mm += kWalk_mm * Eigen::Vector2d(random_.normal(), random_.normal());

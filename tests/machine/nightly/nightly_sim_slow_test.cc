@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/random.h"
 #include "machine/nightly/nightly.h"
 #include "machine/sources/device_set.h"
 #include <fmt/format.h>
@@ -21,7 +21,7 @@ namespace panelcal {
 namespace {
 
 constexpr int kNights = 46;
-/// What begins on a night, and within how many nights it has to be said.
+/// A change that begins on a night, and the number of nights within which it has to be reported.
 struct Story {
   std::string_view kind;
   int begins = 0;
@@ -135,7 +135,7 @@ swing_hz = 11
     swing_decay_s_ = 0.05 + 0.0005 * random_.normal() + 0.003 * crept(kStage);
   }
 
-  /// Which of the stories a night tells.
+  /// True if a night reports this story.
   static bool is_said(const NightRecord& record, std::string_view kind) {
     const auto step = std::ranges::find(record.steps, kind, &NightStep::kind);
     return step != record.steps.end() &&

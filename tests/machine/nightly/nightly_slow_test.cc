@@ -24,7 +24,7 @@ constexpr double kLooks_mm = 0.001;
 
 enum class Fault { None, DirtyLens, WornDrill, BrokenStage, Moved, SlowDrift };
 
-/// What is wrong on which night; later than the history that is needed.
+/// Fault of a night; later than the history that is needed.
 Fault fault_of(int night) {
   if (night == 30 || night == 31) return Fault::DirtyLens;
   if (night == 45) return Fault::WornDrill;

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <map>
 
-#include "machine/nightly/night_lock.h"
+#include "machine/nightly/record/night_lock.h"
 #include <gmock/gmock.h>
 
 #include "tests/machine/nightly/fake_night.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/spindle/calibration_file.h"
 #include "machine/nightly/nightly.h"
 #include "machine/sim/sim_coupon.h"
@@ -19,7 +19,7 @@
 
 namespace panelcal::test {
 
-/// What is wrong with the virtual machine tonight.
+/// Faults of the virtual machine tonight.
 struct PictureFaults {
   bool is_lens_dirty = false;
   Length wander = um(3);
@@ -151,7 +151,7 @@ spindle_camera_offset_mm = [{}, {}]
 
   std::filesystem::path camera_file() const { return folder_.path() / "camera.cal.json"; }
   std::filesystem::path ledger_file() const { return folder_.path() / "drill.ledger"; }
-  /// What a job would be drilled with.
+  /// Offset that a job would be drilled with.
   std::optional<Eigen::Vector2d> installed_mm() const {
     const auto file = read_spindle_calibration(folder_.path() / "spindle.cal.json");
     if (!file || file->offsets.find({1, 1}) == nullptr) return std::nullopt;

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "machine/calibrate/camera_run.h"
+#include "machine/calibrate/camera/run.h"
 #include "machine/sim/sim_plate.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -49,7 +49,7 @@ origin_mm = [104, 79]
 angle_deg = 90
 )";
 
-/// How the plate really lay: beside what its file says.
+/// True turns of the plate, beside those of its file.
 constexpr double kTurns_rad[] = {0.012, 1.565};
 const Eigen::Vector2d kShifts_mm[] = {{100.05, 79.93}, {103.94, 79.06}};
 

@@ -8,12 +8,12 @@
 #include <string_view>
 #include <vector>
 
-#include "machine/calibrate/camera_run.h"
-#include "machine/calibrate/table_run.h"
+#include "machine/calibrate/camera/run.h"
+#include "machine/calibrate/table/run.h"
 #include "machine/plate/pictures.h"
 #include "machine/sim/sim_plate.h"
-#include "vision/picture/folder.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/folder.h"
+#include "vision/picture/files/image_io.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -63,7 +63,7 @@ cell = [4, 3]
 angle_deg = 180
 )";
 constexpr double kPitch_mm = 0.8;
-/// What a detector and rounding leave, as in plate_pictures_test.cc.
+/// Error that a detector and rounding leave, as in plate_pictures_test.cc.
 constexpr Length kNear = um(1.5);
 const PlatePose kLies{0.3, {100, 80}};
 const PlatePose kTurned{1.9, {104, 79}};
@@ -176,7 +176,7 @@ class TaggedPlateTest : public ::testing::Test {
   test::TemporaryFolder folder_;
   MachineConfig config_;
   CalibrationPlate plate_;
-  PlateTags printed_;  ///< what is really on the plate
+  PlateTags printed_;  ///< tags that are really on the plate
   std::vector<PlatePose> lies_;
 };
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"

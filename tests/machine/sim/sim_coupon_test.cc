@@ -51,7 +51,7 @@ camera_offset_mm = [45.0, -3.0]
 )" + sim + "[sim.coupon]\n" + coupon);
   }
 
-  /// Where the mark is seen, from the place where it really is.
+  /// Seen place of the mark from its true place.
   Eigen::Vector2d seen_um(const CalibrationDevices& devices) const {
     const auto image = devices.camera.take();
     if (!image) ADD_FAILURE() << image.error().text();

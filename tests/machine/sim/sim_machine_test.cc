@@ -203,8 +203,8 @@ TEST_F(SimMachineTest, RefusesToInspectForEver) {
   EXPECT_THAT(machine.measure(request), FailsWith(Code::NotSupported, "1000000000 inspections"));
 }
 
-/// What the demo promises: every hole of a shaken panel within 2 um, though the panel is 275 mm
-/// long and nothing but pictures of fiducials was known of it.
+/// The demo promises: every hole of a shaken panel within 2 um, though the panel is 275 mm long and
+/// nothing but pictures of fiducials was known of it.
 TEST(SimMachine, DemoPanelIsDrilledWithinTwoMicrometers) {
   constexpr double kMaxHoleError_um = 2;
   const test::TemporaryFolder folder;

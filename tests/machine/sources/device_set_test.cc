@@ -5,11 +5,11 @@
 #include <string>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "machine/devices/command_spindle.h"
+#include "calib/base/files/atomic_file.h"
+#include "machine/devices/commands/command_spindle.h"
 #include <gmock/gmock.h>
 
-#include "tests/machine/calibrate/coupon_toml.h"
+#include "tests/machine/calibrate/spindle/coupon_toml.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {

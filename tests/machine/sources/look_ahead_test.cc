@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include <gtest/gtest.h>
 
 #include "tests/machine/counted_tasks.h"

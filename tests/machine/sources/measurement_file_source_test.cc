@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "calib/base/thread_pool.h"
-#include "machine/sim/recording.h"
+#include "machine/sim/pictures/recording.h"
 #include "machine/sim/sim_machine.h"
 #include "machine/sim/truth.h"
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include <gtest/gtest.h>
 
 #include "tests/machine/counted_tasks.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 #include "tests/support/matchers.h"

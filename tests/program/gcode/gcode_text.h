@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests of G-code share.
+// Helpers of the tests of G-code.
 #pragma once
 
 #include <functional>

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <fmt/format.h>
 
 #include "tests/program/gcode/gcode_text.h"
@@ -230,7 +230,7 @@ TEST(GcodeLeveller, TakesAUnitThatNobodyStates) {
             "G0 Z2\nG0 X10 Y20\nG1 Z-0.09\n");
 }
 
-/// How far the levelled program is off the surface at worst, and the program off its way.
+/// Greatest distance of the levelled program from the surface, and of the program from its way.
 struct Deviation {
   double height_mm = 0;
   double way_mm = 0;

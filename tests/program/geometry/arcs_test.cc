@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
 #include <Eigen/LU>
 #include <gtest/gtest.h>

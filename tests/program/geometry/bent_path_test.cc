@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kTolerance_mm = 0.001;
-/// What lies between two samples of the maps below.
+/// Factor for what lies between two samples of the maps below.
 constexpr double kSampling = 1.02;
 
 Arc line(double x0, double y0, double x1, double y1) {

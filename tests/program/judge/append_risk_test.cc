@@ -3,7 +3,7 @@
 #include <limits>
 #include <string>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "program/writers/text_writer.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>

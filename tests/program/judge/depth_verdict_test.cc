@@ -267,7 +267,7 @@ TEST(ProbedSurface, LeavesOutWildProbesThatTheGridCountsOn) {
   ASSERT_TRUE(map) << map.error().text();
   ASSERT_EQ(map->map(0).outliers().size(), 1U);
   EXPECT_EQ(map->map(0).outliers()[0].name, "G79 probe 14 (line 3)");
-  // What counts on it goes 80 um too shallow.
+  // A hole that counts on it goes 80 um too shallow.
   DepthVerdict verdict(within(um(30), um(30)), um(3), map);
   put_all(verdict, {counted_on(40, 40, wild.heights[0].height)});
   EXPECT_NEAR(only_tool(verdict).largest_mean.in_um(), -80, 2);

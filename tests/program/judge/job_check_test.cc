@@ -18,7 +18,7 @@ using testing::ElementsAre;
 
 using Texts = std::vector<std::string>;
 
-/// What the check says of a program that is in order otherwise.
+/// Texts of the check of a program that is in order otherwise.
 Texts texts_of(const std::string& text,
                std::optional<Travel> travel = std::nullopt,
                const WalkOptions& options = {}) {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 
 #include "tests/program/operations.h"
 #include "tests/support/matchers.h"

@@ -297,7 +297,7 @@ class Comparison {
   std::size_t i_event_ = 0;
 };
 
-/// How a panel lies on the table.
+/// Pose of a panel on the table.
 BoardMap any_rigid_board() {
   const auto small = [](double most) {
     const int n = *rc::gen::resize(rc::kNominalSize, rc::gen::inRange(0, 2001));

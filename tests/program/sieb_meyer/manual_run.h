@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of the SIEB & MEYER manual's examples share.
+// Helpers of the tests of the SIEB & MEYER manual's examples.
 #pragma once
 
 #include <filesystem>
@@ -32,9 +32,9 @@ ProgramRun run_5000(std::string_view body, const WalkOptions& options, Measureme
 
 using Places = std::vector<Eigen::Vector2d>;
 
-/// Where the holes are nominally, mm, in the order of drilling.
+/// Nominal places of the holes, mm, in the order of drilling.
 Places hole_places(const ProgramRun& run);
-/// Where routs end nominally, mm.
+/// Nominal ends of routs, mm.
 Places rout_ends(const ProgramRun& run);
 Places shifted(Places places, const Eigen::Vector2d& offset_mm);
 Places joined(Places first, const Places& second);
@@ -61,7 +61,7 @@ struct Piece {
   Eigen::Vector2d direction_at(const Eigen::Vector2d& p_mm) const;
 };
 
-/// What is routed beginning at a place, as the machine is told.
+/// Pieces of routs that begin at a place, as the machine is told.
 std::vector<Piece> pieces_from(const Eigen::Vector2d& start_mm, const std::vector<Rout>& routs);
 
 /// The program is refused: an error in this line of `p.exc` that names one of the words, in capital

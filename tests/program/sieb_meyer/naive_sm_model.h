@@ -11,7 +11,7 @@
 
 namespace panelcal::test {
 
-/// Where the board really is, in work coordinates, mm.
+/// True place of the board, in work coordinates, mm.
 using BoardMap = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
 
 struct NaiveCut {
@@ -34,7 +34,7 @@ struct NaiveEvent {
   /// Holes with the same number above 0 come in any order.
   int group = 0;
   double radius_mm = 0;  ///< of the cutter's way round a circular figure
-  /// Where a rectangle's corners are for the cutter's centre.
+  /// Corners of a rectangle for the cutter's centre.
   std::vector<Eigen::Vector2d> corners_mm;
 };
 

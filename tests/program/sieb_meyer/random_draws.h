@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What random SIEB & MEYER programs are drawn with.
+// Draws of random SIEB & MEYER programs.
 #pragma once
 
 #include <algorithm>

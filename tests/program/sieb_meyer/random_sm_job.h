@@ -29,14 +29,14 @@ struct Microns {
 struct SmWord {
   std::string text;
   std::optional<long> um{};
-  long step_um = 1;  ///< what one more means without a decimal point
+  long step_um = 1;  ///< length of one step without a decimal point
 };
 
 struct SmLine {
   std::vector<SmWord> words;  ///< in any order
   std::string tail;           ///< a last word, which has to stay last: G32, M47,text
   bool is_slashed = false;
-  int style = 0;  ///< which of the ways to write the same line
+  int style = 0;  ///< way to write the same line
 };
 
 // --- what it means -------------------------------------------------------------------------------
@@ -51,7 +51,7 @@ struct SmPiece {
   int side = 0;  ///< 1 the cutter goes left (G41), -1 right (G42), 0 on the contour
 };
 
-/// What one line does, or two that belong together, in the order of the program. Places are
+/// Effect of one line, or of two that belong together, in the order of the program. Places are
 /// absolute ones of the section they stand in.
 struct SmNode {
   enum class Kind : std::uint8_t {
@@ -94,7 +94,7 @@ inline constexpr std::array<long, 4> kSmTools_um = {1000, 2000, 800, 3000};
 
 struct SmSpelling {
   std::string line_end = "\n";
-  /// Which of the equal ways to write numbers, codes and the order of words; 0: the plainest.
+  /// Choice of the equal ways to write numbers, codes and the order of words; 0: the plainest.
   unsigned style = 0;
 };
 
@@ -102,7 +102,7 @@ std::string text_of(const SmJob& job, const SmSpelling& spelling);
 SmSpelling any_sm_spelling();
 std::ostream& operator<<(std::ostream& out, const SmJob& job);
 
-/// What is drawn: targets and corrections come in format 5000 only.
+/// Targets that are drawn: targets and corrections come in format 5000 only.
 enum class SmTargets : std::uint8_t { None, OfTheBoard };
 
 /// A random valid job: holes, patterns, contours, figures, tools and planes, alone and in nested

@@ -6,7 +6,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "tests/program/sieb_meyer/random_sm_job.h"
-#include "tests/program/writers/translation_run.h"
+#include "tests/program/writers/translation/run.h"
 
 namespace panelcal {
 namespace {

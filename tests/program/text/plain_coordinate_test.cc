@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 namespace panelcal::excellon {
@@ -64,7 +64,7 @@ std::optional<PlainCoordinate> read_slowly(std::string_view line, const NumberFo
   return coordinate;
 }
 
-/// What the reader need not read although it has no fault: it is rare.
+/// Line that the reader need not read although it has no fault: it is rare.
 bool is_unusual(std::string_view line) {
   if (line[0] == 'Y' && line.find('X') != std::string_view::npos) return true;
   std::size_t n_digits = 0;
@@ -189,7 +189,7 @@ TEST(PlainCoordinate, EveryByteBehindAndInsideANumberAgrees) {
   }
 }
 
-/// What one line gave, by its number.
+/// Block of one line, with its number.
 struct NumberedBlock {
   int line = 0;
   std::optional<PlainCoordinate> block;
@@ -268,7 +268,7 @@ TEST(PlainCoordinate, ManyLinesAtOnceAreTheSameLines) {
   }
 }
 
-/// What a reader that passes over blocks leaves seen, and how many it passed over.
+/// Blocks that a reader leaves seen which passes over blocks, and the number of the others.
 struct SkippingRead {
   std::vector<NumberedBlock> seen;
   std::int64_t n_skipped = 0;

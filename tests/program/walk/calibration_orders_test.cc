@@ -90,7 +90,7 @@ TEST(ManualG39, IsNotAffectedByATranslationAndDoesNotAffectIt) {
   EXPECT_EQ(source.orders[0].first_hole, position_mm<frame::Machine>(101, 202));
   ASSERT_EQ(run.holes().size(), 2U);
   EXPECT_EQ(run.holes()[0].drill.actual, run.holes()[1].drill.actual);
-  // What was measured before stays as uncertain as it was: 4 + 100 + 36.
+  // A fit measured before stays as uncertain as it was: 4 + 100 + 36.
   for (const test::Hole& hole : run.holes()) {
     EXPECT_THAT(hole.drill.cov_mm2, IsNearMatrix(um2(140), kRounding_mm2));
   }

@@ -3,8 +3,8 @@
 
 #include <set>
 
-#include "program/excellon/header.h"
-#include "program/sieb_meyer/file_layout.h"
+#include "program/excellon/text/header.h"
+#include "program/sieb_meyer/text/file_layout.h"
 #include "program/walk/walk.h"
 #include <gtest/gtest.h>
 

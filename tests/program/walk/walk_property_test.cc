@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "tests/program/naive_expander.h"
 #include "tests/program/program_run.h"
-#include "tests/program/random_program.h"
+#include "tests/program/random/naive_expander.h"
+#include "tests/program/random/random_program.h"
 
 namespace panelcal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which operations get the probability of breaking their tolerance.
+// Operations that get the probability of breaking their tolerance.
 #include <cmath>
 #include <optional>
 #include <string>

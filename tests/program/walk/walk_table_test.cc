@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a machine is told whose table errs ([table]).
+// Commands to a machine whose table errs ([table]).
 #include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "calib/base/byte_sink.h"
+#include "calib/base/files/byte_sink.h"
 #include "calib/correction/error_budget.h"
-#include "program/writers/excellon_writer.h"
-#include "program/writers/sieb_meyer_writer.h"
+#include "program/writers/excellon/writer.h"
+#include "program/writers/sieb_meyer/writer.h"
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 
@@ -49,7 +49,7 @@ WalkOptions on_table(double bow_mm, Length hold = {}) {
   return options;
 }
 
-/// Where a stage with this error stands.
+/// Place of a stage with this error.
 Vector2d stands_mm(const WalkOptions& options, const Position<frame::Machine>& told) {
   return options.table->nearest_place_of(told).in_mm();
 }

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {
@@ -201,7 +201,7 @@ TEST(GridMap, RefusesBadPoints) {
   expect_fails(points, GridFailure::BadPoint, {"0 Z axes"});
 }
 
-/// What a contour's height, straight between cuts, is off the map at worst; by dense sampling.
+/// Greatest error of a contour's height, straight between cuts, against the map; by dense sampling.
 double worst_error_mm(const GridMap& map,
                       const std::function<Vector2d(double)>& place_mm,
                       const std::vector<double>& cuts) {
@@ -337,7 +337,7 @@ Vector2d anywhere(Random& random) {
   return {random.uniform(-80, 150), random.uniform(-80, 150)};
 }
 
-/// What sampling and rounding add to a tolerance.
+/// Error that sampling and rounding add to a tolerance.
 constexpr double kMeasured_mm = 1e-9;
 
 TEST(GridMapProperty, SplitLinesStayWithinTolerance) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How contours along the grid are cut: the bound of 10,000 of them, and how few pieces would do.
+// Cuts of contours along the grid: the bound of 10,000 of them, and how few pieces would do.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -20,7 +20,7 @@ using Place = std::function<Vector2d(double)>;
 
 constexpr int kContours = 10'000;
 constexpr int kSamples = 1000;  ///< of a contour
-/// What the rounding of both chords adds.
+/// Error that the rounding of both chords adds.
 constexpr double kRounding_mm = 1e-9;
 
 GridMap random_map(Random& random, int kind) {
@@ -44,7 +44,7 @@ std::vector<double> profile_mm(const GridMap& map, const Place& place_mm) {
   return heights;
 }
 
-/// How far the chords between cuts are off the profile at worst.
+/// Greatest error of the chords between cuts against the profile.
 double worst_mm(const GridMap& map,
                 const Place& place_mm,
                 const std::vector<double>& profile,

@@ -5,7 +5,7 @@
 #include <initializer_list>
 #include <limits>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/statistics.h"

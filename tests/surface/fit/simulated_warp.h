@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "surface/fit/probe_point.h"
 #include <Eigen/Core>
 #include <fmt/format.h>

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/random.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 #include "tests/fuzz/changed_bytes.h"

@@ -227,7 +227,7 @@ TEST(MapFile, KnowsVoidsWithoutZones) {
   ASSERT_TRUE(after) << after.error().text();
   EXPECT_TRUE(after->map.zones().empty());
   EXPECT_EQ(after->map.height_at(position_mm<frame::Nominal>(0, 1.9))->in_void, "\"hole\"");
-  // Who reads one map alone would overlook the hole.
+  // A reader of one map alone would overlook the hole.
   EXPECT_THAT(again(map_file_text(before)), FailsWith(Code::NotSupported, "0 zones and 1 voids"));
 }
 

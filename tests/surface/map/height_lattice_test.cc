@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"

@@ -23,7 +23,7 @@ constexpr int kWarps = 50;
 constexpr int kQueries = 31;  ///< along a side
 constexpr double kTwoSided95 = 1.959963984540054;
 
-/// What is probed: columns and rows, some of which are missing, some wild.
+/// Probed lattice: columns and rows, some of which are missing, some wild.
 struct Lattice {
   std::size_t n_missing = 0;
   std::size_t n_wild = 0;
@@ -88,7 +88,7 @@ void judge(const HeightMap& map, const Warped& warp, Judged& out) {
       const Vector2d p_mm =
           test::kWarpSide_mm * (Vector2d(i + 0.5, j + 0.5) / kQueries - Vector2d(0.5, 0.5));
       const auto found = map.height_at(position_mm<frame::Nominal>(p_mm));
-      // Where a corner is missing.
+      // A corner is missing.
       if (!found || found->source == HeightSource::Extrapolated) continue;
       const double height_mm = found->height.in_mm(), sigma_mm = found->sigma.in_mm();
       const double truth_mm = warp.truth(p_mm);

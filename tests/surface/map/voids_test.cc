@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 #include "tests/support/matchers.h"

@@ -56,7 +56,7 @@ ProbePlan planned(const ProbePlanRequest& request) {
   return *std::move(plan);
 }
 
-/// What a map of these probes says, whatever they find.
+/// Greatest sigma of a map of these probes, whatever they find.
 double worst_um(const ProbePlanRequest& request, const Places& probes) {
   std::vector<ProbePoint> points = request.present;
   for (const auto& place : probes) points.push_back({place, {mm(7), request.probe_sigma}, "", {}});

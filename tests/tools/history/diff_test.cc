@@ -5,7 +5,7 @@
 #include <complex>
 #include <string>
 
-#include "calib/camera/calibration_file.h"
+#include "calib/camera/calibration/calibration_file.h"
 #include "calib/table/calibration_file.h"
 #include "tools/history/diff_picture.h"
 #include <gmock/gmock.h>

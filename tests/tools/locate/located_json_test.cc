@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/render/render.h"
 #include "vision/render/scene_marks.h"
 #include "vision/tag/family.h"
@@ -34,7 +34,7 @@ Camera plain_camera() {
   return camera;
 }
 
-/// What `panelcal locate` prints of a picture of the target at kCenter_px, turned by kTurn.
+/// Output of `panelcal locate` for a picture of the target at kCenter_px, turned by kTurn.
 json located(const Target& target, const Displacement<frame::Optical>& hole_offset = {}) {
   const Camera camera = plain_camera();
   MarkLook look;

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 namespace panelcal::internal {

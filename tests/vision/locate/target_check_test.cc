@@ -9,7 +9,7 @@
 #include <numbers>
 #include <string>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 namespace panelcal::internal {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/render/render.h"
 #include <Eigen/Core>
 #include <gtest/gtest.h>
@@ -32,14 +32,14 @@ constexpr Colors kUnbalanced = {"unbalanced", {40, 60, 50}, {120, 200, 140}};
 constexpr Colors kCopper = {"copper on mask", {40, 60, 50}, {190, 140, 70}};
 constexpr Colors kRedLamp = {"red lamp", {60, 12, 6}, {200, 40, 20}};
 
-/// Which color a place has, written down independently of the code: 0 red, 1 green, 2 blue.
+/// Color of a place, written down independently of the code: 0 red, 1 green, 2 blue.
 std::size_t color_at(BayerPattern pattern, int x, int y) {
   constexpr std::array<std::array<std::size_t, 4>, 4> kRows = {
       {{0, 1, 1, 2}, {1, 0, 2, 1}, {1, 2, 0, 1}, {2, 1, 1, 0}}};
   return kRows[static_cast<std::size_t>(pattern)][static_cast<std::size_t>(2 * (y % 2) + x % 2)];
 }
 
-/// How much of every pixel a disc covers: exact to 1 / 65535.
+/// Share of every pixel that a disc covers: exact to 1 / 65535.
 Image coverage_of_disc(int side, Eigen::Vector2d at_px, double radius_px, double blur_px) {
   constexpr double kScaleMm = 0.01;
   const double middle = 0.5 * (side - 1);

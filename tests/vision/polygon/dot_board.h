@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/locate/locate.h"
 #include "vision/render/render.h"
 #include <Eigen/Core>

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
@@ -48,8 +48,9 @@ double phi(double t) {
   return 0.5 * std::erfc(-t / std::numbers::sqrt2);
 }
 
-/// What a pixel sees of a drawing that is only turned and enlarged, by Gauss-Legendre quadrature of
-/// the pixel's square over the lens's blur: exact to 1e-9, and nothing in common with the model.
+/// Share that a pixel sees of a drawing that is only turned and enlarged, by Gauss-Legendre
+/// quadrature of the pixel's square over the lens's blur: exact to 1e-9, and nothing in common with
+/// the model.
 double exact_share(const CellPattern& pattern,
                    const CellState& state,
                    double lens_px,

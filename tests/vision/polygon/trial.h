@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/locate/locate.h"
 #include "vision/render/render.h"
 #include <Eigen/Core>
@@ -56,7 +56,7 @@ Feature cell_feature(Shape shape, double size_mm, double width_mm, double angle_
 /// debris touches.
 Eigen::Matrix2d cell_bound(const CellTrialOptions& options, const CellTrial& trial);
 
-/// What came out.
+/// Results.
 struct CellStatistics {
   int n = 0;
   int n_found = 0;

@@ -34,7 +34,7 @@ inline Scene scene_of(const std::vector<Feature>& features) {
   return scene;
 }
 
-/// What a picture weighs, and where its centre of gravity is.
+/// Weight and centre of gravity of a picture.
 struct Moments {
   double sum = 0;
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();

@@ -102,7 +102,7 @@ TEST(RimFit, FindsTheRimFromPoorStarts) {
   }
 }
 
-/// What is not the rim makes Gauss-Newton steps overshoot to and fro: beside a faint disc and
+/// Edges that are not the rim make Gauss-Newton steps overshoot to and fro: beside a faint disc and
 /// strong debris the fit must settle all the same.
 TEST(RimFit, SettlesBesideDebrisAndNeighbours) {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {

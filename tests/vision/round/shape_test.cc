@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/locate/locate.h"
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "vision/picture/image_io.h"
+#include "vision/picture/files/image_io.h"
 #include "vision/render/scene_marks.h"
 #include "vision/show/overlay_legend.h"
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ bool has_line(const std::vector<LegendLine>& lines, std::string_view part) {
       lines, [&](const LegendLine& line) { return line.text.find(part) != std::string::npos; });
 }
 
-/// How many pixels of a row or column of a picture of one level are drawn on.
+/// Number of pixels that are drawn on, of a row or column of a picture of one level.
 int n_drawn(const Image& overlay, int x0, int y0, int x1, int y1) {
   const float ground = overlay.at(0, 0);
   int n = 0;

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <functional>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/picture/image.h"
 #include <Eigen/Core>
 
 namespace panelcal::test {
 
-/// Whether a place is inside of a shape about (0, 0), px.
+/// True if a place is inside of a shape about (0, 0), px.
 using Inside = std::function<bool(const Eigen::Vector2d&)>;
 
 inline Inside disc_of(double diameter) {

@@ -38,7 +38,7 @@ TEST(TagAccuracy, TypicalPicturesAreAtTheBound) {
   expect_at_the_limit(run_tag_trials(typical_tag_scene(), {.seed = kSeed, .n = 320, .id = 250}));
 }
 
-/// Where the library finds almost none at full resolution.
+/// Poor light, in which the library finds almost no tag at full resolution.
 TEST(TagAccuracy, PoorLightHidesNoTag) {
   constexpr int kDark = 100;
   const TagAccuracy r = run_tag_trials(dim_tag_scene(), {.seed = kSeed, .n = kDark, .id = 99});

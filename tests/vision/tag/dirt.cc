@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// How far inside of the patch a place is, px; negative outside. Near the edge it is exact for
+/// Depth of a place inside of the patch, px; negative outside. Near the edge it is exact for
 /// rectangles and good for round patches.
 double depth_px(const Patch& patch, const Eigen::Vector2d& at) {
   const Eigen::Vector2d v = Eigen::Rotation2Dd(-patch.angle_rad) * (at - patch.center_px);
@@ -21,7 +21,7 @@ double depth_px(const Patch& patch, const Eigen::Vector2d& at) {
   return (1 - r) * patch.half_px.minCoeff();
 }
 
-/// Which pieces of an area or a line are covered.
+/// Pieces of an area or a line that are covered.
 class Covered {
  public:
   explicit Covered(std::vector<Eigen::Vector2d> places)

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <Eigen/Core>
 
 #include "tests/vision/tag/trial.h"

@@ -86,7 +86,7 @@ TEST(TagFamily, CornersAreOnLinesOfTheGrid) {
   }
 }
 
-/// What the distance promises holds for tags turned against each other as well.
+/// The promise of the distance holds for tags turned against each other as well.
 TEST(TagFamily, TurnedPatternsDifferByTheHammingDistance) {
   for (const std::string_view name : {"tag25h9", "tag16h5", "tagCircle21h7"}) {
     const TagFamily family = *find_tag_family(name);

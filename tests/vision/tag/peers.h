@@ -10,7 +10,7 @@
 
 namespace panelcal::test {
 
-/// Where others see a tag; OpenCV's convention: the first pixel's centre is (0, 0).
+/// Place at which others see a tag; OpenCV's convention: the first pixel's centre is (0, 0).
 struct PeerTag {
   Eigen::Vector2d center_px;
   std::array<Eigen::Vector2d, 4> corners_px;  ///< in the order of tag_corners()

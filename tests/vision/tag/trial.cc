@@ -200,7 +200,7 @@ TagBound tag_bound(const TagScene& scene) {
   sharp.blur_px -= kStep;
   blurred.blur_px += kStep;
   column(kPose + 6, sharp, blurred, kStep);
-  // Where the surroundings show in the blur nothing is known of them: such pixels tell nothing.
+  // Nothing is known of surroundings that show in the blur: such pixels tell nothing.
   for (Eigen::Index i = 0; i < n; ++i) {
     if (black[i] + white[i] < 1 - 1e-3) j.row(i).setZero();
   }

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "vision/picture/image.h"
 #include "vision/tag/family.h"
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ struct TagScene {
   int height = 480;
   double black = 60;  ///< levels of 255, at the tag's middle
   double white = 200;
-  double around = 130;  ///< what is printed around the tag and in cells of no matter
+  double around = 130;  ///< level around the tag and in cells of no matter
   double blur_px = 1;   ///< of the lens
   double noise = 2;     ///< sigma, levels of 255
   /// Relative change of the light over the picture's width and height.
@@ -33,7 +33,8 @@ struct TagScene {
 /// The place in the picture of a place in the tag's frame.
 Eigen::Vector2d project(const Eigen::Matrix3d& image_from_tag, const Eigen::Vector2d& at);
 
-/// What a camera without noise and rounding sees, by rows: area shares are exact (coverage.h).
+/// Levels that a camera without noise and rounding sees, by rows: area shares are exact
+/// (coverage.h).
 std::vector<double> tag_levels(const TagScene& scene);
 
 /// A picture of it with noise, rounded to whole levels and clipped.

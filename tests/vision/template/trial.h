@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/base/units.h"
 #include "vision/fit/target.h"
 #include "vision/picture/image.h"
@@ -15,7 +15,7 @@
 
 namespace panelcal::test {
 
-/// How a mark is photographed, once as the template and then in the pictures.
+/// Options of a mark's photographs, once as the template and then in the pictures.
 struct TemplateTrialOptions {
   std::uint64_t seed = 1;
   int n = 300;
@@ -33,7 +33,7 @@ struct TemplateTrialOptions {
   bool fixed_template = false;  ///< the same template in all trials
 };
 
-/// Where a mark lies; its size against nominal.
+/// Pose of a mark; its size against nominal.
 struct MarkPose {
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
   double turn = 0;  ///< rad, in Optical

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -94,7 +94,7 @@ Problem draw_problem(const Texture& texture, Random& random) {
   return problem;
 }
 
-/// What least squares that take all noise for white would do.
+/// Step of least squares that take all noise for white.
 Eigen::VectorXd plain_step(const Problem& problem, double white_sigma) {
   const double weight = 1 / (white_sigma * white_sigma);
   Eigen::VectorXd residual(problem.jacobian.rows());

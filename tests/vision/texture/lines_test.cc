@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 namespace panelcal::internal {
@@ -72,7 +72,7 @@ TEST(TextureLines, FindsTwoPlantedWaves) {
     const FlatResiduals residuals = residuals_of(values);
     const auto lines = texture_lines(residuals, left);
     ASSERT_GE(lines.size(), 2U) << "draw " << i;
-    // What a wave's error leaves may be taken up by a weak one beside it.
+    // A weak wave may take up what the error of one beside it leaves.
     for (std::size_t k = 2; k < lines.size(); ++k) EXPECT_LT(lines[k].amplitude, 2) << i;
     EXPECT_LT(distance(lines[0], strong), kMaxError) << "draw " << i;
     EXPECT_LT(distance(lines[1], weak), kMaxError) << "draw " << i;

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/base/calibration_plate.h"
+#include "calib/base/estimate.h"
+#include "calib/base/expected.h"
+#include "calib/base/frames.h"
+#include "calib/camera/fit/fit_input.h"
+#include "calib/camera/form.h"
+#include "calib/camera/model.h"
+#include <Eigen/Core>
+
+namespace panelcal {
+
+/// A fitted camera, and what the data say about it.
+struct CameraFit {
+  CameraForm form = CameraForm::Flat;
+  CameraModel::Parameters parameters;
+  CameraModelCovariance covariance = CameraModelCovariance::Zero();  ///< of held ones 0
+  /// Parameters of the form that the data leave open; they are held at their start.
+  std::vector<CameraParameter> undetermined;
+  std::vector<PlatePose> poses;  ///< up to a shift and turn of the whole, if no dot is certified
+  std::vector<Position<frame::Plate>> dots;
+  std::vector<Displacement<frame::Image>> residuals;  ///< seen minus fitted, as CameraData::seen
+  double chi_square = 0;                              ///< by a Huber loss where there is one
+  int degrees_of_freedom = 0;
+  double rms_px = 0;  ///< of the residuals' lengths
+  /// The same of observations that a second fit did not see.
+  std::optional<double> held_out_rms_px;
+  std::size_t n_held_out = 0;
+
+  CameraModel model() const { return CameraModel(parameters); }
+  /// chi square + 2 free camera parameters: Akaike's, as in calib/panel/model_choice.h.
+  double criterion() const;
+  std::string summary() const;  ///< one line
+};
+
+/// Fits a camera of the given form.
+///
+///   K(u_ij - bias_ij) = R(angle_k) dot_j + shift_k - axis_i + e_ij    view i, dot j, pose k of i
+///
+/// with e the detector's noise, carried from the picture to the panel, bias that of circle centres
+/// (calib/camera/circle_bias.h), the camera common to all, a pose for every way the plate lay, and
+/// the places of dots that are not certified. So one target seen at known stage places is a plate
+/// of one dot, one pose and many views; a plate that is laid down anew before each picture is a
+/// pose a view.
+///
+/// The undetermined parameters are found before the fit, by the pivots of the camera's normal
+/// matrix after poses and dots are eliminated, from stiff parameters to soft, and said: the
+/// rotation where every view has a pose of its own, the scale where moreover no dot is certified, a
+/// tilt with a telecentric lens and one view, and so on. Such a parameter is held at its start.
+/// That noise leaves a parameter vague is no reason to hold it: see choose_camera.
+///
+/// The derivative of the bias is left out: it is smaller than that of the place by
+/// (radius of a dot / radius of the picture)^2.
+///
+/// In     seen: px, covariance px^2
+/// Out    camera, covariance, residuals (seen minus fitted, px), held-out check
+/// Fails  calibration-data (an index out of range, a number that is not finite, a covariance that
+///        is not positive definite; too few observations; a picture that no camera shows)
+/// Cost   81 dots in 5 views, 8 parameters: 40 ms
+/// Source Ceres Solver (Levenberg-Marquardt); Triggs et al. 2000 (gauge, elimination)
+/// See    tests/calib/camera/fit/fit_test.cc
+Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& options);
+
+/// Fits all forms whose parameters the data determine and returns the stiffest whose criterion is
+/// within kWorthASofterModel of the least. Its covariance does not count that it was chosen.
+///
+/// Fails  as fit_camera, where not even the flat one can be fitted
+Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions& options);
+
+}  // namespace panelcal

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/calibrate/table/outliers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "calib/base/statistics/linear_algebra.h"
+#include "machine/config/plate/plate.h"
+#include <fmt/format.h>
+
+namespace panelcal::internal {
+namespace {
+
+/// Honest noise of two coordinates is so far off once in 270000.
+constexpr double kTableOutlierSigmas = 5;
+/// The worst ones are those at least half as far off as the worst one.
+constexpr double kWorst = 0.5;
+constexpr int kTableOutlierRounds = 5;
+/// The median of fewer says nothing.
+constexpr std::size_t kFewestPredicted = 8;
+
+double median_distance_mm(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Looks that follow each other are of different folds; whole columns of a plate may be of one.
+std::size_t fold_of(std::size_t i_look) {
+  return i_look % kTableFolds;
+}
+
+/// Of which chi square on a look is out of line.
+double limit_of(const std::vector<TablePrediction>& all) {
+  std::vector<double> values;
+  for (const TablePrediction& one : all) values.push_back(one.chi_square);
+  const double largest = *std::ranges::max_element(values);
+  // The median of chi square (2) is 2 ln 2.
+  const double scatter =
+      std::max(1.0, median_distance_mm(std::move(values)) / (2 * std::numbers::ln2));
+  return std::max(kTableOutlierSigmas * kTableOutlierSigmas * scatter, kWorst * kWorst * largest);
+}
+
+std::string dot_words(const TableData& data, const TablePrediction& one) {
+  const TableObservation& look = data.seen[one.i_look];
+  const Eigen::Vector2d& at_mm = data.views[look.i_view].axis_at.in_mm();
+  return fmt::format("dot {} from ({:.3f}, {:.3f}) mm: {:.4f} mm beside where the others have it",
+                     look.i_dot,
+                     at_mm.x(),
+                     at_mm.y(),
+                     one.error_mm.norm());
+}
+
+}  // namespace
+
+std::vector<TablePrediction> predict(const TableData& data,
+                                     TableFitOptions options,
+                                     std::size_t i_fold) {
+  options.held_out_every = 0;
+  // The rectangle of what is left would end before places that are to be predicted.
+  const Expected<TableGrid> grid = table_grid(data, options);
+  if (!grid) return {};
+  options.grid = *grid;
+  TableData used = data;
+  used.seen.clear();
+  std::vector<int> of_dot(data.dots.size(), 0);
+  for (std::size_t i = 0; i < data.seen.size(); ++i) {
+    if (fold_of(i) == i_fold) continue;
+    used.seen.push_back(data.seen[i]);
+    if (data.seen[i].i_dot < of_dot.size()) ++of_dot[data.seen[i].i_dot];
+  }
+  std::vector<TablePrediction> out;
+  const Expected<TableFit> fit = fit_table(used, options);
+  if (!fit) return out;
+  for (std::size_t i = 0; i < data.seen.size(); ++i) {
+    if (fold_of(i) != i_fold) continue;
+    const TableObservation& look = data.seen[i];
+    const PlateDot& dot = data.dots[look.i_dot];
+    if (!dot.is_certified && of_dot[look.i_dot] == 0) continue;
+    const PlateView& view = data.views[look.i_view];
+    const auto lies = place_in(fit->poses[view.i_pose], dot.place + fit->dot_errors[look.i_dot]);
+    const Eigen::Vector2d error_mm = lies.in_mm() - view.axis_at.in_mm() -
+                                     fit->map.error_mm(view.axis_at) - look.seen.position.in_mm();
+    const Eigen::Matrix2d cov = look.seen.cov + fit->covariance_at(view.axis_at);
+    const double chi_square = internal::squared_distance(error_mm, cov);
+    if (std::isfinite(chi_square)) out.push_back({i, error_mm, chi_square});
+  }
+  return out;
+}
+
+std::vector<std::string> leave_out_outliers(const TableFitOptions& options, TableData& data) {
+  std::vector<std::string> left_out;
+  for (int round = 0; round < kTableOutlierRounds; ++round) {
+    std::vector<TablePrediction> all;
+    for (std::size_t i_fold = 0; i_fold < kTableFolds; ++i_fold) {
+      const std::vector<TablePrediction> some = predict(data, options, i_fold);
+      all.insert(all.end(), some.begin(), some.end());
+    }
+    if (all.size() < kFewestPredicted) break;
+    const double limit = limit_of(all);
+    std::vector<bool> is_kept(data.seen.size(), true);
+    bool is_done = true;
+    for (const TablePrediction& one : all) {
+      if (one.chi_square < limit) continue;
+      left_out.push_back(dot_words(data, one));
+      is_kept[one.i_look] = false;
+      is_done = false;
+    }
+    if (is_done) break;
+    std::vector<TableObservation> kept;
+    for (std::size_t i = 0; i < is_kept.size(); ++i) {
+      if (is_kept[i]) kept.push_back(data.seen[i]);
+    }
+    data.seen = std::move(kept);
+  }
+  return left_out;
+}
+
+}  // namespace panelcal::internal

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/config/toml/toml_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "calib/base/clock.h"
+#include "calib/base/units.h"
+#include <fmt/format.h>
+
+namespace panelcal::internal {
+namespace {
+
+/// Line `number` (from 1) of a text, without its line end.
+std::string_view line_of(std::string_view text, std::size_t number) {
+  for (; number > 1; --number) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) return {};
+    text.remove_prefix(end + 1);
+  }
+  text = text.substr(0, text.find('\n'));
+  if (text.ends_with('\r')) text.remove_suffix(1);
+  return text;
+}
+
+/// The byte at which code point number `column` (from 1) begins; toml++ counts code points.
+std::size_t byte_of_column(std::string_view line, std::size_t column) {
+  std::size_t i = 0;
+  while (i < line.size() && column > 1) {
+    ++i;
+    while (i < line.size() && (static_cast<unsigned char>(line[i]) & 0xC0) == 0x80) ++i;
+    --column;
+  }
+  return i;
+}
+
+std::optional<std::size_t> line_too_long(std::string_view text) {
+  std::size_t number = 1;
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    if (std::min(end, text.size()) > kMaxTomlLine) return number;
+    if (end == std::string_view::npos) break;
+    text.remove_prefix(end + 1);
+    ++number;
+  }
+  return std::nullopt;
+}
+
+/// The parser quotes what it met as it is, which may be anything.
+std::string printable(std::string_view words) {
+  std::string clean(words.substr(0, 200));
+  for (char& c : clean) {
+    if (c < 0x20 || c > 0x7e) c = '?';
+  }
+  return clean;
+}
+
+}  // namespace
+
+Place TomlSource::place(const toml::source_position& at) const {
+  return {file, static_cast<int>(at.line), static_cast<int>(at.column)};
+}
+
+std::string TomlSource::excerpt(const toml::source_region& region) const {
+  const std::string_view line = line_of(text, region.begin.line);
+  const std::size_t begin = byte_of_column(line, region.begin.column);
+  const std::size_t end =
+      region.end.line == region.begin.line ? byte_of_column(line, region.end.column) : line.size();
+  // Without quotes of our own: "3" and 3 are different things in TOML.
+  const std::string text_of_it = quoted(line.substr(begin, end > begin ? end - begin : 0));
+  return text_of_it.substr(1, text_of_it.size() - 2);
+}
+
+Expected<toml::table> parse_toml(const TomlSource& source) {
+  if (const auto line = line_too_long(source.text)) {
+    return failure({Code::TomlSyntax,
+                    {source.file, static_cast<int>(*line), 1},
+                    "the line is too long",
+                    fmt::format("at most {} bytes", kMaxTomlLine)});
+  }
+  try {
+    return toml::parse(source.text, std::string_view(source.file));
+  } catch (const toml::parse_error& error) {
+    return failure(
+        {Code::TomlSyntax, source.place(error.source().begin), printable(error.description()), ""});
+  } catch (const std::exception& error) {
+    return failure({Code::TomlSyntax, {source.file, 0, 0}, printable(error.what()), ""});
+  }
+}
+
+std::string Range::text() const {
+  const bool has_low = std::isfinite(low);
+  const bool has_high = std::isfinite(high);
+  if (has_low && has_high && !low_is_open) return fmt::format("a number from {} to {}", low, high);
+  std::string out = has_high ? "a number" : "a finite number";
+  if (has_low) out += fmt::format(" {} {}", low_is_open ? "above" : "from", low);
+  if (has_high) out += fmt::format("{} at most {}", has_low ? " and" : "", high);
+  return out;
+}
+
+TomlTable::TomlTable(const toml::table& table,
+                     std::string name,
+                     const toml::source_region& at,
+                     const TomlSource& source)
+    : table_(&table), name_(std::move(name)), at_(at), source_(&source) {
+}
+
+Expected<TomlTable> TomlTable::make(const toml::table& table,
+                                    std::string name,
+                                    const toml::source_region& at,
+                                    const TomlKeys& keys,
+                                    const TomlSource& source) {
+  for (const auto& [key, value] : table) {
+    const std::string_view word = key.str();
+    if (std::ranges::find(keys.known, word) != keys.known.end()) continue;
+    const Place place = source.place(key.source().begin);
+    if (std::ranges::find(keys.planned, word) != keys.planned.end()) {
+      return failure(
+          {Code::NotSupported, place, quoted(word) + " in " + name, "a file without it"});
+    }
+    const std::string_view nearest = nearest_word(word, keys.known);
+    return failure({Code::ConfigKeyUnknown,
+                    place,
+                    quoted(word) + " in " + name,
+                    nearest.empty() ? fmt::format("one of {}", fmt::join(keys.known, ", "))
+                                    : "did you mean " + quoted(nearest) + "?"});
+  }
+  return TomlTable(table, std::move(name), at, source);
+}
+
+Diagnostic TomlTable::wrong_value(std::string_view key,
+                                  const toml::node& node,
+                                  std::string expected) const {
+  return {Code::ConfigValue,
+          source_->place(node.source().begin),
+          fmt::format("{} in {} is {}", key, name_, source_->excerpt(node.source())),
+          std::move(expected)};
+}
+
+Diagnostic TomlTable::problem(std::string_view key,
+                              std::string expected,
+                              std::string because) const {
+  Diagnostic diagnostic = wrong_value(key, *table_->get(key), std::move(expected));
+  if (!because.empty()) diagnostic.what += ": " + because;
+  return diagnostic;
+}
+
+Diagnostic TomlTable::not_supported(std::string_view key, std::string expected) const {
+  Diagnostic diagnostic = problem(key, std::move(expected), "");
+  diagnostic.code = Code::NotSupported;
+  return diagnostic;
+}
+
+Expected<void> TomlTable::require(std::span<const RequiredKey> keys) const {
+  std::string absent;
+  std::string examples;
+  std::size_t n_absent = 0;
+  for (const RequiredKey& required : keys) {
+    if (has(required.key)) continue;
+    const bool is_first = n_absent++ == 0;
+    absent += fmt::format("{}{}", is_first ? "" : ", ", quoted(required.key));
+    examples += fmt::format("{}{}", is_first ? "" : "; ", required.example);
+  }
+  if (n_absent == 0) return {};
+  return failure(missing((n_absent == 1 ? "key " : "keys ") + absent, std::move(examples)));
+}
+
+Expected<void> TomlTable::require(std::initializer_list<RequiredKey> keys) const {
+  return require(std::span(keys.begin(), keys.size()));
+}
+
+Diagnostic TomlTable::missing(std::string_view what, std::string expected) const {
+  const bool is_key = what.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == what.npos;
+  return {Code::ConfigValue,
+          source_->place(at_.begin),
+          fmt::format("{}: missing {}", name_, is_key ? "key " + quoted(what) : std::string(what)),
+          std::move(expected)};
+}
+
+Expected<double> TomlTable::checked_number(std::string_view key,
+                                           const toml::node& node,
+                                           const Range& range) const {
+  std::optional<double> value;
+  if (const auto* floating = node.as_floating_point()) value = floating->get();
+  if (const auto* whole = node.as_integer()) value = static_cast<double>(whole->get());
+  if (!value || !std::isfinite(*value) || !range.contains(*value)) {
+    return failure(wrong_value(key, node, range.text()));
+  }
+  return *value;
+}
+
+Expected<std::optional<double>> TomlTable::number(std::string_view key, const Range& range) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  PANELCAL_TRY(const double value, checked_number(key, *node, range));
+  return value;
+}
+
+bool TomlTable::is_off(std::string_view key) const {
+  return (*table_)[key].value_or(std::string_view()) == "off";
+}
+
+Expected<double> TomlTable::number_or(std::string_view key,
+                                      const Range& range,
+                                      double otherwise) const {
+  PANELCAL_TRY(const std::optional<double> value, number(key, range));
+  return value.value_or(otherwise);
+}
+
+Expected<std::optional<std::int64_t>> TomlTable::integer(std::string_view key,
+                                                         std::int64_t low,
+                                                         std::int64_t high) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  const auto* whole = node->as_integer();
+  if (whole && whole->get() >= low && whole->get() <= high) return whole->get();
+  return failure(wrong_value(key, *node, fmt::format("a whole number from {} to {}", low, high)));
+}
+
+Expected<std::optional<std::string>> TomlTable::text(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  if (const auto* text = node->as_string()) return text->get();
+  return failure(wrong_value(key, *node, "a text in quotes"));
+}
+
+Expected<std::optional<bool>> TomlTable::truth(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  if (const auto* truth = node->as_boolean()) return truth->get();
+  return failure(wrong_value(key, *node, "true or false"));
+}
+
+Expected<std::optional<std::chrono::sys_seconds>> TomlTable::wall_time(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  if (const auto* value = node->as_date_time(); value && !value->get().offset) {
+    const toml::date& date = value->get().date;
+    const toml::time& time = value->get().time;
+    const auto read = from_iso_8601(fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z",
+                                                date.year,
+                                                date.month,
+                                                date.day,
+                                                time.hour,
+                                                time.minute,
+                                                time.second));
+    if (read) return read;
+  }
+  return failure(wrong_value(
+      key, *node, "a date and a time without a zone, such as 2026-11-21T08:00:00, no quotes"));
+}
+
+Expected<std::vector<std::string>> TomlTable::texts(std::string_view key) const {
+  std::vector<std::string> values;
+  const toml::node* node = table_->get(key);
+  if (!node) return values;
+  const auto* array = node->as_array();
+  if (!array) return failure(wrong_value(key, *node, "a list of texts, [\"a\", \"b\"]"));
+  for (const toml::node& element : *array) {
+    const auto* text = element.as_string();
+    if (!text) return failure(wrong_value(key, element, "a text in quotes"));
+    values.push_back(text->get());
+  }
+  return values;
+}
+
+Expected<std::optional<std::vector<double>>> TomlTable::numbers(std::string_view key,
+                                                                const Range& range) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  const auto* array = node->as_array();
+  if (!array) return failure(wrong_value(key, *node, "a list of numbers, [1, 2]"));
+  std::vector<double> values;
+  for (const toml::node& element : *array) {
+    PANELCAL_TRY(const double value, checked_number(key, element, range));
+    values.push_back(value);
+  }
+  return values;
+}
+
+Expected<std::optional<Eigen::Vector2d>> TomlTable::pair(std::string_view key,
+                                                         const Range& range) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  const auto* array = node->as_array();
+  if (!array || array->size() != 2) return failure(wrong_value(key, *node, "two numbers, [x, y]"));
+  Eigen::Vector2d value;
+  PANELCAL_TRY(value.x(), checked_number(key, *array->get(0), range));
+  PANELCAL_TRY(value.y(), checked_number(key, *array->get(1), range));
+  return value;
+}
+
+Expected<std::optional<TomlTable>> TomlTable::table(std::string_view key,
+                                                    std::string name,
+                                                    const TomlKeys& keys) const {
+  const toml::node* node = table_->get(key);
+  if (!node) return std::nullopt;
+  const auto* child = node->as_table();
+  if (!child) return failure(wrong_value(key, *node, "a table " + name));
+  PANELCAL_TRY(TomlTable made, make(*child, std::move(name), child->source(), keys, *source_));
+  return made;
+}
+
+Expected<std::vector<TomlTable>> TomlTable::tables(std::string_view key,
+                                                   std::string name,
+                                                   const TomlKeys& keys) const {
+  std::vector<TomlTable> made;
+  const toml::node* node = table_->get(key);
+  if (!node) return made;
+  const auto* array = node->as_array();
+  if (!array) return failure(wrong_value(key, *node, "tables " + name));
+  for (const toml::node& element : *array) {
+    const auto* child = element.as_table();
+    if (!child) return failure(wrong_value(key, element, "a table " + name));
+    PANELCAL_TRY(TomlTable one, make(*child, name, child->source(), keys, *source_));
+    made.push_back(std::move(one));
+  }
+  return made;
+}
+
+Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm) {
+  PANELCAL_TRY(const double read_um, table.number_or(key, kAboveZero_um, mm(value_mm).in_um()));
+  value_mm = um(read_um).in_mm();
+  return {};
+}
+
+}  // namespace panelcal::internal

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/job/output/output_format.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "program/writers/csv_writer.h"
+#include "program/writers/excellon/writer.h"
+#include "program/writers/gcode/writer.h"
+#include "program/writers/jsonl_writer.h"
+#include "program/writers/sieb_meyer/writer.h"
+#include "program/writers/svg/writer.h"
+
+namespace panelcal {
+namespace {
+
+constexpr std::array<std::pair<OutputFormat, std::string_view>, 6> kFormatNames = {
+    {{OutputFormat::Jsonl, "jsonl"},
+     {OutputFormat::Csv, "csv"},
+     {OutputFormat::Excellon, "excellon"},
+     {OutputFormat::SiebMeyer, "sieb-meyer"},
+     {OutputFormat::Gcode, "gcode"},
+     {OutputFormat::Svg, "svg"}}};
+
+constexpr std::array<std::pair<std::string_view, OutputFormat>, 8> kExtensions = {
+    {{".jsonl", OutputFormat::Jsonl},
+     {".csv", OutputFormat::Csv},
+     {".drl", OutputFormat::Excellon},
+     {".exc", OutputFormat::Excellon},
+     {".s5", OutputFormat::SiebMeyer},
+     {".sm", OutputFormat::SiebMeyer},
+     {".ngc", OutputFormat::Gcode},
+     {".svg", OutputFormat::Svg}}};
+
+std::unique_ptr<TextWriter> make_program_writer(OutputFormat format,
+                                                ByteSink& bytes,
+                                                const MachineConfig& machine,
+                                                std::vector<std::string> comments) {
+  const ProgramWriterOptions writing{.comments = std::move(comments),
+                                     .allow_losses = true,  // all of them are to be named
+                                     .absolute_zero = machine.walk.absolute_zero,
+                                     .work_zero = machine.walk.work_zero};
+  if (format == OutputFormat::SiebMeyer) return std::make_unique<SiebMeyerWriter>(bytes, writing);
+  if (format == OutputFormat::Gcode) {
+    return std::make_unique<GcodeWriter>(bytes, writing, *machine.gcode);
+  }
+  return std::make_unique<ExcellonWriter>(bytes, writing);
+}
+
+}  // namespace
+
+std::string_view name(OutputFormat format) {
+  return std::ranges::find(kFormatNames, format, &decltype(kFormatNames)::value_type::first)
+      ->second;
+}
+
+std::optional<OutputFormat> output_format_from_name(std::string_view name) {
+  const auto found =
+      std::ranges::find(kFormatNames, name, &decltype(kFormatNames)::value_type::second);
+  return found == kFormatNames.end() ? std::nullopt : std::optional(found->first);
+}
+
+std::optional<OutputFormat> output_format_of_extension(std::string_view extension) {
+  const auto found =
+      std::ranges::find(kExtensions, extension, &decltype(kExtensions)::value_type::first);
+  return found == kExtensions.end() ? std::nullopt : std::optional(found->second);
+}
+
+bool is_program(OutputFormat format) {
+  return format == OutputFormat::Excellon || format == OutputFormat::SiebMeyer;
+}
+
+Expected<void> check_output_format(OutputFormat format, const MachineConfig& machine) {
+  if (format != OutputFormat::Gcode || machine.gcode) return {};
+  return failure({Code::ConfigValue,
+                  {machine.file.string(), 0, 0},
+                  "[gcode] is missing, which states how high and how deep tools go in G-code",
+                  "[gcode] with safe_z_mm, drill_z_mm and others (docs/formats/gcode.md)"});
+}
+
+std::unique_ptr<TextWriter> make_writer(OutputFormat format,
+                                        ByteSink& bytes,
+                                        const MachineConfig& machine,
+                                        WriterInput input) {
+  if (format == OutputFormat::Jsonl) {
+    return std::make_unique<JsonlWriter>(bytes, std::move(input.depths));
+  }
+  if (format == OutputFormat::Csv) {
+    return std::make_unique<CsvWriter>(bytes, std::move(input.depths));
+  }
+  if (format == OutputFormat::Svg) {
+    return std::make_unique<SvgWriter>(bytes,
+                                       SvgScene{.targets = picture_targets(*input.survey),
+                                                .title = std::move(input.title),
+                                                .provenance = std::move(input.comments)});
+  }
+  return make_program_writer(format, bytes, machine, std::move(input.comments));
+}
+
+std::vector<SvgTarget> picture_targets(const Survey& survey) {
+  std::vector<SvgTarget> targets;
+  for (const Measurement& measurement : survey.measurements) {
+    const bool is_found = measurement.status == MeasurementStatus::Found;
+    targets.push_back({is_found ? measurement.measured.position : measurement.request.expected,
+                       std::to_string(measurement.request.seq),
+                       std::nullopt});
+  }
+  for (const SeriesResult& series : survey.series) {
+    for (std::size_t i = 0; i < series.points.size() && series.is_fitted(); ++i) {
+      targets[series.points[i]].residual = displacement_mm<frame::Actual>(
+          series.base ? series.base->residuals[i].in_mm() : series.nested->residuals[i].in_mm());
+    }
+  }
+  return targets;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "calib/base/files/atomic_file.h"
+#include "calib/camera/calibration/calibration_file.h"
+#include "calib/drift/amount.h"
+#include "machine/calibrate/camera/run.h"
+#include "machine/devices/cameras/camera_settings.h"
+#include "machine/nightly/calibrations/night_calibrations.h"
+#include "machine/nightly/record/night_file.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+/// Value in which drift is watched: the place at which the picture's farthest corner is seen, in mm
+/// from the axis. A scale and an angle by themselves have no common unit, and no limit that a hole
+/// cares for.
+///
+///   radius = r scale,   turn = r scale rotation,   r = half of the picture's diagonal, px
+NightValue picture_corner(double radius_px,
+                          double scale_mm_per_px,
+                          double rotation_rad,
+                          const Eigen::Matrix2d& cov) {
+  Eigen::Matrix2d by_parameters;
+  by_parameters << radius_px, 0, radius_px * rotation_rad, radius_px * scale_mm_per_px;
+  const Eigen::Vector2d value(radius_px * scale_mm_per_px,
+                              radius_px * scale_mm_per_px * rotation_rad);
+  return {value, by_parameters * cov * by_parameters.transpose()};
+}
+
+double half_diagonal_px(const CameraCalibration& camera) {
+  return 0.5 * std::hypot(camera.picture_width_px, camera.picture_height_px);
+}
+
+/// The camera as it stands, or at a zoom level.
+class CameraNight final : public NightCalibration {
+ public:
+  CameraNight(std::shared_ptr<MachineConfig> config,
+              const NightlyConfig& nightly,
+              const std::optional<double>& zoom)
+      : config_(std::move(config)),
+        zoom_(zoom),
+        mark_(*nightly.mark),
+        tool_(nightly.mark_tool),
+        limits_(nightly.limits),
+        radius_px_(half_diagonal_px(camera())) {}
+
+  LedgerKey key() const override { return camera_key(*config_, zoom_); }
+  std::vector<std::string> axes() const override { return {"corner radius", "corner turn"}; }
+  std::string unit() const override { return "mm"; }
+  std::filesystem::path file() const override {
+    return zoom_ ? config_->zoom_files.at(*zoom_) : config_->camera_file;
+  }
+  std::optional<Eigen::VectorXd> present() const override {
+    const CameraModel::Parameters parameters = camera().model().parameters();
+    return picture_corner(radius_px_,
+                          parameters.scale_mm_per_px,
+                          parameters.rotation_rad,
+                          Eigen::Matrix2d::Zero())
+        .value;
+  }
+  Expected<std::vector<SelfTestCheck>> check() const override {
+    return std::vector<SelfTestCheck>{};
+  }
+  int n_qualities() const override { return 1; }
+  std::optional<NightValue> value_of(const LedgerEntry& entry) const override;
+  Expected<NightMeasurement> measure(const CalibrationDevices& devices,
+                                     const NightWords& words) override;
+  Expected<bool> is_installed(const Ledger& ledger) const override;
+  Expected<std::string> by_hand(const Ledger& ledger) const override;
+  Expected<bool> install(const Ledger& ledger) override;
+
+ private:
+  const CameraCalibration& camera() const { return *camera_at(*config_, zoom_); }
+  std::vector<NightGate> gates_of(const CameraRun& run) const;
+
+  std::shared_ptr<MachineConfig> config_;
+  std::optional<double> zoom_;
+  Position<frame::Machine> mark_;
+  int tool_;
+  NightLimits limits_;
+  double radius_px_;
+};
+
+std::optional<NightValue> CameraNight::value_of(const LedgerEntry& entry) const {
+  const std::vector<LedgerParameter>& all = entry.record.parameters;
+  const auto& cov = entry.record.covariance;
+  const auto scale = std::ranges::find(all, "scale", &LedgerParameter::name);
+  const auto rotation = std::ranges::find(all, "rotation", &LedgerParameter::name);
+  if (!cov || scale == all.end() || rotation == all.end()) return std::nullopt;
+  const Eigen::Index s = scale - all.begin();
+  const Eigen::Index r = rotation - all.begin();
+  Eigen::Matrix2d of_both;
+  of_both << (*cov)(s, s), (*cov)(s, r), (*cov)(r, s), (*cov)(r, r);
+  return picture_corner(radius_px_, scale->value, rotation->value, of_both);
+}
+
+/// By how much the two see the farthest corner elsewhere, tilt and lens included.
+double corners_moved_mm(const CameraCalibration& before, const CameraCalibration& now) {
+  const CameraModel old_model = before.model();
+  const CameraModel new_model = now.model();
+  double farthest_mm = 0;
+  for (const double x_px : {0.0, now.picture_width_px - 1.0}) {
+    for (const double y_px : {0.0, now.picture_height_px - 1.0}) {
+      const auto corner = position_px<frame::Image>(Eigen::Vector2d(x_px, y_px));
+      const double moved_mm = (new_model(corner).in_mm() - old_model(corner).in_mm()).norm();
+      // One that is no number has to fail.
+      if (!(moved_mm <= farthest_mm)) farthest_mm = moved_mm;
+    }
+  }
+  return farthest_mm;
+}
+
+/// Of the whole camera; its axes are scale and rotation only.
+std::vector<NightGate> CameraNight::gates_of(const CameraRun& run) const {
+  const double sigma_mm = um(run.corner_sigma_um).in_mm();
+  const double moved_mm = corners_moved_mm(camera(), run.calibration);
+  const std::string why = refusal(run);
+  return {
+      {"corners",
+       sigma_mm <= limits_.sigma,
+       fmt::format("sigma at the picture's corners is {}, limit {}",
+                   amount(sigma_mm, unit()),
+                   amount(limits_.sigma, unit()))},
+      {"views", why.empty(), why.empty() ? "the views fit the camera" : why},
+      {"change",
+       moved_mm <= limits_.change,
+       fmt::format("a corner of the picture is {} from where the camera in force has it, limit {}",
+                   amount(moved_mm, unit()),
+                   amount(limits_.change, unit()))}};
+}
+
+Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& devices,
+                                                const NightWords& words) {
+  CameraRunOptions options;
+  options.views.tool = tool_;
+  options.views.zoom = zoom_;
+  Expected<CameraRun> made = calibrate_camera(*config_, devices, mark_, options);
+  // Whatever came of it: the next calibration, and the first job, see as they did before.
+  if (zoom_) {
+    PANELCAL_CHECK(set_camera(*config_, devices, CameraSetting::Zoom, *usual_zoom(*config_)));
+  }
+  if (!made) return failure(std::move(made).error());
+  const CameraRun run = *std::move(made);
+  RecordWords record;
+  record.date = words.date;
+  record.asked_by = words.asked_by;
+  record.software = words.software;
+  record.temperature_degC = words.temperature_c;
+  NightMeasurement out;
+  PANELCAL_TRY(out.draft, camera_draft(*config_, run, record));
+  const auto& parameters = run.fit.parameters;
+  const NightValue found = picture_corner(radius_px_,
+                                          parameters.scale_mm_per_px,
+                                          parameters.rotation_rad,
+                                          run.fit.covariance.topLeftCorner<2, 2>());
+  out.result.point.value = found.value;
+  out.result.point.cov = found.cov;
+  const std::size_t n_seen = run.fit.residuals.size();
+  out.result.used = "views";
+  out.result.n_used = static_cast<int>(n_seen);
+  out.result.n_outliers = static_cast<int>(run.sights.missed.size());
+  if (run.fit.degrees_of_freedom > 0) {
+    const double squares = run.fit.rms_px * run.fit.rms_px * static_cast<double>(n_seen);
+    const auto degrees = static_cast<double>(run.fit.degrees_of_freedom);
+    out.spreads = {{"views about the camera's fit", "px", squares / degrees, degrees}};
+  }
+  out.result.further = gates_of(run);
+  out.report = internal::lines_of(report(run));
+  return out;
+}
+
+Expected<bool> CameraNight::is_installed(const Ledger& ledger) const {
+  return internal::says_what_is_in_force(ledger, key(), file());
+}
+
+Expected<std::string> CameraNight::by_hand(const Ledger& ledger) const {
+  return internal::by_hand_in(
+      ledger, key(), file(), "a camera", internal::date_by(parse_camera_calibration));
+}
+
+Expected<bool> CameraNight::install(const Ledger& ledger) {
+  PANELCAL_TRY(const std::optional<std::string> text, internal::text_in_force(ledger, key()));
+  if (!text) return false;
+  PANELCAL_TRY(CameraCalibration camera, parse_camera_calibration(*text, file().string()));
+  PANELCAL_TRY(const bool is_written, internal::write_what_is_in_force(ledger, key(), file()));
+  if (zoom_) {
+    config_->zooms[*zoom_] = std::move(camera);
+  } else {
+    config_->camera = std::move(camera);
+  }
+  return is_written;
+}
+
+}  // namespace
+
+namespace internal {
+
+std::vector<double> zooms_of_nights(const MachineConfig& config) {
+  std::vector<double> out;
+  const std::optional<double> usual = usual_zoom(config);
+  for (const auto& [level, file] : config.zoom_files) {
+    if (level != usual) out.push_back(level);
+  }
+  return out;
+}
+
+Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<MachineConfig> config,
+                                                         const NightlyConfig& nightly,
+                                                         const std::optional<double>& zoom) {
+  const auto missing = [&](std::string what, std::string expected) {
+    return failure({Code::ConfigValue, nightly.place, std::move(what), std::move(expected)});
+  };
+  const std::string needs = "[nightly] calibrates the camera, and ";
+  if (!config->camera) return missing(needs + "[camera] is missing", "[camera] calibration");
+  if (!nightly.mark) return missing(needs + "there is no mark to see", "mark_mm = [x, y]");
+  if (!config->vision_tools.contains(nightly.mark_tool)) {
+    return missing(needs + "the mark's vision tool is not defined", "a [[vision.tool]]");
+  }
+  if (zoom && !usual_zoom(*config)) {
+    return missing(needs + "the zoom to go back to is missing",
+                   "a [[camera.zoom]] that names the file of [camera] calibration as well");
+  }
+  return std::make_unique<CameraNight>(std::move(config), nightly, zoom);
+}
+
+}  // namespace internal
+
+}  // namespace panelcal

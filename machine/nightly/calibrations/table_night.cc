@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "calib/base/files/atomic_file.h"
+#include "calib/drift/amount.h"
+#include "calib/table/calibration_file.h"
+#include "machine/calibrate/table/run.h"
+#include "machine/nightly/calibrations/night_calibrations.h"
+#include "machine/nightly/record/night_file.h"
+#include "machine/plate/pictures.h"
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+/// Of the dots that may be missing or wrong: plates get dirty.
+constexpr int kMaxTableOutliers = 20;  ///< one in this number
+/// Places along each side of the plate at which two maps are compared.
+constexpr int kCompared = 11;
+
+/// Place of the farthest dot, from the middle of the plate along the machine's axes.
+Eigen::Vector2d half_sides_mm(const CalibrationPlate& plate) {
+  Eigen::AlignedBox2d box;
+  for (const PlateDot& dot : plate.dots()) {
+    box.extend(place_in(plate.poses.front(), dot.place).in_mm());
+  }
+  return 0.5 * box.sizes();
+}
+
+/// Value in which drift is watched: the affine part of the stage's error at the plate's corner.
+///
+///   corner x = scale_x h_x + squareness h_y,   corner y = scale_y h_y,   h half of the plate
+NightValue table_corner(const Eigen::Vector2d& half_mm,
+                        const Eigen::Vector3d& scales_and_squareness,
+                        const Eigen::Matrix3d& cov) {
+  Eigen::Matrix<double, 2, 3> by_parameters;
+  by_parameters << half_mm.x(), 0, half_mm.y(), 0, half_mm.y(), 0;
+  return {by_parameters * scales_and_squareness, by_parameters * cov * by_parameters.transpose()};
+}
+
+NightValue table_corner(const Eigen::Vector2d& half_mm, const TableGeometry& geometry) {
+  const std::array<int, 3> rows = {
+      TableGeometry::ScaleX, TableGeometry::ScaleY, TableGeometry::Squareness};
+  return table_corner(half_mm, geometry.value(rows), geometry.cov(rows, rows));
+}
+
+/// By how much two maps differ, at most.
+struct MapChange {
+  double error_mm = 0;  ///< of places
+  /// Of what the spindle-camera offset has taken up of it: an offset that was calibrated with the
+  /// one map is so wrong with the other.
+  double offset_mm = 0;
+};
+
+/// Over the earlier map's rectangle.
+MapChange change_of(const TableMap& before,
+                    const TableMap& after,
+                    const Displacement<frame::Machine>& offset) {
+  MapChange change;
+  const TableGrid& grid = before.grid();
+  const auto differ_mm = [&](const Position<frame::Machine>& at) -> Eigen::Vector2d {
+    return after.error_mm(at) - before.error_mm(at);
+  };
+  for (int i = 0; i < kCompared * kCompared; ++i) {
+    const Eigen::Vector2d part = Eigen::Vector2d(i % kCompared, i / kCompared) / (kCompared - 1.0);
+    const auto at =
+        position_mm<frame::Machine>(grid.low_mm + part.cwiseProduct(grid.high_mm - grid.low_mm));
+    const double error_mm = differ_mm(at).norm();
+    const double offset_mm = (differ_mm(at) - differ_mm(at - offset)).norm();
+    // One that is no number has to fail.
+    if (!(error_mm <= change.error_mm)) change.error_mm = error_mm;
+    if (!(offset_mm <= change.offset_mm)) change.offset_mm = offset_mm;
+  }
+  return change;
+}
+
+/// True if jobs that the one map let through go on with the other; commands differ a little from
+/// night to night.
+bool covers(const TableGrid& grid, const TableGrid& before) {
+  constexpr double kSlack_mm = 1;
+  return (grid.low_mm.array() <= before.low_mm.array() + kSlack_mm).all() &&
+         (grid.high_mm.array() >= before.high_mm.array() - kSlack_mm).all();
+}
+
+class TableNight final : public NightCalibration {
+ public:
+  /// In     file: that is installed
+  TableNight(std::shared_ptr<MachineConfig> config,
+             const NightlyConfig& nightly,
+             CalibrationPlate plate,
+             std::filesystem::path file)
+      : config_(std::move(config)),
+        plate_(std::move(plate)),
+        file_(std::move(file)),
+        limits_(nightly.limits),
+        half_mm_(half_sides_mm(plate_)) {}
+
+  LedgerKey key() const override { return table_key(*config_); }
+  std::vector<std::string> axes() const override { return {"corner x", "corner y"}; }
+  std::string unit() const override { return "mm"; }
+  std::filesystem::path file() const override { return file_; }
+  std::optional<Eigen::VectorXd> present() const override {
+    const auto calibration = read_table_calibration(file_);
+    if (!calibration) return std::nullopt;
+    return table_corner(half_mm_, calibration->geometry).value;
+  }
+  Expected<std::vector<SelfTestCheck>> check() const override {
+    return std::vector<SelfTestCheck>{};
+  }
+  int n_qualities() const override { return 1; }
+  NightlyConfig held_to(const NightlyConfig& nightly) const override {
+    NightlyConfig out = nightly;
+    out.limits.max_outliers =
+        std::max(out.limits.max_outliers, static_cast<int>(plate_.n_dots()) / kMaxTableOutliers);
+    return out;
+  }
+  std::optional<NightValue> value_of(const LedgerEntry& entry) const override;
+  Expected<NightMeasurement> measure(const CalibrationDevices& devices,
+                                     const NightWords& words) override;
+  Expected<bool> is_installed(const Ledger& ledger) const override {
+    return internal::says_what_is_in_force(ledger, key(), file());
+  }
+  Expected<std::string> by_hand(const Ledger& ledger) const override {
+    return internal::by_hand_in(
+        ledger, key(), file(), "a table", internal::date_by(parse_table_calibration));
+  }
+  Expected<bool> install(const Ledger& ledger) override {
+    return internal::write_what_is_in_force(ledger, key(), file());
+  }
+
+ private:
+  Expected<TableRun> look(const CalibrationDevices& devices, int& n_missed) const;
+  Expected<void> take_back_correction(TableData& data) const;
+  std::vector<NightGate> gates_of(const TableRun& run) const;
+
+  std::shared_ptr<MachineConfig> config_;
+  CalibrationPlate plate_;
+  std::filesystem::path file_;
+  NightLimits limits_;
+  Eigen::Vector2d half_mm_;
+};
+
+std::optional<NightValue> TableNight::value_of(const LedgerEntry& entry) const {
+  const std::vector<LedgerParameter>& all = entry.record.parameters;
+  const auto& cov = entry.record.covariance;
+  if (!cov) return std::nullopt;
+  Eigen::Vector3d value;
+  std::array<Eigen::Index, 3> rows = {};
+  Eigen::Index i = 0;
+  for (const std::string_view name : {"scale_x", "scale_y", "squareness"}) {
+    const auto found = std::ranges::find(all, name, &LedgerParameter::name);
+    if (found == all.end()) return std::nullopt;
+    value[i] = found->value;
+    rows[static_cast<std::size_t>(i++)] = found - all.begin();
+  }
+  return table_corner(half_mm_, value, (*cov)(rows, rows));
+}
+
+Expected<TableRun> TableNight::look(const CalibrationDevices& devices, int& n_missed) const {
+  PANELCAL_TRY(const MarkSights seen, look_at_plate(*config_, devices, plate_));
+  n_missed = static_cast<int>(seen.missed.size());
+  TableSights sights = table_sights(*config_, seen);
+  PANELCAL_CHECK(take_back_correction(sights.data));
+  for (const std::filesystem::path& file : {config_->camera_file, plate_.file}) {
+    if (file.empty()) continue;
+    PANELCAL_TRY(LedgerInput input, input_of(file));
+    sights.inputs.push_back(std::move(input));
+  }
+  return calibrate_table(*config_, std::move(sights));
+}
+
+/// With a map in force the stage was sent to places; what the fit needs is what it was told, so
+/// that its map has the table's whole error and not what the other left.
+Expected<void> TableNight::take_back_correction(TableData& data) const {
+  const auto& table = config_->walk.table;
+  if (!table) return {};
+  for (PlateView& view : data.views) {
+    const auto command = table->command_for(view.axis_at);
+    if (!command) return failure(table->refusal(view.axis_at));
+    view.axis_at = *command;
+  }
+  return {};
+}
+
+/// Of the whole map; its axes are what is affine.
+std::vector<NightGate> TableNight::gates_of(const TableRun& run) const {
+  const double sigma_mm = run.calibration.sigma.in_mm();
+  const std::string why = refusal(run);
+  std::vector<NightGate> gates = {
+      {"map",
+       sigma_mm <= limits_.sigma,
+       fmt::format("sigma of the map is {}, limit {}",
+                   amount(sigma_mm, unit()),
+                   amount(limits_.sigma, unit()))},
+      {"looks", why.empty(), why.empty() ? "the looks fit the map" : why}};
+  const auto before = read_table_calibration(file_);
+  if (!before) return gates;
+  const MapChange change =
+      change_of(before->map, run.calibration.map, config_->spindle_camera.offset);
+  gates.push_back({"change",
+                   change.error_mm <= limits_.change,
+                   fmt::format("the map is up to {} from the one in force, limit {}",
+                               amount(change.error_mm, unit()),
+                               amount(limits_.change, unit()))});
+  gates.push_back({"extent",
+                   covers(run.calibration.map.grid(), before->map.grid()),
+                   "the map is to reach as far as the one in force"});
+  if (!config_->walk.table) return gates;
+  gates.push_back({"offset",
+                   change.offset_mm <= limits_.sigma,
+                   fmt::format("with the map the spindle-camera offset would be up to {} wrong, "
+                               "limit {}",
+                               amount(change.offset_mm, unit()),
+                               amount(limits_.sigma, unit()))});
+  return gates;
+}
+
+Expected<NightMeasurement> TableNight::measure(const CalibrationDevices& devices,
+                                               const NightWords& words) {
+  int n_missed = 0;
+  PANELCAL_TRY(const TableRun run, look(devices, n_missed));
+  RecordWords record;
+  record.date = words.date;
+  record.asked_by = words.asked_by;
+  record.software = words.software;
+  record.temperature_degC = words.temperature_c;
+  NightMeasurement out;
+  PANELCAL_TRY(out.draft, table_draft(*config_, run, record));
+  const NightValue found = table_corner(half_mm_, run.fit.geometry);
+  out.result.point.value = found.value;
+  out.result.point.cov = found.cov;
+  out.result.used = "looks";
+  out.result.n_used = static_cast<int>(run.sights.data.seen.size());
+  out.result.n_outliers = n_missed + static_cast<int>(run.left_out.size());
+  if (run.fit.degrees_of_freedom > 0) {
+    const double squares = run.fit.rms_mm * run.fit.rms_mm * static_cast<double>(out.result.n_used);
+    out.spreads = {{"looks about the table's fit",
+                    "mm",
+                    squares / run.fit.degrees_of_freedom,
+                    run.fit.degrees_of_freedom}};
+  }
+  out.result.further = gates_of(run);
+  out.report = internal::lines_of(report(run));
+  return out;
+}
+
+}  // namespace
+
+namespace internal {
+
+Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineConfig> config,
+                                                        const NightlyConfig& nightly) {
+  const auto missing = [&](std::string_view what, std::string expected) {
+    return failure({Code::ConfigValue,
+                    nightly.place,
+                    fmt::format("[nightly] calibrates the table, and {}", what),
+                    std::move(expected)});
+  };
+  if (nightly.is_simulated) {
+    return missing("the virtual machine has no plate", "camera = \"URI\" of a real machine");
+  }
+  if (!config->camera) return missing("there is no camera", "[camera] calibration");
+  PANELCAL_TRY(CalibrationPlate plate, read_plate(nightly.table.plate));
+  if (plate.tags || plate.poses.size() != 1) {
+    return missing("the plate does not lie in one known way", "a plate's file with one [[pose]]");
+  }
+  if (!plate.is_certified) {
+    return missing("the plate is not certified: in one pose its errors are the table's",
+                   "certified = true");
+  }
+  std::filesystem::path file = config->table_file;
+  if (file.empty()) file = nightly.table.file;
+  if (file.empty()) {
+    return missing("nothing names its calibration", "[table] calibration, or [nightly.table] file");
+  }
+  if (!nightly.table.file.empty() && nightly.table.file != file) {
+    return missing("[table] calibration is another file than [nightly.table] file", "one of them");
+  }
+  return std::make_unique<TableNight>(
+      std::move(config), nightly, std::move(plate), std::move(file));
+}
+
+}  // namespace internal
+
+}  // namespace panelcal

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tools and their data, zeros and units.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "program/excellon/interpreter/interpreter.h"
+
+namespace panelcal::excellon {
+namespace {
+
+/// Drops what the header says itself; true if it says something else.
+template <class T>
+bool leave_to(const std::optional<T>& header, std::optional<T>& said) {
+  const bool contradicts = header && said && *header != *said;
+  if (header) said.reset();
+  return contradicts;
+}
+
+bool leave_to(const Tool& header, bool body_has_rates, Tool& said) {
+  bool contradicts = leave_to(header.diameter, said.diameter);
+  contradicts |= leave_to(header.max_hits, said.max_hits);
+  contradicts |= leave_to(header.depth_offset, said.depth_offset);
+  if (body_has_rates) return contradicts;
+  contradicts |= leave_to(header.infeed, said.infeed);
+  contradicts |= leave_to(header.retract, said.retract);
+  contradicts |= leave_to(header.speed, said.speed);
+  return contradicts;
+}
+
+}  // namespace
+
+// --- tools -------------------------------------------------------------------------------------
+
+void Interpreter::select_tool(const Block& block) {
+  if (refuse_while_plunged(block)) return;
+  const auto read =
+      read_tool_block(block, {format_, &header_.tools, program_.reading.diameter_page}, reporter_);
+  if (!read) return;
+  tool_ = known_tool(block, *read);
+  compensation_index_ = read->compensation_index;
+  emitter_.take(block.line, {*tool_, read->compensation_index});
+}
+
+/// Everything that is known of the tool of a block: what the block and earlier blocks say, and the
+/// header, which rules, unless OM48 or, for rates, G07 says otherwise.
+/// Source CNC-7 manual, Keyboard and Header Commands vs. Body Commands
+Tool Interpreter::known_tool(const Block& block, const ToolBlock& read) {
+  const int number = read.tool.number;
+  const auto defined = header_.tools.find(number);
+  const bool is_defined = defined != header_.tools.end();
+  const bool is_bare = read.tool == Tool{.number = number};
+  if (number > 0 && !is_defined && is_bare && !header_.tools.empty() &&
+      undefined_tools_.insert(number).second) {
+    report(Code::ToolUndefined, block, block.words[0], "a tool that the header defines");
+  }
+  const bool is_limited = is_defined && defined->second.max_hits.has_value();
+  Tool& body = body_tools_[number];
+  const bool sets_hits = read.tool.max_hits.has_value() || read.turns_hits_off;
+  if (sets_hits) body_hits_off_[number] = read.turns_hits_off && (body_rules_ || !is_limited);
+  if (read.turns_hits_off) body.max_hits.reset();
+  Tool said = read.tool;
+  const Tool header = is_defined ? defined->second : Tool{.number = number};
+  if (!body_rules_) {
+    const bool contradicts = leave_to(header, body_rates_, said);
+    if (contradicts) {
+      report(Code::ToolDataIgnored, block, block.words[0], "the header's data, which are used");
+    }
+  }
+  fill_missing(said, body);
+  body = said;
+  fill_missing(said, header);
+  if (body_hits_off_[number]) said.max_hits.reset();
+  return said;
+}
+
+/// F# or B# in a block of its own: the table's feed in rout mode, else the tool's.
+void Interpreter::rate(const Block& block) {
+  const Word& word = block.words[0];
+  if (!is_alone(block)) return;
+  const bool is_table = word.letter == 'F' && modal_.motion != Motion::Drill;
+  std::optional<Feed> read;
+  if (!read_rate(block, word, format_, is_table, reporter_, read)) return;
+  if (is_table) {
+    modal_.feed = read;
+    return;
+  }
+  if (!tool_ || tool_->number == 0) {
+    return report(Code::ToolMissing, block, word, "T# before it: the rate is the tool's");
+  }
+  const auto defined = header_.tools.find(tool_->number);
+  const bool body_wins = body_rules_ || body_rates_ || defined == header_.tools.end() ||
+                         !(word.letter == 'F' ? defined->second.infeed : defined->second.retract);
+  if (!body_wins) {
+    return report(Code::ToolDataIgnored, block, word, "the header's data, which are used");
+  }
+  (word.letter == 'F' ? tool_->infeed : tool_->retract) = read;
+  Tool& known = body_tools_[tool_->number];
+  (word.letter == 'F' ? known.infeed : known.retract) = read;
+  ToolRate rate{.tool = tool_->number, .infeed = std::nullopt, .retract = std::nullopt};
+  (word.letter == 'F' ? rate.infeed : rate.retract) = read;
+  emitter_.put(block.line, rate);
+}
+
+// --- zero, units -------------------------------------------------------------------------------
+
+void Interpreter::set_zero(const Block& block) {
+  MotionWords words;
+  if (!read_words(block, block.all().subspan(1), "XY", words)) return;
+  if (!words.xy_mm[0] || !words.xy_mm[1]) {
+    return report(Code::CoordinateMissing, block, block.words[0], "G93X#Y#");
+  }
+  if (in_pattern_ || in_stored_pattern_) {
+    return report(Code::CommandMisplaced,
+                  block,
+                  block.words[0],
+                  "G93 outside step and repeat and stored patterns");
+  }
+  if (!vision_.is_unused()) {
+    return report(
+        Code::ZeroSetUnderCorrection, block, block.words[0], "G93 before the first target");
+  }
+  const auto set = displacement_mm<frame::Programmed>(*words.xy_mm[0], *words.xy_mm[1]);
+  const auto zero_set = displacement_mm<frame::Machine>(axes_(set).in_mm());
+  const auto correction = header_.zero_correction;
+  place_.work_zero = options_.absolute_zero +
+                     displacement_mm<frame::Machine>(correction ? axes_(*correction).in_mm()
+                                                                : options_.work_zero.in_mm()) +
+                     zero_set;
+  for (AxisUser& user : modal_.user) {
+    if (user != AxisUser::None) user = AxisUser::Lost;
+  }
+  emitter_.put(block.line, ZeroSet{zero_set, place_.work_zero});
+}
+
+/// M71, M72: only before anything moved, since they change what numbers mean.
+void Interpreter::set_unit(const Block& block, LengthUnit unit) {
+  states_unit_ = true;
+  if (unit == format_.unit) return;
+  if (has_motion_ || in_pattern_) {
+    return report(Code::CommandMisplaced,
+                  block,
+                  block.words[0],
+                  "the unit before the first coordinate and outside step and repeat");
+  }
+  const auto has_length = [](const auto& numbered) {
+    return numbered.second.diameter || numbered.second.depth_offset;
+  };
+  if (!header_.states_format && std::ranges::any_of(header_.tools, has_length)) {
+    report(Code::FormatAssumed,
+           block,
+           block.words[0],
+           "the unit in the header, whose diameters are read as " + format_.summary());
+  }
+  format_.unit = unit;
+  if (!header_.states_digits) {
+    format_.integer_digits = unit == LengthUnit::Inch ? 2 : 3;
+    format_.decimal_digits = unit == LengthUnit::Inch ? 4 : 3;
+  }
+  plain_ = PlainReader(format_);
+}
+
+}  // namespace panelcal::excellon

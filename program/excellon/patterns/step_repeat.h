@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "program/excellon/text/lexer.h"
+#include "program/model/placement.h"
+#include "program/text/source_text.h"
+#include "program/walk/reporter.h"
+
+namespace panelcal::excellon {
+
+/// Equally spaced copies, and the tool that an M02 block may take for them.
+struct Copies {
+  CopyRun run;
+  std::optional<Word> tool;
+  int line = 0;
+};
+
+/// The settings that decide how the lines of a section are read.
+struct SectionContext {
+  const NumberFormat& format;
+  ProgramSet set = ProgramSet::FormatTwo;
+  bool deletes_blocks = false;
+};
+
+/// A step and repeat section, from M25 to M08.
+struct RepeatSection {
+  int line = 0;                             ///< of M25
+  LineCursor pattern;                       ///< stands on the pattern's first line
+  std::size_t pattern_end;                  ///< offset of the M01 that ends it
+  std::vector<std::vector<Copies>> levels;  ///< one per M01, innermost first
+  LineCursor after;                         ///< stands behind M08
+  Block closing;                            ///< the M08 block; M30 or M00 may follow in it
+  bool changes_tools = false;               ///< in the pattern or in an M02 block
+  /// The pattern measures, calibrates, or moves through stored corrections.
+  bool has_vision = false;
+};
+
+inline constexpr std::size_t kMaxLevels = 64;
+
+/// Reads the structure of a section ahead of its execution. `from` stands behind M25.
+///
+/// Fails  into the log: repeat-unclosed, command-misplaced, argument-invalid, nesting-too-deep
+/// Source CNC-7 manual, Step and Repeat Commands; Nested Step and Repeat Commands
+std::optional<RepeatSection> scan_section(LineCursor from,
+                                          int line,
+                                          const SectionContext& context,
+                                          const Reporter& reporter);
+
+}  // namespace panelcal::excellon

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/base/diagnostic.h"
+#include "program/excellon/text/lexer.h"
+#include "program/model/operation.h"
+#include "program/model/program_head.h"
+#include "program/text/number_format.h"
+#include "program/text/source_text.h"
+#include <tl/expected.hpp>
+
+namespace panelcal {
+struct Program;
+}  // namespace panelcal
+
+namespace panelcal::excellon {
+
+/// A machine setting of the header, passed on in order.
+struct HeaderSetting {
+  int line = 0;
+  std::string text;
+};
+
+/// The head of a program, before its body.
+struct Header : ProgramHead {
+  NumberFormat format;
+  bool states_format = false;              ///< unit known from the header or a CAM comment
+  bool states_zeros = false;               ///< LZ or TZ, or a CAM comment to the same effect
+  bool states_digits = false;              ///< digit counts from a CAM comment, whatever the unit
+  std::string format_evidence;             ///< the line that states it, for people
+  ProgramSet set = ProgramSet::FormatTwo;  ///< FMAT
+  std::map<int, Length> compensation_values;  ///< CP: diameter by compensation index
+  std::vector<HeaderSetting> settings;
+  bool incremental = false;                                        ///< ICI,ON
+  Displacement<frame::Programmed> text_offset;                     ///< CAN_TEXT_OFF
+  std::optional<Displacement<frame::Programmed>> zero_set;         ///< Z
+  std::optional<Displacement<frame::Programmed>> zero_correction;  ///< ZC
+  int end_line = 0;           ///< of % or M95; 0: there is no header
+  bool stops_at_end = false;  ///< % rather than M95
+  LinePlace body;             ///< the first line behind the header
+
+  NumberFormat number_format() const override { return format; }
+  std::string number_summary() const override { return format.summary(); }
+};
+
+/// A header word for documents: `kind` is handled, passed or refused.
+struct HeaderWordInfo {
+  std::string_view word;
+  CommandClass command_class;
+  std::string_view effect;
+  std::string_view kind;
+};
+std::vector<HeaderWordInfo> header_word_table();
+
+/// Reads the header, or finds that there is none.
+///
+/// In     diameter_page: the machine's tool data by diameter, may be empty
+/// Fails  into the log: header-unclosed, header-word-unknown, argument-invalid, not-supported,
+///        number-malformed, number-too-long, block-syntax
+/// Source CNC-7 manual, Part Program Headers; decision "comment hints" in docs/conventions.md
+Header read_header(const SourceText& source,
+                   const std::vector<Tool>& diameter_page,
+                   DiagnosticLog& log);
+
+/// Reads `#` or `#,#` of CAN_TEXT_OFF into `offset_mm`; what is left out stays.
+///
+/// Fails  with what was expected
+tl::expected<void, std::string> read_text_offset(std::string_view value,
+                                                 const NumberFormat& format,
+                                                 Eigen::Vector2d& offset_mm);
+
+/// The header of a program in this language.
+///
+/// Precondition: load_program() has read it, and its dialect is Excellon
+const Header& header_of(const Program& program);
+
+}  // namespace panelcal::excellon

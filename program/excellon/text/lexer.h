@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "program/model/command_class.h"
+#include "program/text/source_text.h"
+#include "program/text/word.h"
+
+namespace panelcal::excellon {
+
+enum class Command : std::uint8_t {
+#define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) name,
+#include "program/excellon/text/commands.def"
+};
+
+struct CommandInfo {
+  Command command;
+  char letter;
+  int number;
+  CommandClass command_class;
+  std::string_view operands;
+  std::string_view section;
+  std::string_view effect;
+  std::string_view test;
+};
+
+/// A form of block or word that has no code of its own, such as `R#X#Y#`.
+struct WordInfo {
+  std::string_view form;
+  CommandClass command_class;
+  std::string_view section;
+  std::string_view effect;
+  std::string_view test;
+};
+
+/// The command table in the order of commands.def.
+std::span<const CommandInfo> command_table();
+std::span<const WordInfo> word_table();
+const CommandInfo& info(Command command);
+std::optional<Command> find_command(char letter, int number);
+/// A code that Format One uses for a command of Format Two.
+/// Source CNC-7 manual, List of Equivalent Format One Commands
+struct FormatOneInfo {
+  char letter;
+  int number;
+  Command command;
+};
+std::span<const FormatOneInfo> format_one_table();
+
+/// G02, M30 and so on, as the manual writes it.
+std::string code_text(Command command);
+
+/// The one of the two command sets of the manual's table of equivalents a program is written in.
+enum class ProgramSet : std::uint8_t { FormatOne, FormatTwo };
+
+/// The command that a G or M word of one or two digits stands for. `G045` is not one: taken for G45
+/// it would measure a target that was not meant.
+/// Source CNC-7 manual, List of Equivalent Format One Commands
+std::optional<Command> command_of(const Word& word, ProgramSet set);
+
+/// One program line as words, left to right.
+struct Block {
+  static constexpr std::size_t kMaxWords = 16;
+
+  int line = 0;
+  std::string_view text;  ///< the line without blanks at either end
+  int column = 1;         ///< of the first character of text
+  std::array<Word, kMaxWords> words;
+  std::size_t n_words = 0;
+  std::string_view arguments;  ///< the text behind the first comma
+  int arguments_column = 0;    ///< 0: there is no comma
+
+  std::span<const Word> all() const { return {words.data(), n_words}; }
+  const Word* find(char letter) const;
+};
+
+enum class LineKind : std::uint8_t {
+  Empty,          ///< blank, or a comment
+  PatternMark,    ///< a lone %
+  BlockDelete,    ///< begins with /
+  KeyboardOrder,  ///< begins with $
+  Words,
+};
+
+LineKind kind_of(std::string_view line);
+
+/// The line behind the slash of block delete: `/X1Y1` as `X1Y1`, places kept.
+SourceLine without_slash(const SourceLine& line);
+
+/// `M45,text\`: the message goes on in the next line.
+bool is_continued(std::string_view line);
+/// A line that begins a long message.
+bool is_long_message(std::string_view line);
+/// Moves behind the lines that go on with the message begun by `first`.
+void skip_message(LineCursor& cursor, std::string_view first);
+
+struct LexFault {
+  int column = 0;
+  std::string_view text;  ///< the offending characters
+  std::string_view expected;
+};
+
+/// Splits a line of kind Words. A word is a letter A to Z and characters of `+-.0123456789`; a
+/// comma ends the words. Blanks between words are skipped.
+std::optional<LexFault> lex(const SourceLine& line, Block& block);
+
+}  // namespace panelcal::excellon

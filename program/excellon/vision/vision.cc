@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/excellon/vision/vision.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace panelcal::excellon {
+namespace {
+
+bool is_single(Command command) {
+  return command == Command::BaseOffset || command == Command::NestedOffset;
+}
+
+}  // namespace
+
+CorrectionLevel level_of(Command command) {
+  const bool is_nested = command == Command::NestedOffset || command == Command::NestedSeries ||
+                         command == Command::NestedHoleAtTarget || command == Command::CancelNested;
+  return is_nested ? CorrectionLevel::Nested : CorrectionLevel::Base;
+}
+
+VisionSession::VisionSession(const WalkOptions& options,
+                             Survey& survey,
+                             MeasurementSource* source,
+                             const Reporter& reporter,
+                             DiagnosticLog& log)
+    : options_(options),
+      reporter_(reporter),
+      measuring_(options, survey, source, reporter, log),
+      series_size_(options.series_size) {
+  settings_.inspections = options.inspections;
+}
+
+bool VisionSession::refuse_unfinished(int line, std::string_view command) {
+  if (!open_) return false;
+  reporter_.report(Code::SeriesUnfinished,
+                   line,
+                   1,
+                   fmt::format("{} comes after {} of {} targets of the {} series begun in line {}",
+                               command,
+                               open_->n_wanted - open_->n_left(),
+                               open_->n_wanted,
+                               open_->command,
+                               open_->line),
+                   fmt::format("{} more {}, or another [vision] rotate than {}",
+                               open_->n_left(),
+                               open_->command,
+                               open_->n_wanted));
+  open_.reset();
+  return true;
+}
+
+std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
+                                                  CorrectionLevel level,
+                                                  bool is_of_series) {
+  if (measuring_.is_first_pass() && settings_.tools.empty()) {
+    reporter_.report(Code::VisionToolMissing,
+                     target.line,
+                     1,
+                     code_text(target.command),
+                     "G34,# with the number of a vision tool");
+    measuring_.stop();
+    return std::nullopt;
+  }
+  MeasurementRequest request;
+  request.line = target.line;
+  request.file = target.file;
+  request.command = code_text(target.command);
+  request.settings = settings_;
+  request.nominal = target.nominal;
+  request.work_zero = target.work_zero;
+  request.path = target.path;
+  const Eigen::Vector2d expected_mm =
+      level == CorrectionLevel::Nested
+          ? measuring_.corrections().stack.base_of(target.nominal).in_mm()
+          : target.nominal.in_mm();
+  request.expected = position_mm<frame::Actual>(expected_mm);
+  return measuring_.measure(std::move(request), is_of_series);
+}
+
+void VisionSession::open_series(const TargetPlace& target) {
+  const std::string command = code_text(target.command);
+  if (open_ && open_->command != command) refuse_unfinished(target.line, command);
+  if (open_) return;
+  open_ = OpenSeries{.level = level_of(target.command),
+                     .line = target.line,
+                     .n_wanted = is_single(target.command) ? 1 : series_size_,
+                     .command = command,
+                     .measurements = {},
+                     .targets = {}};
+}
+
+void VisionSession::measure_target(const TargetPlace& target) {
+  if (refuse_inside_stored(target.line)) return;
+  open_series(target);
+  const std::optional<std::size_t> index = measure(target, open_->level, true);
+  if (!index) return;
+  open_->measurements.push_back(*index);
+  if (open_->n_left() == 0) complete(target);
+}
+
+std::vector<Position<frame::Nominal>> VisionSession::take_target(const TargetPlace& target) {
+  open_series(target);
+  open_->targets.push_back(target.nominal);
+  if (open_->n_left() > 0) return {};
+  return std::exchange(open_, std::nullopt)->targets;
+}
+
+std::optional<TargetHolePlace> VisionSession::measure_hole(const TargetPlace& target) {
+  refuse_unfinished(target.line, code_text(target.command));
+  const CorrectionLevel level = level_of(target.command);
+  const auto index = measure(target, level, false);
+  if (!index) return std::nullopt;
+  if (!measuring_.is_found(*index)) return std::nullopt;
+  const Measurement& measurement = measuring_.measurement(*index);
+  if (measuring_.is_first_pass()) measuring_.gate_hole(measurement, level);
+  return measuring_.hole_at_target(*index);
+}
+
+void VisionSession::complete(const TargetPlace& target) {
+  const OpenSeries open = *std::exchange(open_, std::nullopt);
+  SeriesResult series;
+  series.level = open.level;
+  series.line = open.line;
+  series.path = target.path;
+  series.placement = target.placement;
+  series.measurements = open.measurements;
+  series.model = open.n_wanted == 1 ? PanelModel::Offset
+                                    : options_.model.value_or(default_model(open.n_wanted));
+  series.assignment = measuring_.settle(open.measurements, open.level, open.line);
+  std::vector<FitPoint> points;
+  if (std::ranges::all_of(open.measurements,
+                          [this](std::size_t i) { return measuring_.is_found(i); })) {
+    for (const std::size_t i : open.measurements) points.push_back(measuring_.fit_point(i));
+  }
+  const std::size_t i_series = measuring_.fit(std::move(series), points);
+  memory_.store({i_series, open.n_wanted});
+  measuring_.activate(i_series, target.line);
+}
+
+void VisionSession::cancel_base(int line) {
+  refuse_unfinished(line, "G37");
+  measuring_.corrections().clear_base();
+}
+
+void VisionSession::cancel_nested(int line) {
+  refuse_unfinished(line, "G47");
+  measuring_.corrections().clear_nested();
+}
+
+void VisionSession::end_instance(int line) {
+  refuse_unfinished(line, "the end of the pattern");
+}
+
+bool VisionSession::is_allowed(int line) {
+  if (refuse_unfinished(line, "a coordinate")) return false;
+  return !refuse_inside_stored(line) && !refuse_without_advance(line);
+}
+
+void VisionSession::end_program(int line) {
+  refuse_unfinished(line, "the end of the program");
+}
+
+bool VisionSession::is_unused() const {
+  const CorrectionStack& stack = measuring_.corrections().stack;
+  return !open_ && stack.base() == nullptr && stack.nested() == nullptr && memory_.empty();
+}
+
+}  // namespace panelcal::excellon

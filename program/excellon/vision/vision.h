@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/correction/memory.h"
+#include "program/excellon/text/lexer.h"
+#include "program/walk/measuring/measuring.h"
+#include "program/walk/options.h"
+#include "program/walk/reporter.h"
+
+namespace panelcal::excellon {
+
+/// G45, G46, G48 and G47: relative to the base correction.
+CorrectionLevel level_of(Command command);
+
+/// A target as the program names it.
+struct TargetPlace {
+  Command command = Command::BaseSeries;
+  int line = 0;
+  std::string file;  ///< of a stored pattern; empty: the program itself
+  InstancePath path;
+  Position<frame::Nominal> nominal;
+  Placement placement;
+  Position<frame::Machine> work_zero;
+};
+
+/// The vision state of one walk: settings, the series being measured, the corrections in force and
+/// those stored under labels.
+///
+/// With a source it measures, fits and gates, and fills the survey (first pass). Without one it
+/// takes everything from the survey in the same order (second pass), so that both passes come
+/// through the same states.
+/// Source CNC-7 manual, Vision Assist Commands
+class VisionSession {
+ public:
+  VisionSession(const WalkOptions& options,
+                Survey& survey,
+                MeasurementSource* source,
+                const Reporter& reporter,
+                DiagnosticLog& log);
+
+  void select_tool(const Block& block, const NumberFormat& format);  // G34
+  /// The caller passes the order on as well: lamp, zoom and the like are the machine's too.
+  void keyboard_order(const SourceLine& line,
+                      const NumberFormat& format,
+                      const TargetPlace& place);   // $uvis
+  void measure_target(const TargetPlace& target);  // G35 G36 G45 G46
+  /// G39, $uvis,calib. The offset must not change in the middle of a series.
+  void calibrate(CalibrationOrder order, int column, std::string_view text);
+  /// If structure is kept, nothing is measured: gives the targets of the series that this one
+  /// completes, none while it is unfinished.
+  std::vector<Position<frame::Nominal>> take_target(const TargetPlace& target);
+  std::optional<TargetHolePlace> measure_hole(const TargetPlace& target);
+  void cancel_base(int line);                                                  // G37
+  void cancel_nested(int line);                                                // G47
+  void store_under(int label);                                                 // M50
+  void rewind(const Block& block, int label);                                  // M51
+  void advance(const Block& block, int n_points, const Placement& placement);  // M52
+  void begin_instance() { has_advanced_ = false; }
+  void end_instance(int line);
+  void end_section(int line);  // M08
+
+  /// Nothing forbids a hole, wherever it is.
+  bool may_drill() const { return !open_ && rewind_line_ == 0 && !memory_.is_inside_series(); }
+  /// Reports what forbids a hole here; once for each cause.
+  bool is_ready_to_drill(int line) { return may_drill() || is_allowed(line); }
+  /// Reports a series that the end of the program leaves unfinished.
+  void end_program(int line);
+  bool is_unused() const;
+  bool has_open_series() const { return open_.has_value(); }
+  void stop() { measuring_.stop(); }
+  bool must_stop() const { return measuring_.must_stop(); }
+  std::int64_t n_steps() const { return measuring_.n_steps(); }
+  const CorrectionState& corrections() const { return measuring_.corrections(); }
+
+ private:
+  struct OpenSeries {
+    CorrectionLevel level = CorrectionLevel::Base;
+    int line = 0;
+    int n_wanted = 0;
+    std::string command;
+    std::vector<std::size_t> measurements;
+    std::vector<Position<frame::Nominal>> targets;  ///< the series' targets if structure is kept
+
+    int n_left() const {
+      return n_wanted - static_cast<int>(std::max(measurements.size(), targets.size()));
+    }
+  };
+
+  void open_series(const TargetPlace& target);
+  std::optional<std::size_t> measure(const TargetPlace& target,
+                                     CorrectionLevel level,
+                                     bool is_of_series);
+  void complete(const TargetPlace& target);
+  bool refuse_unfinished(int line, std::string_view command);
+  bool refuse_inside_stored(int line);
+  bool refuse_without_advance(int line);
+  bool is_allowed(int line);
+  /// False if `key` is not one of the orders that set how the camera is to look.
+  bool set_uvis(std::string_view key,
+                std::string_view value,
+                const SourceLine& line,
+                const NumberFormat& format);
+  void focus(std::string_view value,
+             const SourceLine& line,
+             const NumberFormat& format,
+             const Position<frame::Machine>& work_zero);
+  void refuse_unknown(std::string_view key, const SourceLine& line);
+  template <class Number>
+  bool read_number(std::string_view text,
+                   Number least,
+                   const SourceLine& line,
+                   std::optional<Number>& out);
+  void bad_argument(int line, int column, std::string_view text, std::string expected);
+
+  const WalkOptions& options_;
+  const Reporter& reporter_;
+  Measuring measuring_;
+
+  VisionSettings settings_;
+  int series_size_;
+  std::optional<OpenSeries> open_;
+  CorrectionMemory memory_;
+  int advance_line_ = 0;
+  int rewind_line_ = 0;        ///< of the M51 that this section replays; 0: none
+  bool has_advanced_ = false;  ///< an M52 came in this instance
+};
+
+}  // namespace panelcal::excellon

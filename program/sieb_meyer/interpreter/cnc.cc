@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+// CNC commands that a program gives by M49.
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "program/sieb_meyer/interpreter/interpreter.h"
+#include <fmt/format.h>
+
+namespace panelcal::sieb_meyer {
+namespace {
+
+/// SAX3. is 3 micrometres per metre: the manual's example scales by 3 and 100, which no factor and
+/// no percentage can mean.
+constexpr double kScalePerStep = 1e-6;
+
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+
+bool takes_argument(CncCode code) {
+  switch (code) {
+    case CncCode::NoScale:
+    case CncCode::NoProgramZero:
+    case CncCode::NoRotation:
+    case CncCode::NibbleInOrder:
+    case CncCode::NibbleAlternating:
+    case CncCode::BlockDelete:
+    case CncCode::NoBlockDelete:
+    case CncCode::PatternMode:
+    case CncCode::HoleMode:
+      return false;
+    default:
+      return true;
+  }
+}
+
+/// `C`, `-C` or either among other letters, `-C,I`.
+std::optional<bool> area_switch(std::string_view argument) {
+  std::optional<bool> is_on;
+  while (!argument.empty()) {
+    const auto comma = argument.find(',');
+    const std::string_view letter = argument.substr(0, comma);
+    if (letter == "C" || letter == "-C") is_on = letter == "C";
+    if (comma == std::string_view::npos) break;
+    argument.remove_prefix(comma + 1);
+  }
+  return is_on;
+}
+
+bool is_machine_function(std::string_view text) {
+  return text.size() >= 2 && text.front() == 'M' && parse_count(text.substr(1)).has_value();
+}
+
+}  // namespace
+
+void Interpreter::refuse_cnc(const Block& block, std::string expected) {
+  reporter_.report(Code::ArgumentInvalid,
+                   block.line,
+                   block.argument_column,
+                   quoted(block.argument),
+                   std::move(expected));
+}
+
+void Interpreter::cnc_command(const Block& block) {
+  if (is_machine_function(block.argument)) {
+    machine_at_mm_.reset();
+    return function(block.line, FunctionKind::MachineFunction, block.argument);
+  }
+  const auto command = find_cnc_command(block.argument);
+  if (!command) {
+    reporter_.report(Code::CncCommandUnknown,
+                     block.line,
+                     block.argument_column,
+                     quoted(block.argument),
+                     "a CNC command that the manual names");
+    return emitter_.put(block.line, Setting{block.text});
+  }
+  switch (command->info->treatment) {
+    case Treatment::Passed:
+      return emitter_.put(block.line, Setting{block.text});
+    case Treatment::Refused:
+      return reporter_.report(Code::NotSupported,
+                              block.line,
+                              block.argument_column,
+                              quoted(block.argument) + " changes where the tool goes (" +
+                                  std::string(command->info->effect) +
+                                  ") in a way that the manual does not describe",
+                              "a program without it");
+    case Treatment::Obeyed:
+      if (!takes_argument(command->info->code) && !command->argument.empty()) {
+        return refuse_cnc(block, std::string(command->info->name) + " without anything behind it");
+      }
+      machine_at_mm_.reset();
+      return obey(block, *command);
+  }
+}
+
+void Interpreter::obey(const Block& block, const CncCommand& command) {
+  if (obey_placement(block, command) || obey_surface(block, command)) return;
+  const std::string_view argument = command.argument;
+  switch (command.info->code) {
+    case CncCode::NibbleInOrder:
+      nibbling_.order = NibbleOrder::Sequential;
+      break;
+    case CncCode::NibbleAlternating:
+      nibbling_.order = NibbleOrder::Alternating;
+      break;
+    case CncCode::NibbleRoughness: {
+      const auto roughness_mm = read_plain_number(argument);
+      const bool is_usable = roughness_mm && *roughness_mm > 0 && *roughness_mm <= 1;
+      if (!is_usable) return refuse_cnc(block, "NIB# with the roughness, up to 1 mm");
+      nibbling_.roughness_mm = *roughness_mm;
+      break;
+    }
+    case CncCode::BlockDelete:
+    case CncCode::NoBlockDelete:
+      if (!calls_.empty()) {
+        // The program's sections were found before anyone knew of it.
+        return report(Code::CommandMisplaced,
+                      block,
+                      quoted(block.text) + " in a subprogram",
+                      "BLKD and NOBLKD in the program itself");
+      }
+      deletes_blocks_ = command.info->code == CncCode::BlockDelete;
+      warned_slash_ = true;
+      break;
+    case CncCode::PatternMode:
+    case CncCode::HoleMode:
+      optical_.set_pattern_mode(command.info->code == CncCode::PatternMode);
+      break;
+    case CncCode::ProgramAreas:
+      if (const auto is_on = area_switch(argument)) obeys_areas_ = is_on;
+      break;
+    case CncCode::ForbiddenAreas:
+      if (argument == "A") areas_in_copies_ = true;
+      if (argument == "M" || argument == "P") areas_in_copies_ = false;
+      break;
+    case CncCode::ClearAreas:
+      if (argument == "A" || argument == "-A") clears_areas_ = argument == "A";
+      break;
+    default:
+      return;
+  }
+  emitter_.put(block.line, Setting{block.text});
+}
+
+/// Obeys commands that move programmed coordinates. Their effect is in the coordinates, so only the
+/// program zero is passed on, as a place.
+bool Interpreter::obey_placement(const Block& block, const CncCommand& command) {
+  const std::string_view argument = command.argument;
+  const auto xy = read_xy(argument);
+  const bool has_xy = xy && ((*xy)[0] || (*xy)[1]);
+  switch (command.info->code) {
+    case CncCode::Scale:
+      if (!has_xy) {
+        refuse_cnc(block, "SAX#Y# in micrometres per metre");
+        return true;
+      }
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const double steps = (*xy)[axis].value_or(0);
+        constexpr double kMostSteps = 100'000;  // a tenth: no board stretches that far
+        if (std::abs(steps) > kMostSteps) {
+          refuse_cnc(block, "at most 100000 micrometres per metre");
+          return true;
+        }
+        scaling_.factor[static_cast<Eigen::Index>(axis)] = 1 + steps * kScalePerStep;
+      }
+      break;
+    case CncCode::ScaleCenter:
+      if (!has_xy) {
+        refuse_cnc(block, "SAZX#Y#, mm");
+        return true;
+      }
+      scaling_.about_mm = {(*xy)[0].value_or(0), (*xy)[1].value_or(0)};
+      break;
+    case CncCode::NoScale:
+      scaling_.factor.setOnes();
+      scaling_.about_mm.setZero();
+      break;
+    case CncCode::Rotation: {
+      const auto angle_deg = read_plain_number(argument);
+      if (!angle_deg || std::abs(*angle_deg) > 360) {
+        refuse_cnc(block, "RA# in degrees");
+        return true;
+      }
+      rotation_rad_ = *angle_deg * kRadPerDeg;
+      break;
+    }
+    case CncCode::NoRotation:
+      rotation_rad_ = 0;
+      break;
+    case CncCode::ProgramZero:
+    case CncCode::NoProgramZero:
+      set_program_zero(block, argument, command.info->code == CncCode::ProgramZero);
+      return true;
+    case CncCode::AxisVersion:
+      set_axis_version(block, argument);
+      return true;
+    default:
+      return false;
+  }
+  refresh_placement();
+  return true;
+}
+
+/// FA is a place on the machine; without it program zero is where the machine's configuration has
+/// work zero.
+void Interpreter::set_program_zero(const Block& block, std::string_view argument, bool is_set) {
+  const Position<frame::Machine> configured =
+      options_.absolute_zero + displacement_mm<frame::Machine>(options_.work_zero.in_mm());
+  Position<frame::Machine> zero = configured;
+  if (is_set) {
+    const auto xy = read_xy(argument);
+    if (!xy || !(*xy)[0] || !(*xy)[1]) return refuse_cnc(block, "FAX#Y#, mm");
+    zero = options_.absolute_zero + displacement_mm<frame::Machine>(*(*xy)[0], *(*xy)[1]);
+  }
+  if (zero == place_.work_zero) return;
+  const CorrectionStack& stack = measuring_.corrections().stack;
+  if (stack.base() != nullptr || stack.nested() != nullptr) {
+    return report(Code::ZeroSetUnderCorrection,
+                  block,
+                  quoted(block.text),
+                  "FA before the first target, or behind G30");
+  }
+  place_.work_zero = zero;
+  emitter_.put(block.line, ZeroSet{zero - options_.absolute_zero, zero});
+}
+
+void Interpreter::set_axis_version(const Block& block, std::string_view argument) {
+  const auto version = parse_count(argument);
+  if (!version || *version < 1 || *version > 8) return refuse_cnc(block, "FV1 to FV8");
+  const Placement frame(axis_orientation(*version), Eigen::Vector2d::Zero());
+  if (frame.linear() == frame_.linear()) return;
+  if (depth_ > 0 || has_coordinate_) {
+    return report(Code::CommandMisplaced,
+                  block,
+                  quoted(block.text) + " changes the axes inside the program",
+                  "FV before the first coordinate, outside all brackets");
+  }
+  frame_ = frame;
+  place(frame_);
+}
+
+/// Averages, references and tolerances of surface detection.
+bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
+  std::string_view argument = command.argument;
+  switch (command.info->code) {
+    case CncCode::Average: {
+      constexpr std::string_view kLetters = "AMOT";
+      const auto at =
+          argument.size() == 1 ? kLetters.find(argument.front()) : std::string_view::npos;
+      if (at == std::string_view::npos) {
+        refuse_cnc(block, "SPAV,A or SPAV,M or SPAV,O or SPAV,T");
+        return true;
+      }
+      constexpr std::array kKinds = {
+          AverageKind::Mean, AverageKind::Median, AverageKind::MidRange, AverageKind::TrimmedMean};
+      surface_.set_average(kKinds.at(at));
+      break;
+    }
+    case CncCode::DetectBottom:
+    case CncCode::DetectTop: {
+      const auto depth_mm = read_plain_number(argument);
+      if (!depth_mm || *depth_mm < 0) {
+        refuse_cnc(block, std::string(command.info->name) + " with a depth, mm");
+        return true;
+      }
+      probing_depth_ = mm(*depth_mm);
+      break;
+    }
+    case CncCode::ToolBottom:
+    case CncCode::ToolTop:
+      probing_tool_ = parse_count(argument);
+      if (!probing_tool_) {
+        refuse_cnc(block, std::string(command.info->name) + " with the number of a tool");
+        return true;
+      }
+      break;
+    case CncCode::ReferenceBottom:
+    case CncCode::ReferenceTop:
+    case CncCode::ToleranceBottom:
+    case CncCode::ToleranceTop:
+    case CncCode::ToleranceMap: {
+      const bool is_reference = command.info->code == CncCode::ReferenceBottom ||
+                                command.info->code == CncCode::ReferenceTop;
+      if (argument.starts_with('R')) argument.remove_prefix(1);
+      const auto value_mm = read_plain_number(argument);
+      if (!value_mm || (!is_reference && *value_mm <= 0)) {
+        refuse_cnc(block, std::string(command.info->name) + " with a number, mm");
+        return true;
+      }
+      if (is_reference) {
+        if (!surface_.set_reference_height(mm(*value_mm))) {
+          // The program does not state the side that a stroke probes.
+          refuse_cnc(block, "the height that was set before: there is one reference");
+          return true;
+        }
+      } else {
+        surface_.set_tolerance(std::string(command.info->name), mm(*value_mm));
+      }
+      break;
+    }
+    default:
+      return false;
+  }
+  emitter_.put(block.line, Setting{block.text});
+  return true;
+}
+
+/// A scale that was set, and nothing said about where it holds: either answer may be wrong. So it
+/// is with a depth below a surface that is not named.
+bool Interpreter::is_decided(int line) {
+  if (surface_.is_on() && !skips_surface_ && surface_.reference().empty()) {
+    if (!std::exchange(reported_surface_, true)) {
+      reporter_.report(Code::SurfaceMissing,
+                       line,
+                       1,
+                       "a coordinate comes under G71 before any reference surface",
+                       "L#, or G73, before it");
+    }
+    return false;
+  }
+  if (is_below_limit()) {
+    if (!std::exchange(reported_limit_, true)) {
+      reporter_.report(Code::ArgumentInvalid,
+                       line,
+                       1,
+                       fmt::format("{:.3f} mm below the surface, which was probed at {:.3f} mm, is "
+                                   "lower than Z{:.3f}, which limits the stroke",
+                                   base_cut_.depth->in_mm(),
+                                   base_cut_.surface->in_mm(),
+                                   *z_mm_),
+                       "a lower Z");
+    }
+    return false;
+  }
+  if (!scaling_.is_set() || scaling_.is_on) return true;
+  if (!std::exchange(reported_scaling_, true)) {
+    reporter_.report(Code::ScalingUndecided,
+                     line,
+                     1,
+                     "a coordinate comes after SA without M93 or M92",
+                     "M93 where the scaled section begins, or M92");
+  }
+  return false;
+}
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+// Planes, depth control, peck drilling and measured surfaces.
+#include <utility>
+
+#include "program/sieb_meyer/figures/peck.h"
+#include "program/sieb_meyer/interpreter/interpreter.h"
+#include <fmt/format.h>
+
+namespace panelcal::sieb_meyer {
+
+void Interpreter::set_depths(const Block& block, const Order& order) {
+  ramp_start_ = base_cut_;
+  const bool routs = (order.motion || modal_.motion) && !order.is_tool_up;
+  if (order.h_mm) {
+    if (routs) {
+      return report(Code::ContourUnclosed, block, quoted(block.text), "H# before the contour");
+    }
+    if (*order.h_mm < 0) {
+      report(Code::ArgumentInvalid, block, quoted(block.text), "H of zero or more");
+      return;
+    }
+    const std::string plane = fmt::format("H{:.3f}", *order.h_mm);
+    emitter_.put(block.line, Setting{plane});
+  }
+  if (order.z_mm && *order.z_mm < 0) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "Z of zero or more");
+  }
+  const bool is_slm = order.slm.value_or(surface_.is_on());
+  const bool is_controlled = order.depth_control.value_or(depth_control_);
+  const std::optional<double> k_mm = order.k_mm ? order.k_mm : k_mm_;
+  const bool is_residual_web = !is_slm && k_mm && *k_mm < 0;
+  if (is_residual_web && (order.k_mm || (is_controlled && (order.depth_control || order.slm)))) {
+    return report(Code::ArgumentInvalid,
+                  block,
+                  fmt::format("{} works with K{:.4g}", quoted(block.text), *k_mm),
+                  "K of zero or more, but under G71");
+  }
+  if (order.slm.value_or(false) && order.z_mm) {
+    return report(
+        Code::ArgumentInvalid, block, quoted(block.text), "G71K#: depths are below the surface");
+  }
+  if (order.is_ramp && !z_mm_) {
+    return report(
+        Code::CoordinateMissing, block, quoted(block.text), "Z# before it, where the ramp begins");
+  }
+  if (order.is_ramp && !order.z_mm) {
+    return report(
+        Code::CoordinateMissing, block, quoted(block.text), "G6Z# with the plane at the end");
+  }
+  if (order.is_ramp && (depth_control_ || surface_.is_on())) {
+    return report(Code::CommandMisplaced,
+                  block,
+                  quoted(block.text) + " ramps between heights above the table under depth control",
+                  "G82, or G70, before the contour");
+  }
+  if (order.slm && is_routing()) {
+    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+  }
+  if (order.z_mm) z_mm_ = order.z_mm;
+  if (order.k_mm) k_mm_ = order.k_mm;
+  if (order.depth_control) depth_control_ = *order.depth_control;
+  if (order.slm) {
+    if (keeps_structure()) return refuse_kept(block);
+    *order.slm ? surface_.switch_on() : surface_.switch_off();
+    leaves_surface_on_ = *order.slm;
+  }
+  const bool changes =
+      order.z_mm || order.k_mm || order.depth_control || order.slm || order.skips_surface;
+  if (!changes) return;
+  update_cut();
+  if (peck_.is_on) check_peck(block.line);
+}
+
+/// Updates the cut of holes and contours from here on, but for what a grid adds at each place.
+void Interpreter::update_cut() {
+  base_cut_ = {};
+  if (surface_.is_on() && !skips_surface_) {
+    if (k_mm_) base_cut_.depth = mm(*k_mm_);
+    const std::vector<Length> reference = surface_.reference();
+    if (!reference.empty()) {
+      base_cut_.surface = reference.front();
+      base_cut_.other_surfaces.assign(reference.begin() + 1, reference.end());
+    }
+  } else if (depth_control_) {
+    if (k_mm_) base_cut_.depth = mm(*k_mm_);
+  } else if (z_mm_) {
+    base_cut_.z = mm(*z_mm_);
+  }
+  emitter_.set_cut(base_cut_);
+  emitter_.set_lowest(z_mm_ ? std::optional(mm(*z_mm_)) : std::nullopt);
+}
+
+/// "For the depth control (relative working plane) the Z-value is the minimum limit for lowering
+/// the Z-axis" (manual, Z). On a board that is not probed the height says nothing.
+bool Interpreter::is_below_limit() const {
+  if (!base_cut_.surface || !base_cut_.depth || !z_mm_ || !surface_.is_measured()) return false;
+  return *base_cut_.surface - *base_cut_.depth < mm(*z_mm_);
+}
+
+bool Interpreter::uses_grid() const {
+  return surface_.has_grid() && !skips_surface_ && !depth_control_ && !surface_.is_on();
+}
+
+/// The measured grid raises and lowers the working plane with the surface.
+DepthOfCut Interpreter::grid_cut(int line, const Eigen::Vector2d& at_mm, const DepthOfCut& cut) {
+  const Eigen::Vector2d nominal_mm =
+      place_.placement(position_mm<frame::Programmed>(at_mm)).in_mm();
+  const auto surface = surface_.grid_surface_at(line, nominal_mm);
+  if (!surface) return cut;
+  DepthOfCut moved = cut;
+  if (moved.z) *moved.z = *moved.z + surface->deviation;
+  moved.surface = surface->heights.front();
+  moved.other_surfaces.assign(surface->heights.begin() + 1, surface->heights.end());
+  moved.reference = surface_.measured_reference();
+  moved.predicted = surface->predicted;
+  return moved;
+}
+
+// --- peck and pulse drilling -------------------------------------------------------------------
+
+void Interpreter::set_peck(const Block& block, const Order& order) {
+  const bool pecks = order.parameters == ParameterKind::Peck;
+  const bool pulses = order.parameters == ParameterKind::Pulse;
+  const bool routs = (order.motion || modal_.motion) && !order.is_tool_up;
+  if ((order.peck || order.pulse || pecks || pulses) && routs) {
+    return report(
+        Code::ContourUnclosed, block, quoted(block.text), "peck drilling before the contour");
+  }
+  const bool says_numbers = order.ij_mm[0] || order.ij_mm[1] || order.percent || order.permille;
+  if (pecks && says_numbers) {
+    if (order.ij_mm[0]) peck_.lowering_mm = *order.ij_mm[0];
+    if (order.ij_mm[1]) peck_.first_stroke_mm = *order.ij_mm[1];
+    if (order.permille) peck_.factor_permille = *order.permille;
+    const bool is_percent = !order.percent || (*order.percent >= 0 && *order.percent <= 100);
+    if (!is_percent || peck_.factor_permille > 1000) {
+      return report(Code::ArgumentInvalid,
+                    block,
+                    quoted(block.text),
+                    "P of 0 to 100 %, W of 0 to 1000 permille");
+    }
+  }
+  if (order.percent && !pecks) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "P# with G81");
+  }
+  if (order.dwell_ms && !pulses) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "E# with G89");
+  }
+  if (order.peck) {
+    peck_.is_on = *order.peck;
+    if (peck_.is_on) peck_.is_pulsing = false;
+  }
+  if (order.pulse) {
+    peck_.is_pulsing = *order.pulse;
+    if (peck_.is_pulsing) peck_.is_on = false;
+  }
+  const std::string numbers = (pecks && says_numbers) || pulses ? parameter_text(order) : "";
+  if (order.peck || (pecks && says_numbers)) {
+    const bool is_on = peck_.is_on;
+    function(block.line,
+             is_on ? FunctionKind::PeckOn : FunctionKind::PeckOff,
+             is_on ? "G81" + numbers : "G80");
+    if (is_on) check_peck(block.line);
+  }
+  if (order.pulse || (pulses && says_numbers)) {
+    const bool is_on = peck_.is_pulsing;
+    function(block.line,
+             is_on ? FunctionKind::PulseOn : FunctionKind::PulseOff,
+             is_on ? "G89" + numbers : "G88");
+  }
+}
+
+/// The peck numbers of a line as format 5000 writes them.
+std::string Interpreter::parameter_text(const Order& order) {
+  std::string text;
+  const auto add = [&text](char letter, const std::optional<double>& value, bool is_length) {
+    if (!value) return;
+    std::string number = fmt::format("{:.6g}", *value);
+    if (is_length && number.find('.') == std::string::npos) number += '.';
+    text += letter + number;
+  };
+  add('I', order.ij_mm[0], true);
+  add('P', order.percent, false);
+  add('J', order.ij_mm[1], true);
+  add('W', order.permille, false);
+  add('E', order.dwell_ms, false);
+  if (order.parameters == ParameterKind::Pulse) add('R', order.r_mm, true);
+  return text;
+}
+
+/// Says whether the partial strokes reach the working plane.
+void Interpreter::check_peck(int line) {
+  const bool is_below_board = depth_control_ || surface_.is_on();
+  if (is_below_board ? !k_mm_ : !z_mm_) return;
+  // I is a height above the same surface that the working plane is measured from.
+  const double distance_mm =
+      is_below_board ? peck_.lowering_mm + *k_mm_ : peck_.lowering_mm - *z_mm_;
+  if (distance_mm < 0) return;
+  const auto strokes = peck_strokes(distance_mm, peck_.first_stroke_mm, peck_.factor_permille);
+  if (!strokes) {
+    return reporter_.report(Code::CycleInvalid, line, 1, "G81: " + strokes.error(), "");
+  }
+  if (strokes->reaches_target) return;
+  reporter_.report(Code::PeckTargetMissed,
+                   line,
+                   1,
+                   fmt::format("{} partial strokes end {:.3f} mm above the working plane",
+                               strokes->strokes_mm.size(),
+                               strokes->remaining_mm),
+                   "a larger J or W, or PEKM,D at the control");
+}
+
+// --- surface detection -------------------------------------------------------------------------
+
+ProbeRequest Interpreter::probe_request(const Block& block, const Order& order) const {
+  ProbeRequest request;
+  request.line = block.line;
+  request.file = std::string(place_.file);
+  request.command = code_text(*order.surface);
+  request.nominal = place_.placement(position_mm<frame::Programmed>(modal_.at_mm));
+  request.expected = measuring_.corrections().stack.actual_of(request.nominal);
+  request.work_zero = place_.work_zero;
+  request.path = place_.path;
+  // "If a tool is programmed in a block with G79, this tool has priority over BOTL/TOPL."
+  const bool is_own_tool = order.tool.has_value();
+  request.tool = tool_ ? tool_->number : 0;
+  if (probing_tool_ && !is_own_tool) request.tool = *probing_tool_;
+  request.memory = order.memory;
+  if (depth_control_ && k_mm_) request.depth = mm(*k_mm_);
+  if (probing_depth_) request.depth = probing_depth_;
+  return request;
+}
+
+void Interpreter::take_surface(const Block& block, const Order& order) {
+  if (is_routing()) {
+    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+  }
+  takes_surface_late_ = contour_ == Contour::Positioned;
+  surface_.take_reference(block.line, *order.memory);
+  update_cut();
+}
+
+void Interpreter::surface_order(const Block& block, const Order& order) {
+  if (modal_.motion || is_routing()) {
+    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+  }
+  if (pattern_) {
+    return report(
+        Code::CycleUnfinished, block, panelcal::quoted(pattern_->text), "its second point");
+  }
+  if (keeps_structure()) return refuse_kept(block);
+  const bool probes =
+      *order.surface == Command::SurfaceDetect || *order.surface == Command::GridReference ||
+      *order.surface == Command::GridPoint || *order.surface == Command::DepthRecord;
+  if (!probes && (order.has_xy() || order.is_tool_up || order.is_dummy_tool)) {
+    return report(Code::BlockNotAlone,
+                  block,
+                  quoted(block.text),
+                  code_text(*order.surface) + " in a line without X, Y and T");
+  }
+  const bool stores =
+      *order.surface == Command::SurfaceDetect || *order.surface == Command::SurfaceAverage;
+  if (order.memory && !stores) {
+    return report(Code::ArgumentInvalid,
+                  block,
+                  quoted(block.text),
+                  code_text(*order.surface) + " without L#, which G73 and G74 store under");
+  }
+  // For probing the tool is put away, and the dummy tool comes in its place.
+  if ((order.is_tool_up || order.is_dummy_tool) && tool_) {
+    tool_.reset();
+    emitter_.take(block.line, {Tool{}, std::nullopt});
+  }
+  if (order.is_dummy_tool) function(block.line, FunctionKind::MachineFunction, "TD");
+  contour_ = Contour::None;
+  machine_at_mm_.reset();
+  const bool has_place = move_to(block, order);
+  if (probes && !has_place && *order.surface != Command::SurfaceDetect) {
+    return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the place to probe");
+  }
+  if (has_place && !emitter_.count_target(block.line)) return;
+  switch (*order.surface) {
+    case Command::SurfaceClear:
+      surface_.clear_memory();
+      break;
+    case Command::SurfaceDetect:
+      if (has_place) {
+        surface_.detect(probe_request(block, order));
+      } else {
+        surface_.store_last(block.line, order.memory);
+      }
+      break;
+    case Command::SurfaceAverage:
+      if (!order.memory) {
+        return report(Code::ArgumentInvalid, block, quoted(block.text), "G74L#");
+      }
+      surface_.average(block.line, *order.memory);
+      break;
+    case Command::ProbeRetract:
+      function(block.line, FunctionKind::RetractProbe, "G75");
+      break;
+    case Command::DepthRecord:
+      surface_.record(probe_request(block, order));
+      break;
+    case Command::GridReference:
+      surface_.grid_reference(probe_request(block, order));
+      break;
+    default:
+      surface_.grid_point(probe_request(block, order));
+      break;
+  }
+  update_cut();
+}
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tools, and what the machine does by itself.
+#include <algorithm>
+#include <utility>
+
+#include "program/sieb_meyer/interpreter/interpreter.h"
+#include <fmt/format.h>
+
+namespace panelcal::sieb_meyer {
+
+/// A tool that is in the spindle already is not changed.
+void Interpreter::take_tool(const Block& block, const Order& order) {
+  const bool repeats = std::exchange(repeats_tool_, false);
+  if (!order.tool) {
+    repeats_tool_ = repeats;
+    return;
+  }
+  if (tool_ && tool_->number == *order.tool && !repeats) return;
+  if (is_plunged_ || piece_) {
+    return report(
+        Code::ContourUnclosed, block, quoted(block.text), "a T0 line before the tool change");
+  }
+  const auto defined = layout_.tools.find(*order.tool);
+  machine_at_mm_.reset();
+  tool_ = defined == layout_.tools.end() ? Tool{.number = *order.tool} : defined->second;
+  emitter_.take(block.line, {*tool_, std::nullopt});
+}
+
+void Interpreter::function(int line, FunctionKind kind, std::string_view text) {
+  emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
+}
+
+/// An event inside a contour waits for the piece that is routed in the same line. The manual has no
+/// machine functions there but M21.
+void Interpreter::events_before(const Block& block, const Order& order) {
+  const bool routs = (order.motion || modal_.motion || is_routing()) && !order.is_tool_up;
+  const auto refuse = [&](std::string expected) {
+    report(Code::ContourUnclosed, block, quoted(block.text), std::move(expected));
+    ended_ = true;
+  };
+  if (order.may_stop) {
+    if (routs) return refuse("M20 in a T0 line or a drilling line");
+    machine_at_mm_.reset();  // the machine goes to its zero, or to the line's place
+    emitter_.put(block.line, panelcal::Stop{.kind = StopKind::Optional});
+  }
+  if (order.stop && routs) return refuse("M28 and M29 behind the T0 line that ends the contour");
+  if (order.text && routs) return refuse("a T0 line before it");
+  const auto event = [&](FunctionKind kind, std::string_view text) {
+    if (routs) {
+      waiting_events_.emplace_back(kind, text);
+    } else {
+      function(block.line, kind, text);
+    }
+  };
+  if (order.checks_breakage) {
+    const bool is_on = *order.checks_breakage;
+    event(is_on ? FunctionKind::BreakageCheckOn : FunctionKind::BreakageCheckOff,
+          is_on ? "M95" : "M94");
+  }
+  for (const Command command : order.functions) {
+    if (command == Command::OutputOn) {
+      event(FunctionKind::MachineFunction, "M21");
+      continue;
+    }
+    if (routs) return refuse("machine functions outside contours");
+    machine_at_mm_.reset();
+    function(block.line, FunctionKind::MachineFunction, code_text(command));
+  }
+  texts(block, order);
+}
+
+/// Texts that do not drill are done before the coordinate of their line, like a stop.
+void Interpreter::texts(const Block& block, const Order& order) {
+  if (!order.text) return;
+  switch (*order.text) {
+    case Command::UserMessage:
+      return message(block);
+    case Command::CncCommand:
+      if (block.n_words != 1) {
+        return report(Code::BlockNotAlone, block, quoted(block.text), "M49 in a line of its own");
+      }
+      return cnc_command(block);
+    case Command::DeviceText:
+      machine_at_mm_.reset();
+      return function(block.line, FunctionKind::TextForDevice, block.argument);
+    case Command::CameraByte:
+    case Command::CameraText:
+    case Command::CorrectionValues:
+      return camera_text(block, *order.text);
+    default:
+      return;  // M97, M98 and M99 come in the coordinate's place
+  }
+}
+
+/// The signs that the control takes from the text's beginning are the control's.
+void Interpreter::message(const Block& block) {
+  machine_at_mm_.reset();  // &P goes to the park position
+  emitter_.put(block.line, Message{block.argument});
+}
+
+void Interpreter::events_after(const Block& block, const Order& order) {
+  if (!order.stop) return;
+  machine_at_mm_.reset();
+  contour_ = Contour::None;
+  const bool goes_home = *order.stop == Command::MachineZero;
+  function(block.line,
+           goes_home ? FunctionKind::MachineZero : FunctionKind::ParkPosition,
+           goes_home ? "M28" : "M29");
+}
+
+/// M56 to M58: check areas are the control's, forbidden ones leave holes out.
+void Interpreter::area(const Block& block, const Order& order) {
+  if (!move_to(block, order)) {
+    return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the area");
+  }
+  const bool is_ignored = !steps_.empty() && !areas_in_copies_.value_or(true);
+  if (!obeys_areas_ && !is_ignored && !std::exchange(warned_areas_, true)) {
+    reporter_.report(Code::AreasAssumed,
+                     block.line,
+                     block.column,
+                     quoted(block.text),
+                     "M49,PRGM,C or M49,PRGM,-C, or [program] obeys_areas in machine.toml");
+  }
+  contour_ = Contour::None;
+  if (!obeys_areas_.value_or(true)) return;
+  if (*order.area != Command::ForbiddenArea) return check_area(block);
+  if (is_ignored) return;
+  constexpr std::size_t kMostAreas = 99;
+  if (!order.rounding_mm || *order.rounding_mm <= 0) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "M58D# with the edge's length");
+  }
+  const auto center = place_.placement(position_mm<frame::Programmed>(modal_.at_mm));
+  const double half_mm = *order.rounding_mm / 2;
+  const bool is_known = std::ranges::any_of(areas_, [&](const ForbiddenArea& known) {
+    return known.center == center && known.half_mm == half_mm;
+  });
+  if (is_known) return;
+  if (areas_.size() == kMostAreas) {
+    return report(Code::ArgumentInvalid, block, quoted(block.text), "at most 99 forbidden areas");
+  }
+  areas_.push_back({center, half_mm});
+  // Without a text: the holes are left out already, and the control must not omit others.
+  function(block.line, FunctionKind::ForbiddenArea, {});
+}
+
+/// M56 and M57 go to the machine as they stand, so nothing may have moved them.
+void Interpreter::check_area(const Block& block) {
+  const CorrectionStack& stack = measuring_.corrections().stack;
+  const bool is_moved = !steps_.empty() || !calls_.empty() || stack.base() != nullptr ||
+                        stack.nested() != nullptr || rotation_rad_ != 0 ||
+                        (scaling_.is_set() && scaling_.is_on.value_or(true));
+  if (is_moved) {
+    return report(Code::NotSupported,
+                  block,
+                  quoted(block.text) + " is moved by a section, a scale or a correction",
+                  "check areas outside of them");
+  }
+  function(block.line, FunctionKind::CheckArea, block.text);
+}
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "program/sieb_meyer/figures/corner_rounding.h"
+#include "program/sieb_meyer/figures/drill_patterns.h"
+#include "program/sieb_meyer/figures/rout_figures.h"
+#include "program/sieb_meyer/measuring/optical.h"
+#include "program/sieb_meyer/measuring/surface_commands.h"
+#include "program/sieb_meyer/sections/sections.h"
+#include "program/sieb_meyer/text/cnc_commands.h"
+#include "program/sieb_meyer/text/file_layout.h"
+#include "program/sieb_meyer/text/lexer.h"
+#include "program/sieb_meyer/text/order.h"
+#include "program/text/plain_coordinate.h"
+#include "program/walk/dialect.h"
+#include "program/walk/execution/emitter.h"
+#include "program/walk/execution/hole_sequence.h"
+#include "program/walk/options.h"
+#include "program/walk/program.h"
+#include "program/walk/reporter.h"
+#include "program/walk/survey.h"
+#include "program/walk/trial_execution.h"
+
+namespace panelcal::sieb_meyer {
+
+/// One walk over a program. With a sink it executes; without one it measures and checks. With a
+/// trial, sources and a sink it does both until the trial is over.
+///
+/// Memory does not grow with the number of holes: every copy of a section reads its text again.
+///
+/// interpreter.cc decides which line comes when and what is done in it in which order,
+/// sections.cc has sections and subprograms, drill.cc holes and patterns,
+/// rout.cc contours, depth.cc planes, peck drilling and surfaces,
+/// events.cc what the machine does by itself, cnc.cc the CNC commands of
+/// M49.
+class Interpreter {
+ public:
+  Interpreter(const Program& program,
+              const WalkOptions& options,
+              Survey& survey,
+              const WalkEnds& ends);
+
+  void run();
+
+ private:
+  enum class Contour : std::uint8_t {
+    None,
+    Positioned,  ///< a T0 line brought the cutter to where routing begins
+    Routing,     ///< the cutter is down
+    Figures,     ///< the last figure is finished, the cutter is up
+  };
+
+  /// The state that every copy of a section starts with again.
+  struct Modal {
+    Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();  ///< programmed
+    double at_step_mm = 0;                            ///< rounding of the last coordinate
+    bool incremental = false;
+    std::optional<Command> motion;  ///< G1 to G3, G45 to G50; absent: coordinates drill
+    CompensationSide side = CompensationSide::Off;
+    std::optional<double> radius_mm;                        ///< R
+    std::array<std::optional<double>, 2> center_offset_mm;  ///< I, J
+    double arc_step_mm = 0;
+    std::optional<Feed> feed;
+  };
+
+  /// A piece of a contour that waits for the next one, since its end may be rounded.
+  struct PendingPiece {
+    ContourPiece piece;
+    int line = 0;
+    std::string text;
+    std::optional<double> rounding_mm;  ///< D
+    bool finishes = false;              ///< G11
+    CompensationSide side = CompensationSide::Off;
+    DepthOfCut from;  ///< differs from `to` on a ramp
+    DepthOfCut to;
+    bool follows_grid = false;
+    std::optional<Feed> feed;
+    std::vector<std::pair<FunctionKind, std::string_view>> events;  ///< before it
+  };
+
+  /// A pattern or slot that waits for its second point.
+  struct PendingPattern {
+    int v = 0;  ///< V1 to V4; 0: the slot of G85
+    Eigen::Vector2d first_mm = Eigen::Vector2d::Zero();
+    int line = 0;
+    std::string text;
+  };
+
+  /// A square in which no hole is drilled (M58).
+  struct ForbiddenArea {
+    Position<frame::Nominal> center;
+    double half_mm = 0;
+  };
+
+  /// A subprogram that is being executed, or the program itself.
+  struct Text {
+    std::string_view bytes;
+    std::string_view file;  ///< empty: the program itself
+    const SectionTree* sections = nullptr;
+  };
+
+  // interpreter.cc
+  void run_line(const SourceLine& line);
+  bool run_plain_lines(std::size_t end);
+  void run_block(const Block& block);
+  void run_order(const Block& block, const Order& order);
+  void prepare(const Block& block, const Order& order);
+  bool holds_only(const Block& block, const Order& order, std::uint32_t known);
+  void move_or_measure(const Block& block, const Order& order);
+  void call_or_write(const Block& block, const Order& order);
+  bool move_to(const Block& block, const Order& order);
+  void end_program();
+  bool has_ended() const {
+    return ended_ || emitter_.is_over_limit() || measuring_.must_stop() || surface_.must_stop();
+  }
+
+  // sections.cc
+  void run_text(const Text& text,
+                const std::vector<int>& sections,
+                LinePlace begin,
+                std::size_t end);
+  void run_section(int i_section);
+  void run_body(int i_section);
+  void run_copies(int i_section);
+  void run_copy(int i_section, const Modal& start);
+  void run_kept(int i_section);
+  bool is_kept(const Section& section) const;
+  bool has_offsets_inside(const Section& section) const;
+  bool begins_alike(const Section& section) const;
+  void after_section(const Section& section);
+  void call(const Block& block, const Order& order);
+  void place(const Placement& placement);
+  void refresh_placement();
+  int step_number() const;
+
+  // drill.cc
+  void drill(int line, const Eigen::Vector2d& at_mm);
+  bool is_forbidden(int line, const Eigen::Vector2d& at_mm);
+  void drill_all(int line, const HoleSequence& holes);
+  void begin_pattern(const Block& block, const Order& order);
+  void end_pattern(const Block& block, const Order& order);
+  void nibble_circle(const Block& block, const Order& order);
+  void drill_text(const Block& block, bool upwards);
+  std::optional<double> tool_diameter_mm(const Block& block);
+  bool has_tool(int line);
+
+  // rout.cc
+  void position(const Block& block, const Order& order);
+  void end_contour(int line);
+  void rout(const Block& block, const Order& order);
+  bool make_arc(const Block& block, bool clockwise, ContourPiece& piece);
+  bool make_radius_arc(const Block& block, bool clockwise, ContourPiece& piece);
+  bool make_center_arc(const Block& block, bool clockwise, ContourPiece& piece);
+  bool make_quadrant(const Block& block, bool clockwise, ContourPiece& piece);
+  void flush_piece(PendingPiece* next);
+  void send_piece(const PendingPiece& pending);
+  void send_part(int line,
+                 const ContourPiece& piece,
+                 std::optional<Feed> feed,
+                 const DepthOfCut& from);
+  std::vector<double> cuts_of(const PendingPiece& pending);
+  void figure(const Block& block, const Order& order);
+  tl::expected<FigurePath, std::string> figure_path(Command motion,
+                                                    const Order& order,
+                                                    double diameter_mm) const;
+  std::optional<Length> tool_diameter() const;
+
+  // depth.cc
+  void set_depths(const Block& block, const Order& order);
+  void set_peck(const Block& block, const Order& order);
+  void check_peck(int line);
+  static std::string parameter_text(const Order& order);
+  void update_cut();
+  bool is_below_limit() const;
+  bool uses_grid() const;
+  DepthOfCut grid_cut(int line, const Eigen::Vector2d& at_mm, const DepthOfCut& cut);
+  DepthOfCut cut_at(int line, const Eigen::Vector2d& at_mm) {
+    return uses_grid() ? grid_cut(line, at_mm, base_cut_) : base_cut_;
+  }
+  void surface_order(const Block& block, const Order& order);
+  void take_surface(const Block& block, const Order& order);
+  ProbeRequest probe_request(const Block& block, const Order& order) const;
+
+  // events.cc
+  void take_tool(const Block& block, const Order& order);
+  void events_before(const Block& block, const Order& order);
+  void events_after(const Block& block, const Order& order);
+  void function(int line, FunctionKind kind, std::string_view text);
+  void texts(const Block& block, const Order& order);
+  void message(const Block& block);
+  void area(const Block& block, const Order& order);
+  void check_area(const Block& block);
+
+  // cnc.cc
+  void cnc_command(const Block& block);
+  void obey(const Block& block, const CncCommand& command);
+  bool obey_placement(const Block& block, const CncCommand& command);
+  bool obey_surface(const Block& block, const CncCommand& command);
+  void refuse_cnc(const Block& block, std::string expected);
+  void set_program_zero(const Block& block, std::string_view argument, bool is_set);
+  void set_axis_version(const Block& block, std::string_view argument);
+  bool is_decided(int line);
+
+  // optical.cc
+  void optical_order(const Block& block, const Order& order);
+  void keep_optical_order(const Block& block, Command command);
+  void refuse_kept(const Block& block);
+  void camera_text(const Block& block, Command command);
+  TargetPlace target_place(const Block& block, Command command) const;
+
+  void report(Code code, const Block& block, std::string what, std::string expected);
+  /// The cutter is down, or will be for a piece that waits for the next one.
+  bool is_routing() const { return is_plunged_ || piece_.has_value(); }
+  bool is_first_walk() const { return !emitter_.is_executing(); }
+  bool keeps_structure() const { return options_.structure == Structure::Kept; }
+
+  const Program& program_;
+  const FileLayout& layout_;
+  const WalkOptions& options_;
+  TrialExecution* trial_;
+  FileFormat format_;
+  PlainReader plain_;
+  Reporter reporter_;
+  Measuring measuring_;
+  WalkPlace place_;
+  Emitter emitter_;
+  OpticalSession optical_;
+  Settings settings_;
+  SurfaceSession surface_;
+
+  Text text_;
+  LineCursor cursor_;
+  SectionTree sections_;
+  std::map<std::string, SectionTree, std::less<>> subprogram_sections_;  ///< of subprograms
+  std::vector<std::string> calls_;  ///< that are being executed
+  int depth_ = 0;                   ///< open levels
+  /// Copies and the one being executed, of every level with offsets, outermost first.
+  std::vector<std::pair<std::int64_t, std::int64_t>> steps_;
+
+  Placement frame_;      ///< of the axis version
+  Placement placement_;  ///< of the copy, without scale and rotation
+  bool deletes_blocks_;
+  bool warned_slash_ = false;
+  bool ended_ = false;
+
+  Modal modal_;
+  std::optional<Tool> tool_;
+  bool leaves_surface_on_ = false;  ///< G71 without G70 behind it in this copy of a section
+  bool needs_care_ = false;         ///< a scale, an area or a grid: a hole is more than its place
+  Contour contour_ = Contour::None;
+  std::optional<PendingPiece> piece_;
+  std::optional<PendingPattern> pattern_;
+  /// The next T counts though the tool is in the spindle: other copies may begin with another one.
+  bool repeats_tool_ = false;
+  bool reported_no_tool_ = false;
+  bool is_plunged_ = false;
+  /// Place of the machine, in the coordinates of the placement in force; absent while something
+  /// else may have moved it. Counts only between a T0 line and the next hole.
+  std::optional<Eigen::Vector2d> machine_at_mm_;
+  DepthOfCut routed_cut_;  ///< of the last piece, without the grid
+  bool routed_on_grid_ = false;
+  bool has_coordinate_ = false;
+  bool reported_surface_ = false;
+  bool reported_limit_ = false;
+  std::vector<std::pair<FunctionKind, std::string_view>> waiting_events_;  ///< for the next piece
+  std::int64_t n_blocks_ = 0;
+  double step_mm_ = 0;                                  ///< rounding of the arc in hand
+  std::vector<Position<frame::Nominal>> kept_targets_;  ///< that G31 will fit; structure kept
+  bool kept_offset_ = false;  ///< of the pattern (CAMA), which ends with its copy; structure kept
+
+  // Depths
+  std::optional<double> z_mm_;
+  std::optional<double> k_mm_;
+  DepthOfCut base_cut_;    ///< by planes and reference surface, without the grid
+  DepthOfCut ramp_start_;  ///< the cut before this line
+  bool depth_control_ = false;
+  bool skips_surface_ = false;           ///< G77, for one line
+  bool takes_surface_late_ = false;      ///< L behind the last T0 line
+  std::optional<Length> probing_depth_;  ///< BOTK, TOPK
+  std::optional<int> probing_tool_;      ///< BOTL, TOPL
+  struct Peck {
+    bool is_on = false;
+    bool is_pulsing = false;
+    double lowering_mm = 0;
+    double first_stroke_mm = 0;
+    double factor_permille = 1000;
+  } peck_;
+
+  // CNC commands
+  Nibbling nibbling_;
+  bool clears_areas_ = false;  ///< ROUT,A
+  std::optional<bool> obeys_areas_;
+  bool warned_areas_ = false;
+  std::optional<bool> areas_in_copies_;  ///< FORB,A or FORB,M and FORB,P; absent: not stated
+  std::vector<ForbiddenArea> areas_;
+  struct Scaling {
+    Eigen::Vector2d factor = Eigen::Vector2d::Ones();
+    Eigen::Vector2d about_mm = Eigen::Vector2d::Zero();
+    std::optional<bool> is_on;  ///< M93, M92
+    bool is_set() const { return factor != Eigen::Vector2d::Ones(); }
+  } scaling_;
+  double rotation_rad_ = 0;
+  bool reported_scaling_ = false;
+};
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// The optical orders of a line: G30 to G36, G39, M75.
+#include <utility>
+
+#include "program/sieb_meyer/interpreter/interpreter.h"
+
+namespace panelcal::sieb_meyer {
+
+TargetPlace Interpreter::target_place(const Block& block, Command command) const {
+  std::vector<std::int64_t> copies;
+  for (const auto& [n, i] : steps_) copies.push_back(n);
+  return {command,
+          block.line,
+          std::string(place_.file),
+          place_.path,
+          place_.placement(position_mm<frame::Programmed>(modal_.at_mm)),
+          place_.placement,
+          place_.work_zero,
+          std::move(copies)};
+}
+
+void Interpreter::optical_order(const Block& block, const Order& order) {
+  const Command command = *order.camera;
+  if (modal_.motion || is_routing()) {
+    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+  }
+  if (pattern_) {
+    return report(
+        Code::CycleUnfinished, block, panelcal::quoted(pattern_->text), "its second point");
+  }
+  const bool measures = command == Command::Measure || command == Command::FinishMeasure ||
+                        command == Command::MeasureOffset;
+  if (measures != order.has_xy()) {
+    return report(
+        Code::CoordinateMissing,
+        block,
+        quoted(block.text),
+        measures ? "X#Y# of the target" : code_text(command) + " in a line without X and Y");
+  }
+  contour_ = Contour::None;
+  machine_at_mm_.reset();
+  move_to(block, order);
+  if (measures && !emitter_.count_target(block.line)) return;
+  if (measures && !is_decided(block.line)) return;
+  if (keeps_structure()) return keep_optical_order(block, command);
+  const TargetPlace target = target_place(block, command);
+  switch (command) {
+    case Command::Measure:
+    case Command::FinishMeasure:
+      return optical_.measure(target);
+    case Command::MeasureOffset: {
+      if (optical_.is_pattern_mode()) return optical_.measure_pattern(target);
+      const auto seen = optical_.measure_hole(target);  // in both walks, whatever the tool
+      if (seen && has_tool(block.line) && !is_forbidden(block.line, modal_.at_mm)) {
+        emitter_.set_cut(cut_at(block.line, modal_.at_mm));
+        emitter_.drill_at_target(block.line, modal_.at_mm, *seen);
+        emitter_.set_cut(base_cut_);
+      }
+      return;
+    }
+    case Command::CorrectionOn:
+      return optical_.calculate(target);
+    case Command::CorrectionOff:
+      return optical_.turn_off(n_blocks_);
+    default:
+      return optical_.clear();
+  }
+}
+
+/// For translation: what is measured together, and where holes are drilled at targets.
+void Interpreter::keep_optical_order(const Block& block, Command command) {
+  const TargetPlace target = target_place(block, command);
+  switch (command) {
+    case Command::Measure:
+      if (settings_.measurement_mode != 1) {
+        report(Code::NotSupported,
+               block,
+               quoted(block.text) +
+                   " measures in another mode than 1, which has no form in the "
+                   "other language",
+               "[vision] mode = 1, or `panelcal run`");
+        ended_ = true;
+        return;
+      }
+      [[fallthrough]];
+    case Command::FinishMeasure:
+      kept_targets_.push_back(target.nominal);
+      return;
+    case Command::MeasureOffset:
+      if (optical_.is_pattern_mode()) {
+        const std::array targets = {target.nominal};
+        kept_offset_ = true;
+        return emitter_.put(block.line, VisionSeries{CorrectionLevel::Nested, targets});
+      }
+      if (has_tool(block.line)) {
+        emitter_.put(block.line,
+                     TargetHole{CorrectionLevel::Base,
+                                target.nominal,
+                                tool_->number,
+                                emitter_.cut_at(target.line, target.nominal)});
+      }
+      return;
+    case Command::CorrectionOn:
+      if (kept_targets_.empty()) return refuse_kept(block);
+      emitter_.put(block.line, VisionSeries{CorrectionLevel::Base, kept_targets_});
+      kept_targets_.clear();
+      return;
+    default:
+      return emitter_.put(block.line, CancelCorrection{CorrectionLevel::Base});
+  }
+}
+
+void Interpreter::refuse_kept(const Block& block) {
+  report(Code::NotSupported,
+         block,
+         quoted(block.text) + " has no form in the other language",
+         "`panelcal run`, which executes it");
+  ended_ = true;
+}
+
+void Interpreter::camera_text(const Block& block, Command command) {
+  if (block.n_words != 1) {
+    return report(
+        Code::BlockNotAlone, block, quoted(block.text), code_text(command) + " alone in its line");
+  }
+  contour_ = Contour::None;
+  machine_at_mm_.reset();
+  if (command == Command::CorrectionValues) {
+    if (keeps_structure()) return refuse_kept(block);
+    const bool is_passed =
+        optical_.organize(block, step_number(), target_place(block, Command::CorrectionValues));
+    if (is_passed) emitter_.put(block.line, Setting{block.text, SettingKind::Vision});
+    return;
+  }
+  if (command == Command::CameraByte) {
+    const auto byte = parse_count(block.argument);
+    if (!byte || *byte > 255) {
+      return reporter_.report(Code::ArgumentInvalid,
+                              block.line,
+                              block.argument_column,
+                              quoted(block.argument),
+                              "G35,# with a byte, 0 to 255");
+    }
+    optical_.select_tool(*byte);
+    if (keeps_structure()) return emitter_.put(block.line, VisionTool{*byte});
+  }
+  emitter_.put(block.line, Setting{block.text, SettingKind::Vision});
+}
+
+}  // namespace panelcal::sieb_meyer

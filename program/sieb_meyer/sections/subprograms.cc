@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/sieb_meyer/sections/subprograms.h"
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <system_error>
+#include <utility>
+
+namespace panelcal::sieb_meyer {
+namespace {
+
+std::string_view trimmed_name(std::string_view text) {
+  constexpr std::string_view kNameBlanks = " \t";
+  const auto begin = text.find_first_not_of(kNameBlanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kNameBlanks) - begin + 1);
+}
+
+bool is_subprogram_file(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".SS5" || extension == ".ss5";
+}
+
+/// All files of a folder that may hold subprograms, in alphabetical order.
+std::vector<std::filesystem::path> subprogram_files(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it(folder.empty() ? "." : folder, error), end;
+       !error && it != end;
+       it.increment(error)) {
+    std::error_code ignored;
+    if (!is_subprogram_file(it->path()) || !it->is_regular_file(ignored)) continue;
+    files.push_back(folder / it->path().filename());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+std::optional<SourceText> read_if_it_has(const std::filesystem::path& path, std::string_view name) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
+  auto text = read_source(path);
+  if (!text || !find_subprogram(text->bytes, name)) return std::nullopt;
+  return *std::move(text);
+}
+
+std::optional<SourceText> read_subprogram(const std::string& name,
+                                          const std::vector<std::filesystem::path>& folders) {
+  constexpr std::array<std::string_view, 3> kExtensions = {".SS5", ".ss5", ""};
+  for (const std::filesystem::path& folder : folders) {
+    for (const std::string_view extension : kExtensions) {
+      if (auto text = read_if_it_has(folder / (name + std::string(extension)), name)) return text;
+    }
+    for (const std::filesystem::path& path : subprogram_files(folder)) {
+      if (auto text = read_if_it_has(path, name)) return text;
+    }
+  }
+  return std::nullopt;
+}
+
+/// The names behind M99, in order of appearance.
+std::vector<std::string> called_names(std::string_view bytes) {
+  constexpr std::string_view kCall = "M99";
+  std::vector<std::string> names;
+  for (auto at = bytes.find(kCall); at != std::string_view::npos; at = bytes.find(kCall, at)) {
+    at += kCall.size();
+    std::string_view rest = bytes.substr(at, bytes.find_first_of("\r\n", at) - at);
+    rest = trimmed_name(rest);
+    if (rest.empty() || rest.front() != ',') continue;
+    const std::string_view name = trimmed_name(rest.substr(1));
+    if (is_subprogram_name(name)) names.emplace_back(name);
+  }
+  return names;
+}
+
+}  // namespace
+
+bool is_subprogram_name(std::string_view name) {
+  constexpr std::string_view kOthers = "-_.+#$%&";
+  return !name.empty() && name.size() <= 128 && name.front() != '.' &&
+         std::ranges::all_of(name, [&](char c) {
+           return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                  kOthers.find(c) != kOthers.npos;
+         });
+}
+
+std::optional<SubprogramText> find_subprogram(std::string_view bytes, std::string_view name) {
+  LineCursor cursor(bytes);
+  std::optional<SubprogramText> found;
+  while (!cursor.at_end()) {
+    const std::size_t offset = cursor.offset();
+    const std::string_view text = trimmed_name(cursor.next().text);
+    if (text.empty() || (text.front() != '@' && text.front() != '$')) continue;
+    if (found) {
+      found->end = offset;
+      return found;
+    }
+    if (text.front() == '@' && trimmed_name(text.substr(1)) == name) {
+      found = SubprogramText{cursor.place(), bytes.size()};
+    }
+  }
+  return found;
+}
+
+std::map<std::string, SourceText, std::less<>> read_subprograms(
+    std::string_view program, const std::vector<std::filesystem::path>& folders) {
+  constexpr std::size_t kMostSubprograms = 1000;
+  std::map<std::string, SourceText, std::less<>> found;
+  std::vector<std::string> wanted = called_names(program);
+  std::set<std::string> tried;
+  for (std::size_t i = 0; i < wanted.size() && found.size() < kMostSubprograms; ++i) {
+    if (!tried.insert(wanted[i]).second) continue;
+    auto text = read_subprogram(wanted[i], folders);
+    if (!text) continue;
+    const auto body = find_subprogram(text->bytes, wanted[i]);
+    const std::string_view lines =
+        std::string_view(text->bytes).substr(body->begin.offset, body->end - body->begin.offset);
+    for (std::string& name : called_names(lines)) wanted.push_back(std::move(name));
+    found.emplace(wanted[i], *std::move(text));
+  }
+  return found;
+}
+
+}  // namespace panelcal::sieb_meyer

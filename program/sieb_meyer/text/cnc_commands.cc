@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/sieb_meyer/text/cnc_commands.h"
+
+#include <charconv>
+
+namespace panelcal::sieb_meyer {
+namespace {
+
+constexpr auto kTable = std::to_array<CncInfo>({
+#define SIEB_MEYER_CNC(name, text, treatment, effect) \
+  {CncCode::name, text, Treatment::treatment, effect},
+#include "program/sieb_meyer/text/cnc_commands.def"
+});
+
+/// A name ends before what is no letter, or before a coordinate; those that are the machine's own
+/// affair also before a list of tools (CHEKT1T2).
+bool ends_name(std::string_view rest, Treatment treatment) {
+  if (rest.empty()) return true;
+  const char c = rest.front();
+  const bool is_letter = c >= 'A' && c <= 'Z';
+  return !is_letter || c == 'X' || c == 'Y' || (c == 'T' && treatment == Treatment::Passed);
+}
+
+}  // namespace
+
+std::string_view name(Treatment treatment) {
+  switch (treatment) {
+    case Treatment::Obeyed:
+      return "obeyed";
+    case Treatment::Passed:
+      return "passed on";
+    case Treatment::Refused:
+      return "refused";
+  }
+  return "";
+}
+
+std::span<const CncInfo> cnc_table() {
+  return kTable;
+}
+
+std::optional<CncCommand> find_cnc_command(std::string_view text) {
+  const CncInfo* best = nullptr;
+  for (const CncInfo& row : kTable) {
+    if (!text.starts_with(row.name)) continue;
+    if (!ends_name(text.substr(row.name.size()), row.treatment)) continue;
+    if (best == nullptr || row.name.size() > best->name.size()) best = &row;
+  }
+  if (best == nullptr) return std::nullopt;
+  std::string_view argument = text.substr(best->name.size());
+  if (!argument.empty() && argument.front() == ',') argument.remove_prefix(1);
+  return CncCommand{best, argument};
+}
+
+std::optional<double> read_plain_number(std::string_view text) {
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  if (text.empty() || text.find_first_not_of("-.0123456789") != std::string_view::npos) {
+    return std::nullopt;
+  }
+  double value = 0;
+  const auto [end, error] =
+      std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::optional<std::array<std::optional<double>, 2>> read_xy(std::string_view argument) {
+  std::array<std::optional<double>, 2> xy;
+  while (!argument.empty()) {
+    const char letter = argument.front();
+    if (letter != 'X' && letter != 'Y') return std::nullopt;
+    argument.remove_prefix(1);
+    const auto end = argument.find_first_of("XY");
+    const std::string_view number = argument.substr(0, end);
+    argument = end == std::string_view::npos ? std::string_view() : argument.substr(end);
+    const auto value = number.empty() ? std::optional(0.0) : read_plain_number(number);
+    if (!value) return std::nullopt;
+    xy[letter == 'X' ? 0 : 1] = value;
+  }
+  return xy;
+}
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace panelcal::sieb_meyer {
+
+enum class CncCode : std::uint8_t {
+#define SIEB_MEYER_CNC(name, text, treatment, effect) name,
+#include "program/sieb_meyer/text/cnc_commands.def"
+};
+
+enum class Treatment : std::uint8_t { Obeyed, Passed, Refused };
+
+std::string_view name(Treatment treatment);
+
+struct CncInfo {
+  CncCode code;
+  std::string_view name;
+  Treatment treatment;
+  std::string_view effect;
+};
+
+/// The table in the order of cnc_commands.def.
+std::span<const CncInfo> cnc_table();
+
+/// A CNC command as M49 gives it.
+struct CncCommand {
+  const CncInfo* info = nullptr;
+  std::string_view argument;  ///< behind the name; a comma between them is left out
+};
+
+/// Finds the command whose name a text begins with: what follows the name is no letter, but X or Y,
+/// or the name is a longer one's beginning only.
+std::optional<CncCommand> find_cnc_command(std::string_view text);
+
+/// `X3.Y100.`: numbers behind X and Y, in the unit they are written in; absent if there is anything
+/// else. A letter without a number is zero.
+std::optional<std::array<std::optional<double>, 2>> read_xy(std::string_view argument);
+/// A plain number, with or without a decimal point.
+std::optional<double> read_plain_number(std::string_view text);
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/base/diagnostic.h"
+#include "program/model/operation.h"
+#include "program/model/program_head.h"
+#include "program/sieb_meyer/text/numbers.h"
+#include "program/text/source_text.h"
+
+namespace panelcal {
+struct Program;
+}  // namespace panelcal
+
+namespace panelcal::sieb_meyer {
+
+/// The language that outputs in the other one take a program of this one for.
+inline constexpr NumberFormat kMetricFormat = {.unit = LengthUnit::Millimeter,
+                                               .zeros = Zeros::LeadingKept,
+                                               .integer_digits = 3,
+                                               .decimal_digits = 3};
+
+/// A file as its marks divide it: comments, %% and the format, program lines, $ and the tool table.
+struct FileLayout : ProgramHead {
+  FileFormat format = FileFormat::F5000;
+  int head_line = 0;                          ///< of the %%
+  LinePlace body;                             ///< behind the %%
+  std::size_t body_end = 0;                   ///< place of the $, or the end of the text
+  std::map<int, std::vector<int>> magazines;  ///< of a tool, in order
+  std::map<int, Time> dwells;                 ///< A: how long a tool stays down
+
+  NumberFormat number_format() const override { return kMetricFormat; }
+  std::string number_summary() const override { return summary(format); }
+};
+
+/// A line of two percent signs, with or without a format, comes before anything that opens an
+/// Excellon program.
+bool is_program(std::string_view bytes);
+
+/// Finds the parts of a file and reads the tool table. In the formats 3000 and 5000 a letter
+/// without a number sets its datum to zero, and the last one of a tool holds; format 1000 has six
+/// values for each of 15 tools in a fixed order, 91 dollar signs in all. A datum of zero is no
+/// datum.
+///
+/// Fails  into the log: command-format, end-missing (no table), tool-table-invalid; warns
+///        text-after-end
+/// Source SIEB & MEYER CNC 8x.00 Command Set, appendix A
+/// See    tests/program/sieb_meyer/text/file_layout_test.cc
+FileLayout read_layout(const SourceText& source, DiagnosticLog& log);
+
+/// The layout of a program in this language.
+///
+/// Precondition: load_program() has read it, and its dialect is SiebMeyer
+const FileLayout& layout_of(const Program& program);
+
+}  // namespace panelcal::sieb_meyer

@@ -1,0 +1,594 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/walk/execution/emitter.h"
+
+#include <limits>
+#include <utility>
+
+#include "program/geometry/arc_path.h"
+#include "program/geometry/bent_path.h"
+#include "program/geometry/plane_vectors.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+using internal::is_mirror;
+
+/// The table's feed where the program sets none (CNC-7 manual, Z-Axis Infeed).
+constexpr Feed kDefaultTableFeed = inch_per_min(100);
+
+Transform<frame::Nominal, frame::Nominal> scaling_map(const ReferenceScaling& scaling) {
+  const Eigen::Vector2d factor(scaling.x, scaling.y);
+  const Eigen::Vector2d about_mm = scaling.about.in_mm();
+  return {factor.asDiagonal(), about_mm - factor.cwiseProduct(about_mm)};
+}
+
+std::vector<Length> between_all(const std::vector<Length>& from,
+                                const std::vector<Length>& to,
+                                double fraction) {
+  std::vector<Length> out = to;
+  for (std::size_t i = 0; from.size() == to.size() && i < to.size(); ++i) {
+    out[i] = from[i] + fraction * (to[i] - from[i]);
+  }
+  return out;
+}
+
+}  // namespace
+
+DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double fraction) {
+  const auto between = [fraction](const std::optional<Length>& a, const std::optional<Length>& b) {
+    return a && b ? std::optional(*a + fraction * (*b - *a)) : b;
+  };
+  return {between(from.z, to.z),
+          between(from.depth, to.depth),
+          between(from.surface, to.surface),
+          to.reference,
+          between_all(from.other_surfaces, to.other_surfaces, fraction),
+          to.predicted};
+}
+
+Emitter::Emitter(const std::map<int, Tool>& header_tools,
+                 const WalkOptions& options,
+                 const WalkPlace& place,
+                 const CorrectionState& corrections,
+                 const Reporter& reporter,
+                 OperationSink* sink)
+    : options_(options),
+      place_(place),
+      corrections_(corrections),
+      reporter_(reporter),
+      sink_(sink),
+      depths_(options.board, reporter) {
+  if (options.scaling) scaling_ = scaling_map(*options.scaling);
+  tolerance_ = options.tolerances.position;
+  origin_.placement = &place.placement;
+  origin_.base_series = &corrections.base_series;
+  origin_.nested_series = &corrections.nested_series;
+  origin_.work_zero = &place.work_zero;
+  for (const auto& [number, tool] : header_tools) {
+    if (tool.max_hits) max_hits_[number] = *tool.max_hits;
+  }
+}
+
+// --- counting ----------------------------------------------------------------------------------
+
+/// Counts one more; ends the walk above the limit.
+bool Emitter::count(std::int64_t& n, std::int64_t limit, std::string_view things, int line) {
+  if (n < limit) {
+    ++n;
+    return true;
+  }
+  if (!std::exchange(is_over_limit_, true)) {
+    reporter_.report(Code::TooManyOperations,
+                     line,
+                     0,
+                     fmt::format("more than {} {}", limit, things),
+                     "a shorter program, or a higher limit");
+  }
+  return false;
+}
+
+/// Idle lines cost less time than operations: a small limit on operations does not count for them.
+std::int64_t Emitter::idle_limit() const {
+  constexpr std::int64_t kAllowed = 10'000;
+  return std::max(options_.max_operations, kAllowed);
+}
+
+bool Emitter::refuse_operations(int line) {
+  n_operations_ = options_.max_operations;
+  return count(n_operations_, options_.max_operations, "operations", line);
+}
+
+void Emitter::count_copies(std::int64_t n_copies,
+                           std::int64_t n_operations,
+                           std::int64_t n_idle,
+                           int line) {
+  const auto is_too_many = [&](std::int64_t n_each, std::int64_t n, std::int64_t limit) {
+    return n_each > 0 && n_copies > (limit - n) / n_each;
+  };
+  if (is_too_many(n_operations, n_operations_, options_.max_operations)) {
+    refuse_operations(line);
+  } else if (is_too_many(n_idle, n_idle_lines_, idle_limit())) {
+    n_idle_lines_ = idle_limit();
+    count_idle_line(line);
+  } else {
+    n_operations_ += n_copies * n_operations;
+    n_idle_lines_ += n_copies * n_idle;
+  }
+}
+
+bool Emitter::count_target(int line) {
+  return count(n_targets_, options_.max_measurements, "targets", line);
+}
+
+bool Emitter::count_idle_line(int line) {
+  return count(n_idle_lines_, idle_limit(), "idle lines of step and repeat", line);
+}
+
+void Emitter::put(int line, decltype(Operation::what) what) {
+  if (passes(line)) send(line, std::move(what));
+}
+
+void Emitter::send(int line, decltype(Operation::what) what) {
+  sink_->put({line, place_.path, std::move(what), place_.file, &origin_});
+}
+
+// --- tools -------------------------------------------------------------------------------------
+
+void Emitter::take(int line, const ToolChange& change) {
+  hits_left_of_[fitted_tool_] = hits_left_;
+  tool_ = fitted_tool_ = change.tool.number;
+  origin_.tool_line = line;
+  take_tolerance(line, change.tool);
+  depths_.take(line, change.tool);
+  if (change.tool.max_hits) {
+    max_hits_[tool_] = *change.tool.max_hits;
+  } else {
+    max_hits_.erase(tool_);
+  }
+  hits_left_ = std::numeric_limits<std::int64_t>::max();
+  if (const auto max = max_hits_.find(tool_); max != max_hits_.end()) {
+    const auto left = hits_left_of_.find(tool_);
+    hits_left_ =
+        left == hits_left_of_.end() || left->second > max->second ? max->second : left->second;
+  }
+  put(line, change);
+}
+
+void Emitter::take_tolerance(int line, const Tool& tool) {
+  tolerance_ = options_.tolerances.radius(tool.number, tool.diameter);
+  if (!options_.tolerances.asks_positions() || tolerance_) return;
+  std::string problem = options_.tolerances.problem(tool.number, tool.diameter);
+  if (problem.empty()) return;
+  reporter_.report(Code::ToleranceInvalid,
+                   line,
+                   0,
+                   std::move(problem),
+                   "position_um, or a pad and a drill that leave room for the ring");
+}
+
+/// Takes one tool after the other until the last one has enough hits left; gives how many of them
+/// it is to be charged.
+std::int64_t Emitter::use_up(int line, std::int64_t n) {
+  while (hits_left_ < n && count(n_expired_, idle_limit(), "used up tools", line)) {
+    n -= hits_left_;
+    expire(line);
+    if (hits_left_ == 0) return 0;  // H0 allows nothing; once is enough to say it
+  }
+  return n;
+}
+
+/// The next linked tool takes over; without one the machine stops for a fresh tool.
+/// Source CNC-7 manual, Set Maximum Hit Count; Link Tools
+void Emitter::expire(int line) {
+  Function expired{.kind = FunctionKind::ToolExpired,
+                   .text = {},
+                   .tool = fitted_tool_,
+                   .next_tool = std::nullopt};
+  hits_left_of_[fitted_tool_] = 0;
+  // Round the links to one that is not used up; if all are, the operator has to refill.
+  std::optional<int> next = links_.next(fitted_tool_);
+  while (next && *next != fitted_tool_) {
+    const auto left = hits_left_of_.find(*next);
+    if (left == hits_left_of_.end() || left->second > 0) break;
+    next = links_.next(*next);
+  }
+  if (next && *next != fitted_tool_) {
+    expired.next_tool = next;
+    fitted_tool_ = *next;
+  }
+  const auto max = max_hits_.find(fitted_tool_);
+  hits_left_ = max == max_hits_.end() ? std::numeric_limits<std::int64_t>::max() : max->second;
+  if (const auto left = hits_left_of_.find(fitted_tool_);
+      expired.next_tool && left != hits_left_of_.end()) {
+    hits_left_ = left->second;
+  }
+  if (sink_ != nullptr) send(line, expired);
+}
+
+// --- places ------------------------------------------------------------------------------------
+
+void Emitter::note_origin(const Eigen::Vector2d& at_mm,
+                          const Transform<frame::Nominal, frame::Nominal>* scaling) {
+  origin_.programmed = position_mm<frame::Programmed>(at_mm);
+  origin_.scaling = scaling;
+}
+
+/// A place that the map does not reach refuses the job; the first one alone is reported: all that
+/// follow would say the same.
+Displacement<frame::Machine> Emitter::told_on_table(int line,
+                                                    const Displacement<frame::Machine>& from_zero) {
+  const Position<frame::Machine> place = place_.work_zero + from_zero;
+  if (const auto command = options_.table->command_for(place)) return *command - place_.work_zero;
+  if (!std::exchange(is_off_table_, true)) {
+    const Diagnostic refusal = options_.table->refusal(place);
+    reporter_.report_working(refusal.code, line, 0, refusal.what, refusal.expected);
+  }
+  return from_zero;
+}
+
+PlacedPoint Emitter::place_of(int line,
+                              const Position<frame::Nominal>& nominal,
+                              const PositionEstimate<frame::Actual>& corrected) {
+  const Displacement<frame::Machine> told = told_for(line, corrected.position);
+  return {nominal, corrected.position, told, place_.work_zero + told, corrected.cov, std::nullopt};
+}
+
+PlacedPoint Emitter::placed(int line, const Eigen::Vector2d& at_mm, Scaling scaling) {
+  const bool is_scaled =
+      scaling == Scaling::Applies && place_.is_scaled && options_.scaling.has_value();
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
+  PlacedPoint point =
+      place_of(line, nominal, corrections_.stack.drilled(is_scaled ? scaling_(nominal) : nominal));
+  if (is_correcting()) point.risk = risk_of(point.cov_mm2);
+  return point;
+}
+
+namespace {
+
+/// Of the coordinates i and k of a mapped place: an element of J(p) cov J(p)^T, in the order of
+/// TransformEstimate's own operations.
+template <int kI, int kK>
+[[gnu::always_inline]] inline double mapped_covariance(const Eigen::Matrix<double, 6, 6>& cov,
+                                                       double x,
+                                                       double y) {
+  const double by_x = x * cov(2 * kI, 2 * kK) + y * cov(2 * kI, 2 * kK + 1) + cov(2 * kI, 4 + kK);
+  const double by_y =
+      x * cov(2 * kI + 1, 2 * kK) + y * cov(2 * kI + 1, 2 * kK + 1) + cov(2 * kI + 1, 4 + kK);
+  const double shift = x * cov(4 + kI, 2 * kK) + y * cov(4 + kI, 2 * kK + 1) + cov(4 + kI, 4 + kK);
+  return x * by_x + y * by_y + shift;
+}
+
+/// drilled_from_nominal() into the hole itself: a covariance that is copied just after it was
+/// written takes longer than the correction.
+inline void correct_hole(const TransformEstimate<frame::Actual, frame::Nominal>& map,
+                         const Position<frame::Nominal>& nominal,
+                         PlacedPoint& hole) {
+  const double x = nominal.in_mm().x();
+  const double y = nominal.in_mm().y();
+  hole.corrected = map.map(nominal);
+  hole.cov_mm2(0, 0) = mapped_covariance<0, 0>(map.cov, x, y);
+  hole.cov_mm2(1, 1) = mapped_covariance<1, 1>(map.cov, x, y);
+  hole.cov_mm2(0, 1) = hole.cov_mm2(1, 0) = mapped_covariance<0, 1>(map.cov, x, y);
+}
+
+}  // namespace
+
+/// A hole of a panel that is bent, or where reference scaling is on.
+void Emitter::correct_specially(bool is_scaled, PlacedPoint& hole) const {
+  const auto place = is_scaled ? scaling_(hole.nominal) : hole.nominal;
+  const CorrectionStack& stack = corrections_.stack;
+  if (stack.smooth() != nullptr) {
+    const PositionEstimate<frame::Actual> drilled = stack.drilled(place);
+    hole.corrected = drilled.position;
+    hole.cov_mm2 = drilled.cov;
+  } else {
+    correct_hole(stack.drilled_from_nominal(), place, hole);
+  }
+}
+
+void Emitter::lead_over_table(int line, PlacedPoint& hole) {
+  hole.told = told_on_table(line, hole.told);
+}
+
+void Emitter::judge_hole(PlacedPoint& hole) {
+  hole.risk = breaking_risk_(hole.cov_mm2, *tolerance_);
+}
+
+void Emitter::cut_hole(int line, Drill& drill) {
+  has_hole_cut_ = !depths_.is_needed();
+  drill.cut = has_hole_cut_ ? cut_ : cut_at(line, drill.nominal);
+}
+
+/// The operation is built in place and kept: copying it would take longer than correcting a hole.
+/// Functions of its own hold what few jobs need, so that nothing here has to wait in memory.
+void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
+  hit(line, 1);
+  auto& drill = *std::get_if<Drill>(&hole_.what);
+  drill.nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  hole_.line = line;
+  hole_.path = place_.path;
+  hole_.file = place_.file;
+  const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
+  const bool is_corrected = is_correcting();
+  if (is_scaled || corrections_.stack.smooth() != nullptr) {
+    correct_specially(is_scaled, drill);
+  } else if (is_corrected) {
+    correct_hole(corrections_.stack.drilled_from_nominal(), drill.nominal, drill);
+  } else {
+    drill.corrected = position_mm<frame::Actual>(drill.nominal.in_mm());
+    drill.cov_mm2.setZero();
+  }
+  drill.risk.reset();
+  if (tolerance_ && is_corrected) judge_hole(drill);
+  drill.told = displacement_mm<frame::Machine>(drill.corrected.in_mm());
+  if (options_.table != nullptr) lead_over_table(line, drill);
+  drill.actual = place_.work_zero + drill.told;
+  note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
+  drill.tool = tool_;
+  if (depths_.is_needed() || !has_hole_cut_) cut_hole(line, drill);
+  sink_->put(hole_);
+}
+
+void Emitter::drill_at_target(int line,
+                              const Eigen::Vector2d& at_mm,
+                              const TargetHolePlace& target) {
+  if (!passes(line)) return;
+  hit(line, 1);
+  note_origin(at_mm, nullptr);
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  origin_.i_measurement = target.i_measurement;
+  Drill drill{place_of(line, nominal, target.place), tool_, cut_at(line, nominal)};
+  drill.risk = risk_of(drill.cov_mm2);
+  send(line, drill);
+  origin_.i_measurement.reset();
+}
+
+void Emitter::slot(int line,
+                   const Eigen::Vector2d& start_mm,
+                   const Eigen::Vector2d& end_mm,
+                   std::int64_t n_hits) {
+  if (!passes(line)) return;
+  hit(line, n_hits);
+  const PlacedPoint end = placed(line, end_mm, Scaling::Applies);
+  const PlacedPoint start = placed(line, start_mm, Scaling::Applies);
+  send(line, Slot{tool_, start, end, cut_at(line, start.nominal)});
+}
+
+void Emitter::step_slot(int line,
+                        const Eigen::Vector2d& start_mm,
+                        const Eigen::Vector2d& end_mm,
+                        Length initial_depth,
+                        Length increment,
+                        std::optional<Feed> feed) {
+  was_switched_off_ = true;
+  refuse_passes(line);
+  if (!passes(line)) return;
+  const PlacedPoint end = placed(line, end_mm, Scaling::Never);
+  send(line,
+       StepSlot{tool_,
+                placed(line, start_mm, Scaling::Never),
+                end,
+                initial_depth,
+                increment,
+                feed.value_or(kDefaultTableFeed),
+                !feed});
+}
+
+void Emitter::autocalibration(int line, const Eigen::Vector2d& at_mm) {
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  const auto told = told_for(line, position_mm<frame::Actual>(nominal.in_mm()));
+  put(line, Autocalibration{nominal, told, place_.work_zero + told});
+}
+
+// --- routing -----------------------------------------------------------------------------------
+
+void Emitter::move(int line, const Eigen::Vector2d& to_mm) {
+  was_switched_off_ = true;  // by the control, during the move (G00)
+  if (!passes(line)) return;
+  stand_at(to_mm);
+  send(line, RapidMove{placed(line, to_mm, Scaling::Never)});
+}
+
+Rout Emitter::rout_to(int line,
+                      const Eigen::Vector2d& at_mm,
+                      std::optional<Feed> feed,
+                      const DepthOfCut& cut) {
+  Rout move;
+  static_cast<PlacedPoint&>(move) = placed(line, at_mm, Scaling::Never);
+  move.tool = tool_;
+  move.feed = feed.value_or(kDefaultTableFeed);
+  move.feed_is_default = !feed;
+  move.cut = cut;
+  return move;
+}
+
+void Emitter::stand_at(const Eigen::Vector2d& at_mm) {
+  stands_at_ = place_.placement(position_mm<frame::Programmed>(at_mm));
+  stands_at_cut_ = cut_;
+}
+
+Eigen::Vector2d Emitter::told_mm(int line, const Eigen::Vector2d& at_mm) {
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  const auto told = told_for(line, corrections_.stack.actual_of(nominal));
+  // A job that is refused need not be cut into pieces.
+  if (is_off_table_) return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  return told.in_mm();
+}
+
+void Emitter::take_center(const Eigen::Vector2d& told_center_mm, Rout& move) const {
+  move.told_center = displacement_mm<frame::Machine>(told_center_mm);
+  move.center = place_.work_zero + move.told_center;
+  // A table errs at an arc's centre as at its end, as near as pictures of the job need it.
+  const Eigen::Vector2d error_mm = move.corrected.in_mm() - move.told.in_mm();
+  move.corrected_center = position_mm<frame::Actual>((told_center_mm + error_mm).eval());
+}
+
+void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed) {
+  const bool is_cut = is_bent() || depths_.follows_map(cut_);
+  if (is_cut && sink_ != nullptr && stands_at_) {
+    const Eigen::Vector2d from_mm = place_.placement.inverse()(*stands_at_).in_mm();
+    const Arc path{from_mm, to_mm, 0.5 * (from_mm + to_mm), false, true};
+    return rout_way(line, path, feed, stands_at_cut_);
+  }
+  if (!passes(line)) return;
+  stand_at(to_mm);
+  send(line, rout_to(line, to_mm, feed, cut_at(line, *stands_at_)));
+}
+
+void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const DepthOfCut& from) {
+  if (sink_ == nullptr) {
+    count_operations(1, line);
+    return;
+  }
+  rout_way(line, arc, feed, from);
+}
+
+/// As deep as [[depth]] says; where that counts from a map, the way is cut so that the tool keeps
+/// to the surface.
+void Emitter::rout_way(int line,
+                       const Arc& path,
+                       std::optional<Feed> feed,
+                       const DepthOfCut& from) {
+  if (!depths_.is_needed()) {
+    rout_piece(line, path, feed, from, cut_);
+    return stand_at(path.end_mm);
+  }
+  const ArcPath way(path);
+  const auto place = [&](double share) {
+    return place_.placement(position_mm<frame::Programmed>(way.at(share)));
+  };
+  std::vector<double> ends = {1};
+  if (depths_.follows_map(cut_)) ends = depths_.cuts(line, place, way.length_mm());
+  const auto cut_after = [&](double share) {
+    return depths_.at(line, place(share), share < 1 ? interpolate(from, cut_, share) : cut_);
+  };
+  double begin = 0;
+  DepthOfCut begin_cut = cut_after(0);
+  for (const double end : ends) {
+    const DepthOfCut end_cut = cut_after(end);
+    rout_piece(line, ends.size() == 1 ? path : way.part(begin, end), feed, begin_cut, end_cut);
+    begin = end;
+    begin_cut = end_cut;
+  }
+  stand_at(path.end_mm);
+}
+
+void Emitter::rout_piece(int line,
+                         const Arc& path,
+                         std::optional<Feed> feed,
+                         const DepthOfCut& from,
+                         const DepthOfCut& to) {
+  if (is_bent()) return rout_bent(line, path, feed, from, to);
+  if (!path.straight) return rout_arc(line, path, feed, from, to);
+  if (passes(line)) send(line, rout_to(line, path.end_mm, feed, to));
+}
+
+/// On a bent panel, and on a table whose error bends it, a path is cut into lines or arcs that keep
+/// as near to its image as arcs of a stretched panel do.
+void Emitter::rout_bent(int line,
+                        const Arc& path,
+                        std::optional<Feed> feed,
+                        const DepthOfCut& from,
+                        const DepthOfCut& to) {
+  const std::vector<BentPiece> pieces = carry_bent(
+      path,
+      [this, line](const Eigen::Vector2d& at_mm) { return told_mm(line, at_mm); },
+      options_.arc_tolerance.in_mm());
+  for (std::size_t i = 0; i < pieces.size() && passes(line); ++i) {
+    const BentPiece& piece = pieces[i];
+    const bool is_last = i + 1 == pieces.size();
+    Rout move =
+        rout_to(line, piece.end_mm, feed, is_last ? to : interpolate(from, to, piece.share));
+    if (!piece.image.straight) {
+      move.kind = piece.image.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
+      take_center(piece.image.center_mm, move);
+    }
+    send(line, move);
+  }
+}
+
+/// Stretch turns a circle into an ellipse, which takes several arcs (or lines where it is almost
+/// straight) within the tolerance; mirrors turn the sense round.
+void Emitter::rout_arc(int line,
+                       const Arc& arc,
+                       std::optional<Feed> feed,
+                       const DepthOfCut& from,
+                       const DepthOfCut& to) {
+  const auto& correction = corrections_.stack.actual_from_nominal().map;
+  const auto whole = correction * place_.placement;
+  const auto back = whole.inverse();
+  const std::vector<Arc> pieces =
+      carry_arc(arc, whole.linear(), whole.translation(), options_.arc_tolerance.in_mm());
+  for (std::size_t i = 0; i < pieces.size() && passes(line); ++i) {
+    const Arc& piece = pieces[i];
+    const bool is_last = i + 1 == pieces.size();
+    const Eigen::Vector2d end_mm =
+        is_last ? arc.end_mm : back(position_mm<frame::Actual>(piece.end_mm)).in_mm();
+    const double fraction = static_cast<double>(i + 1) / static_cast<double>(pieces.size());
+    Rout move = rout_to(line, end_mm, feed, is_last ? to : interpolate(from, to, fraction));
+    if (!piece.straight) {
+      move.kind = piece.clockwise ? RoutKind::Clockwise : RoutKind::Counterclockwise;
+      take_center(piece.center_mm, move);
+    }
+    send(line, move);
+  }
+}
+
+DepthOfCut Emitter::cut_where_it_stands(int line) {
+  if (!stands_at_ && follows_map()) {
+    reporter_.report_working(Code::CoordinateMissing,
+                             line,
+                             0,
+                             "the router goes down before the first place",
+                             "a move to X#Y# before it");
+  }
+  return cut_at(line, stands_at_.value_or(Position<frame::Nominal>()));
+}
+
+/// No plain depth says how deep a single pass is.
+void Emitter::refuse_passes(int line) {
+  if (!depths_.has_tool_depth()) return;
+  reporter_.report(Code::NotSupported,
+                   line,
+                   0,
+                   fmt::format("a slot in deepening passes (G87) by tool {}, whose depth [[depth]] "
+                               "states",
+                               tool_),
+                   "a slot in one pass");
+}
+
+CompensationSide Emitter::placed_side(CompensationSide side) const {
+  const auto placed = corrections_.stack.actual_from_nominal().map * place_.placement;
+  if (side == CompensationSide::Off || !is_mirror(placed.linear())) return side;
+  return side == CompensationSide::Left ? CompensationSide::Right : CompensationSide::Left;
+}
+
+void Emitter::compensate(int line,
+                         CompensationSide side,
+                         std::optional<Length> compensation_value) {
+  side = placed_side(side);
+  if (side == side_) return;
+  side_ = side;
+  if (side == CompensationSide::Off) compensation_value.reset();
+  put(line, Compensation{side, compensation_value});
+}
+
+void Emitter::plunge(int line,
+                     PlungeKind kind,
+                     CompensationSide side,
+                     std::optional<Length> compensation_value,
+                     std::optional<Length> depth_offset) {
+  side = placed_side(side);
+  const bool has_to_be_told = side != side_ || (was_switched_off_ && side != CompensationSide::Off);
+  if (side == CompensationSide::Off) compensation_value.reset();
+  if (has_to_be_told) put(line, Compensation{side, compensation_value});
+  side_ = side;
+  was_switched_off_ = false;
+  stands_at_cut_ = cut_;
+  if (depth_offset) refuse_passes(line);
+  if (passes(line)) send(line, Plunge{tool_, kind, depth_offset, cut_where_it_stands(line)});
+}
+
+}  // namespace panelcal

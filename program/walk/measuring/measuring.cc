@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/walk/measuring/measuring.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "calib/correction/error_budget.h"
+#include "calib/panel/misfit.h"
+#include "calib/panel/model_choice.h"
+#include "program/walk/measuring/series_examination.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+bool may_be_chosen(const Measurement& measurement) {
+  return std::ranges::any_of(measurement.candidates, &MeasuredCandidate::counts);
+}
+
+bool is_mirrored(const Eigen::Matrix2d& linear, const GateLimits& limits) {
+  const double determinant = linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0);
+  return limits.refuses_mirror ? determinant <= 0 : determinant == 0;
+}
+
+/// Fits the series' model, or with [vision] model = "auto" the one that the targets speak for.
+template <class To, class From>
+PanelFitResult<To, From> fit_model(const std::vector<TargetPair<To, From>>& pairs,
+                                   const WalkOptions& options,
+                                   SmoothModels smooth,
+                                   SeriesResult& series) {
+  const std::span<const TargetPair<To, From>> targets(pairs);
+  if (options.chooses_model || options.compares_models) {
+    series.compared = compare_models(targets, series.prescribed, smooth);
+  }
+  const ModelScore* best = options.chooses_model ? chosen(series.compared) : nullptr;
+  series.chose_model = best != nullptr;
+  series.model = best != nullptr ? best->model : series.prescribed;
+  return series.chose_model ? fit_chosen(targets, series.compared)
+                            : fit_panel(targets, series.model);
+}
+
+template <class To, class From>
+bool is_folded(const PanelFit<To, From>& fit) {
+  if (!fit.smooth || !fit.smooth->is_bent()) return false;
+  const auto raw = internal::raw_pairs(std::span<const TargetPair<To, From>>(fit.pairs));
+  return !internal::is_unfolded(fit.smooth->raw(), raw);
+}
+
+/// One target alone is an offset whatever the machine's file says.
+bool is_bent_by_decision(const WalkOptions& options, std::size_t n_points) {
+  return options.bends_panel && n_points > 1;
+}
+
+/// One wrong target bends a panel as well. Where the affine fit finds who it is, or what else the
+/// matter is, the panel is not taken for bent.
+bool is_explained_without(const SeriesResult& series,
+                          std::span<const FitPoint> points,
+                          const Survey& survey,
+                          const CorrectionStack& stack,
+                          const WalkOptions& options) {
+  SeriesResult straight = series;
+  straight.model = PanelModel::Affine;
+  straight.base = nullptr;  // refused: say why
+  const auto fault = examine_series(straight, points, survey, stack, options);
+  return fault && fault->i_outlier.has_value();
+}
+
+}  // namespace
+
+bool is_same_place(const Placement& a, const Placement& b) {
+  constexpr double kRounding_mm = 1e-6;
+  return a.linear() == b.linear() && (a.translation() - b.translation()).norm() < kRounding_mm;
+}
+
+void CorrectionState::clear_base() {
+  stack.clear_base();
+  base_series.reset();
+  nested_series.reset();
+}
+
+void CorrectionState::clear_nested() {
+  stack.clear_nested();
+  nested_series.reset();
+}
+
+Measuring::Measuring(const WalkOptions& options,
+                     Survey& survey,
+                     MeasurementSource* source,
+                     const Reporter& reporter,
+                     DiagnosticLog& log)
+    : options_(options),
+      survey_(survey),
+      source_(source),
+      reporter_(reporter),
+      log_(log),
+      corrections_(options.uncertainty) {
+}
+
+std::optional<std::size_t> Measuring::measure(MeasurementRequest request, bool is_of_series) {
+  const std::size_t index = n_measured_++;
+  ++n_steps_;
+  if (source_ == nullptr) return index;
+  request.seq = static_cast<std::int64_t>(index);
+
+  Expected<Measurement> measurement = source_->measure(request);
+  // Files keep three numbers of a covariance; with the same three here a replay is exact.
+  if (measurement) measurement->measured.cov(1, 0) = measurement->measured.cov(0, 1);
+  if (!measurement) {
+    log_.add(std::move(measurement).error());
+    must_stop_ = survey_.was_stopped = true;
+    return std::nullopt;
+  }
+  const bool is_lost = measurement->status != MeasurementStatus::Found;
+  if (is_lost && !(is_of_series && may_be_chosen(*measurement))) report_lost(*measurement);
+  survey_.measurements.push_back(*std::move(measurement));
+  return index;
+}
+
+std::optional<SeriesAssignment> Measuring::settle(std::span<const std::size_t> measurements,
+                                                  CorrectionLevel level,
+                                                  int line) {
+  if (!is_first_pass()) return std::nullopt;
+  std::vector<Measurement> targets;
+  for (const std::size_t i : measurements) targets.push_back(measurement(i));
+  auto assignment = assign_series(targets, limits_of(level));
+  if (assignment) panelcal::settle(*assignment, targets);
+  const bool is_open = assignment && !assignment->is_certain();
+  if (is_open) reporter_.report(Code::SeriesAmbiguous, line, 1, assignment->text());
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const bool is_lost = targets[k].status != MeasurementStatus::Found;
+    if (is_lost && !is_open && may_be_chosen(targets[k])) report_lost(targets[k]);
+    survey_.measurements[measurements[k]] = std::move(targets[k]);
+  }
+  return assignment;
+}
+
+void Measuring::report_not_calibrated(int line, int column, std::string_view text) {
+  if (!is_first_pass()) return;
+  reporter_.report(Code::CalibrationNotPerformed, line, column, quoted(text));
+}
+
+void Measuring::calibrate(CalibrationOrder order, int column, std::string_view text) {
+  if (!is_first_pass() || must_stop_) return;
+  ++n_steps_;
+  if (n_calibrations_ == options_.max_measurements) {
+    reporter_.report(Code::TooManyOperations,
+                     order.line,
+                     column,
+                     fmt::format("more than {} calibrations", options_.max_measurements),
+                     "a shorter program");
+    must_stop_ = survey_.was_stopped = true;
+    return;
+  }
+  order.number = n_calibrations_++;
+  Expected<std::optional<CalibrationAnswer>> answer = source_->calibrate(order);
+  if (!answer) {
+    log_.add(std::move(answer).error());
+    must_stop_ = survey_.was_stopped = true;
+    return;
+  }
+  if (!*answer) return report_not_calibrated(order.line, column, text);
+  CalibrationAnswer& calibration = **answer;
+  calibration.order = std::move(order);
+  calibration.i_measurement = n_measured_;
+  // As with measurements: a file keeps three numbers of the covariance.
+  if (calibration.offset) calibration.offset->cov_mm2(1, 0) = calibration.offset->cov_mm2(0, 1);
+  const std::size_t i = survey_.calibrations.size();
+  if (calibration.offset) {
+    calibration.i_in_force = i;
+  } else if (i > 0) {
+    calibration.i_in_force = survey_.calibrations.back().i_in_force;
+  }
+  survey_.calibrations.push_back(std::move(calibration));
+}
+
+void Measuring::focus(const MeasurementRequest& request) {
+  ++n_steps_;
+  Expected<std::optional<FocusResult>> result = source_->focus(request);
+  if (!result) {
+    log_.add(std::move(result).error());
+    must_stop_ = survey_.was_stopped = true;
+    return;
+  }
+  if (!*result) return;  // recorded measurements have no camera
+  FocusResult& found = **result;
+  if (!found.is_found) {
+    reporter_.report(Code::FocusNotFound,
+                     request.line,
+                     1,
+                     fmt::format("{} at ({:.4f}, {:.4f}) mm: {}",
+                                 request.command,
+                                 request.expected.in_mm().x(),
+                                 request.expected.in_mm().y(),
+                                 found.reason));
+  }
+  survey_.focus.push_back(std::move(found));
+}
+
+FitPoint Measuring::fit_point(std::size_t i_measurement) const {
+  const Measurement& m = measurement(i_measurement);
+  const MachineUncertainty& machine = options_.uncertainty;
+  FitPoint point{
+      .nominal = m.request.nominal, .measured = m.measured, .i_measurement = i_measurement};
+  point.measured.cov += machine.of_target_mm2();
+  if (m.by_camera) point.by_camera = *m.by_camera;
+  point.i_camera = machine.camera_index(m.request.settings.zoom);
+  return point;
+}
+
+TargetHolePlace Measuring::hole_at_target(std::size_t i_measurement) const {
+  const Measurement& m = measurement(i_measurement);
+  MachineUncertainty machine = options_.uncertainty;
+  machine.set_offset(offset_uncertainty(survey_.calibration_of(i_measurement), machine));
+  const ErrorBudget budget = error_budget_at_target(machine,
+                                                    m.measured.cov,
+                                                    m.by_camera.value_or(CameraJacobian::Zero()),
+                                                    machine.camera_index(m.request.settings.zoom));
+  return {{m.measured.position, total_mm2(budget)}, i_measurement};
+}
+
+/// The mean of several arrivals averages the stage's errors and the detector's, and neither the
+/// table's, which is as wrong at one layer as at the next, nor the camera's.
+FitPoint mean_of_layers(std::span<const FitPoint> layers, const MachineUncertainty& machine) {
+  const auto n = static_cast<double>(layers.size());
+  Eigen::Vector2d nominal_mm = Eigen::Vector2d::Zero();
+  Eigen::Vector2d measured_mm = Eigen::Vector2d::Zero();
+  FitPoint mean{.nominal = {}, .measured = {}, .i_measurement = layers.back().i_measurement};
+  mean.i_camera = layers.back().i_camera;
+  mean.n_arrivals = 0;
+  for (const FitPoint& layer : layers) {
+    nominal_mm += layer.nominal.in_mm();
+    measured_mm += layer.measured.position.in_mm();
+    mean.measured.cov += layer.measured.cov - machine.table_mm2();
+    mean.by_camera += layer.by_camera / n;
+    mean.n_arrivals += layer.n_arrivals;
+  }
+  mean.nominal = position_mm<frame::Nominal>(nominal_mm / n);
+  mean.measured.position = position_mm<frame::Actual>(measured_mm / n);
+  mean.measured.cov = mean.measured.cov / (n * n) + machine.table_mm2();
+  return mean;
+}
+
+/// A hole at its own target has no fit to hold against limits, but it may not be farther from its
+/// expected place than a panel may be.
+void Measuring::gate_hole(const Measurement& measurement, CorrectionLevel level) {
+  const GateLimits& limits = limits_of(level);
+  const MeasurementRequest& request = measurement.request;
+  const Eigen::Vector2d meant_mm = turned_by(request.expected.in_mm(), limits.turned_deg);
+  const Length offset = mm((measurement.measured.position.in_mm() - meant_mm).norm());
+  if (!limits.offset || offset <= *limits.offset) return;
+  reporter_.report(Code::GateFailed,
+                   request.line,
+                   1,
+                   fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm is {:.3f} mm from its "
+                               "expected place, limit {:.3f} mm",
+                               request.command,
+                               request.nominal.in_mm().x(),
+                               request.nominal.in_mm().y(),
+                               offset.in_mm(),
+                               limits.offset->in_mm()));
+}
+
+std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points) {
+  const std::size_t i_series = n_fitted_++;
+  ++n_steps_;
+  if (!is_first_pass()) return i_series;
+  series.prescribed = series.model;
+  series.limits = limits_of(series.level);
+  if (series.level == CorrectionLevel::Nested) series.base_series = corrections_.base_series;
+  for (const FitPoint& point : points) series.points.push_back(point.i_measurement);
+  if (!points.empty()) {
+    fit_points(points, series);
+    examine({points.begin(), points.end()}, series);
+  }
+  survey_.series.push_back(std::move(series));
+  return i_series;
+}
+
+void Measuring::fit_points(std::span<const FitPoint> points, SeriesResult& series) {
+  series.base.reset();
+  series.nested.reset();
+  series.gates.clear();
+  series.points.clear();
+  for (const FitPoint& point : points) series.points.push_back(point.i_measurement);
+  if (series.level == CorrectionLevel::Base) return fit_base(points, series);
+  fit_nested(points, series);
+}
+
+void Measuring::examine(std::vector<FitPoint> points, SeriesResult& series) {
+  series.fault = examine_series(series, points, survey_, corrections_.stack, options_);
+  const auto may_go_on = [&](const SeriesResult& s) {
+    // A spline follows an outlier as far as nothing else is near: it is not told apart by its
+    // residual.
+    return s.is_fitted() && !s.is_smooth() && s.fault && s.fault->i_outlier &&
+           s.dropped.size() < static_cast<std::size_t>(std::max(0, s.limits.max_dropped));
+  };
+  std::vector<FitPoint> left = points;
+  std::vector<std::string> reasons;  // one for each target left out
+  SeriesResult trial = series;
+  while (may_go_on(trial)) {
+    const std::size_t i_outlier = *trial.fault->i_outlier;
+    auto fewer = without_point(left, i_outlier, trial.model);
+    if (!fewer) break;
+    trial.dropped.push_back(left[i_outlier].i_measurement);
+    reasons.push_back(trial.fault->text());
+    left = *std::move(fewer);
+    fit_points(left, trial);
+    trial.fault = examine_series(trial, left, survey_, corrections_.stack, options_);
+  }
+  if (!trial.dropped.empty() && trial.is_fitted() && !trial.fault && all_accepted(trial.gates)) {
+    trial.fault = std::move(series.fault);
+    trial.fault->is_resolved = true;
+    series = std::move(trial);
+    return report_dropped(series, reasons);
+  }
+  report_gates(series, points);
+  report_fault(series, points);
+}
+
+void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series) {
+  std::vector<TargetPair<frame::Base, frame::Nominal>> pairs;
+  for (const FitPoint& point : points) {
+    // Without a nested correction the base frame is the actual one.
+    pairs.push_back(
+        {point.nominal,
+         {position_mm<frame::Base>(point.measured.position.in_mm()), point.measured.cov},
+         point.axes,
+         point.by_camera,
+         point.i_camera,
+         point.n_arrivals});
+  }
+  PanelFitResult<frame::Base, frame::Nominal> result;
+  if (is_bent_by_decision(options_, pairs.size())) {
+    if (options_.compares_models) {
+      series.compared = compare_models(std::span(std::as_const(pairs)), series.prescribed);
+    }
+    series.model = PanelModel::Affine;
+    result = fit_bent(std::span(std::as_const(pairs)));
+    if (!result.fit && result.failure == FitFailure::TooFewTargets)
+      return report_unbendable(series);
+  } else {
+    // If the model is given, the smooth one is only compared.
+    const auto smooth = options_.chooses_model ? SmoothModels::Eligible : SmoothModels::Compared;
+    result = fit_model(pairs, options_, smooth, series);
+    const bool is_bent = result.fit && result.fit->smooth && result.fit->smooth->is_bent();
+    if (is_bent && is_explained_without(series, points, survey_, corrections_.stack, options_)) {
+      result = fit_model(pairs, options_, SmoothModels::Compared, series);
+    }
+  }
+  if (!result.fit) return report_fit_failure(series, result.failure);
+  if (is_mirrored(result.fit->map.map.linear(), series.limits)) return report_mirrored(series);
+  if (is_folded(*result.fit)) return report_folded(series);
+  series.gates = check_gates(*result.fit, series.limits);
+  count_misfit(*result.fit);
+  series.base = std::make_shared<const BaseFit>(*std::move(result.fit));
+}
+
+void Measuring::fit_nested(std::span<const FitPoint> points, SeriesResult& series) {
+  if (corrections_.stack.is_bent()) return report_nested_on_smooth(series);
+  std::vector<TargetPair<frame::Actual, frame::Base>> pairs;
+  for (const FitPoint& point : points) {
+    pairs.push_back({corrections_.stack.base_from_nominal()(point.nominal),
+                     point.measured,
+                     point.axes,
+                     point.by_camera,
+                     point.i_camera,
+                     point.n_arrivals});
+  }
+  auto result = fit_model(pairs, options_, SmoothModels::Compared, series);
+  if (!result.fit) return report_fit_failure(series, result.failure);
+  if (is_mirrored(result.fit->map.map.linear(), series.limits)) return report_mirrored(series);
+  series.gates = check_gates(*result.fit, series.limits);
+  count_misfit(*result.fit);
+  series.nested = std::make_shared<const NestedFit>(*std::move(result.fit));
+}
+
+OffsetUncertainty Measuring::offset_of(const SeriesResult& series) const {
+  return offset_uncertainty(survey_.calibration_of(series), options_.uncertainty);
+}
+
+void Measuring::activate(std::size_t i_series, int line) {
+  ++n_steps_;
+  const SeriesResult& series = survey_.series[i_series];
+  if (series.level == CorrectionLevel::Base) {
+    if (!series.base) {
+      must_stop_ = true;
+      return;
+    }
+    corrections_.stack.set_base(series.base, offset_of(series));
+    corrections_.base_series = i_series;
+    corrections_.nested_series.reset();
+    return;
+  }
+  corrections_.nested_series.reset();
+  if (!series.nested) return corrections_.stack.clear_nested();
+  if (series.base_series != corrections_.base_series) {
+    reporter_.report(
+        Code::NestedBaseChanged,
+        line,
+        1,
+        fmt::format("the nested correction measured in line {} was relative to another "
+                    "base correction than the one in force",
+                    series.line),
+        "the base correction it was measured under");
+    must_stop_ = true;
+    return;
+  }
+  corrections_.stack.set_nested(series.nested, offset_of(series));
+  corrections_.nested_series = i_series;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+// Diagnostics of targets that are lost, of fits that are refused, and of their causes.
+#include <string>
+#include <utility>
+
+#include "program/walk/measuring/measuring.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+Code lost_code(MeasurementStatus status) {
+  switch (status) {
+    case MeasurementStatus::Ambiguous:
+      return Code::TargetAmbiguous;
+    case MeasurementStatus::Rejected:
+      return Code::TargetRejected;
+    default:
+      return Code::TargetNotFound;
+  }
+}
+
+std::string remedy(MeasurementStatus status) {
+  switch (status) {
+    case MeasurementStatus::Ambiguous:
+      return "one that fits best, as a smaller search_radius_mm of [vision] may leave";
+    case MeasurementStatus::Rejected:
+      return "";
+    default:
+      return "a mark of the vision tool's size and polarity, at most search_radius_mm of [vision] "
+             "from its place";
+  }
+}
+
+/// For a panel whose rotation only another quarter turn explains.
+std::string turn_remedy(const SeriesResult& series) {
+  if (series.base == nullptr) return {};
+  GateLimits limits{.rotation = series.limits.rotation};
+  limits.refuses_mirror = series.limits.refuses_mirror;
+  for (const int turned_deg : {0, 90, 180, 270}) {
+    limits.turned_deg = turned_deg;
+    if (!all_accepted(check_gates(*series.base, limits))) continue;
+    return fmt::format("--turned {} or [gates] turned_deg, if the panel is meant to lie so",
+                       turned_deg);
+  }
+  return {};
+}
+
+}  // namespace
+
+void Measuring::report_lost(const Measurement& measurement) {
+  const MeasurementRequest& request = measurement.request;
+  reporter_.report(lost_code(measurement.status),
+                   request.line,
+                   1,
+                   fmt::format("{} target {} at nominal ({:.4f}, {:.4f}) mm{}{}",
+                               request.command,
+                               request.seq,
+                               request.nominal.in_mm().x(),
+                               request.nominal.in_mm().y(),
+                               measurement.reason.empty() ? "" : ": ",
+                               measurement.reason),
+                   remedy(measurement.status));
+}
+
+void Measuring::report_dropped(const SeriesResult& series, std::span<const std::string> reasons) {
+  for (std::size_t i = 0; i < series.dropped.size(); ++i) {
+    const MeasurementRequest& request = measurement(series.dropped[i]).request;
+    reporter_.report(Code::TargetDropped,
+                     request.line,
+                     1,
+                     fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm, {} others make "
+                                 "the fit: {}",
+                                 request.command,
+                                 request.nominal.in_mm().x(),
+                                 request.nominal.in_mm().y(),
+                                 series.points.size(),
+                                 reasons[i]));
+  }
+}
+
+void Measuring::report_fault(const SeriesResult& series, std::span<const FitPoint> points) {
+  // Without a rate the test refuses nothing; a gate has, and the summary and the report say why.
+  if (!series.fault || !(series.fault->false_alarm > 0)) return;
+  const SeriesFault& fault = *series.fault;
+  const int line = fault.i_outlier
+                       ? measurement(points[*fault.i_outlier].i_measurement).request.line
+                       : series.line;
+  std::string what = fault.text();
+  if (fault.degrees_of_freedom > 0 && fault.p_value < fault.false_alarm) {
+    constexpr double kLeastShown = 1e-6;
+    what += fault.p_value < kLeastShown
+                ? "; healthy targets fit so badly less than once in a million times"
+                : fmt::format("; healthy targets fit so badly with p = {:.2g}", fault.p_value);
+  }
+  reporter_.report(
+      fault.i_outlier ? Code::TargetSuspected : Code::SeriesInconsistent, line, 1, std::move(what));
+}
+
+void Measuring::report_fit_failure(const SeriesResult& series, FitFailure failure) {
+  const std::string what = fmt::format("{} targets from line {} do not determine the model \"{}\"",
+                                       series.measurements.size(),
+                                       series.line,
+                                       name(series.model));
+  switch (failure) {
+    case FitFailure::TooFewTargets: {
+      // Targets of one coordinate (G45, slots) may be enough in number and still too few.
+      const auto n_parameters = static_cast<std::size_t>(parameter_count(series.model));
+      const bool has_enough_targets = 2 * series.measurements.size() >= n_parameters;
+      reporter_.report(Code::TargetsTooFew,
+                       series.line,
+                       1,
+                       what,
+                       has_enough_targets
+                           ? fmt::format("at least {} coordinates", n_parameters)
+                           : fmt::format("{} targets or more", (n_parameters + 1) / 2));
+      return;
+    }
+    case FitFailure::Degenerate:
+      reporter_.report(Code::SeriesDegenerate,
+                       series.line,
+                       1,
+                       what,
+                       "targets that neither coincide nor lie in one line");
+      return;
+    case FitFailure::BadCovariance:
+      reporter_.report(Code::MeasurementInvalid,
+                       series.line,
+                       1,
+                       "a measurement of the series has no usable covariance",
+                       "a positive definite matrix");
+      return;
+  }
+}
+
+void Measuring::report_unbendable(const SeriesResult& series) {
+  reporter_.report(
+      Code::TargetsTooFew,
+      series.line,
+      1,
+      fmt::format("{} targets from line {} do not determine the model \"smooth\"",
+                  series.points.size(),
+                  series.line),
+      fmt::format("{} to {} targets, not in one line", kLeastSmoothTargets, kMostSmoothTargets));
+}
+
+void Measuring::report_folded(const SeriesResult& series) {
+  reporter_.report(Code::PanelFolded,
+                   series.line,
+                   1,
+                   fmt::format("{} targets", series.points.size()),
+                   "targets that were not taken for one another, or an affine [vision] model");
+}
+
+void Measuring::report_nested_on_smooth(const SeriesResult& series) {
+  reporter_.report(Code::NestedOnSmooth,
+                   series.line,
+                   1,
+                   fmt::format("nested series from line {}", series.line),
+                   "[vision] model = \"affine\" or a stiffer one, or no nested series");
+}
+
+void Measuring::report_mirrored(const SeriesResult& series) {
+  reporter_.report(Code::PanelMirrored,
+                   series.line,
+                   1,
+                   fmt::format("{} targets of the series", series.measurements.size()),
+                   "the panel the right way up, or mirror = \"off\" in [gates]");
+}
+
+void Measuring::report_gates(const SeriesResult& series, std::span<const FitPoint> points) {
+  for (const GateVerdict& gate : series.gates) {
+    if (gate.accepted) continue;
+    const Measurement& worst = measurement(points[gate.i_target.value_or(0)].i_measurement);
+    const MeasurementRequest& request = worst.request;
+    const std::string what = fmt::format("{} ({} {} at nominal ({:.4f}, {:.4f}) mm)",
+                                         gate.text(),
+                                         request.command,
+                                         gate.i_target ? "target" : "series that begins",
+                                         request.nominal.in_mm().x(),
+                                         request.nominal.in_mm().y());
+    reporter_.report(Code::GateFailed,
+                     gate.i_target ? request.line : series.line,
+                     1,
+                     what,
+                     gate.gate == "rotation" ? turn_remedy(series) : "");
+  }
+}
+
+}  // namespace panelcal

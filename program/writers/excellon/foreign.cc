@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// A SIEB & MEYER program's own orders in Excellon.
+#include <string>
+#include <string_view>
+
+#include "program/writers/excellon/writer.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+
+/// The axis version, which the source states in its body, and the diameters that it compensates
+/// for.
+void ExcellonWriter::put_foreign_header() {
+  line(fmt::format("VER,{}", info().axis_version));
+  for (const auto& [number, tool] : info().tools) {
+    if (!tool.diameter) continue;
+    text() += fmt::format("CP,{}", number);
+    append_length(',', *tool.diameter);
+    text() += '\n';
+  }
+}
+
+/// The manual's depths are those of the machine's set-up and offsets from them.
+void ExcellonWriter::refuse_cut(const DepthOfCut& cut) {
+  if (cut.depth) {
+    refuse(fmt::format("a depth of {:g} mm below the board's surface", cut.depth->in_mm()));
+  } else {
+    refuse(fmt::format("the working plane Z{:g}", cut.z->in_mm()),
+           "depth offsets of tools (Z in the $ table)");
+  }
+}
+
+/// M47 shows 20 characters.
+void ExcellonWriter::put_foreign_message(std::string_view message) {
+  constexpr std::size_t kShown = 20;
+  std::string shown = printable(words_of(message));
+  if (shown.ends_with('\\')) shown.back() = '/';
+  line((shown.size() > kShown ? "M45," : "M47,") + shown);
+}
+
+void ExcellonWriter::put_foreign_setting(const Setting& setting) {
+  if (setting.kind == SettingKind::Vision && !options().keeps_vision) return;
+  constexpr std::string_view kCommand = "M49,";
+  if (setting.text.starts_with(kCommand)) {
+    const std::string_view command = setting.text.substr(kCommand.size());
+    // The walk has obeyed them, or the header states them.
+    if (command.starts_with("FV") || command == "CAMA" || command == "NOCAMA") return;
+  }
+  lose(quoted(setting.text));
+}
+
+}  // namespace panelcal

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// SIEB & MEYER's orders instead of the other language's settings, functions, patterns and vision
+// commands.
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "program/model/tool_links.h"
+#include "program/sieb_meyer/text/lexer.h"
+#include "program/writers/foreign_settings.h"
+#include "program/writers/pattern_copies.h"
+#include "program/writers/sieb_meyer/writer.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+/// Command that has to stand before a function's text, which is not always a command by itself.
+std::string_view command_before(const Function& function) {
+  if (function.kind == FunctionKind::TextForDevice) return "M76,";
+  if (function.kind != FunctionKind::MachineFunction) return "";
+  const bool has_code = sieb_meyer::command_of({'M', 0, function.text.substr(1)}).has_value();
+  return has_code ? "" : "M49,";
+}
+
+}  // namespace
+
+// --- functions and settings --------------------------------------------------------------------
+
+void SiebMeyerWriter::write(const Function& function) {
+  if (function.text.empty()) return;  // the control does it by itself
+  if (!is_foreign()) {
+    note_pecking(function.kind);
+    if (function.kind == FunctionKind::FinishRouting) {
+      rout_words_ = function.text;
+      return;
+    }
+    return line(std::string(command_before(function)) + std::string(function.text));
+  }
+  switch (function.kind) {
+    case FunctionKind::ScalingOn:
+      return refuse("reference scaling (" + std::string(function.text) + ")",
+                    "[reference_scaling] in machine.toml and `panelcal run`");
+    case FunctionKind::ScalingOff:
+    case FunctionKind::ToolExpired:
+      return;
+    default:
+      return lose(fmt::format("{} ({})", quoted(function.text), name(function.kind)));
+  }
+}
+
+void SiebMeyerWriter::note_pecking(FunctionKind kind) {
+  if (kind == FunctionKind::PeckOn || kind == FunctionKind::PulseOn) pecks_ = true;
+  if (kind == FunctionKind::PeckOff || kind == FunctionKind::PulseOff) pecks_ = false;
+}
+
+void SiebMeyerWriter::write(const Setting& setting) {
+  if (is_foreign()) return write_foreign(setting);
+  if (setting.kind == SettingKind::Vision && !options().keeps_vision) return;
+  constexpr std::string_view kCommand = "M49,";
+  if (setting.text.starts_with(kCommand) && is_obeyed(setting.text.substr(kCommand.size()))) {
+    if (setting.text == "M49,FV1") line(setting.text);
+    return;
+  }
+  line(setting.text);
+}
+
+void SiebMeyerWriter::write_foreign(const Setting& setting) {
+  const std::string_view key = setting_key(setting.text);
+  if (setting.text == "VER,1") return line("M49,FV1");
+  if (is_spelling(key)) return;
+  if (setting.kind == SettingKind::Vision) {
+    if (!options().keeps_vision || setting.text.starts_with("$uvis,alg,")) return;
+    if (key == "G34") return refuse(quoted(setting.text), "G34,# with one vision tool");
+  }
+  if (is_tool_link(setting.text) || setting.text == "/") return lose_once("a link of tools");
+  if (decides_places(key)) return refuse(quoted(setting.text));
+  lose(quoted(setting.text));
+}
+
+// --- patterns ----------------------------------------------------------------------------------
+
+/// The control does not know at the begin of a copy what it was told before the pattern.
+void SiebMeyerWriter::write(const PatternBegin&) {
+  say_tool();
+  line("M31");
+  ++n_open_patterns_;
+  up_at_.reset();
+  feed_.reset();
+  depth_ = {};
+  pattern_mode_.reset();
+  n_nested_targets_ = 0;
+}
+
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 5.3, 5.5
+void SiebMeyerWriter::write(const PatternEnd& end) {
+  say_tool();
+  finish_line();
+  const Placement in_place;
+  const std::span<const Placement> copies =
+      end.copies.empty() ? std::span<const Placement>(&in_place, 1) : end.copies;
+  const Eigen::Matrix2d back = written_from_work().transpose();
+  for (const Placement& copy : copies) {
+    const std::string_view command = offset_command(written_from_work() * copy.linear() * back);
+    if (command.empty()) {
+      refuse("a copy turned by other than quarter turns");
+      continue;
+    }
+    finish_line();
+    append_point(copy.translation(), "XY", kMmDecimals);
+    line_ += command;
+  }
+  line_ += "M30";
+  finish_line();
+  --n_open_patterns_;
+  up_at_.reset();
+  feed_.reset();
+  depth_ = {};
+  pattern_mode_.reset();
+  n_nested_targets_ = 0;
+  // The offset of a pattern ends with its copy; Excellon's goes on until it is cancelled.
+  if (nested_ == Nested::InForce) nested_ = Nested::Ended;
+  if (nested_ == Nested::Cancelled) nested_ = Nested::None;
+}
+
+// --- vision ------------------------------------------------------------------------------------
+
+/// Targets are looked for where they are nominally, so a correction in force is cleared first.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G31 to G34
+void SiebMeyerWriter::write(const VisionSeries& series) {
+  if (series.level == CorrectionLevel::Nested) return write_nested(series);
+  if (has_base_ || n_open_patterns_ > 0) line("G34");
+  for (const Position<frame::Nominal>& target : series.targets) {
+    finish_line();
+    append_point(target.in_mm(), "XY", kMmDecimals);
+    line_ += "G32";
+  }
+  line("G31");
+  has_base_ = true;
+  nested_ = Nested::None;
+  up_at_.reset();
+}
+
+/// All targets of a copy give one offset, so that a second series would change the first.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G36 (CAMA)
+void SiebMeyerWriter::write_nested(const VisionSeries& series) {
+  if (is_foreign() && series.targets.size() > 1) {
+    return refuse(fmt::format("a nested series of {} targets", series.targets.size()),
+                  "one target (G45): the offset of a pattern is all that SIEB & MEYER nests");
+  }
+  if (is_foreign() && n_nested_targets_ > 0) {
+    return refuse("a second nested correction", "one for each copy of a pattern");
+  }
+  switch_pattern_mode(true);
+  for (const Position<frame::Nominal>& target : series.targets) {
+    finish_line();
+    append_point(target.in_mm(), "XY", kMmDecimals);
+    line_ += "G36";
+    ++n_nested_targets_;
+  }
+  finish_line();
+  nested_ = Nested::InForce;
+  up_at_.reset();
+}
+
+void SiebMeyerWriter::write(const TargetHole& hole) {
+  switch_pattern_mode(false);
+  open_line(hole.nominal.in_mm());
+  say_depth(hole.cut, false);
+  line_ += "G36";
+  finish_line();
+}
+
+void SiebMeyerWriter::write(const CancelCorrection& cancel) {
+  if (cancel.level == CorrectionLevel::Base) {
+    line("G34");  // drops the nested one as well
+    has_base_ = false;
+    nested_ = Nested::None;
+  } else if (nested_ == Nested::InForce) {
+    nested_ = Nested::Cancelled;
+  } else {
+    nested_ = Nested::None;
+  }
+}
+
+void SiebMeyerWriter::write(const VisionTool& tool) {
+  constexpr int kMostByte = 255;
+  if (tool.number > kMostByte)
+    return refuse(fmt::format("vision tool {}", tool.number), "0 to 255");
+  line(fmt::format("G35,{}", tool.number));
+}
+
+void SiebMeyerWriter::switch_pattern_mode(bool is_on) {
+  if (std::exchange(pattern_mode_, is_on) != is_on) line(is_on ? "M49,CAMA" : "M49,NOCAMA");
+}
+
+/// An offset of a pattern holds for the rest of its copy and no longer.
+void SiebMeyerWriter::refuse_under_nested() {
+  if (nested_ == Nested::Cancelled) {
+    refuse("a place behind G47 in the pattern of its nested correction",
+           "G47 at the pattern's end");
+    nested_ = Nested::None;
+  } else if (nested_ == Nested::Ended) {
+    refuse("a place behind a pattern under the nested correction of its last copy",
+           "G47 at the pattern's end");
+    nested_ = Nested::None;
+  }
+}
+
+}  // namespace panelcal

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "program/writers/program_writer.h"
+
+namespace panelcal {
+
+/// A SIEB & MEYER program in format 5000: absolute coordinates in mm with decimal points, in the
+/// axis version of the source program, lines of at most 64 characters, tool data in the $ table.
+/// Coordinates are what the machine is told, relative to work zero. With structure kept, patterns
+/// become sections between M31 and M30, and vision commands G30 to G36.
+///
+/// Contours begin and end with a T0 line, which is also what lowers and raises the cutter; a stop
+/// for inspection is a message. What has no form is in losses().
+///
+/// Fails  translation-refused: a pass of a step slot (WalkOptions::step_slots has to be Kept, which
+///        is refused as well), M14, tool data that change in the program, tools above T99
+/// Source SIEB & MEYER CNC 8x.00 Command Set, A.3, A.7, 3, 5, 9
+/// See    tests/program/writers/sieb_meyer/writer_test.cc
+class SiebMeyerWriter final : public ProgramWriter {
+ public:
+  SiebMeyerWriter(ByteSink& bytes, ProgramWriterOptions options);
+
+  void begin(const ProgramInfo& info) override;
+  void put(const Operation& operation) override;
+
+ private:
+  /// A place in the last decimal that is written.
+  using Steps = std::array<std::int64_t, 2>;
+  /// The depth that the control works at, as it was told last.
+  struct Depth {
+    std::optional<bool> is_controlled;  ///< G83; otherwise G82
+    std::optional<std::string> z;
+    std::optional<std::string> k;
+  };
+  enum class Nested : std::uint8_t { None, InForce, Cancelled, Ended };
+
+  void end() override;
+
+  // lines.cc
+  Steps steps(const Eigen::Vector2d& at_mm) const;
+  void append_number(double value, int n_decimals = kMmDecimals);
+  void append_point(const Eigen::Vector2d& at_mm, std::string_view letters, int n_decimals);
+  void open_line(const Eigen::Vector2d& at_mm);
+  void tool_up_line(const Eigen::Vector2d& at_mm);
+  void finish_line();
+  void line(std::string_view text);
+  void say_tool();
+  void say_depth(const DepthOfCut& cut, bool is_ramp);
+  void say_feed(const Rout& rout);
+  void message(std::string_view text);
+  void note_tool(const Tool& tool);
+  void write_tool_table();
+
+  // writer.cc
+  void write(const ToolChange& change);
+  void write(const ToolRate& rate);
+  void write(const Autocalibration& calibration);
+  void write(const Drill& drill);
+  void write(const RapidMove& move);
+  void write(const Rout& rout);
+  void write(const Plunge& plunge);
+  void write(const Retract& retract);
+  void write(const Compensation& compensation);
+  void write(const Slot& slot);
+  void write(const StepSlot& slot);
+  void write(const Stop& stop);
+  void write(const Message& message);
+  void write(const Dwell& dwell);
+  void write(const ZeroSet& zero);
+
+  // orders.cc
+  void write(const Function& function);
+  void note_pecking(FunctionKind kind);
+  void write(const Setting& setting);
+  void write_foreign(const Setting& setting);
+  void write(const PatternBegin& begin);
+  void write(const PatternEnd& end);
+  void write(const VisionSeries& series);
+  void write(const TargetHole& hole);
+  void write(const CancelCorrection& cancel);
+  void write(const VisionTool& tool);
+  void write_nested(const VisionSeries& series);
+  void switch_pattern_mode(bool is_on);
+  void refuse_under_nested();
+
+  std::string line_;                 ///< not finished: words may follow
+  bool is_tool_up_line_ = false;     ///< that line is a T0 line
+  std::optional<int> pending_tool_;  ///< said in the next line with a coordinate
+  int tool_ = 0;                     ///< the program's last
+  std::map<int, Tool> tools_;
+  std::set<int> used_tools_;
+
+  Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< place of the tool
+  std::optional<Steps> up_at_;                       ///< the last coordinate line was T0 there
+  bool is_down_ = false;
+  bool has_routed_ = false;  ///< a line since the tool went down
+  CompensationSide side_ = CompensationSide::Off;
+  CompensationSide told_side_ = CompensationSide::Off;  ///< T0 switches it off
+  std::optional<std::string> feed_;                     ///< as written last
+  Depth depth_;
+  bool pecks_ = false;      ///< G81 or G89 holds
+  std::string rout_words_;  ///< of the next rout line
+
+  int n_open_patterns_ = 0;
+  bool has_base_ = false;  ///< a correction may be in force
+  Nested nested_ = Nested::None;
+  int n_nested_targets_ = 0;          ///< in this copy of the pattern: they count together
+  std::optional<bool> pattern_mode_;  ///< CAMA, NOCAMA
+};
+
+}  // namespace panelcal

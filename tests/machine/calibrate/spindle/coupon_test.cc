@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/calibrate/spindle/coupon.h"
+
+#include <array>
+#include <filesystem>
+#include <string>
+
+#include "calib/base/files/atomic_file.h"
+#include "machine/config/nightly/coupon.h"
+#include <gmock/gmock.h>
+
+#include "tests/machine/virtual_machine.h"
+#include "tests/support/matchers.h"
+
+namespace panelcal {
+namespace {
+
+using test::FailsWith;
+using testing::HasSubstr;
+
+/// Reads [coupon] alone, as machine.toml has it.
+Expected<std::optional<Coupon>> parse(std::string_view text,
+                                      const std::filesystem::path& folder = "there") {
+  constexpr std::array<std::string_view, 1> kKeys = {"coupon"};
+  const internal::TomlSource source{"machine.toml", text};
+  PANELCAL_TRY(const toml::table table, internal::parse_toml(source));
+  PANELCAL_TRY(const auto top,
+               internal::TomlTable::make(
+                   table, "the file", table.source(), internal::TomlKeys{kKeys, {}}, source));
+  return internal::read_coupon_config(top, folder);
+}
+
+std::string refusal(std::string_view text) {
+  const auto coupon = parse(text);
+  return coupon ? "accepted" : coupon.error().text();
+}
+
+Coupon coupon_in(const test::TemporaryFolder& folder) {
+  Coupon coupon;
+  coupon.name = "A";
+  coupon.rows = 7;
+  coupon.state_file = folder.path() / "coupon.json";
+  coupon.place = {"machine.toml", 3, 1};
+  return coupon;
+}
+
+TEST(Coupon, ReadsEveryKey) {
+  const auto coupon = parse(R"([coupon]
+name = "A"
+origin_mm = [300, 12.5]
+columns = 4
+rows = 20
+rows_per_run = 2
+pitch_mm = 2.54
+drill_tool = 3
+vision_tool = 9
+entry_material = true
+drill_approach = "-x+y"
+approaches = ["+x+y", "-y"]
+approach_mm = 0.5
+state = "used.json"
+)");
+  ASSERT_TRUE(coupon && *coupon) << coupon.error().text();
+  const Coupon& c = **coupon;
+  EXPECT_EQ(c.name, "A");
+  EXPECT_EQ(c.origin, position_mm<frame::Machine>(300, 12.5));
+  EXPECT_EQ(c.columns, 4);
+  EXPECT_EQ(c.rows, 20);
+  EXPECT_EQ(c.rows_per_run, 2);
+  EXPECT_EQ(c.pitch, mm(2.54));
+  EXPECT_EQ(c.drill_tool, 3);
+  EXPECT_EQ(c.vision_tool, 9);
+  EXPECT_TRUE(c.has_entry_material);
+  EXPECT_EQ(c.drilling, (Approach{-1, 1}));
+  EXPECT_THAT(c.looking, testing::ElementsAre(Approach{1, 1}, Approach{0, -1}));
+  EXPECT_EQ(c.approach_distance, mm(0.5));
+  EXPECT_EQ(c.state_file, std::filesystem::path("there/used.json"));
+  EXPECT_EQ(c.place.line, 1);
+}
+
+TEST(Coupon, IsNoneUnlessStatedAndNineHolesUnlessSaid) {
+  EXPECT_FALSE(*parse(""));
+  const auto coupon = parse("[coupon]\norigin_mm = [0, 0]\n");
+  ASSERT_TRUE(coupon && *coupon);
+  EXPECT_EQ(places_of_row(**coupon, 0).size(), 9u);
+  // Backlash shows in looks from several sides.
+  EXPECT_EQ((*coupon)->looking.size(), 4u);
+}
+
+TEST(Coupon, RefusesWhatMakesNoSense) {
+  const std::string sound = "[coupon]\norigin_mm = [0, 0]\n";
+  EXPECT_THAT(refusal("[coupon]\n"), HasSubstr("origin_mm"));
+  EXPECT_THAT(refusal(sound + "pitch_m = 1\n"), HasSubstr("\"pitch_mm\""));
+  EXPECT_THAT(refusal(sound + "pitch_mm = 0\n"), HasSubstr("machine.toml:3:"));
+  EXPECT_THAT(refusal(sound + "pitch_mm = nan\n"), HasSubstr("machine.toml:3:"));
+  EXPECT_THAT(refusal(sound + "columns = 0\n"), HasSubstr("machine.toml:3:"));
+  EXPECT_THAT(refusal(sound + "rows = 2\nrows_per_run = 3\n"), HasSubstr("2 rows"));
+  EXPECT_THAT(refusal(sound + "columns = 1\nrows_per_run = 2\n"), HasSubstr("machine.toml:"));
+  EXPECT_THAT(refusal(sound + "approaches = []\n"), HasSubstr("1 to 64"));
+  EXPECT_THAT(refusal(sound + "approaches = [\"x\"]\n"), HasSubstr("\"+x+y\""));
+  EXPECT_THAT(refusal(sound + "drill_approach = \"\"\n"), HasSubstr("\"+x+y\""));
+  EXPECT_THAT(refusal(sound + "state = \"\"\n"), HasSubstr("machine.toml:3:"));
+  EXPECT_THAT(refusal(sound + "name = \"\"\n"), HasSubstr("machine.toml:3:"));
+}
+
+TEST(Coupon, RunsGoToAndFroUpTheRows) {
+  Coupon coupon;
+  coupon.origin = position_mm<frame::Machine>(100, 50);
+  coupon.columns = 2;
+  coupon.rows_per_run = 2;
+  coupon.pitch = mm(3);
+  EXPECT_THAT(places_of_row(coupon, 4),
+              testing::ElementsAre(position_mm<frame::Machine>(100, 62),
+                                   position_mm<frame::Machine>(103, 62),
+                                   position_mm<frame::Machine>(103, 65),
+                                   position_mm<frame::Machine>(100, 65)));
+  // G39's coordinate is the first hole's place.
+  EXPECT_EQ(places_from(coupon, position_mm<frame::Machine>(7, 8)).front(),
+            position_mm<frame::Machine>(7, 8));
+}
+
+TEST(Coupon, RowsAreTakenOnceAndThenItIsFull) {
+  const test::TemporaryFolder folder;
+  const Coupon coupon = coupon_in(folder);
+  EXPECT_EQ(*used_rows(coupon), 0);
+  EXPECT_EQ(free_rows_text(coupon, 0),
+            "rows 1 to 7 of coupon \"A\" are free (7 of 7): 2 runs of 3 rows");
+  EXPECT_EQ(*take_rows(coupon), 0);
+  EXPECT_EQ(*take_rows(coupon), 3);
+  EXPECT_EQ(*used_rows(coupon), 6);
+  EXPECT_THAT(take_rows(coupon), FailsWith(Code::ConfigValue, "7"));
+  EXPECT_EQ(*used_rows(coupon), 6);
+  EXPECT_EQ(free_rows_text(coupon, 7), "all 7 rows of coupon \"A\" are used up");
+}
+
+TEST(Coupon, AnotherNameIsANewCoupon) {
+  const test::TemporaryFolder folder;
+  Coupon coupon = coupon_in(folder);
+  ASSERT_TRUE(take_rows(coupon));
+  coupon.name = "B";
+  EXPECT_EQ(*take_rows(coupon), 0);
+  EXPECT_EQ(*used_rows(coupon), 3);
+}
+
+TEST(Coupon, DoesNotGuessWhichRowsAreFree) {
+  const test::TemporaryFolder folder;
+  const Coupon coupon = coupon_in(folder);
+  ASSERT_TRUE(write_file(coupon.state_file, "{\"kind\": \"coupon\", \"vers"));
+  EXPECT_THAT(take_rows(coupon), FailsWith(Code::JsonSyntax, "coupon.json"));
+  ASSERT_TRUE(
+      write_file(coupon.state_file,
+                 "{\"kind\": \"coupon\", \"version\": 1, \"coupon\": \"A\", \"rows_used\": -1}"));
+  EXPECT_THAT(take_rows(coupon), FailsWith(Code::CalibrationInvalid, "rows_used"));
+  std::filesystem::remove(coupon.state_file);
+  std::filesystem::create_directory(coupon.state_file);
+  EXPECT_THAT(take_rows(coupon), FailsWith(Code::FileUnreadable));
+}
+
+TEST(Coupon, TakesNoRowItCannotWriteDown) {
+  Coupon coupon;
+  coupon.state_file = "/nowhere/at/all/coupon.json";
+  EXPECT_THAT(take_rows(coupon), FailsWith(Code::DeviceWrite));
+}
+
+TEST(Coupon, ApproachesReadAsTheyAreWritten) {
+  for (const int x : {-1, 0, 1}) {
+    for (const int y : {-1, 0, 1}) {
+      const Approach approach{x, y};
+      if (approach == Approach{}) continue;
+      EXPECT_EQ(approach_from_text(text(approach)), approach);
+    }
+  }
+  EXPECT_FALSE(approach_from_text(""));
+  EXPECT_FALSE(approach_from_text("+y+x"));
+}
+
+}  // namespace
+}  // namespace panelcal

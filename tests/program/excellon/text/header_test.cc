@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/excellon/text/header.h"
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "tests/support/matchers.h"
+
+namespace panelcal::excellon {
+namespace {
+
+struct ReadHeader {
+  SourceText source;
+  Header header;
+  std::vector<std::string> diagnostics;  ///< without their wording
+  std::vector<std::string> texts;
+
+  std::string first_body_line() const {
+    LineCursor body(source.bytes, header.body);
+    return body.at_end() ? "" : std::string(body.next().text);
+  }
+};
+
+ReadHeader read(std::string text) {
+  DiagnosticLog log;
+  ReadHeader out{{"p.exc", std::move(text)}, {}, {}};
+  out.header = read_header(out.source, {}, log);
+  out.diagnostics = test::briefs(log);
+  for (const Diagnostic& diagnostic : log.kept()) out.texts.push_back(diagnostic.text());
+  return out;
+}
+
+NumberFormat format_of(const std::string& lines) {
+  const ReadHeader out = read("M48\n" + lines + "%\n");
+  EXPECT_TRUE(out.diagnostics.empty()) << out.diagnostics.front();
+  return out.header.format;
+}
+
+using Texts = std::vector<std::string>;
+
+// --- where it begins and ends --------------------------------------------------------------------
+
+TEST(Header, EndsWithPercentOrM95) {
+  EXPECT_EQ(read("M48\nINCH,LZ\n%\nG05\n").first_body_line(), "G05");
+  EXPECT_EQ(read("M48\nINCH,LZ\nM95\nG05\n").first_body_line(), "G05");
+}
+
+TEST(Header, CommentsAndBlankLinesAreAllowed) {
+  const ReadHeader out = read("; made today\n\nM48\n; hello\n\nINCH,TZ\n%\nG05\n");
+  EXPECT_EQ(out.diagnostics, Texts{});
+  EXPECT_EQ(out.header.format.zeros, Zeros::TrailingKept);
+}
+
+TEST(Header, WithoutM48TheBodyBeginsAtTheFirstLine) {
+  EXPECT_EQ(read("T1\nX01\n").first_body_line(), "T1");
+}
+
+TEST(Header, APercentInFrontOfAHeaderlessBodyIsARewindStop) {
+  EXPECT_EQ(read("%\nT1\n").first_body_line(), "T1");
+  EXPECT_EQ(read("%\n%\nX01\nM01\n").first_body_line(), "%");
+}
+
+TEST(Header, APercentMayStandBeforeM48) {
+  const ReadHeader out = read("%\nM48\nMETRIC,TZ\n%\nT1\n");
+  EXPECT_EQ(out.diagnostics, Texts{});
+  EXPECT_EQ(out.header.format.unit, LengthUnit::Millimeter);
+  EXPECT_EQ(out.first_body_line(), "T1");
+}
+
+TEST(Header, TheBodyKnowsItsLineNumber) {
+  EXPECT_EQ(read("M48\nINCH,LZ\n%\nG05\n").header.body.number, 4);
+  EXPECT_EQ(read("; made today\nG05\n").header.body.number, 2);
+}
+
+TEST(Header, SaysWhereAnOpenHeaderBegan) {
+  EXPECT_EQ(read("\nM48\nINCH,LZ\n").diagnostics, Texts{"p.exc:2:1: error[header-unclosed]"});
+}
+
+// --- number format -------------------------------------------------------------------------------
+
+TEST(Header, ManualDefaultIsInchWithLeadingZeros) {
+  const ReadHeader out = read("M48\n%\n");
+  EXPECT_EQ(out.header.format.summary(), "inch 2.4, leading zeros kept");
+  EXPECT_FALSE(out.header.states_format);
+}
+
+TEST(Header, InchAndMetricStateTheFormat) {
+  EXPECT_EQ(format_of("INCH\n").summary(), "inch 2.4, leading zeros kept");
+  EXPECT_EQ(format_of("INCH,TZ\n").summary(), "inch 2.4, trailing zeros kept");
+  EXPECT_EQ(format_of("METRIC,LZ\n").summary(), "metric 3.3, leading zeros kept");
+  EXPECT_EQ(format_of("METRIC,TZ,0000.00\n").summary(), "metric 4.2, trailing zeros kept");
+  EXPECT_EQ(format_of("METRIC,000.00\n").summary(), "metric 3.2, leading zeros kept");
+  EXPECT_TRUE(read("M48\nMETRIC\n%\n").header.states_format);
+}
+
+TEST(Header, CommentHintsGiveDigitsZerosAndUnit) {
+  EXPECT_EQ(format_of(";FILE_FORMAT=4:4\nMETRIC,LZ\n").summary(), "metric 4.4, leading zeros kept");
+  EXPECT_EQ(format_of("; FORMAT={3:3/ absolute / metric / suppress leading zeros}\n").summary(),
+            "metric 3.3, trailing zeros kept");
+  EXPECT_EQ(format_of("; FORMAT={2:4/ absolute / inch / suppress trailing zeros}\n").summary(),
+            "inch 2.4, leading zeros kept");
+  EXPECT_EQ(format_of("; FORMAT={-:-/ absolute / metric / decimal}\n").summary(),
+            "metric 3.3, leading zeros kept");
+}
+
+TEST(Header, TheStatedUnitRulesOverAComment) {
+  EXPECT_EQ(format_of("METRIC,TZ\n;FORMAT={3:3/ absolute / inch / suppress leading zeros}\n").unit,
+            LengthUnit::Millimeter);
+  EXPECT_EQ(format_of(";FORMAT={3:3/ absolute / inch / suppress leading zeros}\nMETRIC,TZ\n").unit,
+            LengthUnit::Millimeter);
+}
+
+TEST(Header, CommentsThatOnlyLookLikeHintsAreIgnored) {
+  for (const char* hint : {";FILE_FORMAT=",
+                           ";FILE_FORMAT=4:",
+                           ";FILE_FORMAT=0:0",
+                           ";FILE_FORMAT=9:9",
+                           ";FORMAT={",
+                           ";FORMAT={}",
+                           ";FORMAT={3:3",
+                           "; METRIC"}) {
+    const NumberFormat format = format_of(std::string(hint) + "\nINCH\n");
+    EXPECT_EQ(format.unit, LengthUnit::Inch) << hint;
+  }
+}
+
+TEST(Header, SaysWhichLineStatedTheFormat) {
+  EXPECT_EQ(read("M48\n\nMETRIC,TZ\n%\n").header.format_evidence, "line 3: METRIC,TZ");
+  EXPECT_EQ(read(";FILE_FORMAT=4:4\nM48\n%\n").header.format_evidence, "line 1: ;FILE_FORMAT=4:4");
+}
+
+TEST(Header, NamesABadFormatWordAndItsColumn) {
+  EXPECT_EQ(read("M48\nMETRIC,TZ,00x\n%\n").diagnostics,
+            Texts{"p.exc:2:11: error[argument-invalid]"});
+}
+
+// --- switches, tools, settings -------------------------------------------------------------------
+
+TEST(Header, SwitchesChangeHowTheBodyIsRead) {
+  const ReadHeader on = read("M48\nICI,ON\nBLKD,ON\n%\n");
+  EXPECT_TRUE(on.header.incremental);
+  EXPECT_TRUE(on.header.block_delete.value_or(false));
+  const ReadHeader off = read("M48\nICI,OFF\nBLKD,OFF\n%\n");
+  EXPECT_FALSE(off.header.incremental);
+  EXPECT_FALSE(off.header.block_delete.value_or(false));
+  EXPECT_TRUE(read("M48\nICI\n%\n").header.incremental);
+  EXPECT_EQ(read("M48\nICI,MAYBE\n%\n").diagnostics, Texts{"p.exc:2:5: error[argument-invalid]"});
+}
+
+TEST(Header, PassesMachineSettingsOnInOrder) {
+  const ReadHeader out = read("M48\nR,C\n1/5/6\n ATC,ON\n/\nVER,1\nFMAT,2\n%\n");
+  EXPECT_EQ(out.diagnostics, Texts{});
+  Texts texts;
+  for (const HeaderSetting& setting : out.header.settings) {
+    texts.push_back(std::to_string(setting.line) + " " + setting.text);
+  }
+  EXPECT_EQ(texts, (Texts{"2 R,C", "3 1/5/6", "4 ATC,ON", "5 /", "6 VER,1", "7 FMAT,2"}));
+}
+
+TEST(Header, ANumberAloneLinksNoTools) {
+  EXPECT_EQ(read("M48\n15\n%\n").diagnostics.size(), 1U);
+  EXPECT_EQ(read("M48\n1//5\n%\n").diagnostics.size(), 1U);
+}
+
+TEST(Header, ToolNumbersAreNeverSplitIntoTwo) {
+  const ReadHeader out = read("M48\nINCH,LZ\nT1C.04\nT150C.05\n%\n");
+  ASSERT_TRUE(out.header.tools.contains(150));
+  EXPECT_DOUBLE_EQ(out.header.tools.at(150).diameter->in_inch(), 0.05);
+  EXPECT_DOUBLE_EQ(out.header.tools.at(1).diameter->in_inch(), 0.04);
+}
+
+TEST(Header, RefusesContradictions) {
+  EXPECT_EQ(read("M48\nINCH,LZ\nMETRIC\n%\n").diagnostics,
+            Texts{"p.exc:3:1: error[argument-invalid]"});
+  EXPECT_EQ(read("M48\nINCH,LZ\nINCH,TZ\n%\n").diagnostics, Texts{});
+  EXPECT_EQ(read("M48\nT1C.04\nT1C.05\n%\n").diagnostics,
+            Texts{"p.exc:3:1: error[argument-invalid]"});
+  EXPECT_EQ(read("M48\nT1C.04\nT01C.04\n%\n").diagnostics, Texts{});
+}
+
+TEST(Header, RefusesZerosThatNobodyHasWrittenDown) {
+  EXPECT_EQ(read("M48\nZA,1\n%\n").diagnostics, Texts{"p.exc:2:1: error[not-supported]"});
+  EXPECT_EQ(read("M48\nZS\n%\n").diagnostics, Texts{"p.exc:2:1: error[not-supported]"});
+}
+
+TEST(Header, ReadsZerosInThePlacesOfBothAxes) {
+  const ReadHeader out = read("M48\nINCH,LZ\nZ,X01Y02\nZC,X.5Y-.5\n%\n");
+  EXPECT_EQ(out.diagnostics, Texts{});
+  EXPECT_EQ(out.header.zero_set, displacement_mm<frame::Programmed>(25.4, 50.8));
+  EXPECT_EQ(out.header.zero_correction, displacement_mm<frame::Programmed>(12.7, -12.7));
+  EXPECT_EQ(read("M48\nZC,1,2\n%\n").diagnostics, Texts{"p.exc:2:4: error[argument-invalid]"});
+  EXPECT_EQ(read("M48\nZ,X1.\n%\n").diagnostics, Texts{"p.exc:2:3: error[argument-invalid]"});
+}
+
+TEST(Header, ReadsTheCommandSetAndTheAxisVersion) {
+  EXPECT_EQ(read("M48\n%\n").header.set, ProgramSet::FormatTwo);
+  EXPECT_EQ(read("M48\nFMAT,1\n%\n").header.set, ProgramSet::FormatOne);
+  EXPECT_EQ(read("M48\nFMAT,3\n%\n").diagnostics, Texts{"p.exc:2:6: error[argument-invalid]"});
+  EXPECT_EQ(read("M48\n%\n").header.axis_version, std::nullopt);
+  EXPECT_EQ(read("M48\nVER,8\n%\n").header.axis_version, 8);
+  EXPECT_EQ(read("M48\nVER,9\n%\n").diagnostics, Texts{"p.exc:2:5: error[argument-invalid]"});
+}
+
+TEST(Header, UnknownWordsNameTheNearestKnownOne) {
+  const ReadHeader near = read("M48\n METRICS,LZ\n%\n");
+  EXPECT_EQ(near.diagnostics, Texts{"p.exc:2:2: error[header-word-unknown]"});
+  EXPECT_THAT(near.texts.at(0), testing::ContainsRegex("METRIC([^S]|$)"));
+  EXPECT_EQ(read("M48\nG93\n%\n").diagnostics, Texts{"p.exc:2:1: error[header-word-unknown]"});
+}
+
+TEST(Header, TakesTheModesThatCamSystemsWriteIntoIt) {
+  EXPECT_TRUE(read("M48\nG91\n%\n").header.incremental);
+  EXPECT_FALSE(read("M48\nICI,ON\nG90\n%\n").header.incremental);
+  const ReadHeader metric = read("M48\nM71\n%\n");
+  EXPECT_EQ(metric.header.format.unit, LengthUnit::Millimeter);
+  EXPECT_TRUE(metric.header.states_format);
+  EXPECT_EQ(read("M48\nINCH\nM71\n%\n").diagnostics.size(), 1U);
+}
+
+}  // namespace
+}  // namespace panelcal::excellon

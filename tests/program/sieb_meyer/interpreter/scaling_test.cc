@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that move all coordinates of a program: scale, rotation, program zero and axis version.
+// The manual shows SA, SAZ, FA and their ends; numbers here follow from what its text says of them.
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/program/sieb_meyer/manual_run.h"
+
+namespace panelcal {
+namespace {
+
+using Eigen::Vector2d;
+using test::expect_places;
+using test::expect_refused;
+using test::format_5000;
+using test::hole_places;
+using test::Places;
+using test::ProgramRun;
+using test::run_5000;
+using test::run_program;
+using test::steps_of;
+using test::SubprogramFolder;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+/// SAX3.Y100. is 3 um and 100 um per metre about SAZX200.Y400.
+Vector2d scaled(const Vector2d& p_mm) {
+  const Vector2d about_mm(200, 400);
+  return about_mm + (p_mm - about_mm).cwiseProduct(Vector2d(1.000003, 1.0001));
+}
+
+/// The example of M92 and M93: "The holes for board finishing shall not be scaled."
+TEST(SiebMeyerScaling, TheManualsSectionIsScaledAndTheFinishIsNot) {
+  SubprogramFolder folder;
+  folder.with("SHOP.SS5",
+              "@RESET\nM49,NOFA\nM49,NORA\nM49,NOSA\n"
+              "@FINAL\nXYT9\nXY500.\nX300.Y500.\nX300.Y\n");
+  const ProgramRun run = run_5000(
+      "M99,RESET\nM49,SAX3.Y100.\nM49,SAZX200.Y400.\nX12.345Y34.567T1M31M93\n"
+      "X45.6Y43.21M50M30M92\nM99,FINAL\nM99,RESET\n",
+      {},
+      folder.reading());
+  expect_places(hole_places(run),
+                {scaled({12.345 + 45.6, 34.567 + 43.21}), {0, 0}, {0, 500}, {300, 500}, {300, 0}});
+}
+
+/// "Scaled execution already applies for these coordinates."
+TEST(SiebMeyerScaling, M93AndM92HoldForTheirOwnLine) {
+  const ProgramRun run = run_5000(
+      "M49,SAX3.Y100.\nM49,SAZX200.Y400.\nX10.Y10.T1M92\nX20.Y10.M93\nX30.Y10.\nX40.Y10.M92\n");
+  expect_places(hole_places(run), {{10, 10}, scaled({20, 10}), scaled({30, 10}), {40, 10}});
+}
+
+/// Offsets are scaled with the rest: the centre is a place on the table.
+TEST(SiebMeyerScaling, EveryCopyIsScaledAboutTheSameCentre) {
+  const ProgramRun run = run_5000(
+      "M49,SAX3.Y100.\nM49,SAZX200.Y400.\nX1.Y2.T1M31M93\nXYM50\nX100.YM50\nXY100.M80M30\n");
+  expect_places(hole_places(run), {scaled({1, 2}), scaled({101, 2}), scaled({1, 98})});
+}
+
+TEST(SiebMeyerScaling, NosaEndsTheScaleAndForgetsTheCentre) {
+  const ProgramRun run = run_5000(
+      "M49,SAX3.Y100.\nM49,SAZX200.Y400.\nM49,NOSA\nX10.Y10.T1M93\nM49,SAX3.Y100.\nX1000.Y10.\n");
+  expect_places(hole_places(run), {{10, 10}, {1000.003, 10.001}});
+}
+
+/// NOSMDS makes M92 and M93 decide; the manual does not say what holds before either.
+TEST(SiebMeyerScaling, RefusesAScaleOfWhichNobodySaysWhereItHolds) {
+  const ProgramRun run = run_program(format_5000("M49,SAX3.Y100.\nX1.Y1.T1\nX2.Y2.\n"));
+  expect_refused(run, 3, {"M93"});
+  EXPECT_THAT(run.diagnostics, Contains(HasSubstr("error[scaling-undecided]")));
+  EXPECT_THAT(run.diagnostics, Not(Contains(HasSubstr("p.exc:4:")))) << "once is enough";
+  // Targets need the answer as well.
+  expect_refused(run_program(format_5000("M49,SAX3.\nX1.Y1.G32\nG31\n")), 3, {"M93"});
+}
+
+TEST(SiebMeyerScaling, RefusesScalesThatNoBoardHas) {
+  expect_refused(run_program(format_5000("M49,SAX100001.\nX1.Y1.T1M93\n")), 2, {"100000"});
+  expect_refused(run_program(format_5000("M49,SA\nX1.Y1.T1M93\n")), 2, {"SAX#Y#"});
+  expect_refused(run_program(format_5000("M49,SAZ5\nX1.Y1.T1M93\n")), 2, {"SAZX#Y#"});
+}
+
+TEST(SiebMeyerScaling, RaTurnsCounterclockwiseAboutProgramZero) {
+  const ProgramRun run =
+      run_5000("M49,RA90.\nX10.YT1\nM49,RA-30\nX10.Y\nM49,NORA\nX10.Y\nX1.YM31\nX5.YM50M30\n");
+  const double cos_30 = 0.86602540378443865;
+  expect_places(hole_places(run), {{0, 10}, {10 * cos_30, -5}, {10, 0}, {6, 0}});
+}
+
+/// Copies turn with their offsets.
+TEST(SiebMeyerScaling, RaTurnsWholePatterns) {
+  const ProgramRun run = run_5000("M49,RA90\nX1.Y2.T1M31\nXYM50\nX100.YM50M30\n");
+  expect_places(hole_places(run), {{-2, 1}, {-2, 101}});
+  expect_refused(run_program(format_5000("M49,RA361\nX1.Y1.T1\n")), 2, {"RA# in degrees"});
+}
+
+/// "Example for program zero setting via CNC command": M49,FAX123.432Y256.753
+TEST(SiebMeyerScaling, FaPutsProgramZeroToAPlaceOnTheMachine) {
+  WalkOptions options;
+  options.work_zero = position_mm<frame::Machine>(100, 200);
+  const ProgramRun run =
+      run_5000("X1.Y1.T1\nM49,FAX123.432Y256.753\nX1.Y1.\nM49,NOFA\nX1.Y1.\n", options);
+  EXPECT_THAT(steps_of(run),
+              testing::ElementsAre("tool 1",
+                                   "drill 1 (101, 201)",
+                                   "work zero (123.432, 256.753)",
+                                   "drill 1 (124.432, 257.753)",
+                                   "work zero (100, 200)",
+                                   "drill 1 (101, 201)"));
+  expect_refused(run_program(format_5000("M49,FAX5.\nX1.Y1.T1\n")), 2, {"FAX#Y#"});
+}
+
+/// The measured places are relative to the old program zero.
+TEST(SiebMeyerScaling, RefusesFaUnderACorrection) {
+  expect_refused(
+      run_program(format_5000("X10.Y10.G32\nG31\nX1.Y1.T1\nM49,FAX5.Y5.\nX2.Y2.\n")), 5, {"G30"});
+}
+
+/// Version 2: x up and y to the right as one stands before the table (docs/decisions).
+TEST(SiebMeyerScaling, FvSaysWhereTheAxesPoint) {
+  expect_places(hole_places(run_5000("M49,FV1\nX10.Y3.T1\n")), {{10, 3}});
+  expect_places(hole_places(run_5000("M49,FV2\nX10.Y3.T1\n")), {{3, 10}});
+  expect_refused(run_program(format_5000("M49,FV9\nX1.Y1.T1\n")), 2, {"FV1 to FV8"});
+  expect_refused(run_program(format_5000("X1.Y1.T1\nM49,FV2\nX2.Y2.\n")), 3, {"first coordinate"});
+}
+
+}  // namespace
+}  // namespace panelcal

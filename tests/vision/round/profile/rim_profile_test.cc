@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/round/profile/rim_profile.h"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/vision/trial.h"
+
+namespace panelcal::internal {
+namespace {
+
+constexpr int kProfileSide = 200;
+constexpr double kProfileRadius_px = 40;
+constexpr double kProfileNoise = 4;
+constexpr double kFewSigmas = 4;
+const Eigen::Vector2d kProfileCenter(99.3, 100.8);
+
+Image scene_of(std::vector<Feature> features, double weave) {
+  Camera camera = test::plain_camera(kProfileSide, kProfileSide);
+  camera.noise = kProfileNoise;
+  Scene scene;
+  scene.background = 80.0 / 255;
+  scene.weave.amplitude = weave / 255;
+  scene.features = std::move(features);
+  Random random(1);
+  return render(scene, camera, random);
+}
+
+Image disc_among(std::vector<Feature> others, double weave = 0) {
+  const Camera camera = test::plain_camera(kProfileSide, kProfileSide);
+  others.insert(
+      others.begin(),
+      test::disc_at(
+          camera, kProfileCenter.x(), kProfileCenter.y(), kProfileRadius_px, 180.0 / 255));
+  return scene_of(std::move(others), weave);
+}
+
+RimSearch search_from(const Eigen::Vector2d& off_px, double radius_px) {
+  RimSearch search;
+  search.start.head<2>() = off_px;
+  search.start[kRadius] = radius_px;
+  search.start[kSigma] = 1.2;
+  search.least_contrast = 20;
+  return search;
+}
+
+std::optional<RimProfile> measured(const Image& image, const RimSearch& search) {
+  RimWindow window(image, FitFrame(nullptr, kProfileCenter), search.start, 34, false);
+  return measure_rim(window, search);
+}
+
+double error_in_sigmas(const RimProfile& rim) {
+  const Eigen::Vector2d error = rim.parameters.head<2>();
+  return std::sqrt(error.dot(rim.center_cov.inverse() * error));
+}
+
+TEST(RimProfile, MeasuresAPlainDisc) {
+  const auto rim = measured(disc_among({}), search_from({1, -0.5}, 40.7));
+  ASSERT_TRUE(rim);
+  EXPECT_TRUE(rim->is_settled);
+  EXPECT_LT(error_in_sigmas(*rim), kFewSigmas);
+  // Cramer and Rao: noise / contrast sqrt(2 s / (sqrt(pi) R)), times what own waves may hide.
+  const double bound_px =
+      kProfileNoise / 100 *
+      std::sqrt(2 * std::hypot(1, 0.3) / (std::sqrt(std::numbers::pi) * kProfileRadius_px));
+  EXPECT_LT(rim->parameters.head<2>().norm(), kFewSigmas * bound_px);
+  EXPECT_LT(std::sqrt(rim->center_cov(0, 0)), 4 * bound_px);
+  EXPECT_NEAR(rim->parameters[kRadius], kProfileRadius_px, 0.05);
+  EXPECT_GT(rim->used, 0.95);
+  EXPECT_GT(rim->correlation, 0.95);
+  EXPECT_EQ(rim->n_lobes, 0);
+}
+
+/// The strip has as many sectors from the first pass to the last, though the radius changes.
+TEST(RimProfile, AnswersTheSameFromEveryRadius) {
+  const Image image = disc_among({}, 15);
+  const auto best = measured(image, search_from({0, 0}, kProfileRadius_px));
+  ASSERT_TRUE(best);
+  for (const double radius_px : {37.2, 38.9, 41.3, 43.1}) {
+    const auto rim = measured(image, search_from({0.4, 0.3}, radius_px));
+    ASSERT_TRUE(rim) << radius_px;
+    EXPECT_LT((rim->parameters - best->parameters).head<2>().norm(), 0.03) << radius_px;
+  }
+}
+
+TEST(RimProfile, LeavesOutWhatCoversTheRim) {
+  const Camera camera = test::plain_camera(kProfileSide, kProfileSide);
+  const Eigen::Vector2d dirt =
+      kProfileCenter + kProfileRadius_px * Eigen::Vector2d(std::cos(0.7), std::sin(0.7));
+  const auto rim = measured(disc_among({test::disc_at(camera, dirt.x(), dirt.y(), 14, 60.0 / 255)}),
+                            search_from(Eigen::Vector2d::Zero(), 40));
+  ASSERT_TRUE(rim);
+  EXPECT_LT(error_in_sigmas(*rim), kFewSigmas);
+  EXPECT_LT(rim->parameters.head<2>().norm(), 0.05);
+  EXPECT_NEAR(rim->used, 1 - 2 * 14 / (2 * std::numbers::pi * kProfileRadius_px), 0.08);
+}
+
+/// A disc whose edge's slope, `band_px` wide, is lit from the left: brighter there, darker
+/// opposite.
+Image disc_lit_from_the_left(double band_px, double band_level) {
+  constexpr double kBlur_px = 0.9;
+  Image image(kProfileSide, kProfileSide, Image::kFullScale8);
+  Random random(2);
+  const auto share = [](double inside_px) {
+    return 0.5 * std::erfc(-inside_px / (kBlur_px * std::numbers::sqrt2));
+  };
+  for (int y = 0; y < kProfileSide; ++y) {
+    for (int x = 0; x < kProfileSide; ++x) {
+      const Eigen::Vector2d at = Eigen::Vector2d(x, y) - kProfileCenter;
+      const double inside_px = kProfileRadius_px - at.norm();
+      const double band = share(inside_px) - share(inside_px - band_px);
+      const double towards_lamp = -at.x() / std::max(1.0, at.norm());
+      image.row(y)[static_cast<std::size_t>(x)] =
+          static_cast<float>(80 + 100 * share(inside_px) + band_level * towards_lamp * band +
+                             kProfileNoise * random.normal());
+    }
+  }
+  return image;
+}
+
+TEST(RimProfile, SaysWhatASlopeThatIsLitFromOneSideMayHide) {
+  for (const double band_level : {-30.0, 30.0}) {
+    const auto rim =
+        measured(disc_lit_from_the_left(1.5, band_level), search_from({0.5, 0.5}, 40.5));
+    ASSERT_TRUE(rim);
+    EXPECT_GT(std::abs(rim->parameters[kCenterX]), 0.2) << "there is nothing to be said";
+    EXPECT_LT(error_in_sigmas(*rim), kFewSigmas);
+    EXPECT_LT(rim->center_cov(1, 1), 0.2 * rim->center_cov(0, 0));
+  }
+}
+
+TEST(RimProfile, FindsARimThatItsStartIsFarFrom) {
+  RimSearch search = search_from({2, -1}, 32);
+  const Image image = disc_among({});
+  EXPECT_FALSE(measured(image, search));
+  search.far = 0.3;
+  const auto rim = measured(image, search);
+  ASSERT_TRUE(rim);
+  EXPECT_TRUE(rim->is_settled);
+  EXPECT_NEAR(rim->parameters[kRadius], kProfileRadius_px, 0.1);
+  EXPECT_LT(error_in_sigmas(*rim), kFewSigmas);
+}
+
+TEST(RimProfile, SeesThatASquareHasFourLobes) {
+  for (const double turn_deg : {0.0, 20.0, 45.0}) {
+    Feature square;
+    square.shape = Feature::Shape::Rectangle;
+    square.size = square.inner_size = mm(0.01 * 68);
+    square.angle = deg(turn_deg);
+    square.level = 180.0 / 255;
+    const Camera camera = test::plain_camera(kProfileSide, kProfileSide);
+    square.center = camera.mapping(position_px<frame::Image>(kProfileCenter));
+    RimSearch search = search_from(Eigen::Vector2d::Zero(), 37);
+    const auto rim = measured(scene_of({square}, 15), search);
+    ASSERT_TRUE(rim) << turn_deg;
+    EXPECT_EQ(rim->n_lobes, 4) << turn_deg;
+    EXPECT_GT(rim->lobes, LocateOptions{}.max_lobes) << turn_deg;
+  }
+}
+
+TEST(RimProfile, FindsNoStepOfTheOtherSignNorInNoise) {
+  RimSearch dark = search_from(Eigen::Vector2d::Zero(), 40);
+  dark.sign = -1;
+  EXPECT_FALSE(measured(disc_among({}), dark));
+  RimSearch elsewhere = search_from(Eigen::Vector2d::Zero(), 20);
+  elsewhere.outer_px = elsewhere.inner_px = 10;
+  EXPECT_FALSE(measured(disc_among({}), elsewhere));
+}
+
+}  // namespace
+}  // namespace panelcal::internal

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/help/help_text.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "tools/cli/help/calibrate_help.h"
+#include "tools/cli/help/surface_help.h"
+
+namespace panelcal {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kCommandFooters = {{
+    {"check", R"(Example
+  $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
+  datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)
+  7 tools, 990 holes, 21 targets in 7 series, no errors, no warnings
+
+Prints problems like a compiler: FILE:LINE:COLUMN: error[CODE]: PROBLEM: TEXT; expected REMEDY
+States how it reads numbers, and why. Finds, without a machine: blocks that are not allowed where
+they stand, series that never complete, M52 that does not match M50, coincident or collinear
+fiducials, unused tools, missing feeds, coordinates of a suspicious size, and with [machine]
+travel_low_mm and travel_high_mm moves outside the travel. In SIEB & MEYER programs also brackets
+that do not close, contours without T0, holes in forbidden areas, surfaces that are not
+measured, and peck strokes that end too high; every probe is taken to find the surface where it is
+expected. A file without its end (M30 or M00, the tool table) is an error; --accept-unterminated
+takes an Excellon file that stops behind a complete line. Without PROGRAM only the machine file and
+the calibrations it names are checked.
+
+Exit codes
+  0 nothing wrong (warnings allowed); 2 errors)"},
+    {"survey", R"(Example
+  $ panelcal survey datasets/demo/panel.exc -m datasets/demo/machine.toml | head -1
+  {"seq":0,"line":24,"command":"G36","tool":1,"nominal":[6,6],"expected":[6,6],"path":[]}
+
+One JSON object a line, in the order of execution; lengths in mm, relative to work zero. Targets
+that depend on earlier ones are listed where a perfect panel has them. Lines with "probe" in place
+of "seq" ask for the height of the surface (docs/formats/probes.md), lines with "focus" for an
+autofocus.
+
+Exit codes
+  0 done; 2 errors in the program or the machine file)"},
+    {"calibrate", R"(Example
+  $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
+
+Each part has its own page: `panelcal calibrate spindle-camera --help`. A calibration that drives
+the machine needs SOURCE: --camera URI with [machine] stage_command, or --machine-driver sim for the
+virtual machine of [sim]. Only --install puts a calibration in force.
+
+Exit codes
+  0 done; 1 the measurements give no calibration, or it was not installed; 2 bad input or usage;
+  3 a device, the ledger or the disk failed; 129, 130, 143 SIGHUP, SIGINT or SIGTERM came: what the
+  commands of [machine] moved was halted first)"},
+    {"calibrate spindle-camera", R"(Example
+  $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
+
+Drills the next free rows of [coupon] and looks at each hole from every side that `approaches`
+names. The places of the holes determine the offset between spindle and camera, the wander of the
+drill from hole to hole, the repeatability of the stage (between looks), and its backlash. Outliers
+among the holes are left out and named. The output has the offset with its sigma, the number of
+further holes that would halve it, and its change from the present one, in sigmas. --yes answers the
+question about entry material.
+
+The rows are used up whatever happens: [coupon] state keeps count, so that no hole is drilled twice.
+Put a new coupon on the table when they are, and give it a new name.
+
+-o FILE writes the calibration, and nothing else changes. --install appends it to [ledger] file
+first and then writes [spindle] calibration from there: if the power fails in between, the next
+`calibrate --install` or `nightly` writes the file. Refused, and recorded as refused, is an offset
+whose residuals show a trend (the coupon moved, or the camera is turned); --force installs it.
+After a change of the camera or of its calibration, calibrate this offset again.
+
+Exit codes
+  0 done; 1 too few holes were seen or fit, or it was not installed; 2 bad input or usage; 3 a
+  device, the ledger or the disk failed)"},
+    {"history", R"(Example
+  $ panelcal history list -l drill1.ledger --kind spindle-camera --last 5
+
+A ledger is a file that only grows: every calibration with its inputs, result, covariance and
+verdict, each entry chained to the one before it by its hash (docs/decisions/ledger.md). The newest
+installed entry is in force; `rollback` puts an earlier one in force, and deletes nothing. This
+writes that calibration's file again:
+  $ panelcal history show 12 --result -l drill1.ledger -o spindle1.cal.json
+
+This shows how far every hole of a job would move, with a picture of arrows:
+  $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"nightly", R"(Example
+  $ panelcal nightly -m machine.toml --dry-run
+  $ panelcal nightly -m machine.toml
+
+One night of a machine that calibrates itself: lock, ledger, warm-up, self-test; then each
+calibration that [nightly] lists is measured, held against its gates and against the nights before,
+recorded in the ledger, and installed if it passes; if not, the one before it stays in force, where
+that can still be trusted. Prints five lines: may the machine drill and until when, what became of
+each calibration, what changed since last week, the self-test, what else to know. NIGHT.html and
+NIGHT.json in [nightly] reports say all of it (docs/formats/nightly.md).
+
+Killed at any moment, it goes on where it stopped when it is run again; what this night has
+calibrated is not measured twice, but with --again. --dry-run moves and writes nothing (but a report
+that is asked for). After a hold: docs/howto/nightly.md, which also has the systemd units and a line
+for cron.
+
+Exit codes
+  0 everything was installed; 1 something was refused or a check did not pass; 2 bad input or usage;
+  3 a device, the disk or the ledger failed, or another run holds the machine's lock; 129, 130, 143
+  SIGHUP, SIGINT or SIGTERM came: what moved was halted first, and the page says "interrupted")"},
+    {"plan", R"(Example
+  $ panelcal plan datasets/demo/panel.exc -m datasets/demo/machine.toml -o plan.html
+
+Predicts, before any measurement, how much of the noise of its targets reaches the worst hole and
+where that hole is, for every model that the targets determine; how many holes lie outside of the
+targets' hull; whether an outlier would be noticed and named; which further pad of the program
+would help most (--add K: which K together), and how; and a short order of visits. It only advises:
+nothing is measured and no program is changed (docs/howto/plan.md). Where [vision] model fixes none,
+further targets count under the manual's model for their number, which may be a softer one.
+
+"x" counts times the noise of a target, in the direction where it is worst: 1.73 is a panel of
+targets in three corners under an affine model, seen from the fourth. "um" is the same for a noise
+of --fiducial-sigma-um (2) in the picture, or as --measurements had it, with the machine's own
+[uncertainty] at targets; "total" also counts what the machine adds to every hole.
+
+-o plan.svg draws it: bands of equal certainty, the worst hole, pads to add, the order of visits;
+-o plan.html has tables and advice as well. --json: one object (docs/formats/plan.md).
+
+Exit codes
+  0 advice was given, also where targets do not determine their model; 2 bad input or usage; 3 the
+  disk or the environment failed)"},
+    {"run", R"(Example
+  $ panelcal run datasets/demo/panel.exc -m datasets/demo/machine.toml \
+      --images datasets/demo/images -o corrected.drl --report report.html
+
+Walks through the program twice. The first walk measures every target and fits every series; each
+fit is held against [gates]: residual (100 um), rotation (3 degrees), stretch (2,000 ppm), chi
+square (one false alarm in 1,000 jobs) and mirror hold unless machine.toml says another limit or
+"off", and the verdict names those that are off. Only if all hold does the second walk write the
+corrected program, whole or not at all. The report is written in either case. A program that
+measures no target needs no SOURCE, and with one it is refused: it is the wrong program, or its
+targets are lost. --uncorrected writes it as it is.
+
+--turned 90, 180 or 270 declares that the panel lies so on purpose, counter-clockwise about work
+zero; rotation and offset are held against [gates] from there. A panel that lies so without being
+declared is held. It is for measurements of another vision system: a camera looks for targets where
+the program has them.
+
+[tolerance] states how far holes may be off. The second walk then gives each place the probability
+of breaking it ("risk"), from the fits' covariance and what [uncertainty], [spindle] and [camera]
+state of the machine, and the job its verdict: drill; drill, with a warning (exit 0); or hold (exit
+1, and nothing is written, nor sent to standard output).
+
+A program that probes the surface (G73, G78, G79) needs --probes, --machine-driver, or --camera with
+[machine] probe_command; --force does not help where a surface was not found or is out of tolerance.
+
+--surface MAP.json (of `panelcal surface fit`) gives the board's heights: depths below it (K of G83,
+[[depth]]) count from the map at each place, contours are cut to [surface] height_tolerance_um, and
+SIEB & MEYER output states heights. The program's own probes stay, and are compared with the map. A
+place that the map does not reach, or with a sigma above [surface] max_sigma_um, refuses the job
+(docs/howto/surface.md).
+
+G39 and $uvis,calib drill into [coupon], look, and measure with the new spindle-camera offset from
+there on; G39,SPOP and similar take the last measured offset. Both hold for this job only;
+without a coupon or a drill the order is passed on with a warning.
+
+With a live camera the machine is driven to each target through [machine] stage_command, a program
+of yours that speaks to its controller (docs/howto/cameras.md):
+
+  $ panelcal run job.exc -m machine.toml -o corrected.drl \
+      --camera 'gige://192.168.1.20?exposure_us=2000&format=mono8'
+
+Cameras  folder:DIR and video:FILE give their pictures in order;
+v4l2:/dev/video0?width=1280&height=960, rtsp://HOST/PATH and gige://ADDRESS?packet=1500&exposure_us=..
+&gain=..&format=mono8&timeout_ms=1000&retries=20&resend=on|off are live.
+
+Formats  .jsonl .csv .drl .exc .s5 .sm .ngc .svg, or --to jsonl|csv|excellon|sieb-meyer|gcode|svg;
+.svg is a picture of the job. Either language can be written from either; the output names what the
+other one has no form for, and nothing is written if a tool would go elsewhere without it.
+
+.ngc is G-code for LinuxCNC. [gcode] of machine.toml states how high the tool moves and, where the
+program does not, how deep and how fast it works (docs/formats/gcode.md); a value that is missing in
+both is an error.
+
+  $ panelcal run job.exc -m machine.toml --measurements m.jsonl --explain L33
+
+explains the holes of line 33: programmed place, copy, scaling, fits with their fiducials and
+residuals, work zero, the coordinates that the machine receives, and the uncertainty: an error
+budget with sigma, share and the holes that share each error, and its tolerance and risk; of a depth
+the height that it counts on, and the same budget. --explain 500 takes the 500th hole or move.
+Without -o the job is judged all the same.
+
+panelcal looks for stored patterns and subprograms (M99,NAME) beside the program, then in [program]
+search_path. Texts with the date or the time (&D, &T) are drilled with --clock, else with the time
+of the run, which the output then names.
+
+A program without its end (M30 or M00, the tool table) may have been cut off, and nothing is written.
+--accept-unterminated takes an Excellon program that stops behind a complete line: a warning, a
+comment in the output and the report say so.
+
+Pictures of a folder are read and looked at ahead, on --threads threads; what is written does not
+depend on their number. If all targets that were seen are too large by one factor, or all refused
+series would fit with a camera mirrored or turned by a quarter, a line on standard error says so.
+
+Exit codes
+  0 done, perhaps with warnings; 1 a target was not found, a gate failed or [tolerance] holds the
+  job, and no program was written (but see --force); 2 bad input or usage; 3 a device, the disk or
+  the environment failed; 129, 130, 143 SIGHUP, SIGINT or SIGTERM came (what moved under --camera
+  was halted first))"},
+    {"translate", R"(Example
+  $ panelcal translate job.exc -o job.s5
+  job.exc:3: warning[translation-loss]: "ATC,ON" has no form in SIEB & MEYER
+  Excellon CNC-7 into SIEB & MEYER: 2 holes, 2 rout moves as written, 1 pattern executed at 4
+  places, 1 series of targets; 1 thing left out
+
+Writes an Excellon program in SIEB & MEYER's format 5000, or the other way round. Nothing is
+measured and nothing corrected ([table] of the machine neither): patterns stay patterns (M25 to M08;
+M31 to M30 with M50 to M90), and targets are measured by the other control (G35, G36, G45; G32, G31,
+G36). Executed, the translation drills the same holes in the same order and routs the same contours;
+only drilled slots (G85) are left to the controls, which space their holes each in its own way:
+`panelcal run --slots expand` writes the holes out. Coordinates are written to a nanometre.
+
+Commands without a form in the other language are named, line by line. Settings, messages to the
+machine, dwells and peck parameters are left out with a warning. Commands that decide where or how
+deep a tool goes (working planes, nested series of two targets, step slots, M14) are an error:
+change the program there, or leave them out with --force and look at the result. Corrections stored
+by M50 or G39,SAVE, measurement modes other than 1 and surface detection have no form at all and are
+refused as bad input: use `panelcal run`.
+
+Exit codes
+  0 done, perhaps with warnings; 1 something that matters would be lost, and nothing was written
+  (but see --force); 2 bad input or usage; 3 the disk or the environment failed)"},
+    {"locate", R"(Example
+  $ panelcal locate datasets/demo/images/0000.png --tool 1 -m datasets/demo/machine.toml
+
+One JSON object a picture: status, centre and covariance in pixels (the centre of the top-left pixel
+is 0,0; y down), size, score, number of candidates, what part was seen, blur and noise
+(docs/formats/located_targets.md). With a [camera] calibration the lens is taken into account.
+
+  $ panelcal locate a.png --tool 1 -m machine.toml --at 239,241 --radius 60 --overlay seen.png
+
+looks for the centre within 60 px of that place only, and draws the result: the fitted outline
+(green if found, red if not), the centre with its uncertainty magnified, and every other candidate
+(yellow), by number, with its score and the reason why it does not count. --candidates lists these
+as "others" too, in the same order. For several pictures --overlay names a folder, which gets a
+NAME.png for each; overlays are PNG and nothing else.
+
+A refusal has the reason of the candidate that is nearest to the target, and says what is there
+instead: a mark of another size or polarity, 12 bits in a file of 16. If all targets of several
+pictures are too large by one factor, a line on standard error says so.
+
+  $ panelcal locate --suggest board.jpg --overlay seen.png
+
+needs no machine.toml: it lists everything round, square, cross-shaped or tagged, in groups of like
+size, the most useful first, as comments, and then a [[vision.tool]] block to paste for each of the
+first groups; sizes are in mm with -m and its [camera]. --json writes an object a picture instead,
+with every mark.
+
+--threads looks at several pictures at once; results and their order do not depend on it.
+
+Exit codes
+  0 every picture was read, whatever was found in it; 2 a picture or an option is bad; 3 an overlay
+  cannot be written)"},
+    {"synth", R"(Example
+  $ panelcal synth datasets/demo/panel.exc -m datasets/demo/machine.toml -o pictures
+
+Puts the panel of [sim] under the virtual camera, executes the program's measurements on it, and
+saves every picture with images.csv. truth.json, which only --truth reads, holds the true places.
+
+  $ panelcal synth --tool 1 --count 100 -m datasets/demo/machine.toml -o samples
+
+Without a program: pictures of one target each, at random places and angles, with the noise, debris
+and neighbours of [sim]. Their truth.json (docs/formats/sample_truth.md) says what `panelcal locate`
+should find in them.
+
+The lists of an earlier synth in the folder, and the pictures that they name, are removed. A folder
+with other numbered pictures or lists is refused.
+
+Exit codes
+  0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)"},
+}};
+
+}  // namespace
+
+std::string_view command_footer(std::string_view command) {
+  const auto found = std::ranges::find(
+      kCommandFooters, command, &std::pair<std::string_view, std::string_view>::first);
+  if (found != kCommandFooters.end()) return found->second;
+  return command.starts_with("surface") ? surface_footer(command) : calibrate_footer(command);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/help/help_topics.h"
+
+#include <array>
+#include <iterator>
+
+#include "calib/base/diagnostic.h"
+#include "program/excellon/text/header.h"
+#include "program/excellon/text/lexer.h"
+#include "program/sieb_meyer/text/cnc_commands.h"
+#include "program/sieb_meyer/text/lexer.h"
+#include "tools/cli/process/exit_code.h"
+#include <fmt/format.h>
+
+namespace panelcal {
+namespace {
+
+std::string diagnostics_page() {
+  std::string out =
+      "# Diagnostics\n\n"
+      "`FILE:LINE:COLUMN: error|warning[CODE]: SUMMARY: WHAT; expected REMEDY`\n\n"
+      "The exit code is that of the worst error; warnings do not change it. After `interrupted` it "
+      "is 128 and the signal's number.\n\n"
+      "| code | severity | exit | summary | what to do |\n| --- | --- | --- | --- | --- |\n";
+  for (const CodeInfo& code : diagnostic_catalogue()) {
+    const bool is_error = code.severity == Severity::Error;
+    const Diagnostic example{code.code, {}, "", ""};
+    fmt::format_to(std::back_inserter(out),
+                   "| `{}` | {} | {} | {} | {} |\n",
+                   code.slug,
+                   is_error ? "error" : "warning",
+                   static_cast<int>(exit_code(example)),
+                   code.summary,
+                   code.advice);
+  }
+  return out;
+}
+
+/// A bar inside a table's cell would end it.
+std::string markdown_cell(std::string_view text) {
+  std::string safe(text);
+  for (auto at = safe.find('|'); at != std::string::npos; at = safe.find('|', at + 2)) {
+    safe.insert(at, 1, '\\');
+  }
+  return safe;
+}
+
+void append_row(std::string& out,
+                std::string_view form,
+                CommandClass command_class,
+                std::string_view section,
+                std::string_view effect,
+                std::string_view test) {
+  fmt::format_to(std::back_inserter(out),
+                 "| `{}` | {} | {} | {} | `{}` |\n",
+                 markdown_cell(form),
+                 name(command_class),
+                 effect,
+                 section,
+                 test);
+}
+
+std::string excellon_page() {
+  std::string out =
+      "# Excellon commands\n\n"
+      "Every command of the CNC-7 manual, what panelcal does with it, and the file in "
+      "tests/program "
+      "that shows it. Nothing is skipped: a command that is not listed here is an error.\n\n"
+      "A file ends with M30 or M00 (Format One: M30 or M02); alone at the end of the last line "
+      "they need no line end. A file without its end may have been cut off and is an error "
+      "(`end-missing`). `--accept-unterminated` accepts one that stops behind a complete line "
+      "and outside of headers, patterns, cycles and contours; the output says so. The file of a "
+      "stored pattern has no such mark: its last line must be complete.\n\n"
+      "## Body\n\n"
+      "| command | class | what it does | manual section | test |\n"
+      "| --- | --- | --- | --- | --- |\n";
+  for (const excellon::CommandInfo& command : excellon::command_table()) {
+    const std::string code = excellon::code_text(command.command);
+    std::string form(command.operands);
+    if (form.find(code) == std::string::npos) form = code + form;
+    append_row(out, form, command.command_class, command.section, command.effect, command.test);
+  }
+  for (const excellon::WordInfo& word : excellon::word_table()) {
+    append_row(out, word.form, word.command_class, word.section, word.effect, word.test);
+  }
+  out +=
+      "\n## Header\n\n"
+      "Besides `T#...`, `#/#/#`, `/` and comments, which are as in the body. *passed*: given to "
+      "the "
+      "machine in order; tests: `header_test`.\n\n"
+      "| word | class | what it does | |\n| --- | --- | --- | --- |\n";
+  for (const excellon::HeaderWordInfo& word : excellon::header_word_table()) {
+    fmt::format_to(std::back_inserter(out),
+                   "| `{}` | {} | {} | {} |\n",
+                   word.word,
+                   name(word.command_class),
+                   word.effect,
+                   word.kind);
+  }
+  out +=
+      "\n## Format One\n\n"
+      "After FMAT,1 these codes mean others; a Format Two code on the right is then an error.\n\n"
+      "| Format One | means |\n| --- | --- |\n";
+  for (const excellon::FormatOneInfo& row : excellon::format_one_table()) {
+    fmt::format_to(std::back_inserter(out),
+                   "| `{}{:02}` | `{}` |\n",
+                   row.letter,
+                   row.number,
+                   excellon::code_text(row.command));
+  }
+  return out;
+}
+
+/// "135" as "1000 3000 5000".
+std::string format_names(std::string_view first_digits) {
+  std::string out;
+  for (const char digit : first_digits)
+    out += fmt::format("{}{}000", out.empty() ? "" : " ", digit);
+  return out;
+}
+
+/// The code behind the coordinate where the manual writes it: `X#Y#G1`.
+std::string sieb_meyer_form(const sieb_meyer::CommandInfo& command) {
+  const std::string code = sieb_meyer::code_text(command.command);
+  const std::string_view operands = command.operands;
+  if (operands.find(code) != std::string_view::npos) return std::string(operands);
+  for (const std::string_view place : {"X#Y#", "(X#Y#)"}) {
+    if (!operands.starts_with(place)) continue;
+    return std::string(place) + code + std::string(operands.substr(place.size()));
+  }
+  return code + (operands.starts_with("with") ? " " : "") + std::string(operands);
+}
+
+template <class Row>
+void append_sieb_meyer_row(std::string& out, std::string_view form, const Row& row) {
+  fmt::format_to(std::back_inserter(out),
+                 "| `{}` | {} | {} | {} | {} | `{}` |\n",
+                 markdown_cell(form),
+                 name(row.command_class),
+                 row.effect,
+                 format_names(row.formats),
+                 row.section,
+                 row.test);
+}
+
+std::string sieb_meyer_page() {
+  std::string out =
+      "# SIEB & MEYER commands\n\n"
+      "Every command of the CNC 8x.00 Command Set (table B), what panelcal does with it, the "
+      "formats "
+      "that have it, and the file in tests/program/sieb_meyer that shows it. Nothing is skipped: "
+      "what is not listed here, or not in the program's format, is an error.\n\n"
+      "A file ends with its tool table: the second `$`, in format 1000 the 91st. A file without "
+      "it may have been cut off and is an error (`end-missing`, `tool-table-invalid`), with "
+      "`--accept-unterminated` too. A subprogram has no such mark: its last line must be "
+      "complete.\n\n"
+      "## Program lines\n\n"
+      "| command | class | what it does | formats | manual section | test |\n"
+      "| --- | --- | --- | --- | --- | --- |\n";
+  for (const sieb_meyer::CommandInfo& command : sieb_meyer::command_table()) {
+    append_sieb_meyer_row(out, sieb_meyer_form(command), command);
+  }
+  for (const sieb_meyer::WordInfo& word : sieb_meyer::word_table()) {
+    append_sieb_meyer_row(out, word.form, word);
+  }
+  out +=
+      "\n## CNC commands\n\n"
+      "What M49 gives to the control. *obeyed*: panelcal acts on it; *passed on*: given to the "
+      "machine "
+      "in order, since it changes no coordinate; *refused*: an error, since it would change where "
+      "the tool goes in a way that the manual does not describe. Any other command is passed on "
+      "with a warning; `M49,M#` is the machine function M#. Test: `cnc_commands_test`.\n\n"
+      "| M49, | treatment | what it does |\n| --- | --- | --- |\n";
+  for (const sieb_meyer::CncInfo& command : sieb_meyer::cnc_table()) {
+    fmt::format_to(std::back_inserter(out),
+                   "| `{}` | {} | {} |\n",
+                   command.name,
+                   sieb_meyer::name(command.treatment),
+                   command.effect);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::string> help_topic(std::string_view topic) {
+  if (topic == "diagnostics") return diagnostics_page();
+  if (topic == "excellon") return excellon_page();
+  if (topic == "sieb-meyer") return sieb_meyer_page();
+  return std::nullopt;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace panelcal {
+
+/// The commands of `panelcal calibrate`.
+struct CalibrateOptions {
+  enum class What : std::uint8_t { SpindleCamera, Camera, Table, Surface, Focus, Light, Settle };
+  What what = What::SpindleCamera;
+  std::string machine;
+  std::string machine_driver;  ///< SOURCE: sim
+  std::string camera;          ///< SOURCE: address of a live camera
+  std::string output;          ///< the calibration's file; empty: none
+  std::string clock;           ///< of the record, UTC: 2026-11-21T02:00:00Z; empty: now
+  bool json = false;
+  bool install = false;
+  // spindle-camera
+  std::optional<int> spindle;  ///< absent: as [spindle] says
+  std::optional<int> station;
+  std::string reason;    ///< for the ledger
+  std::string asked_by;  ///< empty: the user
+  bool yes = false;      ///< no question about entry material
+  bool force = false;    ///< install in spite of a significant trend
+  // camera, table
+  std::string images;              ///< SOURCE: a folder of pictures
+  std::string plot;                ///< an SVG of the residuals, of the map; empty: none
+  std::string form;                ///< CameraForm, or auto
+  std::vector<double> at_mm;       ///< place of the mark
+  std::optional<double> focal_px;  ///< absent: telecentric
+  std::optional<double> zoom;
+  int tool = 1;               ///< vision tool
+  int per_side = 5;           ///< of the lattice of views
+  std::string plate;          ///< the plate's file
+  std::string measurements;   ///< looks at it
+  std::string map;            ///< of the table's surface
+  std::vector<double> range;  ///< of focus heights, mm, or of lamp levels; empty: see help
+  int n_levels = 10;          ///< of the lamp
+  double limit_um = 1;        ///< settle: an error that a picture may still see
+  double longest_s = 1;       ///< settle: wait before the last picture of a move
+  std::string linuxcnc;       ///< folder for what LinuxCNC understands; empty: none
+};
+
+}  // namespace panelcal

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Like options.cc it includes CLI11: seconds to compile.
+#include "tools/cli/options/file_options.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include <CLI/CLI.hpp>
+
+namespace panelcal {
+namespace {
+
+struct Row {
+  std::string_view option;
+  FileUse use;
+  std::string_view what;  ///< of inputs: "FILE is ..."
+};
+
+constexpr std::array<Row, 26> kFileOptions = {{
+    {"PROGRAM", FileUse::Read, "the program"},
+    {"--program", FileUse::Read, "the program"},
+    {"GCODE", FileUse::Read, "the program"},
+    {"MAP", FileUse::Read, "the map"},
+    {"PROBES", FileUse::Read, "a file of probes"},
+    {"IMAGE", FileUse::Read, "a picture that is looked at"},
+    {"PLACE", FileUse::Read, "the list of places"},
+    {"-m,--machine", FileUse::Machine, ""},
+    {"-l,--ledger", FileUse::Ledger, "the ledger"},
+    {"--camera", FileUse::Camera, "the pictures of --camera"},
+    {"--images", FileUse::Pictures, "the pictures of --images"},
+    {"--measurements", FileUse::Read, "the file of --measurements"},
+    {"--plate", FileUse::Read, "the file of --plate"},
+    {"--probes", FileUse::Read, "the file of --probes"},
+    {"--surface", FileUse::Read, "the file of --surface"},
+    {"--truth", FileUse::Read, "the file of --truth"},
+    {"--voids-of", FileUse::Read, "a program of --voids-of"},
+    {"--zones", FileUse::Read, "the file of --zones"},
+    {"-o,--output", FileUse::Output, ""},
+    {"--json", FileUse::Output, ""},
+    {"--linuxcnc", FileUse::OutputFolder, ""},
+    {"--overlay", FileUse::OutputFolder, ""},
+    {"--plot", FileUse::Output, ""},
+    {"--report", FileUse::Output, ""},
+    {"--save-measurements", FileUse::Output, ""},
+    {"--save-probes", FileUse::Output, ""},
+}};
+
+/// "-m,--machine", as registered; of arguments, their word.
+std::string registered_name(const CLI::Option& option) {
+  return option.get_positional() ? option.get_name(true) : option.get_name(false, true);
+}
+
+void add_options(const CLI::App& app, std::vector<FileOption>& files) {
+  for (const CLI::Option* const option : app.get_options()) {
+    const bool is_flag = option->get_items_expected_max() == 0;
+    const auto row = std::ranges::find(kFileOptions, registered_name(*option), &Row::option);
+    if (is_flag || row == kFileOptions.end()) continue;
+    // synth makes a folder of pictures.
+    const bool is_synth = row->use == FileUse::Output && app.get_name() == "synth";
+    for (const std::string& path : option->results()) {
+      files.push_back({is_synth ? FileUse::SynthFolder : row->use, path, std::string(row->what)});
+    }
+  }
+  for (const CLI::App* const below : app.get_subcommands([](const CLI::App*) { return true; })) {
+    // Groups of options have no name.
+    if (below->get_name().empty() || below->parsed()) add_options(*below, files);
+  }
+}
+
+}  // namespace
+
+std::vector<FileOption> file_options(const CLI::App& app) {
+  std::vector<FileOption> files;
+  add_options(app, files);
+  return files;
+}
+
+}  // namespace panelcal

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace panelcal {
+
+/// The commands of `panelcal history`.
+struct HistoryOptions {
+  enum class Action : std::uint8_t { List, Show, Diff, RollBack, FreshStart, Export, Plot, Verify };
+  Action action = Action::List;
+  std::string ledger;
+  std::string machine;  ///< these four: empty for all; roll back needs the first three
+  std::string kind;
+  std::string subject;
+  std::string since;  ///< 2026-11-21 or 2026-11-21T08:37:38Z
+  std::optional<std::size_t> last;
+  std::vector<std::int64_t> ids;   ///< one to show, two to compare
+  std::string parameter;           ///< to plot
+  std::optional<std::int64_t> to;  ///< entry to go back to; empty: the one before
+  std::string reason;
+  std::string asked_by;  ///< empty: the user
+  std::string output;    ///< empty: standard output
+  bool json = false;
+  bool result = false;  ///< show the calibration's own bytes
+  // diff: what a change does to a job.
+  std::string program;       ///< empty: only the parameters are compared
+  std::string machine_file;  ///< machine.toml; with a program
+  std::string measurements;  ///< of an earlier job: where in the picture targets were seen
+  std::string clock;         ///< as CheckOptions
+  std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
+};
+
+}  // namespace panelcal

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "calib/base/expected.h"
+#include "tools/cli/options/calibrate_options.h"
+#include "tools/cli/options/file_options.h"
+#include "tools/cli/options/history_options.h"
+#include "tools/cli/options/surface_options.h"
+
+namespace panelcal {
+
+struct CommonOptions {
+  bool quiet = false;              ///< errors only on standard error
+  std::string log_level = "info";  ///< error, warning, info
+};
+
+struct CheckOptions {
+  std::string program;  ///< may be empty: then only the machine file is checked
+  std::string machine;  ///< may be empty
+  std::string clock;    ///< of texts and of calibrations' age: 2026-11-21T13:45:00; empty: now
+  std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< an Excellon program without M30
+};
+
+struct SurveyOptions {
+  std::string program;
+  std::string machine;
+  std::string clock;
+  std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
+};
+
+struct RunOptions {
+  std::string program;
+  std::string machine;
+  std::string images;          ///< SOURCE: a picture folder
+  std::string measurements;    ///< SOURCE: a recorded file
+  std::string machine_driver;  ///< SOURCE: sim
+  std::string camera;          ///< SOURCE: address of a live camera
+  std::string probes;          ///< recorded probe readings
+  std::string surface;         ///< a map made before; empty: none
+  std::string output;
+  std::string format;  ///< empty: from the output's extension
+  std::string report;
+  std::string save_measurements;
+  std::string save_probes;
+  std::string clock;
+  std::string truth;
+  std::string explain;        ///< L14 or 500: see ExplainChoice
+  std::string slots;          ///< keep or expand; empty: what suits the format
+  std::size_t n_threads = 0;  ///< that look at pictures; 0: one for each processor
+  std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
+  std::optional<int> turned_deg;      ///< absent: as [gates] says
+  bool uncorrected = false;           ///< a program without targets is meant
+  bool force = false;
+};
+
+struct TranslateOptions {
+  std::string program;
+  std::string machine;  ///< may be empty
+  std::string output;
+  std::string to;     ///< excellon or sieb-meyer; empty: the other language
+  std::string clock;  ///< as CheckOptions
+  std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
+  bool force = false;
+};
+
+struct LocateCommandOptions {
+  std::vector<std::string> images;
+  std::string machine;
+  std::optional<int> tool;    ///< there unless it suggests
+  std::vector<double> at_px;  ///< x, y of the middle of the searched circle; empty: everywhere
+  std::optional<double> radius_px;  ///< of it; there if at_px is
+  std::string overlay;              ///< a .png, or a folder of them; empty: none
+  bool lists_candidates = false;
+  bool suggests = false;      ///< tells what is there instead
+  bool json = false;          ///< the suggestion as JSON Lines
+  std::size_t n_threads = 0;  ///< 0: one for each processor
+};
+
+struct PlanOptions {
+  std::string program;
+  std::string machine;
+  std::string output;        ///< .svg or .html; empty: no picture
+  std::string measurements;  ///< of an earlier job, for the noise of its targets; may be empty
+  std::string clock;         ///< as CheckOptions
+  std::optional<double> fiducial_sigma_um;  ///< noise of a target's picture along each axis
+  int n_added = 1;                          ///< further targets to propose together
+  bool json = false;
+  std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< as CheckOptions
+};
+
+struct SynthOptions {
+  std::string program;
+  std::string machine;
+  std::string output;
+  std::optional<std::uint64_t> seed;
+  std::optional<int> tool;  ///< single targets of this vision tool, instead of a program's
+  int count = 100;          ///< of them
+  bool accepts_unterminated = false;  ///< as CheckOptions
+};
+
+struct NightlyOptions {
+  std::string machine;
+  std::string report;                   ///< .html; empty: [nightly] reports
+  std::string json;                     ///< the same
+  std::string clock;                    ///< UTC: 2026-11-21T02:00:00Z; empty: now
+  std::string asked_by;                 ///< empty: the user
+  std::optional<double> temperature_c;  ///< absent: [nightly] says where it stands
+  bool is_dry_run = false;
+  bool is_again = false;  ///< calibrate again what this night has calibrated already
+};
+
+struct DoneOptions {};  ///< help or version was printed
+
+using CommandOptions = std::variant<DoneOptions,
+                                    CheckOptions,
+                                    SurveyOptions,
+                                    RunOptions,
+                                    TranslateOptions,
+                                    LocateCommandOptions,
+                                    PlanOptions,
+                                    SynthOptions,
+                                    CalibrateOptions,
+                                    NightlyOptions,
+                                    HistoryOptions,
+                                    SurfaceOptions>;
+
+struct Options {
+  CommonOptions common;
+  CommandOptions command;
+  std::vector<std::string> command_line;  ///< as given, for provenance
+  std::string command_name;               ///< "panelcal history export"
+  std::vector<FileOption> files;          ///< see file_options.h
+};
+
+/// Reads the command line; prints help and version itself.
+///
+/// Fails  usage
+Expected<Options> parse_options(int argc, char** argv);
+
+}  // namespace panelcal

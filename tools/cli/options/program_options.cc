@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/options/program_options.h"
+
+#include "tools/cli/help/help_text.h"
+#include <CLI/CLI.hpp>
+
+namespace panelcal {
+
+void add_limit(CLI::App* command, std::int64_t& max_operations) {
+  constexpr std::int64_t kMost = 1'000'000'000'000;
+  command->add_option("--max-operations", max_operations, "Stop a program that never ends")
+      ->check(CLI::Range(std::int64_t{1}, kMost))
+      ->capture_default_str();
+}
+
+CLI::Option* add_accept(CLI::App* command, bool& accepts_unterminated) {
+  return command->add_flag("--accept-unterminated", accepts_unterminated, kAcceptUnterminatedHelp);
+}
+
+void add_clock(CLI::App* command, std::string& clock) {
+  command->add_option("--clock",
+                      clock,
+                      "Date and time for texts (&D, &T), for the report and for the age of "
+                      "[spindle] camera_offset_date, such as 2026-11-21T13:45:00 (default: now)");
+}
+
+}  // namespace panelcal

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// Like options.cc it includes CLI11: seconds to compile.
+#include "tools/cli/options/surface_command_line.h"
+
+#include <string>
+#include <vector>
+
+#include "surface/fit/shape.h"
+#include "tools/cli/help/help_text.h"
+#include <CLI/CLI.hpp>
+
+namespace panelcal {
+namespace {
+
+using What = SurfaceOptions::What;
+
+CLI::App* add(
+    CLI::App& surface, SurfaceOptions& o, const char* name, const char* summary, What what) {
+  CLI::App* command = surface.add_subcommand(name, summary);
+  command->footer(std::string(command_footer(std::string("surface ") + name)));
+  command->add_flag("--json", o.json, "JSON instead of text");
+  command->callback([&o, what] { o.what = what; });
+  return command;
+}
+
+constexpr const char* kClock = "Date and time for texts, such as 2026-11-21T13:45:00";
+
+/// Of a map of several zones one is taken.
+void add_zone(CLI::App* command, SurfaceOptions& o) {
+  command->add_option("--zone", o.zone, "Name of the zone, of a map that has several");
+}
+
+CLI::Option* add_accept_of_program(CLI::App* command, SurfaceOptions& o) {
+  return command->add_flag(
+      "--accept-unterminated", o.accepts_unterminated, kAcceptUnterminatedHelp);
+}
+
+/// A program's places are asked for, as a job would work at them.
+CLI::Option* add_program(CLI::App* command, SurfaceOptions& o, const char* what) {
+  CLI::Option* program = command->add_option("--program", o.program, what);
+  CLI::Option* machine = command->add_option("-m,--machine", o.machine, "machine.toml");
+  program->needs(machine);
+  machine->needs(program);
+  command->add_option("--clock", o.clock, kClock);
+  add_accept_of_program(command, o)->needs(program);
+  return program;
+}
+
+void add_format(CLI::App* command, SurfaceOptions& o, const char* what) {
+  command->add_option("--format", o.format, what)
+      ->check(CLI::IsMember({"probes", "heightmap", "linuxcnc", "bcnc", "opencncpilot"}));
+}
+
+void add_fit(CLI::App& surface, SurfaceOptions& o) {
+  CLI::App* fit = add(surface, o, "fit", "Make a map of probed heights", What::Fit);
+  fit->add_option("PROBES",
+                  o.files,
+                  "Files of one panel: panelcal's (.jsonl), heightmap.csv, LinuxCNC's log, .probe, "
+                  ".hmap")
+      ->required();
+  fit->add_option("-o,--output", o.output, "The map (.json)")->required();
+  CLI::Option* machine = fit->add_option(
+      "-m,--machine",
+      o.machine,
+      "machine.toml, whose [surface] grid_hold_mm is how far heights are extrapolated");
+  std::vector<std::string> models = {"auto"};
+  for (const std::string_view word : surface_model_words()) models.emplace_back(word);
+  fit->add_option("--model", o.model, "Model of the surface between probes")
+      ->check(CLI::IsMember(models))
+      ->capture_default_str();
+  fit->add_option("--sigma-um", o.sigma_um, "Scatter of a probe whose file states none (5)")
+      ->check(CLI::Range(1e-3, 1e5));
+  fit->add_option("--max-extrapolation-mm",
+                  o.max_extrapolation_mm,
+                  "How far outside of the probes the map still gives heights (5)")
+      ->check(CLI::Range(0.0, 1000.0));
+  fit->add_option("--zones", o.zones, "Zones, clamps, cut-outs and the panel's edge (.toml)");
+  CLI::Option* voids_of =
+      fit->add_option(
+             "--voids-of",
+             o.voids_of,
+             "A program whose holes, slots and contours are there already; may be repeated")
+          ->needs(machine)
+          ->expected(1)
+          ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add_accept_of_program(fit, o)->needs(voids_of);
+  fit->add_option("--probe-tip-mm",
+                  o.probe_tip_mm,
+                  "Diameter of the probe's tip: a probe that may touch a void does not count (1)")
+      ->check(CLI::Range(1e-3, 100.0));
+  fit->add_option("--clock", o.clock, kClock);
+  add_format(fit, o, "Of the files (default: from their names and texts)");
+  fit->add_option("--unit", o.unit, "Of files that state none")
+      ->check(CLI::IsMember({"mm", "inch"}))
+      ->capture_default_str();
+  fit->add_option("--zaxis", o.z_axis, "Whose heights, of probes with several Z axes (from 0)")
+      ->check(CLI::Range(0, 63));
+  fit->add_option("--plot", o.plot, "Picture of heights and sigmas (.svg)");
+  fit->add_option("--report", o.report, "The same with tables, as a page (.html)");
+}
+
+void add_query(CLI::App& surface, SurfaceOptions& o) {
+  CLI::App* query = add(surface, o, "query", "Ask a map for heights", What::Query);
+  query->add_option("MAP", o.map, "The map (.json)")->required();
+  CLI::Option* places = query->add_option(
+      "PLACE", o.places, "X,Y in mm, as many as you like; - reads them, one a line");
+  CLI::Option* program = add_program(query, o, "Every place that this program works at");
+  CLI::Option* grid =
+      query->add_option("--grid", o.grid, "NXxNY: columns and rows over the probes");
+  places->excludes(program)->excludes(grid);
+  program->excludes(grid);
+}
+
+void add_diff(CLI::App& surface, SurfaceOptions& o) {
+  CLI::App* diff = add(surface, o, "diff", "Compare one map with another", What::Diff);
+  diff->add_option("MAP", o.files, "Two maps: before and after")->required()->expected(2);
+  add_zone(diff, o);
+  diff->add_option("--plot", o.plot, "Picture of the difference (.svg)");
+}
+
+void add_plan(CLI::App& surface, SurfaceOptions& o) {
+  CLI::App* plan = add(surface, o, "plan", "Plan where to probe, and where not to", What::Plan);
+  CLI::Option* map = plan->add_option(
+      "MAP", o.map, "A map of this panel, or with --afresh of one like it (.json)");
+  add_zone(plan, o);
+  plan->add_option("--tolerance-um", o.tolerance_um, "The sigma that the map may have at any place")
+      ->required()
+      ->check(CLI::Range(1e-3, 1e6));
+  add_program(plan, o, "Heights matter where this program works");
+  plan->add_option("--area", o.area_mm, "X0,Y0,X1,Y1: where one may probe, mm")
+      ->expected(4)
+      ->delimiter(',');
+  plan->add_flag("--afresh", o.afresh, "Another panel of this kind: the map's probes do not count")
+      ->needs(map);
+  CLI::Option* amplitude =
+      plan->add_option("--amplitude-mm", o.amplitude_mm, "How high such panels bend (sigma)")
+          ->check(CLI::Range(1e-6, 1e3));
+  CLI::Option* length =
+      plan->add_option("--length-mm", o.length_mm, "The distance over which they do")
+          ->check(CLI::Range(1e-3, 1e5));
+  CLI::Option* sigma =
+      plan->add_option("--probe-sigma-um", o.probe_sigma_um, "What a probe scatters")
+          ->check(CLI::Range(1e-3, 1e5));
+  amplitude->needs(length)->excludes(map);
+  length->needs(amplitude)->excludes(map);
+  amplitude->needs(sigma);
+  plan->add_option("-o,--output",
+                   o.output,
+                   "List of the places, in the order to probe (.csv), or the plan (.json)");
+  plan->add_option("--plot", o.plot, "Picture of the plan (.svg)");
+}
+
+void add_apply(CLI::App& surface, SurfaceOptions& o) {
+  CLI::App* apply = add(surface, o, "apply", "Make a G-code program follow a map", What::Apply);
+  apply->add_option("MAP", o.map, "The map (.json)")->required();
+  apply->add_option("GCODE", o.gcode, "The program")->required();
+  apply->add_option("-o,--output", o.output, "The levelled program; - is standard output")
+      ->required();
+  apply
+      ->add_option("--height-tolerance-um",
+                   o.height_tolerance_um,
+                   "How near to its height the tool has to be all along a move")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  apply
+      ->add_option("--safe-mm",
+                   o.safe_mm,
+                   "Moves at this Z or above stay (default: the lowest Z above the board at which "
+                   "the program travels)")
+      ->check(CLI::Range(-1e3, 1e3));
+  apply->add_option("--zero", o.zero_mm, "X,Y: where the tool's Z was set to 0, mm")
+      ->expected(2)
+      ->delimiter(',');
+  apply->add_option("--unit", o.gcode_unit, "Of a program that has neither G20 nor G21")
+      ->check(CLI::IsMember({"mm", "inch"}));
+  apply->add_option("--max-sigma-um", o.max_sigma_um, "Refuse where the map is less sure than this")
+      ->check(CLI::Range(1e-3, 1e6));
+}
+
+void add_export(CLI::App& surface, SurfaceOptions& o) {
+  CLI::App* command =
+      add(surface, o, "export", "Write a map as the file of another program", What::Export);
+  command->add_option("MAP", o.map, "The map (.json)")->required();
+  command
+      ->add_option("-o,--output",
+                   o.output,
+                   "heightmap.csv, .probe, .hmap, .jsonl, or any name with --format; - is standard "
+                   "output")
+      ->required();
+  add_format(command, o, "Of the file (default: by its name)");
+  command->add_option("--grid", o.grid, "NXxNY: columns and rows over the probes");
+  command->add_flag("--fill", o.fill, "Heights of nodes that no probe vouches for, too");
+  command->add_option("--zero", o.zero_mm, "X,Y: where heights are 0, mm (default: as in the map)")
+      ->expected(2)
+      ->delimiter(',');
+}
+
+}  // namespace
+
+void add_surface_commands(CLI::App& surface, SurfaceOptions& options) {
+  surface.require_subcommand(1);
+  add_fit(surface, options);
+  add_query(surface, options);
+  add_diff(surface, options);
+  add_plan(surface, options);
+  add_apply(surface, options);
+  add_export(surface, options);
+}
+
+}  // namespace panelcal

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "calib/advice/convex_hull.h"
+#include "tools/plan/design/plan.h"
+
+namespace panelcal::plan {
+
+/// Every k-th place, k a power of two, and not more than a picture can show.
+class Sample {
+ public:
+  void add(const Position<frame::Nominal>& place);
+  const std::vector<Position<frame::Nominal>>& places() const { return places_; }
+
+ private:
+  std::vector<Position<frame::Nominal>> places_;
+  std::size_t n_ = 0;
+  std::size_t stride_ = 1;
+};
+
+/// One series while its plan is made.
+struct SeriesWork {
+  SeriesPlan plan;
+  MapCovariance base_cov = MapCovariance::Zero();  ///< in units of this series' noise squared
+  std::vector<LeverageMap> leverages;              ///< of the models that are determined
+  std::vector<std::size_t> i_models;               ///< their indices
+  HullBuilder corners;
+  std::optional<CandidatePool> pool;
+  Sample sample;
+  std::vector<PlannedPlace> candidates;
+
+  /// The series' design under each model. Precondition: plan.design, base_cov and
+  /// plan.programmed are there.
+  void predict_models();
+  /// Takes a place that this series corrects.
+  void see(const PassingPlace& place);
+};
+
+/// Finds the best single pad (or the fewest that determine the model) and the best `n_added`; the
+/// model is always the one that a job would fit to that many targets.
+void find_additions(SeriesWork& work, const ModelRule& rule, std::size_t n_added);
+
+}  // namespace panelcal::plan

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/plan/output/text.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "calib/panel/smooth_panel.h"
+#include "tools/figures/text.h"
+#include "tools/plan/output/advice.h"
+#include <fmt/format.h>
+
+namespace panelcal::plan {
+namespace {
+
+using report::counted;
+using report::path_text;
+
+std::string_view answer_word(LieDetection::Answer answer) {
+  constexpr std::array<std::string_view, 3> kWords = {"no", "in part", "yes"};
+  return kWords[static_cast<std::size_t>(answer)];
+}
+
+bool has_machine_terms(const Plan& plan) {
+  return !(plan.machine.shared_mm2() + plan.machine.of_hole_mm2()).isZero(0);
+}
+
+std::string lines_text(const SeriesPlan& series) {
+  const auto [first, last] = std::ranges::minmax(
+      series.targets, {}, [](const PlannedPlace& target) { return target.line; });
+  if (first.line == last.line) return fmt::format("line {}", first.line);
+  return fmt::format("lines {} to {}", first.line, last.line);
+}
+
+std::string wrapped(const std::string& text, std::size_t indent) {
+  constexpr std::size_t kWidth = 110;
+  std::string out(indent, ' ');
+  std::size_t column = indent;
+  std::size_t at = 0;
+  while (at < text.size()) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    const std::size_t length = end - at;
+    if (column > indent && column + 1 + length > kWidth) {
+      out += "\n" + std::string(indent + 2, ' ');
+      column = indent + 2;
+    } else if (column > indent) {
+      out += ' ';
+      ++column;
+    }
+    out.append(text, at, length);
+    column += length;
+    at = end + 1;
+  }
+  return out + "\n";
+}
+
+std::string plan_table_text(const Plan& plan, const SeriesPlan& series) {
+  const bool has_total = has_machine_terms(plan);
+  std::string out = fmt::format("    {:<11}{:>6}  {:>8} {:>8}{}  {:>6}  {:<18} {:<8} {}\n",
+                                "model",
+                                "d.o.f.",
+                                "worst x",
+                                "um",
+                                has_total ? "   total" : "",
+                                "mean x",
+                                "outlier from um",
+                                "named",
+                                "the worst is at");
+  for (const ModelRow& row : model_rows(plan, series)) {
+    out += fmt::format("  {} {:<11}", row.is_programmed ? "*" : " ", row.model);
+    if (!row.why_not.empty()) {
+      out += fmt::format("{:>6}  {}\n", "-", row.why_not);
+      continue;
+    }
+    out += fmt::format("{:>6}  {:>8} {:>8}{}  {:>6}  {:<18} {:<8} {}\n",
+                       row.left,
+                       row.worst,
+                       row.worst_um,
+                       has_total ? fmt::format("{:>8}", row.total_um) : "",
+                       row.mean,
+                       row.found,
+                       row.named,
+                       row.place);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string noise_text(const Plan& plan) {
+  const double target_um = 1e3 * std::sqrt(plan.machine.of_target_mm2()(0, 0));
+  const std::string amount =
+      plan.is_recorded ? std::string("the root mean square of each series, along each axis")
+                       : fmt::format("{:.2f} um along each axis",
+                                     std::hypot(plan.picture_sigma.in_um(), target_um));
+  std::string out = fmt::format("Noise of a target: {} ({}", amount, plan.sigma_source);
+  if (target_um > 0) {
+    out += fmt::format(", stage {:.2f} um, table {:.2f} um",
+                       plan.machine.stage_repeatability.in_um(),
+                       plan.machine.table_residual.in_um());
+  }
+  out += ")";
+  if (has_machine_terms(plan)) {
+    out +=
+        fmt::format("; total counts what the machine adds to every hole: {:.2f} um",
+                    1e3 * greatest_sigma(plan.machine.shared_mm2() + plan.machine.of_hole_mm2()));
+  }
+  return out;
+}
+
+std::string series_title(const Plan& plan, const SeriesPlan& series) {
+  const bool is_base = series.level == CorrectionLevel::Base;
+  std::string out = is_base ? "Panel" : "Board";
+  if (!series.targets.empty() && !series.targets.front().path.empty()) {
+    out += " copy " + path_text(series.targets.front().path);
+  }
+  out += fmt::format(": {}, {}, model {}",
+                     counted(static_cast<std::int64_t>(series.targets.size()), "target"),
+                     lines_text(series),
+                     name(series.programmed));
+  if (plan.chooses_model) out += " (auto: the manual's for this number)";
+  if (plan.bends_panel) out += " (of the smooth one)";
+  if (plan.is_recorded) out += fmt::format(", noise {:.2f} um", series.noise.in_um());
+  return out;
+}
+
+std::string series_note(const Plan& plan, const SeriesPlan& series) {
+  if (series.level == CorrectionLevel::Nested) {
+    if (plan.n_nested <= 1) return {};
+    const bool is_worst = &series == &plan.series.back();
+    if (!is_worst) return fmt::format("The first of {} boards.", plan.n_nested);
+    if (plan.n_like_worst == plan.n_nested) {
+      return fmt::format("It stands for all {} boards, which are alike.", plan.n_nested);
+    }
+    const std::size_t n_others = plan.n_like_worst - 1;
+    return fmt::format("The worst of {} boards; {} like it.",
+                       plan.n_nested,
+                       n_others == 0   ? std::string("no other is")
+                       : n_others == 1 ? std::string("another one is")
+                                       : fmt::format("{} others are", n_others));
+  }
+  if (series.serves_targets) {
+    return "Its holes are all corrected by board series of their own. What it decides is how well "
+           "the board targets are found; the figures are theirs.";
+  }
+  return {};
+}
+
+std::vector<ModelRow> model_rows(const Plan& plan, const SeriesPlan& series) {
+  std::vector<ModelRow> rows;
+  for (const ModelPlan& model : series.models) {
+    ModelRow row;
+    row.model = std::string(name(model.model));
+    row.is_programmed = model.is_programmed;
+    if (!model.fit) {
+      row.why_not = "not determined: " + std::string(why(model.failure));
+    } else {
+      row.left = std::to_string(model.fit->degrees_of_freedom);
+      if (model.stats.n > 0) {
+        row.worst = times(model.stats.worst);
+        row.worst_um = um_of(model.stats.worst, series);
+        row.total_um = fmt::format(
+            "{:.2f}", plan.total_sigma(series, *model.fit, model.stats.worst_place).in_um());
+        row.mean = times(model.stats.mean());
+      }
+      // The same everywhere, but for rounding.
+      const bool is_even =
+          model.stats.n > 1 && model.stats.worst <= model.stats.mean() * (1 + 1e-9);
+      if (model.stats.n > 0) {
+        row.place = is_even ? "alike everywhere" : place_text(model.stats.worst_place);
+      }
+      row.found = model.lies.found_from
+                      ? fmt::format("{:.1f}", *model.lies.found_from * series.noise.in_um())
+                      : std::string(answer_word(model.lies.is_found));
+      row.named = std::string(answer_word(model.lies.is_named));
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::string model_text(const Plan& plan) {
+  if (plan.bends_panel) {
+    return fmt::format(
+        "Model \"smooth\": how a panel bends between its targets is not known before they are "
+        "measured. All figures are those of the affine map it bends on, the least that a hole can "
+        "have; an outlier may then be taken for bending. It needs {} to {} targets, and no "
+        "nested corrections on top.",
+        kLeastSmoothTargets,
+        kMostSmoothTargets);
+  }
+  if (!plan.chooses_model) return {};
+  return "Model \"auto\": a job chooses by what it measures. Assumed here is the manual's model "
+         "for "
+         "this number of targets, now and with further ones; the table has the others.";
+}
+
+std::string plan_text(const Plan& plan, const Survey& survey) {
+  std::string out = wrapped(noise_text(plan), 0);
+  if (const std::string model = model_text(plan); !model.empty()) out += wrapped(model, 0);
+  out += wrapped(
+      "x: times the noise of a target that reaches a hole, in its worst direction (one standard "
+      "deviation); um: the same for this noise; * the model in force",
+      0);
+  for (const SeriesPlan& series : plan.series) {
+    out += "\n" + series_title(plan, series) + "\n";
+    if (const std::string note = series_note(plan, series); !note.empty()) out += wrapped(note, 2);
+    out += plan_table_text(plan, series);
+    for (const std::string& line : series_advice(plan, series)) out += wrapped("- " + line, 2);
+  }
+  if (plan.n_base > kMostBase) {
+    out += fmt::format("\n{} further base series are left out.\n", plan.n_base - kMostBase);
+  }
+  if (plan.series.empty())
+    out += "\nThe program measures no series: every hole goes where it is drawn.\n";
+  if (plan.n_uncorrected > 0 && !plan.series.empty()) {
+    out += fmt::format("\nWithout any correction: {}.\n", counted(plan.n_uncorrected, "place"));
+  }
+  if (plan.n_own_target > 0) {
+    out += fmt::format("\nDrilled at a target of its own, with 1.00 times its noise: {}.\n",
+                       counted(plan.n_own_target, "place"));
+  }
+  const auto visits = visit_advice(plan, survey);
+  if (!visits.empty()) out += "\nOrder of visits\n";
+  for (const std::string& line : visits) out += wrapped("- " + line, 2);
+  return out;
+}
+
+}  // namespace panelcal::plan

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "calib/base/diagnostic.h"
+#include "machine/job/summary/truth_comparison.h"
+#include "program/judge/depth_verdict.h"
+#include "program/judge/job_verdict.h"
+#include "program/judge/tally.h"
+#include "program/walk/survey.h"
+#include "tools/report/input/budget.h"
+#include "tools/report/input/views.h"
+
+namespace panelcal {
+
+/// Everything the report of one run shows. Texts may hold any bytes.
+struct ReportInput {
+  std::string program_file;
+  std::string machine_name;
+  std::string source;       ///< source of the measurements, in words
+  std::string output_file;  ///< empty if nothing was written; "-" for standard output
+  bool forced = false;      ///< written although a gate or a tolerance refused it
+  const Survey* survey = nullptr;
+  const Tally* tally = nullptr;            ///< of the corrected program; null if refused
+  const TruthComparison* truth = nullptr;  ///< null without --truth
+  const JobVerdict* verdict = nullptr;     ///< null if [tolerance] asks for no positions
+  const DepthVerdict* depth = nullptr;     ///< null if it asks for no depths
+  std::string surface_use;  ///< the part of --surface in the depths; empty without it
+  /// Of the verdict's worst place, by which `run --explain` knows it; empty: its line says enough.
+  std::optional<std::int64_t> worst_number;
+  std::optional<HoleBudget> worst_hole;           ///< of the job, held or not
+  std::map<std::int64_t, std::string> crops_png;  ///< by seq: the target with the found centre
+  std::map<std::int64_t, std::vector<ReportView>> views;  ///< by seq: all pictures looked at
+  std::span<const Diagnostic> diagnostics;
+  std::vector<std::pair<std::string, std::string>> provenance;  ///< origin of this: key, value
+};
+
+}  // namespace panelcal

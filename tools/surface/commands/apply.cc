@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "calib/base/files/atomic_file.h"
+#include "program/gcode/leveller.h"
+#include "surface/map/file.h"
+#include "tools/surface/commands/subcommand.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace panelcal::surface {
+namespace {
+
+LevelOptions level_options(const SurfaceOptions& options) {
+  LevelOptions out;
+  out.height_tolerance = um(options.height_tolerance_um);
+  if (options.safe_mm) out.safe_height = mm(*options.safe_mm);
+  if (options.zero_mm.size() == 2) {
+    out.zero = position_mm<frame::Nominal>(options.zero_mm[0], options.zero_mm[1]);
+  }
+  if (options.gcode_unit == "mm") out.unit_mm = 1;
+  if (options.gcode_unit == "inch") out.unit_mm = inch(1).in_mm();
+  return out;
+}
+
+std::string figures_text(const LevelFigures& figures) {
+  std::string out = fmt::format(
+      "levelled {} of {} moves into {} pieces; Z {:+.4f} to {:+.4f} mm\n"
+      "safe height {:.3f} mm; the board is up to {:.3f} mm high\n",
+      figures.n_levelled,
+      figures.n_moves,
+      figures.n_pieces,
+      figures.lowest.in_mm(),
+      figures.highest.in_mm(),
+      figures.safe_height.in_mm(),
+      figures.board.in_mm());
+  if (figures.n_levelled > 0) {
+    out += fmt::format("largest sigma of the surface {:.2f} um, in line {}\n",
+                       figures.largest_sigma.in_um(),
+                       figures.line_of_largest_sigma);
+  }
+  if (figures.n_filled > 0) {
+    out += fmt::format("{} moves go over places where a probe is missing\n", figures.n_filled);
+  }
+  if (figures.n_extrapolated > 0) {
+    out += fmt::format("{} moves go outside of the probes\n", figures.n_extrapolated);
+  }
+  if (figures.n_over_voids > 0) {
+    out += fmt::format("{} moves go over voids, at the height predicted there\n",
+                       figures.n_over_voids);
+  }
+  return out;
+}
+
+std::string figures_json(const LevelFigures& figures) {
+  nlohmann::ordered_json json;
+  json["moves"] = figures.n_moves;
+  json["levelled"] = figures.n_levelled;
+  json["pieces"] = figures.n_pieces;
+  json["lowest"] = figures.lowest.in_mm();
+  json["highest"] = figures.highest.in_mm();
+  json["safe_height"] = figures.safe_height.in_mm();
+  json["board"] = figures.board.in_mm();
+  json["largest_sigma"] = figures.largest_sigma.in_mm();
+  json["largest_sigma_line"] = figures.line_of_largest_sigma;
+  json["filled"] = figures.n_filled;
+  json["extrapolated"] = figures.n_extrapolated;
+  json["over_voids"] = figures.n_over_voids;
+  return json.dump() + "\n";
+}
+
+constexpr std::string_view kLevelledBy = "(levelled by panelcal";
+
+/// Comments that say what made it, in front of the program, but behind a % that has to be first.
+std::string with_provenance(std::string text, const Provenance& provenance) {
+  std::string remarks;
+  for (const auto& [key, value] : provenance) {
+    std::string words = key + ": " + value;
+    std::ranges::replace(words, '(', '[');
+    std::ranges::replace(words, ')', ']');
+    std::ranges::replace_if(
+        words, [](char c) { return c == '\n' || c == '\r'; }, ' ');
+    remarks += fmt::format("{}: {})\n", kLevelledBy, words);
+  }
+  const bool has_percent = text.starts_with('%');
+  text.insert(has_percent ? text.find('\n') + 1 : 0, remarks);
+  return text;
+}
+
+}  // namespace
+
+Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
+  PANELCAL_TRY(const StoredZones stored, read_zoned_map_file(options.map));
+  PANELCAL_TRY(const SourceText program, read_source(options.gcode));
+  if (program.bytes.find(kLevelledBy) != std::string::npos) {
+    return failure({Code::ArgumentInvalid,
+                    {options.gcode, 0, 0},
+                    "a program that was levelled before",
+                    "the one that it was made of"});
+  }
+  PANELCAL_TRY(const LevelledGcode levelled,
+               level_gcode(program, stored.map, level_options(options)));
+  const LevelFigures& figures = levelled.figures;
+  const std::string words = options.json ? figures_json(figures) : figures_text(figures);
+  if (options.max_sigma_um && figures.largest_sigma > um(*options.max_sigma_um)) {
+    context.console.print(
+        Diagnostic{Code::ToleranceHold,
+                   {options.gcode, figures.line_of_largest_sigma, 1},
+                   fmt::format("the sigma of the map's height here is {:.2f} um",
+                               figures.largest_sigma.in_um()),
+                   fmt::format("at most {:g} um (--max-sigma-um)", *options.max_sigma_um)});
+    return Answer{words, ExitCode::GateFailed};
+  }
+  const std::vector<std::string> inputs = {options.map, options.gcode};
+  std::string text = with_provenance(levelled.text, provenance_of(context, inputs));
+  if (options.output != "-") {
+    PANELCAL_CHECK(write_file(options.output, text));
+    return Answer{words};
+  }
+  context.console.say(words);
+  return Answer{std::move(text)};
+}
+
+}  // namespace panelcal::surface

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
+#include "machine/config/machine_config.h"
+#include "machine/config/zones_file.h"
+#include "surface/files/probe_file.h"
+#include "surface/map/file.h"
+#include "tools/cli/process/version.h"
+#include "tools/surface/commands/subcommand.h"
+#include "tools/surface/picture.h"
+#include <fmt/format.h>
+
+namespace panelcal::surface {
+namespace {
+
+const std::string kSurfaceFit = "panelcal surface fit";
+/// Diameter of a usual probe's ball.
+constexpr Length kUsualTip = mm(1);
+
+std::vector<std::string> inputs_of(const SurfaceOptions& options) {
+  std::vector<std::string> out = options.files;
+  out.insert(out.end(), options.voids_of.begin(), options.voids_of.end());
+  for (const std::string& file : {options.zones, options.machine}) {
+    if (!file.empty()) out.push_back(file);
+  }
+  return out;
+}
+
+Expected<void> check_fit_outputs(const SurfaceOptions& options) {
+  PANELCAL_CHECK(check_extension(kSurfaceFit, options.output, ".json"));
+  PANELCAL_CHECK(check_extension(kSurfaceFit, options.plot, ".svg"));
+  PANELCAL_CHECK(check_extension(kSurfaceFit, options.report, ".html"));
+  return {};
+}
+
+/// All probes of all files, one after the other.
+struct Probes {
+  std::vector<ProbePoint> points;
+  std::vector<MissingProbe> missing;
+  std::vector<MapSource> sources;
+};
+
+Expected<Probes> read_all(const SurfaceOptions& options) {
+  ProbeFileOptions reading;
+  if (!options.format.empty()) reading.format = probe_format_from_name(options.format);
+  if (options.sigma_um) reading.sigma = um(*options.sigma_um);
+  if (options.unit == "inch") reading.unit = inch(1);
+  reading.z_axis = options.z_axis;
+  Probes out;
+  for (const std::string& file : options.files) {
+    PANELCAL_TRY(const std::string bytes, read_file(file, kMaxProbeFileBytes));
+    PANELCAL_TRY(ProbeFile read, parse_probe_file(bytes, file, reading));
+    std::ranges::move(read.points, std::back_inserter(out.points));
+    std::ranges::move(read.missing, std::back_inserter(out.missing));
+    out.sources.push_back({file, sha256(bytes)});
+  }
+  return out;
+}
+
+Expected<HeightMapOptions> map_options(const SurfaceOptions& options) {
+  HeightMapOptions out;
+  out.model = surface_model(options.model);
+  if (!options.machine.empty()) {
+    PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
+    out.max_extrapolation = config.walk.sieb_meyer.grid_hold;
+  }
+  if (options.max_extrapolation_mm) out.max_extrapolation = mm(*options.max_extrapolation_mm);
+  return out;
+}
+
+/// Zones and voids of --zones, and voids of --voids-of behind them.
+struct Layout {
+  std::vector<Zone> zones;
+  Voids voids;
+};
+
+Expected<Layout> read_layout(const SurfaceOptions& options,
+                             const HeightMapOptions& defaults,
+                             CommandContext& context) {
+  ZonesFile file;
+  if (!options.zones.empty()) {
+    PANELCAL_TRY(file, read_zones_file(options.zones, defaults));
+  }
+  for (const std::string& program : options.voids_of) {
+    PANELCAL_TRY(auto voids, program_voids(program, options, context));
+    std::ranges::move(voids, std::back_inserter(file.voids));
+  }
+  const Length tip =
+      options.probe_tip_mm ? mm(*options.probe_tip_mm) : file.probe_tip.value_or(kUsualTip);
+  PANELCAL_TRY(Voids voids, Voids::make(std::move(file.voids), 0.5 * tip));
+  return Layout{std::move(file.zones), std::move(voids)};
+}
+
+/// No reader would accept the file.
+Expected<void> check_map_size(const std::string& text) {
+  if (text.size() <= kMaxMapBytes) return {};
+  return failure({Code::NotSupported,
+                  {},
+                  fmt::format("a map of {} bytes", text.size()),
+                  fmt::format("at most {}: fewer voids", kMaxMapBytes)});
+}
+
+}  // namespace
+
+Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
+  PANELCAL_CHECK(check_fit_outputs(options));
+  PANELCAL_TRY(const HeightMapOptions how, map_options(options));
+  PANELCAL_TRY(Layout layout, read_layout(options, how, context));
+  PANELCAL_TRY(Probes probes, read_all(options));
+  context.console.progress("fitting a surface to the probes");
+  auto map =
+      ZonedMap::of_probes(probes.points, std::move(layout.zones), std::move(layout.voids), how);
+  context.console.end_progress();
+  if (!map) {
+    Diagnostic problem = std::move(map).error();
+    if (problem.place.file.empty()) problem.place.file = options.files.front();
+    return failure(std::move(problem));
+  }
+  const MadeMap made = made_map({std::move(probes.points),
+                                 *std::move(map),
+                                 std::move(probes.sources),
+                                 std::string("panelcal ") + kVersion},
+                                std::move(probes.missing),
+                                options.output);
+  const std::string text = map_file_text(made.stored);
+  PANELCAL_CHECK(check_map_size(text));
+  PANELCAL_CHECK(write_file(options.output, text));
+  const Provenance provenance = provenance_of(context, inputs_of(options));
+  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, map_svg(made, provenance)));
+  if (!options.report.empty()) {
+    PANELCAL_CHECK(write_file(options.report, map_html(made, provenance)));
+  }
+  return Answer{options.json ? made_json(made) : made_text(made)};
+}
+
+}  // namespace panelcal::surface

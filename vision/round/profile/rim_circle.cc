@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/round/profile/rim_circle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace panelcal::internal {
+namespace {
+
+constexpr int kArcStarts = 8;
+constexpr double kStartArc = 0.6;  // of the rim
+constexpr int kConcentrations = 2;
+constexpr int kLastConcentrations = 3;
+constexpr double kOffCircle = 3.5;  // sigmas
+
+using Use = std::vector<char>;
+
+/// Radius, shift and the normal equations of some sectors.
+struct CircleFit {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+};
+
+class SectorWaves {
+ public:
+  explicit SectorWaves(Eigen::Index n) : rows_(3, n) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double phi = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n);
+      rows_.col(i) << 1, std::cos(phi), std::sin(phi);
+    }
+  }
+  CircleFit fit(const Eigen::VectorXd& d, const Use& use) const {
+    CircleFit circle;
+    Eigen::Vector3d g = Eigen::Vector3d::Zero();
+    for (Eigen::Index i = 0; i < d.size(); ++i) {
+      if (use[static_cast<std::size_t>(i)] == 0) continue;
+      circle.normal += rows_.col(i) * rows_.col(i).transpose();
+      g += rows_.col(i) * d[i];
+    }
+    circle.value = (circle.normal + 1e-9 * Eigen::Matrix3d::Identity()).ldlt().solve(g);
+    return circle;
+  }
+  Eigen::VectorXd left(const Eigen::VectorXd& d, const Eigen::Vector3d& value) const {
+    return d - rows_.transpose() * value;
+  }
+
+ private:
+  Eigen::Matrix3Xd rows_;
+};
+
+/// Means over n neighbours around, n odd, of usable ones.
+Eigen::VectorXd smoothed(const Eigen::VectorXd& d, const Use& usable, int n) {
+  Eigen::VectorXd means = d;
+  const Eigen::Index size = d.size();
+  for (Eigen::Index i = 0; i < size; ++i) {
+    double sum = 0;
+    double count = 0;
+    for (int k = -(n / 2); k <= n / 2; ++k) {
+      const Eigen::Index j = (i + k + size) % size;
+      if (usable[static_cast<std::size_t>(j)] == 0) continue;
+      sum += d[j];
+      ++count;
+    }
+    if (count > 0) means[i] = sum / count;
+  }
+  return means;
+}
+
+std::size_t count_of(const Use& use) {
+  return static_cast<std::size_t>(std::count(use.begin(), use.end(), 1));
+}
+
+/// The `n` usable sectors that are nearest to a circle; the squares they leave.
+double nearest(const Eigen::VectorXd& left, const Use& usable, std::size_t n, Use& use) {
+  std::vector<std::pair<double, std::size_t>> squares;
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    if (usable[i] != 0) {
+      const double r = left[static_cast<Eigen::Index>(i)];
+      squares.emplace_back(r * r, i);
+    }
+  }
+  n = std::min(n, squares.size());
+  std::nth_element(
+      squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(n) - 1, squares.end());
+  use.assign(usable.size(), 0);
+  double sum = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    sum += squares[k].first;
+    use[squares[k].second] = 1;
+  }
+  return sum;
+}
+
+/// Takes off the sectors beside those that are off already: what covers a rim has a blurred edge.
+void take_off(const Use& off, int reach, Use& use) {
+  const auto n = static_cast<int>(use.size());
+  for (int i = 0; i < n; ++i) {
+    if (off[static_cast<std::size_t>(i)] == 0) continue;
+    for (int k = -reach; k <= reach; ++k) use[static_cast<std::size_t>((i + k + n) % n)] = 0;
+  }
+}
+
+/// Sigma of normal numbers over the root mean square of the smallest `kept` of them.
+double widening(std::size_t kept, std::size_t all) {
+  const double share = static_cast<double>(kept) / static_cast<double>(all);
+  // The limit z below which this share of magnitudes is, by bisection.
+  double low = 0;
+  double high = 6;
+  for (int i = 0; i < 40; ++i) {
+    const double z = 0.5 * (low + high);
+    (std::erf(z / std::numbers::sqrt2) < share ? low : high) = z;
+  }
+  const double density = std::exp(-0.5 * low * low) / std::sqrt(2 * std::numbers::pi);
+  return 1 / std::sqrt(1 - 2 * low * density / share);
+}
+
+/// The longest run of sectors that are off though they are usable, as part of all.
+double longest_arc(const Use& off, const Use& usable) {
+  const std::size_t n = off.size();
+  std::size_t longest = 0;
+  std::size_t run = 0;
+  for (std::size_t i = 0; i < 2 * n; ++i) {
+    run = off[i % n] != 0 && usable[i % n] != 0 ? run + 1 : 0;
+    longest = std::max(longest, run);
+  }
+  return static_cast<double>(std::min(longest, n)) / static_cast<double>(n);
+}
+
+}  // namespace
+
+Eigen::VectorXd residuals_about_circle(const Eigen::VectorXd& deviations, const Use& use) {
+  const SectorWaves waves(deviations.size());
+  return waves.left(deviations, waves.fit(deviations, use).value);
+}
+
+double RimCircle::used() const {
+  return use.empty() ? 0 : static_cast<double>(count_of(use)) / static_cast<double>(use.size());
+}
+
+Eigen::VectorXd RimCircle::residuals(const Eigen::VectorXd& deviations) const {
+  return SectorWaves(deviations.size()).left(deviations, {grown_px, shift_px.x(), shift_px.y()});
+}
+
+RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
+                         const Use& usable,
+                         int n_smooth,
+                         double least_used,
+                         double floor_px) {
+  RimCircle result;
+  result.use = usable;
+  const auto n = static_cast<std::size_t>(deviations.size());
+  const std::size_t n_usable = count_of(usable);
+  const auto n_kept =
+      std::max<std::size_t>(8, static_cast<std::size_t>(least_used * static_cast<double>(n)));
+  result.seen = static_cast<double>(n_usable) / static_cast<double>(n);
+  if (n_usable < n_kept) return result;
+  const SectorWaves waves(deviations.size());
+  const Eigen::VectorXd d = smoothed(deviations, usable, n_smooth);
+
+  double least = INFINITY;
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
+  for (int start = 0; start <= kArcStarts; ++start) {
+    Use use = usable;
+    for (std::size_t i = 0; start > 0 && i < n; ++i) {
+      const std::size_t from = n * static_cast<std::size_t>(start - 1) / kArcStarts;
+      if (static_cast<double>((i + n - from) % n) > kStartArc * static_cast<double>(n)) use[i] = 0;
+    }
+    if (count_of(use) < n_kept / 2) continue;
+    double squares = INFINITY;
+    Eigen::Vector3d value = waves.fit(d, use).value;
+    for (int k = 0; k < kConcentrations; ++k) {
+      squares = nearest(waves.left(d, value), usable, n_kept, use);
+      value = waves.fit(d, use).value;
+    }
+    if (squares >= least) continue;
+    least = squares;
+    best = value;
+  }
+
+  Use nearest_use;
+  for (int k = 0; k < kLastConcentrations; ++k) {
+    least = nearest(waves.left(d, best), usable, n_kept, nearest_use);
+    best = waves.fit(d, nearest_use).value;
+  }
+
+  // Once: doing it again would let in, bit by bit, what lies just beside the circle.
+  const Eigen::VectorXd left = waves.left(d, best);
+  result.scale_px =
+      std::max(floor_px / std::sqrt(static_cast<double>(n_smooth)),
+               std::sqrt(least / static_cast<double>(n_kept)) * widening(n_kept, n_usable));
+  Use off(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    off[i] = usable[i] == 0 ||
+             std::abs(left[static_cast<Eigen::Index>(i)]) > kOffCircle * result.scale_px;
+  }
+  result.use = usable;
+  result.seen = 1 - static_cast<double>(count_of(off)) / static_cast<double>(n);
+  result.displaced = longest_arc(off, usable);
+  take_off(off, 1, result.use);
+  if (count_of(result.use) < 8) return result;
+  const CircleFit circle = waves.fit(deviations, result.use);
+  result.grown_px = circle.value[0];
+  result.shift_px = circle.value.tail<2>();
+  const Eigen::Matrix3d inverse = circle.normal.inverse();
+  result.unit_cov = inverse.bottomRightCorner<2, 2>();
+  const Eigen::VectorXd rest = waves.left(deviations, circle.value);
+  const auto n_used = static_cast<double>(count_of(result.use));
+  for (std::size_t i = 0; i < n; ++i) {
+    if (result.use[i] == 0) continue;
+    const double phi = 4 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n);
+    result.oval_px += 2 / n_used * rest[static_cast<Eigen::Index>(i)] *
+                      Eigen::Vector2d(std::cos(phi), std::sin(phi));
+  }
+  return result;
+}
+
+}  // namespace panelcal::internal

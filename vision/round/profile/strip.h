@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "vision/round/model/window.h"
+#include <Eigen/Core>
+
+namespace panelcal::internal {
+
+/// The band along a rim, unrolled: grey levels by ring (distance from the rim) and by sector.
+///
+/// Every pixel is shared out linearly among its two rings and two sectors; a cell holds the mean.
+struct RimStrip {
+  Eigen::ArrayXXf mean;  ///< rings x sectors, grey levels
+  /// Pixels in a cell of a ring, on average.
+  Eigen::ArrayXd mass;
+  double first_px = 0;  ///< of ring 0: distance from the rim, inwards; rings are 1 px apart
+  double unit = 1;      ///< fit frame units per px
+  double seen = 1;      ///< part of the cells that hold a pixel
+
+  Eigen::Index n_rings() const { return mean.rows(); }
+  Eigen::Index n_sectors() const { return mean.cols(); }
+  double at_px(Eigen::Index ring) const { return first_px + static_cast<double>(ring); }
+  double angle_rad(Eigen::Index sector) const;
+};
+
+/// In     window: collected about the parameters, at least `reach_px` to either side; inner_px: how
+///        far the strip goes inwards; n_sectors: as an earlier strip has them, or 0: sectors of
+///        about 2 px of arc, 24 to 256 of them
+RimStrip unroll(const RimWindow& window,
+                const RimVector& parameters,
+                double outer_px,
+                double inner_px,
+                Eigen::Index n_sectors = 0);
+
+/// The median of each ring, or of the sectors that `use` marks.
+///
+/// In     use: empty, or as many as there are sectors
+Eigen::ArrayXd ring_medians(const RimStrip& strip, const std::vector<char>& use);
+
+}  // namespace panelcal::internal
