@@ -102,11 +102,11 @@ DriftOptions level_options(const NightlyConfig& config) {
 }
 
 DriftPoint level_point(const QualityNight& night, const NightLevel& level, bool is_fresh) {
-  constexpr double kLeastSigma = 1e-4;  // of what is averaged over many pictures
+  constexpr double kLeastLevelSigma = 1e-4;  // of what is averaged over many pictures
   DriftPoint point;
   point.time = night.time;
   point.value = Eigen::VectorXd::Constant(1, std::log(level.value));
-  point.cov = Eigen::MatrixXd::Constant(1, 1, kLeastSigma * kLeastSigma);
+  point.cov = Eigen::MatrixXd::Constant(1, 1, kLeastLevelSigma * kLeastSigma);
   point.is_fresh_start = is_fresh;
   return point;
 }
