@@ -13,12 +13,10 @@ namespace panelcal {
 template <class F>
 class BoundingBox {
  public:
+  /// A NaN is not less than what is there, in this order of the operands.
   void add(const Position<F>& p) {
-    for (int axis = 0; axis < 2; ++axis) {
-      const double at_mm = p.in_mm()[axis];
-      if (at_mm < low_mm_[axis]) low_mm_[axis] = at_mm;
-      if (at_mm > high_mm_[axis]) high_mm_[axis] = at_mm;
-    }
+    low_mm_ = low_mm_.cwiseMin(p.in_mm());
+    high_mm_ = high_mm_.cwiseMax(p.in_mm());
   }
 
   bool is_empty() const { return !(low_mm_.x() <= high_mm_.x()) || !(low_mm_.y() <= high_mm_.y()); }

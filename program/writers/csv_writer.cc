@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -256,18 +257,15 @@ class Fields {
   std::optional<double> risk_end_;
 };
 
-/// Commas between sigma and the risk in the row of a hole, and the text behind it.
-constexpr auto kBeforeRisk = [] {
-  std::array<char, kRisk - kSigma - 1> commas{};
-  commas.fill(',');
-  return commas;
-}();
-constexpr auto kHoleEnd = [] {
-  std::array<char, kColumns - kRisk> end{};
+/// Fields behind sigma in the row of a hole without a risk.
+constexpr auto kBehindSigma = [] {
+  std::array<char, kColumns - kSigma - 1> end{};
   end.fill(',');
   end.back() = '\n';
   return end;
 }();
+/// The fields behind the risk.
+constexpr std::size_t kHoleEnd = kColumns - kRisk;
 
 char* write_integer(char* at, int n) {
   if (n < 0) *at++ = '-';
@@ -278,8 +276,8 @@ char* write_integer(char* at, int n) {
 constexpr std::string_view kHoleName = "drill,";
 constexpr std::size_t kMostPathLevels = 6;
 constexpr std::size_t kHoleRowChars = kHoleName.size() + (kMostPathLevels + 2) * (kCountChars + 2) +
-                                      6 * (kFixedChars + 1) + kBeforeRisk.size() + kRiskChars +
-                                      kHoleEnd.size();
+                                      3 * kCsvPointChars + kBehindSigma.size() + kRiskChars +
+                                      kHoleEnd;
 
 /// Nearly every row of a file is a hole's, so those are built at once instead of field by field.
 /// Deep paths and stored patterns go the other way; null then.
@@ -299,14 +297,45 @@ char* write_path(char* at, std::span<const int> path) {
 }
 
 char* write_point(char* end, const Eigen::Vector2d& p_mm) {
-  for (const double value_mm : {p_mm.x(), p_mm.y()}) {
-    *end++ = ',';
-    end = write_fixed_as<kMmDecimals>(end, value_mm);
-  }
-  return end;
+  *end = ',';
+  end = write_fixed_as<kMmDecimals>(end + 1, p_mm.x());
+  *end = ',';
+  return write_fixed_as<kMmDecimals>(end + 1, p_mm.y());
 }
 
-char* write_hole(char* end, const Operation& operation, const Drill& drill) {
+/// Copies the text of a point; gives its end. The copy may begin where the text ends.
+char* copy_point(const char* text, std::size_t n_chars, char* to) {
+  constexpr std::size_t kPiece = 16;  // moved by two instructions
+  static_assert(kCsvPointChars % kPiece == 0);
+  std::size_t i = 0;
+  do {
+    std::memmove(to + i, text + i, kPiece);
+    i += kPiece;
+  } while (i < n_chars);
+  return to + n_chars;
+}
+
+}  // namespace
+
+/// Holes under a mere offset have one sigma, and those without a correction have none: its text is
+/// kept from the second hole on.
+char* CsvWriter::write_sigma(char* at, const Drill& drill) {
+  const double x_mm2 = drill.cov_mm2(0, 0);
+  const double y_mm2 = drill.cov_mm2(1, 1);
+  if (x_mm2 != sigma_.x_mm2 || y_mm2 != sigma_.y_mm2) {
+    sigma_.x_mm2 = x_mm2;
+    sigma_.y_mm2 = y_mm2;
+    sigma_.n_chars = 0;
+    return write_point(at, sigma_mm(drill));
+  }
+  char* const text = sigma_.text.data();
+  if (sigma_.n_chars == 0) {
+    sigma_.n_chars = static_cast<std::size_t>(write_point(text, sigma_mm(drill)) - text);
+  }
+  return copy_point(text, sigma_.n_chars, at);
+}
+
+char* CsvWriter::write_hole(char* end, const Operation& operation, const Drill& drill) {
   end = std::ranges::copy(kHoleName, end).out;
   end = write_integer(end, operation.line);
   *end++ = ',';
@@ -318,15 +347,15 @@ char* write_hole(char* end, const Operation& operation, const Drill& drill) {
   const char* const nominal_text = end;
   end = write_point(end, nominal_mm);
   // Without a correction both are the same, and converting them is most of the work.
-  end = actual_mm == nominal_mm ? std::copy(nominal_text, static_cast<const char*>(end), end)
-                                : write_point(end, actual_mm);
-  end = write_point(end, sigma_mm(drill));
-  end = std::ranges::copy(kBeforeRisk, end).out;
-  if (drill.risk) end = write_risk(end, *drill.risk);
-  return std::ranges::copy(kHoleEnd, end).out;
+  end = actual_mm == nominal_mm
+            ? copy_point(nominal_text, static_cast<std::size_t>(end - nominal_text), end)
+            : write_point(end, actual_mm);
+  end = write_sigma(end, drill);
+  char* const risk = end + kBehindSigma.size() - kHoleEnd;
+  end = std::ranges::copy(kBehindSigma, end).out;
+  if (!drill.risk) return end;
+  return std::copy_n(kBehindSigma.end() - kHoleEnd, kHoleEnd, write_risk(risk, *drill.risk));
 }
-
-}  // namespace
 
 void CsvWriter::begin(const ProgramInfo& info) {
   if (judge_) judge_->begin(info);
@@ -334,10 +363,13 @@ void CsvWriter::begin(const ProgramInfo& info) {
 }
 
 void CsvWriter::put(const Operation& operation) {
-  if (const Drill* drill = as_simple_hole(operation)) {
-    static_assert(kHoleRowChars <= kMostRow);
-    return end_row(write_hole(begin_row(kHoleRowChars), operation, *drill));
-  }
+  static_assert(kHoleRowChars <= kMostRow);
+  const Drill* const drill = as_simple_hole(operation);
+  if (drill == nullptr) return put_by_fields(operation);
+  end_row(write_hole(begin_row(kHoleRowChars), operation, *drill));
+}
+
+void CsvWriter::put_by_fields(const Operation& operation) {
   std::string& out = text();
   Row row(out);
   row.word(kOp, operation_name(operation));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -25,14 +26,17 @@ struct Digits {
   std::array<char, 3> text;
   std::int8_t n_shown;
 };
+/// The count of three decimals that are zeros: so few that the point before the first three, or the
+/// digits before later ones, are not shown for their sake.
+inline constexpr std::int8_t kNoneShown = -8;
 using DigitTable = std::array<Digits, 1000>;
 
-/// All three digits; shown as decimals, that is without trailing zeros.
+/// All three digits; shown as decimals, that is without trailing zeros; kNoneShown of 000.
 inline constexpr DigitTable kDecimals = [] {
   DigitTable table{};
   const auto digit = [](int n) { return static_cast<char>('0' + n % 10); };
   for (int n = 0; n < 1000; ++n) {
-    const int n_shown = n % 10 != 0 ? 3 : n % 100 != 0 ? 2 : n != 0 ? 1 : 0;
+    const int n_shown = n % 10 != 0 ? 3 : n % 100 != 0 ? 2 : n != 0 ? 1 : kNoneShown;
     table[static_cast<std::size_t>(n)] = {{digit(n / 100), digit(n / 10), digit(n)},
                                           static_cast<std::int8_t>(n_shown)};
   }
@@ -106,9 +110,9 @@ template <int kN>
 /// Writes a value in fixed point with at most kN decimals (6 to 9), trailing zeros and a lone point
 /// left off: 12.5, -0.000125, 3. Rounds half away from zero. Gives the end.
 ///
-/// The digits come by threes from tables that know how many of them to show; but for the decimals
-/// behind the sixth, and a number without any, nothing has to be decided, so that no digit is
-/// guessed wrong by the processor. It is inlined, since writers of holes do little else.
+/// The digits come by threes from tables that know how many of them to show, so that nothing has to
+/// be decided and no digit is guessed wrong by the processor. It is inlined, since writers of holes
+/// do little else.
 ///
 /// In     at: kFixedChars are free
 ///        after_whole: copied behind a number without a point
@@ -131,21 +135,22 @@ template <int kN>
   const auto whole = static_cast<std::uint32_t>(steps / kUnit);
   const auto decimals = static_cast<std::uint32_t>(steps - Steps{whole} * kUnit);
   *at = '-';
-  at += static_cast<int>(value < 0) & static_cast<int>(steps != 0);
+  at += (std::bit_cast<std::uint64_t>(value) >> 63) & static_cast<std::uint64_t>(steps != 0);
   at += copy_digits(internal::kWholes[whole], at);
-  if (decimals == 0) return std::ranges::copy(after_whole, at).out;
   // As if there were nine: the first three, the next three and the last ones.
   constexpr std::uint32_t kFirst = internal::power_of_ten(kN - 3);
   constexpr std::uint32_t kNext = internal::power_of_ten(kN - 6);
   *at = '.';
-  const int n_first = copy_digits(internal::kDecimals[decimals / kFirst], at + 1);
   const std::uint32_t behind_3 = decimals % kFirst;
-  const int n_next = copy_digits(internal::kDecimals[behind_3 / kNext], at + 4);
+  const int n_first = 1 + copy_digits(internal::kDecimals[decimals / kFirst], at + 1);
+  const int n_next = 4 + copy_digits(internal::kDecimals[behind_3 / kNext], at + 4);
+  int n_shown = std::max({0, n_first, n_next});
   if constexpr (kN > 6) {
     const std::uint32_t behind_6 = behind_3 % kNext * internal::power_of_ten(9 - kN);
-    if (behind_6 != 0) return at + 7 + copy_digits(internal::kDecimals[behind_6], at + 7);
+    n_shown = std::max(n_shown, 7 + copy_digits(internal::kDecimals[behind_6], at + 7));
   }
-  return at + (n_next == 0 ? 1 + n_first : 4 + n_next);
+  if (!after_whole.empty() && n_shown == 0) return std::ranges::copy(after_whole, at).out;
+  return at + n_shown;
 }
 
 }  // namespace panelcal

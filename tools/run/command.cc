@@ -147,7 +147,10 @@ class RunCommand {
     return {};
   }
 
+  /// The digest of a large program takes as long as reading it, so it is made where it is told.
   void note_provenance(const std::string& time) {
+    const bool is_told = !options_.report.empty() || (job_.format && has_comments(*job_.format));
+    if (!is_told) return;
     provenance_ = provenance_of(context_.options,
                                 job_.program,
                                 {options_.machine,

@@ -71,6 +71,10 @@ bool is_program(OutputFormat format) {
   return format == OutputFormat::Excellon || format == OutputFormat::SiebMeyer;
 }
 
+bool has_comments(OutputFormat format) {
+  return format != OutputFormat::Jsonl && format != OutputFormat::Csv;
+}
+
 Expected<void> check_output_format(OutputFormat format, const MachineConfig& machine) {
   if (format != OutputFormat::Gcode || machine.gcode) return {};
   return failure({Code::ConfigValue,

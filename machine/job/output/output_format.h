@@ -30,6 +30,9 @@ std::optional<OutputFormat> output_format_of_extension(std::string_view extensio
 /// A language that a drilling machine's control reads by itself: cycles may be left to it.
 bool is_program(OutputFormat format);
 
+/// The output says where it comes from (WriterInput::comments); records have no place for that.
+bool has_comments(OutputFormat format);
+
 /// Checks that the machine's file states all that the format needs.
 ///
 /// Fails  config-value (G-code without [gcode])

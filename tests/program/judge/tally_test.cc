@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/judge/tally.h"
 
+#include <limits>
 #include <numbers>
 
 #include "tests/program/operations.h"
@@ -38,6 +39,14 @@ TEST(Tally, IsEmptyAtFirst) {
   EXPECT_EQ(tally.n_holes() + tally.n_slots() + tally.n_routs(), 0);
   EXPECT_THAT(tally.tools_used(), IsEmpty());
   EXPECT_EQ(tally.tools().size(), 2U);
+}
+
+TEST(Tally, KeepsPlacesThatAreNotANumberOutOfItsBoxes) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const Tally tally = tally_of({drill(1, kNaN, 4), drill(1, 2, 3), drill(1, kNaN, kNaN)});
+  EXPECT_EQ(low_mm(tally), Eigen::Vector2d(2, 3));
+  EXPECT_EQ(high_mm(tally), Eigen::Vector2d(2, 4));
+  EXPECT_EQ(tally.nominal_box().low().in_mm(), Eigen::Vector2d(1.75, 2.5));
 }
 
 TEST(Tally, CountsByTool) {

@@ -3,7 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <map>
+
+#include "calib/base/random.h"
 
 #include "tests/program/operations.h"
 
@@ -90,6 +94,66 @@ TEST(CsvWriter, WritesTheRiskOfAHole) {
   EXPECT_EQ(with_depth.at("z"), "1.5");
   with_depth.erase("z");
   EXPECT_EQ(with_depth, quick);
+}
+
+/// The row of a hole, one field after the other.
+std::string row_by_fields(int line, const Drill& hole) {
+  std::string row = "drill," + std::to_string(line) + ",," + std::to_string(hole.tool);
+  const Eigen::Vector2d sigma_mm = hole.cov_mm2.diagonal().cwiseSqrt();
+  for (const Eigen::Vector2d& point : {hole.nominal.in_mm(), hole.actual.in_mm(), sigma_mm}) {
+    for (const double value : point) {
+      row += ',';
+      append_fixed(row, value, kMmDecimals);
+    }
+  }
+  row += std::string(33, ',');
+  if (hole.risk) append_risk(row, *hole.risk);
+  return row + ",,,,,\n";
+}
+
+/// A coordinate on the grid of most programs, a corrected one, or one of any size.
+double draw_mm(Random& random) {
+  const double value_mm = random.uniform(-900, 900);
+  const double kind = random.uniform();
+  if (kind < 0.4) return std::round(value_mm * 1e3) / 1e3;
+  if (kind < 0.8) return value_mm;
+  return value_mm * std::pow(10.0, random.uniform(-9, 16));
+}
+
+TEST(CsvWriter, WritesEveryHoleAsFieldByField) {
+  constexpr std::uint64_t kSeed = 20261126;
+  Random random(kSeed);
+  const auto draw_point_mm = [&random] {
+    const double x_mm = draw_mm(random);
+    return Eigen::Vector2d(x_mm, draw_mm(random));
+  };
+  StringSink bytes;
+  CsvWriter writer(bytes);
+  std::string expected;
+  Drill hole = drill(1, 5, 7);
+  for (int line = 1; line <= 50'000; ++line) {
+    hole.tool = 1 + static_cast<int>(random.uniform(0, 1100));
+    hole.nominal = position_mm<frame::Nominal>(draw_point_mm());
+    // What is kept from one hole to the next, and what is copied within one, must change in
+    // between.
+    const bool is_corrected = random.uniform() < 0.5;
+    hole.actual =
+        position_mm<frame::Machine>(is_corrected ? draw_point_mm() : hole.nominal.in_mm());
+    const double change = random.uniform();
+    if (change < 0.2) hole.cov_mm2(0, 0) = random.uniform(0, 1e-5);
+    if (change > 0.9) hole.cov_mm2(1, 1) = std::pow(draw_mm(random), 2);
+    if (change > 0.97) hole.cov_mm2.setZero();
+    hole.risk.reset();
+    if (random.uniform() < 0.3) hole.risk = std::pow(10.0, random.uniform(-12, 0));
+    writer.put({line, {}, hole, {}, nullptr});
+    expected += row_by_fields(line, hole);
+  }
+  ASSERT_TRUE(writer.finish());
+  const std::string& text = bytes.text();
+  const auto differs = std::ranges::mismatch(text, expected).in2 - expected.begin();
+  EXPECT_TRUE(text == expected)
+      << "seed " << kSeed << ", "
+      << expected.substr(static_cast<std::size_t>(std::max<std::ptrdiff_t>(differs - 100, 0)), 300);
 }
 
 TEST(CsvWriter, HasEverythingOfATool) {
