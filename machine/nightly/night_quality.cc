@@ -106,7 +106,7 @@ DriftPoint level_point(const QualityNight& night, const NightLevel& level, bool 
   DriftPoint point;
   point.time = night.time;
   point.value = Eigen::VectorXd::Constant(1, std::log(level.value));
-  point.cov = Eigen::MatrixXd::Constant(1, 1, kLeastLevelSigma * kLeastSigma);
+  point.cov = Eigen::MatrixXd::Constant(1, 1, kLeastLevelSigma * kLeastLevelSigma);
   point.is_fresh_start = is_fresh;
   return point;
 }
