@@ -239,32 +239,41 @@ void Interpreter::take_surface(const Block& block, const Order& order) {
   update_cut();
 }
 
-void Interpreter::surface_order(const Block& block, const Order& order) {
+bool Interpreter::may_take_surface_order(const Block& block, const Order& order, bool probes) {
+  const auto refuse = [&](Code code, std::string what, std::string expected) {
+    report(code, block, std::move(what), std::move(expected));
+    return false;
+  };
   if (modal_.motion || is_routing()) {
-    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
+    return refuse(Code::ContourUnclosed, quoted(block.text), "a T0 line before it");
   }
   if (pattern_) {
-    return report(
-        Code::CycleUnfinished, block, panelcal::quoted(pattern_->text), "its second point");
+    return refuse(Code::CycleUnfinished, panelcal::quoted(pattern_->text), "its second point");
   }
-  if (keeps_structure()) return refuse_kept(block);
-  const bool probes =
-      *order.surface == Command::SurfaceDetect || *order.surface == Command::GridReference ||
-      *order.surface == Command::GridPoint || *order.surface == Command::DepthRecord;
+  if (keeps_structure()) {
+    refuse_kept(block);
+    return false;
+  }
   if (!probes && (order.has_xy() || order.is_tool_up || order.is_dummy_tool)) {
-    return report(Code::BlockNotAlone,
-                  block,
+    return refuse(Code::BlockNotAlone,
                   quoted(block.text),
                   code_text(*order.surface) + " in a line without X, Y and T");
   }
   const bool stores =
       *order.surface == Command::SurfaceDetect || *order.surface == Command::SurfaceAverage;
   if (order.memory && !stores) {
-    return report(Code::ArgumentInvalid,
-                  block,
+    return refuse(Code::ArgumentInvalid,
                   quoted(block.text),
                   code_text(*order.surface) + " without L#, which G73 and G74 store under");
   }
+  return true;
+}
+
+void Interpreter::surface_order(const Block& block, const Order& order) {
+  const bool probes =
+      *order.surface == Command::SurfaceDetect || *order.surface == Command::GridReference ||
+      *order.surface == Command::GridPoint || *order.surface == Command::DepthRecord;
+  if (!may_take_surface_order(block, order, probes)) return;
   // For probing the tool is put away, and the dummy tool comes in its place.
   if ((order.is_tool_up || order.is_dummy_tool) && tool_) {
     tool_.reset();

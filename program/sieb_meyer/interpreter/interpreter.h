@@ -15,6 +15,7 @@
 #include "program/sieb_meyer/measuring/optical.h"
 #include "program/sieb_meyer/measuring/surface_commands.h"
 #include "program/sieb_meyer/sections/sections.h"
+#include "program/sieb_meyer/sections/subprograms.h"
 #include "program/sieb_meyer/text/cnc_commands.h"
 #include "program/sieb_meyer/text/file_layout.h"
 #include "program/sieb_meyer/text/lexer.h"
@@ -136,6 +137,10 @@ class Interpreter {
   bool has_offsets_inside(const Section& section) const;
   bool begins_alike(const Section& section) const;
   void after_section(const Section& section);
+  bool may_call(const Block& block, const std::string& name);
+  const SectionTree& sections_of(const std::string& name,
+                                 const SourceText& source,
+                                 const SubprogramText& body);
   void call(const Block& block, const Order& order);
   void place(const Placement& placement);
   void refresh_placement();
@@ -155,6 +160,7 @@ class Interpreter {
   // rout.cc
   void position(const Block& block, const Order& order);
   void end_contour(int line);
+  bool may_rout(const Block& block);
   void rout(const Block& block, const Order& order);
   bool make_arc(const Block& block, bool clockwise, ContourPiece& piece);
   bool make_radius_arc(const Block& block, bool clockwise, ContourPiece& piece);
@@ -185,6 +191,7 @@ class Interpreter {
   DepthOfCut cut_at(int line, const Eigen::Vector2d& at_mm) {
     return uses_grid() ? grid_cut(line, at_mm, base_cut_) : base_cut_;
   }
+  bool may_take_surface_order(const Block& block, const Order& order, bool probes);
   void surface_order(const Block& block, const Order& order);
   void take_surface(const Block& block, const Order& order);
   ProbeRequest probe_request(const Block& block, const Order& order) const;

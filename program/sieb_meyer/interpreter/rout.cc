@@ -80,24 +80,31 @@ void Interpreter::end_contour(int line) {
   modal_.side = CompensationSide::Off;
 }
 
+/// Refuses a line that does not rout from where the cutter stands.
+bool Interpreter::may_rout(const Block& block) {
+  if (contour_ == Contour::None) {
+    report(Code::ContourUnopened, block, quoted(block.text), "X#Y#T0 before it");
+    return false;
+  }
+  if (std::exchange(takes_surface_late_, false)) {
+    report(Code::CommandMisplaced,
+           block,
+           quoted(block.text) +
+               " begins a contour with an L# behind its T0 line: the control "
+               "takes the surface value ahead of that",
+           "L# before the T0 line");
+    return false;
+  }
+  return true;
+}
+
 void Interpreter::rout(const Block& block, const Order& order) {
   const Command motion = order.motion.value_or(modal_.motion.value_or(Command::RoutLine));
   const bool is_one_figure = is_figure(motion);
   const std::uint32_t known =
       is_one_figure ? kXy | kMotion | kCutArea | kFinish | kParameters
                     : kXy | kMotion | kSide | kRamp | kFinish | kRounding | kParameters;
-  if (!holds_only(block, order, known)) return;
-  if (contour_ == Contour::None) {
-    return report(Code::ContourUnopened, block, quoted(block.text), "X#Y#T0 before it");
-  }
-  if (std::exchange(takes_surface_late_, false)) {
-    return report(Code::CommandMisplaced,
-                  block,
-                  quoted(block.text) +
-                      " begins a contour with an L# behind its T0 line: the control "
-                      "takes the surface value ahead of that",
-                  "L# before the T0 line");
-  }
+  if (!holds_only(block, order, known) || !may_rout(block)) return;
   if (order.side) modal_.side = *order.side;
   if (order.motion) modal_.motion = order.motion;
   if (is_one_figure && order.has_xy()) return figure(block, order);

@@ -313,11 +313,12 @@ int Interpreter::step_number() const {
 
 // --- subprograms -------------------------------------------------------------------------------
 
-void Interpreter::call(const Block& block, const Order& order) {
-  const std::string name(block.argument);
+/// Refuses a call that cannot be executed.
+bool Interpreter::may_call(const Block& block, const std::string& name) {
   const auto refuse = [&](Code code, std::string what, std::string expected) {
     reporter_.report(code, block.line, block.argument_column, std::move(what), std::move(expected));
     ended_ = true;
+    return false;
   };
   if (!is_subprogram_name(name)) {
     return refuse(
@@ -335,13 +336,36 @@ void Interpreter::call(const Block& block, const Order& order) {
                   quoted(block.text) + " opens another level",
                   fmt::format("at most {} levels, subprograms counted", kMostLevels));
   }
-  const auto found = program_.patterns.find(name);
-  if (found == program_.patterns.end()) {
+  if (!program_.patterns.contains(name)) {
     return refuse(Code::PatternMissing,
                   quoted(block.text) + ": there is no such subprogram",
                   name + ".SS5, or a file *.SS5 with a line @" + name);
   }
-  const SourceText& source = found->second;
+  return true;
+}
+
+/// The sections of a subprogram, found once for each state of BLKD: a line that it leaves out is no
+/// part of them.
+const SectionTree& Interpreter::sections_of(const std::string& name,
+                                            const SourceText& source,
+                                            const SubprogramText& body) {
+  const auto [scanned, is_new] =
+      subprogram_sections_.try_emplace(deletes_blocks_ ? "/" + name : name);
+  if (is_new) {
+    scanned->second =
+        scan_sections(source.bytes,
+                      body.begin,
+                      body.end,
+                      {.format = format_, .deletes_blocks = deletes_blocks_, .in_subprogram = true},
+                      reporter_);
+  }
+  return scanned->second;
+}
+
+void Interpreter::call(const Block& block, const Order& order) {
+  const std::string name(block.argument);
+  if (!may_call(block, name)) return;
+  const SourceText& source = program_.patterns.find(name)->second;
   const SubprogramText body = *find_subprogram(source.bytes, name);
 
   const Text caller = text_;
@@ -358,18 +382,8 @@ void Interpreter::call(const Block& block, const Order& order) {
     ended_ = true;
     return;
   }
-  // A line that BLKD leaves out is no part of the sections.
-  const auto [scanned, is_new] =
-      subprogram_sections_.try_emplace(deletes_blocks_ ? "/" + name : name);
-  if (is_new) {
-    scanned->second =
-        scan_sections(source.bytes,
-                      body.begin,
-                      body.end,
-                      {.format = format_, .deletes_blocks = deletes_blocks_, .in_subprogram = true},
-                      reporter_);
-  }
-  if (!scanned->second.is_sound) {
+  const SectionTree& sections = sections_of(name, source, body);
+  if (!sections.is_sound) {
     ended_ = true;
     return;
   }
@@ -382,8 +396,8 @@ void Interpreter::call(const Block& block, const Order& order) {
   contour_ = Contour::None;
   modal_ = Modal{};
   modal_.feed = modal.feed;
-  const Text text{source.bytes, source.file, &scanned->second};
-  run_text(text, scanned->second.roots, body.begin, body.end);
+  const Text text{source.bytes, source.file, &sections};
+  run_text(text, sections.roots, body.begin, body.end);
   if (!has_ended()) {
     end_contour(cursor_.line_number());
     if (pattern_) {
