@@ -159,6 +159,11 @@ std::string plan_svg(const Plan& plan, const PlanPage& page) {
 }
 
 std::string plan_html(const Plan& plan, const Survey& survey, const PlanPage& page) {
+  std::string notes;
+  for (const std::string& note : {model_text(plan), errors_text(plan)}) {
+    if (note.empty()) continue;
+    notes += " " + escaped(with_capital(note)) + (note.ends_with('.') ? "" : ".");
+  }
   std::string out = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head>\n"
       "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, "
@@ -172,8 +177,7 @@ std::string plan_html(const Plan& plan, const Survey& survey, const PlanPage& pa
       kPlanPageStyle,
       page.machine_name.empty() ? "" : " on <b>" + escaped(page.machine_name) + "</b>",
       escaped(noise_text(plan)),
-      (plan.chooses_model || plan.bends_panel ? " " + escaped(model_text(plan)) : "") +
-          (plan.series.empty() ? "" : " " + escaped(with_capital(errors_text())) + "."));
+      notes);
   for (const SeriesPlan& series : plan.series) out += series_section(plan, series);
   if (const auto visits = visit_advice(plan, survey); !visits.empty()) {
     out += "<h2>Order of visits</h2>\n<section>\n" + advice_list(visits) +

@@ -230,7 +230,8 @@ std::string model_text(const Plan& plan) {
          "error is noticed holds for the assumed model: a softer one may follow the error.";
 }
 
-std::string errors_text() {
+std::string errors_text(const Plan& plan) {
+  if (std::ranges::none_of(plan.series, &SeriesPlan::predicts_errors)) return {};
   return fmt::format(
       "noticed from: the smallest error of one target alone that the gates in force notice in {:.0f} "
       "% of cases, in the direction where it shows least, if the panel lies as drawn; named: how "
@@ -245,9 +246,7 @@ std::string plan_text(const Plan& plan, const Survey& survey) {
       "x: times the noise of a target that reaches a hole, in its worst direction (one standard "
       "deviation); um: the same for this noise; * the model in force",
       0);
-  if (!plan.series.empty()) {
-    out += wrapped(errors_text(), 0);
-  }
+  if (const std::string errors = errors_text(plan); !errors.empty()) out += wrapped(errors, 0);
   for (const SeriesPlan& series : plan.series) {
     out += "\n" + series_title(plan, series) + "\n";
     if (const std::string note = series_note(plan, series); !note.empty()) out += wrapped(note, 2);

@@ -49,8 +49,8 @@ struct ErrorRow {
 std::vector<ErrorRow> error_rows(const SeriesPlan& series);
 
 std::string noise_text(const Plan& plan);
-/// The meaning of "noticed" and "named".
-std::string errors_text();
+/// The meaning of "noticed" and "named"; empty where neither is predicted.
+std::string errors_text(const Plan& plan);
 /// The model assumed where the job will choose it; else empty.
 std::string model_text(const Plan& plan);
 

@@ -64,7 +64,7 @@ TEST(ChosenRange, HoldsNineOfTenJobs) {
   Random random(23);
   for (const double size : {0.0, 1.0, 2.0, 5.0, 100.0}) {
     int n_inside = 0;
-    constexpr int kJobs = 400;
+    constexpr int kJobs = 200;
     for (int job = 0; job < kJobs; ++job) {
       // So many noises at 150 mm from the middle; rotated beyond doubt.
       const double part = size * kSigma_mm / 150;
@@ -73,8 +73,8 @@ TEST(ChosenRange, HoldsNineOfTenJobs) {
       const double leverage = stated_leverage(design, linear, random);
       n_inside += leverage >= range->low * (1 - 1e-9) && leverage <= range->high * (1 + 1e-9);
     }
-    // Within 4 sigma of nine in ten, of 400 jobs.
-    EXPECT_GE(n_inside, 336) << size;
+    // Within 4 sigma of nine in ten, of 200 jobs.
+    EXPECT_GE(n_inside, 163) << size;
   }
 }
 
@@ -95,7 +95,7 @@ TEST(ChosenRange, ReachesFromTheStiffestModelToBeyondTheSoftest) {
 }
 
 TEST(ChosenRange, IsAbsentWithoutTargets) {
-  EXPECT_FALSE(chosen_range({.corners = kHoleCorners}));
+  EXPECT_FALSE(chosen_range({.targets = {}, .corners = kHoleCorners}));
 }
 
 }  // namespace

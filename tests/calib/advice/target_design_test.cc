@@ -6,6 +6,7 @@
 
 #include "calib/base/random.h"
 #include "calib/correction/stack.h"
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"
