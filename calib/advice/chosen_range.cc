@@ -56,8 +56,8 @@ class Measured {
     std::vector<internal::RawPair> pairs = drawn_;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const Eigen::Vector2d drawn(random.normal(), random.normal());
-      const Eigen::Vector2d off = moved * (pairs[i].from_mm - spread_.from_center_mm) +
-                                  kUnit_mm * (roots_[i] * drawn);
+      const Eigen::Vector2d off =
+          moved * (pairs[i].from_mm - spread_.from_center_mm) + kUnit_mm * (roots_[i] * drawn);
       pairs[i].to_mm += internal::observed_part(off, pairs[i].axes);
     }
     return leverage_of(pairs);

@@ -19,8 +19,8 @@ struct ChosenRange {
 struct ChoiceProblem {
   std::span<const DesignTarget> targets;
   PanelModel usual = PanelModel::Stretch;
-  MapCovariance base_cov = MapCovariance::Zero();       ///< see predict_fit
-  std::span<const Position<frame::Nominal>> corners;    ///< of the hull of the holes
+  MapCovariance base_cov = MapCovariance::Zero();     ///< see predict_fit
+  std::span<const Position<frame::Nominal>> corners;  ///< of the hull of the holes
 };
 
 /// Measures panels of every kind with the noise of the targets, lets compare_models choose, and

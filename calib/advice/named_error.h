@@ -16,13 +16,13 @@ namespace panelcal {
 struct ErrorTrial {
   std::span<const DesignTarget> targets;
   PanelModel model = PanelModel::Offset;
-  Length noise;       ///< the unit of the targets' covariances
-  GateLimits limits;  ///< of the series, with its own share of the false alarms
+  Length noise;              ///< the unit of the targets' covariances
+  GateLimits limits;         ///< of the series, with its own share of the false alarms
   std::size_t i_target = 0;  ///< that is off
   Eigen::Vector2d error = Eigen::Vector2d::Zero();  ///< in units of the noise
 };
 
-/// What a job does with it, in trials that differ by the noise.
+/// The answers of a job to it, in trials that differ by the noise.
 struct ErrorTrials {
   int n = 0;
   int n_noticed = 0;   ///< the series is held

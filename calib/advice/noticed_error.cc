@@ -123,7 +123,8 @@ class Gates {
     }
     const Eigen::Matrix<double, 6, 1> moved = gain_ * direction;
     for (const LinearGate& gate : linear_) {
-      const double sigma = std::sqrt(std::max(0.0, (gate.of * fit_.own_cov * gate.of.transpose())(0)));
+      const double sigma =
+          std::sqrt(std::max(0.0, (gate.of * fit_.own_cov * gate.of.transpose())(0)));
       out.take_limit(gate.limit, gate.of * moved, sigma, gate.gate);
     }
     if (residual_) take_residuals(i, direction, moved, out);

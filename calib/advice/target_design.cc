@@ -27,8 +27,8 @@ namespace internal {
 
 Eigen::Matrix2d weight(const DesignTarget& target) {
   // Of a covariance that is not positive definite nothing counts; predict_fit refuses it.
-  const Eigen::Matrix2d w = whitening(RawPair{{}, {}, target.cov, target.axes})
-                                .value_or(Eigen::Matrix2d::Zero());
+  const Eigen::Matrix2d w =
+      whitening(RawPair{{}, {}, target.cov, target.axes}).value_or(Eigen::Matrix2d::Zero());
   return w.transpose() * w;
 }
 

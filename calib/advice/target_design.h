@@ -70,7 +70,8 @@ struct PredictedFitResult {
 
 /// The covariance that fit_panel will find if the panel is nearly the drawn one.
 ///
-/// In     targets: where the program has them, and their noise; base_cov: of the map under which they are looked up,
+/// In     targets: where the program has them, and their noise; base_cov: of the map under which
+/// they are looked up,
 ///        in units of this series' noise squared; zero for a base series
 /// Out    cov: of the whole map; with a base it holds the part of its error that the nested fit
 ///        leaves
@@ -86,8 +87,8 @@ namespace internal {
 /// The weight of a target, cov^-1; 0 for what it does not show.
 Eigen::Matrix2d weight(const DesignTarget& target);
 
-/// J' weight J: what a target tells of the six coefficients, whatever the model. `p`: its place, in any
-/// frame that is a nominal one moved and scaled.
+/// J' weight J: what a target tells of the six coefficients, whatever the model. `p`: its place, in
+/// any frame that is a nominal one moved and scaled.
 MapCovariance information(const Eigen::Vector2d& p, const DesignTarget& target);
 
 /// As predict_fit from the sum of the targets' information; `ridge` keeps what they leave open

@@ -29,10 +29,9 @@ std::string share_text(double share) {
 /// When a job notices an error of the target where it comes latest, and how often it names it.
 std::string error_text(const SeriesPlan& series, const TargetError& error) {
   if (!error.noticed.from) return "an error of one target alone can go unnoticed at any size";
-  std::string out = fmt::format(
-      "an error of one target alone is noticed from {:.1f} um on ({})",
-      *error.noticed.from * series.noise.in_um(),
-      name(error.noticed.by));
+  std::string out = fmt::format("an error of one target alone is noticed from {:.1f} um on ({})",
+                                *error.noticed.from * series.noise.in_um(),
+                                name(error.noticed.by));
   if (!error.at_once || !error.at_twice) return out;
   return out + fmt::format(", and named in {} of such cases, at twice the size in {}",
                            share_text(error.at_once->named_share()),

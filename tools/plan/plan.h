@@ -38,7 +38,7 @@ struct LeverageStats {
   double mean() const { return n > 0 ? sum / static_cast<double>(n) : 0; }
 };
 
-/// What a job does about an error of one target alone, in the direction where it shows least.
+/// The answer of a job to an error of one target alone, in the direction where it shows least.
 struct TargetError {
   std::size_t i_target = 0;  ///< in the series
   NoticedError noticed;
@@ -75,9 +75,9 @@ struct SeriesPlan {
   PanelModel programmed = PanelModel::Offset;
   std::vector<PlannedPlace> targets;
   std::vector<DesignTarget> design;
-  Length noise;                   ///< along each axis, the root mean square over the targets
-  GateLimits limits;              ///< that a job holds the series against
-  bool predicts_errors = true;  ///< of a smooth model nothing is known before the measurement
+  Length noise;                     ///< along each axis, the root mean square over the targets
+  GateLimits limits;                ///< that a job holds the series against
+  bool predicts_errors = true;      ///< of a smooth model nothing is known before the measurement
   std::vector<TargetError> errors;  ///< under the model in force, one per target
   /// The worst place where the job chooses the model; absent: it does not.
   std::optional<ChosenRange> chosen;

@@ -37,7 +37,7 @@ struct SeriesWork {
   /// The series' design under each model. Precondition: plan.design, base_cov and
   /// plan.programmed are there.
   void predict_models();
-  /// What a job does about an error of each target, under the model in force. Precondition:
+  /// The answers of a job to an error of each target, under the model in force. Precondition:
   /// plan.limits.
   void predict_errors();
   /// Takes a place that this series corrects.

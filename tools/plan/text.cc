@@ -78,7 +78,7 @@ std::string plan_table_text(const Plan& plan, const SeriesPlan& series) {
   return out;
 }
 
-/// What a job does about an error of each target.
+/// The answers of a job to an error of each target.
 std::string error_table_text(const SeriesPlan& series) {
   if (series.errors.empty() || series.errors.size() > kMostListedErrors) return {};
   std::string out = fmt::format("    {:<42}{:>15}  {:<10}  {:>5}  {:>8}\n",
@@ -119,10 +119,10 @@ std::vector<ErrorRow> error_rows(const SeriesPlan& series) {
 
 std::string noise_text(const Plan& plan) {
   const double target_um = 1e3 * std::sqrt(plan.machine.of_target_mm2()(0, 0));
-  const std::string amount =
-      plan.is_recorded ? std::string("of each its own")
-                       : fmt::format("{:.2f} um along each axis",
-                                     std::hypot(plan.picture_sigma.in_um(), target_um));
+  const std::string amount = plan.is_recorded
+                                 ? std::string("of each its own")
+                                 : fmt::format("{:.2f} um along each axis",
+                                               std::hypot(plan.picture_sigma.in_um(), target_um));
   std::string out = fmt::format("Noise of a target: {} ({}", amount, plan.sigma_source);
   if (target_um > 0) {
     out += fmt::format(", stage {:.2f} um, table {:.2f} um",
@@ -150,7 +150,8 @@ std::string series_title(const Plan& plan, const SeriesPlan& series) {
                      name(series.programmed));
   if (plan.chooses_model) out += " (auto: the manual's for this number)";
   if (plan.bends_panel) out += " (of the smooth one)";
-  if (plan.is_recorded) out += fmt::format(", noise {:.2f} um (root mean square)", series.noise.in_um());
+  if (plan.is_recorded)
+    out += fmt::format(", noise {:.2f} um (root mean square)", series.noise.in_um());
   return out;
 }
 
@@ -201,10 +202,9 @@ std::vector<ModelRow> model_rows(const Plan& plan, const SeriesPlan& series) {
       }
       row.noticed = "-";
       if (model.noticed) {
-        row.noticed =
-            model.noticed->from
-                ? fmt::format("{:.1f}", *model.noticed->from * series.noise.in_um())
-                : std::string("no");
+        row.noticed = model.noticed->from
+                          ? fmt::format("{:.1f}", *model.noticed->from * series.noise.in_um())
+                          : std::string("no");
       }
     }
     rows.push_back(std::move(row));
@@ -233,7 +233,8 @@ std::string model_text(const Plan& plan) {
 std::string errors_text(const Plan& plan) {
   if (std::ranges::none_of(plan.series, &SeriesPlan::predicts_errors)) return {};
   return fmt::format(
-      "noticed from: the smallest error of one target alone that the gates in force notice in {:.0f} "
+      "noticed from: the smallest error of one target alone that the gates in force notice in "
+      "{:.0f} "
       "% of cases, in the direction where it shows least, if the panel lies as drawn; named: how "
       "often a job then names that target",
       100 * kNoticedShare);

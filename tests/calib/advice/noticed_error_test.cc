@@ -93,8 +93,7 @@ TEST(NoticedError, OfAPreciseTargetShowsLessThanOfAPoorOne) {
 }
 
 TEST(NoticedError, ComesFirstWhereItIsNeverNoticed) {
-  const std::vector<NoticedError> errors = {
-      {.from = 3}, {.from = std::nullopt}, {.from = 9}};
+  const std::vector<NoticedError> errors = {{.from = 3}, {.from = std::nullopt}, {.from = 9}};
   EXPECT_EQ(least_noticed(errors), 1U);
 }
 
@@ -119,10 +118,10 @@ TEST(NoticedError, IsNoticedInFourOfFiveJobs) {
       // About the middle, so that no error has to be so large that a rotation bends its way.
       const double angle = 2 * M_PI * (i + random.uniform(0, 0.5)) / layout.n;
       const double radius_mm = random.uniform(100, 200);
-      design.push_back({position_mm<frame::Nominal>(radius_mm * std::cos(angle),
-                                                    radius_mm * std::sin(angle)),
-                        ObservedAxes::Both,
-                        sigma * sigma * Eigen::Matrix2d::Identity()});
+      design.push_back(
+          {position_mm<frame::Nominal>(radius_mm * std::cos(angle), radius_mm * std::sin(angle)),
+           ObservedAxes::Both,
+           sigma * sigma * Eigen::Matrix2d::Identity()});
     }
     GateLimits limits = only_false_alarm();
     limits.false_alarm = 2e-3;

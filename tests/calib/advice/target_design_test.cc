@@ -121,8 +121,8 @@ TEST(TargetDesign, TakesTheNoiseOfEachTarget) {
       const Eigen::Vector2d at(random.uniform(-1, 1), random.uniform(-1, 1));
       Eigen::Matrix2d root;
       root << random.uniform(0.3, 3), 0, random.uniform(-1, 1), random.uniform(0.3, 3);
-      targets.push_back({position_mm<frame::Nominal>(at), ObservedAxes::Both,
-                         root * root.transpose()});
+      targets.push_back(
+          {position_mm<frame::Nominal>(at), ObservedAxes::Both, root * root.transpose()});
       Eigen::Matrix<double, 2, 6> j;
       j << at.x(), at.y(), 0, 0, 1, 0, 0, 0, at.x(), at.y(), 0, 1;
       rows.middleRows<2>(2 * i) = root.inverse() * j;
