@@ -19,13 +19,13 @@ constexpr double kInDoubt = 3;
 
 /// How far the targets of a panel are moved at their mean distance from the middle, in noises, by
 /// rotation, scale, difference of the scales and shear.
-using Deformation = Eigen::Vector4d;
+using PanelShape = Eigen::Vector4d;
 
-std::vector<Deformation> panels() {
-  std::vector<Deformation> out = {Deformation::Zero()};
+std::vector<PanelShape> panels() {
+  std::vector<PanelShape> out = {PanelShape::Zero()};
   for (int softest = 0; softest < 4; ++softest) {
     for (const double size : {kInDoubt, kBeyondDoubt}) {
-      Deformation one = Deformation::Zero();
+      PanelShape one = PanelShape::Zero();
       one.head(softest).setConstant(kBeyondDoubt);
       one[softest] = size;
       out.push_back(one);
@@ -48,7 +48,7 @@ class Measured {
   }
 
   /// The greatest leverage that a job states.
-  std::optional<double> leverage(const Deformation& deformation, Random& random) const {
+  std::optional<double> leverage(const PanelShape& deformation, Random& random) const {
     Eigen::Matrix2d moved;
     moved << deformation[1] + deformation[2], deformation[3] - deformation[0],
         deformation[3] + deformation[0], deformation[1] - deformation[2];
@@ -104,7 +104,7 @@ std::optional<ChosenRange> chosen_range(const ChoiceProblem& problem) {
   const Measured measured(problem);
   Random random(1);
   std::optional<ChosenRange> range;
-  for (const Deformation& deformation : panels()) {
+  for (const PanelShape& deformation : panels()) {
     std::vector<double> leverages;
     for (int i = 0; i < kDraws; ++i) {
       const std::optional<double> one = measured.leverage(deformation, random);

@@ -20,7 +20,7 @@ namespace panelcal {
 /// Nothing is driven, and no file is written; the coupon's state and the plate's file are read.
 ///
 /// Out    log: every problem, each where machine.toml has its cause
-/// See    tests/machine/check/machine_check_test.cc; tests/golden/config/day-0-*.case
+/// See    tests/golden/config/day-0-machine.case and its kin
 void check_machine(const MachineConfig& config, DiagnosticLog& log);
 
 /// Holds what a program asks the camera for against machine.toml: vision tools that are not
