@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "calib/base/linear_algebra.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/random.h"
 #include "calib/panel/model_choice.h"
 #include "calib/panel/system.h"
 

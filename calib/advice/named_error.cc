@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/linear_algebra.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/random.h"
 #include "calib/faults/finder.h"
 #include "calib/panel/system.h"
 

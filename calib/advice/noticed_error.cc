@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "calib/base/chi_square.h"
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/chi_square.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/panel/system.h"
 
 namespace panelcal {

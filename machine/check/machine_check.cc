@@ -5,12 +5,12 @@
 #include <string>
 #include <utility>
 
-#include "machine/calibrate/coupon.h"
-#include "machine/calibrate/spindle_calibration.h"
-#include "machine/config/plate.h"
+#include "machine/calibrate/spindle/calibration.h"
+#include "machine/calibrate/spindle/coupon.h"
+#include "machine/config/plate/plate.h"
 #include "machine/look/mark_sights.h"
-#include "machine/nightly/mark_look.h"
-#include "machine/nightly/night_calibrations.h"
+#include "machine/nightly/calibrations/night_calibrations.h"
+#include "machine/nightly/checks/mark_look.h"
 #include "machine/plate/pictures.h"
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/panel/model_choice.h"
 #include <gtest/gtest.h>
 

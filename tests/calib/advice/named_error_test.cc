@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "calib/advice/noticed_error.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include "calib/faults/finder.h"
 #include <gtest/gtest.h>
 

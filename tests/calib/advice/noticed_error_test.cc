@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/advice/named_error.h"
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 namespace panelcal {

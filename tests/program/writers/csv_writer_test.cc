@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <map>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 
 #include "tests/program/operations.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
 namespace panelcal {
