@@ -231,11 +231,14 @@ class RunCommand {
     if (!is_written_) return;
     const Tally& tally = result.tally;
     console.say(
-        fmt::format("{} written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um",
+        fmt::format("{} written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um{}",
                     amount(tally),
                     options_.output == "-" ? "standard output" : options_.output,
                     tally.max_shift().in_um(),
-                    tally.max_sigma().in_um()));
+                    tally.max_sigma().in_um(),
+                    tally.max_sigma() > Length() && !result.unstated.empty()
+                        ? " (of the fit only: " + result.unstated + ")"
+                        : ""));
     if (result.surface_use) console.say(result.surface_use->summary());
     if (result.truth) console.say("\nerror against truth\n" + result.truth->summary());
   }
@@ -253,6 +256,7 @@ class RunCommand {
     input.truth = is_written_ ? result.truth.get() : nullptr;
     input.verdict = result.verdict.get();
     input.depth = result.depth.get();
+    input.unstated = result.unstated;
     input.worst_hole = result.worst_hole;
     input.worst_number = result.worst_number;
     if (result.surface_use) input.surface_use = result.surface_use->summary();
