@@ -102,8 +102,9 @@ class UnseenSearch {
   double largest_mm(std::size_t i, const Eigen::Vector2d& direction) const {
     double forward = std::numeric_limits<double>::infinity();
     double back = forward;
-    const double shown = direction.dot(information(i) * direction);
-    if (shown > 0) forward = back = std::sqrt(noncentrality_ / shown);
+    const Eigen::Matrix2d q = information(i);
+    const double shown = direction.dot(q * direction);
+    if (shown > kInvisible * q.trace()) forward = back = std::sqrt(noncentrality_ / shown);
     if (limits_.residual) {
       for (std::size_t j = 0; j < pairs_.size(); ++j) {
         const double rate = (response(j, i) * direction).norm();
@@ -159,7 +160,9 @@ Reliability reliability_raw(std::span<const RawPair> pairs,
   out.noise_ratio2 = std::numeric_limits<double>::infinity();
   double noncentrality = std::numeric_limits<double>::infinity();
   if (degrees_of_freedom > 0) {
-    noncentrality = largest_noncentrality(chi_square, degrees_of_freedom, kUnseenChance);
+    // Targets that agree better than healthy ones do on average hide no less by it.
+    const double seen = std::max<double>(chi_square, degrees_of_freedom);
+    noncentrality = largest_noncentrality(seen, degrees_of_freedom, kUnseenChance);
   }
   if (degrees_of_freedom >= kLeastSpareEquations) {
     const double least = chi_square_exceeded(1 - kUnseenChance, degrees_of_freedom);

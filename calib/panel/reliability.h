@@ -57,7 +57,7 @@ Reliability reliability_raw(std::span<const RawPair> pairs,
 /// An error u of target i changes residual j by R_ji u, R = I - J G, and chi square's noncentrality
 /// by u' Q u, Q = C_i^-1 R_ii. It passes while
 ///
-///   u' Q u <= lambda,   P(chi'^2(f, lambda) <= chi square seen) = 0.01
+///   u' Q u <= lambda,   P(chi'^2(f, lambda) <= max(f, chi square seen)) = 0.01
 ///
 /// and while residuals, rotation, stretch and offset stay inside their limits, to first order. An
 /// error that the panel's own freedom takes up (Q u = 0) is limited by the gates alone. Likewise

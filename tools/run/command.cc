@@ -273,7 +273,7 @@ class RunCommand {
 
   ExitCode finish() {
     context_.console.print(log_);
-    if (const auto words = scale_.words(); words && log_.has_errors()) context_.console.say(*words);
+    if (const auto words = scale_.words()) context_.console.say(*words);
     if (log_.has_errors() && !is_written_ && !options_.output.empty()) {
       const auto* const spooled = dynamic_cast<const SpooledOutput*>(output_.get());
       context_.console.say(spooled != nullptr && spooled->has_begun_to_commit()
