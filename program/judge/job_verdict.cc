@@ -237,6 +237,11 @@ JudgedPlaces JobVerdict::places() const {
           .expected_broken = expected_broken()};
 }
 
+bool JobVerdict::tells(double risk) const {
+  const bool is_bounded = basis_.kind == RiskBasis::Kind::Bounded;
+  return basis_.tells_risk() && !(is_bounded && risk < kLeastToldRisk);
+}
+
 /// What is known of the likeliest places.
 std::string JobVerdict::risks_sentence() const {
   const auto more_likely = [](std::int64_t n, double limit) {
@@ -256,7 +261,8 @@ std::string JobVerdict::risks_sentence() const {
   }
   if (basis_.kind == RiskBasis::Kind::Bounded) {
     if (!out.empty()) {
-      out += fmt::format("; the worst is line {}, risk {}; ", line, risk_text(worst.risk));
+      out += fmt::format(
+          "; the worst is line {}, risk {}; ", line, risk_text(std::max(worst.risk, kLeastToldRisk)));
     }
     return out + basis_.words;
   }
@@ -300,8 +306,8 @@ void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
                          number,
                          tool.tolerance ? tool.tolerance->in_um() : 0,
                          place_text(worst.nominal, worst.path),
-                         basis_.tells_risk() ? ", with probability " + risk_text(worst.risk)
-                                             : "; " + basis_.words),
+                         tells(worst.risk) ? ", with probability " + risk_text(worst.risk)
+                                           : "; " + basis_.words),
              "at most " + risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above)});
   }
   if (n_unjudged() > 0) {
@@ -315,7 +321,9 @@ void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
   }
   auto problem = sum_problem(places(), has_said, file, "places");
   if (!problem) return;
-  if (!basis_.tells_risk()) problem->what = "by sigma alone; " + basis_.words;
+  if (basis_.kind != RiskBasis::Kind::Stated) {
+    problem->what = fmt::format("{} places by sigma alone; {}", n_judged(), basis_.words);
+  }
   log.add(*std::move(problem));
 }
 

@@ -135,6 +135,7 @@ class JobVerdict final : public OperationSink {
   void judge(const Operation& operation, ToolFigures& tool, const PlacedPoint& place);
   void count_told(const Operation& operation, ToolFigures& tool, const PlacedPoint& place);
   std::string risks_sentence() const;
+  bool tells(double risk) const;  ///< this figure may be printed
   /// A length that grows with the larger sigma, by its values at ratios of the sigmas; to 1e-5 of
   /// itself.
   static constexpr int kRatios = 256;
