@@ -14,8 +14,9 @@ double chi_square_exceedance(double chi_square, int degrees_of_freedom);
 /// itself.
 double chi_square_exceeded(double chance, int degrees_of_freedom);
 
-/// The noncentrality with which a chi-square variable would be as small as `chi_square`, or smaller,
-/// with this chance: the upper confidence limit of how much is hidden in it. 0 where none is left.
+/// The noncentrality with which a chi-square variable would be as small as `chi_square`, or
+/// smaller, with this chance: the upper confidence limit of how much is hidden in it. 0 where none
+/// is left.
 ///
 ///   P(chi'^2(f, lambda) <= chi_square) = chance,   (chi'^2 / (f + lambda))^(1/3) nearly normal
 ///

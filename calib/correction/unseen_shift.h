@@ -12,8 +12,8 @@ namespace panelcal {
 
 /// The effect of an unnoticed error of a target on the corrections in force.
 struct UnseenShift {
-  bool is_nested = false;              ///< the target is of the nested fit
-  const UnseenError* error = nullptr;  ///< of that fit's Reliability
+  bool is_nested = false;                    ///< the target is of the nested fit
+  const UnseenError* error = nullptr;        ///< of that fit's Reliability
   Eigen::Matrix<double, 6, 1> coefficients;  ///< what it adds to the whole map
 };
 

@@ -15,8 +15,7 @@ double misfit_excess(double chi_square, int degrees_of_freedom) {
   if (chi_square_exceedance(chi_square, degrees_of_freedom) >= chance) return 0;
   const double f = degrees_of_freedom;
   constexpr double kEllipse = 5.991464547107979;  // -2 ln 0.05
-  const double of_estimate =
-      estimates_noise ? f * (std::pow(0.05, -2 / f) - 1) / kEllipse : 1;
+  const double of_estimate = estimates_noise ? f * (std::pow(0.05, -2 / f) - 1) / kEllipse : 1;
   return of_estimate * chi_square / f - 1;
 }
 

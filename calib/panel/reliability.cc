@@ -55,14 +55,14 @@ class UnseenSearch {
     for (const Eigen::Vector2d& direction : directions(i)) {
       const double length_mm = largest_mm(i, direction);
       const bool is_unlimited = !(length_mm < kUnlimitedError_mm);
-      out.push_back(
-          {i, (is_unlimited ? kUnlimitedError_mm : length_mm) * direction, is_unlimited});
+      out.push_back({i, (is_unlimited ? kUnlimitedError_mm : length_mm) * direction, is_unlimited});
     }
   }
 
  private:
   Eigen::Matrix2d response(std::size_t j, std::size_t i) const {
-    Eigen::Matrix2d r = -design(pairs_[j].from_mm) * gain_.middleCols<2>(2 * static_cast<Eigen::Index>(i));
+    Eigen::Matrix2d r =
+        -design(pairs_[j].from_mm) * gain_.middleCols<2>(2 * static_cast<Eigen::Index>(i));
     if (i == j) r += Eigen::Matrix2d::Identity();
     for (const int axis : {0, 1}) {
       const bool is_seen = axis == 0 ? observes_x(pairs_[j].axes) : observes_y(pairs_[j].axes);
@@ -124,7 +124,8 @@ class UnseenSearch {
                             double& forward,
                             double& back) const {
     constexpr double kStep_mm = 1e-3;
-    const Eigen::Matrix<double, 6, 1> rate = gain_.middleCols<2>(2 * static_cast<Eigen::Index>(i)) * direction;
+    const Eigen::Matrix<double, 6, 1> rate =
+        gain_.middleCols<2>(2 * static_cast<Eigen::Index>(i)) * direction;
     Eigen::Matrix2d moved;
     moved << rate[0], rate[1], rate[2], rate[3];
     const GatedNumbers then = gated_numbers(linear_ + kStep_mm * moved, limits_);

@@ -196,13 +196,13 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
     fmt::format_to(to, "  scaling     {}\n", map_text(*origin.scaling));
   }
   explain_correction(origin);
-  fmt::format_to(to,
-                 "  corrected   {}, sigma ({:.3f}, {:.3f}) um{}\n",
-                 point(place.corrected.in_mm()),
-                 std::sqrt(place.cov_mm2(0, 0)) * 1e3,
-                 std::sqrt(place.cov_mm2(1, 1)) * 1e3,
-                 place.cov_mm2.trace() > 0 && !machine_.unstated().empty() ? " of the fit only"
-                                                                           : "");
+  fmt::format_to(
+      to,
+      "  corrected   {}, sigma ({:.3f}, {:.3f}) um{}\n",
+      point(place.corrected.in_mm()),
+      std::sqrt(place.cov_mm2(0, 0)) * 1e3,
+      std::sqrt(place.cov_mm2(1, 1)) * 1e3,
+      place.cov_mm2.trace() > 0 && !machine_.unstated().empty() ? " of the fit only" : "");
   text_ += budget_text(error_budget(budget_place(place, origin), survey_, machine_));
   explain_risk(place, origin);
   explain_depth(operation);
@@ -273,9 +273,9 @@ void Explainer::explain_series(std::string_view name, std::size_t i_series) {
 void Explainer::explain_risk(const PlacedPoint& place, const Origin& origin) {
   const std::optional<Length> radius = tolerances_.radius(tool_.number, tool_.diameter);
   if (!radius) return;
-  const std::string risk =
-      place.judged_risk ? risk_words(place, budget_place(place, origin), survey_, machine_)
-                        : "not known without a correction";
+  const std::string risk = place.judged_risk
+                               ? risk_words(place, budget_place(place, origin), survey_, machine_)
+                               : "not known without a correction";
   fmt::format_to(std::back_inserter(text_),
                  "  tolerance   {:.4g} um, risk of breaking it {}\n",
                  radius->in_um(),

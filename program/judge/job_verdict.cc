@@ -261,8 +261,9 @@ std::string JobVerdict::risks_sentence() const {
   }
   if (basis_.kind == RiskBasis::Kind::Bounded) {
     if (!out.empty()) {
-      out += fmt::format(
-          "; the worst is line {}, risk {}; ", line, risk_text(std::max(worst.risk, kLeastToldRisk)));
+      out += fmt::format("; the worst is line {}, risk {}; ",
+                         line,
+                         risk_text(std::max(worst.risk, kLeastToldRisk)));
     }
     return out + basis_.words;
   }

@@ -118,7 +118,8 @@ class JobVerdict final : public OperationSink {
   const ToolFigures* worst_tool() const;
   /// Null if all risks are told.
   const UnseenPlace* worst_unseen() const { return worst_unseen_ ? &*worst_unseen_ : nullptr; }
-  /// What the figures rest on: once, when the job has passed. Sentences, messages and tables follow.
+  /// What the figures rest on: once, when the job has passed. Sentences, messages and tables
+  /// follow.
   void set_basis(RiskBasis basis) { basis_ = std::move(basis); }
   const RiskBasis& basis() const { return basis_; }
   JudgedPlaces places() const;
@@ -151,7 +152,7 @@ class JobVerdict final : public OperationSink {
   bool has_slots_ = false;  ///< passed on whole
   std::optional<UnseenPlace> worst_unseen_;
   RiskBasis basis_;
-  int tool_ = 0;            ///< of last_
+  int tool_ = 0;  ///< of last_
   ToolFigures* last_ = nullptr;
   // Every place asks for them.
   ByRatio radii_95_;  ///< radius_exceeded by 5 %

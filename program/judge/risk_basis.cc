@@ -46,9 +46,10 @@ std::string untold_words(const BudgetPlace& at,
                          const Survey& survey,
                          const MachineUncertainty& machine) {
   if (at.i_measurement) {
-    return fmt::format("no other target checks the one of line {}, which is drilled where it was "
-                       "seen: its error would pass unnoticed",
-                       survey.measurements[*at.i_measurement].request.line);
+    return fmt::format(
+        "no other target checks the one of line {}, which is drilled where it was "
+        "seen: its error would pass unnoticed",
+        survey.measurements[*at.i_measurement].request.line);
   }
   const SeriesResult* const base = series_at(at.base_series, survey);
   const SeriesResult* const nested = series_at(at.nested_series, survey);
@@ -62,14 +63,15 @@ std::string untold_words(const BudgetPlace& at,
   const SeriesResult& series = worst->is_nested ? *nested : *base;
   const MeasurementRequest& request =
       survey.measurements[series.points[worst->error->i_target]].request;
-  std::string out = fmt::format("an error of {} of target {} ({} in line {}) would pass unnoticed "
-                                "and move {} {}",
-                                size_text(*worst->error),
-                                request.seq,
-                                request.command,
-                                request.line,
-                                place,
-                                shift_words(*worst, at.nominal));
+  std::string out = fmt::format(
+      "an error of {} of target {} ({} in line {}) would pass unnoticed "
+      "and move {} {}",
+      size_text(*worst->error),
+      request.seq,
+      request.command,
+      request.line,
+      place,
+      shift_words(*worst, at.nominal));
   double noise_ratio2 = 1;
   for (const SeriesResult* one : {base, nested}) {
     if (one != nullptr && one->reliability) {

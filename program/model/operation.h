@@ -45,8 +45,8 @@ struct PlacedPoint {
   /// That the hole breaks its tolerance, as outputs state it (program/walk/risk_judge.h); absent
   /// without a tolerance or without a correction, and where it is not known.
   std::optional<double> risk;
-  /// The same by `cov_mm2` alone, which [tolerance] is held against: present if there is a tolerance
-  /// and a correction.
+  /// The same by `cov_mm2` alone, which [tolerance] is held against: present if there is a
+  /// tolerance and a correction.
   std::optional<double> judged_risk;
   /// The largest shift of this place by an error of one target that would pass unnoticed, or a
   /// bound of it that another place exceeds.

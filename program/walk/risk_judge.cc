@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 
 #include "calib/correction/error_budget.h"
 
@@ -10,6 +12,7 @@ namespace panelcal {
 namespace {
 
 constexpr double kCell_mm = 16;
+constexpr std::size_t kSlots = 4096;
 
 /// Of a place that is no number, any.
 std::int64_t cell_number(double at_mm) {
@@ -33,14 +36,15 @@ void RiskJudge::take_correction() {
   nested_ = stack.nested();
   const Reliability* const base = corrections_.base_reliability.get();
   const Reliability* const nested = corrections_.nested_reliability.get();
-  is_refused_ = (base != nullptr && base->is_rejected) || (nested != nullptr && nested->is_rejected);
+  is_refused_ =
+      (base != nullptr && base->is_rejected) || (nested != nullptr && nested->is_rejected);
   can_be_told_ = (base == nullptr || base->can_be_told()) &&
                  (nested == nullptr || nested->can_be_told()) && stack.smooth() == nullptr;
   shifts_ = unseen_shifts(stack, base, nested);
   noisy_ = stack.drilled_from_nominal();
   if (can_be_told_) noisy_.cov += unseen_noise_cov(stack, base, nested);
-  cells_.clear();
-  cell_ = nullptr;
+  cells_.resize(kSlots);
+  ++i_correction_;
 }
 
 RiskJudge::Cell RiskJudge::bounds_at(const Eigen::Vector2d& corner_mm) const {
@@ -67,22 +71,18 @@ const RiskJudge::Cell& RiskJudge::cell_at(const Position<frame::Nominal>& at) {
   const std::int64_t row = cell_number(at.in_mm().y());
   constexpr std::int64_t kRow = 4'000'000;
   const std::int64_t index = column + kRow * row;
-  if (cell_ != nullptr && index == i_cell_) return *cell_;
-  const auto [found, is_new] = cells_.try_emplace(index);
-  if (is_new) {
-    for (const double dx : {0.0, 1.0}) {
-      for (const double dy : {0.0, 1.0}) {
-        const Cell corner = bounds_at(
-            {kCell_mm * (static_cast<double>(column) + dx), kCell_mm * (static_cast<double>(row) + dy)});
-        found->second.unseen_mm = std::max(found->second.unseen_mm, corner.unseen_mm);
-        found->second.least_radius_mm =
-            std::max(found->second.least_radius_mm, corner.least_radius_mm);
-      }
+  Cell& cell = cells_[static_cast<std::size_t>(column + 64 * row) % kSlots];
+  if (cell.i_correction == i_correction_ && cell.index == index) return cell;
+  cell = {.index = index, .i_correction = i_correction_};
+  for (const double dx : {0.0, 1.0}) {
+    for (const double dy : {0.0, 1.0}) {
+      const Cell corner = bounds_at({kCell_mm * (static_cast<double>(column) + dx),
+                                     kCell_mm * (static_cast<double>(row) + dy)});
+      cell.unseen_mm = std::max(cell.unseen_mm, corner.unseen_mm);
+      cell.least_radius_mm = std::max(cell.least_radius_mm, corner.least_radius_mm);
     }
   }
-  i_cell_ = index;
-  cell_ = &found->second;
-  return *cell_;
+  return cell;
 }
 
 void RiskJudge::judge(const Position<frame::Nominal>& at, Length radius, PlacedPoint& place) {

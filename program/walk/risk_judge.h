@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
-#include <unordered_map>
 #include <vector>
 
 #include "calib/correction/breaking_probability.h"
@@ -43,6 +41,8 @@ class RiskJudge {
 
  private:
   struct Cell {
+    std::int64_t index = 0;
+    std::int64_t i_correction = 0;  ///< that its bounds belong to; 0: none
     double unseen_mm = 0;
     double least_radius_mm = 0;
   };
@@ -60,10 +60,9 @@ class RiskJudge {
   bool can_be_told_ = false;
   std::vector<UnseenShift> shifts_;
   TransformEstimate<frame::Actual, frame::Nominal> noisy_;
-  std::unordered_map<std::int64_t, Cell> cells_;
-  std::int64_t i_cell_ = 0;
-  const Cell* cell_ = nullptr;
-  double furthest_mm_ = 0;  ///< by an unnoticed error, of all places so far
+  std::int64_t i_correction_ = 0;  ///< counts them
+  std::vector<Cell> cells_;        ///< as many as a panel has; places of others share a slot
+  double furthest_mm_ = 0;         ///< by an unnoticed error, of all places so far
 };
 
 }  // namespace panelcal

@@ -14,7 +14,10 @@ namespace {
 constexpr std::uint64_t kSeed = 20261126;
 constexpr double kConfidence = 0.99;
 
-bool print_row(std::string_view name, const test::FaultTrial& trial, double lowest, double highest) {
+bool print_row(std::string_view name,
+               const test::FaultTrial& trial,
+               double lowest,
+               double highest) {
   const test::FaultTrialResult r = test::run(trial);
   const int allowed = test::binomial_quantile(kConfidence, r.n_jobs, 1e-3);
   const bool is_healthy = trial.n_faults_most == 0 && !trial.only && !trial.noise_factor;
@@ -36,7 +39,8 @@ bool print_row(std::string_view name, const test::FaultTrial& trial, double lowe
 
 int run(int n_jobs) {
   fmt::print(
-      "| jobs with | jobs | held by gates | by tolerance | released | risk below 1e-3 | released, a "
+      "| jobs with | jobs | held by gates | by tolerance | released | risk below 1e-3 | released, "
+      "a "
       "hole out | of these below 1e-3 | in 95 % |\n"
       "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
   const test::FaultTrial healthy{.n_jobs = n_jobs, .seed = kSeed};

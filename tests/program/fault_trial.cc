@@ -89,8 +89,8 @@ struct TrialJob {
   TrialSeries base;
   TrialSeries nested;
   std::vector<Place> holes_mm;
-  Affine panel;   ///< of everything
-  Affine board;   ///< on top, of nested targets and holes
+  Affine panel;  ///< of everything
+  Affine board;  ///< on top, of nested targets and holes
   Place offset_mm = Place::Zero();
   double warp_mm = 0;
   Length tolerance;
@@ -154,9 +154,9 @@ TrialSeries random_series(Random& random, int n, const Place& corner_mm, const P
 // --- faults ------------------------------------------------------------------------------------
 
 Affine turned_panel(Random& random, const Place& center_mm) {
-  const double angle = is_heads(random) ? whole(random, 1, 3) * std::numbers::pi / 2
-                                        : (is_heads(random) ? 1 : -1) *
-                                              log_uniform(random, 1e-3, std::numbers::pi);
+  const double angle =
+      is_heads(random) ? whole(random, 1, 3) * std::numbers::pi / 2
+                       : (is_heads(random) ? 1 : -1) * log_uniform(random, 1e-3, std::numbers::pi);
   return about(rotation(angle), center_mm);
 }
 
@@ -284,11 +284,10 @@ class TruthSink final : public OperationSink {
   void put(const Operation& operation) override {
     const auto* drill = std::get_if<Drill>(&operation.what);
     if (drill == nullptr) return;
-    const Place error_mm = drill->corrected.in_mm() +
-                           isotropic(random_, machine_.stage_repeatability) +
-                           isotropic(random_, machine_.table_residual) +
-                           isotropic(random_, machine_.drill_wander) -
-                           job_.hole_mm(drill->nominal.in_mm());
+    const Place error_mm =
+        drill->corrected.in_mm() + isotropic(random_, machine_.stage_repeatability) +
+        isotropic(random_, machine_.table_residual) + isotropic(random_, machine_.drill_wander) -
+        job_.hole_mm(drill->nominal.in_mm());
     ++n_holes;
     n_inside += error_mm.dot(drill->cov_mm2.inverse() * error_mm) <= kTrialEllipse ? 1 : 0;
     is_broken = is_broken || !(error_mm.norm() <= job_.tolerance.in_mm());

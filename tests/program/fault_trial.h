@@ -30,8 +30,8 @@ std::string_view name(JobFault fault);
 struct FaultTrial {
   int n_jobs = 400;
   std::uint64_t seed = 1;
-  int n_faults_most = 0;  ///< 1 to so many faults of random kind a job; 0: healthy jobs
-  std::optional<JobFault> only;        ///< one fault, of this kind
+  int n_faults_most = 0;         ///< 1 to so many faults of random kind a job; 0: healthy jobs
+  std::optional<JobFault> only;  ///< one fault, of this kind
   std::optional<double> noise_factor;  ///< true noise over the stated one; no other fault
   int n_targets_least = 4;             ///< of the model that the manual prescribes for the number
   int n_targets_most = 12;
@@ -40,13 +40,13 @@ struct FaultTrial {
 
 struct FaultTrialResult {
   int n_jobs = 0;
-  int n_gated = 0;         ///< held by gates or chi square, or without a fit
-  int n_held = 0;          ///< by the tolerance, those that gates let pass
-  int n_released = 0;      ///< all others
-  int n_sure = 0;          ///< released with a stated risk below 1e-3 at every hole
-  int n_broken = 0;        ///< released with a hole out of tolerance
-  int n_broken_sure = 0;   ///< the same, where the stated risk is below 1e-3 at every hole
-  double least_told = 1;   ///< smallest of the jobs' largest stated risks
+  int n_gated = 0;             ///< held by gates or chi square, or without a fit
+  int n_held = 0;              ///< by the tolerance, those that gates let pass
+  int n_released = 0;          ///< all others
+  int n_sure = 0;              ///< released with a stated risk below 1e-3 at every hole
+  int n_broken = 0;            ///< released with a hole out of tolerance
+  int n_broken_sure = 0;       ///< the same, where the stated risk is below 1e-3 at every hole
+  double least_told = 1;       ///< smallest of the jobs' largest stated risks
   double least_hole_told = 1;  ///< smallest stated risk of any hole
   std::int64_t n_holes = 0;    ///< of all jobs that could be executed, held or not
   std::int64_t n_in_ellipse = 0;

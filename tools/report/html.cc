@@ -112,9 +112,8 @@ std::string hole_tiles(const ReportInput& input) {
     out += report_tile("largest shift", um_1(tally->max_shift()), "nominal to corrected");
     out += report_tile("largest predicted sigma",
                        fixed(tally->max_sigma().in_um(), 3) + " &#181;m",
-                       input.unstated.empty()
-                           ? "one standard deviation, worst direction"
-                           : "of the fit only: " + escaped(input.unstated));
+                       input.unstated.empty() ? "one standard deviation, worst direction"
+                                              : "of the fit only: " + escaped(input.unstated));
   }
   if (input.truth != nullptr && input.truth->all().corrected.n > 0) {
     out += report_tile("largest error against truth",

@@ -230,15 +230,15 @@ class RunCommand {
     if (result.is_judged && result.depth) console.say(depth_summary(*result.depth));
     if (!is_written_) return;
     const Tally& tally = result.tally;
-    console.say(
-        fmt::format("{} written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um{}",
-                    amount(tally),
-                    options_.output == "-" ? "standard output" : options_.output,
-                    tally.max_shift().in_um(),
-                    tally.max_sigma().in_um(),
-                    tally.max_sigma() > Length() && !result.unstated.empty()
-                        ? " (of the fit only: " + result.unstated + ")"
-                        : ""));
+    console.say(fmt::format(
+        "{} written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um{}",
+        amount(tally),
+        options_.output == "-" ? "standard output" : options_.output,
+        tally.max_shift().in_um(),
+        tally.max_sigma().in_um(),
+        tally.max_sigma() > Length() && !result.unstated.empty()
+            ? " (of the fit only: " + result.unstated + ")"
+            : ""));
     if (result.surface_use) console.say(result.surface_use->summary());
     if (result.truth) console.say("\nerror against truth\n" + result.truth->summary());
   }

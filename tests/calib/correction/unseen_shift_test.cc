@@ -74,8 +74,7 @@ TEST(UnseenShift, GrowsAwayFromTheTargets) {
 /// A nested fit takes back what the base fit has wrong; what its own targets have wrong stays.
 TEST(UnseenShift, OfTheBaseIsTakenBackByTheNestedFit) {
   const auto base = std::make_shared<const BaseFit>(fit_of<frame::Base, frame::Nominal>(kPanel));
-  const auto nested =
-      std::make_shared<const NestedFit>(fit_of<frame::Actual, frame::Base>(kBoard));
+  const auto nested = std::make_shared<const NestedFit>(fit_of<frame::Actual, frame::Base>(kBoard));
   const Reliability of_base = reliability(*base, default_gate_limits());
   const Reliability of_nested = reliability(*nested, default_gate_limits());
   CorrectionStack stack;

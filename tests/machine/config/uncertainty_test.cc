@@ -56,10 +56,9 @@ TEST(UncertaintyConfig, KnowsAZeroThatIsStated) {
   using testing::ElementsAre;
   EXPECT_THAT(parse("")->walk.uncertainty.unstated(),
               ElementsAre("stage repeatability", "table residual", "drill wander"));
-  EXPECT_THAT(
-      parse("[uncertainty]\nstage_repeatability_um = 0\ntable_residual_um = 2\n")
-          ->walk.uncertainty.unstated(),
-      ElementsAre("drill wander"));
+  EXPECT_THAT(parse("[uncertainty]\nstage_repeatability_um = 0\ntable_residual_um = 2\n")
+                  ->walk.uncertainty.unstated(),
+              ElementsAre("drill wander"));
   EXPECT_THAT(parse(kAll)->walk.uncertainty.unstated(), testing::IsEmpty());
 }
 

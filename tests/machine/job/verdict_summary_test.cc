@@ -55,7 +55,8 @@ TEST(VerdictSummary, HasOneRowForEachTool) {
 
 TEST(VerdictSummary, HasWordsWhereRiskIsNotKnown) {
   Job job(of_24_um());
-  job.verdict.set_basis({RiskBasis::Kind::Unknown, "no risk figure: drill wander not stated", true});
+  job.verdict.set_basis(
+      {RiskBasis::Kind::Unknown, "no risk figure: drill wander not stated", true});
   const std::string text = verdict_summary(job.verdict, nullptr);
   EXPECT_THAT(text, HasSubstr("(lengths in um, sigma of the fit only)\n"));
   EXPECT_THAT(text, HasSubstr("     4.00     9.79     12.87   none      0      0 no figure\n"));
