@@ -4,6 +4,8 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <string_view>
+#include <vector>
 
 #include "calib/base/units.h"
 #include <Eigen/Core>
@@ -46,6 +48,10 @@ struct MachineUncertainty {
   Length table_map;            ///< of a place on a calibrated table ([table] calibration)
   Length drill_wander;         ///< of the drill's tip against its spindle
   Length depth;                ///< of a stroke's depth: the tool's length, the axis, the foot
+  /// Somebody has stated the term, be it as zero. They are the largest ones of most machines.
+  bool states_stage = false;
+  bool states_table = false;
+  bool states_wander = false;
   Eigen::Matrix2d spindle_camera_mm2 = Eigen::Matrix2d::Zero();  ///< of the offset as calibrated
   Eigen::Matrix2d drift_mm2 = Eigen::Matrix2d::Zero();           ///< of the offset since then
   CameraCovariance camera = CameraCovariance::Zero();
@@ -63,6 +69,19 @@ struct MachineUncertainty {
   /// Precondition: 0 <= i_camera < n_cameras().
   const CameraCovariance& camera_of(int i_camera) const {
     return i_camera == 0 ? camera : std::next(zooms.begin(), i_camera - 1)->second;
+  }
+
+  /// Of stage, table and drill: the terms that are neither above zero nor stated as zero. Without
+  /// them sigma is that of the fits only, and no risk follows from it.
+  std::vector<std::string_view> unstated() const {
+    std::vector<std::string_view> out;
+    const Length none;
+    if (!states_stage && !(stage_repeatability > none)) out.push_back("stage repeatability");
+    if (!states_table && !(table_residual > none) && !(table_map > none)) {
+      out.push_back("table residual");
+    }
+    if (!states_wander && !(drill_wander > none)) out.push_back("drill wander");
+    return out;
   }
 
   OffsetUncertainty offset() const { return {spindle_camera_mm2, drift_mm2}; }

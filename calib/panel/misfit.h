@@ -9,11 +9,17 @@
 
 namespace panelcal {
 
-/// A series that healthy targets would give less often than this is rejected by its chi square.
+/// A series that healthy targets would give less often than this is rejected by its chi square,
+/// where [gates] false_alarm says nothing else.
 inline constexpr double kMisfitChance = 1e-3;
+/// With this many equations to spare the scatter is an estimate of the noise, and counts where
+/// healthy targets would scatter so much less often than kScatterChance.
+inline constexpr int kScatterEquations = 3;
+inline constexpr double kScatterChance = 0.1;
 
 namespace internal {
-/// chi square per degree of freedom, less 1, where chi square rejects; else 0.
+/// The ratio of variances by which the stated noise is too small, as chi square shows, less 1; 0
+/// where it does not.
 double misfit_excess(double chi_square, int degrees_of_freedom);
 /// Adds `excess` times the covariance, but for what the choice of the model adds.
 void count_misfit(double excess, RawSmooth& smooth);
@@ -21,14 +27,16 @@ void count_misfit(double excess, RawSmooth& smooth);
 
 /// Lets the covariance of a fit grow by what its targets do not agree in.
 ///
-///   r^2 = chi square / degrees of freedom      where p(chi square) < 0.001, else 1
+///   r^2 = c chi square / f      where P(chi square, f) < 0.1 (f < 3: < 0.001), else 1
+///   c   = f (0.05^(-2 / f) - 1) / 5.991      (f < 3: 1)
 ///   cov(map) += (r^2 - 1) (cov(map) - cov(choice of the model))
 ///
-/// A gate that would have refused such a series is wide or off. Its targets are then as uncertain
-/// as they show, all by one factor, since it is unknown which of them is wrong. Targets that pass
-/// keep the covariance that is stated: chance alone would make it smaller as often as larger.
+/// The targets are then as uncertain as they show (Birge), all by one factor, since it is unknown
+/// which of them is wrong. c makes the 95 % ellipse that of Hotelling's T^2, since the noise is
+/// estimated from f equations. Fewer than 3 of them estimate none: there the ratio waits until chi
+/// square rejects. Healthy targets grow in one series of 10, so their ellipses hold at most 95.5 %.
 ///
-/// Source Birge 1932, Phys. Rev. 40, 207; docs/formulation.md, The misfit
+/// Source Birge 1932, Phys. Rev. 40, 207; Hotelling 1931; docs/formulation.md, The misfit
 /// See    tests/calib/panel/misfit_test.cc
 template <class To, class From>
 void count_misfit(PanelFit<To, From>& fit) {

@@ -147,6 +147,7 @@ void JobExecution::finish(DiagnosticLog working_log,
                           const Explainer* explainer,
                           JobResult& result) {
   const bool is_explained = explain(explainer, result);
+  if (verdict_) verdict_->set_basis(risk_basis(*verdict_, survey_, machine_.walk.uncertainty));
   if (aim_ == Aim::Operations) {
     job_check_.report(job_.program, working_log);
     if (const auto* writer = dynamic_cast<const ProgramWriter*>(writer_.get())) {
@@ -174,6 +175,7 @@ void JobExecution::finish(DiagnosticLog working_log,
   if (job_.finds_worst_place && !result.worst_hole) {
     result.worst_hole = worst_hole_.budget(survey_, uncertainty);
   }
+  result.unstated = unstated_words(uncertainty);
   result.tally = tally_;
   result.surface_use = surface_use_;
   result.verdict = std::move(verdict_);

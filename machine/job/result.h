@@ -38,6 +38,10 @@ struct JobResult {
   /// not lead to it.
   std::optional<std::int64_t> worst_number;
 
+  /// The machine's largest terms that nobody has stated ("drill wander not stated"), without which
+  /// sigma is of the fit only; empty if they are.
+  std::string unstated;
+
   bool is_executed = false;   ///< the whole job has passed without an error
   bool is_held = false;       ///< by [tolerance]
   bool is_committed = false;  ///< the output is there

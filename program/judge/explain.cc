@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "program/judge/place_budget.h"
+#include "program/judge/risk_basis.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -195,13 +196,15 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
     fmt::format_to(to, "  scaling     {}\n", map_text(*origin.scaling));
   }
   explain_correction(origin);
-  fmt::format_to(to,
-                 "  corrected   {}, sigma ({:.3f}, {:.3f}) um\n",
-                 point(place.corrected.in_mm()),
-                 std::sqrt(place.cov_mm2(0, 0)) * 1e3,
-                 std::sqrt(place.cov_mm2(1, 1)) * 1e3);
+  fmt::format_to(
+      to,
+      "  corrected   {}, sigma ({:.3f}, {:.3f}) um{}\n",
+      point(place.corrected.in_mm()),
+      std::sqrt(place.cov_mm2(0, 0)) * 1e3,
+      std::sqrt(place.cov_mm2(1, 1)) * 1e3,
+      place.cov_mm2.trace() > 0 && !machine_.unstated().empty() ? " of the fit only" : "");
   text_ += budget_text(error_budget(budget_place(place, origin), survey_, machine_));
-  explain_risk(place);
+  explain_risk(place, origin);
   explain_depth(operation);
   fmt::format_to(to, "  work zero   {}\n", point(origin.work_zero->in_mm()));
   if (const Eigen::Vector2d table_mm = place.told.in_mm() - place.corrected.in_mm();
@@ -267,10 +270,12 @@ void Explainer::explain_series(std::string_view name, std::size_t i_series) {
   }
 }
 
-void Explainer::explain_risk(const PlacedPoint& place) {
+void Explainer::explain_risk(const PlacedPoint& place, const Origin& origin) {
   const std::optional<Length> radius = tolerances_.radius(tool_.number, tool_.diameter);
   if (!radius) return;
-  const std::string risk = place.risk ? risk_text(*place.risk) : "not known without a correction";
+  const std::string risk = place.judged_risk
+                               ? risk_words(place, budget_place(place, origin), survey_, machine_)
+                               : "not known without a correction";
   fmt::format_to(std::back_inserter(text_),
                  "  tolerance   {:.4g} um, risk of breaking it {}\n",
                  radius->in_um(),

@@ -54,7 +54,7 @@ class Explainer final : public OperationSink {
  private:
   void explain(const Operation& operation, const PlacedPoint& point);
   void explain_correction(const Origin& origin);
-  void explain_risk(const PlacedPoint& place);
+  void explain_risk(const PlacedPoint& place, const Origin& origin);
   void explain_depth(const Operation& operation);
   void explain_series(std::string_view name, std::size_t i_series);
 

@@ -105,7 +105,7 @@ void JobVerdict::put_place(const Operation& operation, int tool_number, const Pl
   ToolFigures& tool = figures(tool_number);
   const double square_mm2 = place.cov_mm2.trace();
   // Written so that a NaN counts as a predicted error, and is refused as one.
-  if (square_mm2 <= 0 && !place.risk) {
+  if (square_mm2 <= 0 && !place.judged_risk) {
     ++tool.n_uncorrected;
     return;
   }
@@ -115,7 +115,7 @@ void JobVerdict::put_place(const Operation& operation, int tool_number, const Pl
   tool.predicted.sum_squares_mm2 += square_mm2;
   tool.largest_sigma = std::max(tool.largest_sigma, sigmas.large);
   tool.largest_radius_95 = std::max(tool.largest_radius_95, interpolated(radii_95_, sigmas));
-  if (place.risk) judge(operation, tool, place);
+  if (place.judged_risk) judge(operation, tool, place);
 }
 
 /// The router went there before it was said which tool goes down.
@@ -124,15 +124,21 @@ void JobVerdict::put_plunge(const Operation& operation, int tool_number) {
   const auto known = tools_.find(tool_number);
   const std::optional<Length> radius = tolerances_.radius(
       tool_number, known == tools_.end() ? std::nullopt : known->second.diameter);
-  place.risk.reset();
+  place.judged_risk.reset();
   if (radius && place.cov_mm2.trace() > 0) {
-    place.risk = breaking_probability(place.cov_mm2, *radius);
+    place.judged_risk = breaking_probability(place.cov_mm2, *radius);
+    // As much is told of it as of the place with the tool that was in use there.
+    const bool is_bounded = place.risk && *place.risk >= kLeastToldRisk;
+    if (place.risk) {
+      place.risk = is_bounded ? std::max(*place.judged_risk, kLeastToldRisk) : place.judged_risk;
+    }
   }
   put_place(operation, tool_number, place);
 }
 
 void JobVerdict::judge(const Operation& operation, ToolFigures& tool, const PlacedPoint& place) {
-  const double risk = *place.risk;
+  const double risk = *place.judged_risk;
+  count_told(operation, tool, place);
   const bool is_held = !(risk <= tolerances_.hold_above);
   const bool is_warned = is_held || !(risk <= tolerances_.warn_above);
   ++tool.n_judged;
@@ -155,6 +161,21 @@ void JobVerdict::judge(const Operation& operation, ToolFigures& tool, const Plac
   }
 }
 
+void JobVerdict::count_told(const Operation& operation,
+                            ToolFigures& tool,
+                            const PlacedPoint& place) {
+  if (!place.risk) return;
+  ++tool.n_told;
+  // Written so that a NaN stays.
+  if (!(*place.risk <= tool.told_risk)) tool.told_risk = *place.risk;
+  if (!(*place.risk > *place.judged_risk)) return;
+  if (worst_unseen_ && !(place.unseen > worst_unseen_->shift)) return;
+  worst_unseen_ = {operation.line, std::string(operation.file), place.unseen, std::nullopt};
+  if (operation.origin != nullptr) {
+    worst_unseen_->budget_place = budget_place(place, *operation.origin);
+  }
+}
+
 // --- the outcome -------------------------------------------------------------------------------
 
 namespace {
@@ -170,6 +191,9 @@ T sum_of(const std::map<int, JobVerdict::ToolFigures>& by_tool, T JobVerdict::To
 
 std::int64_t JobVerdict::n_judged() const {
   return sum_of(by_tool_, &ToolFigures::n_judged);
+}
+std::int64_t JobVerdict::n_told() const {
+  return sum_of(by_tool_, &ToolFigures::n_told);
 }
 std::int64_t JobVerdict::n_uncorrected() const {
   return sum_of(by_tool_, &ToolFigures::n_uncorrected);
@@ -213,31 +237,52 @@ JudgedPlaces JobVerdict::places() const {
           .expected_broken = expected_broken()};
 }
 
+bool JobVerdict::tells(double risk) const {
+  const bool is_bounded = basis_.kind == RiskBasis::Kind::Bounded;
+  return basis_.tells_risk() && !(is_bounded && risk < kLeastToldRisk);
+}
+
+/// What is known of the likeliest places.
+std::string JobVerdict::risks_sentence() const {
+  const auto more_likely = [](std::int64_t n, double limit) {
+    return fmt::format("{} more likely than {} to break the tolerance",
+                       count_of(n, "place is", "places are"),
+                       risk_text(limit));
+  };
+  std::string out = n_held() > 0     ? more_likely(n_held(), tolerances_.hold_above)
+                    : n_warned() > 0 ? more_likely(n_warned(), tolerances_.warn_above)
+                                     : "";
+  const WorstPlace& worst = worst_tool()->worst;
+  const std::string line = line_text(worst.file, worst.line);
+  if (!basis_.tells_risk()) {
+    // By what is stated; what is not makes it likelier still.
+    if (!out.empty()) out += fmt::format(" by sigma alone, the worst in line {}; ", line);
+    return out + basis_.words;
+  }
+  if (basis_.kind == RiskBasis::Kind::Bounded) {
+    if (!out.empty()) {
+      out += fmt::format("; the worst is line {}, risk {}; ",
+                         line,
+                         risk_text(std::max(worst.risk, kLeastToldRisk)));
+    }
+    return out + basis_.words;
+  }
+  if (out.empty()) {
+    out = fmt::format("no place is more likely than {} to break the tolerance",
+                      risk_text(tolerances_.warn_above));
+  }
+  return out + fmt::format("; {} of {} expected to break; the worst is line {}, risk {}",
+                           risk_text(expected_broken()),
+                           n_judged(),
+                           line,
+                           risk_text(worst.risk));
+}
+
 std::string JobVerdict::sentence() const {
   std::string out(name(decision()));
-  const ToolFigures* worst = worst_tool();
-  if (worst == nullptr) {
-    out += ": no place has both a tolerance and a correction";
-  } else {
-    if (n_held() > 0) {
-      out += fmt::format(": {} more likely than {} to break the tolerance",
-                         count_of(n_held(), "place is", "places are"),
-                         risk_text(tolerances_.hold_above));
-    } else if (n_warned() > 0) {
-      out += fmt::format(": {} more likely than {} to break the tolerance",
-                         count_of(n_warned(), "place is", "places are"),
-                         risk_text(tolerances_.warn_above));
-    } else {
-      out += fmt::format(": no place is more likely than {} to break the tolerance",
-                         risk_text(tolerances_.warn_above));
-    }
-    out += fmt::format("; {} of {} expected to break; the worst is line {}, risk {}",
-                       risk_text(expected_broken()),
-                       n_judged(),
-                       line_text(worst->worst.file, worst->worst.line),
-                       risk_text(worst->worst.risk));
-  }
-  if (worst != nullptr && n_uncorrected() > 0) {
+  if (worst_tool() == nullptr) return out + ": no place has both a tolerance and a correction";
+  out += ": " + risks_sentence();
+  if (n_uncorrected() > 0) {
     out += fmt::format(
         "; {} not judged",
         count_of(
@@ -256,13 +301,14 @@ void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
     log.add({is_held ? Code::ToleranceHold : Code::ToleranceWarning,
              {worst.file.empty() ? file : worst.file, worst.line, 1},
              fmt::format("{} of {} places of tool {} may break the tolerance of {:.4g} um; the "
-                         "worst, {}, with probability {}",
+                         "worst, {}{}",
                          is_held ? tool.n_held : tool.n_warned,
                          tool.n_judged,
                          number,
                          tool.tolerance ? tool.tolerance->in_um() : 0,
                          place_text(worst.nominal, worst.path),
-                         risk_text(worst.risk)),
+                         tells(worst.risk) ? ", with probability " + risk_text(worst.risk)
+                                           : "; " + basis_.words),
              "at most " + risk_text(is_held ? tolerances_.hold_above : tolerances_.warn_above)});
   }
   if (n_unjudged() > 0) {
@@ -274,7 +320,12 @@ void JobVerdict::report(const std::string& file, DiagnosticLog& log) const {
                          n_unjudged() == 1 ? "is" : "are"),
              "a fit in force where holes have a tolerance"});
   }
-  if (auto problem = sum_problem(places(), has_said, file, "places")) log.add(*std::move(problem));
+  auto problem = sum_problem(places(), has_said, file, "places");
+  if (!problem) return;
+  if (basis_.kind != RiskBasis::Kind::Stated) {
+    problem->what = fmt::format("{} places by sigma alone; {}", n_judged(), basis_.words);
+  }
+  log.add(*std::move(problem));
 }
 
 }  // namespace panelcal

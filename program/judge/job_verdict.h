@@ -7,12 +7,14 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "calib/base/diagnostic.h"
 #include "calib/correction/breaking_probability.h"
 #include "calib/correction/tolerance.h"
 #include "program/judge/job_decision.h"
 #include "program/judge/place_budget.h"
+#include "program/judge/risk_basis.h"
 #include "program/model/operation.h"
 
 namespace panelcal {
@@ -50,7 +52,7 @@ class JobVerdict final : public OperationSink {
     std::string file;  ///< of a stored pattern; empty: the program itself
     InstancePath path;
     Position<frame::Nominal> nominal;
-    double risk = 0;
+    double risk = 0;  ///< that [tolerance] is held against (PlacedPoint::judged_risk)
     /// Of a hole, as `run --explain` counts places: from 1. Absent for other places, and behind a
     /// slot that is passed on whole.
     std::optional<std::int64_t> number;
@@ -65,10 +67,21 @@ class JobVerdict final : public OperationSink {
     Length largest_sigma;             ///< in the worst direction
     Length largest_radius_95;         ///< of the circles that hold a place's error in 95 %
     std::int64_t n_judged = 0;        ///< places with a tolerance and a predicted error
+    std::int64_t n_told = 0;          ///< those of them whose risk may be stated
+    double told_risk = 0;             ///< the largest of these, as outputs state it
     std::int64_t n_warned = 0;        ///< above warn_above, those above hold_above included
     std::int64_t n_held = 0;
     double expected_broken = 0;  ///< the sum of the risks
     WorstPlace worst;            ///< the likeliest to break, if n_judged > 0
+  };
+
+  /// The place that an unnoticed error of a target moves furthest, of those whose risk is not told
+  /// below kLeastToldRisk.
+  struct UnseenPlace {
+    int line = 0;
+    std::string file;
+    Length shift;
+    std::optional<BudgetPlace> budget_place;
   };
 
   /// Risks by decade: the first is below kLowestDecade, the last is 0.1 to 1.
@@ -92,6 +105,7 @@ class JobVerdict final : public OperationSink {
   const std::map<int, ToolFigures>& by_tool() const { return by_tool_; }
   const std::array<Decade, kDecades>& decades() const { return decades_; }
   std::int64_t n_judged() const;
+  std::int64_t n_told() const;
   std::int64_t n_uncorrected() const;
   /// Places with a predicted error, but without a tolerance to hold it against.
   std::int64_t n_not_asked() const;
@@ -102,6 +116,12 @@ class JobVerdict final : public OperationSink {
   double expected_broken() const;
   /// The tool whose worst place is the worst of the job; null if nothing was judged.
   const ToolFigures* worst_tool() const;
+  /// Null if all risks are told.
+  const UnseenPlace* worst_unseen() const { return worst_unseen_ ? &*worst_unseen_ : nullptr; }
+  /// What the figures rest on: once, when the job has passed. Sentences, messages and tables
+  /// follow.
+  void set_basis(RiskBasis basis) { basis_ = std::move(basis); }
+  const RiskBasis& basis() const { return basis_; }
   JudgedPlaces places() const;
   JobDecision decision() const { return decide(places()); }
   /// One line for people: "hold: ...".
@@ -114,6 +134,9 @@ class JobVerdict final : public OperationSink {
   void put_place(const Operation& operation, int tool, const PlacedPoint& place);
   void put_plunge(const Operation& operation, int tool);
   void judge(const Operation& operation, ToolFigures& tool, const PlacedPoint& place);
+  void count_told(const Operation& operation, ToolFigures& tool, const PlacedPoint& place);
+  std::string risks_sentence() const;
+  bool tells(double risk) const;  ///< this figure may be printed
   /// A length that grows with the larger sigma, by its values at ratios of the sigmas; to 1e-5 of
   /// itself.
   static constexpr int kRatios = 256;
@@ -127,7 +150,9 @@ class JobVerdict final : public OperationSink {
   PlacedPoint router_;  ///< place of the router
   std::int64_t n_places_ = 0;
   bool has_slots_ = false;  ///< passed on whole
-  int tool_ = 0;            ///< of last_
+  std::optional<UnseenPlace> worst_unseen_;
+  RiskBasis basis_;
+  int tool_ = 0;  ///< of last_
   ToolFigures* last_ = nullptr;
   // Every place asks for them.
   ByRatio radii_95_;  ///< radius_exceeded by 5 %

@@ -12,8 +12,6 @@ BudgetPlace budget_place(const PlacedPoint& point, const Origin& origin) {
   return place;
 }
 
-namespace {
-
 CorrectionStack corrections_at(const BudgetPlace& place,
                                const Survey& survey,
                                const MachineUncertainty& machine) {
@@ -31,8 +29,6 @@ CorrectionStack corrections_at(const BudgetPlace& place,
   }
   return stack;
 }
-
-}  // namespace
 
 ErrorBudget error_budget(const BudgetPlace& place,
                          const Survey& survey,

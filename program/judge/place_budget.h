@@ -20,6 +20,11 @@ struct BudgetPlace {
 };
 BudgetPlace budget_place(const PlacedPoint& point, const Origin& origin);
 
+/// The corrections in force there.
+CorrectionStack corrections_at(const BudgetPlace& place,
+                               const Survey& survey,
+                               const MachineUncertainty& machine);
+
 /// The budget of a place; empty where no correction was in force. Its sum is the place's
 /// covariance, but for rounding.
 ErrorBudget error_budget(const BudgetPlace& place,

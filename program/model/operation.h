@@ -42,9 +42,20 @@ struct PlacedPoint {
   Position<frame::Machine> actual;  ///< sent to the machine: work zero + told
   Eigen::Matrix2d cov_mm2 =
       Eigen::Matrix2d::Zero();  ///< of what is drilled; zero without a correction
-  /// That the hole breaks its tolerance; absent without a tolerance or without a correction.
+  /// That the hole breaks its tolerance, as outputs state it (program/walk/risk_judge.h); absent
+  /// without a tolerance or without a correction, and where it is not known.
   std::optional<double> risk;
+  /// The same by `cov_mm2` alone, which [tolerance] is held against: present if there is a
+  /// tolerance and a correction.
+  std::optional<double> judged_risk;
+  /// The largest shift of this place by an error of one target that would pass unnoticed, or a
+  /// bound of it that another place exceeds.
+  Length unseen;
 };
+
+/// No risk below this is stated where a target's error that the others do not show may break the
+/// tolerance.
+inline constexpr double kLeastToldRisk = 1e-3;
 
 /// A measured height that planes count from, and where it was measured.
 struct PlaneReference {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "calib/panel/misfit.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -18,7 +19,7 @@ bool SeriesResult::is_accepted() const {
 
 double SeriesResult::misfit_ratio() const {
   const auto of_fit = [](const auto& fit) {
-    return fit.misfit_cov.isZero(0) ? 1 : std::sqrt(fit.chi_square / fit.degrees_of_freedom);
+    return std::sqrt(1 + internal::misfit_excess(fit.chi_square, fit.degrees_of_freedom));
   };
   return base ? of_fit(*base) : nested ? of_fit(*nested) : 1;
 }

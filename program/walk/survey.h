@@ -12,6 +12,7 @@
 #include "calib/panel/fit.h"
 #include "calib/panel/gates.h"
 #include "calib/panel/model_score.h"
+#include "calib/panel/reliability.h"
 #include "calib/panel/smooth_panel.h"
 #include "program/model/measurement.h"
 #include "program/model/operation.h"
@@ -40,6 +41,8 @@ struct SeriesResult {
   std::vector<GateVerdict> gates;
   std::vector<ModelScore> compared;  ///< all models that the targets could determine
   std::optional<SeriesFault> fault;  ///< if the targets do not fit each other
+  /// How far the targets check each other; null without a fit.
+  std::shared_ptr<const Reliability> reliability;
   /// Measurements that [gates] max_dropped allowed to leave out; they are not among `points`.
   std::vector<std::size_t> dropped;
   /// If pictures had several candidates: which were taken, or why none was.

@@ -112,7 +112,8 @@ std::string hole_tiles(const ReportInput& input) {
     out += report_tile("largest shift", um_1(tally->max_shift()), "nominal to corrected");
     out += report_tile("largest predicted sigma",
                        fixed(tally->max_sigma().in_um(), 3) + " &#181;m",
-                       "one standard deviation, worst direction");
+                       input.unstated.empty() ? "one standard deviation, worst direction"
+                                              : "of the fit only: " + escaped(input.unstated));
   }
   if (input.truth != nullptr && input.truth->all().corrected.n > 0) {
     out += report_tile("largest error against truth",
@@ -124,6 +125,13 @@ std::string hole_tiles(const ReportInput& input) {
 
 std::string tolerance_tile(const JobVerdict* verdict) {
   if (verdict == nullptr || verdict->n_judged() == 0) return {};
+  if (verdict->basis().kind != RiskBasis::Kind::Stated) {
+    return report_tile("risk of breaking a tolerance",
+                       verdict->basis().tells_risk()
+                           ? "at least " + risk_html(verdict->worst_tool()->told_risk)
+                           : "no figure",
+                       "<a href=\"#tolerance\">why</a>: " + escaped(verdict->basis().words));
+  }
   return report_tile("places expected to break their tolerance",
                      risk_text(verdict->expected_broken()),
                      fmt::format("of {}; <a href=\"#tolerance\">worst risk</a> {}",

@@ -28,12 +28,14 @@ std::string_view chip_class(const JobVerdict::ToolFigures& tool) {
   return tool.n_warned > 0 ? "chip suspect" : "chip";
 }
 
-std::string position_risk_chip(const JobVerdict::ToolFigures& tool) {
+std::string position_risk_chip(const JobVerdict::ToolFigures& tool, const RiskBasis& basis) {
   if (tool.n_judged == 0) return "<span class=\"quiet\">not judged</span>";
-  return fmt::format("<span class=\"{}\">{}</span>", chip_class(tool), risk_html(tool.worst.risk));
+  return fmt::format("<span class=\"{}\">{}</span>",
+                     chip_class(tool),
+                     basis.tells_risk() ? risk_html(tool.told_risk) : "no figure");
 }
 
-std::string tool_row_html(const ToolRow& row, bool has_truth) {
+std::string tool_row_html(const ToolRow& row, const RiskBasis& basis, bool has_truth) {
   const JobVerdict::ToolFigures& tool = *row.predicted;
   std::string out = fmt::format("<tr><td>T{}</td>", row.tool);
   out += number_cell(grouped(tool.predicted.n + tool.n_uncorrected));
@@ -41,7 +43,7 @@ std::string tool_row_html(const ToolRow& row, bool has_truth) {
   out += number_cell(um_2(tool.largest_sigma)) + number_cell(um_2(tool.largest_radius_95));
   out += number_cell(um_2(tool.predicted.mean())) +
          number_cell(um_2(tool.predicted.mean_plus_3_sigma()));
-  out += number_cell(cpk_text(tool.predicted, tool.tolerance));
+  out += number_cell(cpk_text(tool, basis));
   if (has_truth && row.actual != nullptr) {
     const RadialFigures actual = row.actual->radial();
     out += number_cell("<b>" + um_2(row.actual->max()) + "</b>") +
@@ -53,7 +55,7 @@ std::string tool_row_html(const ToolRow& row, bool has_truth) {
   out +=
       number_cell(tool.n_judged == 0 ? "" : grouped(tool.n_warned) + " / " + grouped(tool.n_held));
   return out + fmt::format("<td>{}</td><td class=\"quiet\">{}</td></tr>\n",
-                           position_risk_chip(tool),
+                           position_risk_chip(tool, basis),
                            worst_position_place(tool));
 }
 
@@ -61,7 +63,10 @@ std::string verdict_table(const ReportInput& input) {
   const bool has_truth = input.truth != nullptr;
   std::string out =
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>tool</th><th class=\"num\">places</th>"
-      "<th class=\"num\">tolerance &#181;m</th><th class=\"num\">largest sigma</th>"
+      "<th class=\"num\">tolerance &#181;m</th><th class=\"num\">largest sigma";
+  if (input.verdict->basis().is_of_fit_only) out += ", of the fit only";
+  out +=
+      "</th>"
       "<th class=\"num\">95 % radius</th><th class=\"num\">mean</th>"
       "<th class=\"num\">mean + 3 sigma</th><th class=\"num\">Cpk</th>";
   if (has_truth) {
@@ -71,7 +76,7 @@ std::string verdict_table(const ReportInput& input) {
   }
   out += "<th class=\"num\">warn / hold</th><th>risk</th><th>worst place</th></tr>\n";
   for (const ToolRow& row : tool_rows(*input.verdict, input.truth)) {
-    out += tool_row_html(row, has_truth);
+    out += tool_row_html(row, input.verdict->basis(), has_truth);
   }
   return out + "</table></div>\n";
 }
@@ -169,13 +174,20 @@ std::string verdict_section(const ReportInput& input) {
   sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
   std::string out = "<h2 id=\"tolerance\">Tolerance</h2>\n<section>\n<p><b>" + sentence +
                     ".</b></p>\n" + verdict_table(input);
-  if (verdict.n_judged() > 0) out += decades_picture(verdict);
+  const bool tells_all = verdict.basis().kind == RiskBasis::Kind::Stated;
+  if (verdict.n_judged() > 0 && tells_all) out += decades_picture(verdict);
   out +=
       "<p class=\"quiet\">Lengths in &#181;m. Places are holes, ends of slots, and corners and "
       "starts of routs. Predicted: what the machine's and the measurements' stated errors make of "
-      "the distance from the right place. Cpk is (tolerance - mean) / (3 sigma) of that distance. "
-      "The expected number of broken places is right although all places share the fit's error; "
-      "that error breaks many of them at once or none.";
+      "the distance from the right place.";
+  if (verdict.basis().tells_risk()) {
+    out += " Cpk is (tolerance - mean) / (3 sigma) of that distance.";
+  }
+  if (tells_all) {
+    out +=
+        " The expected number of broken places is right although all places share the fit's error; "
+        "that error breaks many of them at once or none.";
+  }
   if (input.truth != nullptr) {
     out +=
         " True: holes as commanded against the simulated panel, without what the stage and the "

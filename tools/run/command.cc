@@ -233,12 +233,15 @@ class RunCommand {
     if (result.is_judged && result.depth) console.say(depth_summary(*result.depth));
     if (!is_written_) return;
     const Tally& tally = result.tally;
-    console.say(
-        fmt::format("{} written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um",
-                    amount(tally),
-                    options_.output == "-" ? "standard output" : options_.output,
-                    tally.max_shift().in_um(),
-                    tally.max_sigma().in_um()));
+    console.say(fmt::format(
+        "{} written to {}, largest shift {:.1f} um, largest predicted sigma {:.3f} um{}",
+        amount(tally),
+        options_.output == "-" ? "standard output" : options_.output,
+        tally.max_shift().in_um(),
+        tally.max_sigma().in_um(),
+        tally.max_sigma() > Length() && !result.unstated.empty()
+            ? " (of the fit only: " + result.unstated + ")"
+            : ""));
     if (result.surface_use) console.say(result.surface_use->summary());
     if (result.truth) console.say("\nerror against truth\n" + result.truth->summary());
   }
@@ -256,6 +259,7 @@ class RunCommand {
     input.truth = is_written_ ? result.truth.get() : nullptr;
     input.verdict = result.verdict.get();
     input.depth = result.depth.get();
+    input.unstated = result.unstated;
     input.worst_hole = result.worst_hole;
     input.worst_number = result.worst_number;
     if (result.surface_use) input.surface_use = result.surface_use->summary();
@@ -272,7 +276,7 @@ class RunCommand {
 
   ExitCode finish() {
     context_.console.print(log_);
-    if (const auto words = scale_.words(); words && log_.has_errors()) context_.console.say(*words);
+    if (const auto words = scale_.words()) context_.console.say(*words);
     if (log_.has_errors() && !is_written_ && !options_.output.empty()) {
       const auto* const spooled = dynamic_cast<const SpooledOutput*>(output_.get());
       context_.console.say(spooled != nullptr && spooled->has_begun_to_commit()

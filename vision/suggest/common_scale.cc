@@ -36,11 +36,11 @@ std::optional<std::string> CommonScale::words() const {
       std::abs(deviation) >= kMinDeviation && spread <= kMaxSpread * std::abs(deviation);
   if (!is_common) return std::nullopt;
   return fmt::format(
-      "every target is {:.1f} % {} than stated ({} seen, they differ by {:.1f} %): the vision "
+      "all {} targets measure {:.1f} % {} than stated (they differ by {:.1f} %): the vision "
       "tool's size or the camera's scale is wrong",
+      sorted.size(),
       100 * std::abs(deviation),
       deviation > 0 ? "larger" : "smaller",
-      sorted.size(),
       100 * spread);
 }
 

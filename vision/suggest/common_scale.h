@@ -18,7 +18,7 @@ class CommonScale {
  public:
   void add(const Detection& detection);
 
-  /// "every target is 2.0 % larger than stated (12 seen, they differ by 0.1 %): ..."; empty for
+  /// "all 12 targets measure 2.0 % larger than stated (they differ by 0.1 %): ..."; empty for
   /// fewer than three, or if they do not agree, or agree with what is stated.
   std::optional<std::string> words() const;
 

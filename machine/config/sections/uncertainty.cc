@@ -28,12 +28,15 @@ Expected<void> read_terms(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const double stage_um,
                table->number_or("stage_repeatability_um", kUncertaintySigma_um, 0));
   machine.stage_repeatability = um(stage_um);
+  machine.states_stage = table->has("stage_repeatability_um");
   PANELCAL_TRY(const double table_um,
                table->number_or("table_residual_um", kUncertaintySigma_um, 0));
   machine.table_residual = um(table_um);
+  machine.states_table = table->has("table_residual_um");
   PANELCAL_TRY(const double wander_um,
                table->number_or("drill_wander_um", kUncertaintySigma_um, 0));
   machine.drill_wander = um(wander_um);
+  machine.states_wander = table->has("drill_wander_um");
   PANELCAL_TRY(const double depth_um, table->number_or("depth_um", kUncertaintySigma_um, 0));
   machine.depth = um(depth_um);
   PANELCAL_TRY(config.drift_um_per_sqrt_day,

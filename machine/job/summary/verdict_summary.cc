@@ -20,6 +20,10 @@ std::vector<ToolRow> tool_rows(const JobVerdict& verdict, const TruthComparison*
   return rows;
 }
 
+std::string cpk_text(const JobVerdict::ToolFigures& tool, const RiskBasis& basis) {
+  return basis.tells_risk() ? cpk_text(tool.predicted, tool.tolerance) : "none";
+}
+
 std::string cpk_text(const RadialFigures& figures, std::optional<Length> tolerance) {
   const std::optional<double> cpk = tolerance ? figures.cpk(*tolerance) : std::nullopt;
   return cpk ? fmt::format("{:.2f}", *cpk) : "-";
@@ -27,16 +31,19 @@ std::string cpk_text(const RadialFigures& figures, std::optional<Length> toleran
 
 namespace {
 
-std::string risk_text(const JobVerdict::ToolFigures& tool) {
+std::string risk_text(const JobVerdict::ToolFigures& tool, const RiskBasis& basis) {
   if (tool.n_judged == 0) return "-";
-  return tool.worst.risk < 1e-12 ? "<1e-12" : fmt::format("{:.1e}", tool.worst.risk);
+  if (!basis.tells_risk()) return "no figure";
+  return tool.told_risk < 1e-12 ? "<1e-12" : fmt::format("{:.1e}", tool.told_risk);
 }
 
 }  // namespace
 
 std::string verdict_summary(const JobVerdict& verdict, const TruthComparison* truth) {
   std::string out = "tolerance, predicted";
-  out += truth != nullptr ? " and against truth (lengths in um)\n" : " (lengths in um)\n";
+  if (truth != nullptr) out += " and against truth";
+  out += verdict.basis().is_of_fit_only ? " (lengths in um, sigma of the fit only)\n"
+                                        : " (lengths in um)\n";
   const auto append = std::back_inserter(out);
   fmt::format_to(append,
                  "{:>6} {:>8} {:>9} {:>8} {:>8} {:>9} {:>6} {:>6} {:>6} {:>9}",
@@ -62,10 +69,10 @@ std::string verdict_summary(const JobVerdict& verdict, const TruthComparison* tr
                    tool.largest_sigma.in_um(),
                    tool.largest_radius_95.in_um(),
                    tool.predicted.mean_plus_3_sigma().in_um(),
-                   cpk_text(tool.predicted, tool.tolerance),
+                   cpk_text(tool, verdict.basis()),
                    tool.n_warned,
                    tool.n_held,
-                   risk_text(tool));
+                   risk_text(tool, verdict.basis()));
     if (row.actual != nullptr) {
       fmt::format_to(append,
                      " |{:>8.2f} {:>8.2f} {:>6}",

@@ -22,6 +22,9 @@ std::vector<ToolRow> tool_rows(const JobVerdict& verdict, const TruthComparison*
 /// "1.67"; "-" where there is no tolerance or no scatter.
 std::string cpk_text(const RadialFigures& figures, std::optional<Length> tolerance);
 
+/// The same of predicted figures; "none" where the job's risks are not known.
+std::string cpk_text(const JobVerdict::ToolFigures& tool, const RiskBasis& basis);
+
 /// A table with one row a tool, and the verdict in one line behind it.
 std::string verdict_summary(const JobVerdict& verdict, const TruthComparison* truth);
 

@@ -23,6 +23,24 @@ std::optional<HoleBudget> WorstHole::budget(const Survey& survey,
   return out;
 }
 
+namespace {
+
+/// Of the worst place; a risk that nobody can tell from a smaller one is not its own.
+std::optional<double> told_risk(const JobVerdict& verdict) {
+  const double risk = verdict.worst_tool()->worst.risk;
+  switch (verdict.basis().kind) {
+    case RiskBasis::Kind::Stated:
+      return risk;
+    case RiskBasis::Kind::Bounded:
+      return risk >= kLeastToldRisk ? std::optional(risk) : std::nullopt;
+    case RiskBasis::Kind::Unknown:
+      break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<HoleBudget> likeliest_to_break(const JobVerdict& verdict,
                                              const Survey& survey,
                                              const MachineUncertainty& machine) {
@@ -33,7 +51,8 @@ std::optional<HoleBudget> likeliest_to_break(const JobVerdict& verdict,
                  .file = worst.file,
                  .path = worst.path,
                  .nominal = worst.nominal,
-                 .risk = worst.risk,
+                 .is_likeliest_to_break = true,
+                 .risk = told_risk(verdict),
                  .budget = error_budget(*worst.budget_place, survey, machine)};
   for (const auto& [number, tool] : verdict.by_tool()) {
     if (&tool == worst_tool) out.tool = number;

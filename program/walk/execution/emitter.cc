@@ -58,6 +58,7 @@ Emitter::Emitter(const std::map<int, Tool>& header_tools,
       corrections_(corrections),
       reporter_(reporter),
       sink_(sink),
+      risks_(options, corrections),
       depths_(options.board, reporter) {
   if (options.scaling) scaling_ = scaling_map(*options.scaling);
   tolerance_ = options.tolerances.position;
@@ -231,7 +232,11 @@ PlacedPoint Emitter::place_of(int line,
                               const Position<frame::Nominal>& nominal,
                               const PositionEstimate<frame::Actual>& corrected) {
   const Displacement<frame::Machine> told = told_for(line, corrected.position);
-  return {nominal, corrected.position, told, place_.work_zero + told, corrected.cov, std::nullopt};
+  return {.nominal = nominal,
+          .corrected = corrected.position,
+          .told = told,
+          .actual = place_.work_zero + told,
+          .cov_mm2 = corrected.cov};
 }
 
 PlacedPoint Emitter::placed(int line, const Eigen::Vector2d& at_mm, Scaling scaling) {
@@ -239,9 +244,9 @@ PlacedPoint Emitter::placed(int line, const Eigen::Vector2d& at_mm, Scaling scal
       scaling == Scaling::Applies && place_.is_scaled && options_.scaling.has_value();
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
-  PlacedPoint point =
-      place_of(line, nominal, corrections_.stack.drilled(is_scaled ? scaling_(nominal) : nominal));
-  if (is_correcting()) point.risk = risk_of(point.cov_mm2);
+  const auto at = is_scaled ? scaling_(nominal) : nominal;
+  PlacedPoint point = place_of(line, nominal, corrections_.stack.drilled(at));
+  if (tolerance_ && is_correcting()) risks_.judge(at, *tolerance_, point);
   return point;
 }
 
@@ -292,8 +297,8 @@ void Emitter::lead_over_table(int line, PlacedPoint& hole) {
   hole.told = told_on_table(line, hole.told);
 }
 
-void Emitter::judge_hole(PlacedPoint& hole) {
-  hole.risk = breaking_risk_(hole.cov_mm2, *tolerance_);
+void Emitter::judge_hole(bool is_scaled, PlacedPoint& hole) {
+  risks_.judge(is_scaled ? scaling_(hole.nominal) : hole.nominal, *tolerance_, hole);
 }
 
 void Emitter::cut_hole(int line, Drill& drill) {
@@ -321,7 +326,8 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
     drill.cov_mm2.setZero();
   }
   drill.risk.reset();
-  if (tolerance_ && is_corrected) judge_hole(drill);
+  drill.judged_risk.reset();
+  if (tolerance_ && is_corrected) judge_hole(is_scaled, drill);
   drill.told = displacement_mm<frame::Machine>(drill.corrected.in_mm());
   if (options_.table != nullptr) lead_over_table(line, drill);
   drill.actual = place_.work_zero + drill.told;
@@ -340,7 +346,7 @@ void Emitter::drill_at_target(int line,
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   origin_.i_measurement = target.i_measurement;
   Drill drill{place_of(line, nominal, target.place), tool_, cut_at(line, nominal)};
-  drill.risk = risk_of(drill.cov_mm2);
+  if (tolerance_) risks_.judge_at_target(*tolerance_, drill);
   send(line, drill);
   origin_.i_measurement.reset();
 }

@@ -9,13 +9,13 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/correction/breaking_probability.h"
 #include "program/geometry/arcs.h"
 #include "program/model/tool_links.h"
 #include "program/walk/execution/depth_follower.h"
 #include "program/walk/measuring/measuring.h"
 #include "program/walk/options.h"
 #include "program/walk/reporter.h"
+#include "program/walk/risk_judge.h"
 
 namespace panelcal {
 
@@ -174,7 +174,7 @@ class Emitter {
                const DepthOfCut& cut);
   [[gnu::noinline]] void correct_specially(bool is_scaled, PlacedPoint& hole) const;
   [[gnu::noinline]] void lead_over_table(int line, PlacedPoint& hole);
-  [[gnu::noinline]] void judge_hole(PlacedPoint& hole);
+  [[gnu::noinline]] void judge_hole(bool is_scaled, PlacedPoint& hole);
   [[gnu::noinline]] void cut_hole(int line, Drill& drill);
   PlacedPoint placed(int line, const Eigen::Vector2d& at_mm, Scaling scaling);
   PlacedPoint place_of(int line,
@@ -194,10 +194,6 @@ class Emitter {
   bool is_correcting() const {
     return corrections_.stack.base() != nullptr || corrections_.stack.nested() != nullptr;
   }
-  /// Of a place that a correction determines.
-  std::optional<double> risk_of(const Eigen::Matrix2d& cov_mm2) {
-    return tolerance_ ? std::optional(breaking_risk_(cov_mm2, *tolerance_)) : std::nullopt;
-  }
   void note_origin(const Eigen::Vector2d& at_mm,
                    const Transform<frame::Nominal, frame::Nominal>* scaling);
   void send(int line, decltype(Operation::what) what);
@@ -216,7 +212,7 @@ class Emitter {
   std::map<int, int> max_hits_;
   ToolLinks links_;
   std::optional<Length> tolerance_;  ///< of the tool in use
-  BreakingRisk breaking_risk_;
+  RiskJudge risks_;
   DepthOfCut cut_;  ///< as the program asks
   DepthFollower depths_;
   CompensationSide side_ = CompensationSide::Off;  ///< as the control was told last

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "calib/base/statistics/chi_square.h"
 #include "calib/correction/error_budget.h"
 #include "calib/panel/misfit.h"
 #include "calib/panel/model_choice.h"
@@ -77,11 +78,14 @@ void CorrectionState::clear_base() {
   stack.clear_base();
   base_series.reset();
   nested_series.reset();
+  base_reliability.reset();
+  nested_reliability.reset();
 }
 
 void CorrectionState::clear_nested() {
   stack.clear_nested();
   nested_series.reset();
+  nested_reliability.reset();
 }
 
 Measuring::Measuring(const WalkOptions& options,
@@ -272,9 +276,22 @@ std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points
   if (!points.empty()) {
     fit_points(points, series);
     examine({points.begin(), points.end()}, series);
+    note_reliability(series);
   }
   survey_.series.push_back(std::move(series));
   return i_series;
+}
+
+void Measuring::note_reliability(SeriesResult& series) {
+  if (!series.is_fitted()) return;
+  Reliability out = series.base ? reliability(*series.base, series.limits)
+                                : reliability(*series.nested, series.limits);
+  const double chi_square = series.base ? series.base->chi_square : series.nested->chi_square;
+  const double chance = series.limits.false_alarm.value_or(kMisfitChance);
+  const bool fits = out.degrees_of_freedom < 1 ||
+                    chi_square_exceedance(chi_square, out.degrees_of_freedom) >= chance;
+  out.is_rejected = !fits || !series.is_accepted();
+  series.reliability = std::make_shared<const Reliability>(std::move(out));
 }
 
 void Measuring::fit_points(std::span<const FitPoint> points, SeriesResult& series) {
@@ -389,10 +406,13 @@ void Measuring::activate(std::size_t i_series, int line) {
     }
     corrections_.stack.set_base(series.base, offset_of(series));
     corrections_.base_series = i_series;
+    corrections_.base_reliability = series.reliability;
     corrections_.nested_series.reset();
+    corrections_.nested_reliability.reset();
     return;
   }
   corrections_.nested_series.reset();
+  corrections_.nested_reliability.reset();
   if (!series.nested) return corrections_.stack.clear_nested();
   if (series.base_series != corrections_.base_series) {
     reporter_.report(
@@ -408,6 +428,7 @@ void Measuring::activate(std::size_t i_series, int line) {
   }
   corrections_.stack.set_nested(series.nested, offset_of(series));
   corrections_.nested_series = i_series;
+  corrections_.nested_reliability = series.reliability;
 }
 
 }  // namespace panelcal

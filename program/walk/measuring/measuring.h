@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,6 +24,9 @@ struct CorrectionState {
   CorrectionStack stack;
   std::optional<std::size_t> base_series;
   std::optional<std::size_t> nested_series;
+  /// Of those series; null: no correction.
+  std::shared_ptr<const Reliability> base_reliability;
+  std::shared_ptr<const Reliability> nested_reliability;
 
   CorrectionState() = default;
   explicit CorrectionState(const MachineUncertainty& machine) : stack(machine) {}
@@ -116,6 +120,7 @@ class Measuring {
   void report_unbendable(const SeriesResult& series);
   void report_folded(const SeriesResult& series);
   void report_nested_on_smooth(const SeriesResult& series);
+  static void note_reliability(SeriesResult& series);
   /// Fits and gates; leaves out what the gates allow to, and finds the cause of what does not fit.
   void fit_points(std::span<const FitPoint> points, SeriesResult& series);
   void examine(std::vector<FitPoint> points, SeriesResult& series);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/panel/misfit.h"
 
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -42,10 +43,16 @@ TEST(Misfit, LeavesTargetsThatAgreeAsTheyAreStated) {
   EXPECT_TRUE(fit.misfit_cov.isZero(0));
 }
 
-TEST(Misfit, GrowsByTheBirgeRatioWhereChiSquareRejects) {
+/// Of f equations to spare: 2 F(2, f) is exceeded by f (0.05^(-2/f) - 1) in 5 %.
+double hotelling(double f) {
+  return f * (std::pow(0.05, -2 / f) - 1) / (-2 * std::log(0.05));
+}
+
+TEST(Misfit, GrowsByTheBirgeRatioOfAnEstimatedNoise) {
   MisfitFit fit = fitted(six_targets(0.1));
   const Eigen::Matrix<double, 6, 6> before = fit.map.cov;
-  const double ratio2 = fit.chi_square / fit.degrees_of_freedom;
+  ASSERT_EQ(fit.degrees_of_freedom, 7);
+  const double ratio2 = hotelling(7) * fit.chi_square / 7;
   ASSERT_GT(ratio2, 100);
   count_misfit(fit);
   EXPECT_TRUE(fit.map.cov.isApprox(ratio2 * before, 1e-12));
@@ -54,7 +61,7 @@ TEST(Misfit, GrowsByTheBirgeRatioWhereChiSquareRejects) {
 
 TEST(Misfit, LeavesTheChoiceOfTheModelOut) {
   MisfitFit fit = fitted(six_targets(0.1));
-  const double ratio2 = fit.chi_square / fit.degrees_of_freedom;
+  const double ratio2 = hotelling(7) * fit.chi_square / 7;
   const Eigen::Matrix<double, 6, 6> of_targets = fit.map.cov;
   fit.choice_cov = 1e-3 * Eigen::Matrix<double, 6, 6>::Identity();
   fit.map.cov += fit.choice_cov;
@@ -69,6 +76,14 @@ TEST(Misfit, SaysNothingWithoutAnEquationToSpare) {
   EXPECT_NEAR(internal::misfit_excess(10.84, 1), 9.84, 1e-12);
 }
 
+/// From three equations on the scatter counts where one healthy series in 10 scatters so.
+TEST(Misfit, CountsAScatterThatOneInTenHealthySeriesHas) {
+  EXPECT_EQ(internal::misfit_excess(6.25, 3), 0);
+  EXPECT_NEAR(internal::misfit_excess(6.26, 3), hotelling(3) * 6.26 / 3 - 1, 1e-12);
+  EXPECT_EQ(internal::misfit_excess(12.01, 7), 0);
+  EXPECT_NEAR(internal::misfit_excess(12.03, 7), hotelling(7) * 12.03 / 7 - 1, 1e-12);
+}
+
 TEST(Misfit, GrowsASmoothPanelEverywhere) {
   const std::vector<MisfitPair> pairs = six_targets(0.1);
   MisfitFit fit = fit_bent(std::span<const MisfitPair>(pairs)).fit.value();
@@ -78,7 +93,7 @@ TEST(Misfit, GrowsASmoothPanelEverywhere) {
   const auto place = position_mm<frame::Nominal>(33, 47);
   const Eigen::Matrix2d before = fit.smooth->covariance(place);
   count_misfit(fit);
-  EXPECT_TRUE(fit.smooth->covariance(place).isApprox(15 * before, 1e-9));
+  EXPECT_TRUE(fit.smooth->covariance(place).isApprox(hotelling(8) * 15 * before, 1e-9));
 }
 
 }  // namespace

@@ -134,8 +134,23 @@ TEST(Explainer, SaysHowLikelyTheToleranceIsBroken) {
   options.tolerances.tools.push_back({.number = 1, .position = um(2)});
   const std::string body = "X9.Y9.\nG34,1\nG35X0.Y0.\nT1\nX10.Y5.\nT2\nX20.Y5.\nM30\n";
   const std::string text = explained(metric("T1\n" + body), "2", options);
-  EXPECT_NE(text.find("\n  tolerance   2 um, risk of breaking it 0.14\n"), std::string::npos)
+  EXPECT_NE(text.find("\n  tolerance   2 um, risk of breaking it no figure: stage repeatability, "
+                      "table residual and drill wander not stated\n"),
+            std::string::npos)
       << text;
+  EXPECT_NE(text.find(" um of the fit only\n"), std::string::npos) << text;
+  options.uncertainty.states_stage = options.uncertainty.states_table = true;
+  options.uncertainty.states_wander = true;
+  const std::string stated = explained(metric("T1\n" + body), "2", options);
+  EXPECT_NE(stated.find("\n  tolerance   2 um, risk of breaking it 0.14\n"), std::string::npos)
+      << stated;
+  options.tolerances.tools[0].position = um(20);
+  const std::string untold = explained(metric("T1\n" + body), "2", options);
+  EXPECT_NE(untold.find("risk of breaking it 0.001, and none below can be told: an error of any "
+                        "size of target 0 (G35 in line 9) would pass unnoticed and move this place "
+                        "by 1 times as much\n"),
+            std::string::npos)
+      << untold;
   const std::string before = explained(metric("T1\n" + body), "1", options);
   EXPECT_NE(
       before.find("\n  tolerance   2 um, risk of breaking it not known without a correction\n"),

@@ -27,7 +27,7 @@ PlacedPoint uncertain(double sigma_x_um, double sigma_y_um, std::optional<double
   PlacedPoint point = place(1, 2);
   const Eigen::Vector2d sigma_mm(sigma_x_um * 1e-3, sigma_y_um * 1e-3);
   point.cov_mm2 = sigma_mm.cwiseAbs2().asDiagonal();
-  point.risk = risk;
+  point.risk = point.judged_risk = risk;
   return point;
 }
 
@@ -82,6 +82,7 @@ TEST(JobVerdict, WarnsOfPlacesThatNothingIsKnownOf) {
   Drill exact = risky(0, 2);
   exact.cov_mm2.setZero();
   exact.risk.reset();
+  exact.judged_risk.reset();
   JobVerdict verdict(within(um(10)));
   verdict.begin(metric_info());
   put_all(verdict, {risky(1e-9), exact});
@@ -104,6 +105,7 @@ TEST(JobVerdict, DoesNotJudgeWhatHasNoCorrection) {
   Drill exact = risky(0);
   exact.cov_mm2.setZero();
   exact.risk.reset();
+  exact.judged_risk.reset();
   JobVerdict verdict(within(um(10)));
   verdict.begin(metric_info());
   put_all(verdict, {exact, exact});
@@ -209,7 +211,7 @@ TEST(JobVerdict, PredictsWhatDrawsGive) {
   for (const auto& [x_um, y_um] : sigmas_um) {
     const Drill hole{uncertain(x_um, y_um, std::nullopt), 1};
     Drill judged = hole;
-    judged.risk = breaking_probability(hole.cov_mm2, um(30));
+    judged.risk = judged.judged_risk = breaking_probability(hole.cov_mm2, um(30));
     verdict.put({5, {}, judged, {}, nullptr});
     for (int i = 0; i < kDraws; ++i) {
       const double length_um = std::hypot(x_um * random.normal(), y_um * random.normal());
@@ -239,6 +241,42 @@ TEST(JobVerdict, RadiiOf95PercentAreCloseBetweenTheNodes) {
     const double exact_um = radius_exceeded({um(10), um(small_um)}, 0.05).in_um();
     EXPECT_NEAR(verdict.by_tool().at(1).largest_radius_95.in_um() / exact_um, 1, 1e-4) << small_um;
   }
+}
+
+/// Limits hold what is judged, whatever may be stated of it.
+TEST(JobVerdict, HoldsByRisksThatAreNotStated) {
+  Drill unknown = risky(0.5);
+  unknown.risk.reset();
+  JobVerdict verdict(within(um(10)));
+  verdict.put({7, {}, unknown, {}, nullptr});
+  EXPECT_EQ(verdict.decision(), JobDecision::Hold);
+  EXPECT_EQ(verdict.n_told(), 0);
+  verdict.set_basis({RiskBasis::Kind::Unknown, "no risk figure: drill wander not stated", true});
+  EXPECT_EQ(verdict.sentence(),
+            "hold: 1 place is more likely than 0.01 to break the tolerance by sigma alone, the "
+            "worst in line 7; no risk figure: drill wander not stated");
+  DiagnosticLog log;
+  verdict.report("p.exc", log);
+  ASSERT_EQ(log.kept().size(), 1U);
+  EXPECT_THAT(log.kept()[0].text(), HasSubstr("drill wander not stated"));
+  EXPECT_THAT(log.kept()[0].text(), testing::Not(HasSubstr("0.5")));
+}
+
+TEST(JobVerdict, KnowsThePlaceThatAnUnnoticedErrorMovesFurthest) {
+  JobVerdict verdict(within(um(10)));
+  verdict.put({5, {}, risky(1e-7), {}, nullptr});
+  EXPECT_EQ(verdict.worst_unseen(), nullptr);
+  for (const auto& [line, unseen_um] : {std::pair(6, 20), std::pair(7, 30), std::pair(8, 25)}) {
+    Drill bounded = risky(1e-7);
+    bounded.risk = kLeastToldRisk;
+    bounded.unseen = um(unseen_um);
+    verdict.put({line, {}, bounded, {}, nullptr});
+  }
+  ASSERT_NE(verdict.worst_unseen(), nullptr);
+  EXPECT_EQ(verdict.worst_unseen()->line, 7);
+  EXPECT_EQ(verdict.by_tool().at(1).told_risk, kLeastToldRisk);
+  // The limits are not held against what cannot be told: that would warn of every small panel.
+  EXPECT_EQ(verdict.decision(), JobDecision::Drill);
 }
 
 TEST(RadialFigures, CpkIsOneSided) {

@@ -24,10 +24,11 @@ std::optional<std::string> words_of(const std::vector<double>& ratios) {
 TEST(CommonScale, TellsOfOneFactor) {
   const auto larger = words_of({1.021, 1.02, 1.019, 1.02});
   ASSERT_TRUE(larger.has_value());
-  EXPECT_TRUE(larger->starts_with("every target is 2.0 % larger than stated (4 seen")) << *larger;
+  EXPECT_TRUE(larger->starts_with("all 4 targets measure 2.0 % larger than stated (they"))
+      << *larger;
   const auto smaller = words_of({0.5, 0.5, 0.5});
   ASSERT_TRUE(smaller.has_value());
-  EXPECT_TRUE(smaller->starts_with("every target is 50.0 % smaller")) << *smaller;
+  EXPECT_TRUE(smaller->starts_with("all 3 targets measure 50.0 % smaller")) << *smaller;
 }
 
 TEST(CommonScale, IsSilentWithoutOne) {

@@ -154,7 +154,9 @@ the program has them.
 [tolerance] states how far holes may be off. The second walk then gives each place the probability
 of breaking it ("risk"), from the fits' covariance and what [uncertainty], [spindle] and [camera]
 state of the machine, and the job its verdict: drill; drill, with a warning (exit 0); or hold (exit
-1, and nothing is written, nor sent to standard output).
+1, and nothing is written, nor sent to standard output). No risk is stated where stage, table or
+drill are not stated in [uncertainty], or where the targets refuse the fit; none below 0.001 where
+an error of a target may pass unnoticed and break the tolerance: the verdict then names it.
 
 A program that probes the surface (G73, G78, G79) needs --probes, --machine-driver, or --camera with
 [machine] probe_command; --force does not help where a surface was not found or is out of tolerance.
@@ -204,8 +206,9 @@ A program without its end (M30 or M00, the tool table) may have been cut off, an
 comment in the output and the report say so.
 
 Pictures of a folder are read and looked at ahead, on --threads threads; what is written does not
-depend on their number. If all targets that were seen are too large by one factor, or all refused
-series would fit with a camera mirrored or turned by a quarter, a line on standard error says so.
+depend on their number. If all targets that were seen are too large or too small by one factor, a
+line on standard error says by how much; also if all refused series would fit with a camera mirrored
+or turned by a quarter.
 
 Exit codes
   0 done, perhaps with warnings; 1 a target was not found, a gate failed or [tolerance] holds the

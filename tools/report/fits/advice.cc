@@ -145,8 +145,10 @@ std::string advice_on_drilling(const ReportInput& input) {
   if (survey.measurements.empty() && survey.probes.empty()) {
     return fmt::format("Drill {} only if the panel needs no correction.", shown_output(input));
   }
-  const bool has_misfit = std::ranges::any_of(
-      survey.series, [](const SeriesResult& series) { return series.misfit_ratio() > 1; });
+  // One healthy fit in 10 grows a little; what is rejected is looked at.
+  const bool has_misfit = std::ranges::any_of(survey.series, [](const SeriesResult& series) {
+    return series.misfit_ratio() > 1 && series.reliability && series.reliability->is_rejected;
+  });
   if (has_misfit) {
     return fmt::format(
         "Look at the fits below before {} is drilled: targets do not agree within their stated "
@@ -161,7 +163,11 @@ std::string advice_on_drilling(const ReportInput& input) {
         "larger than the stated measurement noise explains.",
         shown_output(input));
   }
-  return fmt::format("Load {} and drill.", shown_output(input));
+  std::string out = fmt::format("Load {} and drill.", shown_output(input));
+  if (input.verdict != nullptr && !input.unstated.empty()) {
+    out += " For a risk state what is missing in [uncertainty] of the machine's file.";
+  }
+  return out;
 }
 
 /// --explain knows lines of the program itself only.
@@ -238,6 +244,13 @@ std::string grounds_of_verdict(const ReportInput& input) {
   }
   if (survey.measurements.empty()) {
     return "The program has no targets: nothing was measured, and coordinates are as programmed.";
+  }
+  if (input.verdict != nullptr && input.verdict->decision() == JobDecision::Drill &&
+      input.verdict->basis().kind != RiskBasis::Kind::Stated) {
+    return fmt::format("Every target was found, and {}; {}.{}",
+                       fits_sentence(survey),
+                       input.verdict->basis().words,
+                       left_out_remark(survey));
   }
   if (input.verdict != nullptr && input.verdict->decision() == JobDecision::Drill) {
     return fmt::format(

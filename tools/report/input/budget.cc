@@ -13,7 +13,8 @@ namespace report {
 namespace {
 
 std::string why_shown(const HoleBudget& hole) {
-  if (!hole.risk) return "The least certain hole";
+  if (!hole.is_likeliest_to_break) return "The least certain hole";
+  if (!hole.risk) return "The place likeliest to break its tolerance";
   return fmt::format("The place likeliest to break its tolerance, with a risk of {}",
                      escaped(risk_text(*hole.risk)));
 }

@@ -35,6 +35,7 @@ struct ReportInput {
   std::string surface_use;  ///< the part of --surface in the depths; empty without it
   /// Of the verdict's worst place, by which `run --explain` knows it; empty: its line says enough.
   std::optional<std::int64_t> worst_number;
+  std::string unstated;                           ///< as JobResult::unstated
   std::optional<HoleBudget> worst_hole;           ///< of the job, held or not
   std::map<std::int64_t, std::string> crops_png;  ///< by seq: the target with the found centre
   std::map<std::int64_t, std::vector<ReportView>> views;  ///< by seq: all pictures looked at

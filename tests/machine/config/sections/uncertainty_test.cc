@@ -52,6 +52,16 @@ TEST(UncertaintyConfig, IsNothingUnlessStated) {
   EXPECT_EQ(machine.n_cameras(), 1);
 }
 
+TEST(UncertaintyConfig, KnowsAZeroThatIsStated) {
+  using testing::ElementsAre;
+  EXPECT_THAT(parse("")->walk.uncertainty.unstated(),
+              ElementsAre("stage repeatability", "table residual", "drill wander"));
+  EXPECT_THAT(parse("[uncertainty]\nstage_repeatability_um = 0\ntable_residual_um = 2\n")
+                  ->walk.uncertainty.unstated(),
+              ElementsAre("drill wander"));
+  EXPECT_THAT(parse(kAll)->walk.uncertainty.unstated(), testing::IsEmpty());
+}
+
 TEST(UncertaintyConfig, ReadsEveryTerm) {
   auto config = parse(kAll);
   ASSERT_TRUE(config) << config.error().text();

@@ -22,7 +22,7 @@ struct Job {
       drill.corrected = position_mm<frame::Actual>(off_mm, 0);
       drill.told = displacement_mm<frame::Machine>(off_mm, 0);
       drill.cov_mm2 = 16e-6 * Eigen::Matrix2d::Identity();
-      drill.risk = std::exp(-0.5 * 36);
+      drill.risk = drill.judged_risk = std::exp(-0.5 * 36);
       const Operation operation{12, {}, drill, {}, nullptr};
       verdict.put(operation);
       comparison.put(operation);
@@ -51,6 +51,17 @@ TEST(VerdictSummary, HasOneRowForEachTool) {
                         "tolerance; 3e-08 of 2 expected to break; the worst is line 12, "
                         "risk 1.5e-08"));
   EXPECT_THAT(text, Not(HasSubstr("truth")));
+}
+
+TEST(VerdictSummary, HasWordsWhereRiskIsNotKnown) {
+  Job job(of_24_um());
+  job.verdict.set_basis(
+      {RiskBasis::Kind::Unknown, "no risk figure: drill wander not stated", true});
+  const std::string text = verdict_summary(job.verdict, nullptr);
+  EXPECT_THAT(text, HasSubstr("(lengths in um, sigma of the fit only)\n"));
+  EXPECT_THAT(text, HasSubstr("     4.00     9.79     12.87   none      0      0 no figure\n"));
+  EXPECT_THAT(text, HasSubstr("verdict: drill: no risk figure: drill wander not stated"));
+  EXPECT_THAT(text, Not(HasSubstr("e-08")));
 }
 
 TEST(VerdictSummary, SetsTheTruthBeside) {

@@ -56,9 +56,9 @@ TEST(LikeliestToBreak, IsThePlaceThatTheVerdictNames) {
   origin.i_measurement = 0;
   const std::vector<int> path = {0, 2};
   Drill sure_of_much = hole(1, 16 * kUm2);
-  sure_of_much.risk = 1e-9;
+  sure_of_much.risk = sure_of_much.judged_risk = 1e-9;
   Drill worst = hole(2, 9 * kUm2);
-  worst.risk = 0.25;
+  worst.risk = worst.judged_risk = 0.25;
   worst.tool = 4;
   verdict.put({11, {}, sure_of_much, {}, &origin});
   verdict.put({12, path, worst, "PINS", &origin});

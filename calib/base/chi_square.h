@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace panelcal {
+
+/// The chance that a chi-square variable with the given degrees of freedom (1 or more) exceeds a
+/// value; 1 for values of zero and below, and no number for one.
+///
+/// Source Abramowitz and Stegun 1964, 26.4.4 and 26.4.5 (finite sums)
+/// See    tests/calib/base/statistics/chi_square_test.cc
+double chi_square_exceedance(double chi_square, int degrees_of_freedom);
+
+/// The value that a chi-square variable exceeds with this chance, 0 < chance < 1; to 1e-9 of
+/// itself.
+double chi_square_exceeded(double chance, int degrees_of_freedom);
+
+/// The noncentrality with which a chi-square variable would be as small as `chi_square`, or
+/// smaller, with this chance: the upper confidence limit of how much is hidden in it. 0 where none
+/// is left.
+///
+///   P(chi'^2(f, lambda) <= chi_square) = chance,   (chi'^2 / (f + lambda))^(1/3) nearly normal
+///
+/// In     0 < chance < 0.5
+/// Out    to 4 % of its root for f >= 1 and chances of 0.01 and more
+/// Source Abdel-Aty 1954, Biometrika 41, 538
+double largest_noncentrality(double chi_square, int degrees_of_freedom, double chance);
+
+}  // namespace panelcal
