@@ -138,14 +138,17 @@ std::string spindle_camera(const Draw& draw) {
   if (!result.fit) return refused(text(result.failure));
   const SpindleCameraFit& fit = *result.fit;
   const Eigen::Vector2d& d_mm = fit.offset.offset.in_mm();
-  return estimates({d_mm.x(), d_mm.y(), fit.backlash[0].value.in_mm(), fit.backlash[1].value.in_mm(),
-                    fit.wander.sigma[0].in_mm()},
+  return estimates({d_mm.x(), d_mm.y(), fit.backlash[0].value.in_mm(), fit.backlash[1].value.in_mm()},
                    {std::sqrt(fit.offset.cov_mm2(0, 0)),
                     std::sqrt(fit.offset.cov_mm2(1, 1)),
                     fit.backlash[0].sigma.in_mm(),
-                    fit.backlash[1].sigma.in_mm(),
-                    fit.wander.error[0].in_mm()},
-                   fmt::format(R"(, "left_out": {})", fit.n_outliers()));
+                    fit.backlash[1].sigma.in_mm()},
+                   fmt::format(R"(, "left_out": {}, "low": [{}, {}], "high": [{}, {}])",
+                               fit.n_outliers(),
+                               fit.wander.low[0].in_mm(),
+                               fit.repeatability.low[0].in_mm(),
+                               fit.wander.high[0].in_mm(),
+                               fit.repeatability.high[0].in_mm()));
 }
 
 /// stage SIGMA; dot x y certified; look pose axis_x axis_y dot seen_x seen_y cxx cxy cyy; at x y
