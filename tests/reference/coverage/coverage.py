@@ -7,15 +7,22 @@
 import argparse
 import json
 import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 import camera_draws
-import table_draws
 import settle_draws
+import spindle_draws
+import table_draws
+import trial_draws
 
-KINDS = {"camera": camera_draws, "table": table_draws, "settle": settle_draws}
+KINDS = {"spindle-camera": spindle_draws, "camera": camera_draws, "table": table_draws, "settle": settle_draws,
+         "focus": trial_draws.Focus, "light": trial_draws.Light}
+
+
+SIGMAS_95 = 1.959964
 
 
 class Program:
@@ -35,78 +42,102 @@ class Program:
 
 
 def run(program, kind, case, seed, n):
-    """Estimates and truths of n draws of one case; a draw depends on the seed and its number only."""
+    """Of n draws of one case what was estimated and what is true; a draw depends on seed and number only."""
     module = KINDS[kind]
     estimator = Program(program)
-    found, truths = [], []
+    answers = []
     for i in range(n):
         rng = np.random.default_rng([seed, i])
         if kind == "settle":
-            lines, truth = module.draw(rng, module.CASES[case], estimator.ask)
+            drawn = module.draw(rng, module.CASES[case], estimator.ask)
         else:
-            lines, truth = module.draw(rng, module.CASES[case])
-        found.append(estimator.ask(kind, lines))
-        truths.append(truth)
+            drawn = module.draw(rng, module.CASES[case])
+        answers.append((estimator.ask(kind, drawn[0]), drawn[1], drawn[2] if len(drawn) > 2 else []))
     if estimator.close() != 0:
         raise RuntimeError(f"{program} ended with an error")
-    return found, truths
+    return answers
+
+
+def holds(kind, answers):
+    """Names of what is estimated; for each draw that was not refused whether 95 % hold the truth, and the
+    error in sigmas (no number for an interval)."""
+    names = KINDS[kind].NAMES + getattr(KINDS[kind], "SPREADS", [])
+    inside, errors = [], []
+    for found, truth, spreads in answers:
+        if "refused" in found:
+            continue
+        with np.errstate(divide="ignore", invalid="ignore"):
+            e = (np.array(found["value"]) - truth) / np.array(found["sigma"])
+        low_to_high = [low <= s <= high for s, low, high in zip(spreads, found.get("low", []), found.get("high", []))]
+        inside.append(list(np.abs(e) <= SIGMAS_95) + low_to_high)
+        errors.append(list(e) + [np.nan] * len(low_to_high))
+    return names, np.array(inside, dtype=bool).reshape(-1, len(names)), np.array(errors).reshape(-1, len(names))
+
+
+def is_within(inside):
+    """Whether chance leaves each number's coverage in 92..98 % (three standard deviations)."""
+    if not len(inside):
+        return False
+    slack = 3 * np.sqrt(0.95 * 0.05 / len(inside))
+    coverage = inside.mean(axis=0)
+    return bool(np.all((coverage > 0.92 - slack) & (coverage < 0.98 + slack)))
+
+
+def report(kind, case, by_seed):
+    """Lines for a person; returns hits and trials."""
+    parts = [holds(kind, answers) for answers in by_seed]
+    names = parts[0][0]
+    inside = np.concatenate([p[1] for p in parts])
+    errors = np.concatenate([p[2] for p in parts])
+    found = [a[0] for answers in by_seed for a in answers]
+    reasons = {}
+    for f in found:
+        if "refused" in f:
+            reasons[f["refused"][:60]] = reasons.get(f["refused"][:60], 0) + 1
+    print(f"{kind}: {case}: {len(inside)} of {len(found)} draws" + (f", refused: {reasons}" if reasons else ""))
+    for i, name in enumerate(names):
+        seeds = ", ".join("%.1f" % (100 * np.mean(p[1][:, i])) for p in parts if len(p[1]))
+        chi2 = np.mean(errors[:, i] ** 2)
+        print("  %-18s %5.1f %% (%s)%s" % (name, 100 * np.mean(inside[:, i]), seeds,
+                                           "" if np.isnan(chi2) else "  chi square %.2f" % chi2))
+    if "safe" in found[0] or any("safe" in f for f in found):
+        more = np.array([f["safe"] - t[0] for answers in by_seed for f, t, _ in answers if "safe" in f])
+        print("  safe wait too short in %d of %d, longer than needed by %.1f ms in the median, %.1f at most" % (
+            np.sum(more < 0), len(more), 1e3 * np.median(more), 1e3 * more.max()))
+    for key in ("form", "open", "excess", "left_out", "aliases"):
+        values = [f[key] for f in found if key in f]
+        if values and isinstance(values[0], str):
+            print("  %s: %s" % (key, {v: values.count(v) for v in sorted(set(values))}))
+        elif values:
+            print("  %s: %.3g in the mean, %.3g at most" % (key, np.mean(values), np.max(values)))
+    sys.stdout.flush()
+    return int(inside.sum()), inside.size
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("program")
-    parser.add_argument("--kind")
-    parser.add_argument("--case", default="")
+    parser.add_argument("--kind", choices=list(KINDS))
+    parser.add_argument("--case", default="", help="only cases whose name contains this")
     parser.add_argument("--draws", type=int, default=400)
     parser.add_argument("--seeds", default="1,2,3")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--check", action="store_true", help="fail outside 92..98 %%, three standard deviations of chance off")
     options = parser.parse_args()
     seeds = [int(s) for s in options.seeds.split(",")]
-    tasks = [(kind, case, seed) for kind in ([options.kind] if options.kind else KINDS)
-             for case in KINDS[kind].CASES if options.case in case for seed in seeds]
+    is_good = True
     with ThreadPoolExecutor(options.jobs) as pool:
-        answers = list(pool.map(lambda t: run(options.program, t[0], t[1], t[2], options.draws), tasks))
-    for kind in KINDS:
-        for case in dict.fromkeys(t[1] for t in tasks if t[0] == kind):
-            report(kind, case, [(t[2], a) for t, a in zip(tasks, answers) if t[:2] == (kind, case)])
-
-
-def report(kind, case, by_seed):
-    names = KINDS[kind].NAMES
-    n_refused, reasons = 0, {}
-    rows = []
-    for seed, (found, truths) in by_seed:
-        e = []
-        for f, truth in zip(found, truths):
-            if "refused" in f:
-                n_refused += 1
-                reasons[f["refused"][:70]] = reasons.get(f["refused"][:70], 0) + 1
-                continue
-            e.append((np.array(f["value"]) - np.array(truth)) / np.array(f["sigma"]))
-        rows.append(np.array(e).reshape(-1, len(names)))
-    e = np.concatenate(rows)
-    print(f"{kind}: {case}: {len(e)} of {len(e) + n_refused} draws, refused {reasons}")
-    for i, name in enumerate(names):
-        ok = np.isfinite(e[:, i])
-        if not ok.any():
-            continue
-        inside = [100 * np.mean(np.abs(r[:, i][np.isfinite(r[:, i])]) <= 1.959964) for r in rows if len(r)]
-        print("   %-22s %5.1f %% (%s)  mean %+.2f  chi2 %.2f" % (
-            name, 100 * np.mean(np.abs(e[ok, i]) <= 1.959964), " ".join("%.1f" % v for v in inside),
-            np.mean(e[ok, i]), np.mean(e[ok, i] ** 2)))
-    short = [f["safe"] < t[0] for _, (found, truths) in by_seed for f, t in zip(found, truths) if "safe" in f]
-    if short:
-        extra = [f["safe"] - t[0] for _, (found, truths) in by_seed for f, t in zip(found, truths) if "safe" in f]
-        print("    safe wait too short in %d of %d; longer than needed by %.4f s in the median, %.3f at most" % (
-            sum(short), len(short), np.median(extra), max(extra)))
-    for key in ("form", "excess", "left_out", "open", "refusal", "motion", "aliases", "hz"):
-        values = [f[key] for _, (found, _) in by_seed for f in found if key in f]
-        if values and isinstance(values[0], str):
-            print("   ", key, {v: values.count(v) for v in sorted(set(values))})
-        elif values:
-            print("   ", key, "mean", np.mean(values), "max", np.max(values))
-    return
+        for kind in [options.kind] if options.kind else KINDS:
+            n_held = n_all = 0
+            for case in (c for c in KINDS[kind].CASES if options.case in c):
+                by_seed = list(pool.map(lambda s: run(options.program, kind, case, s, options.draws), seeds))
+                held, n = report(kind, case, by_seed)
+                n_held, n_all = n_held + held, n_all + n
+                is_good &= is_within(holds(kind, sum(by_seed, []))[1])
+            if n_all:
+                print("%s: all %.1f %% of %d\n" % (kind, 100 * n_held / n_all, n_all))
+    return 0 if is_good or not options.check else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

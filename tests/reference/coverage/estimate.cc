@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <map>
 #include <sstream>
@@ -295,7 +296,7 @@ int main() {
       fmt::print("{}\n", panelcal::answer(kind, draw));
       std::fflush(stdout);
     } else {
-      for (std::string number; words >> number;) line.numbers.push_back(std::stod(number));
+      for (std::string number; words >> number;) line.numbers.push_back(std::strtod(number.c_str(), nullptr));
       draw.push_back(std::move(line));
     }
   }
