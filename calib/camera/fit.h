@@ -23,8 +23,8 @@ namespace panelcal {
 /// A fitted camera, and what the data say about it.
 struct CameraFit {
   CameraForm form = CameraForm::Flat;
-  /// The stiffest form whose criterion is within kWorthASofterModel of the least; of a form that was
-  /// asked for, that one.
+  /// The stiffest form whose criterion is within kWorthASofterModel of the least; of a form that
+  /// was asked for, that one.
   CameraForm sufficient = CameraForm::Flat;
   CameraModel::Parameters parameters;
   CameraModelCovariance covariance = CameraModelCovariance::Zero();  ///< of held ones 0
@@ -74,8 +74,8 @@ struct CameraFit {
 /// See    tests/calib/camera/fit_test.cc
 Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& options);
 
-/// Degrees of freedom that a form has to leave: of a variance that is estimated by fewer there is no
-/// second moment (nu / (nu - 2)).
+/// Degrees of freedom that a form has to leave: of a variance that is estimated by fewer there is
+/// no second moment (nu / (nu - 2)).
 inline constexpr int kFewestCameraFreedoms = 3;
 
 /// Fits the softest form whose parameters the data determine and that leaves kFewestCameraFreedoms;

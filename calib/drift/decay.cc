@@ -130,11 +130,14 @@ Decay refine(const std::vector<DecaySample>& samples, const Eigen::MatrixXd& val
     const Eigen::VectorXd change = internal::solve_symmetric(normal, right);
     if (!change.allFinite()) break;
     const double log_step = std::clamp(change(0), -1.0, 1.0);
-    const Decay next = project_decay(samples,
-                                     values,
-                                     best.shape,
-                                     best.time_constant * std::exp(log_step),
-                                     n_nonlinear > 1 ? best.frequency + change(1) : 0);
+    // A longer step would lead into another valley: to an alias.
+    const double farthest = 0.5 / best.time_constant;
+    const Decay next = project_decay(
+        samples,
+        values,
+        best.shape,
+        best.time_constant * std::exp(log_step),
+        n_nonlinear > 1 ? best.frequency + std::clamp(change(1), -farthest, farthest) : 0);
     if (next.chi_square < best.chi_square) {
       const double gain = best.chi_square - next.chi_square;
       best = next;
@@ -192,8 +195,7 @@ class DecayScan {
     Eigen::Matrix3Xd right = Eigen::Matrix3Xd::Zero(3, values_.cols());
     for (Eigen::Index i = 0; i < left_.size(); ++i) {
       const double turn = frequency * samples_[static_cast<std::size_t>(i)].time;
-      const Eigen::Vector3d row(
-          weight_[i], left_[i] * std::cos(turn), left_[i] * std::sin(turn));
+      const Eigen::Vector3d row(weight_[i], left_[i] * std::cos(turn), left_[i] * std::sin(turn));
       normal += row * row.transpose();
       right += row * values_.row(i);
     }
@@ -220,9 +222,9 @@ struct DecayStart {
   double chi_square = 0;
 };
 
-/// Minima along the frequency for every time constant of the grid, the best first. Frequencies go up
-/// to half a turn between the nearest two samples; a step turns the last one that is still moving
-/// by a quarter.
+/// Minima along the frequency for every time constant of the grid, the best first. Frequencies go
+/// up to half a turn between the nearest two samples; a step turns the last one that is still
+/// moving by a quarter.
 std::vector<DecayStart> decay_starts(const std::vector<DecaySample>& samples,
                                      const Eigen::MatrixXd& values,
                                      bool turns) {
@@ -275,22 +277,26 @@ std::vector<Decay> search(const std::vector<DecaySample>& samples,
                           const Eigen::MatrixXd& values,
                           DecayShape shape) {
   constexpr std::size_t kMostStarts = 24;
+  constexpr double kBeyond = 1.05;
+  const double highest = kBeyond * std::numbers::pi / resolved_gap(samples);
   std::vector<DecayStart> taken;
   std::vector<Decay> minima;
-  for (const DecayStart& start :
-       decay_starts(samples, values, shape == DecayShape::Oscillation)) {
+  for (const DecayStart& start : decay_starts(samples, values, shape == DecayShape::Oscillation)) {
     if (taken.size() == kMostStarts) break;
-    if (std::ranges::any_of(taken, [&](const auto& t) { return is_one_valley(t, start); })) continue;
+    if (std::ranges::any_of(taken, [&](const auto& t) { return is_one_valley(t, start); }))
+      continue;
     taken.push_back(start);
-    const Decay found = refine(
-        samples,
-        values,
-        project_decay(samples, values, shape, start.time_constant, start.frequency));
+    const Decay found =
+        refine(samples,
+               values,
+               project_decay(samples, values, shape, start.time_constant, start.frequency));
+    if (std::abs(found.frequency) > highest) continue;
     if (!std::ranges::any_of(minima, [&](const auto& m) { return is_same_minimum(m, found); })) {
       minima.push_back(found);
     }
   }
   std::ranges::stable_sort(minima, {}, &Decay::chi_square);
+  if (minima.empty()) minima.push_back(project_decay(samples, values, DecayShape::Still, 1, 0));
   return minima;
 }
 

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
+#include <cstdint>
+
+#include "calib/base/random.h"
 
 namespace panelcal {
 namespace {
 
-/// The fractional parts of its multiples lie as evenly as any sequence's (Weyl; Knuth 6.4).
-constexpr double kGolden = std::numbers::phi - 1;
 /// A view moves if it is this number of its standard deviations away from the views at rest.
 constexpr double kMovingSigmas = 4;
 /// A swing is seen a little longer than it was seen at last.
@@ -19,9 +19,12 @@ constexpr double kUnseenShare = 0.25;
 /// The last views, which are at rest if any are.
 constexpr std::size_t kRestingShare = 4;
 
-double golden_part(int i) {
-  const double at = kGolden * (i + 0.5);
-  return at - std::floor(at);
+/// From 0 to 1, the same in every run: times that no rule makes have no frequency of their own.
+double chance_of(int i_round, int i) {
+  constexpr std::uint64_t kRound = 1000;
+  return Random(3)
+      .fork(static_cast<std::uint64_t>(i_round) * kRound + static_cast<std::uint64_t>(i))
+      .uniform();
 }
 
 /// The time after which no view is away from where the last ones are.
@@ -51,7 +54,7 @@ std::vector<Time> first_settle_delays(int n, Time longest) {
   for (int i = 0; i < n; ++i) {
     // Up to half a place off, but for the ends.
     const bool is_end = i == 0 || i + 1 == n;
-    const double off = is_end ? 0 : 0.5 * (golden_part(i) - 0.5);
+    const double off = is_end ? 0 : 0.5 * (chance_of(0, i) - 0.5);
     const double part = (i + off) / (n - 1);
     delays.push_back(part * part * longest);
   }
@@ -60,13 +63,11 @@ std::vector<Time> first_settle_delays(int n, Time longest) {
 
 std::vector<Time> next_settle_delays(
     std::span<const SettleView> seen, int n, int i_round, Time longest, Length limit) {
-  const Time reach =
-      seen.empty() ? kUnseenShare * longest : moving_until(seen, longest, limit);
+  const Time reach = seen.empty() ? kUnseenShare * longest : moving_until(seen, longest, limit);
   std::vector<Time> delays;
   for (int i = 0; i < n; ++i) {
-    delays.push_back(golden_part((i_round - 1) * n + i) * reach);
+    delays.push_back((i + chance_of(i_round, i)) / n * reach);
   }
-  std::ranges::sort(delays);
   return delays;
 }
 

@@ -16,9 +16,9 @@ namespace panelcal {
 /// See    tests/calib/drift/settle_delays_test.cc
 std::vector<Time> first_settle_delays(int n, Time longest);
 
-/// Delays of a later round, within the time in which `seen` still moves: by the golden section,
-/// which fills an interval evenly however many follow and never in steps (as first differences of
-/// a lattice would alias). Where nothing was seen to move they fill the first quarter of `longest`.
+/// Delays of a later round, over the time in which `seen` still moves: as many parts of it with one
+/// delay each, anywhere within, so that rounds differ and no frequency is aliased. Where nothing
+/// was seen to move it is the first quarter of `longest`.
 ///
 /// In     seen: of all rounds before; i_round: 1 for the second round
 std::vector<Time> next_settle_delays(

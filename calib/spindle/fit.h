@@ -54,8 +54,8 @@ struct ScatterEstimate {
   std::array<Length, 2> sigma;
   /// Its own standard error. Where sigma is zero: how large it might be.
   std::array<Length, 2> error;
-  /// What holds the true one in 95 of 100 coupons. Estimated variances are skew: sigma +- 1.96
-  /// `error` would hold it in 91, and always miss it on the same side.
+  /// The interval that holds the true one in 95 of 100 coupons. Estimated variances are skew: sigma
+  /// +- 1.96 `error` would hold it in 91, and always miss it on the same side.
   ///
   ///   high^2 = M nu / chi2(nu, 0.025) - r,   M = sigma^2 + r,   nu = 2 M^2 / var(M)
   ///

@@ -20,9 +20,8 @@ std::string of_both(const std::array<Length, 2>& lengths, bool are_unequal) {
 
 std::string scatter_line(std::string_view name, const ScatterEstimate& scatter, bool are_unequal) {
   if (scatter.sigma[0] == Length() && scatter.sigma[1] == Length()) {
-    return fmt::format("{}: none seen, at most about {} um\n",
-                       name,
-                       of_both(scatter.high, are_unequal));
+    return fmt::format(
+        "{}: none seen, at most about {} um\n", name, of_both(scatter.high, are_unequal));
   }
   return fmt::format("{}: {} um, 95 % within {} to {} um\n",
                      name,

@@ -55,7 +55,8 @@ double log_ways(std::size_t n, std::size_t k) {
   return log_factorial(n) - log_factorial(k) - log_factorial(n - k);
 }
 
-/// Whether all looks scatter more than those kept, by more than chance would have the worst of them.
+/// Whether all looks scatter more than those kept, by more than chance would have the worst of
+/// them.
 bool is_worse_with(const CameraData& data,
                    const std::vector<CameraObservation>& kept,
                    CameraFitOptions options,
@@ -105,8 +106,7 @@ Expected<int> leave_out_outliers(const CameraFitOptions& options, MarkSights& si
   robust.huber_sigmas = kHuberSigmas;
   int n_left_out = 0;
   for (int round = 0; round < kCameraOutlierRounds; ++round) {
-    PANELCAL_TRY(const CameraFit fit,
-                 softest_camera(sights.data, robust, kFewestOutlierFreedoms));
+    PANELCAL_TRY(const CameraFit fit, softest_camera(sights.data, robust, kFewestOutlierFreedoms));
     if (fit.degrees_of_freedom < kFewestOutlierFreedoms) break;
     const std::vector<double> off = sigmas_off(sights.data, fit);
     const double sigma = scatter(off, fit.degrees_of_freedom);
@@ -118,12 +118,11 @@ Expected<int> leave_out_outliers(const CameraFitOptions& options, MarkSights& si
         kept.push_back(seen);
         continue;
       }
-      missed.push_back(
-          {sight_words(sights, seen),
-           fmt::format("it does not fit the others: {:.3f} px off, {:.1f} times "
-                       "what they scatter",
-                       fit.residuals[i].in_px().norm(),
-                       off[i] / sigma)});
+      missed.push_back({sight_words(sights, seen),
+                        fmt::format("it does not fit the others: {:.3f} px off, {:.1f} times "
+                                    "what they scatter",
+                                    fit.residuals[i].in_px().norm(),
+                                    off[i] / sigma)});
     }
     const auto n_now = static_cast<int>(off.size() - kept.size());
     if (n_now == 0 || !is_worse_with(sights.data, kept, options, fit.form)) break;

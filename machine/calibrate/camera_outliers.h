@@ -10,8 +10,8 @@ namespace panelcal::internal {
 /// Residuals beyond count by their length; costs honest noise 5 % of its weight.
 inline constexpr double kHuberSigmas = 1.35;
 
-/// The softest form that leaves `fewest` degrees of freedom, or else the stiffest that can be fitted
-/// at all. Not the one of least scatter: the least of several estimates is too small.
+/// The softest form that leaves `fewest` degrees of freedom, or else the stiffest that can be
+/// fitted at all. Not the one of least scatter: the least of several estimates is too small.
 ///
 /// Fails  as fit_camera
 Expected<CameraFit> softest_camera(const CameraData& data, CameraFitOptions options, int fewest);

@@ -57,8 +57,7 @@ CameraFitOptions fit_options_of(const MachineConfig& config,
 /// How much more than the covariances the data scatter, as a factor of sigmas. A variance that nu
 /// degrees of freedom estimate is as good as one that is nu / (nu - 2) times as large and known.
 Expected<double> excess_of(const CameraData& data, const CameraFitOptions& options) {
-  PANELCAL_TRY(const CameraFit fit,
-               internal::softest_camera(data, options, kFewestCameraFreedoms));
+  PANELCAL_TRY(const CameraFit fit, internal::softest_camera(data, options, kFewestCameraFreedoms));
   if (fit.degrees_of_freedom < kFewestCameraFreedoms) return 1.0;
   return std::sqrt(std::max(1.0, fit.chi_square / (fit.degrees_of_freedom - 2)));
 }

@@ -52,7 +52,7 @@ Parabola fit_parabola(const std::vector<Eigen::Vector2d>& t_and_sharpness) {
   return fit;
 }
 
-/// The variance of an error over its sigma where that was estimated by so many degrees of freedom;
+/// The variance of an error over its sigma where that was estimated by n_free degrees of freedom;
 /// with two, which have none, what makes 1.96 sigma hold 95 %.
 double student_variance(std::size_t n_free) {
   const auto nu = static_cast<double>(n_free);

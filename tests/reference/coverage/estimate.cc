@@ -93,7 +93,9 @@ std::string camera(const Draw& draw) {
       sights.data.views.push_back({position_mm<frame::Machine>(n.at(0), n.at(1)), 0});
       sights.names.push_back(fmt::format("{}", i));
       sights.data.seen.push_back(
-          {i, 0, {position_px<frame::Image>(Eigen::Vector2d(n.at(2), n.at(3))), covariance(line, 4)}});
+          {i,
+           0,
+           {position_px<frame::Image>(Eigen::Vector2d(n.at(2), n.at(3))), covariance(line, 4)}});
     }
   }
   const auto run = fit_camera_run(MachineConfig(), std::move(sights), options);
@@ -139,17 +141,18 @@ std::string spindle_camera(const Draw& draw) {
   if (!result.fit) return refused(text(result.failure));
   const SpindleCameraFit& fit = *result.fit;
   const Eigen::Vector2d& d_mm = fit.offset.offset.in_mm();
-  return estimates({d_mm.x(), d_mm.y(), fit.backlash[0].value.in_mm(), fit.backlash[1].value.in_mm()},
-                   {std::sqrt(fit.offset.cov_mm2(0, 0)),
-                    std::sqrt(fit.offset.cov_mm2(1, 1)),
-                    fit.backlash[0].sigma.in_mm(),
-                    fit.backlash[1].sigma.in_mm()},
-                   fmt::format(R"(, "left_out": {}, "low": [{}, {}], "high": [{}, {}])",
-                               fit.n_outliers(),
-                               fit.wander.low[0].in_mm(),
-                               fit.repeatability.low[0].in_mm(),
-                               fit.wander.high[0].in_mm(),
-                               fit.repeatability.high[0].in_mm()));
+  return estimates(
+      {d_mm.x(), d_mm.y(), fit.backlash[0].value.in_mm(), fit.backlash[1].value.in_mm()},
+      {std::sqrt(fit.offset.cov_mm2(0, 0)),
+       std::sqrt(fit.offset.cov_mm2(1, 1)),
+       fit.backlash[0].sigma.in_mm(),
+       fit.backlash[1].sigma.in_mm()},
+      fmt::format(R"(, "left_out": {}, "low": [{}, {}], "high": [{}, {}])",
+                  fit.n_outliers(),
+                  fit.wander.low[0].in_mm(),
+                  fit.repeatability.low[0].in_mm(),
+                  fit.wander.high[0].in_mm(),
+                  fit.repeatability.high[0].in_mm()));
 }
 
 /// stage SIGMA; dot x y certified; look pose axis_x axis_y dot seen_x seen_y cxx cxy cyy; at x y
@@ -168,7 +171,8 @@ std::string table(const Draw& draw) {
       const auto pose = static_cast<std::size_t>(n.at(0));
       const auto [at, is_new] =
           views.try_emplace({pose, {n.at(1), n.at(2)}}, sights.data.views.size());
-      if (is_new) sights.data.views.push_back({position_mm<frame::Machine>(n.at(1), n.at(2)), pose});
+      if (is_new)
+        sights.data.views.push_back({position_mm<frame::Machine>(n.at(1), n.at(2)), pose});
       sights.data.seen.push_back(
           {at->second,
            static_cast<std::size_t>(n.at(3)),
@@ -296,7 +300,8 @@ int main() {
       fmt::print("{}\n", panelcal::answer(kind, draw));
       std::fflush(stdout);
     } else {
-      for (std::string number; words >> number;) line.numbers.push_back(std::strtod(number.c_str(), nullptr));
+      for (std::string number; words >> number;)
+        line.numbers.push_back(std::strtod(number.c_str(), nullptr));
       draw.push_back(std::move(line));
     }
   }
