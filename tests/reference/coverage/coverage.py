@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """How often the stated 95 % of calibrations hold the truth, on draws that no code of panelcal made.
 
-    coverage.py PROGRAM [--kind KIND] [--case TEXT] [--draws N] [--seeds S,S,S] [--jobs N] [--check]
+    coverage.py PROGRAM [--kind KIND] [--case TEXT] [--draws N] [--seeds S,S,S] [--jobs N] [--check] [--quick]
+
+PROGRAM is calibration_estimates (estimate.cc), built with the tests. Truth, noise and geometry of each kind are in
+KIND_draws.py, written from docs/conventions.md and docs/formulation.md; they share no code with panelcal's simulations.
 """
 import argparse
 import json
@@ -19,7 +22,7 @@ import table_draws
 import trial_draws
 
 KINDS = {"spindle-camera": spindle_draws, "camera": camera_draws, "table": table_draws, "settle": settle_draws,
-         "focus": trial_draws.Focus, "light": trial_draws.Light}
+         "focus": trial_draws.Focus}
 
 
 SIGMAS_95 = 1.959964
@@ -97,8 +100,8 @@ def report(kind, case, by_seed):
     print(f"{kind}: {case}: {len(inside)} of {len(found)} draws" + (f", refused: {reasons}" if reasons else ""))
     for i, name in enumerate(names):
         seeds = ", ".join("%.1f" % (100 * np.mean(p[1][:, i])) for p in parts if len(p[1]))
-        chi2 = np.mean(errors[:, i] ** 2)
-        print("  %-18s %5.1f %% (%s)%s" % (name, 100 * np.mean(inside[:, i]), seeds,
+        chi2 = np.mean(errors[:, i] ** 2) if len(errors) else np.nan
+        print("  %-18s %5.1f %% (%s)%s" % (name, 100 * np.mean(inside[:, i]) if len(inside) else np.nan, seeds,
                                            "" if np.isnan(chi2) else "  chi square %.2f" % chi2))
     if "safe" in found[0] or any("safe" in f for f in found):
         more = np.array([f["safe"] - t[0] for answers in by_seed for f, t, _ in answers if "safe" in f])
@@ -122,18 +125,25 @@ def main():
     parser.add_argument("--draws", type=int, default=400)
     parser.add_argument("--seeds", default="1,2,3")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--quick", action="store_true", help="40 draws, one seed, no case that takes minutes")
     parser.add_argument("--check", action="store_true", help="fail outside 92..98 %%, three standard deviations of chance off")
     options = parser.parse_args()
+    if options.quick:
+        options.draws, options.seeds = 40, "1"
     seeds = [int(s) for s in options.seeds.split(",")]
     is_good = True
     with ThreadPoolExecutor(options.jobs) as pool:
         for kind in [options.kind] if options.kind else KINDS:
             n_held = n_all = 0
             for case in (c for c in KINDS[kind].CASES if options.case in c):
+                if options.quick and KINDS[kind].CASES[case].get("is_slow"):
+                    continue
                 by_seed = list(pool.map(lambda s: run(options.program, kind, case, s, options.draws), seeds))
                 held, n = report(kind, case, by_seed)
                 n_held, n_all = n_held + held, n_all + n
-                is_good &= is_within(holds(kind, sum(by_seed, []))[1])
+                all_draws = sum(by_seed, [])
+                inside = holds(kind, all_draws)[1]
+                is_good &= is_within(inside) and len(inside) > 0.95 * len(all_draws)
             if n_all:
                 print("%s: all %.1f %% of %d\n" % (kind, 100 * n_held / n_all, n_all))
     return 0 if is_good or not options.check else 1

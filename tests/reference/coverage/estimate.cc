@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads draws of calibration data from standard input and prints what panelcal makes of each.
 //
-//   draw KIND          camera, spindle-camera, table, settle, delays, focus, light
+//   draw KIND          camera, spindle-camera, table, settle, delays, focus
 //   WORD NUMBER...     as the reader of the kind below names them; mm, px, s
 //   end
 //
@@ -19,12 +19,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/camera/lamp_level.h"
 #include "calib/drift/settle.h"
 #include "calib/drift/settle_delays.h"
 #include "calib/spindle/fit.h"
 #include "machine/calibrate/camera_run.h"
-#include "machine/calibrate/place_record.h"
 #include "machine/calibrate/table_run.h"
 #include "vision/locate/focus.h"
 #include <fmt/format.h>
@@ -258,19 +256,6 @@ std::string focus(const Draw& draw) {
   return estimates({peak->z.in_mm()}, {peak->sigma.in_mm()});
 }
 
-/// sample level contrast clipped
-std::string light(const Draw& draw) {
-  LightRun run;
-  for (const Line& line : draw) {
-    if (line.word != "sample") continue;
-    run.samples.push_back({line.numbers.at(0), line.numbers.at(1), line.numbers.at(2)});
-  }
-  run.best = best_lamp_level(run.samples, {}, &run.reason);
-  const TrialValue found = trial_value(run);
-  if (!found.value) return refused(found.reason);
-  return estimates({*found.value}, {found.sigma});
-}
-
 std::string answer(const std::string& kind, const Draw& draw) {
   if (kind == "camera") return camera(draw);
   if (kind == "spindle-camera") return spindle_camera(draw);
@@ -278,7 +263,6 @@ std::string answer(const std::string& kind, const Draw& draw) {
   if (kind == "settle") return settle(draw);
   if (kind == "delays") return delays(draw);
   if (kind == "focus") return focus(draw);
-  if (kind == "light") return light(draw);
   return refused("kind: \"" + kind + "\"");
 }
 

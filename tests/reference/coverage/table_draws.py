@@ -111,6 +111,6 @@ BASE = dict(noise_mm=0.0005, stated_mm=0.0005, warp_mm=0.006, linear=5e-5)
 CASES = {
     "certified plate, 9 x 9, one pose": dict(BASE, n=9, pitch=20, poses=[(0, (0, 0))], certified=True),
     "9 x 9, three poses": dict(BASE, n=9, pitch=20, poses=THREE),
-    "15 x 15, three poses": dict(BASE, n=15, pitch=12, poses=THREE),
-    "15 x 15, four poses": dict(BASE, n=15, pitch=12, poses=FOUR),
+    "15 x 15, three poses": dict(BASE, n=15, pitch=12, poses=THREE, is_slow=True),
+    "15 x 15, four poses": dict(BASE, n=15, pitch=12, poses=FOUR, is_slow=True),
 }
