@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -21,6 +20,9 @@ constexpr std::size_t kMinTimes = 6;
 constexpr double kWorthExponential = 10;
 constexpr double kWorthOscillation = 20;
 constexpr int kDecayTimeConstants = 40;
+/// A minimum whose sum of squares is worse by more, in units of the noise's variance, is rejected:
+/// chance puts the true one so far behind another once in four hundred times.
+constexpr double kNotRejected = 12;
 
 int columns_of(DecayShape shape) {
   return shape == DecayShape::Still ? 1 : shape == DecayShape::Exponential ? 2 : 3;
@@ -128,11 +130,14 @@ Decay refine(const std::vector<DecaySample>& samples, const Eigen::MatrixXd& val
     const Eigen::VectorXd change = internal::solve_symmetric(normal, right);
     if (!change.allFinite()) break;
     const double log_step = std::clamp(change(0), -1.0, 1.0);
-    const Decay next = project_decay(samples,
-                                     values,
-                                     best.shape,
-                                     best.time_constant * std::exp(log_step),
-                                     n_nonlinear > 1 ? best.frequency + change(1) : 0);
+    // A longer step would lead into another valley: to an alias.
+    const double farthest = 0.5 / best.time_constant;
+    const Decay next = project_decay(
+        samples,
+        values,
+        best.shape,
+        best.time_constant * std::exp(log_step),
+        n_nonlinear > 1 ? best.frequency + std::clamp(change(1), -farthest, farthest) : 0);
     if (next.chi_square < best.chi_square) {
       const double gain = best.chi_square - next.chi_square;
       best = next;
@@ -146,34 +151,153 @@ Decay refine(const std::vector<DecaySample>& samples, const Eigen::MatrixXd& val
   return best;
 }
 
-Decay search(const std::vector<DecaySample>& samples,
-             const Eigen::MatrixXd& values,
-             DecayShape shape) {
-  const double last = samples.back().time;
-  double gap = last;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    const double here = samples[i].time - samples[i - 1].time;
-    if (here > 0) gap = std::min(gap, here);
+/// The shortest time between two samples that are not of one delay: such differ by what a clock
+/// rounds, far less than samples would lie apart if they were spread evenly.
+double resolved_gap(const std::vector<DecaySample>& sorted) {
+  constexpr double kOneDelay = 0.05;
+  const double span = sorted.back().time - sorted.front().time;
+  const double one_delay = kOneDelay * span / static_cast<double>(sorted.size());
+  double gap = span;
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    const double here = sorted[i].time - sorted[i - 1].time;
+    if (here > one_delay) gap = std::min(gap, here);
   }
-  const double span = last - samples.front().time;
-  const bool turns = shape == DecayShape::Oscillation;
-  // Up to half a turn between the nearest two samples; a step turns the last one by a quarter.
-  constexpr double kMostFrequencies = 500;  // as of 250 samples
-  const double step = 0.5 * std::numbers::pi / span;
-  const int n_frequencies =
-      turns ? static_cast<int>(std::min(kMostFrequencies, std::numbers::pi / gap / step)) : 1;
-  Decay best;
-  best.chi_square = std::numeric_limits<double>::infinity();
-  const double shortest = 0.3 * gap;
-  const double ratio = std::pow(3 * last / shortest, 1.0 / (kDecayTimeConstants - 1));
-  for (int i = 0; i < kDecayTimeConstants; ++i) {
-    for (int f = 1; f <= n_frequencies; ++f) {
-      const Decay d = project_decay(
-          samples, values, shape, shortest * std::pow(ratio, i), turns ? f * step : 0);
-      if (d.chi_square < best.chi_square) best = d;
+  return gap;
+}
+
+/// The sum of squares that the linear part leaves, for a grid of time constants and frequencies: by
+/// normal equations of values about their mean, which is exact enough to find a minimum by.
+class DecayScan {
+ public:
+  DecayScan(const std::vector<DecaySample>& samples, const Eigen::MatrixXd& values)
+      : samples_(samples), values_(values) {
+    Eigen::VectorXd weight(values.rows());
+    for (Eigen::Index i = 0; i < weight.size(); ++i) {
+      weight[i] = 1 / samples[static_cast<std::size_t>(i)].sigma;
+    }
+    const Eigen::RowVectorXd mean = weight.transpose() * values / weight.squaredNorm();
+    values_ -= weight * mean;
+    total_ = values_.squaredNorm();
+    left_.resize(weight.size());
+    weight_ = std::move(weight);
+  }
+
+  void set_time_constant(double time_constant) {
+    for (Eigen::Index i = 0; i < left_.size(); ++i) {
+      const double t = samples_[static_cast<std::size_t>(i)].time;
+      left_[i] = weight_[i] * std::exp(-t / time_constant);
     }
   }
-  return refine(samples, values, best);
+
+  double chi_square(double frequency) const {
+    constexpr double kRidge = 1e-12;
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3Xd right = Eigen::Matrix3Xd::Zero(3, values_.cols());
+    for (Eigen::Index i = 0; i < left_.size(); ++i) {
+      const double turn = frequency * samples_[static_cast<std::size_t>(i)].time;
+      const Eigen::Vector3d row(weight_[i], left_[i] * std::cos(turn), left_[i] * std::sin(turn));
+      normal += row * row.transpose();
+      right += row * values_.row(i);
+    }
+    // A column of zeros (no sine without a frequency) and columns alike must not stop it.
+    const double ridge = kRidge * normal.trace();
+    normal.diagonal().array() += ridge;
+    const Cholesky root(normal);
+    if (!root.is_definite()) return total_;
+    return total_ - root.whiten(Eigen::MatrixXd(right)).squaredNorm();
+  }
+
+ private:
+  const std::vector<DecaySample>& samples_;
+  Eigen::MatrixXd values_;
+  Eigen::VectorXd weight_;
+  Eigen::VectorXd left_;
+  double total_ = 0;
+};
+
+struct DecayStart {
+  int i_time_constant = 0;
+  double time_constant = 0;
+  double frequency = 0;
+  double chi_square = 0;
+};
+
+/// Minima along the frequency for every time constant of the grid, the best first. Frequencies go
+/// up to half a turn between the nearest two samples; a step turns the last one that is still
+/// moving by a quarter.
+std::vector<DecayStart> decay_starts(const std::vector<DecaySample>& samples,
+                                     const Eigen::MatrixXd& values,
+                                     bool turns) {
+  const double last = samples.back().time;
+  const double span = last - samples.front().time;
+  const double gap = resolved_gap(samples);
+  const double shortest = 0.3 * gap;
+  const double ratio = std::pow(3 * last / shortest, 1.0 / (kDecayTimeConstants - 1));
+  constexpr double kMoving = 4;
+  constexpr double kMostFrequencies = 2000;
+  DecayScan scan(samples, values);
+  std::vector<DecayStart> starts;
+  for (int i = 0; i < kDecayTimeConstants; ++i) {
+    const double time_constant = shortest * std::pow(ratio, i);
+    const double step = 0.5 * std::numbers::pi / std::min(span, kMoving * time_constant);
+    const int n =
+        turns ? static_cast<int>(std::min(kMostFrequencies, std::numbers::pi / gap / step)) : 0;
+    scan.set_time_constant(time_constant);
+    std::vector<double> chi_square;
+    for (int f = turns ? 1 : 0; f <= n; ++f) chi_square.push_back(scan.chi_square(f * step));
+    for (std::size_t f = 0; f < chi_square.size(); ++f) {
+      const bool is_left = f == 0 || chi_square[f] <= chi_square[f - 1];
+      const bool is_right = f + 1 == chi_square.size() || chi_square[f] < chi_square[f + 1];
+      if (!is_left || !is_right) continue;
+      const double frequency = turns ? static_cast<double>(f + 1) * step : 0;
+      starts.push_back({i, time_constant, frequency, chi_square[f]});
+    }
+  }
+  std::ranges::stable_sort(starts, {}, &DecayStart::chi_square);
+  return starts;
+}
+
+/// One valley is one start: its neighbours on the grid lead to the same minimum.
+bool is_one_valley(const DecayStart& a, const DecayStart& b) {
+  constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
+  const double reach = 4 * std::max(a.time_constant, b.time_constant);
+  return std::abs(a.i_time_constant - b.i_time_constant) <= 2 &&
+         std::abs(a.frequency - b.frequency) * reach <= 1.5 * kQuarterTurn;
+}
+
+bool is_same_minimum(const Decay& a, const Decay& b) {
+  return std::abs(std::log(a.time_constant / b.time_constant)) < 0.1 &&
+         std::abs(std::abs(a.frequency) - std::abs(b.frequency)) *
+                 std::max(a.time_constant, b.time_constant) <
+             0.1;
+}
+
+/// Minima of the sum of squares, the lowest first.
+std::vector<Decay> search(const std::vector<DecaySample>& samples,
+                          const Eigen::MatrixXd& values,
+                          DecayShape shape) {
+  constexpr std::size_t kMostStarts = 24;
+  constexpr double kBeyond = 1.05;
+  const double highest = kBeyond * std::numbers::pi / resolved_gap(samples);
+  std::vector<DecayStart> taken;
+  std::vector<Decay> minima;
+  for (const DecayStart& start : decay_starts(samples, values, shape == DecayShape::Oscillation)) {
+    if (taken.size() == kMostStarts) break;
+    if (std::ranges::any_of(taken, [&](const auto& t) { return is_one_valley(t, start); }))
+      continue;
+    taken.push_back(start);
+    const Decay found =
+        refine(samples,
+               values,
+               project_decay(samples, values, shape, start.time_constant, start.frequency));
+    if (std::abs(found.frequency) > highest) continue;
+    if (!std::ranges::any_of(minima, [&](const auto& m) { return is_same_minimum(m, found); })) {
+      minima.push_back(found);
+    }
+  }
+  std::ranges::stable_sort(minima, {}, &Decay::chi_square);
+  if (minima.empty()) minima.push_back(project_decay(samples, values, DecayShape::Still, 1, 0));
+  return minima;
 }
 
 /// False if some parameter is left open.
@@ -211,6 +335,12 @@ double Decay::amplitude() const {
   return std::sqrt(cosine.squaredNorm() + sine.squaredNorm());
 }
 
+double Decay::variance() const {
+  constexpr int kFewest = 3;
+  if (degrees_of_freedom < kFewest) return 1;
+  return std::max(1.0, chi_square / (degrees_of_freedom - 2));
+}
+
 DecayTime time_to(const Decay& decay, double limit) {
   const double amplitude = decay.amplitude();
   if (decay.shape == DecayShape::Still || !(amplitude > limit)) return {};
@@ -229,12 +359,12 @@ DecayTime time_to(const Decay& decay, double limit) {
   return {time, std::sqrt(gradient.dot(decay.cov * gradient))};
 }
 
-std::optional<Decay> fit_decay(const std::vector<DecaySample>& samples,
-                               bool may_oscillate,
-                               std::string* reason) {
+std::vector<Decay> fit_decays(const std::vector<DecaySample>& samples,
+                              bool may_oscillate,
+                              std::string* reason) {
   const auto none = [reason](std::string text) {
     if (reason != nullptr) *reason = std::move(text);
-    return std::nullopt;
+    return std::vector<Decay>();
   };
   const std::string problem = problem_with(samples);
   if (!problem.empty()) return none(problem);
@@ -242,18 +372,33 @@ std::optional<Decay> fit_decay(const std::vector<DecaySample>& samples,
   std::ranges::sort(sorted, {}, &DecaySample::time);
   const Eigen::MatrixXd values = weighted_values(sorted);
   const auto n_axes = static_cast<double>(values.cols());
-  Decay best = project_decay(sorted, values, DecayShape::Still, 1, 0);
+  std::vector<Decay> best = {project_decay(sorted, values, DecayShape::Still, 1, 0)};
   double needed = 2 * (1 + n_axes) + kWorthExponential;
-  Decay exponential = search(sorted, values, DecayShape::Exponential);
-  if (exponential.chi_square + needed < best.chi_square) best = exponential;
+  std::vector<Decay> exponential = search(sorted, values, DecayShape::Exponential);
+  if (exponential[0].chi_square + needed < best[0].chi_square) best = std::move(exponential);
   needed = 2 * (1 + n_axes) + kWorthOscillation;
   if (may_oscillate) {
-    Decay oscillation = search(sorted, values, DecayShape::Oscillation);
-    const double also = best.shape == DecayShape::Still ? 2 * (1 + n_axes) : 0;
-    if (oscillation.chi_square + needed + also < best.chi_square) best = oscillation;
+    std::vector<Decay> oscillation = search(sorted, values, DecayShape::Oscillation);
+    const double also = best[0].shape == DecayShape::Still ? 2 * (1 + n_axes) : 0;
+    if (oscillation[0].chi_square + needed + also < best[0].chi_square) {
+      best = std::move(oscillation);
+    }
   }
-  if (!finish_decay(sorted, best)) return none("the views do not determine a decay");
-  return best;
+  if (!finish_decay(sorted, best[0])) return none("the views do not determine a decay");
+  const double limit = best[0].chi_square + kNotRejected * best[0].variance();
+  std::vector<Decay> out;
+  for (Decay& one : best) {
+    if (one.chi_square <= limit && finish_decay(sorted, one)) out.push_back(std::move(one));
+  }
+  return out;
+}
+
+std::optional<Decay> fit_decay(const std::vector<DecaySample>& samples,
+                               bool may_oscillate,
+                               std::string* reason) {
+  std::vector<Decay> all = fit_decays(samples, may_oscillate, reason);
+  if (all.empty()) return std::nullopt;
+  return std::move(all.front());
 }
 
 }  // namespace panelcal::internal

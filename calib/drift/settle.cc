@@ -23,6 +23,8 @@ using internal::DecayShape;
 constexpr double kMinSettleChance = 1e-6;
 /// A motion as large as this number of standard deviations of the mean view is seen for certain.
 constexpr double kSeen = 5;
+/// A wait that is too short blurs every picture, one that is too long costs milliseconds.
+constexpr double kBoundSigmas = 3;
 
 std::optional<SettleTime> no_settle_time(std::string* reason, std::string text) {
   if (reason != nullptr) *reason = std::move(text);
@@ -37,6 +39,21 @@ SettleMotion motion_of(DecayShape shape) {
       return SettleMotion::Vibrating;
     default:
       return SettleMotion::Still;
+  }
+}
+
+double frequency_hz_of(const Decay& decay) {
+  return std::abs(decay.frequency) / (2 * std::numbers::pi);
+}
+
+/// The bound over all motions that the views allow, and which ones those are.
+void take_bound(const std::vector<Decay>& decays, Length limit, SettleTime& out) {
+  const double scatter = std::sqrt(decays.front().variance());
+  for (const Decay& decay : decays) {
+    const internal::DecayTime time = internal::time_to(decay, limit.in_mm());
+    out.bound = std::max(out.bound, seconds(time.time + kBoundSigmas * scatter * time.sigma));
+    if (&decay == &decays.front()) continue;
+    out.aliases.push_back({seconds(time.time), frequency_hz_of(decay)});
   }
 }
 
@@ -57,8 +74,9 @@ std::optional<SettleTime> fit_settle(std::span<const SettleView> views,
     if (view.since_move > Time()) first_s = std::min(first_s, view.since_move.in_s());
     best_sigma_mm = std::min(best_sigma_mm, sigma_mm);
   }
-  const std::optional<Decay> decay = internal::fit_decay(samples, true, reason);
-  if (!decay) return std::nullopt;
+  const std::vector<Decay> decays = internal::fit_decays(samples, true, reason);
+  if (decays.empty()) return std::nullopt;
+  const Decay* const decay = &decays.front();
   if (decay->degrees_of_freedom < 2)
     return no_settle_time(reason, "the views are too few for a decay");
   if (!(chi_square_exceedance(decay->chi_square, decay->degrees_of_freedom) >= kMinSettleChance)) {
@@ -89,9 +107,10 @@ std::optional<SettleTime> fit_settle(std::span<const SettleView> views,
                     time.time));
   }
   out.wait = seconds(time.time);
-  out.sigma = seconds(time.sigma);
+  out.sigma = seconds(std::sqrt(decay->variance()) * time.sigma);
+  take_bound(decays, limit, out);
   out.time_constant = seconds(decay->time_constant);
-  out.frequency_hz = std::abs(decay->frequency) / (2 * std::numbers::pi);
+  out.frequency_hz = frequency_hz_of(*decay);
   out.amplitude = mm(decay->amplitude());
   return out;
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "calib/base/estimate.h"
 #include "calib/base/frames.h"
@@ -24,7 +26,13 @@ enum class SettleMotion : std::uint8_t {
   Vibrating,  ///< an oscillation that dies out
 };
 
-/// Course of a stage that comes to rest.
+/// Another motion that the views do not reject: an alias of a swing that was seen too seldom.
+struct SettleAlias {
+  Time wait;
+  double frequency_hz = 0;
+};
+
+/// How a stage comes to rest.
 struct SettleTime {
   SettleMotion motion = SettleMotion::Still;
   Time wait;   ///< after which the error stays below the limit; 0 where it never is above
@@ -32,9 +40,13 @@ struct SettleTime {
   Time time_constant;
   double frequency_hz = 0;  ///< of a vibration
   Length amplitude;         ///< at most, at time 0
+  /// The longest wait that the views allow: three standard deviations more than the longest of
+  /// `wait` and its aliases.
+  Time bound;
+  std::vector<SettleAlias> aliases;  ///< the likeliest first
 
-  /// The time to wait: two standard deviations more.
-  Time safe_wait() const { return wait + 2 * sigma; }
+  /// The time to wait: the bound, or two standard deviations more where that is longer.
+  Time safe_wait() const { return std::max(bound, wait + 2 * sigma); }
 };
 
 /// Fits how a mark comes to rest in the views, and says after what time it is nearer to where it
@@ -43,7 +55,8 @@ struct SettleTime {
 ///   seen(t) = rest + exp(-t / T) (a cos(w t) + b sin(w t)) + e
 ///
 /// The time is that of the envelope, so that no later swing exceeds the limit. Of a covariance the
-/// mean variance of both axes counts.
+/// mean variance of both axes counts. Views that scatter more than stated make sigma larger, up to
+/// where they are no decay at all.
 ///
 /// In     views: 6 times or more after one move or several alike, any order; 2 d.o.f. or more left
 /// Out    empty: `reason` says why: too few or broken views; views that scatter more than they say;

@@ -6,8 +6,9 @@
 #include <limits>
 #include <utility>
 
-#include "calib/base/statistics/chi_square.h"
-#include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/chi_square.h"
+#include "calib/base/distributions.h"
+#include "calib/base/linear_algebra.h"
 #include "calib/spindle/coupon_design.h"
 #include "calib/spindle/f_exceedance.h"
 #include "calib/spindle/variance_components.h"
@@ -141,16 +142,50 @@ std::optional<ResidualTrend> trend_of(const Model& model,
   return trend;
 }
 
-ScatterEstimate scatter_of(const internal::VarianceEstimate& variance) {
+/// In     rest_mm2: see ScatterEstimate::low
+ScatterEstimate scatter_of(const internal::VarianceEstimate& variance,
+                           const Eigen::Vector2d& rest_mm2) {
+  constexpr double kTail = 0.025;
   ScatterEstimate scatter;
-  for (int axis = 0; axis < 2; ++axis) {
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
     const double sigma_mm = std::sqrt(variance.value_mm2[axis]);
     const double error_mm2 = variance.error_mm2[axis];
-    scatter.sigma[static_cast<std::size_t>(axis)] = mm(sigma_mm);
-    scatter.error[static_cast<std::size_t>(axis)] =
-        mm(sigma_mm > 0 ? error_mm2 / (2 * sigma_mm) : std::sqrt(error_mm2));
+    scatter.sigma[i] = mm(sigma_mm);
+    scatter.error[i] = mm(sigma_mm > 0 ? error_mm2 / (2 * sigma_mm) : std::sqrt(error_mm2));
+    const double mean_mm2 = variance.value_mm2[axis] + rest_mm2[axis];
+    if (!(error_mm2 > 0) || !(mean_mm2 > 0)) continue;
+    const double n_free = 2 * std::pow(mean_mm2 / error_mm2, 2);
+    const auto bound = [&](double chance) {
+      const double mm2 = mean_mm2 * n_free / chi_square_of_exceedance(chance, n_free);
+      return mm(std::sqrt(std::max(0.0, mm2 - rest_mm2[axis])));
+    };
+    scatter.low[i] = bound(kTail);
+    scatter.high[i] = bound(1 - kTail);
   }
   return scatter;
+}
+
+/// What of the scatter of holes' means is not wander. The holes' middle is fitted to them, which
+/// makes them scatter less by one in their number.
+Eigen::Vector2d rest_of_means_mm2(const MixedFit& fit) {
+  Eigen::Vector2d mean_mm2 = Eigen::Vector2d::Zero();
+  for (const GroupDeviation& group : fit.groups) mean_mm2 += group.cov_mm2.diagonal();
+  const auto n = static_cast<double>(fit.groups.size());
+  return (mean_mm2 / (n - 1) - fit.between.value_mm2).cwiseMax(0);
+}
+
+/// The detector's part of the scatter of looks.
+Eigen::Vector2d rest_of_looks_mm2(const Model& model, const Indices& used) {
+  Eigen::Vector2d sum_mm2 = Eigen::Vector2d::Zero();
+  double n = 0;
+  for (const std::size_t i : used) {
+    for (const CouponView& view : model.holes[i].views) {
+      sum_mm2 += view.seen.cov.diagonal();
+      n += 1;
+    }
+  }
+  return sum_mm2 / n;
 }
 
 double inflation(double n_free) {
@@ -298,8 +333,8 @@ SpindleCameraFitResult fit_spindle_camera(Holes holes, const SpindleCameraFitOpt
   result.degrees_of_freedom = fit.degrees_of_freedom.head<2>();
   result.is_separated = fit.model.has_within;
   result.has_unequal_axes = fit.model.per_axis;
-  result.wander = scatter_of(fit.between);
-  result.repeatability = scatter_of(fit.within);
+  result.wander = scatter_of(fit.between, rest_of_means_mm2(fit));
+  result.repeatability = scatter_of(fit.within, rest_of_looks_mm2(model, used));
   result.n_used = static_cast<int>(used.size());
   result.chi_square = fit.chi_square;
   result.n_free = fit.n_free;

@@ -54,6 +54,15 @@ struct ScatterEstimate {
   std::array<Length, 2> sigma;
   /// Its own standard error. Where sigma is zero: how large it might be.
   std::array<Length, 2> error;
+  /// The interval that holds the true one in 95 of 100 coupons. Estimated variances are skew: sigma
+  /// +- 1.96 `error` would hold it in 91, and always miss it on the same side.
+  ///
+  ///   high^2 = M nu / chi2(nu, 0.025) - r,   M = sigma^2 + r,   nu = 2 M^2 / var(M)
+  ///
+  /// with r the variance that is known otherwise to be in M (detector; of means also the scatter
+  /// between looks); low alike, and 0 where that is negative. Source Satterthwaite 1946
+  std::array<Length, 2> low;
+  std::array<Length, 2> high;
 };
 
 /// Twice the distance of the stage's stops from its command, along one axis:

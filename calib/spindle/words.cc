@@ -20,14 +20,14 @@ std::string of_both(const std::array<Length, 2>& lengths, bool are_unequal) {
 
 std::string scatter_line(std::string_view name, const ScatterEstimate& scatter, bool are_unequal) {
   if (scatter.sigma[0] == Length() && scatter.sigma[1] == Length()) {
-    return fmt::format("{}: none seen, at most about {} um\n",
-                       name,
-                       of_both({2 * scatter.error[0], 2 * scatter.error[1]}, are_unequal));
+    return fmt::format(
+        "{}: none seen, at most about {} um\n", name, of_both(scatter.high, are_unequal));
   }
-  return fmt::format("{}: {} um, known to {} um\n",
+  return fmt::format("{}: {} um, 95 % within {} to {} um\n",
                      name,
                      of_both(scatter.sigma, are_unequal),
-                     of_both(scatter.error, are_unequal));
+                     of_both(scatter.low, are_unequal),
+                     of_both(scatter.high, are_unequal));
 }
 
 std::string scatter_lines(const SpindleCameraFit& fit) {

@@ -33,8 +33,9 @@ struct TableFitOptions {
   int steps = 10;
   /// The grid; by default the rectangle of commanded places.
   std::optional<TableGrid> grid;
-  /// A polynomial error whose mean size is known no better than this counts as undetermined.
-  Length open_sigma = mm(0.05);
+  /// A polynomial error whose mean size is known no better than this counts as undetermined: a map
+  /// with it would be worse than none.
+  Length open_sigma = mm(0.01);
   /// One in this number of observations is left out for the held-out check; 0: there is none.
   int held_out_every = 5;
 };

@@ -52,6 +52,16 @@ struct Named {
   bool is_convention = false;
 };
 
+/// Both shifts and the turn, orthonormal.
+MatrixXd conventional_modes(const TableBasis& basis) {
+  Eigen::Matrix2d turn;
+  turn << 0, -1, 1, 0;
+  MatrixXd out(basis.modes.cols(), kOpenTurn + 1);
+  out << VectorXd::Unit(basis.modes.cols(), index_of(0, 0, 0)),
+      VectorXd::Unit(basis.modes.cols(), index_of(1, 0, 0)), linear_mode(basis, turn).normalized();
+  return out;
+}
+
 std::string monomial(int x_degree, int y_degree) {
   std::string text;
   const auto append = [&](char letter, int degree) {
@@ -94,13 +104,25 @@ std::vector<Named> named_modes(const TableBasis& basis) {
 }  // namespace
 
 OpenModes find_open_modes(const TableBasis& basis, const MatrixXd& normal, double open_sigma_mm) {
-  const Eigensystem information = eigensystem(basis.modes.transpose() * normal * basis.modes);
+  const MatrixXd of_modes = basis.modes.transpose() * normal * basis.modes;
+  const MatrixXd convention = conventional_modes(basis);
+  const Index n = of_modes.rows();
+  // Eigenvectors of 1 span what convention leaves.
+  const Eigensystem split =
+      eigensystem(MatrixXd::Identity(n, n) - convention * convention.transpose());
+  const MatrixXd others = split.vectors.rightCols(n - convention.cols());
+  const Eigensystem information = eigensystem(others.transpose() * of_modes * others);
   Index n_open = 0;
   for (const double value : information.values) {
     n_open += !(value > 1 / (open_sigma_mm * open_sigma_mm));
   }
   OpenModes open;
-  open.combinations = information.vectors.leftCols(n_open);
+  open.combinations.resize(n, convention.cols() + n_open);
+  open.combinations << convention, others * information.vectors.leftCols(n_open);
+  const MatrixXd seen = others * information.vectors.rightCols(others.cols() - n_open);
+  const VectorXd turn = convention.col(kOpenTurn);
+  const VectorXd weight = information.values.tail(seen.cols()).cwiseInverse();
+  open.turn = turn - seen * weight.cwiseProduct(seen.transpose() * (of_modes * turn));
   MatrixXd left = open.combinations;  // what the named ones have not yet explained
   for (Named& candidate : named_modes(basis)) {
     VectorXd mode = candidate.mode.normalized();
@@ -127,12 +149,6 @@ OpenModes find_open_modes(const TableBasis& basis, const MatrixXd& normal, doubl
     open.names.push_back(text);
   }
   return open;
-}
-
-Eigen::VectorXd turn_of_all(const TableBasis& basis) {
-  Eigen::Matrix2d turn;
-  turn << 0, -1, 1, 0;
-  return basis.modes * linear_mode(basis, turn);
 }
 
 Eigen::RowVectorXd turn_functional(const TableBasis& basis) {

@@ -101,12 +101,14 @@ std::optional<TableSolution> Smoother::solve(double smoothing) const {
 }
 
 void settle(const TableBasis& basis, const OpenModes& open, TableSolution& solution) {
-  const MatrixXd held = basis.modes * open.combinations;
-  const MatrixXd functionals = open.combinations.transpose() * basis.functionals;
+  // Where the turn is held is where it was turned to, so that is not taken out.
+  MatrixXd combinations = open.combinations;
+  combinations.col(kOpenTurn).setZero();
+  const MatrixXd held = basis.modes * combinations;
+  const MatrixXd functionals = combinations.transpose() * basis.functionals;
   const Eigen::RowVectorXd turned = turn_functional(basis);
-  VectorXd turn = held * (functionals * turn_of_all(basis));
+  VectorXd turn = basis.modes * open.turn;
   turn /= turned * turn;
-  if (!turn.allFinite()) return;  // nothing is open, where shift and turn always are
   const auto project = [&](auto& columns) {
     columns -= held * (functionals * columns).eval();
     columns -= turn * (turned * columns).eval();

@@ -54,7 +54,7 @@ class Smoother {
 /// Takes the open modes out of the solution, for rounding, and out of its covariance, since no data
 /// determine them; and turns the whole so that the x axis is straight. What can be turned without
 /// being seen is not the table's turn alone: next to poses that are askew to the grid it has a
-/// little scale in it, so only the open part of it is used.
+/// little scale in it (OpenModes::turn).
 void settle(const TableBasis& basis, const OpenModes& open, TableSolution& solution);
 
 }  // namespace panelcal::internal

@@ -118,13 +118,19 @@ TrialValue trial_value(const SettleRun& run) {
   json["found"] = run.settle.has_value();
   if (run.settle) {
     out.value = run.settle->wait.in_s();
-    out.sigma = run.settle->sigma.in_s();
+    // What is written into machine.toml is two sigmas more, and is to reach the bound.
+    out.sigma = 0.5 * (run.settle->safe_wait() - run.settle->wait).in_s();
     json["settle_s"] = run.settle->safe_wait().in_s();
     json["wait_s"] = run.settle->wait.in_s();
     json["sigma_s"] = run.settle->sigma.in_s();
     json["time_constant_s"] = run.settle->time_constant.in_s();
     json["frequency_hz"] = run.settle->frequency_hz;
     json["amplitude_um"] = run.settle->amplitude.in_um();
+    json["aliases"] = nlohmann::ordered_json::array();
+    for (const SettleAlias& alias : run.settle->aliases) {
+      json["aliases"].push_back(
+          {{"wait_s", alias.wait.in_s()}, {"frequency_hz", alias.frequency_hz}});
+    }
   } else {
     json["reason"] = run.reason;
   }

@@ -40,7 +40,8 @@ TrialValue trial_value(const FocusResult& result);
 /// The best level. Only a few are tried: a level between two is as good as either, so sigma is
 /// that of an even chance over the wider of the steps to its neighbours, step / sqrt(12).
 TrialValue trial_value(const LightRun& run);
-/// The wait with its sigma; what is written into machine.toml is two sigmas more.
+/// The wait with half of the way to the safe one as its sigma: what is written into machine.toml is
+/// two sigmas more.
 TrialValue trial_value(const SettleRun& run);
 
 /// "focus" and "light" of "camera", "settle" of "stage".

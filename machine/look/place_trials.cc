@@ -6,7 +6,8 @@
 #include <utility>
 
 #include "calib/correction/spindle_camera.h"
-#include "machine/devices/cameras/camera_settings.h"
+#include "calib/drift/settle_delays.h"
+#include "machine/devices/camera_settings.h"
 #include "machine/look/focus.h"
 #include "machine/look/mark_sights.h"
 #include "machine/look/picture_locator.h"
@@ -135,10 +136,11 @@ Expected<void> check_trial(const MachineConfig& config,
   return {};
 }
 
-/// The i-th delay: close together where the motion is fast.
-Time delay_of(const SettleTrial& trial, int i) {
-  const double part = static_cast<double>(i) / (trial.n_delays - 1);
-  return part * part * trial.longest;
+std::vector<Time> delays_of(const SettleTrial& trial,
+                            int i_round,
+                            const std::vector<SettleView>& seen) {
+  if (i_round == 0) return first_settle_delays(trial.n_delays, trial.longest);
+  return next_settle_delays(seen, trial.n_delays, i_round, trial.longest, trial.limit);
 }
 
 }  // namespace
@@ -212,12 +214,13 @@ Expected<SettleRun> calibrate_settle(const MachineConfig& config,
   PANELCAL_CHECK(views.check(config.spindle_camera.spindle_to_see(place)));
   SettleRun run;
   for (int i_move = 0; i_move < trial.n_moves; ++i_move) {
+    const std::vector<Time> delays = delays_of(trial, i_move, run.views);
     for (int i = 0; i < trial.n_delays; ++i) {
       PANELCAL_CHECK(views.go(away));
       devices.wait(trial.longest);
       PANELCAL_TRY(const Position<frame::Machine> axis, views.go(place));
       const Time arrived = devices.now();
-      devices.wait(delay_of(trial, i));
+      devices.wait(delays[static_cast<std::size_t>(i)]);
       const Time asked = devices.now();
       PANELCAL_TRY(Image image, devices.camera.take());
       Look look;

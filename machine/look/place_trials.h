@@ -60,8 +60,9 @@ struct SettleTrial {
   Length way = mm(10);        ///< of the moves before, along both axes, from below and from above
   Length limit = um(1);       ///< of the error that a picture may still see
   Time longest = seconds(1);  ///< after which a picture is taken at last
-  int n_delays = 12;          ///< from 0 to `longest`, closer together at the beginning
-  int n_moves = 2;            ///< as often each delay is tried
+  int n_delays = 12;          ///< of a round
+  /// Rounds: the first over all of `longest`, the others where the first saw the mark move.
+  int n_moves = 3;
 };
 
 /// Course of the machine as it comes to rest at a place.
@@ -72,7 +73,8 @@ struct SettleRun {
   std::string reason;  ///< of a missing value
 };
 
-/// Moves away and back again and again, and takes a picture after another delay each time.
+/// Moves away and back again and again, and takes a picture after another delay each time
+/// (calib/drift/settle_delays.h).
 ///
 /// A picture counts at the time it was asked for, by the devices' clock. To the detector's
 /// covariance comes [uncertainty] stage_repeatability_um.

@@ -147,6 +147,12 @@ std::string settle_text(const SettleRun& run, Length limit) {
                           limit.in_um(),
                           settle.wait.in_s(),
                           settle.sigma.in_s());
+      for (const SettleAlias& alias : settle.aliases) {
+        text +=
+            fmt::format("  these views allow {:.1f} Hz as well: {:.3f} s, which settle_s covers\n",
+                        alias.frequency_hz,
+                        alias.wait.in_s());
+      }
       break;
   }
   return text;

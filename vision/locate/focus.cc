@@ -52,6 +52,13 @@ Parabola fit_parabola(const std::vector<Eigen::Vector2d>& t_and_sharpness) {
   return fit;
 }
 
+/// The variance of an error over its sigma where that was estimated by n_free degrees of freedom;
+/// with two, which have none, what makes 1.96 sigma hold 95 %.
+double student_variance(std::size_t n_free) {
+  const auto nu = static_cast<double>(n_free);
+  return nu > 2 ? nu / (nu - 2) : 4.8;
+}
+
 }  // namespace
 
 double sharpness(const Image& image) {
@@ -130,7 +137,8 @@ std::optional<FocusPeak> fit_focus_peak(std::span<const FocusSample> samples, st
   const double floor = fit.p(0) - bend * t * t;  // 1 / sharpness^2 at the peak
   FocusPeak peak;
   peak.z = mm(middle_mm + half_mm * t);
-  peak.sigma = mm(half_mm * std::sqrt(gradient.dot(fit.cov * gradient)));
+  const double variance = student_variance(points.size() - 3);
+  peak.sigma = mm(half_mm * std::sqrt(variance * gradient.dot(fit.cov * gradient)));
   peak.half_depth = mm(half_mm * std::sqrt(std::max(0.0, floor / bend)));
   return peak;
 }

@@ -44,7 +44,7 @@ struct FocusPeak {
 /// which is exact for edges whose blur grows as s^2 = s0^2 (1 + (z - z0)^2 / D^2), as that of a
 /// lens does; samples of less than half the greatest sharpness are left out, for there other blurs
 /// begin to matter. Weighted as if all sharpnesses were equally uncertain; that uncertainty comes
-/// from the residuals.
+/// from the residuals, and sigma counts by nu / (nu - 2) that few of them estimate it.
 ///
 /// In     samples: any order; 5 or more near the peak
 /// Out    empty: `reason` says why: too few samples, no peak that stands out of the scatter, or the

@@ -118,6 +118,30 @@ double variance_ratio_exceedance(double ratio, double dof_above, double dof_belo
   return incomplete_beta(0.5 * dof_below, 0.5 * dof_above, dof_below / sum, above / sum);
 }
 
+double chi_square_of_exceedance(double chance, double degrees_of_freedom) {
+  const double a = 0.5 * degrees_of_freedom;
+  const auto not_exceeded = [a](double x) {
+    constexpr int kMostTerms = 10'000;
+    constexpr double kEnough = 1e-15;
+    double term = 1;
+    double sum = 1;
+    for (int n = 1; n < kMostTerms && term > kEnough * sum; ++n) {
+      term *= x / (a + n);
+      sum += term;
+    }
+    return std::exp(a * std::log(x) - x - std::lgamma(a + 1)) * sum;
+  };
+  // Half of the value: beyond ten standard deviations and 50 nothing is left.
+  double low = 0;
+  double high = a + 10 * std::sqrt(a) + 50;
+  constexpr int kHalvings = 80;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (not_exceeded(middle) < 1 - chance ? low : high) = middle;
+  }
+  return low + high;
+}
+
 double exceedance_about(const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov, double radius) {
   if (!mean.allFinite() || !cov.allFinite() || !(radius > 0) || mean.size() == 0) return 1;
   if (mean.size() == 1) {

@@ -24,6 +24,12 @@ double normal_score(double chance_of_less, double chance_of_more);
 /// Source DLMF 8.17.22 (continued fraction of the incomplete beta function), by Lentz's method
 double variance_ratio_exceedance(double ratio, double dof_above, double dof_below);
 
+/// The value that a chi-square variable exceeds with this chance, 0 < chance < 1; degrees of
+/// freedom above 0 need not be whole.
+///
+/// Source DLMF 8.11.4 (series of the incomplete gamma function), by bisection
+double chi_square_of_exceedance(double chance, double degrees_of_freedom);
+
 /// The chance that |e| exceeds a radius, e ~ N(mean, cov) in one or two dimensions, all in one
 /// unit.
 ///

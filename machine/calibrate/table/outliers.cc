@@ -6,8 +6,9 @@
 #include <numbers>
 #include <utility>
 
-#include "calib/base/statistics/linear_algebra.h"
-#include "machine/config/plate/plate.h"
+#include "calib/base/linear_algebra.h"
+#include "calib/base/random.h"
+#include "machine/config/plate.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -27,9 +28,11 @@ double median_distance_mm(std::vector<double> values) {
   return *middle;
 }
 
-/// Looks that follow each other are of different folds; whole columns of a plate may be of one.
+/// By chance: in any order of looks a rule could take whole columns of a plate, which without
+/// neighbours that are seen in several poses predict nothing and leave the table open.
 std::size_t fold_of(std::size_t i_look) {
-  return i_look % kTableFolds;
+  const double part = Random(2).fork(i_look).uniform() * static_cast<double>(kTableFolds);
+  return std::min(kTableFolds - 1, static_cast<std::size_t>(part));
 }
 
 /// Of which chi square on a look is out of line.

@@ -21,8 +21,8 @@ struct TablePrediction {
 /// This number of parts of the looks is predicted, one after the other, from the rest.
 inline constexpr std::size_t kTableFolds = 5;
 
-/// Predicts every kTableFolds-th look, from number i_fold on, from all others; none of a dot that
-/// only they show. Empty if the others are too few for a fit.
+/// Predicts the looks of a part, i_fold from 0, which chance has drawn once and for all, from all
+/// others; none of a dot that only they show. Empty if the others are too few for a fit.
 std::vector<TablePrediction> predict(const TableData& data,
                                      TableFitOptions options,
                                      std::size_t i_fold);

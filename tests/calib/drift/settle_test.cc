@@ -77,6 +77,45 @@ TEST(Settle, IsStillWhereNothingMoves) {
   }
 }
 
+/// Two rounds of 12 views in 1 s, of which five or six are within the swing; the clock is late by a
+/// fraction of a millisecond.
+std::vector<SettleView> few_views_of(double frequency_hz, double phase_rad, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<SettleView> views;
+  for (int i = 0; i < 24; ++i) {
+    const double part = (i % 12) / 11.0;
+    const double t_s = part * part + 2e-4 * random.uniform();
+    const double swing_mm = 0.030 * std::exp(-t_s / 0.05) *
+                            std::cos(2 * std::numbers::pi * frequency_hz * t_s + phase_rad);
+    const double x_mm = swing_mm + kSigma_mm * random.normal();
+    const double y_mm = kSigma_mm * random.normal();
+    views.push_back({seconds(t_s),
+                     {position_mm<frame::Optical>({x_mm, y_mm}),
+                      kSigma_mm * kSigma_mm * Eigen::Matrix2d::Identity()}});
+  }
+  return views;
+}
+
+TEST(Settle, IsNeverTooShortWhereFewViewsFallWithinTheSwing) {
+  const double truth_s = 0.05 * std::log(30);
+  int n_ambiguous = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    const double turn = static_cast<double>(seed) / 40;
+    std::string reason;
+    const auto found = fit_settle(few_views_of(18 + 4 * turn, 40 * turn, seed), um(1), &reason);
+    ASSERT_TRUE(found) << reason;
+    EXPECT_EQ(found->motion, SettleMotion::Vibrating) << seed;
+    EXPECT_GE(found->safe_wait().in_s(), truth_s) << seed;
+    EXPECT_LT(found->safe_wait().in_s(), truth_s + 0.06) << seed;
+    n_ambiguous += found->aliases.empty() ? 0 : 1;
+    for (const SettleAlias& alias : found->aliases) {
+      EXPECT_GE(found->bound, alias.wait);
+      EXPECT_GT(std::abs(alias.frequency_hz - found->frequency_hz), 1);
+    }
+  }
+  EXPECT_GT(n_ambiguous, 0);
+}
+
 TEST(Settle, RefusesWhatItCannotTell) {
   std::string reason;
   const auto still = [](double) { return 0.0; };

@@ -55,6 +55,37 @@ Honesty over_seeds(const test::SimulatedCoupon& coupon, int n_seeds) {
   return sums;
 }
 
+TEST(SpindleCameraHonesty, IntervalsOfTheScatterHoldIt) {
+  for (const int rows : {3, 6}) {
+    test::SimulatedCoupon coupon;
+    coupon.rows = rows;
+    constexpr int kSeeds = 500;
+    int n = 0;
+    int with_wander = 0;
+    int with_repeatability = 0;
+    int symmetric = 0;
+    for (int i = 0; i < kSeeds; ++i) {
+      const auto holes = test::simulate(coupon, kFirstSeed + static_cast<std::uint64_t>(i));
+      const auto result = fit_spindle_camera(holes);
+      if (!result.fit || result.fit->has_unequal_axes) continue;
+      ++n;
+      const ScatterEstimate& wander = result.fit->wander;
+      const ScatterEstimate& looks = result.fit->repeatability;
+      EXPECT_LT(wander.low[0], wander.sigma[0]);
+      EXPECT_GT(wander.high[0] - wander.sigma[0], wander.sigma[0] - wander.low[0]);
+      with_wander += wander.low[0] <= um(3) && um(3) <= wander.high[0];
+      with_repeatability += looks.low[0] <= um(1) && um(1) <= looks.high[0];
+      symmetric += std::abs((wander.sigma[0] - um(3)).in_um()) <= 1.96 * wander.error[0].in_um();
+    }
+    ASSERT_GT(n, 0.95 * kSeeds);
+    for (const int hits : {with_wander, with_repeatability}) {
+      EXPECT_GE(hits, 0.92 * n) << rows;
+      EXPECT_LE(hits, 0.98 * n) << rows;
+    }
+    EXPECT_GT(with_wander, symmetric) << rows;
+  }
+}
+
 TEST(SpindleCameraHonesty, NineHolesHoldWhatIsPromised) {
   // 3 um of wander; a detector with 0.03 px of 10 um, as for noise of 3/255; 500 seeds.
   test::SimulatedCoupon coupon;

@@ -48,20 +48,26 @@ inline SimulatedPlate simulated_plate(
 }
 
 /// Looks at every dot of the plate in a pose that is as said to `laid_rad` and `laid_mm`, where the
-/// stage goes to the place the dot should have, and finds it a little beside.
+/// stage goes to the place the dot should have, or up to `beside_mm` beside it, and finds it a
+/// little beside.
 inline void look(const SimulatedPlate& plate,
                  const PlatePose& meant,
                  const TableError& error,
                  double noise_mm,
                  Random& random,
-                 TableData& data) {
+                 TableData& data,
+                 double beside_mm = 0) {
   const std::size_t i_pose = data.views.empty() ? 0 : data.views.back().i_pose + 1;
   const double off_rad = 3e-4 * random.normal();
   const Eigen::Vector2d off_mm(0.05 * random.normal(), 0.05 * random.normal());
   if (data.dots.empty()) data.dots = plate.dots;
   for (std::size_t j = 0; j < plate.dots.size(); ++j) {
-    const Eigen::Vector2d commanded_mm =
+    Eigen::Vector2d commanded_mm =
         turned(meant.angle_rad) * plate.dots[j].place.in_mm() + meant.shift_mm;
+    if (beside_mm > 0) {
+      const double along_mm = beside_mm * (2 * random.uniform() - 1);
+      commanded_mm += Eigen::Vector2d(along_mm, beside_mm * (2 * random.uniform() - 1));
+    }
     const Eigen::Vector2d dot_mm =
         turned(meant.angle_rad + off_rad) * plate.true_mm[j] + meant.shift_mm + off_mm;
     const Eigen::Vector2d stands_mm = commanded_mm + error(commanded_mm);

@@ -24,6 +24,22 @@ TEST(DriftDistributions, InvertTheNormalTail) {
   EXPECT_NEAR(normal_of_exceedance(0.025), 1.959963984540054, 1e-12);  // any table
 }
 
+// Abramowitz and Stegun 1964, table 26.8.
+TEST(DriftDistributions, InvertChiSquareAsTabulated) {
+  EXPECT_NEAR(chi_square_of_exceedance(0.05, 1), 3.84146, 1e-5);
+  EXPECT_NEAR(chi_square_of_exceedance(0.975, 4), 0.484419, 1e-6);
+  EXPECT_NEAR(chi_square_of_exceedance(0.025, 10), 20.4831, 1e-4);
+  EXPECT_NEAR(chi_square_of_exceedance(0.995, 100), 67.3276, 1e-4);
+  for (const int n : {1, 2, 7, 60, 1000}) {
+    for (const double chance : {0.001, 0.3, 0.999}) {
+      EXPECT_NEAR(chi_square_exceedance(chi_square_of_exceedance(chance, n), n), chance, 1e-9) << n;
+    }
+  }
+  // Between whole numbers it lies between theirs.
+  EXPECT_GT(chi_square_of_exceedance(0.025, 7.5), chi_square_of_exceedance(0.025, 7));
+  EXPECT_LT(chi_square_of_exceedance(0.025, 7.5), chi_square_of_exceedance(0.025, 8));
+}
+
 // Abramowitz and Stegun 1964, table 26.9.
 TEST(DriftDistributions, KnowTheRatioOfVariancesAsTabulated) {
   EXPECT_NEAR(variance_ratio_exceedance(4.46, 2, 8), 0.05, 2e-4);
