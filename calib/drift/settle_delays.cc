@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "calib/base/random.h"
+#include "calib/base/statistics/random.h"
 
 namespace panelcal {
 namespace {

@@ -6,9 +6,9 @@
 #include <limits>
 #include <utility>
 
-#include "calib/base/chi_square.h"
-#include "calib/base/distributions.h"
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/chi_square.h"
+#include "calib/base/statistics/distributions.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include "calib/spindle/coupon_design.h"
 #include "calib/spindle/f_exceedance.h"
 #include "calib/spindle/variance_components.h"

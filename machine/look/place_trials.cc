@@ -7,7 +7,7 @@
 
 #include "calib/correction/spindle_camera.h"
 #include "calib/drift/settle_delays.h"
-#include "machine/devices/camera_settings.h"
+#include "machine/devices/cameras/camera_settings.h"
 #include "machine/look/focus.h"
 #include "machine/look/mark_sights.h"
 #include "machine/look/picture_locator.h"

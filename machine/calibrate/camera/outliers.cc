@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/distributions.h"
-#include "calib/base/linear_algebra.h"
+#include "calib/base/statistics/distributions.h"
+#include "calib/base/statistics/linear_algebra.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

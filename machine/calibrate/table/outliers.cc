@@ -6,9 +6,9 @@
 #include <numbers>
 #include <utility>
 
-#include "calib/base/linear_algebra.h"
-#include "calib/base/random.h"
-#include "machine/config/plate.h"
+#include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/random.h"
+#include "machine/config/plate/plate.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

@@ -22,8 +22,8 @@
 #include "calib/drift/settle.h"
 #include "calib/drift/settle_delays.h"
 #include "calib/spindle/fit.h"
-#include "machine/calibrate/camera_run.h"
-#include "machine/calibrate/table_run.h"
+#include "machine/calibrate/camera/run.h"
+#include "machine/calibrate/table/run.h"
 #include "vision/locate/focus.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
