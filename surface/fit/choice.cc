@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -53,9 +52,11 @@ bool is_clearly_worse(const Misses& other, const Misses& best) {
   return mean > std::sqrt(std::max(0.0, squares / n - mean * mean) / n);
 }
 
-bool foretells_better(const SurfaceFit& one, const SurfaceFit& other) {
-  constexpr double kNothing = std::numeric_limits<double>::infinity();
-  return one.left_out_rms().value_or(kNothing) < other.left_out_rms().value_or(kNothing);
+/// Whether all that is missed of a plane may be scatter: of stated scatter by chance, of an assumed
+/// one if it is not much more.
+bool is_scatter_enough(const SurfaceFit& plane) {
+  constexpr double kMostAssumed = 2;
+  return plane.shape().unresolved == mm(0) && plane.noise_factor() <= kMostAssumed;
 }
 
 std::string comparison(std::span<const SurfaceFit> fits) {
@@ -119,19 +120,20 @@ Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
       if (auto fit = fit_surface(kept, model)) fits.push_back(*std::move(fit));
     }
   }
-  const std::span<const SurfaceFit> smooth(fits.data(), n_smooth);
   std::string reason = comparison(fits);
   const Misses best = misses(sound.fit, kept);
-  const auto is_good = [&](const SurfaceFit& fit) {
+  const auto is_as_good = [&](const SurfaceFit& fit) {
     return fit.noise_factor() <= options.most_noise && !is_clearly_worse(misses(fit, kept), best);
   };
+  // A bend that hangs on single probes is no reason against a plane.
+  const bool hangs = std::ranges::any_of(best, [](const auto& miss) { return !miss; });
   std::size_t chosen = 2;
-  if (is_good(smooth[0])) {
+  if (is_as_good(fits[0]) && (hangs || is_scatter_enough(fits[0]))) {
     chosen = 0;
     reason += "; the plane is the simplest that is not clearly worse";
-  } else if (is_good(smooth[1]) && foretells_better(smooth[1], smooth[2])) {
+  } else if (is_clearly_worse(best, misses(fits[1], kept))) {
     chosen = 1;
-    reason += "; the thin plate misses least";
+    reason += "; the thin plate misses clearly less";
   } else {
     reason += fmt::format("; the {} is the best of the smooth ones", name_of(sound.fit.model()));
   }
@@ -141,6 +143,7 @@ Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
     reason += fmt::format("; but {} misses clearly less", name_of(fits[k].model()));
   }
   sound.fit = fits[chosen];
+  if (!sound.doubt.empty()) reason += "; " + sound.doubt;
   return ChosenSurface{std::move(sound), std::move(reason)};
 }
 

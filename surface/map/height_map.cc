@@ -375,7 +375,9 @@ Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
   }
   PANELCAL_TRY(SoundSurface surface,
                fit_without_outliers(points, *options.model, options.outliers));
-  return of_surface(points, {std::move(surface), "the model was given"}, options);
+  std::string reason = "the model was given";
+  if (!surface.doubt.empty()) reason += "; " + surface.doubt;
+  return of_surface(points, {std::move(surface), std::move(reason)}, options);
 }
 
 Expected<HeightMap> HeightMap::of_surface(std::span<const ProbePoint> points,

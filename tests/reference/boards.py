@@ -122,14 +122,14 @@ def valley(board, rng):
     across = direction(rng) if rng.random() < 0.3 else np.eye(2)[rng.integers(2)]
     at = board.size_mm * rng.uniform(0.3, 0.7, 2) @ across
     depth_mm = between(rng, 0.03, 0.15)
-    half_mm = rng.uniform(0.08, 0.25) * np.abs(board.size_mm @ np.abs(across))
+    half_mm = rng.uniform(0.15, 0.45) * np.abs(board.size_mm @ np.abs(across))
     return lambda p: -depth_mm * np.clip(1 - ((p @ across - at) / half_mm) ** 2, 0, None) ** 2
 
 
 def ripple(board, rng):
-    """Slats or grooves of a backing board: a wave of 0.15 to 0.6 of the board's longer side."""
+    """Slats or grooves of a backing board: a wave of 0.3 to 1 of the board's longer side."""
     across = direction(rng)
-    wave_mm = rng.uniform(0.15, 0.6) * board.size_mm.max()
+    wave_mm = rng.uniform(0.3, 1) * board.size_mm.max()
     height_mm, phase = between(rng, 0.005, 0.04), rng.uniform(0, 2 * np.pi)
     sharp = rng.uniform(0, 0.4)
 
