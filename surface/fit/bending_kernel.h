@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include <Eigen/Core>
-
 namespace panelcal {
 
 /// How alike the bendings of two places are.
@@ -41,29 +39,6 @@ inline double bending_covariance(BendingKernel kernel, double r) {
       return std::exp(-r);
   }
   return 0;
-}
-
-/// The same of many distances, several times as fast.
-inline Eigen::MatrixXd bending_covariance(BendingKernel kernel, const Eigen::ArrayXXd& r) {
-  switch (kernel) {
-    case BendingKernel::None:
-      return Eigen::MatrixXd::Zero(r.rows(), r.cols());
-    case BendingKernel::ThinPlate:
-      return (r > 0).select(r * r * r.max(1e-300).log(), Eigen::ArrayXXd::Zero(r.rows(), r.cols()));
-    case BendingKernel::Matern32: {
-      const Eigen::ArrayXXd a = std::sqrt(3.0) * r;
-      return (1 + a) * (-a).exp();
-    }
-    case BendingKernel::Matern52: {
-      const Eigen::ArrayXXd a = std::sqrt(5.0) * r;
-      return (1 + a + a * a / 3) * (-a).exp();
-    }
-    case BendingKernel::Gaussian:
-      return (-0.5 * r * r).exp();
-    case BendingKernel::Matern12:
-      return (-r).exp();
-  }
-  return {};
 }
 
 }  // namespace panelcal

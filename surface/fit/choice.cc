@@ -98,6 +98,22 @@ Expected<ChosenSurface> choose_grid(std::span<const ProbePoint> points,
   return ChosenSurface{std::move(sound), std::move(reason)};
 }
 
+/// Whether a plane is simplest and not clearly worse than a process of the same probes.
+bool prefers_plane(const SurfaceFit& plane,
+                   const SurfaceFit& process,
+                   std::span<const ProbePoint> kept,
+                   const OutlierOptions& options) {
+  // A bend as small as the scatter escapes so few probes: the process says how much it may be.
+  // Fewer tell nothing of it, whatever the model.
+  constexpr std::size_t kTellNothing = 5, kTellPlanes = 13;
+  if (kept.size() > kTellNothing && kept.size() < kTellPlanes) return false;
+  const Misses of_process = misses(process, kept);
+  // A bend that hangs on single probes is no reason against a plane.
+  const bool hangs = std::ranges::any_of(of_process, [](const auto& miss) { return !miss; });
+  return plane.noise_factor() <= options.most_noise && (hangs || is_scatter_enough(plane)) &&
+         !is_clearly_worse(misses(plane, kept), of_process);
+}
+
 }  // namespace
 
 Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
@@ -113,7 +129,6 @@ Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
     fits.push_back(std::move(fit));
   }
   fits.push_back(sound.fit);
-  const std::size_t n_smooth = fits.size();
   if (sound.outliers.empty()) {
     for (const SurfaceModel model : {SurfaceModel::Bilinear, SurfaceModel::MonotoneBicubic}) {
       // Most probes make no grid.
@@ -121,28 +136,12 @@ Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
     }
   }
   std::string reason = comparison(fits);
-  const Misses best = misses(sound.fit, kept);
-  const auto is_as_good = [&](const SurfaceFit& fit) {
-    return fit.noise_factor() <= options.most_noise && !is_clearly_worse(misses(fit, kept), best);
-  };
-  // A bend that hangs on single probes is no reason against a plane.
-  const bool hangs = std::ranges::any_of(best, [](const auto& miss) { return !miss; });
-  std::size_t chosen = 2;
-  if (is_as_good(fits[0]) && (hangs || is_scatter_enough(fits[0]))) {
-    chosen = 0;
+  if (prefers_plane(fits.front(), sound.fit, kept, options)) {
+    sound.fit = fits.front();
     reason += "; the plane is the simplest that is not clearly worse";
-  } else if (is_clearly_worse(best, misses(fits[1], kept))) {
-    chosen = 1;
-    reason += "; the thin plate misses clearly less";
   } else {
-    reason += fmt::format("; the {} is the best of the smooth ones", name_of(sound.fit.model()));
+    reason += "; the Gaussian process alone averages kernels, so that its sigma has their difference";
   }
-  for (std::size_t k = n_smooth; k < fits.size(); ++k) {
-    if (!is_clearly_worse(misses(fits[chosen], kept), misses(fits[k], kept))) continue;
-    chosen = k;
-    reason += fmt::format("; but {} misses clearly less", name_of(fits[k].model()));
-  }
-  sound.fit = fits[chosen];
   if (!sound.doubt.empty()) reason += "; " + sound.doubt;
   return ChosenSurface{std::move(sound), std::move(reason)};
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -142,6 +143,7 @@ struct SurfaceFit::State {
   std::vector<ShapeShare> shapes;  ///< heaviest first
   Readings readings;
   std::vector<SolvedBending> solved;  ///< of each shape
+  std::vector<std::size_t> by_length;  ///< indices of these, longest first
   std::vector<LeftOutProbe> left_out;
   std::optional<internal::GridSurface> grid;  ///< of a grid model, which solves nothing
 
@@ -186,7 +188,10 @@ SurfaceFit::State::State(SurfaceModel of_model,
   for (ShapeShare& share : shapes) {
     solved.emplace_back(bending_of(share.shape, readings), readings, likelihood, noise);
     share.shape.noise_factor = solved.back().noise_factor();
+    by_length.push_back(by_length.size());
   }
+  std::ranges::stable_sort(
+      by_length, std::greater(), [&](std::size_t k) { return solved[k].length(); });
   for (std::size_t i = 0; i < static_cast<std::size_t>(readings.heights_mm.size()); ++i) {
     left_out.push_back(left_out_of(i));
   }
@@ -250,22 +255,24 @@ void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
     for (const Position<frame::Nominal>& place : places) out.push_back(grid->at(place.in_mm()));
     return;
   }
-  const RelatedPlaces at_places = related(reduced(places));
-  auto [heights_mm, variances_mm2] = solved.front().at(at_places);
-  if (solved.size() > 1) {
-    // About the heaviest shape's heights, so that no digits get lost.
-    const VectorXd about_mm = heights_mm;
-    VectorXd mean_mm = VectorXd::Zero(about_mm.size());
-    VectorXd second_mm2 = shapes.front().weight * variances_mm2;
-    for (std::size_t k = 1; k < solved.size(); ++k) {
-      const auto [other_mm, variance_mm2] = solved[k].at(at_places);
-      const VectorXd apart_mm = other_mm - about_mm;
-      mean_mm += shapes[k].weight * apart_mm;
-      second_mm2 += shapes[k].weight * (variance_mm2 + apart_mm.cwiseAbs2());
+  RelatedPlaces at_places = related(reduced(places));
+  // About the first shape's heights, so that no digits get lost.
+  VectorXd about_mm, mean_mm, variances_mm2;
+  for (const std::size_t k : by_length) {
+    const auto [shape_mm, variance_mm2] = solved[k].at(at_places);
+    const double weight = shapes[k].weight;
+    if (about_mm.size() == 0) {
+      about_mm = shape_mm;
+      mean_mm = VectorXd::Zero(shape_mm.size());
+      variances_mm2 = weight * variance_mm2;
+      continue;
     }
-    heights_mm += mean_mm;
-    variances_mm2 = second_mm2 - mean_mm.cwiseAbs2();
+    const VectorXd apart_mm = shape_mm - about_mm;
+    mean_mm += weight * apart_mm;
+    variances_mm2 += weight * (variance_mm2 + apart_mm.cwiseAbs2());
   }
+  variances_mm2 -= mean_mm.cwiseAbs2();
+  const VectorXd heights_mm = about_mm + mean_mm;
   const double unresolved_mm = heaviest().unresolved.in_mm();
   variances_mm2.array() += unresolved_mm * unresolved_mm;
   for (Index j = 0; j < heights_mm.size(); ++j) {
@@ -275,11 +282,11 @@ void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
 
 MatrixXd SurfaceFit::State::covariance_mm2(std::span<const Position<frame::Nominal>> places) const {
   const Eigen::Matrix2Xd at = reduced(places);
-  const RelatedPlaces at_places = related(at);
-  const VectorXd about_mm = solved.front().heights_mm(at_places);
+  RelatedPlaces at_places = related(at);
+  const VectorXd about_mm = solved[by_length.front()].heights_mm(at_places);
   VectorXd mean_mm = VectorXd::Zero(about_mm.size());
   MatrixXd out = MatrixXd::Zero(about_mm.size(), about_mm.size());
-  for (std::size_t k = 0; k < solved.size(); ++k) {
+  for (const std::size_t k : by_length) {
     const VectorXd apart_mm = solved[k].heights_mm(at_places) - about_mm;
     mean_mm += shapes[k].weight * apart_mm;
     out += shapes[k].weight *
@@ -335,9 +342,9 @@ std::vector<double> SurfaceFit::heights_mm(std::span<const Position<frame::Nomin
   }
   for (std::size_t i = 0; i < places.size(); i += kAtOnce) {
     const auto some = places.subspan(i, std::min<std::size_t>(kAtOnce, places.size() - i));
-    const RelatedPlaces at_places = state_->related(state_->reduced(some));
+    RelatedPlaces at_places = state_->related(state_->reduced(some));
     VectorXd sum_mm = VectorXd::Zero(static_cast<Index>(some.size()));
-    for (std::size_t k = 0; k < state_->solved.size(); ++k) {
+    for (const std::size_t k : state_->by_length) {
       sum_mm += state_->shapes[k].weight * state_->solved[k].heights_mm(at_places);
     }
     for (const double height_mm : sum_mm) out.push_back(state_->readings.mean_mm + height_mm);

@@ -18,17 +18,68 @@ constexpr double kUnforetold = 1e-10;
 /// What rounding makes of a variance, by the terms that it is the difference of.
 constexpr double kVarianceRounding = 1e-15;
 
+/// Of a Matern kernel.
+double exponent_by_distance(BendingKernel kernel) {
+  if (kernel == BendingKernel::Matern32) return std::sqrt(3.0);
+  return kernel == BendingKernel::Matern52 ? std::sqrt(5.0) : 1;
+}
+
 }  // namespace
 
 RelatedPlaces::RelatedPlaces(const Readings& readings,
                              const Eigen::Matrix2Xd& places,
                              Index n_trend)
-    : distances(readings.places.cols(), places.cols()), trends(n_trend, places.cols()) {
+    : distances_(readings.places.cols(), places.cols()), trends_(n_trend, places.cols()) {
   for (Index j = 0; j < places.cols(); ++j) {
-    distances.col(j) =
+    distances_.col(j) =
         (readings.places.colwise() - places.col(j)).colwise().norm().transpose().array();
-    trends.col(j) = trend_at(places.col(j), n_trend);
+    trends_.col(j) = trend_at(places.col(j), n_trend);
   }
+}
+
+const Eigen::ArrayXXd& RelatedPlaces::falloff(BendingKernel kernel, double length) {
+  const bool is_gaussian = kernel == BendingKernel::Gaussian;
+  for (const Falloff& known : falloffs_) {
+    int n_halved = 0;
+    while (std::ldexp(length, n_halved) < known.length) ++n_halved;
+    if (known.kernel != kernel || std::ldexp(length, n_halved) != known.length) continue;
+    if (n_halved == 0) return known.values;
+    Falloff next{kernel, length, known.values};
+    for (int i = 0; i < (is_gaussian ? 2 : 1) * n_halved; ++i) next.values *= next.values;
+    return falloffs_.emplace_back(std::move(next)).values;
+  }
+  const Eigen::ArrayXXd r = distances_ / length;
+  Falloff first{kernel, length, {}};
+  if (is_gaussian) {
+    first.values = (-0.5 * r * r).exp();
+  } else {
+    first.values = (-exponent_by_distance(kernel) * r).exp();
+  }
+  return falloffs_.emplace_back(std::move(first)).values;
+}
+
+MatrixXd RelatedPlaces::covariances(BendingKernel kernel, double length) {
+  switch (kernel) {
+    case BendingKernel::None:
+      return MatrixXd::Zero(distances_.rows(), distances_.cols());
+    case BendingKernel::ThinPlate: {
+      const Eigen::ArrayXXd r = distances_ / length;
+      // Where r is 0, so is this; what is no number stays none.
+      return r * r * (r == 0).select(1, r).log();
+    }
+    case BendingKernel::Matern12:
+    case BendingKernel::Gaussian:
+      return falloff(kernel, length);
+    case BendingKernel::Matern32: {
+      const Eigen::ArrayXXd a = exponent_by_distance(kernel) / length * distances_;
+      return a.isInf().select(0, (1 + a) * falloff(kernel, length));
+    }
+    case BendingKernel::Matern52: {
+      const Eigen::ArrayXXd a = exponent_by_distance(kernel) / length * distances_;
+      return a.isInf().select(0, (1 + a + a * a / 3) * falloff(kernel, length));
+    }
+  }
+  return {};
 }
 
 SolvedBending::SolvedBending(const Bending& bending,
@@ -85,19 +136,15 @@ void SolvedBending::leave_out(const VectorXd& sigmas_mm,
   }
 }
 
-MatrixXd SolvedBending::covariances(const RelatedPlaces& places) const {
-  return bending_covariance(bending_.kernel, places.distances / bending_.length);
-}
-
-VectorXd SolvedBending::heights_mm(const RelatedPlaces& places) const {
-  VectorXd out = places.trends.transpose() * trend_mm_;
-  if (bending_.strength_mm2 > 0) out += covariances(places).transpose() * weights_;
+VectorXd SolvedBending::heights_mm(RelatedPlaces& places) const {
+  VectorXd out = places.trends().transpose() * trend_mm_;
+  if (bending_.strength_mm2 > 0) out += places.covariances(bending_.kernel, bending_.length).transpose() * weights_;
   return out;
 }
 
-std::pair<VectorXd, VectorXd> SolvedBending::at(const RelatedPlaces& places) const {
-  const MatrixXd c = covariances(places);
-  const MatrixXd& t = places.trends;
+std::pair<VectorXd, VectorXd> SolvedBending::at(RelatedPlaces& places) const {
+  const MatrixXd c = places.covariances(bending_.kernel, bending_.length);
+  const MatrixXd& t = places.trends();
   const Index n_trend = t.rows();
   const MatrixXd by_contrasts = onto_ * c;
   const Index n_contrasts = onto_.rows() - n_trend;
@@ -119,10 +166,10 @@ std::pair<VectorXd, VectorXd> SolvedBending::at(const RelatedPlaces& places) con
   return {t.transpose() * trend_mm_ + c.transpose() * weights_, std::move(variances)};
 }
 
-MatrixXd SolvedBending::covariance_mm2(const RelatedPlaces& places,
+MatrixXd SolvedBending::covariance_mm2(RelatedPlaces& places,
                                        const Eigen::Matrix2Xd& reduced) const {
-  const MatrixXd c = covariances(places);
-  const MatrixXd& t = places.trends;
+  const MatrixXd c = places.covariances(bending_.kernel, bending_.length);
+  const MatrixXd& t = places.trends();
   const Index n_places = c.cols();
   MatrixXd bent(n_places, n_places);
   for (Index j = 0; j < n_places; ++j) {

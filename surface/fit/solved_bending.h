@@ -11,11 +11,27 @@
 namespace panelcal::internal {
 
 /// Places in units of Readings with what every bending needs of them.
-struct RelatedPlaces {
-  Eigen::ArrayXXd distances;  ///< from the readings (rows)
-  Eigen::MatrixXd trends;     ///< trend_at(), a column for each place
-
+class RelatedPlaces {
+ public:
   RelatedPlaces(const Readings& readings, const Eigen::Matrix2Xd& places, Eigen::Index n_trend);
+
+  /// trend_at(), a column for each place.
+  const Eigen::MatrixXd& trends() const { return trends_; }
+  /// bending_covariance() of the distances from the readings (rows) to the places. Of a kernel whose
+  /// length is halved the exponentials are powers of those before: ask for long ones first.
+  Eigen::MatrixXd covariances(BendingKernel kernel, double length);
+
+ private:
+  struct Falloff {
+    BendingKernel kernel;
+    double length;
+    Eigen::ArrayXXd values;  ///< exp of what the kernel has in its exponent
+  };
+  const Eigen::ArrayXXd& falloff(BendingKernel kernel, double length);
+
+  Eigen::ArrayXXd distances_;
+  Eigen::MatrixXd trends_;
+  std::vector<Falloff> falloffs_;
 };
 
 /// What the other readings predict of one: nothing if the trend needs it.
@@ -49,25 +65,23 @@ class SolvedBending {
                 const BendingLikelihood& likelihood,
                 Noise noise);
 
+  double length() const { return bending_.length; }
   double noise_factor() const { return bending_.noise_factor; }
   /// In the order of the readings; a reading left out is missed by [P y]_i / P_ii, of variance
   /// k^2 / P_ii.
   const std::vector<LeftOutReading>& left_out() const { return left_out_; }
 
   /// Heights about the readings' mean, mm. O(n) each.
-  Eigen::VectorXd heights_mm(const RelatedPlaces& places) const;
+  Eigen::VectorXd heights_mm(RelatedPlaces& places) const;
   /// Heights and variances of the surface. O(n^2) each.
-  std::pair<Eigen::VectorXd, Eigen::VectorXd> at(const RelatedPlaces& places) const;
+  std::pair<Eigen::VectorXd, Eigen::VectorXd> at(RelatedPlaces& places) const;
   /// Covariance of the surface's error from place to place.
-  Eigen::MatrixXd covariance_mm2(const RelatedPlaces& places,
-                                 const Eigen::Matrix2Xd& reduced) const;
+  Eigen::MatrixXd covariance_mm2(RelatedPlaces& places, const Eigen::Matrix2Xd& reduced) const;
 
  private:
   void leave_out(const Eigen::VectorXd& sigmas_mm,
                  const Eigen::MatrixXd& root,
                  const Eigen::VectorXd& residual_weights);
-  /// c(p), a column for each place.
-  Eigen::MatrixXd covariances(const RelatedPlaces& places) const;
 
   Bending bending_;
   Eigen::VectorXd trend_mm_;       ///< beta

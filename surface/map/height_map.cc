@@ -48,7 +48,9 @@ constexpr double kMostSigmaError = 0.1;
 /// middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are not.
 constexpr double kTried[] = {0.2113, 0.5, 0.7887};
 /// Of all cells at most this number of places is tried, else evenly some of them.
-constexpr std::size_t kMaxMapTrials = 60000;
+constexpr std::size_t kMaxMapTrials = 30000;
+/// One in so many of them, to reject a lattice.
+constexpr std::size_t kFewTried = 17;
 /// Farther out nothing is known of any panel.
 constexpr double kMostExtrapolation_mm = 1000;
 /// Probes stand in columns and rows if they do but for this share of their neighbours' distance.
@@ -253,8 +255,11 @@ struct Missed {
   bool is_good = true;
 };
 
-Missed missed(const SurfaceFit& surface, const Sampled& sampled) {
-  const MapPlaces tried = tried_places(sampled.heights.x(), sampled.heights.y());
+/// In     stride: every so many of the places
+Missed missed(const SurfaceFit& surface, const Sampled& sampled, std::size_t stride) {
+  MapPlaces tried;
+  const MapPlaces all = tried_places(sampled.heights.x(), sampled.heights.y());
+  for (std::size_t i = 0; i < all.size(); i += stride) tried.push_back(all[i]);
   const std::vector<double> right_mm = surface.heights_mm(tried);
   Missed out;
   for (std::size_t i = 0; i < tried.size(); ++i) {
@@ -291,10 +296,14 @@ Expected<Sampled> sample_finely(const SurfaceFit& surface,
     PANELCAL_TRY(HeightLattice heights,
                  HeightLattice::make(x, y, surface.heights_mm(nodes_of(x, y)), interpolation));
     Sampled out{std::move(heights), sigmas};
-    const Missed error = missed(surface, out);
-    out.error_mm = error.worst_mm;
     const double next_nodes = 4 * (size_mm.x() / step_mm + 1) * (size_mm.y() / step_mm + 1);
-    if (error.is_good || next_nodes > most_nodes) return out;
+    const bool is_last = next_nodes > most_nodes;
+    // A few places tell soon that a lattice is too coarse.
+    if (is_last || missed(surface, out, kFewTried).is_good) {
+      const Missed error = missed(surface, out, 1);
+      out.error_mm = error.worst_mm;
+      if (error.is_good || is_last) return out;
+    }
     step_mm *= 0.5;
   }
 }
