@@ -35,6 +35,8 @@ using Noise = SolvedBending::Noise;
 
 /// Places of one matrix product.
 constexpr Index kAtOnce = 256;
+/// Of a matrix that stays in the cache, and that the allocator keeps.
+constexpr Index kCovariancesAtOnce = 12'000;
 std::optional<Diagnostic> point_problem(const ProbePoint& point) {
   const double sigma_mm = point.measured.sigma.in_mm();
   if (point.place.in_mm().allFinite() && std::isfinite(point.measured.height.in_mm()) &&
@@ -340,8 +342,10 @@ std::vector<double> SurfaceFit::heights_mm(std::span<const Position<frame::Nomin
     for (const auto& place : places) out.push_back(state_->grid->at(place.in_mm()).height.in_mm());
     return out;
   }
-  for (std::size_t i = 0; i < places.size(); i += kAtOnce) {
-    const auto some = places.subspan(i, std::min<std::size_t>(kAtOnce, places.size() - i));
+  const auto n_at_once = static_cast<std::size_t>(
+      std::clamp<Index>(kCovariancesAtOnce / state_->readings.places.cols(), 16, kAtOnce));
+  for (std::size_t i = 0; i < places.size(); i += n_at_once) {
+    const auto some = places.subspan(i, std::min(n_at_once, places.size() - i));
     RelatedPlaces at_places = state_->related(state_->reduced(some));
     VectorXd sum_mm = VectorXd::Zero(static_cast<Index>(some.size()));
     for (const std::size_t k : state_->by_length) {

@@ -35,7 +35,7 @@ inline constexpr std::size_t kMostBentProbes = 3000;
 inline constexpr std::size_t kMostGridProbes = 50'000;
 
 /// Fewer probes than this are not asked for bow and twist.
-inline constexpr std::size_t kLeastForBow = 16;
+inline constexpr std::size_t kLeastForBow = 12;
 
 /// Whether a model takes this number of probes, and all of them are numbers.
 ///

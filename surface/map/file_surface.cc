@@ -114,7 +114,6 @@ Expected<std::vector<ShapeShare>> read_shapes(const StrictObject& surface,
     PANELCAL_TRY(const ShapeShare share, read_share(element, model, true, file));
     out.push_back(share);
   }
-  PANELCAL_CHECK(check_shares(out, model));
   return out;
 }
 

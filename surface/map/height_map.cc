@@ -43,6 +43,8 @@ constexpr double kMostNodesOfGridProbe = 20;
 /// Sigma of many probes is tried at this number of places; at all but a tenth it may miss this
 /// share.
 constexpr std::size_t kTriedSigmas = 300;
+/// Of so many probes sigmas cost less than to look how fine they must be.
+constexpr std::size_t kQuickSigmas = 50;
 constexpr double kMostSigmaError = 0.1;
 /// Where a lattice is tried in a cell, along either side: Hermite's polynomials miss most in the
 /// middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are not.
@@ -233,7 +235,7 @@ Expected<HeightLattice> sample_sigmas(const SurfaceFit& surface,
                                       const Vector2d& low_mm,
                                       const Vector2d& high_mm,
                                       double step_mm) {
-  const bool is_quick = is_of_grid(surface.model()) || surface.left_out().size() <= kMostProbes;
+  const bool is_quick = is_of_grid(surface.model()) || surface.left_out().size() <= kQuickSigmas;
   double wide_mm = is_quick ? step_mm : kFirstRefinement * step_mm;
   while (true) {
     const LatticeAxis x = axis(low_mm.x(), high_mm.x(), wide_mm);
