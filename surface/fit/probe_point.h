@@ -15,7 +15,10 @@ struct ProbePoint {
   Position<frame::Nominal> place;
   HeightEstimate measured;  ///< above the table plane; sigma is what the probe is said to scatter
   std::string name;         ///< for messages; may be empty
-  Place from;               ///< place of the reading in a file, for messages
+  Place from;               ///< where it was read, for messages
+  /// Nobody measured that scatter: fits learn it from the residuals too. Of stated ones a misfit is
+  /// bending, and never the probe's scatter.
+  bool is_sigma_assumed = false;
 };
 
 }  // namespace panelcal

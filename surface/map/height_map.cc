@@ -43,13 +43,17 @@ constexpr double kMostNodesOfGridProbe = 20;
 /// Sigma of many probes is tried at this number of places; at all but a tenth it may miss this
 /// share.
 constexpr std::size_t kTriedSigmas = 300;
+/// Of so many probes sigmas cost less than to look how fine they must be.
+constexpr std::size_t kQuickSigmas = 50;
 constexpr double kMostSigmaError = 0.1;
 /// Places at which a lattice is tried in a cell, along either side: Hermite's polynomials miss most
 /// in the middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are
 /// not.
 constexpr double kTried[] = {0.2113, 0.5, 0.7887};
 /// Of all cells at most this number of places is tried, else evenly some of them.
-constexpr std::size_t kMaxMapTrials = 60000;
+constexpr std::size_t kMaxMapTrials = 30000;
+/// One in so many of them, to reject a lattice.
+constexpr std::size_t kFewTried = 17;
 /// Farther out nothing is known of any panel.
 constexpr double kMostExtrapolation_mm = 1000;
 /// Probes stand in columns and rows if they do but for this share of their neighbours' distance.
@@ -232,7 +236,7 @@ Expected<HeightLattice> sample_sigmas(const SurfaceFit& surface,
                                       const Vector2d& low_mm,
                                       const Vector2d& high_mm,
                                       double step_mm) {
-  const bool is_quick = is_of_grid(surface.model()) || surface.left_out().size() <= kMostProbes;
+  const bool is_quick = is_of_grid(surface.model()) || surface.left_out().size() <= kQuickSigmas;
   double wide_mm = is_quick ? step_mm : kFirstRefinement * step_mm;
   while (true) {
     const LatticeAxis x = axis(low_mm.x(), high_mm.x(), wide_mm);
@@ -254,8 +258,11 @@ struct Missed {
   bool is_good = true;
 };
 
-Missed missed(const SurfaceFit& surface, const Sampled& sampled) {
-  const MapPlaces tried = tried_places(sampled.heights.x(), sampled.heights.y());
+/// In     stride: every so many of the places
+Missed missed(const SurfaceFit& surface, const Sampled& sampled, std::size_t stride) {
+  MapPlaces tried;
+  const MapPlaces all = tried_places(sampled.heights.x(), sampled.heights.y());
+  for (std::size_t i = 0; i < all.size(); i += stride) tried.push_back(all[i]);
   const std::vector<double> right_mm = surface.heights_mm(tried);
   Missed out;
   for (std::size_t i = 0; i < tried.size(); ++i) {
@@ -292,10 +299,14 @@ Expected<Sampled> sample_finely(const SurfaceFit& surface,
     PANELCAL_TRY(HeightLattice heights,
                  HeightLattice::make(x, y, surface.heights_mm(nodes_of(x, y)), interpolation));
     Sampled out{std::move(heights), sigmas};
-    const Missed error = missed(surface, out);
-    out.error_mm = error.worst_mm;
     const double next_nodes = 4 * (size_mm.x() / step_mm + 1) * (size_mm.y() / step_mm + 1);
-    if (error.is_good || next_nodes > most_nodes) return out;
+    const bool is_last = next_nodes > most_nodes;
+    // A few places tell soon that a lattice is too coarse.
+    if (is_last || missed(surface, out, kFewTried).is_good) {
+      const Missed error = missed(surface, out, 1);
+      out.error_mm = error.worst_mm;
+      if (error.is_good || is_last) return out;
+    }
     step_mm *= 0.5;
   }
 }
@@ -376,7 +387,9 @@ Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
   }
   PANELCAL_TRY(SoundSurface surface,
                fit_without_outliers(points, *options.model, options.outliers));
-  return of_surface(points, {std::move(surface), "the model was given"}, options);
+  std::string reason = "the model was given";
+  if (!surface.doubt.empty()) reason += "; " + surface.doubt;
+  return of_surface(points, {std::move(surface), std::move(reason)}, options);
 }
 
 Expected<HeightMap> HeightMap::of_surface(std::span<const ProbePoint> points,

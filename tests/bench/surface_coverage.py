@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the sigma of a surface holds on boards that panelcal's authors did not draw.
+
+`panelcal surface fit` and `query` on the boards of tests/reference/boards.py: coverage within 1.96
+sigma by kind of board and by number of probes, wild boards with the wild probe left out or not, the
+worst distance of a map from a probe that it kept (by sigma of both), and the root mean square error
+by that of the best of scipy's three interpolators (thin plate and cubic RBF, linear) on that board.
+
+  /usr/bin/python3 tests/bench/surface_coverage.py build/release/tools/panelcal --seed 7 [--per-cell 15] [--jobs 2]
+
+--check: exit 1 if a goal of tests/bench/README.md is missed.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "reference"))
+import boards as reference  # noqa: E402
+
+WITHIN = 1.96
+GOAL_COVERED = 0.92
+GOAL_OFF = 4.5
+SMOOTH = ("smooth", "twist")
+
+
+def peers(board):
+    from scipy import interpolate
+
+    keep = np.setdiff1d(np.arange(board["n"]), board["wild"])
+    xy, z = board["probes"][keep], board["heights_mm"][keep]
+    out = []
+    for kernel in ("thin_plate_spline", "cubic"):
+        out.append(interpolate.RBFInterpolator(xy, z, kernel=kernel)(board["places"]))
+    linear = interpolate.LinearNDInterpolator(xy, z)(board["places"])
+    nearest = interpolate.NearestNDInterpolator(xy, z)(board["places"])
+    out.append(np.where(np.isnan(linear), nearest, linear))
+    return [rms(found - board["truth_mm"]) for found in out]
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def ask(panelcal, map_file, places):
+    text = "".join(f"{x!r},{y!r}\n" for x, y in places.tolist())
+    run = subprocess.run(
+        [panelcal, "surface", "query", map_file, "-", "--json"], input=text, capture_output=True, text=True, check=False
+    )
+    found = [json.loads(line) for line in run.stdout.splitlines()]
+    height = np.array([one.get("height", np.nan) for one in found])
+    sigma = np.array([one.get("sigma", np.nan) for one in found])
+    return height, sigma
+
+
+def measure(panelcal, kind, n, index, seed, has_scipy):
+    board = reference.make(kind, n, index, seed)
+    out = {"kind": kind, "n": n, "index": index, "grid": board["grid"], "refused": ""}
+    with tempfile.TemporaryDirectory() as folder:
+        probes, map_file = os.path.join(folder, "probes.jsonl"), os.path.join(folder, "map.json")
+        with open(probes, "w", encoding="ascii") as file:
+            file.write(reference.probe_lines(board))
+        made = subprocess.run(
+            [panelcal, "surface", "fit", probes, "-o", map_file, "--json"], capture_output=True, text=True, check=False
+        )
+        if made.returncode != 0:
+            out["refused"] = made.stderr.strip()
+            return out
+        facts = json.loads(made.stdout)
+        out.update(model=facts["model"], summary=facts["summary"], reason=facts["reason"])
+        left_out = {one["line"] - 1 for one in facts["left_out"]}
+        out["found"] = len(left_out & set(board["wild"])), len(board["wild"]), len(left_out - set(board["wild"]))
+        height, sigma = ask(panelcal, map_file, board["places"])
+        kept = [i for i in range(n) if i not in left_out]
+        at_probe, sigma_there = ask(panelcal, map_file, np.round(board["probes"][kept], 4))
+    error = height - board["truth_mm"]
+    out["places"] = len(error)
+    out["covered"] = int(np.sum(np.abs(error) <= WITHIN * sigma))
+    off = (board["heights_mm"][kept] - at_probe) / np.hypot(sigma_there, board["sigma_mm"])
+    out["off"] = float(np.max(np.abs(off)))
+    out["rms_um"] = 1e3 * rms(error)
+    out["sigma_um"] = 1e3 * rms(sigma)
+    out["best_um"] = 1e3 * min(peers(board)) if has_scipy else float("nan")
+    return out
+
+
+def row(name, boards):
+    made = [b for b in boards if not b["refused"]]
+    covered = sum(b["covered"] for b in made) / max(1, sum(b["places"] for b in made))
+    ratio = np.exp(np.mean([np.log(b["rms_um"] / b["best_um"]) for b in made])) if made else np.nan
+    pooled = rms([b["rms_um"] for b in made]) / rms([b["best_um"] for b in made]) if made else np.nan
+    worst = max((b["off"] for b in made), default=np.nan)
+    over = sum(b["rms_um"] > 2 * b["sigma_um"] for b in made)
+    by_sigma = np.median([b["sigma_um"] / b["rms_um"] for b in made]) if made else np.nan
+    print(
+        f"| {name} | {len(boards)} | {len(boards) - len(made)} | {100 * covered:.1f} | {worst:.2f} | {over} | "
+        f"{ratio:.2f} | {pooled:.2f} | {by_sigma:.2f} |"
+    )
+    return covered, worst
+
+
+def table(results):
+    print("| boards | number | refused | % within 1.96 sigma | worst off a kept probe, sigma | rms over 2 sigma | rms / best of scipy | pooled | sigma / rms, median |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    rows = {}
+    for kind in reference.KINDS:
+        rows[kind] = row(kind, [b for b in results if b["kind"] == kind])
+    for n in reference.COUNTS:
+        rows[n] = row(f"{n} probes", [b for b in results if b["n"] == n])
+    for kind in reference.KINDS:
+        for n in reference.COUNTS:
+            row(f"{kind}, {n}", [b for b in results if b["kind"] == kind and b["n"] == n])
+    row("grids", [b for b in results if b["grid"]])
+    row("scattered", [b for b in results if not b["grid"]])
+    row("smooth and twist", [b for b in results if b["kind"] in SMOOTH])
+    row("all", results)
+    wild = [b for b in results if b["kind"] == "wild" and not b["refused"]]
+    print(f"\nwild probes: {sum(b['found'][0] for b in wild)} of {sum(b['found'][1] for b in wild)} named")
+    made = [b for b in results if not b["refused"]]
+    print(f"good probes called wild: {sum(b['found'][2] for b in made)} on {sum(b['found'][2] > 0 for b in made)} of {len(made)} boards")
+    return rows
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("panelcal")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--per-cell", type=int, default=15)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--output", help="one line of JSON a board")
+    parser.add_argument("--check", action="store_true")
+    arguments = parser.parse_args()
+    try:
+        import scipy  # noqa: F401
+
+        has_scipy = True
+    except ImportError:
+        has_scipy = False
+    cells = [(kind, n, i) for kind in reference.KINDS for n in reference.COUNTS for i in range(arguments.per_cell)]
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        results = list(pool.map(lambda cell: measure(arguments.panelcal, *cell, arguments.seed, has_scipy), cells))
+    if arguments.output:
+        with open(arguments.output, "w", encoding="utf-8") as file:
+            file.writelines(json.dumps(result) + "\n" for result in results)
+    rows = table(results)
+    refused = sum(bool(b["refused"]) for b in results)
+    bad = [name for name, (covered, worst) in rows.items() if covered < GOAL_COVERED or worst > GOAL_OFF]
+    if bad:
+        print(f"missed: {', '.join(map(str, bad))}; {refused} refused")
+    sys.exit(1 if arguments.check and bad else 0)
+
+
+if __name__ == "__main__":
+    main()
