@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include "surface/fit/bending_average.h"
 #include "surface/fit/bending_likelihood.h"
 #include "surface/fit/even_part.h"
@@ -73,7 +73,8 @@ constexpr SurfaceShape kGridShape = {BendingKernel::None, Length(), 0, 1, 0, Len
 SurfaceShape shape_of(const Bending& bending, const Readings& readings, Index n_trend) {
   const bool bends = bending.kernel != BendingKernel::None;
   // Stated scatter is what it is: the rest is a bending that the plane does not follow.
-  const double beyond = readings.is_scatter_stated ? bending.noise_factor * bending.noise_factor - 1 : 0;
+  const double beyond =
+      readings.is_scatter_stated ? bending.noise_factor * bending.noise_factor - 1 : 0;
   const double unresolved_mm = std::sqrt(beyond * readings.sigmas_mm.squaredNorm() /
                                          static_cast<double>(readings.sigmas_mm.size()));
   return {bending.kernel,
@@ -144,7 +145,7 @@ struct SurfaceFit::State {
   SurfaceModel model = SurfaceModel::Plane;
   std::vector<ShapeShare> shapes;  ///< heaviest first
   Readings readings;
-  std::vector<SolvedBending> solved;  ///< of each shape
+  std::vector<SolvedBending> solved;   ///< of each shape
   std::vector<std::size_t> by_length;  ///< indices of these, longest first
   std::vector<LeftOutProbe> left_out;
   std::optional<internal::GridSurface> grid;  ///< of a grid model, which solves nothing
@@ -422,10 +423,11 @@ std::string SurfaceFit::summary() const {
   }
   std::string noise = "the probes scatter as stated";
   if (shape().unresolved > mm(0)) {
-    noise = fmt::format("it misses the probes by {:.2f} times their sigma: {:.3f} mm of bending that "
-                        "it does not follow",
-                        noise_factor(),
-                        shape().unresolved.in_mm());
+    noise = fmt::format(
+        "it misses the probes by {:.2f} times their sigma: {:.3f} mm of bending that "
+        "it does not follow",
+        noise_factor(),
+        shape().unresolved.in_mm());
   } else if (noise_factor() != 1) {
     noise = fmt::format("noise {:.2f} times the assumed sigma of the probes", noise_factor());
   }
@@ -516,8 +518,11 @@ Expected<SurfaceFit> SurfaceFit::solved(std::span<const ProbePoint> points,
   Readings readings = Readings::of(points);
   const auto likelihood = BendingLikelihood::of(readings, shapes.front().shape.n_trend);
   if (!likelihood) return failure(undetermined(points));
-  return SurfaceFit(
-      std::make_shared<const State>(model, shapes, learns_noise ? Noise::Learned : Noise::Given, std::move(readings), *likelihood));
+  return SurfaceFit(std::make_shared<const State>(model,
+                                                  shapes,
+                                                  learns_noise ? Noise::Learned : Noise::Given,
+                                                  std::move(readings),
+                                                  *likelihood));
 }
 
 }  // namespace panelcal

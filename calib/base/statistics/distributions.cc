@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/chi_square.h"
-#include "calib/base/linear_algebra.h"
-#include "calib/base/quadrature.h"
+#include "calib/base/statistics/chi_square.h"
+#include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/quadrature.h"
 
 namespace panelcal {
 namespace {
