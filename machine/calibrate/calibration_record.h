@@ -45,6 +45,19 @@ Expected<LedgerDraft> draft_of(const MachineConfig& config,
 /// Fails  file-unreadable
 Expected<LedgerInput> input_of(const std::filesystem::path& file);
 
+/// Notes the ledger's head in a draft of a calibration that has a file: held against the ledger
+/// later, the file tells that entries were deleted. Drafts of other kinds stay as they are.
+///
+///
+/// Fails  what the ledger reports
+Expected<void> note_head(const Ledger& ledger, LedgerDraft& draft);
+
+/// A calibration's text that is in no ledger, for a file: with the head of the machine's ledger if
+/// there is one.
+///
+/// Fails  what the ledger reports
+Expected<std::string> text_with_head(const MachineConfig& config, std::string text);
+
 /// All of a key that were ever installed, in their order.
 Expected<std::vector<LedgerEntry>> installed_entries(const Ledger& ledger, const LedgerKey& key);
 
