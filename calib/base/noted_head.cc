@@ -19,7 +19,7 @@ constexpr std::string_view kHashKey = "hash";
 constexpr std::size_t kHashChars = 64;
 constexpr std::int64_t kMaxEntries = std::int64_t{1} << 53;
 
-std::string_view key_of(NotedHead::Use use) {
+std::string_view noted_use(NotedHead::Use use) {
   return use == NotedHead::Use::Head ? kHead : kRecordedAfter;
 }
 
@@ -35,7 +35,7 @@ std::string with_noted_head(std::string text, const NotedHead& head) {
   text.resize(text.find_last_not_of("\n ") + 1);
   return text + fmt::format(",\n  \"{}\": {{\"{}\": {}, \"{}\": \"{}\"}}\n}}\n",
                             kLedgerKey,
-                            key_of(head.use),
+                            noted_use(head.use),
                             head.id,
                             kHashKey,
                             head.hash);
@@ -48,10 +48,10 @@ Expected<std::optional<NotedHead>> take_noted_head(json& document, const std::st
   NotedHead head;
   const bool is_recorded = note.is_object() && note.contains(kRecordedAfter);
   head.use = is_recorded ? NotedHead::Use::RecordedAfter : NotedHead::Use::Head;
-  const std::array<std::string_view, 2> keys = {key_of(head.use), kHashKey};
+  const std::array<std::string_view, 2> keys = {noted_use(head.use), kHashKey};
   PANELCAL_TRY(const StrictObject object,
                StrictObject::make(note, "\"ledger\"", keys, Code::CalibrationInvalid, file));
-  const json& id = object.member(key_of(head.use));
+  const json& id = object.member(noted_use(head.use));
   PANELCAL_TRY(head.hash, object.text(kHashKey));
   const bool is_id = id.is_number_unsigned() && id.get<std::uint64_t>() <= kMaxEntries;
   if (!is_id || !is_ledger_hash(head.hash)) {

@@ -165,11 +165,12 @@ std::string trust_words(const DrillForecast& forecast, const ForecastLimits& lim
   if (!forecast.last_measured) return {};
   constexpr double kDay_s = 86400;
   const bool is_over = forecast.answer == DrillAnswer::No && forecast.is_limited_by_trust;
-  return fmt::format("; it was last measured {} and {} trusted for {:.4g} days after that "
-                     "([nightly.drift] trusted_days)",
-                     iso_8601(*forecast.last_measured),
-                     is_over ? "was" : "is",
-                     limits.trusted.in_s() / kDay_s);
+  return fmt::format(
+      "; it was last measured {} and {} trusted for {:.4g} days after that "
+      "([nightly.drift] trusted_days)",
+      iso_8601(*forecast.last_measured),
+      is_over ? "was" : "is",
+      limits.trusted.in_s() / kDay_s);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ struct ForecastLimits {
   /// How long after the last night that measured it the one in force may be used, if no later night
   /// does: a forecast of old nights does not know what has blinded the camera.
   Time trusted = seconds(7 * 86400.0);
-  std::optional<double> temperature_c;   ///< expected; a noted one makes the forecast surer
+  std::optional<double> temperature_c;  ///< expected; a noted one makes the forecast surer
 
   /// Fails  calibration-invalid: the message names field, value and bound
   Expected<void> validate() const;
@@ -45,7 +45,8 @@ struct DrillForecast {
   std::chrono::sys_seconds until{};  ///< for Until: to the minute, rounded down
   /// Of the last night that measured; only where limit_to_trust was asked.
   std::optional<std::chrono::sys_seconds> last_measured;
-  bool is_limited_by_trust = false;  ///< the answer and `until` are those of ForecastLimits::trusted
+  bool is_limited_by_trust =
+      false;  ///< the answer and `until` are those of ForecastLimits::trusted
 };
 
 /// The chance that the length of (value predicted - center) exceeds a radius; of more than two axes

@@ -146,10 +146,6 @@ Expected<std::string> text_in_force(const MachineConfig& config,
 
 }  // namespace
 
-std::string machine_name(const MachineConfig& config) {
-  return config.name.empty() ? "machine" : config.name;
-}
-
 LedgerRecord record_of(LedgerKey key, const RecordWords& words) {
   LedgerRecord record;
   record.key = std::move(key);

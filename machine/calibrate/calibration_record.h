@@ -11,6 +11,7 @@
 #include "calib/base/expected.h"
 #include "calib/ledger/ledger.h"
 #include "calib/spindle/calibration_file.h"
+#include "machine/calibrate/machine_name.h"
 #include "machine/calibrate/spindle_camera_run.h"
 #include "machine/config/machine_config.h"
 
@@ -25,9 +26,6 @@ struct RecordWords {
   std::string software;  ///< "panelcal 0.1.0"
   std::optional<double> temperature_degC = std::nullopt;
 };
-
-/// As the ledger calls it: "machine" for one without a name.
-std::string machine_name(const MachineConfig& config);
 
 /// A record that says who, when and why, of nothing yet.
 LedgerRecord record_of(LedgerKey key, const RecordWords& words);

@@ -10,7 +10,7 @@
 #include "calib/base/atomic_file.h"
 #include "calib/base/strict_json.h"
 #include "calib/ledger/ledger.h"
-#include "machine/calibrate/calibration_record.h"
+#include "machine/calibrate/machine_name.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

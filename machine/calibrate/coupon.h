@@ -32,8 +32,8 @@ std::string free_rows_text(const Coupon& coupon, int n_used);
 
 /// How many rows of a coupon are used up: by its state file, and by the ledger.
 struct UsedRows {
-  int by_file = 0;                ///< 0 if it is of another coupon, or not there
-  std::optional<int> by_ledger;  ///< absent: the ledger knows no coupon of this name, or is none
+  int by_file = 0;               ///< 0 if it is of another coupon, or not there
+  std::optional<int> by_ledger;  ///< absent: no ledger, or no coupon of this name in it
 
   /// The larger: an older state file put back, or a deleted one, frees no drilled row.
   int count() const { return std::max(by_file, by_ledger.value_or(0)); }
@@ -54,7 +54,8 @@ std::string missing_rows_text(const Coupon& coupon, const UsedRows& used);
 /// no row is drilled twice.
 ///
 /// Out    the first row, from 0
-/// Fails  as used_rows; config-value (too few rows are left); ledger-entry-invalid (a ledger, and no
+/// Fails  as used_rows; config-value (too few rows are left); ledger-entry-invalid (a ledger, and
+/// no
 ///        clock); device-write
 /// See    tests/machine/calibrate/coupon_test.cc
 Expected<int> take_rows(const MachineConfig& config, const TakenBy& by);

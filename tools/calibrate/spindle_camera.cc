@@ -58,10 +58,10 @@ class SpindleCamera {
     context_.console.end_progress();
     SpindleAnswer answer = compare(config_, run);
     if (!options_.output.empty()) {
-      PANELCAL_TRY(const std::string text,
-                   text_with_head(config_,
-                                  spindle_calibration_text(
-                                      spindle_camera_calibration(config_, run, words_))));
+      PANELCAL_TRY(
+          const std::string text,
+          text_with_head(
+              config_, spindle_calibration_text(spindle_camera_calibration(config_, run, words_))));
       PANELCAL_CHECK(parse_spindle_calibration(text, options_.output));
       PANELCAL_CHECK(write_file(options_.output, text));
     }

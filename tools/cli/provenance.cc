@@ -42,8 +42,9 @@ Provenance ledger_head_row(const std::filesystem::path& ledger) {
   if (ledger.empty() || !std::filesystem::exists(ledger, ignored)) return {};
   const auto opened = Ledger::open_to_read(ledger);
   const auto head = opened ? opened->head() : Expected<LedgerHead>(failure(opened.error()));
-  return {{"ledger head",
-           head ? fmt::format("{} {}", head->id, head->hash) : "not known: " + head.error().text()}};
+  return {
+      {"ledger head",
+       head ? fmt::format("{} {}", head->id, head->hash) : "not known: " + head.error().text()}};
 }
 
 std::string asking_person(const std::string& given) {

@@ -48,7 +48,7 @@ bool is_read_in_folders(const fs::path& file) {
   return file.extension() == ".json" || file.extension() == ".html";
 }
 
-Diagnostic unreadable(const fs::path& file, const std::error_code& error) {
+Diagnostic cannot_hold_against(const fs::path& file, const std::error_code& error) {
   return {Code::FileUnreadable,
           {file.string(), 0, 0},
           error ? error.message() : "there is no such file",
@@ -78,7 +78,7 @@ Expected<std::vector<fs::path>> files_below(const std::vector<fs::path>& files) 
   for (const fs::path& file : files) {
     std::error_code error;
     if (!fs::is_directory(file, error)) {
-      if (!fs::exists(file, error)) return failure(unreadable(file, error));
+      if (!fs::exists(file, error)) return failure(cannot_hold_against(file, error));
       all.push_back(file);
       continue;
     }
@@ -87,7 +87,7 @@ Expected<std::vector<fs::path>> files_below(const std::vector<fs::path>& files) 
          at.increment(error)) {
       if (is_read_in_folders(at->path()) && at->is_regular_file()) below.push_back(at->path());
     }
-    if (error) return failure(unreadable(file, error));
+    if (error) return failure(cannot_hold_against(file, error));
     std::ranges::sort(below);
     all.insert(all.end(), below.begin(), below.end());
   }

@@ -30,7 +30,7 @@ std::optional<internal::NotedHead> head_in(std::string_view text);
 Expected<std::vector<std::filesystem::path>> files_below(
     const std::vector<std::filesystem::path>& files);
 
-/// What a ledger lacks of what files note of it, a sentence each; empty if it has all.
+/// Entries that files note and a ledger lacks, a sentence each; empty if it has all.
 ///
 /// Fails  what the ledger reports
 Expected<std::vector<std::string>> missing_entries(const Ledger& ledger,

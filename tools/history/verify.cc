@@ -40,7 +40,7 @@ struct Held {
   std::size_t n_without = 0;  ///< files that note no head
 };
 
-Expected<Held> read_all(const std::vector<fs::path>& files) {
+Expected<Held> read_noting_files(const std::vector<fs::path>& files) {
   Held held;
   for (const fs::path& file : files) {
     PANELCAL_TRY(const std::string bytes, read_file(file, kMaxNotingBytes));
@@ -89,7 +89,7 @@ Expected<std::string> verify_answer(const HistoryOptions& options,
   }
   PANELCAL_CHECK(check_outputs(context.options, context.files));
   PANELCAL_TRY(const LedgerHead head, ledger.verify());
-  PANELCAL_TRY(const Held held, read_all(files));
+  PANELCAL_TRY(const Held held, read_noting_files(files));
   PANELCAL_TRY(const std::vector<std::string> missing, missing_entries(ledger, held.noted));
   if (!missing.empty()) {
     return failure({Code::LedgerCutOff,

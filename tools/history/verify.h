@@ -16,7 +16,7 @@ namespace panelcal::history {
 /// Out    the answer of `history verify`: text, or a JSON object
 /// Fails  ledger-corrupt; ledger-cut-off; file-unreadable (a file of --against); output-in-use;
 ///        toml-syntax
-/// See    tests/tools/history/verify_test.cc
+/// See    tests/tools/noted_heads_test.py
 Expected<std::string> verify_answer(const HistoryOptions& options,
                                     CommandContext& context,
                                     const Ledger& ledger);

@@ -16,10 +16,11 @@ using test::FailsWith;
 const std::string kHash(64, 'a');
 
 TEST(NotedHead, IsTheLastMemberOfACalibration) {
-  EXPECT_EQ(with_noted_head("{\n  \"kind\": \"x\",\n  \"a\": {\"b\": 1}\n}\n",
-                            {NotedHead::Use::Head, 7, kHash}),
-            "{\n  \"kind\": \"x\",\n  \"a\": {\"b\": 1},\n  \"ledger\": {\"head\": 7, \"hash\": \"" +
-                kHash + "\"}\n}\n");
+  EXPECT_EQ(
+      with_noted_head("{\n  \"kind\": \"x\",\n  \"a\": {\"b\": 1}\n}\n",
+                      {NotedHead::Use::Head, 7, kHash}),
+      "{\n  \"kind\": \"x\",\n  \"a\": {\"b\": 1},\n  \"ledger\": {\"head\": 7, \"hash\": \"" +
+          kHash + "\"}\n}\n");
 }
 
 TEST(NotedHead, IsReadAsItIsWritten) {

@@ -144,8 +144,8 @@ TEST(NightGates, HoldWhereTheOldOneHasDriftedAway) {
   EXPECT_THAT(decision.summary(), HasSubstr("the one in force: no"));
 }
 
-/// Nights that see nothing do not go on for ever: a forecast knows the drift, and not what blinds the
-/// camera.
+/// Nights that see nothing do not go on for ever: a forecast knows the drift, and not what blinds
+/// the camera.
 TEST(NightGates, TrustTheOldOneForSoManyDaysAndSaySo) {
   Machine machine;
   machine.limits.old.trusted = seconds(4.5 * 86400);

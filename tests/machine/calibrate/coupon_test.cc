@@ -208,9 +208,8 @@ TEST(Coupon, DoesNotGuessWhichRowsAreFree) {
   const std::filesystem::path& state = config.coupon->state_file;
   ASSERT_TRUE(write_file(state, "{\"kind\": \"coupon\", \"vers"));
   EXPECT_THAT(take_rows(config, {}), FailsWith(Code::JsonSyntax, "coupon.json"));
-  ASSERT_TRUE(
-      write_file(state,
-                 "{\"kind\": \"coupon\", \"version\": 1, \"coupon\": \"A\", \"rows_used\": -1}"));
+  ASSERT_TRUE(write_file(
+      state, "{\"kind\": \"coupon\", \"version\": 1, \"coupon\": \"A\", \"rows_used\": -1}"));
   EXPECT_THAT(take_rows(config, {}), FailsWith(Code::CalibrationInvalid, "rows_used"));
   std::filesystem::remove(state);
   std::filesystem::create_directory(state);

@@ -46,8 +46,8 @@ TEST_F(SynthFolder, WhatSynthWroteGoesAndEverythingElseStays) {
   put("images.csv", "file,x,y\n");
   put("0000.png");
   put("0001_view2_3.png");
-  ASSERT_TRUE(finish_synth_folder(
-      path(), {"truth.json", "images.csv", "0001_view2_3.png", "0000.png"}));
+  ASSERT_TRUE(
+      finish_synth_folder(path(), {"truth.json", "images.csv", "0001_view2_3.png", "0000.png"}));
   put("notes.txt");
   put("board.png");
   put("12.png");
@@ -63,7 +63,8 @@ TEST_F(SynthFolder, TheManifestHasADigestForEveryFile) {
   EXPECT_EQ(read_file(path() / "synth.sha256", 1000),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad  0000.png\n"
             "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855  truth.json\n");
-  EXPECT_THAT(finish_synth_folder(path(), {"0001.png"}), FailsWith(Code::FileUnreadable, "0001.png"));
+  EXPECT_THAT(finish_synth_folder(path(), {"0001.png"}),
+              FailsWith(Code::FileUnreadable, "0001.png"));
 }
 
 /// Files that would be mixed up with new pictures, of unknown origin.

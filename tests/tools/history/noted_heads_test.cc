@@ -123,7 +123,8 @@ TEST_F(NotedHeads, OfACalibrationWithoutItsEntryAreMissing) {
 TEST(FilesBelow, AreThoseOfFoldersInTheOrderOfTheirNames) {
   const Folder folder;
   std::filesystem::create_directory(folder.path() / "reports");
-  for (const char* const name : {"reports/b.html", "reports/a.json", "reports/a.txt", "z.cal.json"}) {
+  for (const char* const name :
+       {"reports/b.html", "reports/a.json", "reports/a.txt", "z.cal.json"}) {
     ASSERT_TRUE(write_file(folder.path() / name, "x"));
   }
   EXPECT_THAT(files_below({folder.path() / "z.cal.json", folder.path() / "reports"}).value(),
