@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "calib/base/strict_json.h"
+#include "calib/base/json/strict_json.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

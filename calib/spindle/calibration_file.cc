@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "calib/base/clock.h"
+#include "calib/base/json/strict_json.h"
 #include "calib/base/noted_head.h"
-#include "calib/base/strict_json.h"
-#include "calib/camera/calibration_file.h"
+#include "calib/camera/calibration/calibration_file.h"
 #include <Eigen/Core>
 #include <fmt/format.h>
 

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "calib/base/clock.h"
-#include "calib/base/covariance_check.h"
+#include "calib/base/json/strict_json.h"
 #include "calib/base/noted_head.h"
-#include "calib/base/strict_json.h"
+#include "calib/base/statistics/covariance_check.h"
 #include <Eigen/LU>
 #include <fmt/format.h>
 

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include "calib/base/noted_head.h"
-#include "calib/camera/calibration_file.h"
+#include "calib/camera/calibration/calibration_file.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -12,7 +12,7 @@
 #include "calib/ledger/ledger.h"
 #include "calib/spindle/calibration_file.h"
 #include "machine/calibrate/machine_name.h"
-#include "machine/calibrate/spindle_camera_run.h"
+#include "machine/calibrate/spindle/camera_run.h"
 #include "machine/config/machine_config.h"
 
 namespace panelcal {

@@ -8,7 +8,7 @@
 #include "machine/job/checked_program.h"
 #include "machine/job/execution.h"
 #include "machine/job/walk_terms.h"
-#include "program/walk/pad_collector.h"
+#include "program/walk/measuring/pad_collector.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -5,9 +5,9 @@
 #include <numeric>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/strict_json.h"
 #include "calib/base/noted_head.h"
-#include "calib/base/strict_json.h"
 #include "surface/map/file_surface.h"
 #include "surface/map/file_voids.h"
 #include <fmt/format.h>

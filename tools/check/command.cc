@@ -8,7 +8,7 @@
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/walk_terms.h"
-#include "program/excellon/header.h"
+#include "program/excellon/text/header.h"
 #include "program/judge/job_check.h"
 #include "program/judge/tally.h"
 #include "program/sieb_meyer/text/file_layout.h"

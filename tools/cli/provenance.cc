@@ -5,11 +5,11 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include "calib/ledger/ledger.h"
-#include "machine/devices/camera_uri.h"
-#include "tools/cli/version.h"
+#include "machine/devices/cameras/camera_uri.h"
+#include "tools/cli/process/version.h"
 
 namespace panelcal {
 

@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/base/strict_json.h"
+#include "calib/base/json/strict_json.h"
 #include <fmt/format.h>
 
 namespace panelcal::history {

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
-#include "machine/nightly/night_files.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
+#include "machine/nightly/record/night_files.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
 #include "tools/history/noted_heads.h"

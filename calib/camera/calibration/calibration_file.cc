@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "calib/base/clock.h"
-#include "calib/base/covariance_check.h"
+#include "calib/base/json/strict_json.h"
 #include "calib/base/noted_head.h"
-#include "calib/base/strict_json.h"
-#include "calib/camera/model_file.h"
+#include "calib/base/statistics/covariance_check.h"
+#include "calib/camera/calibration/model_file.h"
 #include <fmt/format.h>
 
 namespace panelcal {

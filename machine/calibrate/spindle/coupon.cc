@@ -7,8 +7,8 @@
 #include <system_error>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/strict_json.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/json/strict_json.h"
 #include "calib/ledger/ledger.h"
 #include "machine/calibrate/machine_name.h"
 #include <fmt/format.h>

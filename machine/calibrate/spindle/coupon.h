@@ -13,8 +13,8 @@
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
 #include "calib/spindle/fit.h"
-#include "machine/config/coupon_options.h"
-#include "machine/config/machine.h"
+#include "machine/config/settings/coupon_options.h"
+#include "machine/config/settings/machine.h"
 #include "machine/devices/calibration_devices.h"
 
 namespace panelcal {
@@ -57,7 +57,7 @@ std::string missing_rows_text(const Coupon& coupon, const UsedRows& used);
 /// Fails  as used_rows; config-value (too few rows are left); ledger-entry-invalid (a ledger, and
 /// no
 ///        clock); device-write
-/// See    tests/machine/calibrate/coupon_test.cc
+/// See    tests/machine/calibrate/spindle/coupon_test.cc
 Expected<int> take_rows(const MachineConfig& config, const TakenBy& by);
 
 }  // namespace panelcal

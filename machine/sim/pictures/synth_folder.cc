@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

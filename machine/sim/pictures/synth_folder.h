@@ -23,7 +23,7 @@ inline constexpr std::string_view kSynthManifest = "synth.sha256";
 /// In     folder: made if it does not exist
 /// Fails  usage (a list or a numbered picture that no synth wrote, that was replaced since, or that
 ///        an interrupted one wrote); device-write
-/// See    tests/machine/sim/synth_folder_test.cc
+/// See    tests/machine/sim/pictures/synth_folder_test.cc
 Expected<void> prepare_synth_folder(const std::filesystem::path& folder);
 
 /// Writes the manifest of the files that synth has written: the folder is finished.

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "calib/base/strict_json.h"
+#include "calib/base/json/strict_json.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"

@@ -7,9 +7,9 @@
 #include <system_error>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
-#include "calib/base/digest.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"

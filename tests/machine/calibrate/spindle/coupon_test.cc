@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <string>
 
-#include "calib/base/atomic_file.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/ledger/ledger.h"
-#include "machine/config/coupon.h"
+#include "machine/config/nightly/coupon.h"
 #include <gmock/gmock.h>
 
 #include "tests/machine/virtual_machine.h"
