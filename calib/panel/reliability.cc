@@ -166,7 +166,7 @@ Reliability reliability_raw(std::span<const RawPair> pairs,
     noncentrality = largest_noncentrality(seen, degrees_of_freedom, kUnseenChance);
   }
   if (degrees_of_freedom >= kLeastSpareEquations) {
-    const double least = chi_square_exceeded(1 - kUnseenChance, degrees_of_freedom);
+    const double least = chi_square_limit(1 - kUnseenChance, degrees_of_freedom);
     out.noise_ratio2 = std::max(1.0, chi_square / least);
   }
   const UnseenSearch search(pairs, linear, gain, noncentrality, limits);

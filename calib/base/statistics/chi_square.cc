@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/base/statistics/distributions.h"
+
 namespace panelcal {
 namespace {
 
@@ -68,6 +70,24 @@ double noticed_noncentrality(double false_alarm, double power, int degrees_of_fr
         return noncentral_chi_square_exceedance(limit, degrees_of_freedom, noncentrality) >= power;
       },
       10);
+}
+
+double largest_noncentrality(double chi_square, int degrees_of_freedom, double chance) {
+  const double z = normal_of_exceedance(1 - chance);  // below zero
+  const auto quantile = [&](double lambda) {
+    const double mean = degrees_of_freedom + lambda;
+    const double variance = 2 * (degrees_of_freedom + 2 * lambda) / (9 * mean * mean);
+    return mean * std::pow(std::max(0.0, 1 - variance + z * std::sqrt(variance)), 3);
+  };
+  double low = 0;
+  double high = chi_square + degrees_of_freedom;
+  if (!(quantile(low) < chi_square)) return 0;
+  while (quantile(high) < chi_square) high *= 2;
+  while (high - low > 1e-6 * high) {
+    const double middle = (low + high) / 2;
+    (quantile(middle) < chi_square ? low : high) = middle;
+  }
+  return high;
 }
 
 }  // namespace panelcal

@@ -58,6 +58,32 @@ TEST(NoncentralChiSquare, IsTheShareOfDraws) {
   EXPECT_NEAR(noncentral_chi_square_exceedance(15, 3, 13), n_beyond / double{kDraws}, 0.014);
 }
 
+/// One degree: |N(m, 1)| is below 2 in 1 of 100 if m is 2 + 2.3263, but for the far side.
+TEST(ChiSquare, TellsHowMuchMayBeHidden) {
+  EXPECT_NEAR(std::sqrt(largest_noncentrality(4, 1, 0.01)), 4.3263, 0.04 * 4.3263);
+  // Baarda: 0.1 % false alarms and 80 % power are 4.13 sigmas.
+  EXPECT_NEAR(std::sqrt(largest_noncentrality(10.8276, 1, 0.2)), 4.13, 0.04 * 4.13);
+  EXPECT_EQ(largest_noncentrality(0.01, 9, 0.01), 0);
+}
+
+/// The limit holds what is drawn: three degrees, one of them displaced.
+TEST(ChiSquare, HidesMoreThanTheLimitOnlyAsOftenAsStated) {
+  Random random(20261126);
+  constexpr int kDraws = 20'000;
+  for (const double displaced : {3.0, 5.0, 9.0}) {
+    int n_beyond = 0;
+    for (int i = 0; i < kDraws; ++i) {
+      const double x = displaced + random.normal();
+      const double y = random.normal();
+      const double z = random.normal();
+      n_beyond +=
+          largest_noncentrality(x * x + y * y + z * z, 3, 0.01) < displaced * displaced ? 1 : 0;
+    }
+    // To a third of 1 %, which the approximation is worth, and four of its deviations.
+    EXPECT_NEAR(n_beyond / static_cast<double>(kDraws), 0.01, 0.0062) << displaced;
+  }
+}
+
 TEST(ChiSquare, HasEnds) {
   EXPECT_EQ(chi_square_exceedance(0, 3), 1);
   EXPECT_EQ(chi_square_exceedance(std::numeric_limits<double>::infinity(), 4), 0);
