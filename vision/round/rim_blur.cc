@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "vision/round/shift_filter.h"
+#include "vision/round/profile/shift_filter.h"
 
 namespace panelcal::internal {
 namespace {

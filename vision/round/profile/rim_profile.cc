@@ -8,13 +8,13 @@
 #include <numbers>
 #include <vector>
 
+#include "vision/round/profile/rim_circle.h"
+#include "vision/round/profile/rim_waves.h"
+#include "vision/round/profile/shift_filter.h"
+#include "vision/round/profile/step_profile.h"
+#include "vision/round/profile/strip.h"
 #include "vision/round/rim_blur.h"
-#include "vision/round/rim_circle.h"
 #include "vision/round/rim_shape.h"
-#include "vision/round/rim_waves.h"
-#include "vision/round/shift_filter.h"
-#include "vision/round/step_profile.h"
-#include "vision/round/strip.h"
 
 namespace panelcal::internal {
 namespace {
