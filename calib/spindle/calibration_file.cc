@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/base/json/strict_json.h"
 #include "calib/base/noted_head.h"
 #include "calib/camera/calibration/calibration_file.h"
