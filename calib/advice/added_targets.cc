@@ -53,11 +53,11 @@ class Search {
     set_frame(problem);
     fixed_.setZero();
     for (const DesignTarget& target : problem.targets) {
-      fixed_ += internal::information(inside(target.nominal), target.axes);
+      fixed_ += internal::information(inside(target.nominal), target);
     }
     for (const Place& place : problem.candidates) {
       const Eigen::Vector2d p = inside(place);
-      gains_.push_back(internal::information(p, ObservedAxes::Both));
+      gains_.push_back(internal::information(p, {}));
       is_free_.push_back(std::ranges::none_of(problem.targets, [&](const DesignTarget& target) {
         return (inside(target.nominal) - p).norm() < kSamePlace;
       }));
@@ -101,6 +101,11 @@ class Search {
       exchange(best, Goal::Worst, 1);
     }
     return best;
+  }
+
+  /// Of one, and of the pairs that exchange_pairs goes through.
+  bool tries_all(std::size_t n) const {
+    return n < 2 || n >= gains_.size() || (n == 2 && gains_.size() <= kPairs);
   }
 
   Badness badness(std::span<const std::size_t> chosen) const {
@@ -259,6 +264,7 @@ Addition best_additions(const AdditionProblem& problem, std::size_t n_added) {
   out.chosen = search.best(n_added);
   std::ranges::sort(out.chosen);
   out.worst_after = worst_leverage(problem, out.chosen);
+  out.is_best = search.tries_all(out.chosen.size());
   return out;
 }
 

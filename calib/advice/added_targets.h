@@ -24,6 +24,8 @@ struct Addition {
   std::vector<std::size_t> chosen;     ///< indices into candidates, ascending
   std::optional<double> worst_before;  ///< absent: the targets do not determine the model
   std::optional<double> worst_after;
+  /// All choices were tried; else it is the best of those that a search came upon.
+  bool is_best = false;
 };
 
 /// Chooses `n_added` of the candidates.

@@ -12,25 +12,6 @@
 namespace panelcal {
 namespace {
 
-using PointJacobian = Eigen::Matrix<double, 2, 6>;
-
-/// Baarda's delta_0: 0.1 % false alarms, 80 % found, one dimension.
-constexpr double kDetection = 4.13;
-/// Below this share of a target's noise residuals show nothing of its lie.
-constexpr double kBlind = 1e-9;
-/// Two lies closer than this (cosine squared of the angle between their residuals) are the same in
-/// practice: telling them apart would take some 22 times the smallest lie that is found.
-constexpr double kConfusable = 0.998;
-/// More targets than this are not held against each other pair by pair.
-constexpr std::size_t kMostPairs = 300;
-
-PointJacobian point_jacobian(const Eigen::Vector2d& p, ObservedAxes axes = ObservedAxes::Both) {
-  PointJacobian j = internal::design(p);
-  if (!observes_x(axes)) j.row(0).setZero();
-  if (!observes_y(axes)) j.row(1).setZero();
-  return j;
-}
-
 /// d coefficients / d parameters at the drawn panel.
 internal::ModelJacobian basis(PanelModel model) {
   internal::ModelParameters p = internal::ModelParameters::Zero(parameter_count(model));
@@ -40,55 +21,20 @@ internal::ModelJacobian basis(PanelModel model) {
   return internal::coefficient_jacobian(model, p);
 }
 
-/// Square root of the pseudo-inverse of a symmetric 2 x 2 matrix with eigenvalues 0 to 1.
-Eigen::Matrix2d inverse_root(const Eigen::Matrix2d& m) {
-  const internal::PlaneEigensystem eigen = internal::plane_eigensystem(m);
-  Eigen::Vector2d roots = Eigen::Vector2d::Zero();
-  for (int i = 0; i < 2; ++i) {
-    if (eigen.values[i] > kBlind) roots[i] = 1 / std::sqrt(eigen.values[i]);
-  }
-  return eigen.vectors * roots.asDiagonal() * eigen.vectors.transpose();
-}
-
-/// How a target's own residuals answer to its own lie.
-struct Blindness {
-  PointJacobian jacobian;
-  Eigen::Matrix2d inverse_root = Eigen::Matrix2d::Zero();
-  int n_observed = 0;  ///< coordinates
-  int n_visible = 0;   ///< directions in which a lie shows
-  double least = 0;    ///< share of the lie that shows, in the worst direction, squared
-};
-
-Blindness blindness(const DesignTarget& target, const MapCovariance& cov) {
-  Blindness out;
-  out.jacobian = point_jacobian(target.nominal.in_mm(), target.axes);
-  Eigen::Matrix2d identity = Eigen::Matrix2d::Zero();
-  identity(0, 0) = observes_x(target.axes) ? 1 : 0;
-  identity(1, 1) = observes_y(target.axes) ? 1 : 0;
-  out.n_observed = static_cast<int>(identity.trace());
-  const Eigen::Matrix2d r = identity - out.jacobian * cov * out.jacobian.transpose();
-  const Eigen::Vector2d shares = internal::plane_eigensystem(r).values;
-  out.n_visible = static_cast<int>((shares.array() > kBlind).count());
-  out.least = out.n_observed == 2 ? shares[0] : shares[1];
-  out.inverse_root = inverse_root(r);
-  return out;
-}
-
-/// How alike lies of two targets can look: cosines squared of the principal angles, greatest first.
-Eigen::Vector2d alikeness(const Blindness& a, const Blindness& b, const MapCovariance& cov) {
-  const Eigen::Matrix2d between = -a.jacobian * cov * b.jacobian.transpose();
-  const Eigen::Matrix2d white = a.inverse_root * between * b.inverse_root;
-  const Eigen::Matrix2d square = white.transpose() * white;
-  return internal::plane_eigensystem(square).values.reverse();
-}
-
 }  // namespace
 
 namespace internal {
 
-MapCovariance information(const Eigen::Vector2d& p_mm, ObservedAxes axes) {
-  const PointJacobian j = point_jacobian(p_mm, axes);
-  return j.transpose() * j;
+Eigen::Matrix2d weight(const DesignTarget& target) {
+  // Of a covariance that is not positive definite nothing counts; predict_fit refuses it.
+  const Eigen::Matrix2d w =
+      whitening(RawPair{{}, {}, target.cov, target.axes}).value_or(Eigen::Matrix2d::Zero());
+  return w.transpose() * w;
+}
+
+MapCovariance information(const Eigen::Vector2d& p, const DesignTarget& target) {
+  const Eigen::Matrix<double, 2, 6> j = design(p);
+  return j.transpose() * weight(target) * j;
 }
 
 MapCovariance covariance_of(const MapCovariance& information,
@@ -155,7 +101,7 @@ PredictedFitResult predict_fit(std::span<const DesignTarget> targets,
   pairs.reserve(targets.size());
   for (const DesignTarget& target : targets) {
     const Eigen::Vector2d at_mm = target.nominal.in_mm();
-    pairs.push_back({at_mm, at_mm, Eigen::Matrix2d::Identity(), target.axes});
+    pairs.push_back({at_mm, at_mm, target.cov, target.axes});
   }
   const internal::RawFitResult result = internal::fit_raw(pairs, model);
   if (!result.fit) return {std::nullopt, result.failure};
@@ -164,54 +110,11 @@ PredictedFitResult predict_fit(std::span<const DesignTarget> targets,
     MapCovariance left = MapCovariance::Identity();
     for (std::size_t i = 0; i < targets.size(); ++i) {
       left -= result.fit->gain.middleCols<2>(2 * static_cast<Eigen::Index>(i)) *
-              point_jacobian(targets[i].nominal.in_mm());
+              internal::design(targets[i].nominal.in_mm());
     }
     fit.cov += left * base_cov * left.transpose();
   }
   return {fit, FitFailure::TooFewTargets};
-}
-
-std::vector<LieDetection> detect_lies(std::span<const DesignTarget> targets,
-                                      const PredictedFit& fit) {
-  using Answer = LieDetection::Answer;
-  std::vector<Blindness> blind;
-  blind.reserve(targets.size());
-  for (const DesignTarget& target : targets) blind.push_back(blindness(target, fit.own_cov));
-  std::vector<LieDetection> lies(targets.size());
-  for (std::size_t i = 0; i < targets.size(); ++i) {
-    LieDetection& lie = lies[i];
-    if (blind[i].n_visible == 0) continue;
-    const bool is_whole = blind[i].n_visible == blind[i].n_observed;
-    lie.is_found = is_whole ? Answer::Yes : Answer::InPart;
-    if (is_whole) lie.found_from = kDetection / std::sqrt(blind[i].least);
-    lie.is_named = lie.is_found;
-    if (targets.size() > kMostPairs) continue;
-    for (std::size_t j = 0; j < targets.size(); ++j) {
-      if (j == i) continue;
-      const Eigen::Vector2d alike = alikeness(blind[i], blind[j], fit.own_cov);
-      // As many directions as a lie has, or fewer, may look like one of j.
-      if (alike[blind[i].n_visible - 1] > kConfusable) {
-        lie.is_named = Answer::No;
-      } else if (alike[0] > kConfusable) {
-        lie.is_named = std::min(lie.is_named, Answer::InPart);
-      }
-    }
-  }
-  return lies;
-}
-
-LieDetection weakest(std::span<const LieDetection> lies) {
-  if (lies.empty()) return {};
-  LieDetection out = lies.front();
-  for (const LieDetection& lie : lies) {
-    out.is_found = std::min(out.is_found, lie.is_found);
-    out.is_named = std::min(out.is_named, lie.is_named);
-    if (!lie.found_from) out.found_from.reset();
-    if (out.found_from && lie.found_from) {
-      out.found_from = std::max(*out.found_from, *lie.found_from);
-    }
-  }
-  return out;
 }
 
 }  // namespace panelcal

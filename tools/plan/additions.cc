@@ -32,7 +32,7 @@ class AdditionSearch {
   }
 
   AdditionPlan plan_of(const Addition& addition) const {
-    AdditionPlan out;
+    AdditionPlan out{.is_best = addition.is_best};
     std::vector<DesignTarget> design = work_.plan.design;
     for (const std::size_t i : addition.chosen) {
       out.pads.push_back(work_.candidates[i]);
@@ -40,7 +40,9 @@ class AdditionSearch {
     }
     out.model = rule_(work_.plan.level, design);
     out.fit = predict_fit(design, out.model, work_.base_cov).fit;
-    if (out.fit) out.lies = weakest(detect_lies(design, *out.fit));
+    if (out.fit && work_.plan.predicts_errors) {
+      out.latest = latest_error(work_.plan, design, *out.fit);
+    }
     if (out.model != work_.plan.programmed) out.worst_if_kept = worst(design);
     return out;
   }

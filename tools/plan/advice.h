@@ -17,6 +17,8 @@ std::vector<std::string> visit_advice(const Plan& plan, const Survey& survey);
 std::string place_text(const PlannedPlace& place);
 /// "holes", "places" (where something is routed too) or "board targets"
 std::string places_word(const Plan& plan, const SeriesPlan& series);
+/// The same text, a capital at its beginning. Precondition: not empty.
+std::string with_capital(std::string text);
 /// "1.73"
 std::string times(double leverage);
 /// The same in um for the series' noise.

@@ -33,18 +33,18 @@ bool is_about_the_design(const Diagnostic& diagnostic) {
          diagnostic.code == Code::TargetsTooFew;
 }
 
-/// Noise of a target along the axes that count; a slot says nothing about the other one.
-double variance_mm2(const Measurement& measurement) {
+/// Noise of a target as it was recorded, mm^2. Of a slot the axis that it shows stands for both.
+Eigen::Matrix2d noise_mm2(const Measurement& measurement) {
   const Eigen::Matrix2d& cov_mm2 = measurement.measured.cov;
   switch (measurement.request.axes) {
     case ObservedAxes::X:
-      return cov_mm2(0, 0);
+      return cov_mm2(0, 0) * Eigen::Matrix2d::Identity();
     case ObservedAxes::Y:
-      return cov_mm2(1, 1);
+      return cov_mm2(1, 1) * Eigen::Matrix2d::Identity();
     case ObservedAxes::Both:
       break;
   }
-  return cov_mm2.trace() / 2;
+  return cov_mm2;
 }
 
 class PlanRun {
@@ -151,29 +151,30 @@ class PlanRun {
     RecordedMeasurements recorded;
     if (!take(read_measurements(options_.measurements), recorded)) return false;
     MeasurementFileSource source(std::move(recorded));
-    std::vector<double> sigmas_mm;
-    double sum2 = 0;
+    std::vector<Eigen::Matrix2d> noises_mm2;
+    double sum_mm2 = 0;
     std::size_t n_found = 0;
     for (const Measurement& nominal : checked_->nominal_survey.measurements) {
       Measurement seen;
       if (!take(source.measure(nominal.request), seen)) return false;
       const bool is_found = seen.status == MeasurementStatus::Found;
-      const double variance = is_found ? variance_mm2(seen) : 0;
-      sigmas_mm.push_back(std::sqrt(variance));
-      sum2 += variance;
+      noises_mm2.emplace_back(is_found ? noise_mm2(seen) : Eigen::Matrix2d::Zero());
+      sum_mm2 += noises_mm2.back().trace() / 2;
       n_found += is_found ? 1 : 0;
     }
     if (!take(source.check_all_used())) return false;
     if (n_found == 0) return refuse("no target was found in " + quoted(options_.measurements), "");
-    // What was not found then is taken to be as good as the others.
-    const double typical_mm = std::sqrt(sum2 / static_cast<double>(n_found));
-    for (double& sigma_mm : sigmas_mm) sigma_mm = sigma_mm > 0 ? sigma_mm : typical_mm;
-    request_.sigma_source = "recorded in " + options_.measurements;
-    if (const std::size_t n_lost = sigmas_mm.size() - n_found; n_lost > 0) {
-      request_.sigma_source += fmt::format(
-          ", {} of {} targets not found and taken like the others", n_lost, sigmas_mm.size());
+    // A target that was not found then is taken to be as good as the others.
+    const double typical_mm2 = sum_mm2 / static_cast<double>(n_found);
+    for (Eigen::Matrix2d& noise : noises_mm2) {
+      if (noise.isZero(0)) noise = typical_mm2 * Eigen::Matrix2d::Identity();
     }
-    request_.recorded_mm = std::move(sigmas_mm);
+    request_.sigma_source = "recorded in " + options_.measurements;
+    if (const std::size_t n_lost = noises_mm2.size() - n_found; n_lost > 0) {
+      request_.sigma_source += fmt::format(
+          ", {} of {} targets not found and taken like the others", n_lost, noises_mm2.size());
+    }
+    request_.recorded_mm2 = std::move(noises_mm2);
     return true;
   }
 

@@ -15,15 +15,32 @@ std::vector<DesignTarget> design_of(const Survey& survey, const SeriesResult& se
   return design;
 }
 
+Eigen::Matrix2d SeriesDesigns::picture_mm2(std::size_t i_measurement) const {
+  if (!request_.recorded_mm2.empty()) return request_.recorded_mm2[i_measurement];
+  return std::pow(request_.fiducial_sigma.in_mm(), 2) * Eigen::Matrix2d::Identity();
+}
+
+std::vector<DesignTarget> SeriesDesigns::targets(std::size_t i_series) const {
+  const SeriesResult& series = survey_.series[i_series];
+  std::vector<DesignTarget> design = design_of(survey_, series);
+  if (request_.recorded_mm2.empty()) return design;
+  const double noise2 = std::pow(noise_mm(i_series), 2);
+  for (std::size_t k = 0; k < design.size(); ++k) {
+    const Eigen::Matrix2d picture_mm2 = this->picture_mm2(series.points[k]);
+    design[k].cov = (picture_mm2 + machine_.of_target_mm2()) / noise2;
+    design[k].picture_cov = picture_mm2 / noise2;
+  }
+  return design;
+}
+
 double SeriesDesigns::noise_mm(std::size_t i_series) const {
   const std::vector<std::size_t>& points = survey_.series[i_series].points;
-  double picture2 = std::pow(request_.fiducial_sigma.in_mm(), 2);
-  if (!request_.recorded_mm.empty()) {
-    double sum = 0;
-    for (const std::size_t i : points) sum += std::pow(request_.recorded_mm[i], 2);
-    picture2 = sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
+  double sum = 0;
+  for (const std::size_t i : points) {
+    sum += (picture_mm2(i) + machine_.of_target_mm2()).trace() / 2;
   }
-  return std::sqrt(picture2 + machine_.of_target_mm2()(0, 0));
+  if (points.empty()) return 1e-3;
+  return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
 MapCovariance SeriesDesigns::base_cov(std::size_t i_series) const {

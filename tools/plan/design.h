@@ -9,7 +9,7 @@
 
 namespace panelcal::plan {
 
-/// The targets that a series is fitted to, as a design.
+/// The targets that a series is fitted to, as a design in which all have the same noise.
 std::vector<DesignTarget> design_of(const Survey& survey, const SeriesResult& series);
 
 /// The series of a walk over the perfect panel: where their targets are and what noise they have.
@@ -23,9 +23,8 @@ class SeriesDesigns {
                 const MachineUncertainty& machine)
       : survey_(survey), programmed_(programmed), request_(request), machine_(machine) {}
 
-  std::vector<DesignTarget> targets(std::size_t i_series) const {
-    return design_of(survey_, survey_.series[i_series]);
-  }
+  /// With the noise of each.
+  std::vector<DesignTarget> targets(std::size_t i_series) const;
   /// Of one target along an axis: root mean square over the series' targets.
   double noise_mm(std::size_t i_series) const;
   /// Of the map that a nested series is looked up under, in units of its own noise squared; zero
@@ -35,6 +34,8 @@ class SeriesDesigns {
   std::vector<PlannedPlace> nested_targets(std::size_t i_base) const;
 
  private:
+  Eigen::Matrix2d picture_mm2(std::size_t i_measurement) const;
+
   const Survey& survey_;
   std::span<const PanelModel> programmed_;
   const PlanRequest& request_;

@@ -76,12 +76,14 @@ class Planner {
     plan_.chooses_model = request_.chooses_model;
     plan_.bends_panel = request_.bends_panel;
     plan_.fixes_model = request_.fixed_model.has_value();
-    plan_.is_recorded = !request_.recorded_mm.empty();
+    plan_.is_recorded = !request_.recorded_mm2.empty();
     plan_.machine = options_.uncertainty;
     plan_.sigma_source = request_.sigma_source;
     plan_.picture_sigma = request_.fiducial_sigma;
-    if (plan_.is_recorded) {
-      plan_.picture_sigma = mm(*std::ranges::max_element(request_.recorded_mm));
+    for (const Eigen::Matrix2d& noise_mm2 : request_.recorded_mm2) {
+      const Length sigma = mm(std::sqrt(noise_mm2.trace() / 2));
+      const bool is_first = &noise_mm2 == &request_.recorded_mm2.front();
+      plan_.picture_sigma = is_first ? sigma : std::max(plan_.picture_sigma, sigma);
     }
     for (const SeriesResult& series : survey_.series) {
       ++(series.level == CorrectionLevel::Base ? plan_.n_base : plan_.n_nested);
@@ -160,6 +162,12 @@ class Planner {
     plan.programmed = programmed_[s];
     plan.design = designs_.targets(s);
     plan.noise = mm(designs_.noise_mm(s));
+    plan.limits = share_false_alarm(
+        series.level == CorrectionLevel::Base ? options_.base_limits : options_.nested_limits,
+        survey_.series.size());
+    // A panel that is meant to lie turned is as good as one that is not.
+    plan.limits.turned_deg = 0;
+    plan.predicts_errors = !request_.bends_panel || series.level != CorrectionLevel::Base;
     for (const std::size_t i : series.points) {
       plan.targets.push_back(target_place(survey_.measurements[i]));
     }
@@ -168,6 +176,7 @@ class Planner {
     plan.hull = convex_hull(places);
     work.base_cov = designs_.base_cov(s);
     work.predict_models();
+    work.predict_errors();
     Glance& glance = glances_[s];
     for (const PlannedPlace& target : plan.targets) glance.grow(target.nominal);
     if (series.level == CorrectionLevel::Base) {
@@ -205,7 +214,19 @@ class Planner {
       work.plan.n_candidates = work.candidates.size();
       work.plan.is_thinned = work.pool->is_thinned();
       work.plan.sample = work.sample.places();
+      predict_choice(work);
     }
+  }
+
+  /// One target is an offset whatever the machine's file says.
+  void predict_choice(SeriesWork& work) const {
+    SeriesPlan& plan = work.plan;
+    if (!request_.chooses_model || plan.design.size() < 2 || plan.n_places == 0) return;
+    const std::vector<Place> corners = work.corners.corners();
+    plan.chosen = chosen_range({.targets = plan.design,
+                                .usual = plan.programmed,
+                                .base_cov = work.base_cov,
+                                .corners = corners});
   }
 
   /// Third walk: every place as it would be with further targets.

@@ -42,17 +42,39 @@ std::string plan_json_list(const std::vector<T>& items, Format format) {
   return out + "]";
 }
 
-std::string_view answer_key(LieDetection::Answer answer) {
-  constexpr std::array<std::string_view, 3> kWords = {"no", "in_part", "yes"};
-  return kWords[static_cast<std::size_t>(answer)];
+/// Of one target's error, as the inside of an object.
+std::string noticed_keys(const SeriesPlan& series, const NoticedError& noticed) {
+  if (!noticed.from) return "\"noticed_from_um\":null";
+  return fmt::format("\"noticed_from_um\":{},\"noticed_by\":\"{}\"",
+                     plan_number(*noticed.from * series.noise.in_um()),
+                     name(noticed.by));
+}
+
+std::string trials_object(const ErrorTrials& trials) {
+  return fmt::format("{{\"cases\":{},\"noticed\":{},\"named\":{},\"misnamed\":{}}}",
+                     trials.n,
+                     trials.n_noticed,
+                     trials.n_named,
+                     trials.n_misnamed);
+}
+
+std::string target_error(const SeriesPlan& series, const TargetError& error) {
+  std::string out = noticed_keys(series, error.noticed);
+  if (error.noticed.from) {
+    out += fmt::format(",\"direction\":[{},{}]",
+                       plan_number(error.noticed.direction.x()),
+                       plan_number(error.noticed.direction.y()));
+  }
+  if (error.at_once) out += ",\"at_once\":" + trials_object(*error.at_once);
+  if (error.at_twice) out += ",\"at_twice\":" + trials_object(*error.at_twice);
+  return out;
 }
 
 /// What a fit will know, as the inside of an object.
 std::string knowledge(const Plan& plan,
                       const SeriesPlan& series,
                       const PredictedFit& fit,
-                      const LeverageStats& stats,
-                      const LieDetection& lies) {
+                      const LeverageStats& stats) {
   std::string out = fmt::format("\"dof\":{}", fit.degrees_of_freedom);
   if (stats.n > 0) {
     out += fmt::format(",\"worst\":{},\"worst_um\":{},\"total_um\":{},\"worst_at\":{},\"mean\":{}",
@@ -62,34 +84,33 @@ std::string knowledge(const Plan& plan,
                        place(stats.worst_place),
                        plan_number(stats.mean()));
   }
-  out += fmt::format(",\"lie_found\":\"{}\",\"lie_named\":\"{}\"",
-                     answer_key(lies.is_found),
-                     answer_key(lies.is_named));
-  if (lies.found_from) {
-    out += fmt::format(",\"lie_found_from_um\":{}",
-                       plan_number(*lies.found_from * series.noise.in_um()));
-  }
   return out;
 }
 
 std::string model(const Plan& plan, const SeriesPlan& series, const ModelPlan& one) {
   std::string out =
       fmt::format("{{\"model\":\"{}\",\"determined\":{},", name(one.model), one.fit.has_value());
-  if (one.fit) return out + knowledge(plan, series, *one.fit, one.stats, one.lies) + "}";
+  if (one.fit) {
+    out += knowledge(plan, series, *one.fit, one.stats);
+    if (one.noticed) out += "," + noticed_keys(series, *one.noticed);
+    return out + "}";
+  }
   return out + fmt::format("\"reason\":\"{}\"}}",
                            one.failure == FitFailure::TooFewTargets ? "targets-too-few"
                                                                     : "series-degenerate");
 }
 
 std::string addition(const Plan& plan, const SeriesPlan& series, const AdditionPlan& one) {
-  std::string out = fmt::format("{{\"pads\":{},\"model\":\"{}\",\"determined\":{}",
+  std::string out = fmt::format("{{\"pads\":{},\"best\":{},\"model\":\"{}\",\"determined\":{}",
                                 plan_json_list(one.pads, place),
+                                one.is_best,
                                 name(one.model),
                                 one.fit.has_value());
   if (one.worst_if_kept) {
     out += fmt::format(",\"worst_if_model_kept\":{}", plan_number(*one.worst_if_kept));
   }
-  if (one.fit) out += "," + knowledge(plan, series, *one.fit, one.stats, one.lies);
+  if (one.fit) out += "," + knowledge(plan, series, *one.fit, one.stats);
+  if (one.latest) out += "," + target_error(series, *one.latest);
   return out + "}";
 }
 
@@ -111,6 +132,16 @@ std::string series_object(const Plan& plan, const SeriesPlan& series) {
     out += fmt::format(",\"farthest_mm\":{},\"farthest_at\":{}",
                        plan_number(series.farthest.in_mm()),
                        place(series.farthest_place));
+  }
+  if (!series.errors.empty()) {
+    out += ",\"errors\":" + plan_json_list(series.errors, [&](const TargetError& error) {
+             return "{" + target_error(series, error) + "}";
+           });
+  }
+  if (series.chosen) {
+    out += fmt::format(",\"worst_if_chosen\":[{},{}]",
+                       plan_number(series.chosen->low),
+                       plan_number(series.chosen->high));
   }
   out += fmt::format(",\"candidates\":{},\"thinned\":{}", series.n_candidates, series.is_thinned);
   std::vector<AdditionPlan> additions;

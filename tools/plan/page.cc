@@ -50,18 +50,37 @@ std::string plan_table_html(const Plan& plan, const SeriesPlan& series) {
       "<div class=\"scroll\"><table class=\"grid\"><tr><th>model</th><th class=\"num\">d.o.f.</th>"
       "<th class=\"num\">worst, times the noise</th><th class=\"num\">&#181;m</th>"
       "<th class=\"num\">total &#181;m</th><th class=\"num\">mean</th>"
-      "<th class=\"num\">outlier from &#181;m</th><th>named</th><th>the worst is at</th></tr>\n";
+      "<th class=\"num\">noticed from &#181;m</th><th>the worst is at</th></tr>\n";
   for (const ModelRow& row : model_rows(plan, series)) {
     out += fmt::format("<tr{}><td>{}</td>", row.is_programmed ? " class=\"now\"" : "", row.model);
     if (!row.why_not.empty()) {
-      out += fmt::format("<td colspan=\"8\" class=\"quiet\">{}</td></tr>\n", row.why_not);
+      out += fmt::format("<td colspan=\"7\" class=\"quiet\">{}</td></tr>\n", row.why_not);
       continue;
     }
     for (const std::string* cell :
-         {&row.left, &row.worst, &row.worst_um, &row.total_um, &row.mean, &row.found}) {
+         {&row.left, &row.worst, &row.worst_um, &row.total_um, &row.mean, &row.noticed}) {
       out += fmt::format("<td class=\"num\">{}</td>", *cell);
     }
-    out += fmt::format("<td>{}</td><td>{}</td></tr>\n", row.named, escaped(row.place));
+    out += fmt::format("<td>{}</td></tr>\n", escaped(row.place));
+  }
+  return out + "</table></div>\n";
+}
+
+std::string error_table_html(const SeriesPlan& series) {
+  if (series.errors.empty() || series.errors.size() > kMostListedErrors) return {};
+  std::string out =
+      "<div class=\"scroll\"><table class=\"grid\"><tr><th>an error of one target</th>"
+      "<th class=\"num\">noticed from &#181;m</th><th>by</th><th class=\"num\">named</th>"
+      "<th class=\"num\">named at twice</th></tr>\n";
+  for (const ErrorRow& row : error_rows(series)) {
+    out += fmt::format(
+        "<tr><td>{}</td><td class=\"num\">{}</td><td>{}</td><td class=\"num\">{}</td>"
+        "<td class=\"num\">{}</td></tr>\n",
+        escaped(row.target),
+        row.noticed,
+        row.by,
+        row.named,
+        row.named_at_twice);
   }
   return out + "</table></div>\n";
 }
@@ -86,7 +105,7 @@ std::string series_section(const Plan& plan, const SeriesPlan& series) {
          "worst direction; the line of 1 is green. Rings with a cross: targets, dashes: their "
          "hull; "
          "blue: pads to add; red: the worst place.</p>\n" +
-         plan_table_html(plan, series) + "</section>\n";
+         plan_table_html(plan, series) + error_table_html(series) + "</section>\n";
 }
 
 }  // namespace
@@ -140,6 +159,11 @@ std::string plan_svg(const Plan& plan, const PlanPage& page) {
 }
 
 std::string plan_html(const Plan& plan, const Survey& survey, const PlanPage& page) {
+  std::string notes;
+  for (const std::string& note : {model_text(plan), errors_text(plan)}) {
+    if (note.empty()) continue;
+    notes += " " + escaped(with_capital(note)) + (note.ends_with('.') ? "" : ".");
+  }
   std::string out = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head>\n"
       "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, "
@@ -153,7 +177,7 @@ std::string plan_html(const Plan& plan, const Survey& survey, const PlanPage& pa
       kPlanPageStyle,
       page.machine_name.empty() ? "" : " on <b>" + escaped(page.machine_name) + "</b>",
       escaped(noise_text(plan)),
-      plan.chooses_model || plan.bends_panel ? " " + escaped(model_text(plan)) : "");
+      notes);
   for (const SeriesPlan& series : plan.series) out += series_section(plan, series);
   if (const auto visits = visit_advice(plan, survey); !visits.empty()) {
     out += "<h2>Order of visits</h2>\n<section>\n" + advice_list(visits) +

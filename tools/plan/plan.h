@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "calib/advice/chosen_range.h"
+#include "calib/advice/named_error.h"
+#include "calib/advice/noticed_error.h"
 #include "calib/advice/target_design.h"
 #include "calib/base/machine_uncertainty.h"
 #include "calib/base/units.h"
@@ -35,6 +38,15 @@ struct LeverageStats {
   double mean() const { return n > 0 ? sum / static_cast<double>(n) : 0; }
 };
 
+/// The answer of a job to an error of one target alone, in the direction where it shows least.
+struct TargetError {
+  std::size_t i_target = 0;  ///< in the series
+  NoticedError noticed;
+  /// At the size that is noticed, and at twice it; absent: not tried.
+  std::optional<ErrorTrials> at_once;
+  std::optional<ErrorTrials> at_twice;
+};
+
 /// The figures of a series under one model.
 struct ModelPlan {
   PanelModel model = PanelModel::Offset;
@@ -42,18 +54,19 @@ struct ModelPlan {
   std::optional<PredictedFit> fit;  ///< in units of the series' noise; absent: not determined
   FitFailure failure = FitFailure::TooFewTargets;
   LeverageStats stats;
-  LieDetection lies;  ///< the weakest of all targets
+  std::optional<NoticedError> noticed;  ///< of the target where it comes latest
 };
 
 /// Further targets, and what becomes of the worst place with them.
 struct AdditionPlan {
+  bool is_best = false;  ///< of all choices, else of those that were searched
   std::vector<PlannedPlace> pads;
   PanelModel model = PanelModel::Offset;  ///< that a job fits to that number of targets
   std::optional<PredictedFit> fit;        ///< absent: not even these determine the model
   /// Where that is another model than the one in force: the worst place if it stayed the same.
   std::optional<double> worst_if_kept;
   LeverageStats stats;
-  LieDetection lies;
+  std::optional<TargetError> latest;  ///< of the target whose error is noticed latest
 };
 
 struct SeriesPlan {
@@ -62,7 +75,12 @@ struct SeriesPlan {
   PanelModel programmed = PanelModel::Offset;
   std::vector<PlannedPlace> targets;
   std::vector<DesignTarget> design;
-  Length noise;                   ///< of one target along each axis
+  Length noise;                     ///< along each axis, the root mean square over the targets
+  GateLimits limits;                ///< that a job holds the series against
+  bool predicts_errors = true;      ///< of a smooth model nothing is known before the measurement
+  std::vector<TargetError> errors;  ///< under the model in force, one per target
+  /// The worst place where the job chooses the model; absent: it does not.
+  std::optional<ChosenRange> chosen;
   std::vector<ModelPlan> models;  ///< from stiff to soft
   std::int64_t n_places = 0;
   /// No hole is corrected by this series alone; places are the nested targets that it has to find.
@@ -110,8 +128,9 @@ struct Plan {
 
 struct PlanRequest {
   Length fiducial_sigma = um(2);
-  /// Noise by measurement as recorded, mm; empty: fiducial_sigma for all.
-  std::vector<double> recorded_mm;
+  /// Covariance by measurement as recorded, mm^2, of a slot in its axis alone; empty:
+  /// fiducial_sigma for all.
+  std::vector<Eigen::Matrix2d> recorded_mm2;
   std::string sigma_source;
   std::size_t n_added = 1;
   bool chooses_model = false;             ///< the job will; the plan takes what the manual says

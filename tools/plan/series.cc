@@ -16,8 +16,41 @@ constexpr std::array kModels = {PanelModel::Offset,
 constexpr double kOnHull_mm = 1e-6;
 /// Places that a picture shows of one series.
 constexpr std::size_t kSample = 6000;
+/// Cases that are drawn of one error, so that a share of a half is known to 3.5 %.
+constexpr int kErrorTrials = 200;
+/// Of more targets only the one is tried whose error is noticed latest.
+constexpr std::size_t kMostTried = 8;
+constexpr std::uint64_t kErrorSeed = 1;
+
+void try_both_sizes(const SeriesPlan& plan,
+                    std::span<const DesignTarget> design,
+                    PanelModel model,
+                    TargetError& error) {
+  if (!error.noticed.from) return;
+  const Eigen::Vector2d once = *error.noticed.from * error.noticed.direction;
+  ErrorTrial trial{.targets = design,
+                   .model = model,
+                   .noise = plan.noise,
+                   .limits = plan.limits,
+                   .i_target = error.i_target,
+                   .error = once};
+  error.at_once = try_error(trial, kErrorTrials, kErrorSeed);
+  trial.error = 2 * once;
+  error.at_twice = try_error(trial, kErrorTrials, kErrorSeed);
+}
 
 }  // namespace
+
+TargetError latest_error(const SeriesPlan& plan,
+                         std::span<const DesignTarget> design,
+                         const PredictedFit& fit) {
+  const auto noticed = noticed_errors(design, fit, plan.noise, plan.limits);
+  TargetError out;
+  out.i_target = least_noticed(noticed);
+  out.noticed = noticed[out.i_target];
+  try_both_sizes(plan, design, fit.model, out);
+  return out;
+}
 
 void Sample::add(const Position<frame::Nominal>& place) {
   if (n_++ % stride_ != 0) return;
@@ -39,11 +72,28 @@ void SeriesWork::predict_models() {
     one.fit = result.fit;
     one.failure = result.failure;
     if (result.fit) {
-      one.lies = weakest(detect_lies(plan.design, *result.fit));
+      if (plan.predicts_errors) {
+        const auto noticed = noticed_errors(plan.design, *result.fit, plan.noise, plan.limits);
+        one.noticed = noticed[least_noticed(noticed)];
+      }
       leverages.emplace_back(result.fit->cov);
       i_models.push_back(plan.models.size());
     }
     plan.models.push_back(std::move(one));
+  }
+}
+
+void SeriesWork::predict_errors() {
+  const auto& fit = plan.in_force().fit;
+  if (!fit || !plan.predicts_errors) return;
+  const auto noticed = noticed_errors(plan.design, *fit, plan.noise, plan.limits);
+  const std::size_t latest = least_noticed(noticed);
+  for (std::size_t i = 0; i < noticed.size(); ++i) {
+    TargetError error{.i_target = i, .noticed = noticed[i]};
+    if (noticed.size() <= kMostTried || i == latest) {
+      try_both_sizes(plan, plan.design, plan.programmed, error);
+    }
+    plan.errors.push_back(error);
   }
 }
 

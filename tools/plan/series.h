@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "calib/advice/convex_hull.h"
@@ -36,9 +37,17 @@ struct SeriesWork {
   /// The series' design under each model. Precondition: plan.design, base_cov and
   /// plan.programmed are there.
   void predict_models();
+  /// The answers of a job to an error of each target, under the model in force. Precondition:
+  /// plan.limits.
+  void predict_errors();
   /// Takes a place that this series corrects.
   void see(const PassingPlace& place);
 };
+
+/// Of the target whose error is noticed latest. Precondition: the design is not empty.
+TargetError latest_error(const SeriesPlan& plan,
+                         std::span<const DesignTarget> design,
+                         const PredictedFit& fit);
 
 /// Finds the best single pad (or the fewest that determine the model) and the best `n_added`; the
 /// model is always the one that a job would fit to that many targets.

@@ -16,11 +16,6 @@ namespace {
 using report::counted;
 using report::path_text;
 
-std::string_view answer_word(LieDetection::Answer answer) {
-  constexpr std::array<std::string_view, 3> kWords = {"no", "in part", "yes"};
-  return kWords[static_cast<std::size_t>(answer)];
-}
-
 bool has_machine_terms(const Plan& plan) {
   return !(plan.machine.shared_mm2() + plan.machine.of_hole_mm2()).isZero(0);
 }
@@ -56,15 +51,14 @@ std::string wrapped(const std::string& text, std::size_t indent) {
 
 std::string plan_table_text(const Plan& plan, const SeriesPlan& series) {
   const bool has_total = has_machine_terms(plan);
-  std::string out = fmt::format("    {:<11}{:>6}  {:>8} {:>8}{}  {:>6}  {:<18} {:<8} {}\n",
+  std::string out = fmt::format("    {:<11}{:>6}  {:>8} {:>8}{}  {:>6}  {:>15}  {}\n",
                                 "model",
                                 "d.o.f.",
                                 "worst x",
                                 "um",
                                 has_total ? "   total" : "",
                                 "mean x",
-                                "outlier from um",
-                                "named",
+                                "noticed from um",
                                 "the worst is at");
   for (const ModelRow& row : model_rows(plan, series)) {
     out += fmt::format("  {} {:<11}", row.is_programmed ? "*" : " ", row.model);
@@ -72,27 +66,63 @@ std::string plan_table_text(const Plan& plan, const SeriesPlan& series) {
       out += fmt::format("{:>6}  {}\n", "-", row.why_not);
       continue;
     }
-    out += fmt::format("{:>6}  {:>8} {:>8}{}  {:>6}  {:<18} {:<8} {}\n",
+    out += fmt::format("{:>6}  {:>8} {:>8}{}  {:>6}  {:>15}  {}\n",
                        row.left,
                        row.worst,
                        row.worst_um,
                        has_total ? fmt::format("{:>8}", row.total_um) : "",
                        row.mean,
-                       row.found,
-                       row.named,
+                       row.noticed,
                        row.place);
+  }
+  return out;
+}
+
+/// The answers of a job to an error of each target.
+std::string error_table_text(const SeriesPlan& series) {
+  if (series.errors.empty() || series.errors.size() > kMostListedErrors) return {};
+  std::string out = fmt::format("    {:<42}{:>15}  {:<10}  {:>5}  {:>8}\n",
+                                "an error of one target",
+                                "noticed from um",
+                                "by",
+                                "named",
+                                "at twice");
+  for (const ErrorRow& row : error_rows(series)) {
+    out += fmt::format("    {:<42}{:>15}  {:<10}  {:>5}  {:>8}\n",
+                       row.target,
+                       row.noticed,
+                       row.by,
+                       row.named,
+                       row.named_at_twice);
   }
   return out;
 }
 
 }  // namespace
 
+std::vector<ErrorRow> error_rows(const SeriesPlan& series) {
+  const auto share = [](const std::optional<ErrorTrials>& trials) {
+    return trials ? fmt::format("{:.0f} %", 100 * trials->named_share()) : std::string("-");
+  };
+  std::vector<ErrorRow> rows;
+  for (const TargetError& error : series.errors) {
+    rows.push_back({place_text(series.targets[error.i_target]),
+                    error.noticed.from
+                        ? fmt::format("{:.1f}", *error.noticed.from * series.noise.in_um())
+                        : std::string("no"),
+                    std::string(error.noticed.from ? name(error.noticed.by) : "-"),
+                    share(error.at_once),
+                    share(error.at_twice)});
+  }
+  return rows;
+}
+
 std::string noise_text(const Plan& plan) {
   const double target_um = 1e3 * std::sqrt(plan.machine.of_target_mm2()(0, 0));
-  const std::string amount =
-      plan.is_recorded ? std::string("the root mean square of each series, along each axis")
-                       : fmt::format("{:.2f} um along each axis",
-                                     std::hypot(plan.picture_sigma.in_um(), target_um));
+  const std::string amount = plan.is_recorded
+                                 ? std::string("of each its own")
+                                 : fmt::format("{:.2f} um along each axis",
+                                               std::hypot(plan.picture_sigma.in_um(), target_um));
   std::string out = fmt::format("Noise of a target: {} ({}", amount, plan.sigma_source);
   if (target_um > 0) {
     out += fmt::format(", stage {:.2f} um, table {:.2f} um",
@@ -120,7 +150,8 @@ std::string series_title(const Plan& plan, const SeriesPlan& series) {
                      name(series.programmed));
   if (plan.chooses_model) out += " (auto: the manual's for this number)";
   if (plan.bends_panel) out += " (of the smooth one)";
-  if (plan.is_recorded) out += fmt::format(", noise {:.2f} um", series.noise.in_um());
+  if (plan.is_recorded)
+    out += fmt::format(", noise {:.2f} um (root mean square)", series.noise.in_um());
   return out;
 }
 
@@ -169,10 +200,12 @@ std::vector<ModelRow> model_rows(const Plan& plan, const SeriesPlan& series) {
       if (model.stats.n > 0) {
         row.place = is_even ? "alike everywhere" : place_text(model.stats.worst_place);
       }
-      row.found = model.lies.found_from
-                      ? fmt::format("{:.1f}", *model.lies.found_from * series.noise.in_um())
-                      : std::string(answer_word(model.lies.is_found));
-      row.named = std::string(answer_word(model.lies.is_named));
+      row.noticed = "-";
+      if (model.noticed) {
+        row.noticed = model.noticed->from
+                          ? fmt::format("{:.1f}", *model.noticed->from * series.noise.in_um())
+                          : std::string("no");
+      }
     }
     rows.push_back(std::move(row));
   }
@@ -184,7 +217,8 @@ std::string model_text(const Plan& plan) {
     return fmt::format(
         "Model \"smooth\": how a panel bends between its targets is not known before they are "
         "measured. All figures are those of the affine map it bends on, the least that a hole can "
-        "have; an outlier may then be taken for bending. It needs {} to {} targets, and no "
+        "have; an error of one target may be taken for bending, so that nothing is said of when it "
+        "is noticed. It needs {} to {} targets, and no "
         "nested corrections on top.",
         kLeastSmoothTargets,
         kMostSmoothTargets);
@@ -192,7 +226,18 @@ std::string model_text(const Plan& plan) {
   if (!plan.chooses_model) return {};
   return "Model \"auto\": a job chooses by what it measures. Assumed here is the manual's model "
          "for "
-         "this number of targets, now and with further ones; the table has the others.";
+         "this number of targets, now and with further ones; the table has the others. When an "
+         "error is noticed holds for the assumed model: a softer one may follow the error.";
+}
+
+std::string errors_text(const Plan& plan) {
+  if (std::ranges::none_of(plan.series, &SeriesPlan::predicts_errors)) return {};
+  return fmt::format(
+      "noticed from: the smallest error of one target alone that the gates in force notice in "
+      "{:.0f} "
+      "% of cases, in the direction where it shows least, if the panel lies as drawn; named: how "
+      "often a job then names that target",
+      100 * kNoticedShare);
 }
 
 std::string plan_text(const Plan& plan, const Survey& survey) {
@@ -202,10 +247,11 @@ std::string plan_text(const Plan& plan, const Survey& survey) {
       "x: times the noise of a target that reaches a hole, in its worst direction (one standard "
       "deviation); um: the same for this noise; * the model in force",
       0);
+  if (const std::string errors = errors_text(plan); !errors.empty()) out += wrapped(errors, 0);
   for (const SeriesPlan& series : plan.series) {
     out += "\n" + series_title(plan, series) + "\n";
     if (const std::string note = series_note(plan, series); !note.empty()) out += wrapped(note, 2);
-    out += plan_table_text(plan, series);
+    out += plan_table_text(plan, series) + error_table_text(series);
     for (const std::string& line : series_advice(plan, series)) out += wrapped("- " + line, 2);
   }
   if (plan.n_base > kMostBase) {

@@ -6,6 +6,7 @@
 
 #include "calib/base/random.h"
 #include "calib/correction/stack.h"
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"
@@ -13,7 +14,6 @@
 namespace panelcal {
 namespace {
 
-using Answer = LieDetection::Answer;
 using NominalPlace = Position<frame::Nominal>;
 using test::IsNearMatrix;
 
@@ -99,7 +99,7 @@ TEST(TargetDesign, AgreesWithTheNormalEquations) {
       for (int i = 0; i < 5; ++i) {
         const auto axes = i == 4 ? ObservedAxes::X : ObservedAxes::Both;
         targets.push_back({place(random.uniform(-1, 1), random.uniform(-1, 1)), axes});
-        information += internal::information(targets.back().nominal.in_mm(), axes);
+        information += internal::information(targets.back().nominal.in_mm(), targets.back());
       }
       const auto result = predict_fit(targets, model);
       ASSERT_TRUE(result.fit);
@@ -107,6 +107,40 @@ TEST(TargetDesign, AgreesWithTheNormalEquations) {
           internal::covariance_of(information, model, MapCovariance::Zero(), 0);
       EXPECT_THAT(result.fit->cov, IsNearMatrix(other, 1e-6 * other.norm())) << name(model);
     }
+  }
+}
+
+/// Weighted least squares by whitened rows and a pseudo-inverse, with nothing of panel/ in it: each
+/// target has a covariance of its own, as a recorded job's have.
+TEST(TargetDesign, TakesTheNoiseOfEachTarget) {
+  Random random(17);
+  for (int trial = 0; trial < 20; ++trial) {
+    std::vector<DesignTarget> targets;
+    Eigen::MatrixXd rows(10, 6);
+    for (int i = 0; i < 5; ++i) {
+      const Eigen::Vector2d at(random.uniform(-1, 1), random.uniform(-1, 1));
+      Eigen::Matrix2d root;
+      root << random.uniform(0.3, 3), 0, random.uniform(-1, 1), random.uniform(0.3, 3);
+      targets.push_back(
+          {position_mm<frame::Nominal>(at), ObservedAxes::Both, root * root.transpose()});
+      Eigen::Matrix<double, 2, 6> j;
+      j << at.x(), at.y(), 0, 0, 1, 0, 0, 0, at.x(), at.y(), 0, 1;
+      rows.middleRows<2>(2 * i) = root.inverse() * j;
+    }
+    const Eigen::MatrixXd expected = (rows.transpose() * rows).inverse();
+    const auto affine = predict_fit(targets, PanelModel::Affine);
+    ASSERT_TRUE(affine.fit);
+    EXPECT_THAT(affine.fit->cov, IsNearMatrix(expected, 1e-9 * expected.norm()));
+    // Of a similarity the coefficients are [a -b b a tx ty].
+    Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(6, 4);
+    basis(0, 0) = basis(3, 0) = basis(2, 1) = basis(4, 2) = basis(5, 3) = 1;
+    basis(1, 1) = -1;
+    const Eigen::MatrixXd small = rows * basis;
+    const Eigen::MatrixXd of_similarity =
+        basis * (small.transpose() * small).inverse() * basis.transpose();
+    const auto similarity = predict_fit(targets, PanelModel::Similarity);
+    ASSERT_TRUE(similarity.fit);
+    EXPECT_THAT(similarity.fit->cov, IsNearMatrix(of_similarity, 1e-9 * of_similarity.norm()));
   }
 }
 
@@ -170,75 +204,6 @@ TEST(TargetDesign, LeverageHasItsGreatestValueAtACorner) {
                            (1 - between) * leverage(position_mm<frame::Nominal>(b));
     EXPECT_LE(leverage(position_mm<frame::Nominal>((between * a + (1 - between) * b).eval())),
               at_ends * (1 + 1e-12));
-  }
-}
-
-LieDetection lies_of(const std::vector<NominalPlace>& places, PanelModel model) {
-  const auto targets = targets_at(places);
-  const auto result = predict_fit(targets, model);
-  return result.fit ? weakest(detect_lies(targets, *result.fit)) : LieDetection();
-}
-
-TEST(LieDetectionOf, NeedsMoreThanTheModelTakes) {
-  // Nothing is left over: no lie shows.
-  EXPECT_EQ(lies_of({kSquare[0], kSquare[1], kSquare[3]}, PanelModel::Affine).is_found, Answer::No);
-  // Two targets of a rigid fit: only their distance is checked, and either may be to blame.
-  const LieDetection two = lies_of({kSquare[0], kSquare[2]}, PanelModel::Rigid);
-  EXPECT_EQ(two.is_found, Answer::InPart);
-  EXPECT_EQ(two.is_named, Answer::No);
-  // Four corners affine: each coordinate leaves one number, the same for a lie at any corner.
-  const LieDetection four = lies_of(kSquare, PanelModel::Affine);
-  EXPECT_EQ(four.is_found, Answer::Yes);
-  EXPECT_EQ(four.is_named, Answer::No);
-  // R(i,i) = 1/4 for both axes.
-  ASSERT_TRUE(four.found_from);
-  EXPECT_NEAR(*four.found_from, 4.13 * 2, 1e-6);
-}
-
-TEST(LieDetectionOf, NamesTheOutlierWithEnoughOthers) {
-  const LieDetection rigid = lies_of(kSquare, PanelModel::Similarity);
-  EXPECT_EQ(rigid.is_found, Answer::Yes);
-  EXPECT_EQ(rigid.is_named, Answer::Yes);
-  EXPECT_NEAR(rigid.found_from.value_or(0), 4.13 / std::sqrt(0.5), 1e-6);
-  std::vector<NominalPlace> six = kSquare;
-  six.push_back(place(150, 10));
-  six.push_back(place(130, 290));
-  EXPECT_EQ(lies_of(six, PanelModel::Affine).is_named, Answer::Yes);
-  EXPECT_EQ(lies_of({place(0, 0), place(5, 5), place(9, 1)}, PanelModel::Offset).is_named,
-            Answer::Yes);
-  // With two, either may be the outlier.
-  EXPECT_EQ(lies_of({place(0, 0), place(5, 5)}, PanelModel::Offset).is_named, Answer::No);
-}
-
-/// A lie is put on target i; residuals of the real fit are what would show it.
-TEST(LieDetectionOf, AgreesWithTheResidualsOfRealFits) {
-  Random random(3);
-  for (int trial = 0; trial < 20; ++trial) {
-    std::vector<NominalPlace> places;
-    for (int i = 0; i < 5; ++i) places.push_back(place(random.uniform(0, 9), random.uniform(0, 9)));
-    const auto targets = targets_at(places);
-    const auto design = predict_fit(targets, PanelModel::Affine);
-    ASSERT_TRUE(design.fit);
-    const auto lies = detect_lies(targets, *design.fit);
-    for (std::size_t outlier = 0; outlier < places.size(); ++outlier) {
-      double least = 1;
-      for (int k = 0; k < 180; ++k) {
-        const double angle = k * M_PI / 180;
-        std::vector<TargetPair<frame::Actual, frame::Nominal>> pairs;
-        for (std::size_t i = 0; i < places.size(); ++i) {
-          Eigen::Vector2d seen = places[i].in_mm();
-          if (i == outlier) seen += Eigen::Vector2d(std::cos(angle), std::sin(angle));
-          pairs.push_back(
-              {places[i], {position_mm<frame::Actual>(seen), Eigen::Matrix2d::Identity()}});
-        }
-        const auto fit = fit_panel<frame::Actual, frame::Nominal>(pairs, PanelModel::Affine);
-        ASSERT_TRUE(fit.fit);
-        least = std::min(least, fit.fit->chi_square);
-      }
-      ASSERT_TRUE(lies[outlier].found_from);
-      EXPECT_NEAR(
-          *lies[outlier].found_from, 4.13 / std::sqrt(least), 1e-3 * *lies[outlier].found_from);
-    }
   }
 }
 
