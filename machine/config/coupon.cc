@@ -102,6 +102,7 @@ Expected<std::optional<Coupon>> read_coupon_config(const TomlTable& top,
   if (!table) return std::nullopt;
   Coupon coupon;
   coupon.place = top.problem("coupon", "").place;
+  coupon.rows_place = table->has("rows") ? table->problem("rows", "").place : coupon.place;
   PANELCAL_TRY(const auto name, table->text("name"));
   if (name && name->empty())
     return failure(table->problem("name", "the name that is written on it"));

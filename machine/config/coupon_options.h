@@ -36,7 +36,8 @@ struct Coupon {
   Length approach_distance = mm(1);
   /// Which rows are used up; beside machine.toml.
   std::filesystem::path state_file = "coupon.json";
-  Place place;  ///< of [coupon], for messages
+  Place place;       ///< of [coupon], for messages
+  Place rows_place;  ///< of its key `rows`, or of [coupon]
 };
 
 /// "+x-y": comes to rest moving right and down. "-x" alone says nothing of y.

@@ -98,7 +98,10 @@ Expected<void> read_what(const TomlTable& table, NightlyConfig& config) {
 
 Expected<void> read_mark(const TomlTable& table, NightlyConfig& config) {
   PANELCAL_TRY(const auto mark_mm, table.pair("mark_mm", kPlace));
-  if (mark_mm) config.mark = position_mm<frame::Machine>(*mark_mm);
+  if (mark_mm) {
+    config.mark = position_mm<frame::Machine>(*mark_mm);
+    config.mark_place = table.problem("mark_mm", "").place;
+  }
   PANELCAL_TRY(const auto tool, table.integer("mark_tool", 1, kMaxToolNumber));
   if (tool && !mark_mm) {
     return failure(table.problem("mark_tool", "mark_mm as well", "there is no mark to find"));

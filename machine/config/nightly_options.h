@@ -56,6 +56,7 @@ struct NightSurface {
   Length tilt = um(50);
   Length bow = um(50);
   Length anywhere = um(50);
+  Place place;  ///< of high_mm, for messages
 };
 
 /// [nightly] of a machine.toml: what is calibrated at night, and what it is held to.
@@ -73,6 +74,7 @@ struct NightlyConfig {
   std::optional<Length> warm_up_limit;
   /// A mark fixed to the table, which the self-test looks at; absent: there is none.
   std::optional<Position<frame::Machine>> mark;
+  Place mark_place;                        ///< of mark_mm, for messages
   int mark_tool = 1;                       ///< the vision tool that finds it
   std::filesystem::path reports;           ///< folder; empty: none are wanted
   std::filesystem::path temperature_file;  ///< a number in degrees Celsius; empty without

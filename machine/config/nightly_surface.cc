@@ -86,6 +86,7 @@ Expected<void> read_night_surface(const TomlTable& nightly,
   }
   surface.low_mm = *low_mm;
   surface.high_mm = *high_mm;
+  surface.place = table->problem("high_mm", "").place;
   PANELCAL_CHECK(read_grid(*table, surface));
   PANELCAL_TRY(const auto height_mm, table->number("height_mm", kPlace));
   if (height_mm) surface.height = mm(*height_mm);

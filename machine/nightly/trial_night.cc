@@ -26,6 +26,7 @@ class TrialNight final : public NightCalibration {
       : kind_(kind),
         config_(std::move(config)),
         place_{*nightly.mark, nightly.mark_tool},
+        mark_place_(nightly.mark_place),
         trials_(nightly.trials),
         stated_wait_(config_->settle) {}
 
@@ -71,6 +72,7 @@ class TrialNight final : public NightCalibration {
   TrialKind kind_;
   std::shared_ptr<MachineConfig> config_;
   TrialPlace place_;
+  Place mark_place_;
   NightTrials trials_;
   Time stated_wait_;  ///< [machine] settle_s
 };
@@ -93,7 +95,7 @@ Expected<std::vector<SelfTestCheck>> TrialNight::check() const {
         displacement_mm<frame::Machine>(Eigen::Vector2d::Constant(direction * way.in_mm()));
     if (is_in_travel(*config_, from)) continue;
     return failure({Code::ConfigValue,
-                    {config_->file.string(), 0, 0},
+                    mark_place_,
                     fmt::format("[nightly] calibrates the settle time with moves of {:g} mm to the "
                                 "mark, which lies too near to the end of the travel",
                                 way.in_mm()),

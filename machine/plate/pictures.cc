@@ -115,7 +115,7 @@ class PlateLooks {
   Expected<void> drive(const CalibrationDevices& devices) {
     PlatePose pose = plate_.poses.front();
     const std::vector<PlateDot> stops = stops_of(plate_);
-    for (const PlateDot& stop : stops) PANELCAL_CHECK(check_travel(place_in(pose, stop.place)));
+    PANELCAL_CHECK(check_plate_travel(config_, plate_));
     std::vector<PlacePair> pairs;
     for (const PlateDot& stop : stops) {
       const auto spindle =
@@ -139,18 +139,6 @@ class PlateLooks {
   MarkSights& sights() { return sights_; }
 
  private:
-  Expected<void> check_travel(const Position<frame::Machine>& axis) const {
-    const auto spindle = config_.spindle_camera.spindle_to_see(axis);
-    if (is_in_travel(config_, spindle) && is_in_travel(config_, spindle - plate_approach()))
-      return {};
-    const Eigen::Vector2d& p_mm = spindle.in_mm();
-    return failure(
-        {Code::TravelExceeded,
-         {plate_.file.string(), 0, 0},
-         fmt::format("a dot sends the spindle to ({:.3f}, {:.3f}) mm", p_mm.x(), p_mm.y()),
-         "a plate all of whose dots can be seen within [machine] travel"});
-  }
-
   Expected<void> check_size(const Image& image) const {
     if (image.width() == camera_.picture_width_px && image.height() == camera_.picture_height_px) {
       return {};
@@ -367,6 +355,21 @@ Expected<MarkSights> look_at_plate(const MachineConfig& config,
                          plate.file,
                          "no dot was found",
                          "a [[pose]] that is right to a quarter of the pitch");
+}
+
+Expected<void> check_plate_travel(const MachineConfig& config, const CalibrationPlate& plate) {
+  for (const PlateDot& stop : stops_of(plate)) {
+    const Position<frame::Machine> spindle =
+        config.spindle_camera.spindle_to_see(place_in(plate.poses.front(), stop.place));
+    if (is_in_travel(config, spindle) && is_in_travel(config, spindle - plate_approach())) continue;
+    const Eigen::Vector2d& p_mm = spindle.in_mm();
+    return failure(
+        {Code::TravelExceeded,
+         {plate.file.string(), 0, 0},
+         fmt::format("a dot sends the spindle to ({:.3f}, {:.3f}) mm", p_mm.x(), p_mm.y()),
+         "a plate all of whose dots can be seen within [machine] travel"});
+  }
+  return {};
 }
 
 TableSights table_sights(const MachineConfig& config, const MarkSights& seen) {

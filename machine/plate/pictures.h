@@ -54,6 +54,12 @@ Expected<MarkSights> look_at_plate(const MachineConfig& config,
                                    const CalibrationDevices& devices,
                                    const CalibrationPlate& plate);
 
+/// Whether all dots of a plate that is fixed to the machine can be come to and looked at.
+///
+/// In     plate: with one [[pose]]
+/// Fails  travel-exceeded
+Expected<void> check_plate_travel(const MachineConfig& config, const CalibrationPlate& plate);
+
 /// The same as looks for the table's fit, through the present calibration of the camera.
 TableSights table_sights(const MachineConfig& config, const MarkSights& seen);
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "calib/base/clock.h"
+#include "machine/check/machine_check.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/spindle_age.h"
@@ -101,9 +102,10 @@ std::string gates_lines(const WalkOptions& walk) {
 
 ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   DiagnosticLog log;
+  DiagnosticLog of_machine;  // apart: a program is checked whatever is wrong with the machine
   WalkOptions walk;
   ReadOptions reading;
-  std::optional<Travel> travel;
+  std::optional<MachineConfig> machine;
   const std::chrono::sys_seconds now = system_clock()();
   const auto time = wall_time(options.clock, now);
   if (!time) {
@@ -120,9 +122,10 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
       context.console.print(aged.error());
       return exit_code(aged.error());
     }
+    check_machine(*config, of_machine);
     walk = config->walk;
     reading = config->reading;
-    travel = config->travel;
+    machine = *std::move(config);
   }
   walk.max_operations = options.max_operations;
   set_text_variables(options.program, *time, walk.sieb_meyer.text);
@@ -131,9 +134,11 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     walk.slots = walk.step_slots = Cycles::Kept;
     reading.accepts_unterminated = options.accepts_unterminated;
     const auto program = read_program(options.program, std::move(reading), log);
-    Passing passing(travel);
+    Passing passing(machine ? machine->travel : std::nullopt);
     Survey survey;
     if (program) survey = check_job(*program, walk, passing, log);
+    if (program && machine) check_targets(*machine, *program, survey, log);
+    for (const Diagnostic& diagnostic : of_machine.kept()) log.add(diagnostic);
     context.console.print(log);
     if (log.has_errors()) {
       context.console.say(fmt::format("{}: {}, {}",
@@ -151,6 +156,8 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     context.console.print(nothing);
     return exit_code(nothing);
   } else {
+    context.console.print(of_machine);
+    if (of_machine.has_errors()) return exit_code(of_machine);
     result = options.machine + ": no errors\n";
   }
   if (!options.machine.empty()) result += gates_lines(walk);

@@ -28,6 +28,11 @@ expected. A file without its end (M30 or M00, the tool table) is an error; --acc
 takes an Excellon file that stops behind a complete line. Without PROGRAM only the machine file and
 the calibrations it names are checked.
 
+The machine file is held against itself: each row that [coupon] promises, the mark, the plate and the
+rectangle of [nightly.surface] within travel, and all that each calibration of [nightly] needs. With
+[camera] a program's vision tools must be defined, and its targets be seen within travel by the
+camera, which stands by camera_offset_mm beside the spindle. All problems are printed at once.
+
 Exit codes
   0 nothing wrong (warnings allowed); 2 errors)"},
     {"survey", R"(Example
