@@ -220,10 +220,8 @@ BendingLikelihood::Tridiagonal BendingLikelihood::tridiagonal(BendingKernel kern
             is_scatter_stated_};
   }
   TridiagonalForm form = tridiagonal_form(contrast_covariance(covariance(kernel, length)), z_);
-  return {std::move(form.diagonal),
-          std::move(form.beside),
-          std::move(form.turned),
-          is_scatter_stated_};
+  return {
+      std::move(form.diagonal), std::move(form.beside), std::move(form.turned), is_scatter_stated_};
 }
 
 Bending BendingLikelihood::mean_strength(BendingKernel kernel, double length, double share) const {
@@ -248,7 +246,8 @@ Bending BendingLikelihood::mean_strength(BendingKernel kernel, double length, do
   }
   out.strength_mm2 = strengths / sum;
   out.noise_factor = contrasts.at(out.strength_mm2).noise_factor;
-  out.minus_2_log_likelihood = least - 2 / share * std::log(sum / static_cast<double>(tried.size()));
+  out.minus_2_log_likelihood =
+      least - 2 / share * std::log(sum / static_cast<double>(tried.size()));
   return out;
 }
 
@@ -340,8 +339,8 @@ Bending BendingLikelihood::best_of(std::span<const BendingKernel> kernels) const
     // What does not bend, or like a thin plate, has no length of its own.
     const bool has_length = kernel != BendingKernel::None && kernel != BendingKernel::ThinPlate;
     tried.emplace_back();
-    for (const double length : has_length ? lengths(kLengthStep, kShortestBySpacing)
-                                          : std::vector<double>{1}) {
+    for (const double length :
+         has_length ? lengths(kLengthStep, kShortestBySpacing) : std::vector<double>{1}) {
       tried.back().push_back(best_strength(kernel, length));
       if (is_better(tried.back().back(), best)) best = tried.back().back();
     }
