@@ -16,7 +16,7 @@ struct PriorKernel {
   BendingKernel kernel;
   double weight;
 };
-constexpr std::array kPriorKernels = {PriorKernel{BendingKernel::Matern12, 2},
+constexpr std::array kPriorKernels = {PriorKernel{BendingKernel::Matern12, 4},
                                       PriorKernel{BendingKernel::Matern32, 1},
                                       PriorKernel{BendingKernel::Gaussian, 1}};
 constexpr double kAverageLengthStep = 2;

@@ -17,14 +17,14 @@ struct BendingShare {
 /// Of each logarithm of a likelihood this part counts: no kernel is a board's own, so readings tell
 /// kernels and lengths less well apart than the likelihood of the right one among them would. With
 /// all of it 25 readings of a step choose one smooth kernel, whose heights ring.
-inline constexpr double kEvidenceShare = 0.5;
+inline constexpr double kEvidenceShare = 1.0 / 3;
 
 /// The bendings that explain readings, each with its posterior weight: Matern 1/2, Matern 3/2 and
 /// Gaussian kernels of lengths that halve from the size of the panel to a third of the readings'
 /// spacing, each with its mean strength.
 ///
-/// All are as likely before, Matern 1/2 twice: it alone has steps. The lightest are dropped, 3 % of
-/// the weight in all, and more where readings are many and each costs time.
+/// All are as likely before, Matern 1/2 four times: it alone has steps. The lightest are dropped, 3
+/// % of the weight in all, and more where readings are many and each costs time.
 ///
 /// In     likelihood: of the trend that all of them have in common
 /// Out    heaviest first

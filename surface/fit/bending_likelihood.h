@@ -92,9 +92,11 @@ class BendingLikelihood {
   ///
   /// Before, any mean variance of the contrasts' bendings from 1/100 of their scatter to 100 times
   /// their mean square is as likely on a logarithmic scale. The mean of the strength, rather than
-  /// the best, holds as a variance: how much a board bends that few readings have seen is not known.
+  /// the best, holds as a variance: how much a board bends that few readings have seen is not
+  /// known.
   ///
-  /// In     share: of the likelihood that counts, see kEvidenceShare of surface/fit/bending_average.h
+  /// In     share: of the likelihood that counts, see kEvidenceShare of
+  /// surface/fit/bending_average.h
   Bending mean_strength(BendingKernel kernel, double length, double share) const;
   /// The best kernel and length as well, between the readings' spacing and the size of the panel.
   Bending best_of(std::span<const BendingKernel> kernels) const;

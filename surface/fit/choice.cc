@@ -140,7 +140,8 @@ Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
     sound.fit = fits.front();
     reason += "; the plane is the simplest that is not clearly worse";
   } else {
-    reason += "; the Gaussian process alone averages kernels, so that its sigma has their difference";
+    reason +=
+        "; the Gaussian process alone averages kernels, so that its sigma has their difference";
   }
   if (!sound.doubt.empty()) reason += "; " + sound.doubt;
   return ChosenSurface{std::move(sound), std::move(reason)};

@@ -15,16 +15,17 @@ struct ChosenSurface {
   std::string reason;
 };
 
-/// Chooses between a plane and a Gaussian process, which is fitted first, to the probes that it keeps.
+/// Chooses between a plane and a Gaussian process, which is fitted first, to the probes that it
+/// keeps.
 ///
 /// The plane is taken if scatter may be all that it misses (of stated scatter by chance, of an
-/// assumed one up to twice as much), and if what it misses more than the process, probe by probe, is
-/// within one standard error of nothing. A probe that only one of them predicts counts against the
-/// other as the worst miss of either. Six to twelve probes never take it, as a bend of the size of
-/// their scatter escapes them.
+/// assumed one up to twice as much), and if what it misses more than the process, probe by probe,
+/// is within one standard error of nothing. A probe that only one of them predicts counts against
+/// the other as the worst miss of either. Six to twelve probes never take it, as a bend of the size
+/// of their scatter escapes them.
 ///
-/// The reason says what a thin plate and, if the probes make a grid, grid models miss as well; none of
-/// them is taken, for their sigma knows no other shape.
+/// The reason says what a thin plate and, if the probes make a grid, grid models miss as well; none
+/// of them is taken, for their sigma knows no other shape.
 ///
 /// Of more than kMostBentProbes only grid models are tried.
 ///

@@ -37,19 +37,6 @@ using Noise = SolvedBending::Noise;
 constexpr Index kAtOnce = 256;
 /// Of a matrix that stays in the cache, and that the allocator keeps.
 constexpr Index kCovariancesAtOnce = 12'000;
-std::optional<Diagnostic> point_problem(const ProbePoint& point) {
-  const double sigma_mm = point.measured.sigma.in_mm();
-  if (point.place.in_mm().allFinite() && std::isfinite(point.measured.height.in_mm()) &&
-      std::isfinite(sigma_mm) && std::isfinite(1 / sigma_mm) && sigma_mm > 0) {
-    return std::nullopt;
-  }
-  return Diagnostic{Code::GridInvalid,
-                    point.from,
-                    fmt::format("probe {} has a number that is not finite, or a sigma of 0 or less",
-                                quoted(point.name)),
-                    "finite numbers and a sigma above 0"};
-}
-
 /// A plane has no room for what it misses beyond chance: the noise factor has it all.
 Bending flat(const BendingLikelihood& likelihood) {
   constexpr std::array kNone = {BendingKernel::None};
@@ -106,7 +93,7 @@ std::optional<BendingLikelihood> likelihood_of(const Readings& readings, Surface
   return out;
 }
 
-/// That |t| of variance 1 is larger, whose scale so many degrees of freedom tell.
+/// That |t| of variance 1 is larger, whose scale this number of degrees of freedom tells.
 double chance_of_deviation(double t, double dof) {
   const double by_scale = dof > 3 && std::isfinite(dof) ? dof / (dof - 2) : 1;
   return variance_ratio_exceedance(t * t * by_scale, 1, dof);
@@ -301,22 +288,6 @@ MatrixXd SurfaceFit::State::covariance_mm2(std::span<const Position<frame::Nomin
   return out;
 }
 
-std::string_view name_of(SurfaceModel model) {
-  switch (model) {
-    case SurfaceModel::Plane:
-      return "plane";
-    case SurfaceModel::ThinPlate:
-      return "thin plate";
-    case SurfaceModel::GaussianProcess:
-      return "Gaussian process";
-    case SurfaceModel::Bilinear:
-      return "bilinear";
-    case SurfaceModel::MonotoneBicubic:
-      return "monotone bicubic";
-  }
-  return "";
-}
-
 SurfaceModel SurfaceFit::model() const {
   return state_->model;
 }
@@ -449,24 +420,6 @@ std::string SurfaceFit::summary() const {
                                                  n_others,
                                                  n_others == 1 ? "" : "s"),
                      noise);
-}
-
-Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel model) {
-  for (const ProbePoint& point : points) {
-    if (auto problem = point_problem(point)) return failure(*std::move(problem));
-  }
-  const std::size_t most = is_of_grid(model) ? kMostGridProbes : kMostBentProbes;
-  if (points.size() >= kPlaneTrend && points.size() <= most) return {};
-  return failure({Code::GridInvalid,
-                  points.empty() ? Place() : points.front().from,
-                  fmt::format("{} probes", points.size()),
-                  fmt::format("{} to {} for a {}{}",
-                              kPlaneTrend,
-                              most,
-                              is_of_grid(model) ? "grid" : "surface",
-                              is_of_grid(model) || points.size() <= most
-                                  ? ""
-                                  : ": fewer, or a complete grid and a grid model")});
 }
 
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model) {

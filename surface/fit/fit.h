@@ -57,12 +57,14 @@ class SurfaceFit {
   std::vector<double> heights_mm(std::span<const Position<frame::Nominal>> places) const;
 
   /// Covariance of the surface's error from place to place, mm^2; its diagonal is sigma squared of
-  /// at(), but for rounding. Unresolved bending is in the diagonal alone. Grid models do not know how errors hang together.
+  /// at(), but for rounding. Unresolved bending is in the diagonal alone. Grid models do not know
+  /// how errors hang together.
   ///
   /// Precondition: no grid model
   Eigen::MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
 
-  /// What the surface is the average of, heaviest first: one of all models but a Gaussian process.
+  /// Shapes that the surface is the average of, heaviest first: one of all models but a Gaussian
+  /// process.
   std::span<const ShapeShare> shapes() const;
   /// The heaviest.
   const SurfaceShape& shape() const;
@@ -83,8 +85,8 @@ class SurfaceFit {
   /// Root mean square of the deviations of probes that were left out, in units of what each probe
   /// is said to scatter. Empty if the others predict none of them.
   std::optional<double> left_out_rms() const;
-  /// The model in words: `plane and a Gaussian bending of 0.112 mm over 104 mm (41 %, averaged with 5
-  /// others); the probes scatter as stated`.
+  /// The model in words: `plane and a Gaussian bending of 0.112 mm over 104 mm (41 %, averaged with
+  /// 5 others); the probes scatter as stated`.
   std::string summary() const;
 
  private:
@@ -108,14 +110,15 @@ class SurfaceFit {
 ///   height_i = trend(place_i) + f(place_i) + e_i,   e_i ~ N(0, k^2 sigma_i^2)
 ///
 /// f is a Gaussian process: none (plane), r^2 log r (thin plate), or the average of kernels and
-/// lengths by their posterior weights (surface/fit/bending_average.h): height and variance are those
-/// of the mixture, so that sigma has what the shapes disagree in. The trend of a Gaussian process is
-/// bow and twist, (1, x, y, x^2, x y, y^2), where the probes determine it and are kLeastForBow or
-/// more; else a plane. Its error enters the sigma of every height.
+/// lengths by their posterior weights (surface/fit/bending_average.h): height and variance are
+/// those of the mixture, so that sigma has what the shapes disagree in. The trend of a Gaussian
+/// process is bow and twist, (1, x, y, x^2, x y, y^2), where the probes determine it and are
+/// kLeastForBow or more; else a plane. Its error enters the sigma of every height.
 ///
-/// k is 1: stated scatter is believed, and what the probes miss more is bending. Of a plane that they
-/// miss by more than chance allows, that has no room but SurfaceShape::unresolved, in every sigma. If
-/// any scatter is assumed only (ProbePoint::is_sigma_assumed), k has the greatest likelihood.
+/// k is 1: stated scatter is believed, and what the probes miss more is bending. Of a plane that
+/// they miss by more than chance allows, that has no room but SurfaceShape::unresolved, in every
+/// sigma. If any scatter is assumed only (ProbePoint::is_sigma_assumed), k has the greatest
+/// likelihood.
 ///
 /// Of more than kMostProbes, an even part tells kernel, trend, strength and length: half of it all
 /// over the panel, each with its nearest neighbour beside it, so that short lengths are seen too.
@@ -127,7 +130,8 @@ class SurfaceFit {
 /// In     points: 3 or more; sigma above 0
 /// Fails  as check_probes(); grid-invalid: probes in one line; for grid models a node without a
 ///        probe, two probes of one node, fewer than 3 columns or rows
-/// Cost   some 20 tridiagonal forms of an m x m matrix for a Gaussian process, one for a thin plate;
+/// Cost   some 20 tridiagonal forms of an m x m matrix for a Gaussian process, one for a thin
+/// plate;
 ///        m the probes that tell the shape; O(n^3) to solve each shape
 /// Source Rasmussen and Williams 2006, 2.7 (trend), 5.4.1, 5.4.2 (leaving one out); Dubrule 1983
 ///        (leaving one out with a trend); Patterson and Thompson 1971 (restricted likelihood)

@@ -31,7 +31,7 @@ struct SoundSurface {
   SurfaceFit fit;
   std::vector<std::size_t> kept;         ///< indices, rising
   std::vector<SurfaceOutlier> outliers;  ///< in the order of the probes
-  std::string doubt = {};  ///< why a wild probe may be among the others; empty: none shows
+  std::string doubt = {};  ///< that a wild probe may be among the others; empty: none shows
 };
 
 struct OutlierOptions {

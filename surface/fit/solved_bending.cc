@@ -138,7 +138,8 @@ void SolvedBending::leave_out(const VectorXd& sigmas_mm,
 
 VectorXd SolvedBending::heights_mm(RelatedPlaces& places) const {
   VectorXd out = places.trends().transpose() * trend_mm_;
-  if (bending_.strength_mm2 > 0) out += places.covariances(bending_.kernel, bending_.length).transpose() * weights_;
+  if (bending_.strength_mm2 > 0)
+    out += places.covariances(bending_.kernel, bending_.length).transpose() * weights_;
   return out;
 }
 

@@ -17,8 +17,8 @@ class RelatedPlaces {
 
   /// trend_at(), a column for each place.
   const Eigen::MatrixXd& trends() const { return trends_; }
-  /// bending_covariance() of the distances from the readings (rows) to the places. Of a kernel whose
-  /// length is halved the exponentials are powers of those before: ask for long ones first.
+  /// bending_covariance() of the distances from the readings (rows) to the places. Of a kernel
+  /// whose length is halved the exponentials are powers of those before: ask for long ones first.
   Eigen::MatrixXd covariances(BendingKernel kernel, double length);
 
  private:
@@ -34,7 +34,7 @@ class RelatedPlaces {
   std::vector<Falloff> falloffs_;
 };
 
-/// What the other readings predict of one: nothing if the trend needs it.
+/// A reading as the others predict it: not at all if the trend needs it.
 struct LeftOutReading {
   bool is_predicted = false;
   double deviation_mm = 0;

@@ -15,22 +15,22 @@ namespace panelcal::internal {
 /// Of so few probes no clean part judges the rest: each is judged by all the others.
 inline constexpr std::size_t kFewProbes = 15;
 
-/// What few probes say of a wild one among them.
+/// Result of a search among few probes.
 struct WildProbe {
   std::optional<std::size_t> found;  ///< index of one that is wild
-  std::string doubt;  ///< if none is found: why one may be there all the same; else empty
+  std::string doubt;  ///< if none is found: that one may be there all the same; else empty
 };
 
-/// Leaves each of few probes out and compares two explanations of its height: the board bends as the
-/// others let expect, or the probe is wild.
+/// Leaves each of few probes out and compares two explanations of its height: the board bends as
+/// the others let expect, or the probe is wild.
 ///
 ///   odds_i = p_wild / (1 - p_wild) 1 / (2 |d_i| ln 1000) / t(d_i; nu, sigma_i)
 ///
-/// d_i is its deviation from what the others predict, sigma_i that of it. The board's bending is known
-/// from the others' nu contrasts alone, so that Student's t has their tails: of 9 probes a dome's
-/// middle and a wild probe look alike until the deviation is gross. A wild probe's deviation may have
-/// any size within three decades. A probe is found if the odds that it is the only wild one are above
-/// 20; odds above 1/2 in all without such a probe are a doubt.
+/// d_i is its deviation from what the others predict, sigma_i that of it. The board's bending is
+/// known from the others' nu contrasts alone, so that Student's t has their tails: of 9 probes a
+/// dome's middle and a wild probe look alike until the deviation is gross. A wild probe's deviation
+/// may have any size within three decades. A probe is found if the odds that it is the only wild
+/// one are above 20; odds above 1/2 in all without such a probe are a doubt.
 ///
 /// Fails  as fit_surface()
 /// Cost   a Gaussian process for each probe

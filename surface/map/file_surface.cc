@@ -73,10 +73,10 @@ Expected<ShapeShare> read_share(const json& value,
   PANELCAL_TRY(const std::string kernel, object.text("kernel"));
   const auto known = bending_kernel(kernel);
   if (!known) {
-    return failure(map_file_problem(
-        file,
-        "the kernel is " + quoted(kernel),
-        "none, thin-plate, matern-1/2, matern-3/2, matern-5/2 or gaussian"));
+    return failure(
+        map_file_problem(file,
+                         "the kernel is " + quoted(kernel),
+                         "none, thin-plate, matern-1/2, matern-3/2, matern-5/2 or gaussian"));
   }
   shape.kernel = *known;
   PANELCAL_TRY(const double length_mm, object.number("length"));

@@ -72,7 +72,8 @@ TEST(BendingAverage, HoldsOnBoardsWithAStep) {
   for (int i = 0; i < kBoards; ++i) {
     Random random = Random(43).fork(static_cast<std::uint64_t>(i));
     const SteppedBoard board(random);
-    const auto fit = fit_surface(probed_lattice(random, board, 5, 5), SurfaceModel::GaussianProcess);
+    const auto fit =
+        fit_surface(probed_lattice(random, board, 5, 5), SurfaceModel::GaussianProcess);
     ASSERT_TRUE(fit) << fit.error().text();
     double errors_mm2 = 0, variances_mm2 = 0;
     for (int k = 0; k < kPlaces; ++k) {

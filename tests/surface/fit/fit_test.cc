@@ -224,7 +224,8 @@ TEST(SurfaceFit, HasInSigmaWhatItsShapesDisagreeIn) {
 
 TEST(SurfaceFit, RefusesSharesThatMakeNoAverage) {
   const Points points = warped(33);
-  const std::vector<ShapeShare> good(fitted(points).shapes().begin(), fitted(points).shapes().end());
+  const std::vector<ShapeShare> good(fitted(points).shapes().begin(),
+                                     fitted(points).shapes().end());
   const auto with = [&](const std::vector<ShapeShare>& shapes) {
     return fit_surface(points, SurfaceModel::GaussianProcess, shapes);
   };
