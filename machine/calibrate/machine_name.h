@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "machine/config/settings/machine.h"
+#include "machine/config/machine.h"
 
 namespace panelcal {
 
