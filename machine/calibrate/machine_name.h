@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "machine/config/machine.h"
+#include "machine/config/settings/machine.h"
 
 namespace panelcal {
 

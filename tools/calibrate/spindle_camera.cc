@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/drift/night_gates.h"
 #include "calib/ledger/ledger.h"
 #include "calib/spindle/calibration_file.h"
