@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/chi_square.h"
 #include "calib/base/linear_algebra.h"
 #include "calib/base/quadrature.h"
 
@@ -115,9 +114,6 @@ double variance_ratio_exceedance(double ratio, double dof_above, double dof_belo
   if (std::isnan(ratio)) return ratio;
   if (ratio <= 0) return 1;
   if (std::isinf(ratio)) return 0;
-  if (std::isinf(dof_below)) {
-    return chi_square_exceedance(dof_above * ratio, static_cast<int>(std::lround(dof_above)));
-  }
   const double above = dof_above * ratio;
   const double sum = dof_below + above;
   return incomplete_beta(0.5 * dof_below, 0.5 * dof_above, dof_below / sum, above / sum);
