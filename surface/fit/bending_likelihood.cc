@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/statistics/chi_square.h"
-
 namespace panelcal::internal {
 namespace {
 
@@ -27,10 +25,6 @@ constexpr Index kPlane = 3;
 /// Strongest bending by the noise: beyond it rounding is as large as the noise.
 constexpr double kWeakest = 1e-4;
 constexpr double kStrongest = 1e12;
-/// Mean variance of the bendings by the scatter, and the most by the contrasts' mean square.
-constexpr double kLeastByScatter = 0.01;
-constexpr double kMostByScatter = 100;
-constexpr double kVarianceStep = 2;
 /// Between two strengths that are tried, and between two lengths.
 constexpr double kStrengthStep = 3;
 constexpr double kLengthStep = 1.4142135623730951;
@@ -85,22 +79,11 @@ double noise_variance(double chi_square, Index n_contrasts) {
   return (chi_square + kPrior) / (static_cast<double>(n_contrasts) + kPrior);
 }
 
-bool is_determined(const MatrixXd& trend, double threshold) {
-  return internal::has_full_column_rank(trend, threshold);
-}
-
-bool is_better(const Bending& a, const Bending& b) {
-  return a.minus_2_log_likelihood < b.minus_2_log_likelihood;
-}
-
-}  // namespace
-
 /// Contrasts z ~ N(0, k^2 (1 + s T)) with T tridiagonal.
-struct BendingLikelihood::Tridiagonal {
+struct Tridiagonal {
   VectorXd diagonal;
   VectorXd beside;
   VectorXd z;
-  bool is_scatter_stated = true;
 
   /// Noise factor and likelihood of a strength, by Cholesky's decomposition of 1 + s T.
   Bending at(double strength) const {
@@ -115,10 +98,6 @@ struct BendingLikelihood::Tridiagonal {
       log_determinant += std::log(pivot);
       chi_square += carried * carried / pivot;
     }
-    if (is_scatter_stated) {
-      out.minus_2_log_likelihood = log_determinant + chi_square;
-      return out;
-    }
     const double variance = noise_variance(chi_square, z.size());
     out.noise_factor = std::sqrt(variance);
     out.minus_2_log_likelihood =
@@ -127,6 +106,16 @@ struct BendingLikelihood::Tridiagonal {
     return out;
   }
 };
+
+bool is_determined(const MatrixXd& trend, double threshold) {
+  return internal::has_full_column_rank(trend, threshold);
+}
+
+bool is_better(const Bending& a, const Bending& b) {
+  return a.minus_2_log_likelihood < b.minus_2_log_likelihood;
+}
+
+}  // namespace
 
 Readings Readings::of(std::span<const ProbePoint> points) {
   Readings out;
@@ -139,7 +128,6 @@ Readings Readings::of(std::span<const ProbePoint> points) {
     out.places.col(i) = point.place.in_mm();
     out.heights_mm[i] = point.measured.height.in_mm();
     out.sigmas_mm[i] = point.measured.sigma.in_mm();
-    if (point.is_sigma_assumed) out.is_scatter_stated = false;
   }
   const Eigen::Vector2d low_mm = out.places.rowwise().minCoeff();
   const Eigen::Vector2d high_mm = out.places.rowwise().maxCoeff();
@@ -170,7 +158,6 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
     }
   }
   out.weights_per_mm_ = readings.sigmas_mm.cwiseInverse();
-  out.is_scatter_stated_ = readings.is_scatter_stated;
   MatrixXd trend(n, n_trend);
   for (Index i = 0; i < n; ++i) {
     trend.row(i) = trend_at(readings.places.col(i), n_trend).transpose();
@@ -209,63 +196,18 @@ MatrixXd BendingLikelihood::contrast_covariance(const MatrixXd& covariance) cons
 }
 
 double BendingLikelihood::noise_factor(double chi_square) const {
-  return is_scatter_stated_ ? 1 : std::sqrt(noise_variance(chi_square, n_contrasts()));
-}
-
-BendingLikelihood::Tridiagonal BendingLikelihood::tridiagonal(BendingKernel kernel,
-                                                              double length) const {
-  if (kernel == BendingKernel::None || n_contrasts() < 2) {
-    return {VectorXd::Zero(n_contrasts()),
-            VectorXd::Zero(std::max<Index>(0, n_contrasts() - 1)),
-            z_,
-            is_scatter_stated_};
-  }
-  TridiagonalForm form = tridiagonal_form(contrast_covariance(covariance(kernel, length)), z_);
-  return {
-      std::move(form.diagonal), std::move(form.beside), std::move(form.turned), is_scatter_stated_};
-}
-
-Bending BendingLikelihood::mean_strength(BendingKernel kernel, double length, double share) const {
-  const Tridiagonal contrasts = tridiagonal(kernel, length);
-  Bending out = contrasts.at(0);
-  out.kernel = kernel;
-  out.length = length;
-  const auto n = static_cast<double>(n_contrasts());
-  const double per_strength = n > 0 ? contrasts.diagonal.sum() / n : 0;
-  if (!(per_strength > 0)) return out;
-  const double most = kMostByScatter * std::max(1.0, z_.squaredNorm() / n);
-  std::vector<Bending> tried;
-  for (double v = kLeastByScatter; v <= most; v *= kVarianceStep) {
-    tried.push_back(contrasts.at(v / per_strength));
-  }
-  const double least = std::ranges::min_element(tried, is_better)->minus_2_log_likelihood;
-  double sum = 0, strengths = 0;
-  for (const Bending& one : tried) {
-    const double weight = std::exp(-0.5 * share * (one.minus_2_log_likelihood - least));
-    sum += weight;
-    strengths += weight * one.strength_mm2;
-  }
-  out.strength_mm2 = strengths / sum;
-  out.noise_factor = contrasts.at(out.strength_mm2).noise_factor;
-  out.minus_2_log_likelihood =
-      least - 2 / share * std::log(sum / static_cast<double>(tried.size()));
-  return out;
-}
-
-bool BendingLikelihood::is_trend_enough() const {
-  constexpr double kLeastChance = 1e-3;
-  if (n_contrasts() == 0) return true;
-  return chi_square_exceedance(z_.squaredNorm(), static_cast<int>(n_contrasts())) >= kLeastChance;
-}
-
-double BendingLikelihood::scatter_of_trend() const {
-  if (n_contrasts() == 0) return 1;
-  return std::sqrt(z_.squaredNorm() / static_cast<double>(n_contrasts()));
+  return std::sqrt(noise_variance(chi_square, n_contrasts()));
 }
 
 Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) const {
-  const Tridiagonal contrasts = tridiagonal(kernel, length);
-  const double largest = n_contrasts() > 1 ? contrasts.diagonal.maxCoeff() : 0;
+  Tridiagonal contrasts{
+      VectorXd::Zero(n_contrasts()), VectorXd::Zero(std::max<Index>(0, n_contrasts() - 1)), z_};
+  double largest = 0;
+  if (kernel != BendingKernel::None && n_contrasts() > 1) {
+    TridiagonalForm form = tridiagonal_form(contrast_covariance(covariance(kernel, length)), z_);
+    contrasts = {std::move(form.diagonal), std::move(form.beside), std::move(form.turned)};
+    largest = contrasts.diagonal.maxCoeff();
+  }
   Bending best = contrasts.at(0);
   if (largest > 0) {
     double best_log = 0;
@@ -292,11 +234,11 @@ Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) co
   return best;
 }
 
-std::vector<double> BendingLikelihood::lengths(double factor, double shortest_by_spacing) const {
+std::vector<double> BendingLikelihood::lengths() const {
   const double spacing = kLongest / std::sqrt(static_cast<double>(distances_.rows()));
-  const double shortest = std::min(1.0, shortest_by_spacing * spacing);
+  const double shortest = std::min(1.0, kShortestBySpacing * spacing);
   std::vector<double> out;
-  for (double length = kLongest; length >= shortest; length /= factor) out.push_back(length);
+  for (double length = kLongest; length >= shortest; length /= kLengthStep) out.push_back(length);
   return out;
 }
 
@@ -340,8 +282,7 @@ Bending BendingLikelihood::best_of(std::span<const BendingKernel> kernels) const
     // A surface that does not bend, or bends like a thin plate, has no length of its own.
     const bool has_length = kernel != BendingKernel::None && kernel != BendingKernel::ThinPlate;
     tried.emplace_back();
-    for (const double length :
-         has_length ? lengths(kLengthStep, kShortestBySpacing) : std::vector<double>{1}) {
+    for (const double length : has_length ? lengths() : std::vector<double>{1}) {
       tried.back().push_back(best_strength(kernel, length));
       if (is_better(tried.back().back(), best)) best = tried.back().back();
     }

@@ -23,7 +23,6 @@ struct Readings {
   Eigen::Matrix2Xd places;
   Eigen::VectorXd heights_mm;
   Eigen::VectorXd sigmas_mm;
-  bool is_scatter_stated = true;  ///< of all of them; else how much they scatter is learned
 
   /// Precondition: points is not empty, all numbers are finite
   static Readings of(std::span<const ProbePoint> points);
@@ -60,7 +59,6 @@ class BendingLikelihood {
   /// clearly, by more than how little the probes stand off two rows.
   static std::optional<BendingLikelihood> of(const Readings& readings, Eigen::Index n_trend);
 
-  Eigen::Index n_readings() const { return weights_per_mm_.size(); }
   Eigen::Index n_contrasts() const { return contrasts_.cols(); }
   /// Q2 of W trend = Q1 R, W = diag(1 / sigma)
   const Eigen::MatrixXd& contrasts() const { return contrasts_; }
@@ -69,15 +67,6 @@ class BendingLikelihood {
   /// R^-1
   const Eigen::MatrixXd& trend_root() const { return trend_root_; }
 
-  /// The lengths to try, falling by a factor from the size of the panel.
-  ///
-  /// In     shortest_by_spacing: the shortest by the readings' mean spacing
-  std::vector<double> lengths(double factor, double shortest_by_spacing) const;
-  /// Whether the stated scatter explains what the readings miss of the trend by itself: by chance
-  /// more than one in 1000 of straight surfaces would have as much.
-  bool is_trend_enough() const;
-  /// How many times as much as stated the readings scatter about the trend by itself.
-  double scatter_of_trend() const;
   /// Covariance of the readings' bendings for strength 1.
   Eigen::MatrixXd covariance(BendingKernel kernel, double length) const;
   /// Q2^T W C W Q2, by the few reflections that Q is made of: O(n^2).
@@ -87,25 +76,14 @@ class BendingLikelihood {
   double noise_factor(double chi_square) const;
   /// The best strength for a kernel and a length, perhaps 0.
   Bending best_strength(BendingKernel kernel, double length) const;
-  /// The mean strength for a kernel and a length, its minus_2_log_likelihood that of all strengths
-  /// together.
-  ///
-  /// Before, any mean variance of the contrasts' bendings from 1/100 of their scatter to 100 times
-  /// their mean square is as likely on a logarithmic scale. The mean of the strength, rather than
-  /// the best, holds as a variance: how much a board bends that few readings have seen is not
-  /// known.
-  ///
-  /// In     share: of the likelihood that counts, see kEvidenceShare of
-  /// surface/fit/bending_average.h
-  Bending mean_strength(BendingKernel kernel, double length, double share) const;
   /// The best kernel and length as well, between the readings' spacing and the size of the panel.
   Bending best_of(std::span<const BendingKernel> kernels) const;
 
  private:
   BendingLikelihood() = default;
+  /// The lengths that are tried at first, falling.
+  std::vector<double> lengths() const;
   Bending refined(std::span<const Bending> tried) const;
-  struct Tridiagonal;
-  Tridiagonal tridiagonal(BendingKernel kernel, double length) const;
 
   Eigen::MatrixXd distances_;       ///< of the readings' places; only the lower half
   Eigen::VectorXd weights_per_mm_;  ///< 1 / sigma
@@ -114,7 +92,6 @@ class BendingLikelihood {
   Eigen::MatrixXd trend_root_;
   Eigen::MatrixXd trend_of_heights_;
   Eigen::VectorXd z_;  ///< Q2^T W height
-  bool is_scatter_stated_ = true;
 };
 
 }  // namespace panelcal::internal

@@ -8,7 +8,6 @@
 
 #include "calib/base/statistics/distributions.h"
 #include "surface/fit/even_part.h"
-#include "surface/fit/wild_probe.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -39,9 +38,6 @@ class Sorting {
   }
 
   Expected<void> search(SurfaceModel model);
-  /// The same of few probes.
-  Expected<std::string> search_few();
-  bool are_few() const { return points_.size() <= internal::kFewProbes; }
   Expected<SoundSurface> judge(SurfaceModel model);
   /// Fails if too much would be set aside.
   Expected<void> set_aside(std::size_t i_point);
@@ -103,15 +99,6 @@ Expected<void> Sorting::search(SurfaceModel model) {
   }
 }
 
-/// Out    the doubt that is left
-Expected<std::string> Sorting::search_few() {
-  while (true) {
-    PANELCAL_TRY(const internal::WildProbe wild, internal::wild_probe(kept_points()));
-    if (!wild.found) return wild.doubt;
-    PANELCAL_CHECK(set_aside(kept_[*wild.found]));
-  }
-}
-
 /// A probe that took no part in the fit.
 SurfaceOutlier Sorting::judged(const SurfaceFit& fit, std::size_t i_point) const {
   const ProbePoint& point = points_[i_point];
@@ -130,9 +117,7 @@ Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
   while (true) {
     const auto worst =
         std::ranges::min_element(found.left_out(), {}, [](const auto& p) { return p.chance; });
-    // Few probes were judged one by one.
-    const bool is_judged = are_few() && model != SurfaceModel::Plane;
-    if (is_judged || worst->chance >= limit_) {
+    if (worst->chance >= limit_) {
       if (aside_.size() == n_aside_then || kept_.size() <= kMostProbes) break;
       // Shape and noise were those of the wild probes, too.
       n_aside_then = aside_.size();
@@ -146,7 +131,7 @@ Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
   std::ranges::sort(aside_);
   for (const std::size_t i_point : aside_) {
     SurfaceOutlier outlier = judged(found, i_point);
-    if (outlier.chance < limit_ || (are_few() && model != SurfaceModel::Plane)) {
+    if (outlier.chance < limit_) {
       outliers.push_back(std::move(outlier));
     } else {
       kept_.push_back(i_point);
@@ -157,20 +142,19 @@ Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
     PANELCAL_TRY(found, fit_again(found));
   }
   PANELCAL_CHECK(check_noise(found));
-  return SoundSurface{std::move(found), std::move(kept_), std::move(outliers), {}};
+  return SoundSurface{std::move(found), std::move(kept_), std::move(outliers)};
 }
 
 Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
   const Place& from = points_[kept_.front()].from;
   if (!(found.noise_factor() <= most_noise_)) {
-    return failure({Code::SurfaceOutOfTolerance,
-                    from,
-                    fmt::format("the probes are off the surface by {:.1f} times their sigma",
-                                found.noise_factor()),
-                    fmt::format("at most {:.1f} times", most_noise_)});
+    return failure(
+        {Code::SurfaceOutOfTolerance,
+         from,
+         fmt::format("the probes scatter {:.1f} times their stated sigma", found.noise_factor()),
+         fmt::format("at most {:.1f} times", most_noise_)});
   }
-  // Few probes that do not fit have a wide sigma, and a doubt.
-  if (found.model() == SurfaceModel::Plane || are_few()) return {};
+  if (found.model() == SurfaceModel::Plane) return {};
   PANELCAL_TRY(const SurfaceFit plane, fit(SurfaceModel::Plane));
   if (!(plane.noise_factor() > most_noise_) || !plane.left_out_rms()) return {};
   const double most = kHardlyBetter * *plane.left_out_rms();
@@ -233,7 +217,7 @@ Expected<SoundSurface> fit_grid(std::span<const ProbePoint> points,
   }
   Indices all(points.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  return SoundSurface{std::move(found), std::move(all), {}, {}};
+  return SoundSurface{std::move(found), std::move(all), {}};
 }
 
 }  // namespace
@@ -273,12 +257,6 @@ Expected<SoundSurface> fit_without_outliers(std::span<const ProbePoint> points,
   const SurfaceModel searching = is_plane ? SurfaceModel::Plane : SurfaceModel::ThinPlate;
   if (is_of_grid(model)) return fit_grid(points, model, options);
   Sorting all(points, points.size(), options);
-  if (all.are_few() && !is_plane) {
-    PANELCAL_TRY(std::string doubt, all.search_few());
-    PANELCAL_TRY(SoundSurface sound, all.judge(model));
-    sound.doubt = std::move(doubt);
-    return sound;
-  }
   for (const Together& some : searched_together(points)) {
     Sorting sorting(some.points, points.size(), options);
     PANELCAL_CHECK(sorting.search(searching));

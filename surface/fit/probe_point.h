@@ -16,9 +16,6 @@ struct ProbePoint {
   HeightEstimate measured;  ///< above the table plane; sigma is what the probe is said to scatter
   std::string name;         ///< for messages; may be empty
   Place from;               ///< where it was read, for messages
-  /// The scatter is no measured one: fits learn it from the residuals too. Of stated ones a misfit
-  /// is bending, and never the probe's scatter.
-  bool is_sigma_assumed = false;
 };
 
 }  // namespace panelcal

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/statistics/chi_square.h"
-#include "calib/base/statistics/linear_algebra.h"
-#include "calib/base/statistics/quadrature.h"
+#include "calib/base/linear_algebra.h"
+#include "calib/base/quadrature.h"
 
 namespace panelcal {
 namespace {
@@ -114,9 +113,6 @@ double variance_ratio_exceedance(double ratio, double dof_above, double dof_belo
   if (std::isnan(ratio)) return ratio;
   if (ratio <= 0) return 1;
   if (std::isinf(ratio)) return 0;
-  if (std::isinf(dof_below)) {
-    return chi_square_exceedance(dof_above * ratio, static_cast<int>(std::lround(dof_above)));
-  }
   const double above = dof_above * ratio;
   const double sum = dof_below + above;
   return incomplete_beta(0.5 * dof_below, 0.5 * dof_above, dof_below / sum, above / sum);
