@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/base/distributions.h"
+#include "calib/base/statistics/distributions.h"
 #include "surface/fit/bending_likelihood.h"
 #include "surface/fit/even_part.h"
 #include "surface/fit/grid_surface.h"

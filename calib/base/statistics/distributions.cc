@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/linear_algebra.h"
-#include "calib/base/quadrature.h"
+#include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/quadrature.h"
 
 namespace panelcal {
 namespace {
