@@ -34,7 +34,7 @@ std::vector<char> every_sector() {
   return std::vector<char>(static_cast<std::size_t>(kShapeSectors), 1);
 }
 
-double rms(const Eigen::VectorXd& values) {
+double shape_rms(const Eigen::VectorXd& values) {
   return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
 }
 
@@ -43,17 +43,17 @@ constexpr double kShapeVariance = kShapeNoise_px * kShapeNoise_px;
 TEST(RimShape, FollowsAnOvalAndLobes) {
   const Eigen::VectorXd truth = wave_px(0.8, 2) + wave_px(0.4, 5);
   const Eigen::VectorXd shape = rim_shape(with_noise(truth), every_sector(), kShapeVariance);
-  EXPECT_LT(rms(shape - truth), kShapeNoise_px);
+  EXPECT_LT(shape_rms(shape - truth), kShapeNoise_px);
 }
 
 TEST(RimShape, NoiseIsHardlyAShape) {
   const Eigen::VectorXd shape =
       rim_shape(with_noise(Eigen::VectorXd::Zero(kShapeSectors)), every_sector(), kShapeVariance);
-  EXPECT_LT(rms(shape), 0.3 * kShapeNoise_px);
+  EXPECT_LT(shape_rms(shape), 0.3 * kShapeNoise_px);
 }
 
 TEST(RimShape, AShiftIsNoShape) {
-  EXPECT_LT(rms(rim_shape(wave_px(0.5, 1), every_sector(), kShapeVariance)), 1e-9);
+  EXPECT_LT(shape_rms(rim_shape(wave_px(0.5, 1), every_sector(), kShapeVariance)), 1e-9);
 }
 
 TEST(RimShape, SectorsThatAreLeftOutDoNotCount) {
@@ -63,7 +63,7 @@ TEST(RimShape, SectorsThatAreLeftOutDoNotCount) {
     residuals[i] = 3;
     use[static_cast<std::size_t>(i)] = 0;
   }
-  EXPECT_EQ(rms(rim_shape(residuals, use, kShapeVariance)), 0);
+  EXPECT_EQ(shape_rms(rim_shape(residuals, use, kShapeVariance)), 0);
 }
 
 }  // namespace
