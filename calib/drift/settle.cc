@@ -24,7 +24,7 @@ constexpr double kMinSettleChance = 1e-6;
 /// A motion as large as this number of standard deviations of the mean view is seen for certain.
 constexpr double kSeen = 5;
 /// A wait that is too short blurs every picture, one that is too long costs milliseconds.
-constexpr double kBoundSigmas = 3;
+constexpr double kBoundSigmas = 4;
 
 std::optional<SettleTime> no_settle_time(std::string* reason, std::string text) {
   if (reason != nullptr) *reason = std::move(text);

@@ -40,7 +40,7 @@ struct SettleTime {
   Time time_constant;
   double frequency_hz = 0;  ///< of a vibration
   Length amplitude;         ///< at most, at time 0
-  /// The longest wait that the views allow: three standard deviations more than the longest of
+  /// The longest wait that the views allow: four standard deviations more than the longest of
   /// `wait` and its aliases.
   Time bound;
   std::vector<SettleAlias> aliases;  ///< the likeliest first

@@ -128,7 +128,7 @@ Exit codes
 
 Moves away and back, again and again, and takes a picture after another delay each time. Prints
 [machine] settle_s: after that the mark is nearer to where it comes to rest than --limit-um, with
-three standard deviations to spare; and whether the stage swings or creeps. Where the pictures allow
+four standard deviations to spare; and whether the stage swings or creeps. Where the pictures allow
 more than one swing, all are named and settle_s covers them. --install records the wait
 with its sigma in [ledger] file; see `panelcal calibrate focus --help`. The virtual machine stands
 still at once, so this needs a real one.
