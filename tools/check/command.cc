@@ -106,29 +106,12 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   };
   DiagnosticLog log;
   DiagnosticLog of_machine;  // apart: a program is checked whatever is wrong with the machine
-  WalkOptions walk;
-  ReadOptions reading;
-  std::optional<MachineConfig> machine;
-  const std::chrono::sys_seconds now = system_clock()();
-  const auto time = wall_time(options.clock, now);
-  if (!time) {
-    context.console.print(time.error());
-    return exit_code(time.error());
-  }
+  MachineConfig config;
   if (!options.machine.empty()) {
-    auto config = read_machine_config(options.machine);
-    if (!config) {
-      context.console.print(config.error());
-      return exit_code(config.error());
-    }
-    if (const auto aged = age_offset(*config, options.clock, now); !aged) {
-      context.console.print(aged.error());
-      return exit_code(aged.error());
-    }
-    check_machine(*config, of_machine);
-    walk = config->walk;
-    reading = config->reading;
-    machine = *std::move(config);
+    auto read = read_machine_config(options.machine);
+    if (!read) return fail(read.error());
+    config = *std::move(read);
+    check_machine(config, of_machine);
   }
   const WalkTerms terms = {options.program,
                            options.clock,
@@ -140,12 +123,11 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   std::string result;
   if (!options.program.empty()) {
     walk.slots = walk.step_slots = Cycles::Kept;
-    reading.accepts_unterminated = options.accepts_unterminated;
-    const auto program = read_program(options.program, std::move(reading), log);
-    Passing passing(machine ? machine->travel : std::nullopt);
+    const auto program = read_program(options.program, config.reading, log);
+    Passing passing(config.travel);
     Survey survey;
     if (program) survey = check_job(*program, walk, passing, log);
-    if (program && machine) check_targets(*machine, *program, survey, log);
+    if (program && !options.machine.empty()) check_targets(config, *program, survey, log);
     for (const Diagnostic& diagnostic : of_machine.kept()) log.add(diagnostic);
     context.console.print(log);
     if (log.has_errors()) {

@@ -15,6 +15,7 @@
 #include "machine/config/machine_config.h"
 #include "machine/job/camera_pose.h"
 #include "machine/job/job.h"
+#include "machine/job/summary/depth_summary.h"
 #include "machine/job/summary/verdict_summary.h"
 #include "machine/job/text_variables.h"
 #include "machine/job/walk_terms.h"

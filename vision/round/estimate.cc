@@ -38,8 +38,6 @@ constexpr int kMostPlainWaves = 10;
 /// On flat pictures rims are round until shown otherwise.
 constexpr double kPlainRoughChance = 0.04;
 constexpr double kPlainOwn = 0.5;
-/// A rim that is farther from round, as a sigma and of its radius, has something else beside it.
-constexpr double kMostOwnShape = 0.05;
 /// A rim of less of the contrast asked for is not measured by sectors.
 constexpr double kHalfContrast = 0.5;
 
@@ -204,7 +202,6 @@ class RimEstimator {
         start_(start.parameters),
         far_(std::max(RimSearch{}.far, expected.near_size())),
         min_visible_(options.min_visible),
-        own_shape_(std::min(kMostOwnShape, 0.5 * expected.allowed_oval(options.max_oval))),
         least_contrast_(kHalfContrast * options.min_contrast * image.full_scale()) {
     options_.freedom.is_ring = window_.is_ring();
     solution_.parameters = start_;
@@ -240,7 +237,6 @@ class RimEstimator {
     search.least_contrast = least_contrast_;
     search.least_used = min_visible_;
     search.far = far_;
-    search.own_shape = own_shape_;
     search.outer_px = std::clamp(8 + 0.6 * start_[kRadius], 10.0, 30.0);
     search.inner_px = std::clamp(0.6 * start_[kRadius], 3.0, 22.0);
     const double metal_px = start_[kRadius] - start_[kInnerRadius];
@@ -400,7 +396,6 @@ class RimEstimator {
   RimVector start_;
   double far_;  ///< of the start's radius
   double min_visible_;
-  double own_shape_;  ///< of the radius
   double least_contrast_;
   RimFitOptions options_;
   RimSolution solution_;

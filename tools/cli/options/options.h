@@ -110,69 +110,6 @@ struct SynthOptions {
   bool accepts_unterminated = false;  ///< as CheckOptions
 };
 
-struct HistoryOptions {
-  enum class Action : std::uint8_t { List, Show, Diff, RollBack, FreshStart, Export, Plot, Verify };
-  Action action = Action::List;
-  std::string ledger;
-  std::string machine;  ///< these four: empty for all; roll back needs the first three
-  std::string kind;
-  std::string subject;
-  std::string since;  ///< 2026-11-21 or 2026-11-21T08:37:38Z
-  std::optional<std::size_t> last;
-  std::vector<std::int64_t> ids;   ///< one to show, two to compare
-  std::string parameter;           ///< to plot
-  std::optional<std::int64_t> to;  ///< entry to go back to; empty: the one before
-  std::string reason;
-  std::string asked_by;  ///< empty: the user
-  std::string output;    ///< empty: standard output
-  bool json = false;
-  bool result = false;               ///< show the calibration's own bytes
-  std::vector<std::string> against;  ///< verify: files and folders that note the ledger's head
-  // diff: what a change does to a job.
-  std::string program;       ///< empty: only the parameters are compared
-  std::string machine_file;  ///< machine.toml; with a program, or to verify
-  std::string measurements;  ///< of an earlier job: where in the picture targets were seen
-  std::string clock;         ///< as CheckOptions
-  std::int64_t max_operations = 1'000'000'000;
-  bool accepts_unterminated = false;  ///< as CheckOptions
-};
-
-struct CalibrateOptions {
-  enum class What : std::uint8_t { SpindleCamera, Camera, Table, Surface, Focus, Light, Settle };
-  What what = What::SpindleCamera;
-  std::string machine;
-  std::string machine_driver;  ///< SOURCE: sim
-  std::string camera;          ///< SOURCE: address of a live camera
-  std::string output;          ///< the calibration's file; empty: none
-  std::string clock;           ///< of the record, UTC: 2026-11-21T02:00:00Z; empty: now
-  bool json = false;
-  bool install = false;
-  // spindle-camera
-  std::optional<int> spindle;  ///< absent: as [spindle] says
-  std::optional<int> station;
-  std::string reason;    ///< for the ledger
-  std::string asked_by;  ///< empty: the user
-  bool yes = false;      ///< no question about entry material
-  bool force = false;    ///< install in spite of a significant trend
-  // camera, table
-  std::string images;              ///< SOURCE: a folder of pictures
-  std::string plot;                ///< an SVG of the residuals, of the map; empty: none
-  std::string form;                ///< CameraForm, or auto
-  std::vector<double> at_mm;       ///< where the mark lies
-  std::optional<double> focal_px;  ///< absent: telecentric
-  std::optional<double> zoom;
-  int tool = 1;               ///< vision tool
-  int per_side = 5;           ///< of the lattice of views
-  std::string plate;          ///< the plate's file
-  std::string measurements;   ///< looks at it
-  std::string map;            ///< of the table's surface
-  std::vector<double> range;  ///< of focus heights, mm, or of lamp levels; empty: see help
-  int n_levels = 10;          ///< of the lamp
-  double limit_um = 1;        ///< settle: an error that a picture may still see
-  double longest_s = 1;       ///< settle: wait before the last picture of a move
-  std::string linuxcnc;       ///< folder for what LinuxCNC understands; empty: none
-};
-
 struct NightlyOptions {
   std::string machine;
   std::string report;                   ///< .html; empty: [nightly] reports

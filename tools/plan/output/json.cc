@@ -70,26 +70,6 @@ std::string target_error(const SeriesPlan& series, const TargetError& error) {
   return out;
 }
 
-std::string trials_object(const ErrorTrials& trials) {
-  return fmt::format("{{\"cases\":{},\"noticed\":{},\"named\":{},\"misnamed\":{}}}",
-                     trials.n,
-                     trials.n_noticed,
-                     trials.n_named,
-                     trials.n_misnamed);
-}
-
-std::string target_error(const SeriesPlan& series, const TargetError& error) {
-  std::string out = noticed_keys(series, error.noticed);
-  if (error.noticed.from) {
-    out += fmt::format(",\"direction\":[{},{}]",
-                       plan_number(error.noticed.direction.x()),
-                       plan_number(error.noticed.direction.y()));
-  }
-  if (error.at_once) out += ",\"at_once\":" + trials_object(*error.at_once);
-  if (error.at_twice) out += ",\"at_twice\":" + trials_object(*error.at_twice);
-  return out;
-}
-
 /// Predicted knowledge of a fit, as the inside of an object.
 std::string knowledge(const Plan& plan,
                       const SeriesPlan& series,

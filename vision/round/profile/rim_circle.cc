@@ -16,9 +16,6 @@ constexpr double kStartArc = 0.6;  // of the rim
 constexpr int kConcentrations = 2;
 constexpr int kLastConcentrations = 3;
 constexpr double kOffCircle = 3.5;  // sigmas
-constexpr int kWholePasses = 8;
-constexpr double kOffWhole = 3;        // sigmas
-constexpr double kMoreOfWhole = 0.05;  // of the rim
 
 using Use = std::vector<char>;
 
@@ -121,39 +118,6 @@ double widening(std::size_t kept, std::size_t all) {
   return 1 / std::sqrt(1 - 2 * low * density / share);
 }
 
-/// A circle through all sectors but those that lie far off beside the rest.
-struct WholeCircle {
-  Eigen::Vector3d value = Eigen::Vector3d::Zero();
-  double scale_px = 0;
-  Use use;
-};
-
-/// Least squares of the usable sectors within some median magnitudes, from all of them on.
-WholeCircle fit_whole(const SectorWaves& waves,
-                      const Eigen::VectorXd& d,
-                      const Use& usable,
-                      double floor_px) {
-  WholeCircle whole;
-  whole.use = usable;
-  std::vector<double> magnitudes;
-  for (int i = 0; i < kWholePasses; ++i) {
-    whole.value = waves.fit(d, whole.use).value;
-    const Eigen::VectorXd left = waves.left(d, whole.value);
-    magnitudes.clear();
-    for (std::size_t k = 0; k < usable.size(); ++k) {
-      if (usable[k] != 0) magnitudes.push_back(std::abs(left[static_cast<Eigen::Index>(k)]));
-    }
-    const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-    std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-    whole.scale_px = std::max(floor_px, 1.4826 * *middle);
-    for (std::size_t k = 0; k < usable.size(); ++k) {
-      whole.use[k] = usable[k] != 0 &&
-                     std::abs(left[static_cast<Eigen::Index>(k)]) < kOffWhole * whole.scale_px;
-    }
-  }
-  return whole;
-}
-
 /// The longest run of sectors that are off though they are usable, as part of all.
 double longest_arc(const Use& off, const Use& usable) {
   const std::size_t n = off.size();
@@ -185,8 +149,7 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
                          const Use& usable,
                          int n_smooth,
                          double least_used,
-                         double floor_px,
-                         double own_px) {
+                         double floor_px) {
   RimCircle result;
   result.use = usable;
   const auto n = static_cast<std::size_t>(deviations.size());
@@ -234,14 +197,6 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
     off[i] = usable[i] == 0 ||
              std::abs(left[static_cast<Eigen::Index>(i)]) > kOffCircle * result.scale_px;
   }
-  const WholeCircle whole = fit_whole(waves, d, usable, floor_px);
-  const auto n_on = static_cast<double>(n - count_of(off));
-  const bool is_whole = whole.scale_px<own_px&& static_cast<double>(count_of(whole.use))> n_on +
-                        kMoreOfWhole * static_cast<double>(n);
-  if (is_whole) {
-    result.scale_px = whole.scale_px;
-    for (std::size_t i = 0; i < n; ++i) off[i] = whole.use[i] == 0;
-  }
   result.use = usable;
   result.seen = 1 - static_cast<double>(count_of(off)) / static_cast<double>(n);
   result.displaced = longest_arc(off, usable);
@@ -260,7 +215,6 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
     result.oval_px += 2 / n_used * rest[static_cast<Eigen::Index>(i)] *
                       Eigen::Vector2d(std::cos(phi), std::sin(phi));
   }
-  if (is_whole) result.doubt_px = circle.value.tail<2>() - best.tail<2>();
   return result;
 }
 

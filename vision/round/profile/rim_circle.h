@@ -15,8 +15,6 @@ struct RimCircle {
   double seen = 0;  ///< part of the sectors that lie on it, the doubtful ones beside others too
   double displaced = 0;  ///< longest arc that shows an edge elsewhere, part of the rim
   double scale_px = 0;   ///< sigma of these about it
-  /// How far the circle that left an arc out lies from this one through all of the rim.
-  Eigen::Vector2d doubt_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d oval_px = Eigen::Vector2d::Zero();   ///< cos and sin of the second wave
   Eigen::Matrix2d unit_cov = Eigen::Matrix2d::Zero();  ///< of the shift for sectors of variance 1
 
@@ -39,7 +37,6 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
                          const std::vector<char>& usable,
                          int n_smooth,
                          double least_used,
-                         double floor_px,
-                         double own_px = 0);
+                         double floor_px);
 
 }  // namespace panelcal::internal
