@@ -35,7 +35,7 @@ constexpr std::array kProcessKernels = {
 constexpr Index kAtOnce = 256;
 /// A probe whose left-out weight is less, by what it would be alone, is predicted by nothing.
 constexpr double kUnforetold = 1e-10;
-/// What rounding makes of a variance, by the terms that it is the difference of.
+/// Rounding error of a variance, relative to the terms whose difference it is.
 constexpr double kVarianceRounding = 1e-15;
 
 std::optional<Diagnostic> point_problem(const ProbePoint& point) {
@@ -200,7 +200,7 @@ SurfaceFit::State::State(SurfaceModel of_model,
   const MatrixXd bending_of_trend = covariance * lift.transpose();
   trend_bending = lift * bending_of_trend;
   leave_out(root, residual_weights);
-  // What does not bend is predicted by the trend alone.
+  // The trend alone predicts a surface that does not bend.
   if (bends) {
     root *= bending.strength_mm2;
   } else {

@@ -63,7 +63,7 @@ class SurfaceFit {
   Eigen::MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
 
   const SurfaceShape& shape() const;
-  /// How many times as much the probes scatter as they say.
+  /// Ratio of the probes' scatter to their stated sigma.
   double noise_factor() const;
   /// Of the noise factor: what the probes tell of it, and what was believed before. Infinite for
   /// grid models, which believe the probes.

@@ -15,7 +15,7 @@ struct ProbePoint {
   Position<frame::Nominal> place;
   HeightEstimate measured;  ///< above the table plane; sigma is what the probe is said to scatter
   std::string name;         ///< for messages; may be empty
-  Place from;               ///< where it was read, for messages
+  Place from;               ///< place of the reading in a file, for messages
 };
 
 }  // namespace panelcal

@@ -32,7 +32,7 @@ using MapPlaces = std::vector<Position<frame::Nominal>>;
 
 /// Coordinates that differ by less are of one column or row, and such a distance counts as 0.
 constexpr double kSameMapPlace_mm = 1e-3;
-/// What the lattice may add to a sigma, and what is always good enough.
+/// Greatest part that the lattice may add to a sigma, and the error that is always good enough.
 constexpr double kMostLatticeError = 0.1;
 constexpr double kGoodLatticeError_mm = 1e-5;
 /// Cells by the side of the square that each probe has, at first; nodes at most, but for the edges:
@@ -44,8 +44,9 @@ constexpr double kMostNodesOfGridProbe = 20;
 /// share.
 constexpr std::size_t kTriedSigmas = 300;
 constexpr double kMostSigmaError = 0.1;
-/// Where a lattice is tried in a cell, along either side: Hermite's polynomials miss most in the
-/// middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are not.
+/// Places at which a lattice is tried in a cell, along either side: Hermite's polynomials miss most
+/// in the middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are
+/// not.
 constexpr double kTried[] = {0.2113, 0.5, 0.7887};
 /// Of all cells at most this number of places is tried, else evenly some of them.
 constexpr std::size_t kMaxMapTrials = 60000;
@@ -226,7 +227,7 @@ bool is_fine(const SurfaceFit& surface, const HeightLattice& sigmas) {
   return n_off <= kTriedSigmas / 10;
 }
 
-/// Where each sigma takes long, as coarse as it may be, and not finer than step_mm.
+/// Samples sigmas that take long, as coarsely as possible, and not finer than step_mm.
 Expected<HeightLattice> sample_sigmas(const SurfaceFit& surface,
                                       const Vector2d& low_mm,
                                       const Vector2d& high_mm,
@@ -247,7 +248,7 @@ Expected<HeightLattice> sample_sigmas(const SurfaceFit& surface,
   }
 }
 
-/// What the lattice of heights misses: the most, and whether that is little everywhere.
+/// Error of the lattice of heights: its maximum, and whether it is small everywhere.
 struct Missed {
   double worst_mm = 0;
   bool is_good = true;
