@@ -48,7 +48,7 @@ struct MachineUncertainty {
   Length table_map;            ///< of a place on a calibrated table ([table] calibration)
   Length drill_wander;         ///< of the drill's tip against its spindle
   Length depth;                ///< of a stroke's depth: the tool's length, the axis, the foot
-  /// Somebody has stated the term, be it as zero. They are the largest ones of most machines.
+  /// The machine's file states the term, be it as zero. They are the largest ones of most machines.
   bool states_stage = false;
   bool states_table = false;
   bool states_wander = false;

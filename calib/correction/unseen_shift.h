@@ -14,7 +14,7 @@ namespace panelcal {
 struct UnseenShift {
   bool is_nested = false;                    ///< the target is of the nested fit
   const UnseenError* error = nullptr;        ///< of that fit's Reliability
-  Eigen::Matrix<double, 6, 1> coefficients;  ///< what it adds to the whole map
+  Eigen::Matrix<double, 6, 1> coefficients;  ///< its part in the whole map
 };
 
 /// Of all unnoticed errors of the targets of both fits; empty of a smooth base fit, for which they
@@ -31,7 +31,7 @@ const UnseenShift* furthest(const std::vector<UnseenShift>& shifts,
                             const Position<frame::Nominal>& nominal);
 Length shift_at(const UnseenShift& shift, const Position<frame::Nominal>& nominal);
 
-/// What the greatest noise that the targets do not exclude adds to the whole map's covariance.
+/// The part of the greatest noise that the targets do not exclude in the whole map's covariance.
 ///
 /// Precondition: stack.smooth() is null; both ratios are finite
 Eigen::Matrix<double, 6, 6> unseen_noise_cov(const CorrectionStack& stack,

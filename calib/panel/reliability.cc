@@ -135,7 +135,7 @@ class UnseenSearch {
           : limits_.stretch_ppm ? std::optional(*limits_.stretch_ppm * 1e-6)
                                 : std::nullopt;
       const double change = (then[k] - gated_[k]) / kStep_mm;
-      // What is left of rounding is no change.
+      // Rounding is no change.
       if (limit) limit_by(gated_[k], std::abs(change) > 1e-10 ? change : 0, *limit, forward, back);
     }
   }

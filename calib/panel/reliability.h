@@ -13,7 +13,7 @@ namespace panelcal {
 /// Fewer equations to spare than these tell neither an error of a target from the panel's own shape
 /// nor the noise from chance.
 inline constexpr int kLeastSpareEquations = 3;
-/// What the targets of a series would show less often than this is excluded by them.
+/// Errors that the targets of a series would hide less often than this are excluded.
 inline constexpr double kUnseenChance = 0.01;
 /// An error above this is no target's: cameras do not search so far.
 inline constexpr double kUnlimitedError_mm = 100;
@@ -36,7 +36,7 @@ struct Reliability {
   int degrees_of_freedom = 0;
   /// Bending takes up an error of a target: how much of it is not known.
   bool is_smooth = false;
-  /// Chi square, a gate or the search for outliers refuses the fit, whoever released it.
+  /// Chi square, a gate or the search for outliers refuses the fit, released or not.
   bool is_rejected = false;
 
   bool can_be_told() const { return degrees_of_freedom >= kLeastSpareEquations && !is_smooth; }
@@ -52,7 +52,7 @@ Reliability reliability_raw(std::span<const RawPair> pairs,
                             const GateLimits& limits);
 }  // namespace internal
 
-/// What the gates in force and the targets' own agreement let pass.
+/// The errors that the gates in force and the targets' own agreement let pass.
 ///
 /// An error u of target i changes residual j by R_ji u, R = I - J G, and chi square's noncentrality
 /// by u' Q u, Q = C_i^-1 R_ii. It passes while

@@ -38,8 +38,8 @@ struct JobResult {
   /// not lead to it.
   std::optional<std::int64_t> worst_number;
 
-  /// The machine's largest terms that nobody has stated ("drill wander not stated"), without which
-  /// sigma is of the fit only; empty if they are.
+  /// The machine's largest terms that its file leaves out ("drill wander not stated"), without
+  /// which sigma is of the fit only; empty if they are.
   std::string unstated;
 
   bool is_executed = false;   ///< the whole job has passed without an error

@@ -118,7 +118,7 @@ class JobVerdict final : public OperationSink {
   const ToolFigures* worst_tool() const;
   /// Null if all risks are told.
   const UnseenPlace* worst_unseen() const { return worst_unseen_ ? &*worst_unseen_ : nullptr; }
-  /// What the figures rest on: once, when the job has passed. Sentences, messages and tables
+  /// The basis of the figures: once, when the job has passed. Sentences, messages and tables
   /// follow.
   void set_basis(RiskBasis basis) { basis_ = std::move(basis); }
   const RiskBasis& basis() const { return basis_; }

@@ -12,7 +12,7 @@ namespace panelcal {
 
 class JobVerdict;
 
-/// What a job's risks rest on: one decision that all outputs follow.
+/// The basis of a job's risks: one decision that all outputs follow.
 struct RiskBasis {
   enum class Kind : std::uint8_t {
     Stated,   ///< every figure may be printed
@@ -20,7 +20,7 @@ struct RiskBasis {
     Unknown,  ///< none: `words` in place of risk and Cpk
   };
   Kind kind = Kind::Stated;
-  std::string words;  ///< why not; empty if Stated
+  std::string words;  ///< the reason; empty if Stated
   /// The machine's largest terms are not stated: sigma is of the fit only.
   bool is_of_fit_only = false;
 

@@ -25,7 +25,7 @@ std::optional<HoleBudget> WorstHole::budget(const Survey& survey,
 
 namespace {
 
-/// Of the worst place; a risk that nobody can tell from a smaller one is not its own.
+/// Of the worst place; a risk that cannot be told from a smaller one is not its own.
 std::optional<double> told_risk(const JobVerdict& verdict) {
   const double risk = verdict.worst_tool()->worst.risk;
   switch (verdict.basis().kind) {

@@ -18,7 +18,7 @@ struct HoleBudget {
   InstancePath path;
   int tool = 0;
   Position<frame::Nominal> nominal;
-  bool is_likeliest_to_break = false;  ///< why it is shown; otherwise it is the least certain
+  bool is_likeliest_to_break = false;  ///< otherwise it is the least certain
   std::optional<double> risk;          ///< of breaking its tolerance then, if that is told
   ErrorBudget budget;
 };

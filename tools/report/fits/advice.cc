@@ -145,7 +145,7 @@ std::string advice_on_drilling(const ReportInput& input) {
   if (survey.measurements.empty() && survey.probes.empty()) {
     return fmt::format("Drill {} only if the panel needs no correction.", shown_output(input));
   }
-  // One healthy fit in 10 grows a little; what is rejected is looked at.
+  // One healthy fit in 10 grows a little; a rejected one needs a look.
   const bool has_misfit = std::ranges::any_of(survey.series, [](const SeriesResult& series) {
     return series.misfit_ratio() > 1 && series.reliability && series.reliability->is_rejected;
   });
