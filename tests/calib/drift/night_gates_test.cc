@@ -163,7 +163,9 @@ TEST(NightGates, TrustTheOldOneForSoManyDaysAndSaySo) {
                                            : DrillAnswer::No;
     ASSERT_TRUE(decision.old);
     EXPECT_EQ(decision.old->answer, answer) << days;
-    if (days == 4) EXPECT_EQ(decision.old->until, last + std::chrono::hours(108));
+    if (days == 4) {
+      EXPECT_EQ(decision.old->until, last + std::chrono::hours(108));
+    }
   }
 }
 
