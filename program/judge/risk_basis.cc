@@ -25,9 +25,15 @@ std::string rejected_words(const SeriesResult& series) {
       series.line);
 }
 
+/// Three digits, and no exponent.
+std::string um_text(double length_mm) {
+  const double um = length_mm * 1e3;
+  return um < 1000 ? fmt::format("{:.3g} um", um) : fmt::format("{:.0f} um", um);
+}
+
 std::string size_text(const UnseenError& error) {
   if (error.is_unlimited) return "any size";
-  return fmt::format("up to {:.3g} um", error.error_mm.norm() * 1e3);
+  return "up to " + um_text(error.error_mm.norm());
 }
 
 const SeriesResult* series_at(const std::optional<std::size_t>& i, const Survey& survey) {
@@ -36,7 +42,7 @@ const SeriesResult* series_at(const std::optional<std::size_t>& i, const Survey&
 
 std::string shift_words(const UnseenShift& shift, const Position<frame::Nominal>& nominal) {
   const double shift_mm = shift_at(shift, nominal).in_mm();
-  if (!shift.error->is_unlimited) return fmt::format("by {:.3g} um", shift_mm * 1e3);
+  if (!shift.error->is_unlimited) return "by " + um_text(shift_mm);
   return fmt::format("by {:.2g} times as much", shift_mm / shift.error->error_mm.norm());
 }
 
