@@ -25,15 +25,14 @@ std::string rejected_words(const SeriesResult& series) {
       series.line);
 }
 
-/// Three digits, and no exponent.
-std::string um_text(double length_mm) {
-  const double um = length_mm * 1e3;
-  return um < 1000 ? fmt::format("{:.3g} um", um) : fmt::format("{:.0f} um", um);
+/// "12.3 um", "1.5 mm".
+std::string length_text(double length_mm) {
+  return length_mm < 1 ? fmt::format("{:.3g} um", length_mm * 1e3)
+                       : fmt::format("{:.3g} mm", length_mm);
 }
 
 std::string size_text(const UnseenError& error) {
-  if (error.is_unlimited) return "any size";
-  return "up to " + um_text(error.error_mm.norm());
+  return error.is_unlimited ? "any size" : "up to " + length_text(error.error_mm.norm());
 }
 
 const SeriesResult* series_at(const std::optional<std::size_t>& i, const Survey& survey) {
@@ -42,7 +41,7 @@ const SeriesResult* series_at(const std::optional<std::size_t>& i, const Survey&
 
 std::string shift_words(const UnseenShift& shift, const Position<frame::Nominal>& nominal) {
   const double shift_mm = shift_at(shift, nominal).in_mm();
-  if (!shift.error->is_unlimited) return "by " + um_text(shift_mm);
+  if (!shift.error->is_unlimited) return "by " + length_text(shift_mm);
   return fmt::format("by {:.2g} times as much", shift_mm / shift.error->error_mm.norm());
 }
 
@@ -67,13 +66,16 @@ std::string untold_words(const BudgetPlace& at,
   const UnseenShift* const worst = furthest(shifts, at.nominal);
   if (worst == nullptr) return "a smooth model takes up an error of one target";
   const SeriesResult& series = worst->is_nested ? *nested : *base;
-  const MeasurementRequest& request =
-      survey.measurements[series.points[worst->error->i_target]].request;
+  const std::size_t i_measurement = series.points[worst->error->i_target];
+  const MeasurementRequest& request = survey.measurements[i_measurement].request;
+  // People count from 1, and over all targets of the series.
+  const auto number = 1 + std::ranges::count_if(series.measurements,
+                                                [&](std::size_t i) { return i < i_measurement; });
   std::string out = fmt::format(
       "an error of {} of target {} ({} in line {}) would pass unnoticed "
       "and move {} {}",
       size_text(*worst->error),
-      request.seq,
+      number,
       request.command,
       request.line,
       place,
