@@ -13,7 +13,8 @@ import tempfile
 from pathlib import Path
 
 # sigma of the hole is 1 um: P(|e| > r) = exp(-r^2 / 2), above hold_probability at 2 um, a warning at 4 um.
-MACHINE = "[machine]\nname = \"small\"\n[gates]\noffset_mm = 1.5\n[tolerance]\nposition_um = {}\n"
+MACHINE = ("[machine]\nname = \"small\"\n[gates]\noffset_mm = 1.5\n[tolerance]\nposition_um = {}\n"
+           "[uncertainty]\nstage_repeatability_um = 0\ntable_residual_um = 0\ndrill_wander_um = 0\n")
 MEASUREMENT = ('{"seq":0,"line":7,"command":"G35","tool":1,"nominal":[0,0],"expected":[0,0],"path":[],'
                '"measured":[0.25,-0.5],"cov":[1e-06,0,1e-06],"status":"found"}\n')
 PROGRAM = "M48\nMETRIC,LZ\nT1C1.0F100\n%\nG34,1\nT1\nG35X0.0Y0.0\n"
