@@ -8,8 +8,8 @@
 
 namespace panelcal {
 
-/// Where a job chooses its model by what it measures ([vision] model = "auto"): the greatest
-/// leverage of all holes, in nine of ten jobs.
+/// The greatest leverage of all holes in nine of ten jobs, for a job that chooses its model by what
+/// it measures ([vision] model = "auto").
 struct ChosenRange {
   double low = 0;
   double high = 0;

@@ -20,13 +20,13 @@ enum class NoticingGate : std::uint8_t { None, FalseAlarm, Residual, Rotation, S
 /// "chi square", "residual", "rotation", "stretch", "offset"; "none".
 std::string_view name(NoticingGate gate);
 
-/// How large an error of one target must be for a job to be held.
+/// The size of an error of one target from which on a job is held.
 struct NoticedError {
   /// In units of the series' noise, in the direction where the error shows least: an error as large
   /// is noticed in kNoticedShare of all cases, or more. Absent: in some direction no gate looks.
   std::optional<double> from;
   NoticingGate by = NoticingGate::None;  ///< in that direction
-  /// Where it shows least, a unit vector; of a slot along its axis.
+  /// The direction in which it shows least, a unit vector; of a slot along its axis.
   Eigen::Vector2d direction = Eigen::Vector2d::UnitX();
 };
 

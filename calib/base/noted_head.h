@@ -42,7 +42,7 @@ Expected<std::optional<NotedHead>> take_noted_head(nlohmann::json& document,
 /// Fails  json-syntax; calibration-invalid
 Expected<nlohmann::json> parse_calibration_json(std::string_view text, const std::string& file);
 
-/// Whether a text is a hash as the ledger writes it.
+/// True for a hash as the ledger writes it.
 bool is_ledger_hash(std::string_view text);
 
 }  // namespace panelcal::internal

@@ -19,8 +19,8 @@ struct ForecastLimits {
   double tolerance = 0.010;
   double probability = 0.001;            ///< with which the error may be larger
   Time horizon = seconds(30 * 86400.0);  ///< beyond which nothing is said
-  /// How long after the last night that measured it the one in force may be used, if no later night
-  /// does: a forecast of old nights does not know what has blinded the camera.
+  /// The time for which the one in force may be used after the last night that measured it, if no
+  /// later night does: a forecast of old nights does not know what has blinded the camera.
   Time trusted = seconds(7 * 86400.0);
   std::optional<double> temperature_c;  ///< expected; a noted one makes the forecast surer
 

@@ -32,7 +32,7 @@ struct SettleAlias {
   double frequency_hz = 0;
 };
 
-/// How a stage comes to rest.
+/// Course of a stage that comes to rest.
 struct SettleTime {
   SettleMotion motion = SettleMotion::Still;
   Time wait;   ///< after which the error stays below the limit; 0 where it never is above

@@ -26,7 +26,7 @@ struct UnseenError {
   bool is_unlimited = false;
 };
 
-/// How far the targets of a series check each other.
+/// The errors that the targets of a series would not show of each other.
 struct Reliability {
   /// In a fan of directions for each target.
   std::vector<UnseenError> unseen;

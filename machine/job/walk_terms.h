@@ -10,7 +10,7 @@
 
 namespace panelcal {
 
-/// When a program is walked through, and how far: what every command that does so is told.
+/// The day, the time and the limits of a walk through a program, as every command has them.
 struct WalkTerms {
   std::string program;  ///< its path as on the command line; `-` is standard input; empty: none
   std::string clock;    ///< the time on the wall, as wall_time() takes it; empty: `now`

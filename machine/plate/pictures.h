@@ -54,7 +54,7 @@ Expected<MarkSights> look_at_plate(const MachineConfig& config,
                                    const CalibrationDevices& devices,
                                    const CalibrationPlate& plate);
 
-/// Whether all dots of a plate that is fixed to the machine can be come to and looked at.
+/// Checks that all dots of a plate that is fixed to the machine can be come to and looked at.
 ///
 /// In     plate: with one [[pose]]
 /// Fails  travel-exceeded

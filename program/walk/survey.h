@@ -41,7 +41,7 @@ struct SeriesResult {
   std::vector<GateVerdict> gates;
   std::vector<ModelScore> compared;  ///< all models that the targets could determine
   std::optional<SeriesFault> fault;  ///< if the targets do not fit each other
-  /// How far the targets check each other; null without a fit.
+  /// Errors that the targets would not show of each other; null without a fit.
   std::shared_ptr<const Reliability> reliability;
   /// Measurements that [gates] max_dropped allowed to leave out; they are not among `points`.
   std::vector<std::size_t> dropped;

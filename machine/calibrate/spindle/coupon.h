@@ -30,7 +30,7 @@ std::vector<Position<frame::Machine>> places_of_row(const Coupon& coupon, int i_
 /// "rows 4 to 10 of coupon "A" are free (7 of 10): 2 runs of 3 rows".
 std::string free_rows_text(const Coupon& coupon, int n_used);
 
-/// How many rows of a coupon are used up: by its state file, and by the ledger.
+/// Number of rows of a coupon that are used up: by its state file, and by the ledger.
 struct UsedRows {
   int by_file = 0;               ///< 0 if it is of another coupon, or not there
   std::optional<int> by_ledger;  ///< absent: no ledger, or no coupon of this name in it

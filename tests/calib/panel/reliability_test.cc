@@ -128,7 +128,9 @@ TEST(Reliability, OfASlotIsAlongWhatItShows) {
   const CheckedFit fit =
       fit_panel(std::span<const CheckedPair>(pairs), PanelModel::Stretch).fit.value();
   for (const UnseenError& error : reliability(fit, default_gate_limits()).unseen) {
-    if (error.i_target == 4) EXPECT_EQ(error.error_mm.y(), 0);
+    if (error.i_target == 4) {
+      EXPECT_EQ(error.error_mm.y(), 0);
+    }
   }
 }
 

@@ -123,7 +123,9 @@ TEST_F(NightlyTest, ABlindCameraIsHeldWhenTheOldCalibrationIsNoLongerTrusted) {
     EXPECT_EQ(step.state, is_trusted ? NightState::KeptOld : NightState::Held) << days;
     EXPECT_THAT(record.verdict, HasSubstr("0 of 9 holes were seen"));
     EXPECT_THAT(record.verdict, HasSubstr("last measured " + iso_8601(last)));
-    if (is_trusted) EXPECT_EQ(record.drill_until, last + std::chrono::days(7)) << days;
+    if (is_trusted) {
+      EXPECT_EQ(record.drill_until, last + std::chrono::days(7)) << days;
+    }
     next_night();
   }
   calibration_.machine.fails.reset();
