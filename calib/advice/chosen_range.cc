@@ -17,7 +17,7 @@ constexpr int kTail = 5;     ///< of them are left out at either end
 constexpr double kBeyondDoubt = 30;
 constexpr double kInDoubt = 3;
 
-/// How far the targets of a panel are moved at their mean distance from the middle, in noises, by
+/// The way that the targets of a panel move at their mean distance from the middle, in noises, by
 /// rotation, scale, difference of the scales and shear.
 using PanelShape = Eigen::Vector4d;
 

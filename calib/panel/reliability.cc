@@ -30,7 +30,8 @@ GatedNumbers gated_numbers(const Eigen::Matrix2d& linear, const GateLimits& limi
   return {d.rotation_rad, d.scale_x - 1, std::abs(d.scale_y) - 1, d.shear};
 }
 
-/// How far something that begins at `value` and changes by `rate` may go in either direction.
+/// The way that something can go that begins at `value` and changes by `rate` may go in either
+/// direction.
 void limit_by(double value, double rate, double limit, double& forward, double& back) {
   if (!(std::abs(rate) > 0)) return;
   forward = std::min(forward, (limit - std::copysign(1, rate) * value) / std::abs(rate));

@@ -166,7 +166,7 @@ ScatterEstimate scatter_of(const internal::VarianceEstimate& variance,
   return scatter;
 }
 
-/// What of the scatter of holes' means is not wander. The holes' middle is fitted to them, which
+/// The scatter of holes' means that is not wander. The holes' middle is fitted to them, which
 /// makes them scatter less by one in their number.
 Eigen::Vector2d rest_of_means_mm2(const MixedFit& fit) {
   Eigen::Vector2d mean_mm2 = Eigen::Vector2d::Zero();

@@ -101,7 +101,7 @@ std::optional<TableSolution> Smoother::solve(double smoothing) const {
 }
 
 void settle(const TableBasis& basis, const OpenModes& open, TableSolution& solution) {
-  // Where the turn is held is where it was turned to, so that is not taken out.
+  // The turn is held at the angle that it was turned to, so that is not taken out.
   MatrixXd combinations = open.combinations;
   combinations.col(kOpenTurn).setZero();
   const MatrixXd held = basis.modes * combinations;

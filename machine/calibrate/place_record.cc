@@ -118,7 +118,7 @@ TrialValue trial_value(const SettleRun& run) {
   json["found"] = run.settle.has_value();
   if (run.settle) {
     out.value = run.settle->wait.in_s();
-    // What is written into machine.toml is two sigmas more, and is to reach the bound.
+    // The value for machine.toml is two sigmas more, and is to reach the bound.
     out.sigma = 0.5 * (run.settle->safe_wait() - run.settle->wait).in_s();
     json["settle_s"] = run.settle->safe_wait().in_s();
     json["wait_s"] = run.settle->wait.in_s();

@@ -242,7 +242,7 @@ bool JobVerdict::tells(double risk) const {
   return basis_.tells_risk() && !(is_bounded && risk < kLeastToldRisk);
 }
 
-/// What is known of the likeliest places.
+/// The figures of the likeliest places.
 std::string JobVerdict::risks_sentence() const {
   const auto more_likely = [](std::int64_t n, double limit) {
     return fmt::format("{} more likely than {} to break the tolerance",

@@ -45,7 +45,7 @@ std::string shift_words(const UnseenShift& shift, const Position<frame::Nominal>
   return fmt::format("by {:.2g} times as much", shift_mm / shift.error->error_mm.norm());
 }
 
-/// What the targets behind a place do not tell.
+/// The errors that the targets behind a place would not show.
 std::string untold_words(const BudgetPlace& at,
                          const std::string& place,
                          const Survey& survey,

@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint64_t kFaultSeed = 20261126;
 constexpr int kFewJobs = 400;
 
-/// What 1 in 1,000 exceeds in 1 of 100 samples.
+/// The number that chance of 1 in 1,000 exceeds in 1 of 100 samples.
 int most_by_chance(int n_jobs) {
   return test::binomial_quantile(0.99, n_jobs, 1e-3);
 }

@@ -10,7 +10,7 @@
 
 namespace panelcal::test {
 
-/// What may be wrong with a job. The panel's own faults are true of its holes as well.
+/// The faults of a job. The panel's own faults are true of its holes as well.
 enum class JobFault : std::uint8_t {
   Moved,            ///< a target is seen 3 um to 3 mm beside its place
   Swapped,          ///< two targets are taken for each other

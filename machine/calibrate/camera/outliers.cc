@@ -21,7 +21,7 @@ constexpr double kCameraOutlierSigmas = 5;
 constexpr int kFewestOutlierFreedoms = 8;
 /// Of a calibration without outliers.
 constexpr double kSoundLookLost = 1e-3;
-/// What one bad view hides, another fit shows.
+/// Another fit shows the view that one bad view hides.
 constexpr int kCameraOutlierRounds = 5;
 
 double median_distance_px(std::vector<double> values) {
@@ -55,7 +55,7 @@ double log_ways(std::size_t n, std::size_t k) {
   return log_factorial(n) - log_factorial(k) - log_factorial(n - k);
 }
 
-/// Whether all looks scatter more than those kept, by more than chance would have the worst of
+/// True if all looks scatter more than those kept, by more than chance would have the worst of
 /// them.
 bool is_worse_with(const CameraData& data,
                    const std::vector<CameraObservation>& kept,

@@ -54,7 +54,7 @@ CameraFitOptions fit_options_of(const MachineConfig& config,
   return fit;
 }
 
-/// How much more than the covariances the data scatter, as a factor of sigmas. A variance that nu
+/// The scatter of the data over that of the covariances, as a factor of sigmas. A variance that nu
 /// degrees of freedom estimate is as good as one that is nu / (nu - 2) times as large and known.
 Expected<double> excess_of(const CameraData& data, const CameraFitOptions& options) {
   PANELCAL_TRY(const CameraFit fit, internal::softest_camera(data, options, kFewestCameraFreedoms));

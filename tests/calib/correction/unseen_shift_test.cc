@@ -38,7 +38,7 @@ double largest_um(const std::vector<UnseenShift>& shifts, bool is_nested, double
   return out;
 }
 
-/// What is reported for a hole is what happens to it when the error is put in.
+/// A hole moves by the reported shift when the error is put in.
 TEST(UnseenShift, IsWhatTheErrorDoesToAHole) {
   const GateLimits limits = default_gate_limits();
   const auto fit = std::make_shared<const BaseFit>(fit_of<frame::Base, frame::Nominal>(kPanel));

@@ -26,7 +26,8 @@ std::string share_text(double share) {
   return fmt::format("{:.0f} %", 100 * share);
 }
 
-/// When a job notices an error of the target where it comes latest, and how often it names it.
+/// The error of a target from which on a job is held, where that is largest, and how often the job
+/// names it.
 std::string error_text(const SeriesPlan& series, const TargetError& error) {
   if (!error.noticed.from) return "an error of one target alone can go unnoticed at any size";
   std::string out = fmt::format("an error of one target alone is noticed from {:.1f} um on ({})",
