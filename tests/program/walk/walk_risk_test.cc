@@ -125,7 +125,7 @@ TEST(WalkRisk, IsNotStatedOfTargetsThatChiSquareRefuses) {
     const double wrong_mm = request.seq == 3 ? 0.05 : 0;
     return request.nominal.in_mm() + Eigen::Vector2d(wrong_mm, 0);
   });
-  const auto run = test::run_program(corners(4), source, options);
+  const auto run = test::run_program(corners(4), options, source);
   ASSERT_EQ(run.holes().size(), 1U) << run.diagnostics.front();
   EXPECT_FALSE(run.holes()[0].drill.risk);
   EXPECT_GT(*run.holes()[0].drill.judged_risk, 0);
