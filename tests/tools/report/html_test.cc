@@ -175,46 +175,6 @@ TEST(ReportHtml, NamesGatesThatAreOff) {
                         "false alarm 0.001, no mirror."));
 }
 
-/// --explain takes lines of the program alone.
-TEST(ReportHtml, NamesThePlaceToExplainSoThatItIsFound) {
-  const auto job = run(kProgram, {}, false, warning());
-  ASSERT_EQ(job->verdict->decision(), JobDecision::DrillWithWarning);
-  const int line = job->verdict->worst_tool()->worst.line;
-  EXPECT_THAT(report_html(job->input), HasSubstr("run --explain L" + std::to_string(line) + " ("));
-  job->input.worst_number = 500;
-  EXPECT_THAT(report_html(job->input), HasSubstr("run --explain 500 ("));
-  job->input.worst_number.reset();
-  Drill worst;
-  worst.cov_mm2 = Eigen::Matrix2d::Identity();
-  worst.tool = 2;
-  worst.risk = worst.judged_risk = 0.999;
-  JobVerdict of_a_pattern(warning());
-  of_a_pattern.put({3, {}, worst, "PINS", nullptr});
-  job->input.verdict = &of_a_pattern;
-  const std::string html = report_html(job->input);
-  EXPECT_THAT(html,
-              HasSubstr("see what the worst place&#39;s error is made of, below (drill, with"));
-  EXPECT_THAT(html, Not(HasSubstr("run --explain")));
-}
-
-/// 9.96 is 10.0 in two digits, which is 1.0 of the next power.
-TEST(ReportHtml, RoundsARiskBeforeItSplitsIt) {
-  const auto job = run(kProgram);
-  Tolerances tolerances;
-  tolerances.position = um(10);
-  for (const auto& [risk, text] : {std::pair(9.96e-5, "1.0 &#215; 10<sup>-4</sup>"),
-                                   std::pair(6.34e-5, "6.3 &#215; 10<sup>-5</sup>")}) {
-    JobVerdict verdict(tolerances);
-    Drill drill;
-    drill.tool = 1;
-    drill.cov_mm2 = Eigen::Matrix2d::Identity();
-    drill.risk = drill.judged_risk = risk;
-    verdict.put({3, {}, drill, {}, nullptr});
-    job->input.verdict = &verdict;
-    EXPECT_THAT(report_html(job->input), HasSubstr(text));
-  }
-}
-
 TEST(ReportHtml, EscapesHostileTexts) {
   const std::string hostile = "\"><script>alert('x')</script>&\xff\x01\n";
   const auto job = run(kProgram, [&](Measurement& m) {

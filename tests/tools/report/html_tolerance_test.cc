@@ -94,7 +94,7 @@ TEST(ReportHtml, NamesThePlaceToExplainSoThatItIsFound) {
   Drill worst;
   worst.cov_mm2 = Eigen::Matrix2d::Identity();
   worst.tool = 2;
-  worst.risk = 0.999;
+  worst.risk = worst.judged_risk = 0.999;
   JobVerdict of_a_pattern(warning());
   of_a_pattern.put({3, {}, worst, "PINS", nullptr});
   job->input.verdict = &of_a_pattern;
@@ -115,7 +115,7 @@ TEST(ReportHtml, RoundsARiskBeforeItSplitsIt) {
     Drill drill;
     drill.tool = 1;
     drill.cov_mm2 = Eigen::Matrix2d::Identity();
-    drill.risk = risk;
+    drill.risk = drill.judged_risk = risk;
     verdict.put({3, {}, drill, {}, nullptr});
     job->input.verdict = &verdict;
     EXPECT_THAT(report_html(job->input), HasSubstr(text));
