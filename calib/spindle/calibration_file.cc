@@ -10,7 +10,6 @@
 
 #include "calib/base/atomic_file.h"
 #include "calib/base/clock.h"
-#include "calib/base/noted_head.h"
 #include "calib/base/strict_json.h"
 #include "calib/camera/calibration_file.h"
 #include <Eigen/Core>
@@ -241,7 +240,7 @@ Expected<SpindleCalibration> parse_spindle_calibration(std::string_view text,
   constexpr std::array<std::string_view, 6> kKeys = {
       "kind", "version", "date", "provenance", "units", "offsets"};
   constexpr std::array<std::string_view, 1> kUnitKeys = {"length"};
-  PANELCAL_TRY(const nlohmann::json document, internal::parse_calibration_json(text, file));
+  PANELCAL_TRY(const nlohmann::json document, internal::parse_strict_json(text, file));
   PANELCAL_TRY(
       const StrictObject top,
       StrictObject::make(document, "the calibration", kKeys, Code::CalibrationInvalid, file));

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <chrono>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,16 +14,15 @@
 #include "machine/job/camera_pose.h"
 #include "machine/job/depth_summary.h"
 #include "machine/job/job.h"
+#include "machine/job/spindle_age.h"
 #include "machine/job/text_variables.h"
 #include "machine/job/verdict_summary.h"
-#include "machine/job/walk_terms.h"
 #include "machine/sim/truth.h"
 #include "surface/map/file.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/operator_prompt.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
-#include "tools/cli/version.h"
 #include "tools/report/html.h"
 #include "tools/run/fits_summary.h"
 #include "tools/run/seen_pictures.h"
@@ -110,13 +107,8 @@ class RunCommand {
   Expected<void> prepare() {
     PANELCAL_TRY(machine_, read_machine_config(options_.machine));
     const std::chrono::sys_seconds now = system_clock()();
-    PANELCAL_TRY(const std::string time,
-                 set_walk_terms({options_.program,
-                                 options_.clock,
-                                 now,
-                                 options_.max_operations,
-                                 options_.accepts_unterminated},
-                                machine_));
+    PANELCAL_TRY(const std::string time, wall_time(options_.clock, now));
+    PANELCAL_CHECK(age_offset(machine_, options_.clock, now));
     if (options_.turned_deg) machine_.walk.base_limits.turned_deg = *options_.turned_deg;
     PANELCAL_TRY(const std::optional<ExplainChoice> explain, explain_choice(options_));
     std::optional<OutputFormat> format;
@@ -133,6 +125,7 @@ class RunCommand {
       PANELCAL_TRY(StoredZones stored, read_zoned_map_file(options_.surface));
       surface = std::make_shared<const ZonedMap>(std::move(stored.map));
     }
+    machine_.reading.accepts_unterminated = options_.accepts_unterminated;
     PANELCAL_TRY(job_, read_job(options_.program, machine_, now));
     PANELCAL_CHECK(check_patterns(context_.options, job_.program, context_.files));
     job_.clock = options_.clock;
@@ -178,8 +171,7 @@ class RunCommand {
             .uncorrected = options_.uncorrected,
             .observer = observer(),
             .executor = pool_.get(),
-            .prompt = [this] { return operator_prompt(kCommand, context_.console); },
-            .taken_by = {system_clock(), asking_person(""), std::string("panelcal ") + kVersion}};
+            .prompt = [this] { return operator_prompt(kCommand, context_.console); }};
   }
 
   /// Sizes are for the explanation of a refusal, pictures for the report.
@@ -270,7 +262,6 @@ class RunCommand {
     input.provenance = provenance_;
     input.provenance.emplace_back(
         "date", options_.clock.empty() ? iso_8601(system_clock()()) : options_.clock);
-    std::ranges::move(ledger_head_row(machine_.ledger_file), std::back_inserter(input.provenance));
     if (take(write_result(options_.report, report_html(input)))) {
       context_.console.say("report: " + options_.report);
     }
