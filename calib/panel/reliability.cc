@@ -14,7 +14,7 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr int kDirections = 12;  ///< over half a turn
+constexpr int kUnseenDirections = 12;  ///< over half a turn
 /// A direction in which less than this of an error shows is one that does not show.
 constexpr double kInvisible = 1e-9;
 
@@ -93,8 +93,8 @@ class UnseenSearch {
     const Eigen::Vector2d weak(-strong.y(), strong.x());
     const double floor = kInvisible * std::max(mean + half, std::numeric_limits<double>::min());
     const double ratio = std::sqrt(std::max(mean - half, floor) / std::max(mean + half, floor));
-    for (int k = 0; k < kDirections; ++k) {
-      const double phi = std::numbers::pi * k / kDirections;
+    for (int k = 0; k < kUnseenDirections; ++k) {
+      const double phi = std::numbers::pi * k / kUnseenDirections;
       out.push_back((ratio * std::cos(phi) * strong + std::sin(phi) * weak).normalized());
     }
     return out;

@@ -108,7 +108,7 @@ COMMANDS = {
     "history rollback": f"-l drill1.ledger {KEY} --reason test",
     "history fresh-start": f"-l drill1.ledger {KEY} --reason test",
     "history plot": f"-l drill1.ledger {KEY} --parameter offset_x",
-    "history verify": "-l drill1.ledger -m machine.toml --against map.json",
+    "history verify": "-l drill1.ledger",
     "surface fit": "probes.jsonl -m machine.toml --zones zones.toml --voids-of job.exc",
     "surface query": "map.json --program job.exc -m machine.toml",
     "surface diff": "map.json map.json",
@@ -118,7 +118,7 @@ COMMANDS = {
 }
 # Options with a text that name no output; all others with a text are tried as outputs.
 NO_OUTPUTS = {
-    "--against", "--area", "--at", "--by", "--camera", "--clock", "--explain", "--form", "--format", "--grid",
+    "--area", "--at", "--by", "--camera", "--clock", "--explain", "--form", "--format", "--grid",
     "--images", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
     "--measurements", "--model", "--parameter", "--plate", "--probes", "--program", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",
@@ -173,8 +173,7 @@ def make(panelcal, repository, folder):
     for minute in (0, 1):
         panelcal_writes("nightly", "-m", "machine.toml", "--clock", f"2026-11-2{minute}T02:00:00Z")
     panelcal_writes("synth", "job.exc", "-m", "machine.toml", "-o", "images")
-    # Without the digests the pictures are a camera's.
-    (folder / "images/synth.sha256").unlink()
+    # Without it the pictures are a camera's.
     (folder / "images/truth.json").rename(folder / "truth.json")
     panelcal_writes("surface", "fit", "probes.jsonl", "-o", "map.json")
     panelcal_writes("run", "job.exc", "-m", "machine.toml", "--images", "images", "--clock",

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <concepts>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,10 +22,6 @@ using Provenance = std::vector<std::pair<std::string, std::string>>;
 Provenance provenance_of(const Options& options,
                          const Program& program,
                          const std::vector<std::string>& files);
-
-/// The row "ledger head" of a page, as `history verify --against` reads it; none where there is no
-/// ledger. One that cannot be read is said, and keeps no page from being written.
-Provenance ledger_head_row(const std::filesystem::path& ledger);
 
 /// As given; the user, if none was; "unknown" if the system does not say.
 std::string asking_person(const std::string& given);

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <chrono>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,10 +13,10 @@
 #include "machine/config/machine_config.h"
 #include "machine/job/camera_pose.h"
 #include "machine/job/job.h"
+#include "machine/job/spindle_age.h"
 #include "machine/job/summary/depth_summary.h"
 #include "machine/job/summary/verdict_summary.h"
 #include "machine/job/text_variables.h"
-#include "machine/job/walk_terms.h"
 #include "machine/sim/truth.h"
 #include "surface/map/file.h"
 #include "tools/cli/commands.h"
@@ -110,13 +108,8 @@ class RunCommand {
   Expected<void> prepare() {
     PANELCAL_TRY(machine_, read_machine_config(options_.machine));
     const std::chrono::sys_seconds now = system_clock()();
-    PANELCAL_TRY(const std::string time,
-                 set_walk_terms({options_.program,
-                                 options_.clock,
-                                 now,
-                                 options_.max_operations,
-                                 options_.accepts_unterminated},
-                                machine_));
+    PANELCAL_TRY(const std::string time, wall_time(options_.clock, now));
+    PANELCAL_CHECK(age_offset(machine_, options_.clock, now));
     if (options_.turned_deg) machine_.walk.base_limits.turned_deg = *options_.turned_deg;
     PANELCAL_TRY(const std::optional<ExplainChoice> explain, explain_choice(options_));
     std::optional<OutputFormat> format;
@@ -133,6 +126,7 @@ class RunCommand {
       PANELCAL_TRY(StoredZones stored, read_zoned_map_file(options_.surface));
       surface = std::make_shared<const ZonedMap>(std::move(stored.map));
     }
+    machine_.reading.accepts_unterminated = options_.accepts_unterminated;
     PANELCAL_TRY(job_, read_job(options_.program, machine_, now));
     PANELCAL_CHECK(check_patterns(context_.options, job_.program, context_.files));
     job_.clock = options_.clock;
@@ -181,8 +175,7 @@ class RunCommand {
             .uncorrected = options_.uncorrected,
             .observer = observer(),
             .executor = pool_.get(),
-            .prompt = [this] { return operator_prompt(kCommand, context_.console); },
-            .taken_by = {system_clock(), asking_person(""), std::string("panelcal ") + kVersion}};
+            .prompt = [this] { return operator_prompt(kCommand, context_.console); }};
   }
 
   /// Sizes are for the explanation of a refusal, pictures for the report.
@@ -277,7 +270,6 @@ class RunCommand {
     input.provenance = provenance_;
     input.provenance.emplace_back(
         "date", options_.clock.empty() ? iso_8601(system_clock()()) : options_.clock);
-    std::ranges::move(ledger_head_row(machine_.ledger_file), std::back_inserter(input.provenance));
     if (take(write_result(options_.report, report_html(input)))) {
       context_.console.say("report: " + options_.report);
     }

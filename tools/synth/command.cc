@@ -18,7 +18,8 @@ Expected<Recording> synthesize(const SynthOptions& options,
   if (options.seed && config.sim) config.sim->seed = *options.seed;
   PANELCAL_TRY(const SimMachine machine, SimMachine::create(config, program));
   PANELCAL_TRY(Recording recording, record_pictures(program, config, machine, options.output, log));
-  PANELCAL_CHECK(finish_recording(options.output, recording, machine.truth()));
+  PANELCAL_CHECK(
+      write_truth_json(std::filesystem::path(options.output) / "truth.json", machine.truth()));
   return recording;
 }
 

@@ -232,7 +232,7 @@ Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& o
   const CameraInformation information = problem.information(state);
   const auto n_parameters = static_cast<int>(free.size()) + information.n_determined;
   CameraFit fit = camera_report(data, state, problem);
-  fit.form = fit.sufficient = options.form;
+  fit.form = options.form;
   fit.undetermined = open;
   fit.degrees_of_freedom = 2 * static_cast<int>(data.seen.size()) - n_parameters;
   fit.covariance = covariance_of(information.normal, free);
@@ -258,16 +258,14 @@ Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions
     }
     // A form that leaves open more than the form before it is that form again.
     if (!fits.empty() && fit->undetermined.size() > fits.back().undetermined.size()) continue;
-    if (!fits.empty() && fit->degrees_of_freedom < kFewestCameraFreedoms) break;
     fits.push_back(*std::move(fit));
   }
   if (fits.empty()) return failure(*std::move(why_not));
   double least = fits.front().criterion();
   for (const CameraFit& fit : fits) least = std::min(least, fit.criterion());
-  const auto enough = std::ranges::find_if(
+  const auto chosen = std::ranges::find_if(
       fits, [&](const CameraFit& fit) { return fit.criterion() <= least + kWorthASofterModel; });
-  fits.back().sufficient = enough->form;
-  return std::move(fits.back());
+  return *std::move(chosen);
 }
 
 }  // namespace panelcal

@@ -23,9 +23,6 @@ namespace panelcal {
 /// A fitted camera, and what the data say about it.
 struct CameraFit {
   CameraForm form = CameraForm::Flat;
-  /// The stiffest form whose criterion is within kWorthASofterModel of the least; of a form that
-  /// was asked for, that one.
-  CameraForm sufficient = CameraForm::Flat;
   CameraModel::Parameters parameters;
   CameraModelCovariance covariance = CameraModelCovariance::Zero();  ///< of held ones 0
   /// Parameters of the form that the data leave open; they are held at their start.
@@ -74,22 +71,10 @@ struct CameraFit {
 /// See    tests/calib/camera/fit/fit_test.cc
 Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& options);
 
-/// Degrees of freedom that a form has to leave: of a variance that is estimated by fewer there is
-/// no second moment (nu / (nu - 2)).
-inline constexpr int kFewestCameraFreedoms = 3;
-
-/// Fits the softest form whose parameters the data determine and that leaves kFewestCameraFreedoms;
-/// `sufficient` says which stiffer one chi square would allow.
-///
-/// Not that one, and no average: a lens that is bent by one or two sigmas of k1 passes for a flat
-/// one, and the flat fit's scale is then off by as many sigmas of what k1 and scale share, several
-/// of its own. An interval about a form that the data chose has no coverage below which it cannot
-/// fall (Leeb and Poetscher 2005); averages with Akaike's weights hold 79 % of 95 in the worst case
-/// here. The softest form's covariance needs no choice, and costs sigma only where a form is not
-/// seen.
+/// Fits all forms whose parameters the data determine and returns the stiffest whose criterion is
+/// within kWorthASofterModel of the least. Its covariance does not count that it was chosen.
 ///
 /// Fails  as fit_camera, where not even the flat one can be fitted
-/// Source Leeb and Poetscher 2005, Model selection and inference
 Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions& options);
 
 }  // namespace panelcal

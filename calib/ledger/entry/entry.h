@@ -25,8 +25,7 @@ enum class LedgerKind : std::uint8_t {
   SelfTest,
   Night,
   Light,
-  Settle,
-  Coupon  ///< rows that were taken to drill into
+  Settle
 };
 
 /// The verdict on it. Only an installed calibration comes into force; a rolled-back entry puts an

@@ -54,12 +54,11 @@ CameraFitOptions fit_options_of(const MachineConfig& config,
   return fit;
 }
 
-/// The scatter of the data over that of the covariances, as a factor of sigmas. A variance that nu
-/// degrees of freedom estimate is as good as one that is nu / (nu - 2) times as large and known.
+/// Ratio of the data's scatter to that of the covariances, as a factor of sigmas.
 Expected<double> excess_of(const CameraData& data, const CameraFitOptions& options) {
-  PANELCAL_TRY(const CameraFit fit, internal::softest_camera(data, options, kFewestCameraFreedoms));
-  if (fit.degrees_of_freedom < kFewestCameraFreedoms) return 1.0;
-  return std::sqrt(std::max(1.0, fit.chi_square / (fit.degrees_of_freedom - 2)));
+  PANELCAL_TRY(const CameraFit fit, internal::least_scattered_camera(data, options));
+  if (fit.degrees_of_freedom < internal::kFewestFreedoms) return 1.0;
+  return std::sqrt(std::max(1.0, fit.chi_square / fit.degrees_of_freedom));
 }
 
 /// A mark without a size in mm has one as soon as there is a scale.
@@ -236,9 +235,6 @@ std::string report(const CameraRun& run) {
   text += fmt::format("  chi square {:.1f} of {} degrees of freedom",
                       run.fit.chi_square,
                       run.fit.degrees_of_freedom);
-  if (run.fit.sufficient != run.fit.form) {
-    text += fmt::format("; a {} camera would do", name(run.fit.sufficient));
-  }
   if (run.excess > 1) {
     text +=
         fmt::format("; views scatter {:.2f} times more than stated, which is counted", run.excess);

@@ -21,7 +21,8 @@ namespace panelcal {
 /// Options of a camera's calibration.
 struct CameraRunOptions {
   MarkViews views = {};
-  std::optional<CameraForm> form = {};  ///< absent: the softest that the pictures determine
+  std::optional<CameraForm> form =
+      {};  ///< absent: the stiffest that the pictures do not contradict
   /// Distance of the panel over the scale, from the lens' data sheet; infinite if telecentric.
   /// Absent: that of the camera in force, or telecentric if there is none.
   std::optional<double> focal_px = {};
@@ -59,10 +60,9 @@ Expected<CameraRun> calibrate_camera(const MachineConfig& config,
 
 /// Fits the camera to what was seen of a mark or a plate.
 ///
-/// The views' own scatter is taken for what it is: if the softest form leaves more than the
-/// covariances say, they are enlarged by as much, and by nu / (nu - 2), so that 1.96 sigma hold 95
-/// % also where few degrees of freedom nu estimate the scatter. Before that, looks that do not fit
-/// the others are left out (a speck taken for the mark, a stop that was missed).
+/// The views' own scatter is taken for what it is before a form is chosen: if even the softest form
+/// leaves more than the covariances say, they are enlarged by as much. Before that, looks that do
+/// not fit the others are left out (a speck taken for the mark, a stop that was missed).
 ///
 /// Fails  calibration-data; calibration-invalid (a lens that no reader would accept)
 Expected<CameraRun> fit_camera_run(const MachineConfig& config,

@@ -111,7 +111,7 @@ Expected<std::vector<SelfTestCheck>> SurfaceNight::check() const {
   for (const Eigen::Vector2d& corner_mm : {surface_.low_mm, surface_.high_mm}) {
     if (is_in_travel(*config_, position_mm<frame::Machine>(corner_mm))) continue;
     return failure({Code::ConfigValue,
-                    surface_.place,
+                    {config_->file.string(), 0, 0},
                     fmt::format("[nightly.surface] reaches to ({:g}, {:g}), which is outside of "
                                 "the travel",
                                 corner_mm.x(),

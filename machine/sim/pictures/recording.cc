@@ -82,13 +82,4 @@ Expected<Recording> record_pictures(const Program& program,
   return recording;
 }
 
-Expected<void> finish_recording(const std::filesystem::path& folder,
-                                const Recording& recording,
-                                const Truth& truth) {
-  PANELCAL_CHECK(write_truth_json(folder / "truth.json", truth));
-  std::vector<std::string> names = {"images.csv", "truth.json"};
-  for (const PictureRow& row : recording.rows) names.push_back(row.file);
-  return internal::finish_synth_folder(folder, std::move(names));
-}
-
 }  // namespace panelcal

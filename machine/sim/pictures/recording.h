@@ -7,7 +7,6 @@
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
 #include "machine/sim/sim_machine.h"
-#include "machine/sim/truth.h"
 #include "program/walk/survey.h"
 #include "program/walk/walk.h"
 #include "vision/picture/files/folder.h"
@@ -39,13 +38,5 @@ Expected<Recording> record_pictures(const Program& program,
                                     const SimMachine& machine,
                                     const std::filesystem::path& folder,
                                     DiagnosticLog& log);
-
-/// Writes truth.json, and synth.sha256 with the digest of every file: a later recording removes
-/// what is as it was written, and nothing else.
-///
-/// Fails  file-unreadable; device-write
-Expected<void> finish_recording(const std::filesystem::path& folder,
-                                const Recording& recording,
-                                const Truth& truth);
 
 }  // namespace panelcal

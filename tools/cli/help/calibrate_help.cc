@@ -23,7 +23,7 @@ give to circle centres is part of the model. Recorded pictures are one mark's, a
 images.csv say where the axis stood (docs/formats/picture_folder.md); a vision tool in pixels needs
 no [camera], so that a camera can be calibrated for the first time.
 
---form auto takes the softest form that the views determine. A tilt shows only if
+--form auto takes the stiffest form that the views do not contradict. A tilt shows only if
 --focal-px states how near the lens is; with a telecentric lens a tilt and a stretch look alike.
 A plate of dots, with or without AprilTags (--plate, see `panelcal calibrate table --help`), does as
 well as one mark; the present [camera] says where its dots are expected.

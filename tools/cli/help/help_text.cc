@@ -91,12 +91,8 @@ writes that calibration's file again:
 This shows how far every hole of a job would move, with a picture of arrows:
   $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
 
-Calibrations and reports note the ledger's newest entry. This holds the ledger against them, since
-the hashes alone do not tell that newest entries were deleted:
-  $ panelcal history verify -l drill1.ledger -m machine.toml --against reports
-
 Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged, cut off or busy, or the disk failed)"},
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
     {"nightly", R"(Example
   $ panelcal nightly -m machine.toml --dry-run
   $ panelcal nightly -m machine.toml
@@ -285,8 +281,8 @@ Without a program: pictures of one target each, at random places and angles, wit
 and neighbours of [sim]. Their truth.json (docs/formats/sample_truth.md) says what `panelcal locate`
 should find in them.
 
-What an earlier synth wrote into the folder, by the digests in its synth.sha256, is removed. A folder
-with numbered pictures or lists that are not as synth wrote them is refused.
+The lists of an earlier synth in the folder, and the pictures that they name, are removed. A folder
+with other numbered pictures or lists is refused.
 
 Exit codes
   0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)"},

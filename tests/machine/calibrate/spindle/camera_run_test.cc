@@ -153,7 +153,7 @@ TEST_F(SpindleCameraRunTest, ADrillThatBreaksAtOnceIsRefusedWithTheReason) {
   const auto run = calibrate_spindle_camera(config, {*machine, drill, *machine, {}, {}});
   EXPECT_THAT(run, FailsWith(Code::CalibrationRefused, "2 of 9 holes of coupon \"A\""));
   // The rows are spoiled all the same.
-  EXPECT_EQ(used_rows(config)->count(), 3);
+  EXPECT_EQ(used_rows(*config.coupon), 3);
 }
 
 TEST_F(SpindleCameraRunTest, NeighboursAreNotTakenForEachOther) {
