@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "program/judge/place_budget.h"
-#include "program/judge/risk_basis.h"
+#include "program/judge/told_risk.h"
 #include <fmt/format.h>
 
 namespace panelcal {

@@ -32,10 +32,10 @@ double noticed_noncentrality(double false_alarm, double power, int degrees_of_fr
 /// smaller, with this chance: the upper confidence limit of how much is hidden in it. 0 where none
 /// is left.
 ///
-///   P(chi'^2(f, lambda) <= chi_square) = chance,   (chi'^2 / (f + lambda))^(1/3) nearly normal
+///   P(chi'^2(f, lambda) <= chi_square) = chance
 ///
 /// In     0 < chance < 0.5
-/// Out    to 4 % of its root for f >= 1 and chances of 0.01 and more
+/// Out    exact below 500; beyond, to 1 % of its root ((chi'^2 / (f + lambda))^(1/3) nearly normal)
 /// Source Abdel-Aty 1954, Biometrika 41, 538
 double largest_noncentrality(double chi_square, int degrees_of_freedom, double chance);
 

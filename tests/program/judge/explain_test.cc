@@ -79,7 +79,7 @@ TEST(Explainer, AHoleInANestedCopyUnderABaseCorrection) {
       "(+0.000, +0.000) um\n"
       "    G36 target 1: nominal (100.000000, 0.000000) mm, measured (81.000000, 62.000000) mm, "
       "residual (+0.000, +0.000) um\n"
-      "  corrected   (-37.000000, 61.000000) mm, sigma (0.817, 1.310) um\n"
+      "  corrected   (-37.000000, 61.000000) mm, sigma (0.817, 1.310) um of the fit only\n"
       "  budget                      sigma x     y um share %  common to\n"
       "    detector                    0.817    1.310   100.0  holes of one fit\n"
       "    total                       0.817    1.310   100.0\n"
@@ -153,7 +153,7 @@ TEST(Explainer, SaysHowLikelyTheToleranceIsBroken) {
       << untold;
   const std::string before = explained(metric("T1\n" + body), "1", options);
   EXPECT_NE(
-      before.find("\n  tolerance   2 um, risk of breaking it not known without a correction\n"),
+      before.find("\n  tolerance   20 um, risk of breaking it not known without a correction\n"),
       std::string::npos)
       << before;
   const std::string not_asked = explained(metric("T1\n" + body), "3", options);

@@ -328,8 +328,10 @@ TEST_F(TrialNights, AStageWithoutAnyMotionIsMeasuredToHalfTheShortestDelay) {
   const auto number = trial_number(*in_force(TrialKind::Settle));
   ASSERT_TRUE(number);
   EXPECT_EQ(number->value, 0);
-  // Twelve delays up to 1 s, the shortest after the first is 1 s / 11^2.
-  EXPECT_NEAR(number->sigma, 0.5 / 121, 1e-9);
+  // Twelve delays up to 1 s, the shortest after the first is 1 s / 11^2; those of the rounds behind
+  // it are drawn between the first and that one, since nothing moves.
+  EXPECT_LE(number->sigma, 0.5 / 121);
+  EXPECT_GT(number->sigma, 0.1 / 121);
 }
 
 TEST_F(TrialNights, WhatMayExplainBadPicturesIsMeasuredButNotInstalled) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/judge/risk_basis.h"
+#include "program/judge/told_risk.h"
 
 #include <algorithm>
 #include <cmath>
