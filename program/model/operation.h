@@ -42,8 +42,8 @@ struct PlacedPoint {
   Position<frame::Machine> actual;  ///< sent to the machine: work zero + told
   Eigen::Matrix2d cov_mm2 =
       Eigen::Matrix2d::Zero();  ///< of what is drilled; zero without a correction
-  /// That the hole breaks its tolerance, as outputs state it (program/walk/risk_judge.h); absent
-  /// without a tolerance or without a correction, and where it is not known.
+  /// That the hole breaks its tolerance, as outputs state it (program/walk/execution/risk_judge.h);
+  /// absent without a tolerance or without a correction, and where it is not known.
   std::optional<double> risk;
   /// The same by `cov_mm2` alone, which [tolerance] is held against: present if there is a
   /// tolerance and a correction.

@@ -12,10 +12,10 @@
 #include "program/geometry/arcs.h"
 #include "program/model/tool_links.h"
 #include "program/walk/execution/depth_follower.h"
+#include "program/walk/execution/risk_judge.h"
 #include "program/walk/measuring/measuring.h"
 #include "program/walk/options.h"
 #include "program/walk/reporter.h"
-#include "program/walk/risk_judge.h"
 
 namespace panelcal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/walk/risk_judge.h"
+#include "program/walk/execution/risk_judge.h"
 
 #include <algorithm>
 #include <cmath>
