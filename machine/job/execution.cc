@@ -157,17 +157,7 @@ void JobExecution::finish(DiagnosticLog working_log,
   }
   for (const Diagnostic& diagnostic : working_log.kept()) result.log.add(diagnostic);
   if (aim_ != Aim::Operations && !is_explained) return;
-  result.is_executed = !working_log.has_errors();
-  if (result.is_executed && aim_ != Aim::Explanation) {
-    const bool is_sure_enough = judge(result);
-    if (writer_ && (is_sure_enough || job_.force)) {
-      if (Expected<void> done = commit(); done) {
-        result.is_committed = true;
-      } else {
-        result.log.add(std::move(done).error());
-      }
-    }
-  }
+  // All that takes memory comes before the output is committed: a job without an output ends so.
   const MachineUncertainty& uncertainty = machine_.walk.uncertainty;
   // Of a job that is held it is all the more wanted.
   if (job_.finds_worst_place && verdict_) {
@@ -179,6 +169,17 @@ void JobExecution::finish(DiagnosticLog working_log,
   result.unstated = unstated_words(uncertainty);
   result.tally = tally_;
   result.surface_use = surface_use_;
+  result.is_executed = !working_log.has_errors();
+  if (result.is_executed && aim_ != Aim::Explanation) {
+    const bool is_sure_enough = judge(result);
+    if (writer_ && (is_sure_enough || job_.force)) {
+      if (Expected<void> done = commit(); done) {
+        result.is_committed = true;
+      } else {
+        result.log.add(std::move(done).error());
+      }
+    }
+  }
   result.verdict = std::move(verdict_);
   result.depth = std::move(depth_);
   result.truth = std::move(truth_);
