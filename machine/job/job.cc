@@ -7,8 +7,7 @@
 
 #include "machine/job/checked_program.h"
 #include "machine/job/execution.h"
-#include "machine/job/spindle_age.h"
-#include "machine/job/text_variables.h"
+#include "machine/job/walk_terms.h"
 #include "program/walk/measuring/pad_collector.h"
 #include <fmt/format.h>
 
@@ -164,14 +163,16 @@ class JobRun {
 
   bool prepare() {
     WalkOptions& walk = machine_.walk;
-    walk.max_operations = job_.max_operations;
     walk.compares_models = job_.compares_models;
-    std::string time;
-    if (!take(wall_time(job_.clock, job_.now), time)) return false;
-    if (!take(age_offset(machine_, job_.clock, job_.now))) return false;
-    if (!take(check_output())) return false;
     const std::string& file = job_.program.source.file;
-    set_text_variables(file == kStandardInput ? "-" : file, time, walk.sieb_meyer.text);
+    const WalkTerms terms = {.program = file == kStandardInput ? "-" : file,
+                             .clock = job_.clock,
+                             .now = job_.now,
+                             .max_operations = job_.max_operations,
+                             // Of a program that is read already.
+                             .accepts_unterminated = machine_.reading.accepts_unterminated};
+    std::string time;
+    if (!take(set_walk_terms(terms, machine_), time) || !take(check_output())) return false;
     if (job_.format && !take(check_output_format(*job_.format, machine_))) return false;
     const bool writes_program = job_.format && is_program(*job_.format);
     const bool keeps =

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <chrono>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "calib/base/clock.h"
 #include "machine/check/machine_check.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
-#include "machine/job/spindle_age.h"
-#include "machine/job/text_variables.h"
+#include "machine/job/walk_terms.h"
 #include "program/excellon/text/header.h"
 #include "program/judge/job_check.h"
 #include "program/judge/tally.h"
@@ -101,43 +100,34 @@ std::string gates_lines(const WalkOptions& walk) {
 }  // namespace
 
 ExitCode run_command(const CheckOptions& options, CommandContext& context) {
+  const auto fail = [&](const Diagnostic& diagnostic) {
+    context.console.print(diagnostic);
+    return exit_code(diagnostic);
+  };
   DiagnosticLog log;
   DiagnosticLog of_machine;  // apart: a program is checked whatever is wrong with the machine
-  WalkOptions walk;
-  ReadOptions reading;
-  std::optional<MachineConfig> machine;
-  const std::chrono::sys_seconds now = system_clock()();
-  const auto time = wall_time(options.clock, now);
-  if (!time) {
-    context.console.print(time.error());
-    return exit_code(time.error());
-  }
+  MachineConfig config;
   if (!options.machine.empty()) {
-    auto config = read_machine_config(options.machine);
-    if (!config) {
-      context.console.print(config.error());
-      return exit_code(config.error());
-    }
-    if (const auto aged = age_offset(*config, options.clock, now); !aged) {
-      context.console.print(aged.error());
-      return exit_code(aged.error());
-    }
-    check_machine(*config, of_machine);
-    walk = config->walk;
-    reading = config->reading;
-    machine = *std::move(config);
+    auto read = read_machine_config(options.machine);
+    if (!read) return fail(read.error());
+    config = *std::move(read);
   }
-  walk.max_operations = options.max_operations;
-  set_text_variables(options.program, *time, walk.sieb_meyer.text);
+  const WalkTerms terms = {options.program,
+                           options.clock,
+                           system_clock()(),
+                           options.max_operations,
+                           options.accepts_unterminated};
+  if (const auto set = set_walk_terms(terms, config); !set) return fail(set.error());
+  if (!options.machine.empty()) check_machine(config, of_machine);
+  WalkOptions& walk = config.walk;
   std::string result;
   if (!options.program.empty()) {
     walk.slots = walk.step_slots = Cycles::Kept;
-    reading.accepts_unterminated = options.accepts_unterminated;
-    const auto program = read_program(options.program, std::move(reading), log);
-    Passing passing(machine ? machine->travel : std::nullopt);
+    const auto program = read_program(options.program, config.reading, log);
+    Passing passing(config.travel);
     Survey survey;
     if (program) survey = check_job(*program, walk, passing, log);
-    if (program && machine) check_targets(*machine, *program, survey, log);
+    if (program && !options.machine.empty()) check_targets(config, *program, survey, log);
     for (const Diagnostic& diagnostic : of_machine.kept()) log.add(diagnostic);
     context.console.print(log);
     if (log.has_errors()) {
@@ -149,12 +139,10 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     }
     result = summary(*program, survey, passing.tally, log);
   } else if (options.machine.empty()) {
-    const Diagnostic nothing{Code::Usage,
-                             {"panelcal check", 0, 0},
-                             "nothing to check",
-                             "PROGRAM, -m machine.toml, or both"};
-    context.console.print(nothing);
-    return exit_code(nothing);
+    return fail({Code::Usage,
+                 {"panelcal check", 0, 0},
+                 "nothing to check",
+                 "PROGRAM, -m machine.toml, or both"});
   } else {
     context.console.print(of_machine);
     if (of_machine.has_errors()) return exit_code(of_machine);
@@ -162,9 +150,7 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   }
   if (!options.machine.empty()) result += gates_lines(walk);
   const auto written = context.output.write(result);
-  if (written) return ExitCode::Done;
-  context.console.print(written.error());
-  return exit_code(written.error());
+  return written ? ExitCode::Done : fail(written.error());
 }
 
 }  // namespace panelcal

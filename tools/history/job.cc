@@ -10,7 +10,7 @@
 #include "machine/calibrate/calibration_record.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
-#include "machine/job/text_variables.h"
+#include "machine/job/walk_terms.h"
 #include "machine/sources/measurement_file_source.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
@@ -62,13 +62,17 @@ class JobRun {
 
   Expected<void> read_job() {
     PANELCAL_TRY(config_, read_machine_config(options_.machine_file));
-    config_.walk.max_operations = options_.max_operations;
     if (options_.measurements.empty()) {
       // Targets that are where they are drawn speak for no model.
       config_.walk.chooses_model = false;
     }
-    PANELCAL_TRY(const std::string time, wall_time(options_.clock, system_clock()()));
-    set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
+    PANELCAL_CHECK(set_walk_terms({.program = options_.program,
+                                   .clock = options_.clock,
+                                   .now = system_clock()(),
+                                   .max_operations = options_.max_operations,
+                                   .accepts_unterminated = options_.accepts_unterminated,
+                                   .ages_offset = false},
+                                  config_));
     PANELCAL_CHECK(measure());
     return {};
   }
@@ -80,7 +84,6 @@ class JobRun {
  private:
   Expected<void> measure() {
     DiagnosticLog log;
-    config_.reading.accepts_unterminated = options_.accepts_unterminated;
     program_ = read_program(options_.program, config_.reading, log);
     if (program_) PANELCAL_CHECK(check_patterns(context_.options, *program_, context_.files));
     if (program_ && !log.has_errors()) {

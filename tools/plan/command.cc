@@ -12,8 +12,8 @@
 #include "calib/base/files/atomic_file.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
-#include "machine/job/spindle_age.h"
 #include "machine/job/text_variables.h"
+#include "machine/job/walk_terms.h"
 #include "machine/sources/measurement_file_source.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
@@ -90,7 +90,6 @@ class PlanRun {
                     ".svg or .html");
     }
     if (!take(read_machine_config(options_.machine), config_)) return false;
-    config_.walk.max_operations = options_.max_operations;
     // Targets that are where they are drawn speak for no model.
     request_.chooses_model = std::exchange(config_.walk.chooses_model, false);
     request_.bends_panel = std::exchange(config_.walk.bends_panel, false);
@@ -98,20 +97,18 @@ class PlanRun {
     request_.fixed_model = config_.walk.model;
     // A slot's ends say all about it.
     config_.walk.slots = config_.walk.step_slots = Cycles::Kept;
-    const std::chrono::sys_seconds now = system_clock()();
-    std::string time;
-    if (!take(wall_time(options_.clock, now), time)) return false;
-    if (!take(check_spindle_is_calibrated(config_))) return false;
-    if (!take(age_offset(config_, options_.clock, now))) return false;
-    set_text_variables(options_.program, time, config_.walk.sieb_meyer.text);
-    time_ = time;
-    return true;
+    const WalkTerms terms = {options_.program,
+                             options_.clock,
+                             system_clock()(),
+                             options_.max_operations,
+                             options_.accepts_unterminated};
+    return take(check_spindle_is_calibrated(config_)) &&
+           take(set_walk_terms(terms, config_), time_);
   }
 
   /// Walks over the perfect panel. Where only the design of a series is at fault, once more with
   /// a model that any target determines, so that there are holes to speak of.
   bool check() {
-    config_.reading.accepts_unterminated = options_.accepts_unterminated;
     std::optional<Program> program = read_program(options_.program, config_.reading, log_);
     if (!program || !take(check_patterns(context_.options, *program, context_.files))) return false;
     checked_ = CheckedProgram{*std::move(program), {}};

@@ -5,7 +5,7 @@
 #include "calib/base/clock.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
-#include "machine/job/text_variables.h"
+#include "machine/job/walk_terms.h"
 #include "tools/cli/commands.h"
 
 namespace panelcal {
@@ -48,11 +48,13 @@ ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
   };
   auto config = read_machine_config(options.machine);
   if (!config) return fail(config.error());
-  config->walk.max_operations = options.max_operations;
-  config->reading.accepts_unterminated = options.accepts_unterminated;
-  const auto time = wall_time(options.clock, system_clock()());
-  if (!time) return fail(time.error());
-  set_text_variables(options.program, *time, config->walk.sieb_meyer.text);
+  const WalkTerms terms = {.program = options.program,
+                           .clock = options.clock,
+                           .now = system_clock()(),
+                           .max_operations = options.max_operations,
+                           .accepts_unterminated = options.accepts_unterminated,
+                           .ages_offset = false};
+  if (const auto set = set_walk_terms(terms, *config); !set) return fail(set.error());
   DiagnosticLog log;
   const auto checked = read_and_check(options.program, config->reading, config->walk, log);
   context.console.print(log);

@@ -9,7 +9,7 @@
 #include "calib/base/files/atomic_file.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
-#include "machine/job/text_variables.h"
+#include "machine/job/walk_terms.h"
 #include "program/judge/tally.h"
 #include "program/writers/excellon/writer.h"
 #include "program/writers/sieb_meyer/writer.h"
@@ -94,11 +94,15 @@ class Translation {
     if (!options_.machine.empty() && !take(read_machine_config(options_.machine), config_)) {
       return false;
     }
+    const WalkTerms terms = {.program = options_.program,
+                             .clock = options_.clock,
+                             .now = system_clock()(),
+                             .max_operations = options_.max_operations,
+                             .accepts_unterminated = options_.accepts_unterminated,
+                             .ages_offset = false};
     std::string time;
-    if (!take(wall_time(options_.clock, system_clock()()), time)) return false;
+    if (!take(set_walk_terms(terms, config_), time)) return false;
     WalkOptions& walk = config_.walk;
-    set_text_variables(options_.program, time, walk.sieb_meyer.text);
-    walk.max_operations = options_.max_operations;
     walk.slots = walk.step_slots = Cycles::Kept;
     if (walk.scaling && walk.scaling->starts_enabled) {
       return refuse(translate_usage("[reference_scaling] is enabled in " +
@@ -108,7 +112,6 @@ class Translation {
     }
     walk.scaling.reset();  // the other machine's reference scaling is not this one's
     walk.table.reset();    // nor is its table: nothing is corrected here
-    config_.reading.accepts_unterminated = options_.accepts_unterminated;
     checked_ = read_and_check(options_.program, config_.reading, walk, log_);
     if (!checked_ || log_.has_errors()) return false;
     if (!take(check_patterns(context_.options, checked_->program, context_.files))) return false;

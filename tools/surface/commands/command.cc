@@ -10,7 +10,7 @@
 #include "calib/base/files/digest.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
-#include "machine/job/text_variables.h"
+#include "machine/job/walk_terms.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
 #include "tools/surface/commands/subcommand.h"
@@ -56,13 +56,16 @@ Expected<void> walk_program(const std::string& program,
                             CommandContext& context,
                             const Execute& execute) {
   PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
-  config.walk.max_operations = options.max_operations;
-  config.reading.accepts_unterminated = options.accepts_unterminated;
   // Targets that are where they are drawn speak for no model; a slot's ends say all about it.
   config.walk.chooses_model = false;
   config.walk.slots = config.walk.step_slots = Cycles::Kept;
-  PANELCAL_TRY(const std::string time, wall_time(options.clock, system_clock()()));
-  set_text_variables(program, time, config.walk.sieb_meyer.text);
+  PANELCAL_CHECK(set_walk_terms({.program = program,
+                                 .clock = options.clock,
+                                 .now = system_clock()(),
+                                 .max_operations = options.max_operations,
+                                 .accepts_unterminated = options.accepts_unterminated,
+                                 .ages_offset = false},
+                                config));
   DiagnosticLog log;
   const auto checked = read_and_check(program, config.reading, config.walk, log);
   if (checked) PANELCAL_CHECK(check_patterns(context.options, checked->program, context.files));

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "calib/base/expected.h"
+#include "machine/config/machine_config.h"
+
+namespace panelcal {
+
+/// When a program is walked through, and how far: what every command that does so is told.
+struct WalkTerms {
+  std::string program;  ///< its path as on the command line; `-` is standard input; empty: none
+  std::string clock;    ///< the time on the wall, as wall_time() takes it; empty: `now`
+  std::chrono::sys_seconds now{};  ///< UTC
+  std::int64_t max_operations = 1'000'000'000;
+  bool accepts_unterminated = false;  ///< an Excellon program without M30
+  /// The spindle-camera offset drifts until then. Not where nothing is measured or corrected.
+  bool ages_offset = true;
+};
+
+/// Sets them in a machine: age of the spindle-camera offset, texts of the day and of the program's
+/// name, limit of operations, what reading accepts.
+///
+/// Out    the time on the wall
+/// Fails  usage (clock); config-value (the offset was found after that time)
+/// See    tests/machine/job/walk_terms_test.cc
+Expected<std::string> set_walk_terms(const WalkTerms& terms, MachineConfig& machine);
+
+}  // namespace panelcal
