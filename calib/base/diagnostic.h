@@ -77,7 +77,7 @@ class DiagnosticLog {
 };
 
 /// The word of `known` nearest to `word` by edit distance, empty if none is near enough to be
-/// meant (at most a third of the letters differ).
+/// meant: one letter differs, or at most a third of them.
 std::string_view nearest_word(std::string_view word, std::span<const std::string_view> known);
 
 /// `text` without what could steer a terminal: control characters but those of `kept` as \xNN, also

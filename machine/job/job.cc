@@ -169,8 +169,7 @@ class JobRun {
                              .clock = job_.clock,
                              .now = job_.now,
                              .max_operations = job_.max_operations,
-                             // Of a program that is read already.
-                             .accepts_unterminated = machine_.reading.accepts_unterminated};
+                             .command = job_.command};
     std::string time;
     if (!take(set_walk_terms(terms, machine_), time) || !take(check_output())) return false;
     if (job_.format && !take(check_output_format(*job_.format, machine_))) return false;
@@ -219,6 +218,8 @@ class JobRun {
     ++result_.n_walks;
     checked_ = check(job_.program, execution->walk(), until, sink, result_.log);
     if (result_.log.has_errors() || !knows_depths()) return false;
+    // An output that cannot be written is known before anything is measured.
+    if (!executes && sinks_.output != nullptr && !take(sinks_.output->begin())) return false;
     if (executes && checked_.is_executed && !checked_.asks) execution_ = std::move(execution);
     const bool measures = !checked_.survey.measurements.empty();
     return !measures || take(check_spindle_is_calibrated(machine_));
@@ -286,7 +287,7 @@ class JobRun {
 
   /// The requests that are still to come; see RequestForecast. But for the first ones, which the
   /// check knows, they take a walk through the program.
-  std::vector<MeasurementRequest> forecast(const std::vector<Measurement>& answers) const {
+  std::vector<MeasurementRequest> forecast(const std::vector<Measurement>& answers) {
     const Survey& nominal = checked_.survey;
     if (answers.empty()) {
       std::vector<MeasurementRequest> requests;
@@ -302,6 +303,7 @@ class JobRun {
     ForecastTargets targets(answers);
     NominalProbeSource probes;
     DiagnosticLog ignored;
+    ++result_.n_walks;
     survey(job_.program, machine_.walk, checked_, targets, probes, ignored);
     return targets.take();
   }

@@ -21,12 +21,14 @@ bool names_the_time(std::string_view text) {
 
 }  // namespace
 
-Expected<std::string> wall_time(std::string_view clock, std::chrono::sys_seconds now) {
+Expected<std::string> wall_time(std::string_view clock,
+                                std::chrono::sys_seconds now,
+                                const std::string& command) {
   if (!clock.empty()) {
     // A wall has no time zone; only the form and the calendar are checked.
     if (from_iso_8601(std::string(clock) + "Z")) return std::string(clock);
     return failure({Code::Usage,
-                    {"panelcal", 0, 0},
+                    {command, 0, 0},
                     "--clock " + quoted(clock),
                     "a date and a time, such as 2026-11-21T13:45:00"});
   }
@@ -36,7 +38,7 @@ Expected<std::string> wall_time(std::string_view clock, std::chrono::sys_seconds
   if (localtime_r(&seconds, &local) == nullptr ||
       std::strftime(text.data(), text.size(), kForm, &local) != kLength) {
     return failure({Code::Usage,
-                    {"panelcal", 0, 0},
+                    {command, 0, 0},
                     "this computer's clock has no date of four digits for a year",
                     "--clock"});
   }

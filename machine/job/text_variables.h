@@ -14,8 +14,11 @@ namespace panelcal {
 /// The time on the wall that `--clock` names: `2026-11-21T13:45:00`. An empty text is `now` where
 /// this computer stands.
 ///
+/// In     command: as diagnostics name who asks
 /// Fails  usage
-Expected<std::string> wall_time(std::string_view clock, std::chrono::sys_seconds now);
+Expected<std::string> wall_time(std::string_view clock,
+                                std::chrono::sys_seconds now,
+                                const std::string& command = "panelcal");
 
 /// Sets what texts of a SIEB & MEYER program say of the day and of the program's name: &D, &T, &F
 /// and &E.

@@ -7,11 +7,13 @@
 namespace panelcal {
 
 Expected<std::string> set_walk_terms(const WalkTerms& terms, MachineConfig& machine) {
-  PANELCAL_TRY(std::string time, wall_time(terms.clock, terms.now));
+  PANELCAL_TRY(std::string time, wall_time(terms.clock, terms.now, terms.command));
   if (terms.ages_offset) PANELCAL_CHECK(age_offset(machine, terms.clock, terms.now));
   set_text_variables(terms.program, time, machine.walk.sieb_meyer.text);
   machine.walk.max_operations = terms.max_operations;
-  machine.reading.accepts_unterminated = terms.accepts_unterminated;
+  if (terms.accepts_unterminated) {
+    machine.reading.accepts_unterminated = *terms.accepts_unterminated;
+  }
   return time;
 }
 

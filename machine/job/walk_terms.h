@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "calib/base/expected.h"
@@ -10,15 +11,17 @@
 
 namespace panelcal {
 
-/// When a program is walked through, and how far: what every command that does so is told.
+/// When a program is walked through, and how far: what every command that does so sets.
 struct WalkTerms {
   std::string program;  ///< its path as on the command line; `-` is standard input; empty: none
   std::string clock;    ///< the time on the wall, as wall_time() takes it; empty: `now`
   std::chrono::sys_seconds now{};  ///< UTC
   std::int64_t max_operations = 1'000'000'000;
-  bool accepts_unterminated = false;  ///< an Excellon program without M30
+  /// An Excellon program without M30 is read; absent: as the machine has it.
+  std::optional<bool> accepts_unterminated = {};
   /// The spindle-camera offset drifts until then. Not where nothing is measured or corrected.
   bool ages_offset = true;
+  std::string command = "panelcal";  ///< as diagnostics about the clock name who asks
 };
 
 /// Sets them in a machine: age of the spindle-camera offset, texts of the day and of the program's

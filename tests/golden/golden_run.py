@@ -96,7 +96,7 @@ def execute(panelcal, words, stdin, err_path):
     with open(reading, "rb") as pipe:
         out = pipe.read()
     _, status = os.waitpid(child, 0)
-    return os.waitstatus_to_exitcode(status), out, read(err_path)
+    return os.waitstatus_to_exitcode(status), without_version(out), read(err_path)
 
 
 def make_folder():

@@ -19,6 +19,15 @@ def take(case, outcome):
     case.absent = [name for name in case.absent if name not in outcome.made]
 
 
+def says_yes(question):
+    """An end of the input, as by Ctrl-D, is a no."""
+    try:
+        return input(question).strip().lower() in ("y", "yes")
+    except EOFError:
+        print()
+        return False
+
+
 def update(panelcal, paths):
     """Returns the exit code: 1 if a case still differs."""
     if not sys.stdin.isatty():
@@ -35,7 +44,7 @@ def update(panelcal, paths):
         if outcome.lost or any(".part-" in name for name in outcome.written):
             print(f"{path}: a lost or left file is a fault of panelcal, not an expectation")
             left += 1
-        elif input(f"{path}: take this as expected? [y/n] ").strip().lower() in ("y", "yes"):
+        elif says_yes(f"{path}: take this as expected? [y/n] "):
             take(case, outcome)
             with open(path, "wb") as file:
                 file.write(text_of(case))

@@ -5,6 +5,7 @@
 
 Fails, with `file -> file` lines, on
   - an include in quotes that is no file of the repository by its path,
+  - a library that includes what is installed of another, as <panelcal/panelcal.h>,
   - a folder that includes one to its right (calib, surface, program; vision beside them; machine;
     tools),
   - a cycle of units in a library (a unit is name.h with name.cc),
@@ -26,9 +27,10 @@ MAY_INCLUDE = {
     "machine": ("calib", "surface", "program", "vision"),
     "tools": ("calib", "surface", "program", "vision", "machine"),
 }
-ALSO_READ = ("tests", "python")  # their includes must be paths, too
+ALSO_READ = ("tests",)  # their includes must be paths, too
 OWN_INCLUDES = ("tests/install",)  # what a user of the installed libraries writes
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"')
+INSTALLED = re.compile(r"^\s*#\s*include\s+<(panelcal/[^>]+)>")
 
 
 def sources(root):
@@ -41,11 +43,11 @@ def sources(root):
                     yield path
 
 
-def includes_of(root, path):
-    """What a file includes in quotes, with the line."""
+def includes_of(root, path, pattern=INCLUDE):
+    """What a file includes in quotes, or by another pattern, with the line."""
     with open(os.path.join(root, path), encoding="utf-8") as file:
         for number, line in enumerate(file, 1):
-            found = INCLUDE.match(line)
+            found = pattern.match(line)
             if found:
                 yield number, found.group(1)
 
@@ -116,9 +118,14 @@ def problems(root):
     """Everything that is wrong, as lines for people."""
     out = []
     files = set(sources(root))
+    if not files:
+        return [f"{root}: no C++ files"]
     by_kind = {"units": collections.defaultdict(dict), "rooms": collections.defaultdict(dict)}
     for path in sorted(files):
         library = path.split(os.sep)[0]
+        for line, other in includes_of(root, path, INSTALLED) if library in MAY_INCLUDE else ():
+            out.append(f"{path}:{line}: an installed header: <{other}>; include by the path in the "
+                       "repository")
         for line, other in includes_of(root, path):
             if other not in files:
                 out.append(f"{path}:{line}: no such file: \"{other}\"; include by the path in the "
@@ -169,6 +176,14 @@ class IncludeGraph(unittest.TestCase):
         found = self.problems_of({"calib/base/a.h": "", "calib/base/b.cc": '\n#include "a.h"\n'})
         self.assertEqual(len(found), 1)
         self.assertIn('calib/base/b.cc:2: no such file: "a.h"', found[0])
+
+    def test_names_an_installed_header(self):
+        found = self.problems_of({"calib/base/a.cc": "\n#include <panelcal/panelcal.h>\n"})
+        self.assertEqual(len(found), 1)
+        self.assertIn("calib/base/a.cc:2: an installed header: <panelcal/panelcal.h>", found[0])
+
+    def test_finds_nothing_to_be_no_success(self):
+        self.assertEqual(len(self.problems_of({"docs/a.md": ""})), 1)
 
     def test_names_a_folder_that_includes_one_to_its_right(self):
         found = self.problems_of({

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that docs/overview.md, CONTRIBUTING.md and headers name files, folders and functions that exist.
+"""Checks that docs/overview.md, CONTRIBUTING.md and headers name files, folders and functions that exist, and all rooms.
 
     overview_test.py REPOSITORY
 """
@@ -25,6 +25,16 @@ def problems_of(root, page):
     return problems
 
 
+def rooms_unnamed(root):
+    """Rooms (folders inside a library's) that the overview leaves out."""
+    text = (root / "docs/overview.md").read_text(encoding="utf-8")
+    rooms = [path for folder in ("calib", "surface", "program", "vision", "machine")
+             for path in sorted((root / folder).iterdir()) if path.is_dir() and any(path.glob("*.h"))]
+    assert rooms, f"{root} has no rooms"
+    names = [f"{room.parent.name}/{room.name}/" for room in rooms]
+    return [f"docs/overview.md: {name} is not named" for name in names if f"`{name}`" not in text]
+
+
 def problems_of_headers(root):
     """Files that the comments of headers name."""
     problems = []
@@ -40,7 +50,7 @@ def problems_of_headers(root):
 def main():
     root = Path(sys.argv[1])
     problems = problems_of(root, "docs/overview.md") + problems_of(root, "CONTRIBUTING.md")
-    problems += problems_of_headers(root)
+    problems += problems_of_headers(root) + rooms_unnamed(root)
     print("\n".join(problems), end="\n" if problems else "")
     return 1 if problems else 0
 

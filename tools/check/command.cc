@@ -112,11 +112,12 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     if (!read) return fail(read.error());
     config = *std::move(read);
   }
-  const WalkTerms terms = {options.program,
-                           options.clock,
-                           system_clock()(),
-                           options.max_operations,
-                           options.accepts_unterminated};
+  const WalkTerms terms = {.program = options.program,
+                           .clock = options.clock,
+                           .now = system_clock()(),
+                           .max_operations = options.max_operations,
+                           .accepts_unterminated = options.accepts_unterminated,
+                           .command = "panelcal check"};
   if (const auto set = set_walk_terms(terms, config); !set) return fail(set.error());
   if (!options.machine.empty()) check_machine(config, of_machine);
   WalkOptions& walk = config.walk;

@@ -71,7 +71,8 @@ class JobRun {
                                    .now = system_clock()(),
                                    .max_operations = options_.max_operations,
                                    .accepts_unterminated = options_.accepts_unterminated,
-                                   .ages_offset = false},
+                                   .ages_offset = false,
+                                   .command = "panelcal history"},
                                   config_));
     PANELCAL_CHECK(measure());
     return {};

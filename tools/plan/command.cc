@@ -97,11 +97,12 @@ class PlanRun {
     request_.fixed_model = config_.walk.model;
     // A slot's ends say all about it.
     config_.walk.slots = config_.walk.step_slots = Cycles::Kept;
-    const WalkTerms terms = {options_.program,
-                             options_.clock,
-                             system_clock()(),
-                             options_.max_operations,
-                             options_.accepts_unterminated};
+    const WalkTerms terms = {.program = options_.program,
+                             .clock = options_.clock,
+                             .now = system_clock()(),
+                             .max_operations = options_.max_operations,
+                             .accepts_unterminated = options_.accepts_unterminated,
+                             .command = "panelcal plan"};
     return take(check_spindle_is_calibrated(config_)) &&
            take(set_walk_terms(terms, config_), time_);
   }

@@ -13,7 +13,6 @@
 #include "machine/config/machine_config.h"
 #include "machine/job/camera_pose.h"
 #include "machine/job/job.h"
-#include "machine/job/spindle_age.h"
 #include "machine/job/summary/depth_summary.h"
 #include "machine/job/summary/verdict_summary.h"
 #include "machine/job/text_variables.h"
@@ -108,14 +107,12 @@ class RunCommand {
   Expected<void> prepare() {
     PANELCAL_TRY(machine_, read_machine_config(options_.machine));
     const std::chrono::sys_seconds now = system_clock()();
-    PANELCAL_TRY(const std::string time, wall_time(options_.clock, now));
-    PANELCAL_CHECK(age_offset(machine_, options_.clock, now));
+    PANELCAL_TRY(const std::string time, wall_time(options_.clock, now, kCommand));
     if (options_.turned_deg) machine_.walk.base_limits.turned_deg = *options_.turned_deg;
     PANELCAL_TRY(const std::optional<ExplainChoice> explain, explain_choice(options_));
     std::optional<OutputFormat> format;
     if (!options_.output.empty()) {
       PANELCAL_TRY(format, output_format(options_));
-      PANELCAL_CHECK(check_output_format(*format, machine_));
     }
     std::optional<Truth> truth;
     if (!options_.truth.empty()) {

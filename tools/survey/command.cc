@@ -53,7 +53,8 @@ ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
                            .now = system_clock()(),
                            .max_operations = options.max_operations,
                            .accepts_unterminated = options.accepts_unterminated,
-                           .ages_offset = false};
+                           .ages_offset = false,
+                           .command = "panelcal survey"};
   if (const auto set = set_walk_terms(terms, *config); !set) return fail(set.error());
   DiagnosticLog log;
   const auto checked = read_and_check(options.program, config->reading, config->walk, log);

@@ -99,7 +99,8 @@ class Translation {
                              .now = system_clock()(),
                              .max_operations = options_.max_operations,
                              .accepts_unterminated = options_.accepts_unterminated,
-                             .ages_offset = false};
+                             .ages_offset = false,
+                             .command = "panelcal translate"};
     std::string time;
     if (!take(set_walk_terms(terms, config_), time)) return false;
     WalkOptions& walk = config_.walk;

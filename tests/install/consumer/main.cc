@@ -12,13 +12,13 @@ struct Holes final : panelcal::OperationSink {
   std::vector<panelcal::Drill> all;
 };
 
-int refuse(const panelcal::Diagnostic& problem) {
-  std::fprintf(stderr, "%s\n", problem.text().c_str());
-  return 1;
-}
-
 /// holes PROGRAM MACHINE.TOML PICTURES: where to drill, from work zero, in mm.
-int main(int, char** arguments) {
+int main(int n, char** arguments) {
+  if (n != 4) return 2;
+  const auto refuse = [](const panelcal::Diagnostic& problem) {
+    std::fprintf(stderr, "%s\n", problem.text().c_str());
+    return 1;
+  };
   const auto machine = panelcal::read_machine_config(arguments[2]);
   if (!machine) return refuse(machine.error());
   const auto job = panelcal::read_job(arguments[1], *machine, panelcal::system_clock()());

@@ -47,11 +47,26 @@ TEST(WalkTerms, ANamedTimeCountsForTextsAndForTheOffset) {
   named.clock = "2027-01-02T03:04:05";
   EXPECT_EQ(set_walk_terms(named, machine).value_or(""), named.clock);
   EXPECT_GT(machine.walk.uncertainty.drift_mm2(0, 0), 41e-6);
+  EXPECT_EQ(machine.walk.sieb_meyer.text.file, "job");
+  EXPECT_EQ(machine.walk.sieb_meyer.text.extension, "sm");
+  EXPECT_EQ(machine.walk.sieb_meyer.text.date, "02/01/2027");
+  EXPECT_EQ(machine.walk.sieb_meyer.text.time, "03:04:05");
   named.clock = "2026-01-02T03:04:05";
   MachineConfig young = drifting_machine();
   EXPECT_THAT(set_walk_terms(named, young), FailsWith(Code::ConfigValue));
   named.clock = "yesterday";
   EXPECT_THAT(set_walk_terms(named, young), FailsWith(Code::Usage, "yesterday"));
+}
+
+TEST(WalkTerms, LeaveReadingAsTheMachineHasIt) {
+  for (const bool accepts : {false, true}) {
+    MachineConfig machine = drifting_machine();
+    machine.reading.accepts_unterminated = accepts;
+    WalkTerms unsaid = terms();
+    unsaid.accepts_unterminated.reset();
+    ASSERT_TRUE(set_walk_terms(unsaid, machine));
+    EXPECT_EQ(machine.reading.accepts_unterminated, accepts);
+  }
 }
 
 TEST(WalkTerms, AnOffsetThatIsNotUsedHasNoAge) {

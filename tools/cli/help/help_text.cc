@@ -217,7 +217,8 @@ Exit codes
   was halted first))"},
     {"translate", R"(Example
   $ panelcal translate job.exc -o job.s5
-  job.exc:3: warning[translation-loss]: "ATC,ON" has no form in SIEB & MEYER
+  job.exc:3: warning[translation-loss]: left out of the translation: "ATC,ON" has no form in
+  SIEB & MEYER
   Excellon CNC-7 into SIEB & MEYER: 2 holes, 2 rout moves as written, 1 pattern executed at 4
   places, 1 series of targets; 1 thing left out
 

@@ -3,7 +3,6 @@
 #include "tools/cli/options/options.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <iostream>
 
@@ -16,6 +15,8 @@
 #include "tools/cli/options/surface_command_line.h"
 #include "tools/cli/process/version.h"
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace panelcal {
 namespace {
@@ -60,7 +61,10 @@ class CommandLine {
     add_surface_commands(*surface_, surface_options_);
     help_ = app_.add_subcommand("help",
                                 "Explain a command, or list diagnostics or a language's commands");
-    help_->add_option("TOPIC", help_topic_, "A command, `diagnostics`, `excellon` or `sieb-meyer`");
+    help_->add_option("TOPIC",
+                      help_topic_,
+                      "A command (`run`, `calibrate camera`), `diagnostics`, `excellon` or "
+                      "`sieb-meyer`");
   }
 
   Expected<Options> parse(int argc, char** argv) {
@@ -71,11 +75,7 @@ class CommandLine {
       return refuse(error);
     }
     if (*help_) return help();
-    options_.command_name = app_.get_name();
-    for (const CLI::App* at = &app_; !at->get_subcommands().empty();) {
-      at = at->get_subcommands().front();
-      options_.command_name += " " + at->get_name();
-    }
+    options_.command_name = full_name(command());
     options_.files = file_options(app_);
     if (*check_) options_.command = check_options_;
     if (*survey_) options_.command = survey_options_;
@@ -301,21 +301,36 @@ class CommandLine {
         "--clock", o.clock, "Date and time in UTC, such as 2026-11-21T02:00:00Z (default: now)");
   }
 
+  /// The last command that the words name, such as `fit` of `panelcal surface fit`.
+  const CLI::App& command() const {
+    const CLI::App* at = &app_;
+    while (!at->get_subcommands().empty()) at = at->get_subcommands().front();
+    return *at;
+  }
+
+  /// "panelcal surface fit".
+  static std::string full_name(const CLI::App& command) {
+    const CLI::App* const parent = command.get_parent();
+    return parent == nullptr ? command.get_name()
+                             : full_name(*parent) + " " + command.get_name();
+  }
+
   Expected<Options> help() {
     options_.command = DoneOptions{};
-    if (const auto page = panelcal::help_topic(help_topic_)) {
-      std::cout << *page;
-      return std::move(options_);
+    if (help_topic_.size() == 1) {
+      if (const auto page = panelcal::help_topic(help_topic_.front())) {
+        std::cout << *page;
+        return std::move(options_);
+      }
     }
     const CLI::App* topic = &app_;
-    if (!help_topic_.empty()) {
-      const auto commands = app_.get_subcommands([](const CLI::App*) { return true; });
-      const auto found = std::ranges::find_if(
-          commands, [&](const CLI::App* command) { return command->get_name() == help_topic_; });
-      if (found == commands.end()) return failure(unknown_command(help_topic_));
+    for (const std::string& word : help_topic_) {
+      const auto subs = commands_of(*topic);
+      const auto found = std::ranges::find(subs, word, &CLI::App::get_name);
+      if (found == subs.end()) return failure(unknown_command(*topic, word));
       topic = *found;
     }
-    std::cout << topic->help(topic == &app_ ? "" : app_.get_name());
+    std::cout << topic->help(topic == &app_ ? "" : full_name(*topic->get_parent()));
     return std::move(options_);
   }
 
@@ -325,41 +340,35 @@ class CommandLine {
       options_.command = DoneOptions{};
       return std::move(options_);
     }
-    if (options_.command_line.size() > 1 && app_.get_subcommands().empty() &&
-        options_.command_line[1].front() != '-') {
-      return failure(unknown_command(options_.command_line[1]));
+    const std::vector<std::string> extras = app_.remaining(true);
+    if (command().get_require_subcommand_min() > 0) {
+      const auto word = std::ranges::find_if(
+          extras, [](const std::string& extra) { return !extra.starts_with('-'); });
+      if (word != extras.end()) return failure(unknown_command(command(), *word));
     }
-    const auto commands = app_.get_subcommands();
-    const std::string command = commands.empty() ? "" : " " + commands.front()->get_name();
     // The name of this error is that of the command.
     const bool has_extras = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
     return failure(parse_problem(error.get_name(),
                                  error.what(),
-                                 has_extras ? app_.remaining(true) : std::vector<std::string>(),
-                                 "panelcal" + command));
+                                 has_extras ? extras : std::vector<std::string>(),
+                                 full_name(command())));
   }
 
-  static Diagnostic unknown_command(const std::string& word) {
-    constexpr std::array<std::string_view, 12> kCommands = {"check",
-                                                            "survey",
-                                                            "plan",
-                                                            "run",
-                                                            "translate",
-                                                            "locate",
-                                                            "synth",
-                                                            "calibrate",
-                                                            "nightly",
-                                                            "history",
-                                                            "surface",
-                                                            "help"};
-    const std::string_view near = nearest_word(word, kCommands);
+  static std::vector<const CLI::App*> commands_of(const CLI::App& app) {
+    return app.get_subcommands([](const CLI::App*) { return true; });
+  }
+
+  static Diagnostic unknown_command(const CLI::App& of, const std::string& word) {
+    const auto subs = commands_of(of);
+    std::vector<std::string> names(subs.size());
+    std::ranges::transform(subs, names.begin(), [](const CLI::App* sub) { return sub->get_name(); });
+    const std::string_view near =
+        nearest_word(word, std::vector<std::string_view>(names.begin(), names.end()));
     return {Code::Usage,
-            {"panelcal", 0, 0},
+            {full_name(of), 0, 0},
             "unknown command " + quoted(word),
-            near.empty()
-                ? "check, survey, plan, run, translate, locate, synth, calibrate, nightly, "
-                  "history, surface or help"
-                : "did you mean " + quoted(near) + "?"};
+            near.empty() ? fmt::format("one of {}", fmt::join(names, ", "))
+                         : "did you mean " + quoted(near) + "?"};
   }
 
   CLI::App app_{std::string(kMainHeader), "panelcal"};
@@ -375,7 +384,7 @@ class CommandLine {
   CalibrateOptions calibrate_options_;
   HistoryOptions history_options_;
   SurfaceOptions surface_options_;
-  std::string help_topic_;
+  std::vector<std::string> help_topic_;
   CLI::App* check_ = nullptr;
   CLI::App* survey_ = nullptr;
   CLI::App* plan_ = nullptr;

@@ -64,7 +64,8 @@ Expected<void> walk_program(const std::string& program,
                                  .now = system_clock()(),
                                  .max_operations = options.max_operations,
                                  .accepts_unterminated = options.accepts_unterminated,
-                                 .ages_offset = false},
+                                 .ages_offset = false,
+                                 .command = "panelcal surface"},
                                 config));
   DiagnosticLog log;
   const auto checked = read_and_check(program, config.reading, config.walk, log);
