@@ -39,7 +39,7 @@ struct Reliability {
   /// Chi square, a gate or the search for outliers refuses the fit, released or not.
   bool is_rejected = false;
 
-  bool can_be_told() const { return degrees_of_freedom >= kLeastSpareEquations && !is_smooth; }
+  bool can_be_stated() const { return degrees_of_freedom >= kLeastSpareEquations && !is_smooth; }
 };
 
 namespace internal {

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "program/judge/probed_surface.h"
-#include "program/judge/told_risk.h"
+#include "program/judge/stated_risk.h"
 #include "program/writers/program_writer.h"
 
 namespace panelcal::internal {

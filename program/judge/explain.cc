@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "program/judge/place_budget.h"
-#include "program/judge/told_risk.h"
+#include "program/judge/stated_risk.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -207,7 +207,7 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
   explain_risk(place, origin);
   explain_depth(operation);
   fmt::format_to(to, "  work zero   {}\n", point(origin.work_zero->in_mm()));
-  if (const Eigen::Vector2d table_mm = place.told.in_mm() - place.corrected.in_mm();
+  if (const Eigen::Vector2d table_mm = place.commanded.in_mm() - place.corrected.in_mm();
       !table_mm.isZero(0)) {
     fmt::format_to(to,
                    "  table map   ({:+.2f}, {:+.2f}) um to the command\n",

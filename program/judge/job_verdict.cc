@@ -128,9 +128,9 @@ void JobVerdict::put_plunge(const Operation& operation, int tool_number) {
   if (radius && place.cov_mm2.trace() > 0) {
     place.judged_risk = breaking_probability(place.cov_mm2, *radius);
     // As much is told of it as of the place with the tool that was in use there.
-    const bool is_bounded = place.risk && *place.risk >= kLeastToldRisk;
+    const bool is_bounded = place.risk && *place.risk >= kMinStatedRisk;
     if (place.risk) {
-      place.risk = is_bounded ? std::max(*place.judged_risk, kLeastToldRisk) : place.judged_risk;
+      place.risk = is_bounded ? std::max(*place.judged_risk, kMinStatedRisk) : place.judged_risk;
     }
   }
   put_place(operation, tool_number, place);
@@ -167,7 +167,7 @@ void JobVerdict::count_told(const Operation& operation,
   if (!place.risk) return;
   ++tool.n_told;
   // Written so that a NaN stays.
-  if (!(*place.risk <= tool.told_risk)) tool.told_risk = *place.risk;
+  if (!(*place.risk <= tool.stated_risk)) tool.stated_risk = *place.risk;
   if (!(*place.risk > *place.judged_risk)) return;
   if (worst_unseen_ && !(place.unseen > worst_unseen_->shift)) return;
   worst_unseen_ = {operation.line, std::string(operation.file), place.unseen, std::nullopt};
@@ -239,7 +239,7 @@ JudgedPlaces JobVerdict::places() const {
 
 bool JobVerdict::tells(double risk) const {
   const bool is_bounded = basis_.kind == RiskBasis::Kind::Bounded;
-  return basis_.tells_risk() && !(is_bounded && risk < kLeastToldRisk);
+  return basis_.tells_risk() && !(is_bounded && risk < kMinStatedRisk);
 }
 
 /// The figures of the likeliest places.
@@ -263,7 +263,7 @@ std::string JobVerdict::risks_sentence() const {
     if (!out.empty()) {
       out += fmt::format("; the worst is line {}, risk {}; ",
                          line,
-                         risk_text(std::max(worst.risk, kLeastToldRisk)));
+                         risk_text(std::max(worst.risk, kMinStatedRisk)));
     }
     return out + basis_.words;
   }

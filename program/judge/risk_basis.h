@@ -10,7 +10,7 @@ namespace panelcal {
 struct RiskBasis {
   enum class Kind : std::uint8_t {
     Stated,   ///< every figure may be printed
-    Bounded,  ///< so may those above kLeastToldRisk
+    Bounded,  ///< so may those above kMinStatedRisk
     Unknown,  ///< none: `words` in place of risk and Cpk
   };
   Kind kind = Kind::Stated;

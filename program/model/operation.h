@@ -38,8 +38,8 @@ struct PlacedPoint {
   Position<frame::Actual> corrected;  ///< relative to work zero
   /// From work zero, what a program for the machine says: `corrected`, but for the error of a
   /// calibrated table.
-  Displacement<frame::Machine> told;
-  Position<frame::Machine> actual;  ///< sent to the machine: work zero + told
+  Displacement<frame::Machine> commanded;
+  Position<frame::Machine> actual;  ///< sent to the machine: work zero + commanded
   Eigen::Matrix2d cov_mm2 =
       Eigen::Matrix2d::Zero();  ///< of what is drilled; zero without a correction
   /// That the hole breaks its tolerance, as outputs state it (program/walk/execution/risk_judge.h);
@@ -55,7 +55,7 @@ struct PlacedPoint {
 
 /// No risk below this is stated where a target's error that the others do not show may break the
 /// tolerance.
-inline constexpr double kLeastToldRisk = 1e-3;
+inline constexpr double kMinStatedRisk = 1e-3;
 
 /// A measured height that planes count from, and where it was measured.
 struct PlaneReference {
@@ -112,7 +112,7 @@ struct ToolRate {
 /// Asks the machine for its own camera calibration at a place that no correction moves (G39).
 struct Autocalibration {
   Position<frame::Nominal> nominal;
-  Displacement<frame::Machine> told;  ///< as of a PlacedPoint
+  Displacement<frame::Machine> commanded;  ///< as of a PlacedPoint
   Position<frame::Machine> actual;
 };
 
@@ -151,8 +151,8 @@ struct Rout : PlacedPoint {
   int tool = 0;
   RoutKind kind = RoutKind::Line;
   Position<frame::Actual> corrected_center;  ///< of an arc
-  Displacement<frame::Machine> told_center;  ///< the same as `told` is
-  Position<frame::Machine> center;  ///< and as the machine is told: work zero + told_center
+  Displacement<frame::Machine> commanded_center;  ///< the same as `commanded` is
+  Position<frame::Machine> center;  ///< and as the machine is told: work zero + commanded_center
   Feed feed;
   bool feed_is_default = false;  ///< the program sets none
   DepthOfCut cut;                ///< at the end; the tool goes there evenly

@@ -356,7 +356,7 @@ void run_job(const TrialJob& job, std::uint64_t number, Random& random, FaultTri
     ++result.n_held;
   } else {
     ++result.n_released;
-    const bool is_sure = truth.is_told && truth.worst_risk < kLeastToldRisk;
+    const bool is_sure = truth.is_told && truth.worst_risk < kMinStatedRisk;
     result.n_sure += is_sure ? 1 : 0;
     result.n_broken += truth.is_broken ? 1 : 0;
     if (is_sure && truth.is_broken) {

@@ -45,7 +45,7 @@ inline Rout rout_arc(
   Rout rout = rout_line(tool, x_mm, y_mm);
   rout.kind = kind;
   rout.corrected_center = position_mm<frame::Actual>(center_x_mm, center_y_mm);
-  rout.told_center = displacement_mm<frame::Machine>(center_x_mm, center_y_mm);
+  rout.commanded_center = displacement_mm<frame::Machine>(center_x_mm, center_y_mm);
   rout.center = position_mm<frame::Machine>(center_x_mm + 100, center_y_mm + 200);
   return rout;
 }

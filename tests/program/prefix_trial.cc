@@ -20,10 +20,10 @@ namespace {
 struct WorkedPlace {
   int line = 0;
   int tool = 0;
-  Eigen::Vector2d told_mm = Eigen::Vector2d::Zero();
+  Eigen::Vector2d commanded_mm = Eigen::Vector2d::Zero();
 
   friend bool operator==(const WorkedPlace& a, const WorkedPlace& b) {
-    return a.line == b.line && a.tool == b.tool && a.told_mm == b.told_mm;
+    return a.line == b.line && a.tool == b.tool && a.commanded_mm == b.commanded_mm;
   }
 };
 
@@ -31,10 +31,10 @@ class WorkedPlaces final : public OperationSink {
  public:
   void put(const Operation& operation) override {
     if (const auto* drill = std::get_if<Drill>(&operation.what)) {
-      places_.push_back({operation.line, drill->tool, drill->told.in_mm()});
+      places_.push_back({operation.line, drill->tool, drill->commanded.in_mm()});
     }
     if (const auto* rout = std::get_if<Rout>(&operation.what)) {
-      places_.push_back({operation.line, rout->tool, rout->told.in_mm()});
+      places_.push_back({operation.line, rout->tool, rout->commanded.in_mm()});
     }
   }
   std::vector<WorkedPlace> take() { return std::move(places_); }

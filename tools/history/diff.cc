@@ -219,13 +219,13 @@ class Comparison {
   Expected<bool> compare_window(std::size_t first, GridSample& sample) {
     struct Kept {
       Position<frame::Nominal> nominal;
-      Displacement<frame::Machine> told;
+      Displacement<frame::Machine> commanded;
     };
     std::vector<Kept> kept;
     kept.reserve(std::min(kWindow, n_ - first));
     WorkedPlaces places(has_routs_, [&](const PassingPoint& at) {
       if (at.i >= first && at.i - first < kWindow) {
-        kept.push_back({at.point.nominal, at.point.told});
+        kept.push_back({at.point.nominal, at.point.commanded});
       }
     });
     PANELCAL_CHECK(walk(before_, places));
@@ -236,7 +236,7 @@ class Comparison {
       const Kept& old = kept[at.i - first];
       is_same = (at.point.nominal - old.nominal).in_mm().norm() < kSame_mm;
       if (!is_same) return;
-      const Displacement<frame::Machine> shift = at.point.told - old.told;
+      const Displacement<frame::Machine> shift = at.point.commanded - old.commanded;
       done = take(at, displacement_mm<frame::Actual>(shift.in_mm()), sample);
     });
     PANELCAL_CHECK(walk(after_, moved));

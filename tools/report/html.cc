@@ -128,7 +128,7 @@ std::string tolerance_tile(const JobVerdict* verdict) {
   if (verdict->basis().kind != RiskBasis::Kind::Stated) {
     return report_tile("risk of breaking a tolerance",
                        verdict->basis().tells_risk()
-                           ? "at least " + risk_html(verdict->worst_tool()->told_risk)
+                           ? "at least " + risk_html(verdict->worst_tool()->stated_risk)
                            : "no figure",
                        "<a href=\"#tolerance\">why</a>: " + escaped(verdict->basis().words));
   }

@@ -32,7 +32,7 @@ std::string position_risk_chip(const JobVerdict::ToolFigures& tool, const RiskBa
   if (tool.n_judged == 0) return "<span class=\"quiet\">not judged</span>";
   return fmt::format("<span class=\"{}\">{}</span>",
                      chip_class(tool),
-                     basis.tells_risk() ? risk_html(tool.told_risk) : "no figure");
+                     basis.tells_risk() ? risk_html(tool.stated_risk) : "no figure");
 }
 
 std::string tool_row_html(const ToolRow& row, const RiskBasis& basis, bool has_truth) {

@@ -39,10 +39,10 @@ void TruthComparison::put(const Operation& operation) {
   const Eigen::Vector2d true_mm =
       truth_.actual_from_nominal(operation.path)(drill->nominal).in_mm();
   // True place of the stage that is told so, and of one that is told the nominal place.
-  Eigen::Vector2d drilled_mm = drill->told.in_mm();
+  Eigen::Vector2d drilled_mm = drill->commanded.in_mm();
   Eigen::Vector2d uncorrected_mm = drill->nominal.in_mm();
   if (truth_.table) {
-    const Position<frame::Machine> work_zero = drill->actual - drill->told;
+    const Position<frame::Machine> work_zero = drill->actual - drill->commanded;
     drilled_mm += truth_.table->error_mm(drill->actual);
     uncorrected_mm +=
         truth_.table->error_mm(work_zero + displacement_mm<frame::Machine>(drill->nominal.in_mm()));

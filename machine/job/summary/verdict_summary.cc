@@ -34,7 +34,7 @@ namespace {
 std::string risk_text(const JobVerdict::ToolFigures& tool, const RiskBasis& basis) {
   if (tool.n_judged == 0) return "-";
   if (!basis.tells_risk()) return "no figure";
-  return tool.told_risk < 1e-12 ? "<1e-12" : fmt::format("{:.1e}", tool.told_risk);
+  return tool.stated_risk < 1e-12 ? "<1e-12" : fmt::format("{:.1e}", tool.stated_risk);
 }
 
 }  // namespace

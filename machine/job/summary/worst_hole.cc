@@ -26,13 +26,13 @@ std::optional<HoleBudget> WorstHole::budget(const Survey& survey,
 namespace {
 
 /// Of the worst place; a risk that cannot be told from a smaller one is not its own.
-std::optional<double> told_risk(const JobVerdict& verdict) {
+std::optional<double> stated_risk(const JobVerdict& verdict) {
   const double risk = verdict.worst_tool()->worst.risk;
   switch (verdict.basis().kind) {
     case RiskBasis::Kind::Stated:
       return risk;
     case RiskBasis::Kind::Bounded:
-      return risk >= kLeastToldRisk ? std::optional(risk) : std::nullopt;
+      return risk >= kMinStatedRisk ? std::optional(risk) : std::nullopt;
     case RiskBasis::Kind::Unknown:
       break;
   }
@@ -52,7 +52,7 @@ std::optional<HoleBudget> likeliest_to_break(const JobVerdict& verdict,
                  .path = worst.path,
                  .nominal = worst.nominal,
                  .is_likeliest_to_break = true,
-                 .risk = told_risk(verdict),
+                 .risk = stated_risk(verdict),
                  .budget = error_budget(*worst.budget_place, survey, machine)};
   for (const auto& [number, tool] : verdict.by_tool()) {
     if (&tool == worst_tool) out.tool = number;

@@ -209,7 +209,7 @@ void Emitter::note_origin(const Eigen::Vector2d& at_mm,
 
 /// A place that the map does not reach refuses the job; the first one alone is reported: all that
 /// follow would say the same.
-Displacement<frame::Machine> Emitter::told_on_table(int line,
+Displacement<frame::Machine> Emitter::commanded_on_table(int line,
                                                     const Displacement<frame::Machine>& from_zero) {
   const Position<frame::Machine> place = place_.work_zero + from_zero;
   if (const auto command = options_.table->command_for(place)) return *command - place_.work_zero;
@@ -223,11 +223,11 @@ Displacement<frame::Machine> Emitter::told_on_table(int line,
 PlacedPoint Emitter::place_of(int line,
                               const Position<frame::Nominal>& nominal,
                               const PositionEstimate<frame::Actual>& corrected) {
-  const Displacement<frame::Machine> told = told_for(line, corrected.position);
+  const Displacement<frame::Machine> commanded = commanded_for(line, corrected.position);
   return {.nominal = nominal,
           .corrected = corrected.position,
-          .told = told,
-          .actual = place_.work_zero + told,
+          .commanded = commanded,
+          .actual = place_.work_zero + commanded,
           .cov_mm2 = corrected.cov};
 }
 
@@ -286,7 +286,7 @@ void Emitter::correct_specially(bool is_scaled, PlacedPoint& hole) const {
 }
 
 void Emitter::lead_over_table(int line, PlacedPoint& hole) {
-  hole.told = told_on_table(line, hole.told);
+  hole.commanded = commanded_on_table(line, hole.commanded);
 }
 
 void Emitter::judge_hole(bool is_scaled, PlacedPoint& hole) {
@@ -320,9 +320,9 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   drill.risk.reset();
   drill.judged_risk.reset();
   if (tolerance_ && is_corrected) judge_hole(is_scaled, drill);
-  drill.told = displacement_mm<frame::Machine>(drill.corrected.in_mm());
+  drill.commanded = displacement_mm<frame::Machine>(drill.corrected.in_mm());
   if (options_.table != nullptr) lead_over_table(line, drill);
-  drill.actual = place_.work_zero + drill.told;
+  drill.actual = place_.work_zero + drill.commanded;
   note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
   drill.tool = tool_;
   if (depths_.is_needed() || !has_hole_cut_) cut_hole(line, drill);
@@ -356,8 +356,8 @@ void Emitter::slot(int line,
 
 void Emitter::autocalibration(int line, const Eigen::Vector2d& at_mm) {
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  const auto told = told_for(line, position_mm<frame::Actual>(nominal.in_mm()));
-  put(line, Autocalibration{nominal, told, place_.work_zero + told});
+  const auto commanded = commanded_for(line, position_mm<frame::Actual>(nominal.in_mm()));
+  put(line, Autocalibration{nominal, commanded, place_.work_zero + commanded});
 }
 
 }  // namespace panelcal

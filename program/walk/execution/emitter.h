@@ -148,7 +148,7 @@ class Emitter {
   std::int64_t use_up(int line, std::int64_t n);
   void expire(int line);
   CompensationSide placed_side(CompensationSide side) const;
-  Eigen::Vector2d told_mm(int line, const Eigen::Vector2d& at_mm);
+  Eigen::Vector2d commanded_mm(int line, const Eigen::Vector2d& at_mm);
   void rout_way(int line, const Arc& path, std::optional<Feed> feed, const DepthOfCut& from);
   void rout_piece(int line,
                   const Arc& path,
@@ -181,13 +181,13 @@ class Emitter {
                        const Position<frame::Nominal>& nominal,
                        const PositionEstimate<frame::Actual>& corrected);
   /// The command that leads the machine there, from work zero.
-  Displacement<frame::Machine> told_for(int line, const Position<frame::Actual>& place) {
+  Displacement<frame::Machine> commanded_for(int line, const Position<frame::Actual>& place) {
     const auto from_zero = displacement_mm<frame::Machine>(place.in_mm());
-    return options_.table == nullptr ? from_zero : told_on_table(line, from_zero);
+    return options_.table == nullptr ? from_zero : commanded_on_table(line, from_zero);
   }
-  Displacement<frame::Machine> told_on_table(int line,
+  Displacement<frame::Machine> commanded_on_table(int line,
                                              const Displacement<frame::Machine>& from_zero);
-  void take_center(const Eigen::Vector2d& told_center_mm, Rout& move) const;
+  void take_center(const Eigen::Vector2d& commanded_center_mm, Rout& move) const;
   /// Straight ways of the machine are bent on the panel.
   bool is_bent() const { return corrections_.stack.is_bent() || options_.table != nullptr; }
   void take_tolerance(int line, const Tool& tool);

@@ -64,20 +64,20 @@ void Emitter::stand_at(const Eigen::Vector2d& at_mm) {
   stands_at_cut_ = cut_;
 }
 
-Eigen::Vector2d Emitter::told_mm(int line, const Eigen::Vector2d& at_mm) {
+Eigen::Vector2d Emitter::commanded_mm(int line, const Eigen::Vector2d& at_mm) {
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  const auto told = told_for(line, corrections_.stack.actual_of(nominal));
+  const auto commanded = commanded_for(line, corrections_.stack.actual_of(nominal));
   // A job that is refused need not be cut into pieces.
   if (is_off_table_) return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  return told.in_mm();
+  return commanded.in_mm();
 }
 
-void Emitter::take_center(const Eigen::Vector2d& told_center_mm, Rout& move) const {
-  move.told_center = displacement_mm<frame::Machine>(told_center_mm);
-  move.center = place_.work_zero + move.told_center;
+void Emitter::take_center(const Eigen::Vector2d& commanded_center_mm, Rout& move) const {
+  move.commanded_center = displacement_mm<frame::Machine>(commanded_center_mm);
+  move.center = place_.work_zero + move.commanded_center;
   // A table errs at an arc's centre as at its end, as near as pictures of the job need it.
-  const Eigen::Vector2d error_mm = move.corrected.in_mm() - move.told.in_mm();
-  move.corrected_center = position_mm<frame::Actual>((told_center_mm + error_mm).eval());
+  const Eigen::Vector2d error_mm = move.corrected.in_mm() - move.commanded.in_mm();
+  move.corrected_center = position_mm<frame::Actual>((commanded_center_mm + error_mm).eval());
 }
 
 void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed) {
@@ -149,7 +149,7 @@ void Emitter::rout_bent(int line,
                         const DepthOfCut& to) {
   const std::vector<BentPiece> pieces = carry_bent(
       path,
-      [this, line](const Eigen::Vector2d& at_mm) { return told_mm(line, at_mm); },
+      [this, line](const Eigen::Vector2d& at_mm) { return commanded_mm(line, at_mm); },
       options_.arc_tolerance.in_mm());
   for (std::size_t i = 0; i < pieces.size() && passes(line); ++i) {
     const BentPiece& piece = pieces[i];

@@ -21,8 +21,8 @@ std::int64_t cell_number(double at_mm) {
   return std::isfinite(number) ? static_cast<std::int64_t>(std::clamp(number, -kMost, kMost)) : 0;
 }
 
-/// sqrt(-2 ln kLeastToldRisk): a distance that an error of sigma 1 exceeds as rarely, or more so.
-const double kSigmas = std::sqrt(-2 * std::log(kLeastToldRisk));
+/// sqrt(-2 ln kMinStatedRisk): a distance that an error of sigma 1 exceeds as rarely, or more so.
+const double kSigmas = std::sqrt(-2 * std::log(kMinStatedRisk));
 
 }  // namespace
 
@@ -38,11 +38,11 @@ void RiskJudge::take_correction() {
   const Reliability* const nested = corrections_.nested_reliability.get();
   is_refused_ =
       (base != nullptr && base->is_rejected) || (nested != nullptr && nested->is_rejected);
-  can_be_told_ = (base == nullptr || base->can_be_told()) &&
-                 (nested == nullptr || nested->can_be_told()) && stack.smooth() == nullptr;
+  can_be_stated_ = (base == nullptr || base->can_be_stated()) &&
+                 (nested == nullptr || nested->can_be_stated()) && stack.smooth() == nullptr;
   shifts_ = unseen_shifts(stack, base, nested);
   noisy_ = stack.drilled_from_nominal();
-  if (can_be_told_) noisy_.cov += unseen_noise_cov(stack, base, nested);
+  if (can_be_stated_) noisy_.cov += unseen_noise_cov(stack, base, nested);
   cells_.resize(kSlots);
   ++i_correction_;
 }
@@ -53,7 +53,7 @@ RiskJudge::Cell RiskJudge::bounds_at(const Eigen::Vector2d& corner_mm) const {
   for (const UnseenShift& shift : shifts_) {
     cell.unseen_mm = std::max(cell.unseen_mm, shift_at(shift, corner).in_mm());
   }
-  if (!can_be_told_) {
+  if (!can_be_stated_) {
     cell.least_radius_mm = std::numeric_limits<double>::infinity();
     return cell;
   }
@@ -101,7 +101,7 @@ void RiskJudge::judge(const Position<frame::Nominal>& at, Length radius, PlacedP
     place.risk.reset();
   } else {
     const bool is_told = radius.in_mm() >= cell.least_radius_mm;
-    place.risk = is_told ? risk : std::max(risk, kLeastToldRisk);
+    place.risk = is_told ? risk : std::max(risk, kMinStatedRisk);
   }
 }
 
@@ -109,7 +109,7 @@ void RiskJudge::judge_at_target(Length radius, PlacedPoint& place) {
   const double risk = breaking_risk_(place.cov_mm2, radius);
   place.judged_risk = risk;
   place.unseen = mm(kUnlimitedError_mm);
-  place.risk = states_machine_ ? std::optional(std::max(risk, kLeastToldRisk)) : std::nullopt;
+  place.risk = states_machine_ ? std::optional(std::max(risk, kMinStatedRisk)) : std::nullopt;
 }
 
 }  // namespace panelcal

@@ -16,12 +16,12 @@ namespace panelcal {
 ///
 ///   judged_risk   by the covariance: what [tolerance] is held against
 ///   risk          what outputs state: nothing where the machine's largest terms are not stated or
-///                 the targets refuse the fit; at least kLeastToldRisk where an error that the
+///                 the targets refuse the fit; at least kMinStatedRisk where an error that the
 ///                 targets do not show may break the tolerance
 ///
-/// A risk below kLeastToldRisk is stated with a tolerance r only if
+/// A risk below kMinStatedRisk is stated with a tolerance r only if
 ///
-///   r >= u + k s   and   r >= k s',   k = sqrt(-2 ln kLeastToldRisk)
+///   r >= u + k s   and   r >= k s',   k = sqrt(-2 ln kMinStatedRisk)
 ///
 /// with u the largest shift by an unnoticed error of one target, s the place's larger sigma, s' the
 /// same with the greatest noise that chi square does not exclude (calib/panel/reliability.h), and
@@ -57,7 +57,7 @@ class RiskJudge {
   const BaseFit* base_ = nullptr;
   const NestedFit* nested_ = nullptr;
   bool is_refused_ = false;
-  bool can_be_told_ = false;
+  bool can_be_stated_ = false;
   std::vector<UnseenShift> shifts_;
   TransformEstimate<frame::Actual, frame::Nominal> noisy_;
   std::int64_t i_correction_ = 0;  ///< counts them

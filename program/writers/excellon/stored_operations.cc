@@ -22,23 +22,23 @@ struct Carrier {
     return position_mm<frame::Actual>(map(position_mm<frame::Nominal>(p.in_mm())).in_mm());
   }
   void move(PlacedPoint& point) const {
-    const Eigen::Vector2d work_zero_mm = point.actual.in_mm() - point.told.in_mm();
+    const Eigen::Vector2d work_zero_mm = point.actual.in_mm() - point.commanded.in_mm();
     point.nominal = map(point.nominal);
     point.corrected = moved(point.corrected);
-    point.told = displacement_mm<frame::Machine>(point.corrected.in_mm());
-    point.actual = position_mm<frame::Machine>(work_zero_mm + point.told.in_mm());
+    point.commanded = displacement_mm<frame::Machine>(point.corrected.in_mm());
+    point.actual = position_mm<frame::Machine>(work_zero_mm + point.commanded.in_mm());
     point.cov_mm2 = map.linear() * point.cov_mm2 * map.linear().transpose();
   }
 
   void operator()(Drill& drill) const { move(drill); }
   void operator()(RapidMove& rapid) const { move(rapid); }
   void operator()(Rout& rout) const {
-    const Eigen::Vector2d work_zero_mm = rout.actual.in_mm() - rout.told.in_mm();
+    const Eigen::Vector2d work_zero_mm = rout.actual.in_mm() - rout.commanded.in_mm();
     move(rout);
     if (rout.kind == RoutKind::Line) return;
     rout.corrected_center = moved(rout.corrected_center);
-    rout.told_center = displacement_mm<frame::Machine>(rout.corrected_center.in_mm());
-    rout.center = position_mm<frame::Machine>(work_zero_mm + rout.told_center.in_mm());
+    rout.commanded_center = displacement_mm<frame::Machine>(rout.corrected_center.in_mm());
+    rout.center = position_mm<frame::Machine>(work_zero_mm + rout.commanded_center.in_mm());
     if (!is_mirror(map.linear())) return;
     rout.kind = rout.kind == RoutKind::Clockwise ? RoutKind::Counterclockwise : RoutKind::Clockwise;
   }
@@ -56,10 +56,10 @@ struct Carrier {
                                                                     : CompensationSide::Left;
   }
   void operator()(Autocalibration& calibration) const {
-    const Eigen::Vector2d work_zero_mm = calibration.actual.in_mm() - calibration.told.in_mm();
+    const Eigen::Vector2d work_zero_mm = calibration.actual.in_mm() - calibration.commanded.in_mm();
     calibration.nominal = map(calibration.nominal);
-    calibration.told = displacement_mm<frame::Machine>(calibration.nominal.in_mm());
-    calibration.actual = position_mm<frame::Machine>(work_zero_mm + calibration.told.in_mm());
+    calibration.commanded = displacement_mm<frame::Machine>(calibration.nominal.in_mm());
+    calibration.actual = position_mm<frame::Machine>(work_zero_mm + calibration.commanded.in_mm());
   }
   void operator()(TargetHole& hole) const { hole.nominal = map(hole.nominal); }
   void operator()(VisionSeries& series) const {

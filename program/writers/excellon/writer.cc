@@ -254,14 +254,14 @@ void ExcellonWriter::write(const ToolRate& rate) {
 
 void ExcellonWriter::write(const Autocalibration& calibration) {
   text() += "G39";
-  append_point(calibration.told.in_mm());
+  append_point(calibration.commanded.in_mm());
   text() += '\n';
 }
 
 void ExcellonWriter::write(const Drill& drill) {
   check_cut(drill.cut);
   go_to_drill_mode();
-  char* end = write_point(begin_row(kPointChars + 1), drill.told.in_mm(), "XY");
+  char* end = write_point(begin_row(kPointChars + 1), drill.commanded.in_mm(), "XY");
   *end++ = '\n';
   end_row(end);
 }
@@ -279,7 +279,7 @@ void ExcellonWriter::write(const Slot& slot) {
 
 void ExcellonWriter::write(const RapidMove& move) {
   if (!std::exchange(is_routing_, true)) table_feed_.reset();
-  at_mm_ = move.told.in_mm();
+  at_mm_ = move.commanded.in_mm();
   text() += "G00";
   append_place(move);
   text() += '\n';
@@ -302,8 +302,8 @@ void ExcellonWriter::put_table_feed(Feed feed, bool is_default) {
 void ExcellonWriter::write(const Rout& rout) {
   check_cut(rout.cut);
   put_table_feed(rout.feed, rout.feed_is_default);
-  const Eigen::Vector2d center_to_start_mm = at_mm_ - rout.told_center.in_mm();
-  at_mm_ = rout.told.in_mm();
+  const Eigen::Vector2d center_to_start_mm = at_mm_ - rout.commanded_center.in_mm();
+  at_mm_ = rout.commanded.in_mm();
   if (rout.kind == RoutKind::Line) {
     text() += "G01";
     append_place(rout);

@@ -46,7 +46,7 @@ class ExcellonWriter final : public ProgramWriter {
   void append_length(char letter, Length length);
   /// A point or a difference of points in axis version 1.
   void append_point(const Eigen::Vector2d& p_mm, std::string_view letters = "XY");
-  void append_place(const PlacedPoint& place) { append_point(place.told.in_mm()); }
+  void append_place(const PlacedPoint& place) { append_point(place.commanded.in_mm()); }
   void close_header(std::string_view mark);
   void go_to_drill_mode();
   void put_table_feed(Feed feed, bool is_default);

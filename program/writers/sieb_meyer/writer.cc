@@ -83,16 +83,16 @@ void SiebMeyerWriter::write(const ToolRate& rate) {
 
 void SiebMeyerWriter::write(const Drill& drill) {
   refuse_under_nested();
-  open_line(drill.told.in_mm());
+  open_line(drill.commanded.in_mm());
   say_depth(drill.cut, false);
 }
 
 void SiebMeyerWriter::write(const Slot& slot) {
   refuse_under_nested();
-  open_line(slot.start.told.in_mm());
+  open_line(slot.start.commanded.in_mm());
   line_ += "G85";
   say_depth(slot.cut, false);
-  open_line(slot.end.told.in_mm());
+  open_line(slot.end.commanded.in_mm());
 }
 
 void SiebMeyerWriter::write(const StepSlot&) {
@@ -108,7 +108,7 @@ void SiebMeyerWriter::write(const Autocalibration&) {
 /// A second T0 line at the same place would only cost time.
 void SiebMeyerWriter::write(const RapidMove& move) {
   refuse_under_nested();
-  const Eigen::Vector2d to_mm = move.told.in_mm();
+  const Eigen::Vector2d to_mm = move.commanded.in_mm();
   if (up_at_ == steps(to_mm) && !pending_tool_) return;
   tool_up_line(to_mm);
 }
@@ -131,7 +131,7 @@ void SiebMeyerWriter::write(const Plunge& plunge) {
 /// coordinates twice running would stop the control.
 void SiebMeyerWriter::write(const Rout& rout) {
   const Eigen::Vector2d from_mm = at_mm_;
-  const Eigen::Vector2d to_mm = rout.told.in_mm();
+  const Eigen::Vector2d to_mm = rout.commanded.in_mm();
   if (has_routed_ && steps(to_mm) == steps(from_mm)) return;
   has_routed_ = true;
   open_line(to_mm);
@@ -140,7 +140,7 @@ void SiebMeyerWriter::write(const Rout& rout) {
   } else {
     const bool is_clockwise = (rout.kind == RoutKind::Clockwise) != is_mirrored();
     line_ += is_clockwise ? "G2" : "G3";
-    const Eigen::Vector2d center_to_start_mm = from_mm - rout.told_center.in_mm();
+    const Eigen::Vector2d center_to_start_mm = from_mm - rout.commanded_center.in_mm();
     const std::size_t begin = line_.size();
     append_point(center_to_start_mm, "IJ", kMmDecimals);
     if (line_.size() > kLongArc) {

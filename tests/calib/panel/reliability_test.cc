@@ -46,7 +46,7 @@ double largest_mm(const Reliability& reliability, std::size_t i) {
 
 TEST(Reliability, OfOneTargetIsNone) {
   const Reliability one = of({{10, 20}}, PanelModel::Offset, default_gate_limits());
-  EXPECT_FALSE(one.can_be_told());
+  EXPECT_FALSE(one.can_be_stated());
   EXPECT_TRUE(std::isinf(one.noise_ratio2));
   ASSERT_FALSE(one.unseen.empty());
   EXPECT_TRUE(std::ranges::all_of(one.unseen, &UnseenError::is_unlimited));
@@ -69,7 +69,7 @@ TEST(Reliability, OfTwoTargetsIsTheGateOnRotation) {
 TEST(Reliability, OfThreeTargetsIsTheGateOnStretch) {
   const Reliability three =
       of({{0, 0}, {100, 0}, {0, 100}}, PanelModel::Stretch, default_gate_limits());
-  EXPECT_FALSE(three.can_be_told());
+  EXPECT_FALSE(three.can_be_stated());
   EXPECT_NEAR(largest_mm(three, 1), 0.2, 0.01);
 }
 
@@ -115,7 +115,7 @@ TEST(Reliability, LimitsTheNoiseByWhatChiSquareHides) {
   CheckedFit fit = fit_panel(std::span<const CheckedPair>(pairs), PanelModel::Stretch).fit.value();
   fit.chi_square = 7;
   const Reliability six = reliability(fit, default_gate_limits());
-  EXPECT_TRUE(six.can_be_told());
+  EXPECT_TRUE(six.can_be_stated());
   // Chi square of 7 degrees is below 1.239 in 1 of 100 (Abramowitz and Stegun, table 26.8).
   EXPECT_NEAR(six.noise_ratio2, 7 / 1.239, 1e-2);
   fit.chi_square = 0.5;

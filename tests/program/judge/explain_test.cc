@@ -146,7 +146,7 @@ TEST(Explainer, SaysHowLikelyTheToleranceIsBroken) {
       << stated;
   options.tolerances.tools[0].position = um(20);
   const std::string untold = explained(metric("T1\n" + body), "2", options);
-  EXPECT_NE(untold.find("risk of breaking it 0.001, and none below can be told: an error of any "
+  EXPECT_NE(untold.find("risk of breaking it 0.001, and none below can be stated: an error of any "
                         "size of target 1 (G35 in line 9) would pass unnoticed and move this place "
                         "by 1 times as much\n"),
             std::string::npos)

@@ -268,13 +268,13 @@ TEST(JobVerdict, KnowsThePlaceThatAnUnnoticedErrorMovesFurthest) {
   EXPECT_EQ(verdict.worst_unseen(), nullptr);
   for (const auto& [line, unseen_um] : {std::pair(6, 20), std::pair(7, 30), std::pair(8, 25)}) {
     Drill bounded = risky(1e-7);
-    bounded.risk = kLeastToldRisk;
+    bounded.risk = kMinStatedRisk;
     bounded.unseen = um(unseen_um);
     verdict.put({line, {}, bounded, {}, nullptr});
   }
   ASSERT_NE(verdict.worst_unseen(), nullptr);
   EXPECT_EQ(verdict.worst_unseen()->line, 7);
-  EXPECT_EQ(verdict.by_tool().at(1).told_risk, kLeastToldRisk);
+  EXPECT_EQ(verdict.by_tool().at(1).stated_risk, kMinStatedRisk);
   // The limits are not held against what cannot be told: that would warn of every small panel.
   EXPECT_EQ(verdict.decision(), JobDecision::Drill);
 }

@@ -100,7 +100,7 @@ TEST(WalkRisk, IsNotToldBelowAThousandthWhereTargetsDoNotCheckEachOther) {
     ASSERT_TRUE(drill.risk);
     EXPECT_LT(*drill.judged_risk, 1e-12);
     if (n_targets < 4) {
-      EXPECT_EQ(*drill.risk, kLeastToldRisk) << n_targets;
+      EXPECT_EQ(*drill.risk, kMinStatedRisk) << n_targets;
       EXPECT_GT(drill.unseen, um(30)) << n_targets;
     } else {
       EXPECT_EQ(*drill.risk, *drill.judged_risk);
@@ -114,8 +114,8 @@ TEST(WalkRisk, IsNotToldWhereAnUnnoticedErrorMayBreakTheTolerance) {
   options.series_size = 4;
   const auto run = test::run_program(corners(4), options);
   ASSERT_EQ(run.holes().size(), 1U) << run.diagnostics.front();
-  EXPECT_LT(*run.holes()[0].drill.judged_risk, kLeastToldRisk);
-  EXPECT_EQ(*run.holes()[0].drill.risk, kLeastToldRisk);
+  EXPECT_LT(*run.holes()[0].drill.judged_risk, kMinStatedRisk);
+  EXPECT_EQ(*run.holes()[0].drill.risk, kMinStatedRisk);
 }
 
 TEST(WalkRisk, IsNotStatedOfTargetsThatChiSquareRefuses) {
@@ -135,7 +135,7 @@ TEST(WalkRisk, OfAHoleAtItsOwnTargetIsNotToldBelowAThousandth) {
   const auto run =
       test::run_program(metric("G34,1\nT1\nG38X5.0Y5.0\nM30\n"), exact_machine(um(30)));
   ASSERT_EQ(run.holes().size(), 1U) << run.diagnostics.front();
-  EXPECT_EQ(*run.holes()[0].drill.risk, kLeastToldRisk);
+  EXPECT_EQ(*run.holes()[0].drill.risk, kMinStatedRisk);
 }
 
 TEST(WalkRisk, IsThatOfTheToolInUse) {

@@ -64,7 +64,7 @@ TEST(WalkTable, TellsTheCommandThatLeadsToTheHole) {
     const Vector2d right_mm = kWorkZero_mm + hole.corrected_mm();
     EXPECT_LT((stands_mm(options, hole.drill.actual) - right_mm).norm(), kRounding_mm);
     EXPECT_GT((hole.actual_mm() - right_mm).norm(), 0.02);
-    EXPECT_EQ(hole.drill.actual, options.work_zero + hole.drill.told);
+    EXPECT_EQ(hole.drill.actual, options.work_zero + hole.drill.commanded);
   }
 }
 
@@ -81,16 +81,16 @@ double worst_beside_mm(const WalkOptions& options,
   for (const Rout& rout : routs) {
     const Vector2d to_mm = rout.actual.in_mm();
     for (int i = 0; i <= 200; ++i) {
-      Vector2d told_mm = from_mm + i / 200.0 * (to_mm - from_mm);
+      Vector2d commanded_mm = from_mm + i / 200.0 * (to_mm - from_mm);
       if (rout.kind != RoutKind::Line) {
         const Vector2d center_mm = rout.center.in_mm();
         const Vector2d a = from_mm - center_mm;
         const Vector2d b = to_mm - center_mm;
         const double turn = std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
         EXPECT_EQ(turn < 0, rout.kind == RoutKind::Clockwise);
-        told_mm = center_mm + Eigen::Rotation2Dd(i / 200.0 * turn) * a;
+        commanded_mm = center_mm + Eigen::Rotation2Dd(i / 200.0 * turn) * a;
       }
-      const Vector2d at_mm = stands_mm(options, position_mm<frame::Machine>(told_mm));
+      const Vector2d at_mm = stands_mm(options, position_mm<frame::Machine>(commanded_mm));
       worst_mm = std::max(worst_mm, beside_mm(at_mm - kWorkZero_mm));
     }
     from_mm = to_mm;

@@ -46,7 +46,7 @@ TEST(TruthComparison, DrillsWhereAStageThatErrsStands) {
   TruthComparison comparison(truth);
   // Work zero is at (100, 0); told 11 mm from there, the stage stands at 111.111 mm.
   Drill drill = hole(10, 10.3);
-  drill.told = displacement_mm<frame::Machine>(11, 0);
+  drill.commanded = displacement_mm<frame::Machine>(11, 0);
   drill.actual = position_mm<frame::Machine>(111, 0);
   comparison.put({1, {}, drill});
   EXPECT_NEAR(comparison.all().corrected.max().in_mm(), std::hypot(11.111 - 10.3, 0.4), 1e-12);

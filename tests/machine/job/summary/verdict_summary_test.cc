@@ -20,7 +20,7 @@ struct Job {
       Drill drill;
       drill.tool = 3;
       drill.corrected = position_mm<frame::Actual>(off_mm, 0);
-      drill.told = displacement_mm<frame::Machine>(off_mm, 0);
+      drill.commanded = displacement_mm<frame::Machine>(off_mm, 0);
       drill.cov_mm2 = 16e-6 * Eigen::Matrix2d::Identity();
       drill.risk = drill.judged_risk = std::exp(-0.5 * 36);
       const Operation operation{12, {}, drill, {}, nullptr};

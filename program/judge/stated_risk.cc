@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/judge/told_risk.h"
+#include "program/judge/stated_risk.h"
 
 #include <algorithm>
 #include <cmath>
@@ -123,7 +123,7 @@ RiskBasis risk_basis(const JobVerdict& verdict,
     if (refused != survey.series.end()) basis.words += ": " + rejected_words(*refused);
   } else if (const JobVerdict::UnseenPlace* const worst = verdict.worst_unseen()) {
     basis.kind = RiskBasis::Kind::Bounded;
-    basis.words = fmt::format("no risk below {:g} can be told", kLeastToldRisk);
+    basis.words = fmt::format("no risk below {:g} can be stated", kMinStatedRisk);
     if (worst->budget_place) {
       const std::string place =
           fmt::format("the place of line {}", line_text(worst->file, worst->line));
@@ -139,7 +139,7 @@ std::string risk_words(const PlacedPoint& place,
                        const MachineUncertainty& machine) {
   if (place.risk && *place.risk <= *place.judged_risk) return risk_text(*place.risk);
   if (place.risk) {
-    return fmt::format("{}, and none below can be told: {}",
+    return fmt::format("{}, and none below can be stated: {}",
                        risk_text(*place.risk),
                        untold_words(at, "this place", survey, machine));
   }
