@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/base/statistics/median.h"
 #include "calib/faults/stories.h"
 #include "calib/panel/system.h"
 #include <Eigen/LU>
@@ -37,13 +38,6 @@ constexpr std::size_t kMostPads = 8;
 /// More targets than this are not all suspected one by one.
 constexpr std::size_t kMostSuspects = 24;
 constexpr double kHuber_sigmas = 2.5;  // design note "Robust"
-
-double median_or_zero(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 double odds_of(const PictureOdds& odds, bool is_bad) {
   return is_bad ? odds.bad : odds.good;
@@ -165,9 +159,9 @@ bool has_bad_picture(std::span<const PictureFacts> facts, std::size_t i) {
     if (facts[k].score) scores.push_back(*facts[k].score);
   }
   if (sigmas_mm.empty()) return false;
-  const bool is_vague = facts[i].sigma_mm >= kBadSigma * median_or_zero(sigmas_mm);
+  const bool is_vague = facts[i].sigma_mm >= kBadSigma * median(sigmas_mm);
   const bool is_poor =
-      facts[i].score && !scores.empty() && *facts[i].score <= kBadScore * median_or_zero(scores);
+      facts[i].score && !scores.empty() && *facts[i].score <= kBadScore * median(scores);
   return is_vague || is_poor;
 }
 

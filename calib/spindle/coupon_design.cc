@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/median.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {
@@ -37,12 +38,6 @@ bool is_sound_view(const CouponView& view) {
 /// Offset by one look.
 Eigen::Vector2d value_mm(const CouponHole& hole, const CouponView& view) {
   return (hole.drilled - view.spindle).in_mm() - view.seen.position.in_mm();
-}
-
-double median_difference(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 TrendDesign about_their_middle(std::vector<std::vector<Eigen::Vector2d>> places_mm) {
@@ -113,7 +108,7 @@ std::vector<double> distances_from_median_mm(std::span<const HoleMean> means) {
   for (int axis = 0; axis < 2; ++axis) {
     std::vector<double> values;
     for (const HoleMean& mean : means) values.push_back(mean.value_mm[axis]);
-    middle_mm[axis] = median_difference(std::move(values));
+    middle_mm[axis] = median(std::move(values));
   }
   std::vector<double> distances;
   for (const HoleMean& mean : means) distances.push_back((mean.value_mm - middle_mm).norm());
@@ -210,7 +205,7 @@ std::vector<std::size_t> nearest_first(std::span<const CouponHole> holes,
   std::vector<double> distances = distances_from_median_mm(means);
   std::vector<double> weights(means.size(), 1);
   for (int i = 0; i < kHuberIterations; ++i) {
-    const double limit_mm = kHuber * median_difference(distances) / kRayleighMedian;
+    const double limit_mm = kHuber * median(distances) / kRayleighMedian;
     for (std::size_t k = 0; k < weights.size(); ++k) {
       weights[k] = distances[k] > limit_mm ? limit_mm / distances[k] : 1;
     }

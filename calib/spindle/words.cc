@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "calib/base/amount.h"
 #include "calib/spindle/fit.h"
 #include <fmt/format.h>
 
@@ -77,9 +78,8 @@ std::string hole_lines(const SpindleCameraFit& fit) {
 }
 
 std::string outlook_lines(const SpindleCameraFit& fit) {
-  std::string lines = fmt::format("{} more hole{} would halve the uncertainty\n",
-                                  fit.more_holes_to_halve,
-                                  fit.more_holes_to_halve == 1 ? "" : "s");
+  std::string lines =
+      fmt::format("{} would halve the uncertainty\n", amount(fit.more_holes_to_halve, "more hole"));
   if (fit.more_views_to_halve) {
     lines += fmt::format("so would {} more looks at each hole\n", *fit.more_views_to_halve);
   } else if (fit.is_separated) {
@@ -114,16 +114,13 @@ std::string text(SpindleCameraFailure failure) {
 std::string SpindleCameraFit::summary() const {
   const Eigen::Vector2d& d_mm = offset.offset.in_mm();
   return fmt::format(
-      "spindle-camera offset ({:.4f}, {:.4f}) mm, sigma ({:.2f}, {:.2f}) um, from {} hole{} and {} "
-      "look{}{}",
+      "spindle-camera offset ({:.4f}, {:.4f}) mm, sigma ({:.2f}, {:.2f}) um, from {} and {}{}",
       d_mm.x(),
       d_mm.y(),
       sigma_um(*this, 0),
       sigma_um(*this, 1),
-      n_used,
-      n_used == 1 ? "" : "s",
-      n_views,
-      n_views == 1 ? "" : "s",
+      amount(n_used, "hole"),
+      amount(n_views, "look"),
       n_outliers() == 0 ? "" : fmt::format(", {} left out", n_outliers()));
 }
 

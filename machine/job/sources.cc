@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "calib/base/amount.h"
 #include "machine/devices/cameras/without_password.h"
 #include "machine/devices/commands/command_probe.h"
 #include "machine/devices/commands/command_spindle.h"
@@ -171,10 +172,9 @@ Expected<OpenProbes> open_probes(const SourceChoice& choice,
   }
   return failure({Code::Usage,
                   {choice.command, 0, 0},
-                  fmt::format("the program probes the surface at {} place{}, and there is no "
-                              "source of readings",
-                              n_probes,
-                              n_probes == 1 ? "" : "s"),
+                  fmt::format("the program probes the surface at {}, and there is no source of "
+                              "readings",
+                              amount(n_probes, "place")),
                   "--probes, --machine-driver, or --camera with [machine] probe_command"});
 }
 

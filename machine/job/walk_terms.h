@@ -11,7 +11,7 @@
 
 namespace panelcal {
 
-/// When a program is walked through, and how far: what every command that does so sets.
+/// Time, limits and name of a program that is walked through: what every such command sets.
 struct WalkTerms {
   std::string program;  ///< its path as on the command line; `-` is standard input; empty: none
   std::string clock;    ///< the time on the wall, as wall_time() takes it; empty: `now`

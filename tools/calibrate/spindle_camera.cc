@@ -15,10 +15,10 @@
 #include "machine/job/spindle_age.h"
 #include "machine/nightly/record/night_lock.h"
 #include "tools/calibrate/calibrate.h"
+#include "tools/calibrate/spindle_answer.h"
 #include "tools/cli/operator_prompt.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/run/spindle_answer.h"
 #include <fmt/format.h>
 #include <unistd.h>
 

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <concepts>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "calib/base/amount.h"
 #include "program/judge/tally.h"
 #include "program/walk/walk.h"
 #include "tools/cli/options/options.h"
-#include <fmt/format.h>
 
 namespace panelcal {
 
@@ -28,11 +27,6 @@ std::string asking_person(const std::string& given);
 
 /// "key: value" for comments.
 std::vector<std::string> comment_lines(const Provenance& provenance);
-
-/// "1 hole", "2 holes".
-std::string amount(std::integral auto n, std::string_view word) {
-  return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
-}
 
 /// "12 holes, 2 slots, 1 rout move".
 std::string amount(const Tally& tally);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/median.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -19,12 +20,6 @@ namespace {
 constexpr double kCameraOutlierSigmas = 5;
 /// Another fit shows an outlier that one bad view hides.
 constexpr int kCameraOutlierRounds = 5;
-
-double median_distance_px(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 /// Length of each residual over the sigma of its direction.
 std::vector<double> sigmas_off(const CameraData& data, const CameraFit& fit) {
@@ -42,7 +37,7 @@ std::vector<double> sigmas_off(const CameraData& data, const CameraFit& fit) {
 double scatter(const std::vector<double>& off, int degrees_of_freedom) {
   const double honest =
       std::sqrt(2 * std::numbers::ln2 * degrees_of_freedom / (2 * static_cast<double>(off.size())));
-  return std::max(1.0, median_distance_px(off) / honest);
+  return std::max(1.0, median(off) / honest);
 }
 
 std::string sight_words(const MarkSights& sights, const CameraObservation& seen) {

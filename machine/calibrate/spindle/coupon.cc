@@ -5,6 +5,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "calib/base/amount.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/strict_json.h"
 #include <fmt/format.h>
@@ -15,10 +16,6 @@ namespace {
 
 constexpr std::size_t kMaxStateBytes = std::size_t{1} << 16;
 constexpr int kMaxRows = 1'000'000;
-
-std::string plural(int n, std::string_view noun) {
-  return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
-}
 
 /// Content of the state file.
 struct State {
@@ -72,7 +69,7 @@ std::string free_rows_text(const Coupon& coupon, int n_used) {
   const int n_free = coupon.rows - n_used;
   if (n_free <= 0) {
     return fmt::format(
-        "all {} of coupon {} are used up", plural(coupon.rows, "row"), quoted(coupon.name));
+        "all {} of coupon {} are used up", amount(coupon.rows, "row"), quoted(coupon.name));
   }
   return fmt::format("rows {} to {} of coupon {} are free ({} of {}): {} of {}",
                      n_used + 1,
@@ -80,8 +77,8 @@ std::string free_rows_text(const Coupon& coupon, int n_used) {
                      quoted(coupon.name),
                      n_free,
                      coupon.rows,
-                     plural(n_free / coupon.rows_per_run, "run"),
-                     plural(coupon.rows_per_run, "row"));
+                     amount(n_free / coupon.rows_per_run, "run"),
+                     amount(coupon.rows_per_run, "row"));
 }
 
 Expected<int> used_rows(const Coupon& coupon) {

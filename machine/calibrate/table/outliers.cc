@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/median.h"
 #include "calib/base/statistics/random.h"
 #include "machine/config/plate/plate.h"
 #include <fmt/format.h>
@@ -22,12 +23,6 @@ constexpr int kTableOutlierRounds = 5;
 /// The median of fewer says nothing.
 constexpr std::size_t kFewestPredicted = 8;
 
-double median_distance_mm(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// By chance: in any order of looks a rule could take whole columns of a plate, which without
 /// neighbours that are seen in several poses predict nothing and leave the table open.
 std::size_t fold_of(std::size_t i_look) {
@@ -41,8 +36,7 @@ double limit_of(const std::vector<TablePrediction>& all) {
   for (const TablePrediction& one : all) values.push_back(one.chi_square);
   const double largest = *std::ranges::max_element(values);
   // The median of chi square (2) is 2 ln 2.
-  const double scatter =
-      std::max(1.0, median_distance_mm(std::move(values)) / (2 * std::numbers::ln2));
+  const double scatter = std::max(1.0, median(std::move(values)) / (2 * std::numbers::ln2));
   return std::max(kTableOutlierSigmas * kTableOutlierSigmas * scatter, kWorst * kWorst * largest);
 }
 

@@ -224,6 +224,22 @@ TEST(Correct, MeasuresNothingForAProgramWithAMistake) {
   EXPECT_EQ(source.n_asked, 0);
 }
 
+TEST(Correct, MeasuresNothingForAnOutputThatCannotBeWritten) {
+  Job job = job_of(kOneTarget);
+  job.format = OutputFormat::Excellon;
+  for (const char* const target : {"no/such/folder/x.drl", "."}) {
+    FileOutput output(target);
+    Holes holes;
+    for (OperationSink* const operations :
+         {static_cast<OperationSink*>(nullptr), static_cast<OperationSink*>(&holes)}) {
+      CountingSource source;
+      const JobSinks sinks{.output = &output, .operations = operations};
+      EXPECT_THAT(correct(job, source, machine_of(""), sinks), FailsWith(Code::DeviceWrite));
+      EXPECT_EQ(source.n_asked, 0);
+    }
+  }
+}
+
 TEST(Correct, RefusesARecordOfAnotherProgram) {
   const Job job = job_of(kNoTarget);
   MeasurementFileSource source = recorded(kMeasured);

@@ -6,36 +6,17 @@
 #include <string_view>
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
-#include <time.h>
 
 #include "tests/support/matchers.h"
+#include "tests/support/time_zone.h"
 
 namespace panelcal {
 namespace {
 
 using namespace std::chrono_literals;
+using test::TimeZone;
 
 constexpr std::chrono::sys_seconds kNoon = std::chrono::sys_days{2026y / 11 / 21} + 12h;
-
-/// This computer stands elsewhere for the length of a test.
-class TimeZone {
- public:
-  explicit TimeZone(const char* zone) {
-    if (const char* const before = getenv("TZ")) before_ = before;
-    setenv("TZ", zone, 1);
-    tzset();
-  }
-  TimeZone(const TimeZone&) = delete;
-  TimeZone& operator=(const TimeZone&) = delete;
-  ~TimeZone() {
-    before_.empty() ? unsetenv("TZ") : setenv("TZ", before_.c_str(), 1);
-    tzset();
-  }
-
- private:
-  std::string before_;
-};
 
 TEST(WallTime, IsWhatTheCommandLineSays) {
   EXPECT_EQ(wall_time("2026-02-03T04:05:06", kNoon), "2026-02-03T04:05:06");

@@ -6,12 +6,15 @@
 #include <utility>
 
 #include "tools/cli/help/calibrate_help.h"
+#include "tools/cli/help/history_help.h"
 #include "tools/cli/help/surface_help.h"
 
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kCommandFooters = {{
+using Footer = std::pair<std::string_view, std::string_view>;
+
+constexpr auto kCommandFooters = std::to_array<Footer>({
     {"check", R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
   datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)
@@ -79,20 +82,6 @@ After a change of the camera or of its calibration, calibrate this offset again.
 Exit codes
   0 done; 1 too few holes were seen or fit, or it was not installed; 2 bad input or usage; 3 a
   device, the ledger or the disk failed)"},
-    {"history", R"(Example
-  $ panelcal history list -l drill1.ledger --kind spindle-camera --last 5
-
-A ledger is a file that only grows: every calibration with its inputs, result, covariance and
-verdict, each entry chained to the one before it by its hash (docs/decisions/ledger.md). The newest
-installed entry is in force; `rollback` puts an earlier one in force, and deletes nothing. This
-writes that calibration's file again:
-  $ panelcal history show 12 --result -l drill1.ledger -o spindle1.cal.json
-
-This shows how far every hole of a job would move, with a picture of arrows:
-  $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
-
-Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
     {"nightly", R"(Example
   $ panelcal nightly -m machine.toml --dry-run
   $ panelcal nightly -m machine.toml
@@ -287,14 +276,14 @@ with other numbered pictures or lists is refused.
 
 Exit codes
   0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)"},
-}};
+});
 
 }  // namespace
 
 std::string_view command_footer(std::string_view command) {
-  const auto found = std::ranges::find(
-      kCommandFooters, command, &std::pair<std::string_view, std::string_view>::first);
+  const auto found = std::ranges::find(kCommandFooters, command, &Footer::first);
   if (found != kCommandFooters.end()) return found->second;
+  if (command.starts_with("history")) return history_footer(command);
   return command.starts_with("surface") ? surface_footer(command) : calibrate_footer(command);
 }
 

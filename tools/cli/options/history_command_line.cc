@@ -2,6 +2,7 @@
 // Like options.cc it includes CLI11: seconds to compile.
 #include "tools/cli/options/history_command_line.h"
 
+#include "tools/cli/help/history_help.h"
 #include "tools/cli/options/program_options.h"
 #include <CLI/CLI.hpp>
 
@@ -56,6 +57,7 @@ class HistoryCommandLine {
   CLI::App* add_action(const char* name, const char* summary, HistoryOptions::Action action) {
     HistoryOptions& o = options_;
     CLI::App* command = history_.add_subcommand(name, summary);
+    command->footer(std::string(history_footer("history " + std::string(name))));
     command->add_option("-l,--ledger", o.ledger, "The ledger's file")->required();
     command->add_option("-o,--output", o.output, "Write to this file, whole or not at all");
     command->callback([&o, action] { o.action = action; });

@@ -311,8 +311,7 @@ class CommandLine {
   /// "panelcal surface fit".
   static std::string full_name(const CLI::App& command) {
     const CLI::App* const parent = command.get_parent();
-    return parent == nullptr ? command.get_name()
-                             : full_name(*parent) + " " + command.get_name();
+    return parent == nullptr ? command.get_name() : full_name(*parent) + " " + command.get_name();
   }
 
   Expected<Options> help() {
@@ -361,7 +360,8 @@ class CommandLine {
   static Diagnostic unknown_command(const CLI::App& of, const std::string& word) {
     const auto subs = commands_of(of);
     std::vector<std::string> names(subs.size());
-    std::ranges::transform(subs, names.begin(), [](const CLI::App* sub) { return sub->get_name(); });
+    std::ranges::transform(
+        subs, names.begin(), [](const CLI::App* sub) { return sub->get_name(); });
     const std::string_view near =
         nearest_word(word, std::vector<std::string_view>(names.begin(), names.end()));
     return {Code::Usage,

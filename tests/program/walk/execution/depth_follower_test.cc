@@ -196,7 +196,8 @@ double worst_mm(const Outcome& out, std::size_t& n) {
                        is_line});
     for (int i = 0; i <= 100; ++i) {
       const double share = i / 100.0;
-      const double commanded_mm = (*from.surface + share * (*rout->cut.surface - *from.surface)).in_mm();
+      const double commanded_mm =
+          (*from.surface + share * (*rout->cut.surface - *from.surface)).in_mm();
       const double true_mm = map_mm(position_mm<frame::Nominal>(way.at(share)));
       worst = std::max(worst, std::abs(commanded_mm - true_mm));
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/run/spindle_answer.h"
+#include "tools/calibrate/spindle_answer.h"
 
 #include <cmath>
 #include <string_view>

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/help/history_help.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace panelcal {
+namespace {
+
+using Footer = std::pair<std::string_view, std::string_view>;
+
+constexpr auto kHistoryFooters = std::to_array<Footer>({
+    {"history", R"(Example
+  $ panelcal history list -l drill1.ledger --kind spindle-camera --last 5
+
+A ledger is a file that only grows: every calibration with its inputs, result, covariance and
+verdict, each entry chained to the one before it by its hash (docs/decisions/ledger.md). The newest
+installed entry is in force; `rollback` puts an earlier one in force, and deletes nothing. This
+writes that calibration's file again:
+  $ panelcal history show 12 --result -l drill1.ledger -o spindle1.cal.json
+
+This shows how far every hole of a job would move, with a picture of arrows:
+  $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"history list", R"(Example
+  $ panelcal history list -l drill1.ledger --kind spindle-camera --last 5
+
+One line an entry, the newest last: number, time, machine, what was calibrated, verdict. * is in
+force. --machine, --kind and --subject choose; --json writes an object a line.
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"history export", R"(Example
+  $ panelcal history export -l drill1.ledger --since 2026-11-01 -o november.jsonl
+
+Every entry with all its parameters, covariances, inputs and hashes, as JSON Lines for other
+programs (docs/decisions/ledger.md). The ledger itself stays as it is.
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"history show", R"(Example
+  $ panelcal history show 12 -l drill1.ledger
+  $ panelcal history show 12 --result -l drill1.ledger -o spindle1.cal.json
+
+The first prints parameters with sigmas, verdict, and inputs with their digests; the second writes
+the calibration's file as it was installed, byte for byte.
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"history diff", R"(Example
+  $ panelcal history diff 11 12 -l drill1.ledger
+  $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
+
+The first prints each parameter before and after, and the change in sigmas; of two surfaces also how
+their maps differ. The second says how far every hole of the job would move if 12 took the place of
+11, and draws it; --measurements of a recorded job says where cameras saw its targets.
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"history rollback", R"(Example
+  $ panelcal history rollback -l drill1.ledger --machine "drill 1" --kind spindle-camera \
+      --subject "spindle 1 station 1" --reason "holes are off since Tuesday"
+
+Puts the entry before in force, or that of --to. Nothing is deleted: the rollback is an entry of its
+own, with its reason. The next `panelcal nightly` writes the file of what is in force;
+`panelcal history show ID --result -o FILE` writes it at once.
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"history fresh-start", R"(Example
+  $ panelcal history fresh-start -l drill1.ledger --machine "drill 1" --kind spindle-camera \
+      --subject "spindle 1 station 1" --reason "camera mounted anew"
+
+Records that a part was changed knowingly: the next result is compared with no night before it. What
+is in force stays in force (docs/howto/nightly.md says when this is right).
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"history plot", R"(Example
+  $ panelcal history plot -l drill1.ledger --machine "drill 1" --kind spindle-camera \
+      --subject "spindle 1 station 1" --parameter offset_x -o offset.svg
+
+Draws one parameter over time, with its sigmas and with what was in force. `panelcal history show`
+lists the parameters of an entry.
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
+    {"history verify", R"(Example
+  $ panelcal history verify -l drill1.ledger
+
+Computes the hash of every entry again, and holds it against the one that the next entry has noted: a
+byte that was changed, or an entry that was taken out, is found and named by its number.
+
+Exit codes
+  0 every hash is right; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk
+  failed)"},
+});
+
+}  // namespace
+
+std::string_view history_footer(std::string_view command) {
+  const auto found = std::ranges::find(kHistoryFooters, command, &Footer::first);
+  return found == kHistoryFooters.end() ? std::string_view() : found->second;
+}
+
+}  // namespace panelcal
