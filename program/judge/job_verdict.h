@@ -68,7 +68,7 @@ class JobVerdict final : public OperationSink {
     Length largest_radius_95;         ///< of the circles that hold a place's error in 95 %
     std::int64_t n_judged = 0;        ///< places with a tolerance and a predicted error
     std::int64_t n_told = 0;          ///< those of them whose risk may be stated
-    double stated_risk = 0;             ///< the largest of these, as outputs state it
+    double stated_risk = 0;           ///< the largest of these, as outputs state it
     std::int64_t n_warned = 0;        ///< above warn_above, those above hold_above included
     std::int64_t n_held = 0;
     double expected_broken = 0;  ///< the sum of the risks

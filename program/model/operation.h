@@ -150,7 +150,7 @@ enum class RoutKind : std::uint8_t { Line, Clockwise, Counterclockwise };
 struct Rout : PlacedPoint {
   int tool = 0;
   RoutKind kind = RoutKind::Line;
-  Position<frame::Actual> corrected_center;  ///< of an arc
+  Position<frame::Actual> corrected_center;       ///< of an arc
   Displacement<frame::Machine> commanded_center;  ///< the same as `commanded` is
   Position<frame::Machine> center;  ///< and as the machine is told: work zero + commanded_center
   Feed feed;

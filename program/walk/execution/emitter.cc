@@ -209,8 +209,8 @@ void Emitter::note_origin(const Eigen::Vector2d& at_mm,
 
 /// A place that the map does not reach refuses the job; the first one alone is reported: all that
 /// follow would say the same.
-Displacement<frame::Machine> Emitter::commanded_on_table(int line,
-                                                    const Displacement<frame::Machine>& from_zero) {
+Displacement<frame::Machine> Emitter::commanded_on_table(
+    int line, const Displacement<frame::Machine>& from_zero) {
   const Position<frame::Machine> place = place_.work_zero + from_zero;
   if (const auto command = options_.table->command_for(place)) return *command - place_.work_zero;
   if (!std::exchange(is_off_table_, true)) {

@@ -186,7 +186,7 @@ class Emitter {
     return options_.table == nullptr ? from_zero : commanded_on_table(line, from_zero);
   }
   Displacement<frame::Machine> commanded_on_table(int line,
-                                             const Displacement<frame::Machine>& from_zero);
+                                                  const Displacement<frame::Machine>& from_zero);
   void take_center(const Eigen::Vector2d& commanded_center_mm, Rout& move) const;
   /// Straight ways of the machine are bent on the panel.
   bool is_bent() const { return corrections_.stack.is_bent() || options_.table != nullptr; }

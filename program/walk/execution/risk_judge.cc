@@ -39,7 +39,7 @@ void RiskJudge::take_correction() {
   is_refused_ =
       (base != nullptr && base->is_rejected) || (nested != nullptr && nested->is_rejected);
   can_be_stated_ = (base == nullptr || base->can_be_stated()) &&
-                 (nested == nullptr || nested->can_be_stated()) && stack.smooth() == nullptr;
+                   (nested == nullptr || nested->can_be_stated()) && stack.smooth() == nullptr;
   shifts_ = unseen_shifts(stack, base, nested);
   noisy_ = stack.drilled_from_nominal();
   if (can_be_stated_) noisy_.cov += unseen_noise_cov(stack, base, nested);

@@ -31,6 +31,7 @@ int main(int n, char** arguments) {
   if (!result) return refuse(result.error());
   if (!result->may_be_drilled()) return refuse(result->refusal());
   for (const panelcal::Drill& hole : holes.all) {
-    std::printf("T%d X%.4f Y%.4f\n", hole.tool, hole.commanded.in_mm().x(), hole.commanded.in_mm().y());
+    std::printf(
+        "T%d X%.4f Y%.4f\n", hole.tool, hole.commanded.in_mm().x(), hole.commanded.in_mm().y());
   }
 }
