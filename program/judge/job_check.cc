@@ -60,6 +60,8 @@ void JobCheck::put_rare(const Operation& operation) {
     if (is_tool_link(setting->text) && links_.size() < kMostLinks) {
       links_.emplace(setting->text);
     }
+  } else if (const auto* compensation = std::get_if<Compensation>(&operation.what)) {
+    see_compensation(operation, *compensation);
   } else if (const auto* rate = std::get_if<ToolRate>(&operation.what)) {
     if (rate->infeed) tool_.infeed = rate->infeed;
   } else if (const auto* stop = std::get_if<Stop>(&operation.what)) {
@@ -67,6 +69,14 @@ void JobCheck::put_rare(const Operation& operation) {
   } else if (const auto* calibration = std::get_if<Autocalibration>(&operation.what)) {
     hold_against_travel(operation, calibration->actual);
   }
+}
+
+void JobCheck::see_compensation(const Operation& operation, const Compensation& compensation) {
+  if (compensation.side == CompensationSide::Off || compensation.value) return;
+  if (without_compensation_.empty()) {
+    first_without_compensation_ = {std::string(operation.file), operation.line, 1};
+  }
+  without_compensation_.insert(tool_.number);
 }
 
 void JobCheck::take(const Tool& tool) {
@@ -149,6 +159,14 @@ void JobCheck::report(const Program& program, DiagnosticLog& log) const {
              "no table feed for " + tool_list(without_table_feed_) +
                  (is_excellon ? "; 100 in/min is used" : "; 2.54 m/min is used"),
              is_excellon ? "F# behind G00" : "F# in the first rout line"});
+  }
+  if (is_excellon && !without_compensation_.empty()) {
+    Place place = first_without_compensation_;
+    if (place.file.empty()) place.file = file;
+    log.add({Code::CompensationMissing,
+             std::move(place),
+             "no value for " + tool_list(without_compensation_),
+             "CP,INDEX,DIAMETER in the header, or the machine's Cutter Information Page"});
   }
   if (outside_) {
     const Eigen::Vector2d& at_mm = outside_->place.in_mm();

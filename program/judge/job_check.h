@@ -21,7 +21,8 @@ struct Travel {
 };
 
 /// Watches a whole job pass and finds what no single block shows: tools that nothing uses, feeds
-/// that no block sets, moves outside the travel, and coordinates of a suspicious size.
+/// that no block sets, compensation without a value (of Excellon; the other language's tools have a
+/// diameter), moves outside the travel, and coordinates of a suspicious size.
 ///
 /// The size is held against three things: panels are 1 mm to 2 m, tools 0.03 to 20 mm, and holes
 /// that are programmed one after the other do not overlap. Where a factor of 25.4 or a power of ten
@@ -31,7 +32,8 @@ class JobCheck final : public OperationSink {
   explicit JobCheck(std::optional<Travel> travel) : travel_(travel) {}
 
   void put(const Operation& operation) override;
-  /// Reports what was found: tool-unused, feed-missing, travel-exceeded, scale-suspicious.
+  /// Reports what was found: tool-unused, feed-missing, compensation-missing,
+  /// travel-exceeded, scale-suspicious.
   void report(const Program& program, DiagnosticLog& log) const;
 
  private:
@@ -51,6 +53,7 @@ class JobCheck final : public OperationSink {
   void hold_against(const Travel& travel,
                     const Operation& operation,
                     const Position<frame::Machine>& place);
+  void see_compensation(const Operation& operation, const Compensation& compensation);
   void see_hole(const Operation& operation, const Drill& drill);
   [[gnu::noinline]] void drill_with(int tool);
   void report_scale(const Program& program, DiagnosticLog& log) const;
@@ -65,6 +68,8 @@ class JobCheck final : public OperationSink {
   std::set<std::string> links_;  ///< of tools, as written
   std::set<int> without_infeed_;
   std::set<int> without_table_feed_;
+  std::set<int> without_compensation_;
+  Place first_without_compensation_;
   Eigen::Vector2d low_mm_ = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector2d high_mm_ = -low_mm_;
   int last_line_ = 0;

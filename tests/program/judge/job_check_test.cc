@@ -106,6 +106,24 @@ TEST(JobCheck, EachToolOfTheHeaderIsToBeUsed) {
   EXPECT_EQ(checked(program("T1\nX1.Y1.\nT2\nX1.Y1.G85X9.Y1.\n")), Texts{});
 }
 
+TEST(JobCheck, CompensationNeedsAValue) {
+  const std::string t1 = "T1\nG00X1.Y1.F050\nG41\nM15\nG01X9.\nM17\n";
+  const std::string t2 = "T2\nG00X1.Y2.\nG42\nM15\nG01X9.\nM17\n";
+  const auto with = [](const std::string& header, const std::string& body) {
+    return "M48\nMETRIC,LZ\n" + header + "T1C1.0F100\nT2C1.0F100\n%\n" + body + "M30\n";
+  };
+  EXPECT_EQ(checked(with("CP,1,1.0\nCP,2,1.0\n", t1 + t2)), Texts{});
+  EXPECT_THAT(texts_of(with("", t1 + t2)),
+              ElementsAre(Reports("p.exc:8:1: warning[compensation-missing]", "T1, T2")));
+  EXPECT_THAT(texts_of(with("CP,1,1.0\n", t1 + t2)),
+              ElementsAre(Reports("p.exc:15:1: warning[compensation-missing]", "T2")));
+}
+
+TEST(JobCheck, NoCompensationNeedsNoValue) {
+  EXPECT_EQ(checked(program("T1\nG00X1.Y1.F050\nG40\nM15\nG01X9.\nM17\nT2\nG05\nX1.Y1.\n")),
+            Texts{});
+}
+
 // --- travel --------------------------------------------------------------------------------------
 
 TEST(JobCheck, TheTravelIncludesItsEdges) {
