@@ -21,16 +21,18 @@ struct TargetTerms {
 ErrorBudget with_machine(const TargetTerms& targets,
                          SharedBy targets_shared,
                          const MachineUncertainty& machine) {
+  // A map says what its residual is, or has it in its own sigma.
+  const bool states_table = machine.states_table || machine.table_map > Length();
   ErrorBudget budget = {
       {"detector", targets_shared, targets.detector},
       {"camera calibration", SharedBy::Camera, targets.camera},
-      {"stage at the targets", targets_shared, targets.stage},
-      {"table at the targets", targets_shared, targets.table},
+      {"stage at the targets", targets_shared, targets.stage, machine.states_stage},
+      {"table at the targets", targets_shared, targets.table, states_table},
       {"spindle-camera offset", SharedBy::AllHoles, machine.spindle_camera_mm2},
       {"its drift", SharedBy::AllHoles, machine.drift_mm2},
-      {"stage at the hole", SharedBy::NoHole, machine.stage_mm2()},
-      {"table at the hole", SharedBy::NoHole, machine.residual_mm2()},
-      {"drill wander", SharedBy::NoHole, machine.wander_mm2()},
+      {"stage at the hole", SharedBy::NoHole, machine.stage_mm2(), machine.states_stage},
+      {"table at the hole", SharedBy::NoHole, machine.residual_mm2(), states_table},
+      {"drill wander", SharedBy::NoHole, machine.wander_mm2(), machine.states_wander},
   };
   // Only a machine with a [table] has a map to be wrong.
   if (machine.table_map > Length()) {

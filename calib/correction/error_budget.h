@@ -28,6 +28,9 @@ struct BudgetTerm {
   std::string_view source;
   SharedBy shared = SharedBy::NoHole;
   Eigen::Matrix2d cov_mm2 = Eigen::Matrix2d::Zero();
+  bool is_stated = false;  ///< in the machine's file, be it as zero
+
+  bool counts() const { return is_stated || cov_mm2.trace() > 0; }
 };
 
 /// Sources of a hole's uncertainty. Sources are independent, so the covariances add up to the

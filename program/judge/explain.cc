@@ -118,7 +118,7 @@ std::string budget_text(const ErrorBudget& budget) {
       "  budget      {:>23}{:>9}{:>8}  {}\n", "sigma x", "y um", "share %", "common to");
   std::string unknown;
   for (const BudgetTerm& term : budget) {
-    if (term.cov_mm2.trace() > 0) {
+    if (term.counts()) {
       text += budget_row(
           term.source, term.cov_mm2, term.cov_mm2.trace() / whole_mm2, name(term.shared));
     } else {

@@ -102,6 +102,23 @@ TEST(ErrorBudget, AddsUpToTheCovarianceOfWhatIsDrilled) {
   }
 }
 
+TEST(ErrorBudget, CountsATermThatIsStatedAsZero) {
+  Random random(73);
+  for (const bool states : {false, true}) {
+    MachineUncertainty m;
+    m.states_stage = m.states_table = m.states_wander = states;
+    CorrectionStack stack(m);
+    stack.set_base(base_fit(random, m));
+    for (const BudgetTerm& one : error_budget(stack, position_mm<frame::Nominal>(130, 120))) {
+      const bool is_of_machine = one.source.starts_with("stage") ||
+                                 one.source.starts_with("table") || one.source == "drill wander";
+      if (is_of_machine) {
+        EXPECT_EQ(one.counts(), states) << one.source;
+      }
+    }
+  }
+}
+
 TEST(ErrorBudget, NamesWhatAMisfitAdds) {
   Random random(72);
   const MachineUncertainty m = machine();

@@ -70,7 +70,7 @@ std::string budget_section(const std::optional<HoleBudget>& hole) {
   std::string unknown;
   std::string rows;
   for (const BudgetTerm& term : hole->budget) {
-    if (term.cov_mm2.trace() > 0) {
+    if (term.counts()) {
       rows += budget_row(term.source, term.cov_mm2, total.trace(), name(term.shared));
     } else {
       unknown += fmt::format("{}{}", unknown.empty() ? "" : ", ", escaped(term.source));
