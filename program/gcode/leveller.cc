@@ -185,6 +185,7 @@ class Leveller {
       return {};
     }
     ++figures_.n_moves;
+    lines_.put_unstated(reader_.take_unstated(*motion));
     const bool is_cycle = motion->kind == MotionKind::Cycle;
     const Standing end = {motion->to.x_mm,
                           motion->to.y_mm,

@@ -52,7 +52,9 @@ struct LevelledGcode {
 ///
 /// Every move below the safe height is levelled, at its ends and between them: lines and arcs
 /// (which become helices) are cut into as few pieces as keep to height_tolerance; one that passes
-/// the safe height is cut there first, and above it stays as it is. Rapid moves below it are no
+/// the safe height is cut there first, and above it stays as it is. Modal words that the program
+/// relies on and does not state (G17, G90, G91.1, G94, G98, its unit) are written before the first
+/// move that depends on them, with a remark. Rapid moves below it are no
 /// exception. Steps (G91) lead to the surface and back. Drilling cycles get a Z and an R of their
 /// own at every hole. Everything else, comments and feeds too, stays as written. Over a void the
 /// predicted height holds, as a tool cuts across what was drilled before; from one zone to another

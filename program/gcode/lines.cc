@@ -27,6 +27,10 @@ void GcodeLines::put(const GcodeBlock& block) {
   text_ += '\n';
 }
 
+void GcodeLines::put_unstated(std::string_view words) {
+  if (!words.empty()) text_ += fmt::format("{} (not stated by the program)\n", words);
+}
+
 void GcodeLines::begin_move(MotionKind kind) {
   line_ = kind == MotionKind::Rapid       ? "G0"
           : kind == MotionKind::Line      ? "G1"
@@ -95,7 +99,15 @@ void GcodeLines::end_line() {
 
 void GcodeLines::end_block(const GcodeBlock& block) {
   put_others(block, true);
-  if (!block.rest.empty()) line_ += " " + block.rest;
+  if (block.rest.empty()) return end_line();
+  // New coordinates may have more digits; a control reads the first 255 characters, or none.
+  constexpr std::size_t kMaxLine = 255;
+  if (line_.size() + 1 + block.rest.size() > kMaxLine) {
+    text_ += block.rest;
+    text_ += '\n';
+  } else {
+    line_ += " " + block.rest;
+  }
   end_line();
 }
 

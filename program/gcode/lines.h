@@ -21,6 +21,10 @@ class GcodeLines {
   /// The line as it is.
   void put(const GcodeBlock& block);
 
+  /// A line of modal words that the program relies on and does not state; nothing if there are
+  /// none.
+  void put_unstated(std::string_view words);
+
   /// The words of a block that belong before its move; then the coordinates; then end_line() or,
   /// for the block's last move, end_block().
   void begin_block(const GcodeBlock& block) { put_others(block, false); }

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -73,8 +74,35 @@ std::optional<double> MotionReader::number_mm(const GcodeBlock& block, char lett
 
 // --- modes -------------------------------------------------------------------------------------
 
+void MotionReader::note(double code) {
+  if (code == 17) stated_.plane = true;
+  if (code == 20 || code == 21) stated_.unit = true;
+  if (code == 90 || code == 91) stated_.distance = true;
+  if (code == 90.1 || code == 91.1) stated_.arcs = true;
+  if (code == 94) stated_.feed = true;
+  if (code == 98 || code == 99) stated_.retract = true;
+}
+
+std::string MotionReader::take_unstated(const Motion& motion) {
+  std::string words;
+  const auto need = [&](bool& is_stated, std::string_view word) {
+    if (std::exchange(is_stated, true)) return;
+    if (!words.empty()) words += ' ';
+    words += word;
+  };
+  const bool is_cycle = motion.kind == MotionKind::Cycle;
+  if (motion.is_arc() || is_cycle) need(stated_.plane, "G17");
+  need(stated_.unit, unit_mm() == kInch_mm ? "G20" : "G21");
+  need(stated_.distance, "G90");
+  if (motion.is_arc()) need(stated_.arcs, "G91.1");
+  if (motion.kind != MotionKind::Rapid) need(stated_.feed, "G94");
+  if (is_cycle) need(stated_.retract, "G98");
+  return words;
+}
+
 Expected<void> MotionReader::read_code(const GcodeBlock& block, const GcodeWord& word) {
   const double code = word.value;
+  note(code);
   if (code == 0 || code == 1 || code == 2 || code == 3) {
     motion_ = kMotions[static_cast<std::size_t>(code)];
   } else if (is_one_of(kCycles, code)) {

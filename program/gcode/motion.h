@@ -74,6 +74,11 @@ class MotionReader {
   ///        coordinate-missing
   Expected<std::optional<Motion>> read(const GcodeBlock& block);
 
+  /// Modal words on which the move depends and which the program has not stated, as they are taken
+  /// here: "G17 G91.1". A control has what the program before it has left, which for a cycle may be
+  /// G99: the way to the next hole is then at R, through what stands higher there. They count as
+  /// stated from now on, since the caller writes them.
+  std::string take_unstated(const Motion& motion);
   /// M2 or M30 was read: nothing follows that moves.
   bool has_ended() const { return has_ended_; }
   /// The unit of coordinates now.
@@ -81,6 +86,12 @@ class MotionReader {
   bool arcs_are_absolute() const { return arcs_are_absolute_; }
 
  private:
+  /// Modes that the program has set.
+  struct Stated {
+    bool plane = false, unit = false, distance = false, arcs = false, feed = false, retract = false;
+  };
+
+  void note(double code);
   Expected<void> read_modes(const GcodeBlock& block);
   Expected<void> read_code(const GcodeBlock& block, const GcodeWord& word);
   Expected<void> read_function(const GcodeBlock& block, const GcodeWord& word);
@@ -106,6 +117,7 @@ class MotionReader {
   bool is_incremental_ = false;
   bool arcs_are_absolute_ = false;
   bool returns_to_r_ = false;
+  Stated stated_;
   bool has_moved_ = false;
   bool has_ended_ = false;
   bool leaves_ = false;  ///< this block goes to an unknown place

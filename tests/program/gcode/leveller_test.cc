@@ -22,7 +22,7 @@ using test::Reports;
 using test::sloping_map;
 using ::testing::HasSubstr;
 
-constexpr std::string_view kStart = "G21 G90\nG0 Z2\nG0 X10 Y20\n";
+constexpr std::string_view kStart = "G17 G21 G90 G91.1 G94 G98\nG0 Z2\nG0 X10 Y20\n";
 
 /// Appended, not added: of a sum g++ 12 believes that it reads beyond its end.
 std::string begun(std::string_view lines) {
@@ -54,9 +54,9 @@ TEST(GcodeLeveller, KeepsOtherWordsAndComments) {
 }
 
 TEST(GcodeLeveller, CountsInTheProgramsUnit) {
-  const std::string text = "G20 G90\nG0 Z0.1\nG0 X1 Y1\nG1 Z-0.01\n";
+  const std::string text = "G20 G90 G94\nG0 Z0.1\nG0 X1 Y1\nG1 Z-0.01\n";
   // 25.4 mm along the slope are 0.0254 mm, a thousandth of an inch.
-  EXPECT_EQ(levelled(text, sloping_map()), "G20 G90\nG0 Z0.1\nG0 X1 Y1\nG1 Z-0.009\n");
+  EXPECT_EQ(levelled(text, sloping_map()), "G20 G90 G94\nG0 Z0.1\nG0 X1 Y1\nG1 Z-0.009\n");
 }
 
 TEST(GcodeLeveller, GivesEveryHoleOfACycleItsOwnDepth) {
@@ -100,16 +100,18 @@ TEST(GcodeLeveller, TellsWhatItDid) {
 TEST(GcodeLeveller, TakesTheLowestTravelAboveTheBoardAsSafe) {
   // The tool parks at 30 and travels at 2; the approach at 0.05 is below the board's highest place.
   const std::string text =
-      "G21\nG0 Z30\nX10 Y20\nG0 Z2\nX20\nG0 Z0.05\nX30\nG1 Z-0.1\nG0 Z30\nX500 Y500\n";
-  EXPECT_EQ(
-      levelled(text, sloping_map()),
-      "G21\nG0 Z30\nX10 Y20\nG0 Z2\nX20\nG0 Z0.07\nX30 Z0.08\nG1 Z-0.07\nG0 Z30\nX500 Y500\n");
+      "G21 G90 G94\nG0 Z30\nX10 Y20\nG0 Z2\nX20\nG0 Z0.05\nX30\nG1 Z-0.1\nG0 Z30\nX500 Y500\n";
+  EXPECT_EQ(levelled(text, sloping_map()),
+            "G21 G90 G94\nG0 Z30\nX10 Y20\nG0 Z2\nX20\nG0 Z0.07\nX30 Z0.08\nG1 Z-0.07\nG0 "
+            "Z30\nX500 Y500\n");
 }
 
 TEST(GcodeLeveller, TravelsOfCyclesCount) {
   // Rapid moves go to 0.25 inch and 1.5 inch only, between holes the tool is at 0.05 inch.
-  EXPECT_EQ(levelled("G20\nG0 Z0.25\nG0 X1 Y1\nG99 G82 X1 Y1 Z-0.05 R0.05 P1\nX2\n", sloping_map()),
-            "G20\nG0 Z0.25\nG0 X1 Y1\nG99 G82 P1 X1 Y1 Z-0.049 R0.05\nX2 Z-0.048 R0.05\n");
+  EXPECT_EQ(
+      levelled("G17 G20 G90 G94\nG0 Z0.25\nG0 X1 Y1\nG99 G82 X1 Y1 Z-0.05 R0.05 P1\nX2\n",
+               sloping_map()),
+      "G17 G20 G90 G94\nG0 Z0.25\nG0 X1 Y1\nG99 G82 P1 X1 Y1 Z-0.049 R0.05\nX2 Z-0.048 R0.05\n");
   EXPECT_THAT(levelled("G21\nG1 Z3 F9\nX10 Y10\nZ-0.1\n", sloping_map()), HasSubstr("\nZ-0.09\n"));
 }
 
@@ -169,7 +171,7 @@ TEST(GcodeLeveller, KeepsHelices) {
 }
 
 TEST(GcodeLeveller, KeepsTheDigitsThatMakeACircleFullOrNot) {
-  const std::string start = "G21\nG0 Z2\nG0 X10 Y19.99996\n";
+  const std::string start = "G17 G21 G90 G91.1 G94\nG0 Z2\nG0 X10 Y19.99996\n";
   EXPECT_EQ(levelled(start + "G1 Z-0.1\nG2 X10 Y19.99996 I0.05 J0\n", sloping_map()),
             start + "G1 Z-0.09\nG2 X10 Y19.99996 Z-0.09 I0.05 J0\n");
   EXPECT_EQ(levelled(start + "G1 Z-0.1\nG2 X10 Y20.00004 I0.05 J0\n", sloping_map()),
@@ -226,8 +228,35 @@ TEST(GcodeLeveller, RefusesAMapThatCountsFromTheTable) {
 TEST(GcodeLeveller, TakesAUnitThatNobodyStates) {
   LevelOptions options;
   options.unit_mm = 1;
-  EXPECT_EQ(levelled("G0 Z2\nG0 X10 Y20\nG1 Z-0.1\n", sloping_map(), options),
-            "G0 Z2\nG0 X10 Y20\nG1 Z-0.09\n");
+  EXPECT_EQ(levelled("G90 G94\nG0 Z2\nG0 X10 Y20\nG1 Z-0.1\n", sloping_map(), options),
+            "G90 G94\nG21 (not stated by the program)\nG0 Z2\nG0 X10 Y20\nG1 Z-0.09\n");
+  options.unit_mm = 25.4;
+  EXPECT_THAT(levelled("G90\nG0 Z2\nG0 X1 Y2\n", sloping_map(), options),
+              HasSubstr("G20 (not stated by the program)\nG0 Z2\n"));
+}
+
+TEST(GcodeLeveller, WritesTheModesThatTheProgramReliesOnWhereItFirstDoes) {
+  EXPECT_EQ(levelled("G21\nG0 Z2\nG0 X10 Y20\nG81 X20 Y20 Z-1 R0.5 F50\nX40\nG80\nG0 Z2\n",
+                     sloping_map()),
+            "G21\nG90 (not stated by the program)\nG0 Z2\nG0 X10 Y20\n"
+            "G17 G94 G98 (not stated by the program)\nG81 F50 X20 Y20 Z-0.98 R0.52\nX40 Z-0.96 "
+            "R0.54\nG80\nG0 Z2\n");
+  LevelOptions rough;
+  rough.height_tolerance = um(20);
+  EXPECT_EQ(levelled("G21 G90\nG0 Z2\nG0 X10 Y20\nG1 Z-0.1 F9\nG2 X20 Y20 I5 J0\nG0 Z2\n",
+                     sloping_map(),
+                     rough),
+            "G21 G90\nG0 Z2\nG0 X10 Y20\nG94 (not stated by the program)\nG1 F9 Z-0.09\nG17 G91.1 "
+            "(not stated by the program)\nG2 X20 Y20 Z-0.08 I5 J0\nG0 Z2\n");
+  // The first move's own block may state them.
+  EXPECT_EQ(levelled("G21 G90 G0 Z2\nX10 Y20\n", sloping_map(), {.safe_height = mm(2)}),
+            "G21 G90 G0 Z2\nX10 Y20\n");
+}
+
+TEST(GcodeLeveller, PutsALongCommentIntoALineOfItsOwn) {
+  const std::string comment = "(" + std::string(248, 'c') + ")";
+  EXPECT_EQ(after_start("G1 Z-0.1 F100\nX60 " + comment + "\n"),
+            "G1 F100 Z-0.09\n" + comment + "\nX60 Z-0.04\n");
 }
 
 /// Greatest distance of the levelled program from the surface, and of the program from its way.

@@ -84,7 +84,12 @@ std::string with_provenance(std::string text, const Provenance& provenance) {
     std::ranges::replace(words, ')', ']');
     std::ranges::replace_if(
         words, [](char c) { return c == '\n' || c == '\r'; }, ' ');
-    remarks += fmt::format("{}: {})\n", kLevelledBy, words);
+    // Controls read lines of 255 characters.
+    constexpr std::size_t kMaxCharacters = 200;
+    do {
+      remarks += fmt::format("{}: {})\n", kLevelledBy, words.substr(0, kMaxCharacters));
+      words.erase(0, kMaxCharacters);
+    } while (!words.empty());
   }
   const bool has_percent = text.starts_with('%');
   text.insert(has_percent ? text.find('\n') + 1 : 0, remarks);
