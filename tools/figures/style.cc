@@ -86,6 +86,7 @@ table.grid th{text-align:left;color:var(--quiet);font-weight:500;font-size:13px}
 table.grid th,table.grid td{padding:3px 14px 3px 0;border-bottom:1px solid var(--line)}
 table.grid th.num,table.grid td.num{text-align:right;white-space:nowrap}
 .scroll table.grid td:last-child:not(.num){min-width:26em}
+.scroll table.grid td:first-child{min-width:8em}.scroll+.scroll{margin-top:14px}
 table.grid tr:last-child td{border-bottom:0}
 .scroll{overflow-x:auto}
 details{border-top:1px solid var(--line);padding:6px 0}
