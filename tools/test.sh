@@ -57,7 +57,8 @@ test_release() {
   run_tests "$build_dir" "$@"
 }
 
-# Long statistics that take half of the time with sanitizers; shorter tests run the same code.
+# They take half of the time with sanitizers. .ci/run leaves them out, --nightly does not: statistics
+# of whole nights and plans, whose parts have shorter tests, and what does no more than call programs.
 long_with_sanitizers='^(machine\.(TableNights|TrialNights|SurfaceNights)\.|install\.|demo\.survives_kill)'
 long_with_sanitizers+='|^machine\.(TableRun\.(TheDraft|ALittleMore|AWildLook)|PlatePicturesTest\.GivesTheTables)'
 long_with_sanitizers+='|^surface\.ProbePlan\.(NeedsMore|FindsUnsure|SaysWhatCannot)'
