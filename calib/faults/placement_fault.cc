@@ -30,7 +30,7 @@ constexpr std::size_t kLeastTargets = 3;
 
 /// Pads that the search of one series looks at, repeatedly: where the noise, or limits wide open,
 /// allow every pad everywhere, all ways to assign them cannot be weighed.
-constexpr std::int64_t kMostLooks = 20'000'000;
+constexpr std::int64_t kMostLooks = 50'000'000;
 
 using Places = std::vector<Eigen::Vector2d>;
 
