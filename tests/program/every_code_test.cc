@@ -142,6 +142,7 @@ void see_motion(Collector& collector) {
                            "M99,SELF\nX0.Y0.\n",
                            "M60\n",
                            "G41\nG00X0.Y0.\n",
+                           "T1\nG00X0.Y0.\nG41\nM15\nG01X1.\nM17\n",
                            "M47,ABCDEFGHIJKLMNOPQRSTU\n"}) {
     collector.see_body(body);
   }

@@ -114,9 +114,9 @@ TEST(JobCheck, CompensationNeedsAValue) {
   };
   EXPECT_EQ(checked(with("CP,1,1.0\nCP,2,1.0\n", t1 + t2)), Texts{});
   EXPECT_THAT(texts_of(with("", t1 + t2)),
-              ElementsAre(Reports("p.exc:8:1: warning[compensation-missing]", "T1, T2")));
+              ElementsAre(Reports("p.exc:9:1: warning[compensation-missing]", "T1, T2")));
   EXPECT_THAT(texts_of(with("CP,1,1.0\n", t1 + t2)),
-              ElementsAre(Reports("p.exc:15:1: warning[compensation-missing]", "T2")));
+              ElementsAre(Reports("p.exc:16:1: warning[compensation-missing]", "T2")));
 }
 
 TEST(JobCheck, NoCompensationNeedsNoValue) {
