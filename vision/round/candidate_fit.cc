@@ -77,12 +77,6 @@ std::optional<std::string> unfit_circle_reason(const FitFrame& fit_frame,
       fit_frame, "its inner size", 2 * p[kInnerRadius], 2 * *expected.inner_radius, tolerance);
 }
 
-/// A tolerance that was stated says how far any diameter may be off.
-double allowed_oval(const ExpectedRim& expected, const LocateOptions& options) {
-  const bool is_stated = expected.size_tolerance != Target{}.size_tolerance;
-  return is_stated ? std::max(options.max_oval, expected.size_tolerance) : options.max_oval;
-}
-
 void judge_circle(const Image& image,
                   const FitFrame& fit_frame,
                   const ExpectedRim& expected,
@@ -151,7 +145,7 @@ void judge_circle(const Image& image,
   if (auto reason = unfit_circle_reason(fit_frame, expected, p)) {
     return set(Verdict::Unfit, *std::move(reason));
   }
-  const double max_oval = allowed_oval(expected, options);
+  const double max_oval = expected.allowed_oval(options.max_oval);
   if (1 - candidate.fit.axis_ratio - kOvalSigmas * 2 * e.oval_sigma > max_oval) {
     return set(Verdict::Unfit,
                fmt::format("its shape: the diameters differ by {:.1f} %, {:.1f} % are allowed "

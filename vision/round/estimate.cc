@@ -38,8 +38,21 @@ constexpr int kMostPlainWaves = 10;
 /// On flat pictures rims are round until shown otherwise.
 constexpr double kPlainRoughChance = 0.04;
 constexpr double kPlainOwn = 0.5;
+/// A rim that is farther from round, as a sigma and of its radius, has something else beside it.
+constexpr double kMaxOwnShape = 0.05;
+/// Of the diameters: up to such a tolerance, an arc that lies off the rest is displaced
+/// (over-etched, a mask's crescent) rather than a rim out of round. Beyond, this part of it may be
+/// the rim's own.
+constexpr double kRoundTolerance = 0.15;
+constexpr double kOwnOfTolerance = 1.0 / 3;
 /// A rim of less of the contrast asked for is not measured by sectors.
 constexpr double kHalfContrast = 0.5;
+
+/// Of the radius, as a sigma: as far as a rim may be out of round and is still measured whole.
+double own_shape_of(const ExpectedRim& expected, const LocateOptions& options) {
+  const double beyond = expected.allowed_oval(options.max_oval) - kRoundTolerance;
+  return std::clamp(kOwnOfTolerance * beyond, 0.0, kMaxOwnShape);
+}
 
 /// The window's reach beyond the rim: more pixels settle the brightness gradient, which costs
 /// accuracy while it is uncertain, and show texture for what it is; fewer meet less of what is not
@@ -202,6 +215,7 @@ class RimEstimator {
         start_(start.parameters),
         far_(std::max(RimSearch{}.far, expected.near_size())),
         min_visible_(options.min_visible),
+        own_shape_(own_shape_of(expected, options)),
         least_contrast_(kHalfContrast * options.min_contrast * image.full_scale()) {
     options_.freedom.is_ring = window_.is_ring();
     solution_.parameters = start_;
@@ -237,6 +251,7 @@ class RimEstimator {
     search.least_contrast = least_contrast_;
     search.least_used = min_visible_;
     search.far = far_;
+    search.own_shape = own_shape_;
     search.outer_px = std::clamp(8 + 0.6 * start_[kRadius], 10.0, 30.0);
     search.inner_px = std::clamp(0.6 * start_[kRadius], 3.0, 22.0);
     const double metal_px = start_[kRadius] - start_[kInnerRadius];
@@ -396,6 +411,7 @@ class RimEstimator {
   RimVector start_;
   double far_;  ///< of the start's radius
   double min_visible_;
+  double own_shape_;  ///< of the radius
   double least_contrast_;
   RimFitOptions options_;
   RimSolution solution_;

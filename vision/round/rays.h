@@ -24,6 +24,11 @@ struct ExpectedRim {
   /// A rim is worth a fit if its size is off by less than this part: near enough to be the target
   /// badly made, not another kind of mark.
   double near_size() const { return std::max(0.15, 1.5 * size_tolerance); }
+  /// Of the diameters: a tolerance that was stated says how far any of them may be off.
+  double allowed_oval(double max_oval) const {
+    const bool is_stated = size_tolerance != Target{}.size_tolerance;
+    return is_stated ? std::max(max_oval, size_tolerance) : max_oval;
+  }
 };
 
 /// A rim seen along rays from its middle: good to a few tenths of a pixel.

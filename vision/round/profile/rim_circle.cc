@@ -16,6 +16,11 @@ constexpr double kStartArc = 0.6;  // of the rim
 constexpr int kConcentrations = 2;
 constexpr int kLastConcentrations = 3;
 constexpr double kOffCircle = 3.5;  // sigmas
+constexpr int kWholePasses = 8;
+constexpr double kOffWhole = 3;        // sigmas
+constexpr double kMoreOfWhole = 0.05;  // of the rim
+/// An arc that lies on its circle up to some times the least sigma is round: the rest is displaced.
+constexpr double kRoundArc = 2.3;
 
 using Use = std::vector<char>;
 
@@ -118,6 +123,78 @@ double widening(std::size_t kept, std::size_t all) {
   return 1 / std::sqrt(1 - 2 * low * density / share);
 }
 
+/// The circle whose `n_kept` nearest usable sectors leave the least squares.
+struct ArcCircle {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  double squares = 0;
+};
+
+/// Least trimmed squares, started from the whole rim and from arcs of it.
+ArcCircle fit_arc(const SectorWaves& waves,
+                  const Eigen::VectorXd& d,
+                  const Use& usable,
+                  std::size_t n_kept) {
+  const std::size_t n = usable.size();
+  ArcCircle arc;
+  arc.squares = INFINITY;
+  for (int start = 0; start <= kArcStarts; ++start) {
+    Use use = usable;
+    for (std::size_t i = 0; start > 0 && i < n; ++i) {
+      const std::size_t from = n * static_cast<std::size_t>(start - 1) / kArcStarts;
+      if (static_cast<double>((i + n - from) % n) > kStartArc * static_cast<double>(n)) use[i] = 0;
+    }
+    if (count_of(use) < n_kept / 2) continue;
+    double squares = INFINITY;
+    Eigen::Vector3d value = waves.fit(d, use).value;
+    for (int k = 0; k < kConcentrations; ++k) {
+      squares = nearest(waves.left(d, value), usable, n_kept, use);
+      value = waves.fit(d, use).value;
+    }
+    if (squares >= arc.squares) continue;
+    arc.squares = squares;
+    arc.value = value;
+  }
+  Use use;
+  for (int k = 0; k < kLastConcentrations; ++k) {
+    arc.squares = nearest(waves.left(d, arc.value), usable, n_kept, use);
+    arc.value = waves.fit(d, use).value;
+  }
+  return arc;
+}
+
+/// A circle through all sectors but those that lie far off beside the rest.
+struct WholeCircle {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  double scale_px = 0;
+  Use use;
+};
+
+/// Least squares of the usable sectors within some median magnitudes, from all of them on.
+WholeCircle fit_whole(const SectorWaves& waves,
+                      const Eigen::VectorXd& d,
+                      const Use& usable,
+                      double floor_px) {
+  WholeCircle whole;
+  whole.use = usable;
+  std::vector<double> magnitudes;
+  for (int i = 0; i < kWholePasses; ++i) {
+    whole.value = waves.fit(d, whole.use).value;
+    const Eigen::VectorXd left = waves.left(d, whole.value);
+    magnitudes.clear();
+    for (std::size_t k = 0; k < usable.size(); ++k) {
+      if (usable[k] != 0) magnitudes.push_back(std::abs(left[static_cast<Eigen::Index>(k)]));
+    }
+    const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
+    std::nth_element(magnitudes.begin(), middle, magnitudes.end());
+    whole.scale_px = std::max(floor_px, 1.4826 * *middle);
+    for (std::size_t k = 0; k < usable.size(); ++k) {
+      whole.use[k] = usable[k] != 0 &&
+                     std::abs(left[static_cast<Eigen::Index>(k)]) < kOffWhole * whole.scale_px;
+    }
+  }
+  return whole;
+}
+
 /// The longest run of sectors that are off though they are usable, as part of all.
 double longest_arc(const Use& off, const Use& usable) {
   const std::size_t n = off.size();
@@ -149,7 +226,8 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
                          const Use& usable,
                          int n_smooth,
                          double least_used,
-                         double floor_px) {
+                         double floor_px,
+                         double own_px) {
   RimCircle result;
   result.use = usable;
   const auto n = static_cast<std::size_t>(deviations.size());
@@ -161,41 +239,25 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
   const SectorWaves waves(deviations.size());
   const Eigen::VectorXd d = smoothed(deviations, usable, n_smooth);
 
-  double least = INFINITY;
-  Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  for (int start = 0; start <= kArcStarts; ++start) {
-    Use use = usable;
-    for (std::size_t i = 0; start > 0 && i < n; ++i) {
-      const std::size_t from = n * static_cast<std::size_t>(start - 1) / kArcStarts;
-      if (static_cast<double>((i + n - from) % n) > kStartArc * static_cast<double>(n)) use[i] = 0;
-    }
-    if (count_of(use) < n_kept / 2) continue;
-    double squares = INFINITY;
-    Eigen::Vector3d value = waves.fit(d, use).value;
-    for (int k = 0; k < kConcentrations; ++k) {
-      squares = nearest(waves.left(d, value), usable, n_kept, use);
-      value = waves.fit(d, use).value;
-    }
-    if (squares >= least) continue;
-    least = squares;
-    best = value;
-  }
-
-  Use nearest_use;
-  for (int k = 0; k < kLastConcentrations; ++k) {
-    least = nearest(waves.left(d, best), usable, n_kept, nearest_use);
-    best = waves.fit(d, nearest_use).value;
-  }
-
+  const ArcCircle arc = fit_arc(waves, d, usable, n_kept);
   // Once: doing it again would let in, bit by bit, what lies just beside the circle.
-  const Eigen::VectorXd left = waves.left(d, best);
-  result.scale_px =
-      std::max(floor_px / std::sqrt(static_cast<double>(n_smooth)),
-               std::sqrt(least / static_cast<double>(n_kept)) * widening(n_kept, n_usable));
+  const Eigen::VectorXd left = waves.left(d, arc.value);
+  const double least_px = floor_px / std::sqrt(static_cast<double>(n_smooth));
+  result.scale_px = std::max(
+      least_px, std::sqrt(arc.squares / static_cast<double>(n_kept)) * widening(n_kept, n_usable));
   Use off(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
     off[i] = usable[i] == 0 ||
              std::abs(left[static_cast<Eigen::Index>(i)]) > kOffCircle * result.scale_px;
+  }
+  const WholeCircle whole = fit_whole(waves, d, usable, floor_px);
+  const std::size_t n_on = n - count_of(off);
+  const auto n_more = static_cast<std::size_t>(kMoreOfWhole * static_cast<double>(n));
+  const bool is_own = whole.scale_px < own_px && result.scale_px > kRoundArc * least_px;
+  const bool is_whole = is_own && count_of(whole.use) > n_on + n_more;
+  if (is_whole) {
+    result.scale_px = whole.scale_px;
+    for (std::size_t i = 0; i < n; ++i) off[i] = whole.use[i] == 0;
   }
   result.use = usable;
   result.seen = 1 - static_cast<double>(count_of(off)) / static_cast<double>(n);
@@ -215,6 +277,7 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
     result.oval_px += 2 / n_used * rest[static_cast<Eigen::Index>(i)] *
                       Eigen::Vector2d(std::cos(phi), std::sin(phi));
   }
+  if (is_whole) result.doubt_px = circle.value.tail<2>() - arc.value.tail<2>();
   return result;
 }
 

@@ -8,7 +8,9 @@
 #include <numbers>
 #include <vector>
 
+#include "vision/round/profile/rim_blur.h"
 #include "vision/round/profile/rim_circle.h"
+#include "vision/round/profile/rim_shape.h"
 #include "vision/round/profile/rim_waves.h"
 #include "vision/round/profile/shift_filter.h"
 #include "vision/round/profile/step_profile.h"
@@ -20,6 +22,7 @@ namespace {
 constexpr int kMaxRimPasses = 7;
 constexpr int kFreePasses = 3;
 constexpr double kUnsettledMove_px = 1.2;  // two sets of sectors farther apart are no one rim
+constexpr double kSettledShape_px = 0.1;   // rms
 constexpr double kSettledMove_px = 0.03;   // a smaller move leaves its square
 /// A ring whose level is off by more of the contrast is something else: a hole, a mask's opening.
 constexpr double kOtherRing = 0.1;
@@ -35,7 +38,6 @@ constexpr double kSharpSector_px = 0.2;  // sectors are judged together until th
 constexpr int kMostSmoothed = 7;
 /// If the surroundings are not flat, rims are as likely as not a little rough.
 constexpr double kRoughChance = 0.5;
-constexpr int kBlurWaves = 6;
 constexpr double kShortestOwnWave_px = 24;
 constexpr double kMostBlurred = 4;         // px: narrow enough
 constexpr double kLostByWide = 0.05;       // of the rim
@@ -180,7 +182,8 @@ class RimMeasurement {
       if (!look(Width::Narrow) && (i > 0 || !look(Width::All))) return std::nullopt;
       move(i < kFreePasses ? 1 : 0.5);
       if (!is_near()) return std::nullopt;
-      if (pass_.move_px < kSettledMove_px) break;
+      const bool is_straight = follow_shape();
+      if (pass_.move_px < kSettledMove_px && is_straight) break;
     }
     look_wide();
     return finished();
@@ -253,7 +256,7 @@ class RimMeasurement {
     window_.collect(p_, std::max(outer, inner) + 1, 1);
     if (window_.band().size() < 40) return false;
     // The next pass uses what one pass finds of a sector, whatever the radius has become.
-    pass_.strip = unroll(window_, p_, outer, inner, pass_.strip.n_sectors());
+    pass_.strip = unroll(window_, p_, outer, inner, pass_.strip.n_sectors(), shape_);
     RimStrip& strip = pass_.strip;
     if (strip.seen < 0.5) return false;
     Eigen::ArrayXd medians = ring_medians(strip, use_);
@@ -269,9 +272,21 @@ class RimMeasurement {
     if (!(pass_.filter.variance > 0)) return false;
     pass_.contrasts = sector_contrasts(strip, pass_.step, left);
     pass_.deviations = pass_.by_sector(pass_.filter);
+    if (shape_.size() > 0) pass_.deviations += shape_;
     fit_circle(pass_.contrasts);
     use_ = pass_.circle.used() > 0.3 ? pass_.circle.use : std::vector<char>{};
     return true;
+  }
+
+  /// The next pass unrolls the band along the rim's own shape; true if it is that of this pass.
+  bool follow_shape() {
+    // Rims that are to be round gain nothing: it would only add noise.
+    if (search_.own_shape == 0) return true;
+    const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, pass_.circle.use);
+    Eigen::VectorXd shape = rim_shape(left, pass_.usable, pass_.filter.variance);
+    const double change2 = shape_.size() > 0 ? (shape - shape_).squaredNorm() : shape.squaredNorm();
+    shape_ = std::move(shape);
+    return change2 < kSettledShape_px * kSettledShape_px * static_cast<double>(shape_.size());
   }
 
   void fit_circle(const Eigen::ArrayXd& contrasts) {
@@ -283,8 +298,12 @@ class RimMeasurement {
     const double sigma = std::sqrt(pass_.filter.variance);
     const int n_together = static_cast<int>(std::ceil(
         std::min<double>(kMostSmoothed, sigma * sigma / (kSharpSector_px * kSharpSector_px))));
-    pass_.circle = fit_rim_circle(
-        pass_.deviations, pass_.usable, n_together | 1, search_.least_used, 0.7 * sigma);
+    pass_.circle = fit_rim_circle(pass_.deviations,
+                                  pass_.usable,
+                                  n_together | 1,
+                                  search_.least_used,
+                                  0.7 * sigma,
+                                  search_.own_shape * p_[kRadius] / pass_.strip.unit);
   }
 
   bool fit(const Eigen::ArrayXd& medians, const StepProfile& start) {
@@ -356,32 +375,17 @@ class RimMeasurement {
     if (pass_.move_px > kSettledMove_px) {
       profile.center_cov += std::pow(unit * pass_.move_px, 2) * Eigen::Matrix2d::Identity();
     }
-    profile.center_cov += unit * unit * lopsided_cov();
+    profile.center_cov += unit * unit * std::pow(kDisagreement, 2) * pass_.circle.doubt_px *
+                          pass_.circle.doubt_px.transpose();
+    profile.center_cov += unit * unit * blur_cov();
     add_lobes(radius_px, profile);
     profile.roughness = std::sqrt(std::max(0.0, squares)) / radius_px;
   }
 
-  /// A rim that is sharper on one side than on the other: a lamp from the side on the slope of the
-  /// edge makes it so, and coma. A bright or dark band x inside of an edge of sigma s moves it by
-  /// s / 2x of what it seems to blur it; bands that matter are at least half an s inside.
-  Eigen::Matrix2d lopsided_cov() const {
-    const std::vector<char>& use = pass_.circle.use;
+  Eigen::Matrix2d blur_cov() const {
     const double pixel = pixel_variance(pass_.strip, pass_.left);
     const Eigen::VectorXd blurs = pass_.by_sector(make_blur_filter(pass_.strip, pass_.step, pixel));
-    Eigen::Vector2d side = Eigen::Vector2d::Zero();
-    for (Eigen::Index i = 0; i < blurs.size(); ++i) {
-      if (use[static_cast<std::size_t>(i)] == 0) continue;
-      const double phi = pass_.strip.angle_rad(i);
-      side += blurs[i] * Eigen::Vector2d(std::cos(phi), std::sin(phi));
-    }
-    side *= 2 / pass_.n_used();
-    double floor = 0;
-    for (int k = 2; k < 2 + kBlurWaves; ++k) {
-      floor += wave_power(blurs, use, k) / kBlurWaves;
-    }
-    const double by_chance = 4 * floor / pass_.n_used();
-    const double beyond = 1 - by_chance / std::max(by_chance, side.squaredNorm());
-    return beyond * side * side.transpose();
+    return hidden_by_blur(blurs, pass_.circle.use, pass_.step.sigma_px);
   }
 
   /// Of every sector that shows an edge: a polygon's corners are no debris. If those that show none
@@ -462,6 +466,7 @@ class RimMeasurement {
   RimVector p_;
   std::vector<char> use_;
   Pass pass_;
+  Eigen::VectorXd shape_;  ///< that the strip follows; empty: a circle
   double disagreement_px2_ = 0;
 };
 

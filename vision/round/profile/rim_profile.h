@@ -17,6 +17,9 @@ struct RimSearch {
   double inner_px = 20;
   double least_contrast = 1;  ///< grey levels
   double least_used = 0.5;    ///< of the rim
+  /// Of the radius, as a sigma: a rim that is this far from round is taken as a whole, and the band
+  /// follows its shape. Beyond, and with 0, an arc that lies off the rest is something else.
+  double own_shape = 0;
   double far = 0.2;  ///< of the start's radius: a rim or a center farther off is another one's
 };
 

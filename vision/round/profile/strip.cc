@@ -58,7 +58,8 @@ RimStrip unroll(const RimWindow& window,
                 const RimVector& p,
                 double outer_px,
                 double inner_px,
-                Eigen::Index n_sectors) {
+                Eigen::Index n_sectors,
+                const Eigen::VectorXd& shape) {
   const RimBand& band = window.band();
   RimVector plain = p;
   plain[kOval] = plain[kOvalDiagonal] = 0;
@@ -71,17 +72,19 @@ RimStrip unroll(const RimWindow& window,
   strip.mean.setZero(n_rings, n);
   Eigen::ArrayXXf weight = Eigen::ArrayXXf::Zero(n_rings, n);
   const auto first = static_cast<float>(strip.first_px);
+  const Eigen::VectorXf outwards = shape.cast<float>();
   for (std::size_t k = 0; k < band.size(); ++k) {
-    const float row = distance[k] - first;
-    if (!(row >= 0) || !(row < static_cast<float>(n_rings - 1))) continue;
     const double turn = turn_of(static_cast<double>(band.at_x[k]) - p[kCenterX],
                                 static_cast<double>(band.at_y[k]) - p[kCenterY]);
     const auto column = static_cast<float>(turn * n);
-    const int j = static_cast<int>(row);
     const int i = static_cast<int>(column) % n;
     const int next = i + 1 == n ? 0 : i + 1;
-    const float down = row - static_cast<float>(j);
     const float along = column - std::floor(column);
+    float row = distance[k] - first;
+    if (outwards.size() > 0) row += (1 - along) * outwards[i] + along * outwards[next];
+    if (!(row >= 0) || !(row < static_cast<float>(n_rings - 1))) continue;
+    const int j = static_cast<int>(row);
+    const float down = row - static_cast<float>(j);
     const float value = band.value[k];
     const auto add = [&](int ring, int sector, float share) {
       weight(ring, sector) += share;

@@ -27,12 +27,14 @@ struct RimStrip {
 
 /// In     window: collected about the parameters, at least `reach_px` to either side; inner_px: how
 ///        far the strip goes inwards; n_sectors: as an earlier strip has them, or 0: sectors of
-///        about 2 px of arc, 24 to 256 of them
+///        about 2 px of arc, 24 to 256 of them; shape: empty, or by sector how far the rim lies
+///        outside of the circle, px: rings follow it
 RimStrip unroll(const RimWindow& window,
                 const RimVector& parameters,
                 double outer_px,
                 double inner_px,
-                Eigen::Index n_sectors = 0);
+                Eigen::Index n_sectors = 0,
+                const Eigen::VectorXd& shape = {});
 
 /// The median of each ring, or of the sectors that `use` marks.
 ///

@@ -51,6 +51,33 @@ TEST(RimCircle, WithstandsADisplacedQuarter) {
   EXPECT_NEAR(circle.displaced, 0.25, 0.03);
 }
 
+TEST(RimCircle, AWobblyRimIsTakenWhole) {
+  // Three quarters of an egg lie better on a circle that is shifted than all of it on its own.
+  Random random(6);
+  Eigen::VectorXd d = shifted_circle(random);
+  for (Eigen::Index i = 0; i < kCircleSectors; ++i) {
+    const double phi = 2 * std::numbers::pi * static_cast<double>(i) / kCircleSectors;
+    d[i] += 0.8 * std::cos(2 * phi) + 0.3 * std::sin(3 * phi);
+  }
+  const RimCircle arc = fit_rim_circle(d, all_usable(), 1, 0.6, kSectorNoise_px);
+  EXPECT_GT((arc.shift_px - Eigen::Vector2d(0.3, -0.2)).norm(), 0.3);
+  const RimCircle whole = fit_rim_circle(d, all_usable(), 1, 0.6, kSectorNoise_px, 1.5);
+  EXPECT_NEAR(whole.shift_px.x(), 0.3, 0.02);
+  EXPECT_NEAR(whole.shift_px.y(), -0.2, 0.02);
+  EXPECT_GT(whole.seen, 0.95);
+  EXPECT_GT(whole.doubt_px.norm(), 0.3);
+}
+
+TEST(RimCircle, ADisplacedQuarterIsNoWobble) {
+  Random random(7);
+  Eigen::VectorXd d = shifted_circle(random);
+  for (Eigen::Index i = 10; i < 40; ++i) d[i] -= 0.6;
+  const RimCircle circle = fit_rim_circle(d, all_usable(), 1, 0.7, kSectorNoise_px, 1.5);
+  EXPECT_NEAR(circle.shift_px.x(), 0.3, 0.015);
+  EXPECT_NEAR(circle.shift_px.y(), -0.2, 0.015);
+  EXPECT_EQ(circle.doubt_px.norm(), 0);
+}
+
 TEST(RimCircle, SectorsWithoutAnEdgeAreNotDisplaced) {
   Random random(3);
   Eigen::VectorXd d = shifted_circle(random);

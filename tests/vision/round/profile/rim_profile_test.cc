@@ -133,6 +133,70 @@ TEST(RimProfile, SaysWhatASlopeThatIsLitFromOneSideMayHide) {
   }
 }
 
+constexpr double kPaintedBlur_px = 0.9;
+
+/// A disc with an oval and three waves of its own, whose colours the lens shifts by `colours_px`
+/// to either side: a third of the light each, and the green one where the disc is.
+Image uneven_disc(double oval_px, double third_px, const Eigen::Vector2d& colours_px) {
+  Image image(kProfileSide, kProfileSide, Image::kFullScale8);
+  Random random(3);
+  for (int y = 0; y < kProfileSide; ++y) {
+    for (int x = 0; x < kProfileSide; ++x) {
+      double light = 0;
+      for (const double side : {-1.0, 0.0, 1.0}) {
+        const Eigen::Vector2d at = Eigen::Vector2d(x, y) - kProfileCenter - side * colours_px;
+        const double phi = std::atan2(at.y(), at.x());
+        const double rim_px =
+            kProfileRadius_px + oval_px * std::cos(2 * phi) + third_px * std::sin(3 * phi);
+        light +=
+            0.5 / 3 * std::erfc((at.norm() - rim_px) / (kPaintedBlur_px * std::numbers::sqrt2));
+      }
+      image.row(y)[static_cast<std::size_t>(x)] =
+          static_cast<float>(80 + 100 * light + kProfileNoise * random.normal());
+    }
+  }
+  return image;
+}
+
+TEST(RimProfile, MeasuresAllOfARimOutOfRoundIfItsToleranceIsWide) {
+  const Image image = uneven_disc(0.8, 0.3, Eigen::Vector2d::Zero());
+  RimSearch search = search_from({0.5, 0.5}, 40.5);
+  search.least_used = 0.6;
+  const auto arc = measured(image, search);
+  ASSERT_TRUE(arc);
+  EXPECT_GT(arc->parameters.head<2>().norm(), 0.2) << "an arc must be off, or nothing is tested";
+  search.own_shape = 0.05;
+  const auto whole = measured(image, search);
+  ASSERT_TRUE(whole);
+  EXPECT_LT(whole->parameters.head<2>().norm(), 0.05);
+  EXPECT_LT(error_in_sigmas(*whole), kFewSigmas);
+  EXPECT_GT(whole->used, 0.95);
+  EXPECT_NEAR(whole->parameters[kOval], 0.8 / kProfileRadius_px, 0.002);
+}
+
+/// The mean edge about a circle would be blurred by the rim's deviations, to 1.1 px here.
+TEST(RimProfile, SeesTheEdgeOfARimOutOfRoundAsSharpAsItIs) {
+  RimSearch search = search_from({0.2, 0.2}, 40);
+  search.own_shape = 0.05;
+  const auto rim = measured(uneven_disc(0.8, 0.3, Eigen::Vector2d::Zero()), search);
+  ASSERT_TRUE(rim);
+  EXPECT_NEAR(rim->parameters[kSigma], kPaintedBlur_px, 0.05);
+}
+
+TEST(RimProfile, SaysThatShiftedColoursMayHideAShift) {
+  const Eigen::Vector2d along = Eigen::Vector2d(2, 1).normalized();
+  const auto sharp = measured(uneven_disc(0, 0, Eigen::Vector2d::Zero()), search_from({0, 0}, 40));
+  const auto colours = measured(uneven_disc(0, 0, 1.2 * along), search_from({0, 0}, 40));
+  ASSERT_TRUE(sharp && colours);
+  const auto sigma_px = [](const RimProfile& rim, const Eigen::Vector2d& direction) {
+    return std::sqrt(direction.dot(rim.center_cov * direction));
+  };
+  // A spread of 2/3 1.2^2 = 0.96 px^2 along, of which 0.15 are any lens's; 0.35 of its root.
+  EXPECT_NEAR(sigma_px(*colours, along), 0.35 * std::sqrt(0.96 - 0.15), 0.06);
+  EXPECT_LT(sigma_px(*colours, {-along.y(), along.x()}), 0.05);
+  EXPECT_LT(sigma_px(*sharp, along), 0.05);
+}
+
 TEST(RimProfile, FindsARimThatItsStartIsFarFrom) {
   RimSearch search = search_from({2, -1}, 32);
   const Image image = disc_among({});
