@@ -57,7 +57,7 @@ ProbeFile file_of_grid(ProbeFormat format,
     std::string name = fmt::format("column {} row {}", i, j);
     if (node.height) {
       out.points.push_back(
-          {place, {mm(*node.height * unit_mm), options.sigma}, std::move(name), node.from});
+          {place, {mm(*node.height * unit_mm), options.scatter()}, std::move(name), node.from});
     } else {
       out.missing.push_back({place, std::move(name), node.reason, node.from});
     }

@@ -78,8 +78,8 @@ Expected<void> ProbeFileOptions::validate() const {
   const auto bad = [](const char* field, double value, const char* expected) {
     return failure({Code::ConfigValue, {}, fmt::format("{} is {}", field, value), expected});
   };
-  if (!(sigma.in_mm() > 0 && std::isfinite(sigma.in_mm()))) {
-    return bad("sigma_mm", sigma.in_mm(), "above 0 mm");
+  if (!(scatter().in_mm() > 0 && std::isfinite(scatter().in_mm()))) {
+    return bad("sigma_mm", scatter().in_mm(), "above 0 mm");
   }
   if (!(unit >= um(1) && unit <= mm(1000))) return bad("unit_mm", unit.in_mm(), "0.001 to 1000 mm");
   if (z_axis && *z_axis < 0) return bad("zaxis", *z_axis, "0 or more");
@@ -95,6 +95,8 @@ Expected<ProbeFile> parse_probe_file(std::string_view text,
   if (out.points.empty()) {
     return failure({Code::MeasurementFile, {file, 0, 0}, "no height at all", "probed heights"});
   }
+  const bool is_assumed = !options.sigma && format != ProbeFormat::RecordedProbes;
+  for (ProbePoint& point : out.points) point.is_sigma_assumed = is_assumed;
   return out;
 }
 

@@ -34,12 +34,16 @@ struct ProbeFileOptions {
   /// Empty: what the extension says (.csv, .probe, .hmap, .jsonl), else what the text begins with;
   /// lines of numbers are a log.
   std::optional<ProbeFormat> format = std::nullopt;
-  /// The probe's sigma where the file states none. Recorded probes state their own.
-  Length sigma = um(5);
+  /// The probe's sigma where the file states none. Recorded probes state their own. Empty: 5 um is
+  /// assumed, and the probes are marked as such (ProbePoint::is_sigma_assumed).
+  std::optional<Length> sigma = std::nullopt;
   /// The unit of the file: inch(1) if the machine was set to inches. Recorded probes are in mm.
   Length unit = mm(1);
   /// Z axis whose height is taken of probes with several, from 0. Empty: there must be only one.
   std::optional<int> z_axis = std::nullopt;
+
+  /// sigma, or what is assumed.
+  Length scatter() const { return sigma.value_or(um(5)); }
 
   /// Fails  config-value
   Expected<void> validate() const;

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -53,9 +52,11 @@ bool is_clearly_worse(const Misses& other, const Misses& best) {
   return mean > std::sqrt(std::max(0.0, squares / n - mean * mean) / n);
 }
 
-bool foretells_better(const SurfaceFit& one, const SurfaceFit& other) {
-  constexpr double kNothing = std::numeric_limits<double>::infinity();
-  return one.left_out_rms().value_or(kNothing) < other.left_out_rms().value_or(kNothing);
+/// True if all that a plane misses may be scatter: of stated scatter by chance, of an assumed
+/// one if it is not much more.
+bool is_scatter_enough(const SurfaceFit& plane) {
+  constexpr double kMostAssumed = 2;
+  return plane.shape().unresolved == mm(0) && plane.noise_factor() <= kMostAssumed;
 }
 
 std::string comparison(std::span<const SurfaceFit> fits) {
@@ -97,6 +98,22 @@ Expected<ChosenSurface> choose_grid(std::span<const ProbePoint> points,
   return ChosenSurface{std::move(sound), std::move(reason)};
 }
 
+/// True if a plane is simplest and not clearly worse than a process of the same probes.
+bool prefers_plane(const SurfaceFit& plane,
+                   const SurfaceFit& process,
+                   std::span<const ProbePoint> kept,
+                   const OutlierOptions& options) {
+  // A bend as small as the scatter escapes so few probes: the process says how much it may be.
+  // Fewer tell nothing of it, whatever the model.
+  constexpr std::size_t kTellNothing = 5, kTellPlanes = 13;
+  if (kept.size() > kTellNothing && kept.size() < kTellPlanes) return false;
+  const Misses of_process = misses(process, kept);
+  // A bend that hangs on single probes is no reason against a plane.
+  const bool hangs = std::ranges::any_of(of_process, [](const auto& miss) { return !miss; });
+  return plane.noise_factor() <= options.most_noise && (hangs || is_scatter_enough(plane)) &&
+         !is_clearly_worse(misses(plane, kept), of_process);
+}
+
 }  // namespace
 
 Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
@@ -112,35 +129,21 @@ Expected<ChosenSurface> choose_surface(std::span<const ProbePoint> points,
     fits.push_back(std::move(fit));
   }
   fits.push_back(sound.fit);
-  const std::size_t n_smooth = fits.size();
   if (sound.outliers.empty()) {
     for (const SurfaceModel model : {SurfaceModel::Bilinear, SurfaceModel::MonotoneBicubic}) {
       // Most probes make no grid.
       if (auto fit = fit_surface(kept, model)) fits.push_back(*std::move(fit));
     }
   }
-  const std::span<const SurfaceFit> smooth(fits.data(), n_smooth);
   std::string reason = comparison(fits);
-  const Misses best = misses(sound.fit, kept);
-  const auto is_good = [&](const SurfaceFit& fit) {
-    return fit.noise_factor() <= options.most_noise && !is_clearly_worse(misses(fit, kept), best);
-  };
-  std::size_t chosen = 2;
-  if (is_good(smooth[0])) {
-    chosen = 0;
+  if (prefers_plane(fits.front(), sound.fit, kept, options)) {
+    sound.fit = fits.front();
     reason += "; the plane is the simplest that is not clearly worse";
-  } else if (is_good(smooth[1]) && foretells_better(smooth[1], smooth[2])) {
-    chosen = 1;
-    reason += "; the thin plate misses least";
   } else {
-    reason += fmt::format("; the {} is the best of the smooth ones", name_of(sound.fit.model()));
+    reason +=
+        "; the Gaussian process alone averages kernels, so that its sigma has their difference";
   }
-  for (std::size_t k = n_smooth; k < fits.size(); ++k) {
-    if (!is_clearly_worse(misses(fits[chosen], kept), misses(fits[k], kept))) continue;
-    chosen = k;
-    reason += fmt::format("; but {} misses clearly less", name_of(fits[k].model()));
-  }
-  sound.fit = fits[chosen];
+  if (!sound.doubt.empty()) reason += "; " + sound.doubt;
   return ChosenSurface{std::move(sound), std::move(reason)};
 }
 

@@ -15,16 +15,17 @@ struct ChosenSurface {
   std::string reason;
 };
 
-/// Chooses the model that predicts probes best that were left out.
+/// Chooses between a plane and a Gaussian process, which is fitted first, to the probes that it
+/// keeps.
 ///
-/// Plane, thin plate and Gaussian process are fitted to the probes that the most flexible of them
-/// keeps. The plane is taken if what it misses more, probe by probe, is within one standard error
-/// of nothing, and the probes scatter about it as little as options.most_noise asks. A thin plate
-/// must miss less than the process: it is no simpler, and what probes left out scatter themselves
-/// hides how much worse its heights are. A probe that only one of two models predicts counts
-/// against the other as the worst miss of either. A grid model is taken if the probes make a grid
-/// and what that choice misses more is beyond one standard error: it believes every probe, so
-/// something must speak for it.
+/// The plane is taken if scatter may be all that it misses (of stated scatter by chance, of an
+/// assumed one up to twice as much), and if what it misses more than the process, probe by probe,
+/// is within one standard error of nothing. A probe that only one of them predicts counts against
+/// the other as the worst miss of either. Six to twelve probes never take it, as a bend of the size
+/// of their scatter escapes them.
+///
+/// The reason says what a thin plate and, if the probes make a grid, grid models miss as well; none
+/// of them is taken, for their sigma knows no other shape.
 ///
 /// Of more than kMostBentProbes only grid models are tried.
 ///

@@ -4,16 +4,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string_view>
 #include <utility>
 
 #include "calib/base/statistics/distributions.h"
-#include "surface/fit/bending_likelihood.h"
+#include "surface/fit/bending/bending_average.h"
+#include "surface/fit/bending/bending_likelihood.h"
+#include "surface/fit/bending/solved_bending.h"
 #include "surface/fit/even_part.h"
 #include "surface/fit/grid_surface.h"
-#include <Eigen/Cholesky>
+#include "surface/fit/probe_readings.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -24,61 +27,37 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using internal::Bending;
 using internal::BendingLikelihood;
+using internal::BendingShare;
+using internal::LeftOutReading;
 using internal::Readings;
-
-constexpr std::array kPlaneKernels = {BendingKernel::None};
-constexpr std::array kThinPlateKernels = {BendingKernel::ThinPlate};
-constexpr std::array kProcessKernels = {
-    BendingKernel::Matern32, BendingKernel::Matern52, BendingKernel::Gaussian};
+using internal::RelatedPlaces;
+using internal::SolvedBending;
+using Noise = SolvedBending::Noise;
 
 /// Places of one matrix product.
 constexpr Index kAtOnce = 256;
-/// A probe whose left-out weight is less, by what it would be alone, is predicted by nothing.
-constexpr double kUnforetold = 1e-10;
-/// Rounding error of a variance, relative to the terms whose difference it is.
-constexpr double kVarianceRounding = 1e-15;
+/// Of a matrix that stays in the cache, and that the allocator keeps.
+constexpr Index kCovariancesAtOnce = 12'000;
 
-std::optional<Diagnostic> point_problem(const ProbePoint& point) {
-  const double sigma_mm = point.measured.sigma.in_mm();
-  if (point.place.in_mm().allFinite() && std::isfinite(point.measured.height.in_mm()) &&
-      std::isfinite(sigma_mm) && std::isfinite(1 / sigma_mm) && sigma_mm > 0) {
-    return std::nullopt;
+/// A plane has no room for misses beyond chance: the noise factor is that of an assumed scatter.
+Bending flat(const BendingLikelihood& likelihood) {
+  constexpr std::array kNone = {BendingKernel::None};
+  Bending out = likelihood.best_of(kNone);
+  if (!likelihood.is_trend_enough()) {
+    out.noise_factor = std::max(out.noise_factor, likelihood.noise_factor_of_trend());
   }
-  return Diagnostic{Code::GridInvalid,
-                    point.from,
-                    fmt::format("probe {} has a number that is not finite, or a sigma of 0 or less",
-                                quoted(point.name)),
-                    "finite numbers and a sigma above 0"};
+  return out;
 }
 
-Bending likeliest(const BendingLikelihood& likelihood, SurfaceModel model) {
-  if (model == SurfaceModel::Plane) return likelihood.best_of(kPlaneKernels);
-  if (model == SurfaceModel::ThinPlate) return likelihood.best_of(kThinPlateKernels);
-  return likelihood.best_of(kProcessKernels);
+std::vector<BendingShare> explained(const BendingLikelihood& likelihood, SurfaceModel model) {
+  constexpr std::array kThinPlate = {BendingKernel::ThinPlate};
+  if (model == SurfaceModel::Plane) return {{flat(likelihood)}};
+  if (model == SurfaceModel::ThinPlate) return {{likelihood.best_of(kThinPlate)}};
+  return internal::bending_average(likelihood);
 }
 
 /// Grid models have neither trend nor noise factor.
-constexpr SurfaceShape kGridShape = {BendingKernel::None, Length(), 0, 1, 0};
-
-SurfaceShape shape_of(const Bending& bending, const Readings& readings, Index n_trend) {
-  const bool bends = bending.kernel != BendingKernel::None;
-  return {bending.kernel,
-          mm(bends ? bending.length * readings.scale_mm : 0),
-          bending.strength_mm2,
-          bending.noise_factor,
-          static_cast<int>(n_trend)};
-}
-
-Bending bending_of(const SurfaceShape& shape, const Readings& readings) {
-  Bending bending;
-  bending.kernel = shape.kernel;
-  if (shape.kernel != BendingKernel::None) {
-    bending.length = shape.length.in_mm() / readings.scale_mm;
-  }
-  bending.strength_mm2 = shape.strength_mm2;
-  bending.noise_factor = shape.noise_factor;
-  return bending;
-}
+constexpr SurfaceShape kGridShape = {BendingKernel::None, Length(), 0, 1, 0, Length()};
 
 /// Bow and twist only of a Gaussian process, and if the probes tell.
 std::optional<BendingLikelihood> likelihood_of(const Readings& readings, SurfaceModel model) {
@@ -88,6 +67,12 @@ std::optional<BendingLikelihood> likelihood_of(const Readings& readings, Surface
   if (may_bow) out = BendingLikelihood::of(readings, kBowTrend);
   if (!out) out = BendingLikelihood::of(readings, kPlaneTrend);
   return out;
+}
+
+/// Chance that |t| of variance 1 is larger, whose scale this number of degrees of freedom tells.
+double chance_of_deviation(double t, double dof) {
+  const double by_scale = dof > 3 && std::isfinite(dof) ? dof / (dof - 2) : 1;
+  return variance_ratio_exceedance(t * t * by_scale, 1, dof);
 }
 
 Diagnostic undetermined(std::span<const ProbePoint> points) {
@@ -101,6 +86,8 @@ std::string_view name_of(BendingKernel kernel) {
   switch (kernel) {
     case BendingKernel::None:
       return "none";
+    case BendingKernel::Matern12:
+      return "Matern 1/2";
     case BendingKernel::ThinPlate:
       return "thin plate";
     case BendingKernel::Matern32:
@@ -115,211 +102,165 @@ std::string_view name_of(BendingKernel kernel) {
 
 }  // namespace
 
-/// In units of internal::Readings; lengths pass through mm, so that a shape that was written down
-/// gives the same surface. With F^T F = P = W Q2 (1 + s B)^-1 Q2^T W and G the trend by the
-/// heights, in c(p) the covariances of a place with the probes and t(p) its trend,
-///
-///   height = t beta + s c^T P y             beta = G (y - s C P y)
-///   variance / k^2 = s (c(p, p) - 2 c^T g + g^T C g) + |R^-T t|^2 - s^2 |F (c - C g)|^2
-///   with g = G^T t
-///
-/// The bending is first predicted from the trend's own probes, then from the contrasts, which know
-/// nothing of the trend.
+/// In units of internal::Readings; lengths pass through mm, so that shapes that were written down
+/// give the same surface.
 struct SurfaceFit::State {
   SurfaceModel model = SurfaceModel::Plane;
-  SurfaceShape shape;
-  Bending bending;  ///< the shape's
+  std::vector<ShapeShare> shapes;  ///< heaviest first
   Readings readings;
-  VectorXd trend_mm;       ///< beta
-  VectorXd weights;        ///< s P y
-  MatrixXd onto;           ///< [s F; G], times c
-  MatrixXd root_of_trend;  ///< s F C G^T
-  MatrixXd trend_bending;  ///< G C G^T
-  MatrixXd trend_root;     ///< R^-1
+  std::vector<SolvedBending> solved;   ///< of each shape
+  std::vector<std::size_t> by_length;  ///< indices of these, longest first
   std::vector<LeftOutProbe> left_out;
-  std::optional<internal::GridSurface> grid;  ///< of a grid model, which has none of the others
+  std::optional<internal::GridSurface> grid;  ///< of a grid model, which solves nothing
 
   State(SurfaceModel of_model,
-        const SurfaceShape& of_shape,
-        Noise noise,
+        std::span<const ShapeShare> of_shapes,
+        SolvedBending::Noise noise,
         Readings of,
         const BendingLikelihood& likelihood);
   State(SurfaceModel of_model, internal::GridSurface of, std::span<const ProbePoint> points)
       : model(of_model),
-        shape(kGridShape),
-        readings(Readings::of(points)),
+        shapes({{kGridShape, 1}}),
+        readings(internal::readings_of(points)),
         left_out(of.left_out(points)),
         grid(std::move(of)) {}
+  const SurfaceShape& heaviest() const { return shapes.front().shape; }
   double degrees_of_freedom() const {
-    if (grid) return std::numeric_limits<double>::infinity();
-    return static_cast<double>(readings.places.cols() - trend_root.rows()) +
-           BendingLikelihood::kPriorReadings;
+    const auto n_contrasts = static_cast<double>(readings.places.cols() - heaviest().n_trend);
+    if (heaviest().noise_factor != 1) return n_contrasts + BendingLikelihood::kPriorReadings;
+    // Of stated scatter all is known, but of a bending only what the probes show.
+    return is_of_grid(model) || model == SurfaceModel::Plane
+               ? std::numeric_limits<double>::infinity()
+               : std::max(1.0, n_contrasts);
   }
-  void leave_out(const MatrixXd& root, const VectorXd& residual_weights);
-  Eigen::Vector2d reduced(const Position<frame::Nominal>& place) const {
-    return (place.in_mm() - readings.center_mm) / readings.scale_mm;
+  LeftOutProbe left_out_of(std::size_t i) const;
+  double chance_of(const LeftOutReading& reading) const;
+  Eigen::Matrix2Xd reduced(std::span<const Position<frame::Nominal>> places) const;
+  RelatedPlaces related(const Eigen::Matrix2Xd& reduced) const {
+    return {readings, reduced, heaviest().n_trend};
   }
-  /// c(p)
-  VectorXd covariances(const Eigen::Vector2d& p) const;
-  /// Covariances with the probes for strength 1, and trends, a column for each place.
-  std::pair<MatrixXd, MatrixXd> relations(std::span<const Position<frame::Nominal>> places) const;
   void append(std::span<const Position<frame::Nominal>> places,
               std::vector<HeightEstimate>& out) const;
   MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
 };
 
 SurfaceFit::State::State(SurfaceModel of_model,
-                         const SurfaceShape& of_shape,
-                         Noise noise,
+                         std::span<const ShapeShare> of_shapes,
+                         SolvedBending::Noise noise,
                          Readings of,
                          const BendingLikelihood& likelihood)
-    : model(of_model),
-      shape(of_shape),
-      bending(bending_of(of_shape, of)),
-      readings(std::move(of)),
-      trend_root(likelihood.trend_root()) {
-  const MatrixXd covariance = likelihood.covariance(bending.kernel, bending.length);
-  const bool bends = bending.strength_mm2 > 0;
-  MatrixXd root =
-      likelihood.contrasts().transpose() * readings.sigmas_mm.cwiseInverse().asDiagonal();
-  if (bends) {
-    MatrixXd noise_and_bending = bending.strength_mm2 * likelihood.contrast_covariance(covariance);
-    noise_and_bending.diagonal().array() += 1;
-    // In place: of many probes each matrix is large.
-    const Eigen::LLT<Eigen::Ref<MatrixXd>> decomposed(noise_and_bending);
-    decomposed.matrixL().solveInPlace(root);
+    : model(of_model), shapes(of_shapes.begin(), of_shapes.end()), readings(std::move(of)) {
+  for (ShapeShare& share : shapes) {
+    solved.emplace_back(internal::bending_of(share.shape, readings), readings, likelihood, noise);
+    share.shape.noise_factor = solved.back().noise_factor();
+    by_length.push_back(by_length.size());
   }
-  const MatrixXd& lift = likelihood.trend_of_heights();
-  const VectorXd& y = readings.heights_mm;
-  const VectorXd residual_weights = root.transpose() * (root * y);
-  if (noise == Noise::Learned) {
-    bending.noise_factor = shape.noise_factor = likelihood.noise_factor(y.dot(residual_weights));
+  std::ranges::stable_sort(
+      by_length, std::greater(), [&](std::size_t k) { return solved[k].length(); });
+  for (std::size_t i = 0; i < static_cast<std::size_t>(readings.heights_mm.size()); ++i) {
+    left_out.push_back(left_out_of(i));
   }
-  weights = bending.strength_mm2 * residual_weights;
-  trend_mm = lift * (y - covariance * weights);
-  const MatrixXd bending_of_trend = covariance * lift.transpose();
-  trend_bending = lift * bending_of_trend;
-  leave_out(root, residual_weights);
-  // The trend alone predicts a surface that does not bend.
-  if (bends) {
-    root *= bending.strength_mm2;
-  } else {
-    root.resize(0, y.size());
-  }
-  root_of_trend = root * bending_of_trend;
-  onto.resize(root.rows() + lift.rows(), y.size());
-  onto << root, lift;
 }
 
-/// A probe left out is missed by [P y]_i / P_ii, of variance k^2 / P_ii; k is then that of the
-/// others.
-void SurfaceFit::State::leave_out(const MatrixXd& root, const VectorXd& residual_weights) {
+/// k is then that of the others.
+double SurfaceFit::State::chance_of(const LeftOutReading& reading) const {
+  const double t = reading.deviation_mm / reading.sigma_mm;
   const double dof = degrees_of_freedom();
-  const double noise = bending.noise_factor;
-  for (Index i = 0; i < residual_weights.size(); ++i) {
-    LeftOutProbe out;
-    const double precision = root.col(i).squaredNorm();
-    const double alone = 1 / (readings.sigmas_mm[i] * readings.sigmas_mm[i]);
-    if (precision > kUnforetold * alone) {
-      const Length deviation = mm(residual_weights[i] / precision);
-      out.deviation = deviation;
-      out.sigma = mm(noise / std::sqrt(precision));
-      const double t = deviation / out.sigma;
-      const double rest = dof - t * t;
-      out.chance = rest > 0 ? variance_ratio_exceedance(t * t * (dof - 1) / rest, 1, dof - 1) : 0;
-    }
-    left_out.push_back(out);
-  }
+  if (heaviest().noise_factor == 1) return chance_of_deviation(t, dof);
+  const double rest = dof - t * t;
+  return rest > 0 ? variance_ratio_exceedance(t * t * (dof - 1) / rest, 1, dof - 1) : 0;
 }
 
-VectorXd SurfaceFit::State::covariances(const Eigen::Vector2d& p) const {
-  VectorXd out(readings.places.cols());
-  for (Index i = 0; i < out.size(); ++i) {
-    out[i] =
-        bending_covariance(bending.kernel, (readings.places.col(i) - p).norm() / bending.length);
+/// Without the probe each shape has the weight that the others give it: what it says of the probe
+/// is taken out of its likelihood.
+LeftOutProbe SurfaceFit::State::left_out_of(std::size_t i) const {
+  LeftOutProbe out;
+  std::vector<double> logs;
+  for (std::size_t k = 0; k < solved.size(); ++k) {
+    const LeftOutReading& reading = solved[k].left_out()[i];
+    // No shape predicts a probe that the trend needs.
+    if (!reading.is_predicted) return out;
+    const double t = reading.deviation_mm / reading.sigma_mm;
+    logs.push_back(std::log(shapes[k].weight) +
+                   0.5 * internal::kEvidenceShare * (t * t + 2 * std::log(reading.sigma_mm)));
+  }
+  const double most = *std::ranges::max_element(logs);
+  double sum = 0, mean_mm = 0, second_mm2 = 0;
+  out.chance = 0;
+  for (std::size_t k = 0; k < solved.size(); ++k) {
+    const LeftOutReading& reading = solved[k].left_out()[i];
+    const double weight = std::exp(logs[k] - most);
+    sum += weight;
+    mean_mm += weight * reading.deviation_mm;
+    second_mm2 += weight * (reading.deviation_mm * reading.deviation_mm +
+                            reading.sigma_mm * reading.sigma_mm);
+    out.chance += weight * chance_of(reading);
+  }
+  mean_mm /= sum;
+  out.deviation = mm(mean_mm);
+  out.sigma = mm(std::sqrt(second_mm2 / sum - mean_mm * mean_mm));
+  out.chance /= sum;
+  return out;
+}
+
+Eigen::Matrix2Xd SurfaceFit::State::reduced(
+    std::span<const Position<frame::Nominal>> places) const {
+  Eigen::Matrix2Xd out(2, static_cast<Index>(places.size()));
+  for (Index j = 0; j < out.cols(); ++j) {
+    const Eigen::Vector2d& p_mm = places[static_cast<std::size_t>(j)].in_mm();
+    out.col(j) = (p_mm - readings.center_mm) / readings.scale_mm;
   }
   return out;
 }
 
-std::pair<MatrixXd, MatrixXd> SurfaceFit::State::relations(
-    std::span<const Position<frame::Nominal>> places) const {
-  const auto n_places = static_cast<Index>(places.size());
-  MatrixXd c(readings.places.cols(), n_places);
-  MatrixXd t(trend_root.rows(), n_places);
-  for (Index j = 0; j < n_places; ++j) {
-    const Eigen::Vector2d p = reduced(places[static_cast<std::size_t>(j)]);
-    c.col(j) = covariances(p);
-    t.col(j) = internal::trend_at(p, t.rows());
-  }
-  return {std::move(c), std::move(t)};
-}
-
+/// Mean and variance of the shapes' heights by weight, what they disagree in included.
 void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
                                std::vector<HeightEstimate>& out) const {
   if (grid) {
     for (const Position<frame::Nominal>& place : places) out.push_back(grid->at(place.in_mm()));
     return;
   }
-  const auto [c, t] = relations(places);
-  const Index n_places = c.cols();
-  const Index n_trend = t.rows();
-  const MatrixXd by_contrasts = onto * c;
-  const Index n_contrasts = onto.rows() - n_trend;
-  const MatrixXd predicted = by_contrasts.topRows(n_contrasts) - root_of_trend * t;
-  const MatrixXd missed = trend_bending * t - 2 * by_contrasts.bottomRows(n_trend);
-  const MatrixXd trend = trend_root.transpose() * t;
-  const double itself = bending_covariance(bending.kernel, 0);
-  for (Index j = 0; j < n_places; ++j) {
-    const double height_mm = readings.mean_mm + t.col(j).dot(trend_mm) + c.col(j).dot(weights);
-    const double bent = bending.strength_mm2 * (itself + t.col(j).dot(missed.col(j)));
-    const double tilted = trend.col(j).squaredNorm();
-    const double known = predicted.col(j).squaredNorm();
-    // Far away they cancel, and what is left of them is rounding. In this order what is no number
-    // stays none: nothing is known there, rather than all.
-    const double least = kVarianceRounding * (std::abs(bent) + tilted + known);
-    const double variance = std::max(bent + tilted - known, least);
-    out.push_back({mm(height_mm), mm(bending.noise_factor * std::sqrt(variance))});
+  RelatedPlaces at_places = related(reduced(places));
+  // About the first shape's heights, so that no digits get lost.
+  VectorXd about_mm, mean_mm, variances_mm2;
+  for (const std::size_t k : by_length) {
+    const auto [shape_mm, variance_mm2] = solved[k].at(at_places);
+    const double weight = shapes[k].weight;
+    if (about_mm.size() == 0) {
+      about_mm = shape_mm;
+      mean_mm = VectorXd::Zero(shape_mm.size());
+      variances_mm2 = weight * variance_mm2;
+      continue;
+    }
+    const VectorXd apart_mm = shape_mm - about_mm;
+    mean_mm += weight * apart_mm;
+    variances_mm2 += weight * (variance_mm2 + apart_mm.cwiseAbs2());
+  }
+  variances_mm2 -= mean_mm.cwiseAbs2();
+  const VectorXd heights_mm = about_mm + mean_mm;
+  const double unresolved_mm = heaviest().unresolved.in_mm();
+  variances_mm2.array() += unresolved_mm * unresolved_mm;
+  for (Index j = 0; j < heights_mm.size(); ++j) {
+    out.push_back({mm(readings.mean_mm + heights_mm[j]), mm(std::sqrt(variances_mm2[j]))});
   }
 }
 
 MatrixXd SurfaceFit::State::covariance_mm2(std::span<const Position<frame::Nominal>> places) const {
-  const auto [c, t] = relations(places);
-  const Index n_places = c.cols();
-  MatrixXd bent(n_places, n_places);
-  for (Index j = 0; j < n_places; ++j) {
-    for (Index i = 0; i <= j; ++i) {
-      const Eigen::Vector2d apart_mm =
-          (places[static_cast<std::size_t>(i)] - places[static_cast<std::size_t>(j)]).in_mm();
-      const double r = apart_mm.norm() / readings.scale_mm / bending.length;
-      bent(i, j) = bent(j, i) = bending_covariance(bending.kernel, r);
-    }
+  const Eigen::Matrix2Xd at = reduced(places);
+  RelatedPlaces at_places = related(at);
+  const VectorXd about_mm = solved[by_length.front()].heights_mm(at_places);
+  VectorXd mean_mm = VectorXd::Zero(about_mm.size());
+  MatrixXd out = MatrixXd::Zero(about_mm.size(), about_mm.size());
+  for (const std::size_t k : by_length) {
+    const VectorXd apart_mm = solved[k].heights_mm(at_places) - about_mm;
+    mean_mm += shapes[k].weight * apart_mm;
+    out += shapes[k].weight *
+           (solved[k].covariance_mm2(at_places, at) + apart_mm * apart_mm.transpose());
   }
-  const MatrixXd by_contrasts = onto * c;
-  const MatrixXd predicted = by_contrasts.topRows(onto.rows() - t.rows()) - root_of_trend * t;
-  const MatrixXd crossed = t.transpose() * by_contrasts.bottomRows(t.rows());
-  const MatrixXd trend = trend_root.transpose() * t;
-  bent += t.transpose() * trend_bending * t - crossed - crossed.transpose();
-  bent =
-      bending.strength_mm2 * bent + trend.transpose() * trend - predicted.transpose() * predicted;
-  // Products round to either side of the diagonal differently.
-  const double noise = bending.noise_factor;
-  return 0.5 * noise * noise * (bent + bent.transpose());
-}
-
-std::string_view name_of(SurfaceModel model) {
-  switch (model) {
-    case SurfaceModel::Plane:
-      return "plane";
-    case SurfaceModel::ThinPlate:
-      return "thin plate";
-    case SurfaceModel::GaussianProcess:
-      return "Gaussian process";
-    case SurfaceModel::Bilinear:
-      return "bilinear";
-    case SurfaceModel::MonotoneBicubic:
-      return "monotone bicubic";
-  }
-  return "";
+  out -= mean_mm * mean_mm.transpose();
+  const double unresolved_mm = heaviest().unresolved.in_mm();
+  out.diagonal().array() += unresolved_mm * unresolved_mm;
+  return out;
 }
 
 SurfaceModel SurfaceFit::model() const {
@@ -344,15 +285,20 @@ std::vector<HeightEstimate> SurfaceFit::at(std::span<const Position<frame::Nomin
 std::vector<double> SurfaceFit::heights_mm(std::span<const Position<frame::Nominal>> places) const {
   std::vector<double> out;
   out.reserve(places.size());
-  for (const Position<frame::Nominal>& place : places) {
-    if (state_->grid) {
-      out.push_back(state_->grid->at(place.in_mm()).height.in_mm());
-      continue;
+  if (state_->grid) {
+    for (const auto& place : places) out.push_back(state_->grid->at(place.in_mm()).height.in_mm());
+    return out;
+  }
+  const auto n_at_once = static_cast<std::size_t>(
+      std::clamp<Index>(kCovariancesAtOnce / state_->readings.places.cols(), 16, kAtOnce));
+  for (std::size_t i = 0; i < places.size(); i += n_at_once) {
+    const auto some = places.subspan(i, std::min(n_at_once, places.size() - i));
+    RelatedPlaces at_places = state_->related(state_->reduced(some));
+    VectorXd sum_mm = VectorXd::Zero(static_cast<Index>(some.size()));
+    for (const std::size_t k : state_->by_length) {
+      sum_mm += state_->shapes[k].weight * state_->solved[k].heights_mm(at_places);
     }
-    const Eigen::Vector2d p = state_->reduced(place);
-    const internal::Trend trend = internal::trend_at(p, n_trend());
-    out.push_back(state_->readings.mean_mm + trend.dot(state_->trend_mm) +
-                  state_->covariances(p).dot(state_->weights));
+    for (const double height_mm : sum_mm) out.push_back(state_->readings.mean_mm + height_mm);
   }
   return out;
 }
@@ -362,11 +308,21 @@ Eigen::MatrixXd SurfaceFit::covariance_mm2(std::span<const Position<frame::Nomin
 }
 
 const SurfaceShape& SurfaceFit::shape() const {
-  return state_->shape;
+  return state_->heaviest();
+}
+
+std::span<const ShapeShare> SurfaceFit::shapes() const {
+  return state_->shapes;
 }
 
 double SurfaceFit::noise_factor() const {
-  return state_->shape.noise_factor;
+  if (state_->shapes.size() == 1) return shape().noise_factor;
+  double sum = 0;
+  for (const auto& [shape, weight] : state_->shapes) {
+    sum += weight * shape.noise_factor * shape.noise_factor;
+  }
+  // Stated scatter stays what it is, whatever the weights round to.
+  return shape().noise_factor == 1 ? 1 : std::sqrt(sum);
 }
 
 double SurfaceFit::degrees_of_freedom() const {
@@ -406,42 +362,40 @@ std::optional<double> SurfaceFit::left_out_rms() const {
 }
 
 std::string SurfaceFit::summary() const {
-  const std::string noise =
-      fmt::format("noise {:.2f} times the probes' stated sigma", noise_factor());
-  const std::string trend = n_trend() == kBowTrend ? "bow and twist" : "plane";
-  if (model() == SurfaceModel::Plane) return fmt::format("plane; {}", noise);
-  if (model() == SurfaceModel::ThinPlate) return fmt::format("thin plate; {}", noise);
   if (state_->grid) {
     return fmt::format("{} through every probe; in the middle of cells it misses {:.4f} mm usually",
                        panelcal::name_of(model()),
                        state_->grid->usually_missed().in_mm());
   }
-  if (!(amplitude() > mm(0)))
+  std::string noise = "the probes scatter as stated";
+  if (shape().unresolved > mm(0)) {
+    const double rms_mm = std::sqrt(state_->readings.sigmas_mm.array().square().mean());
+    noise = fmt::format(
+        "it misses the probes by {:.2f} times their sigma: {:.3f} mm of bending that "
+        "it does not follow",
+        std::hypot(1, shape().unresolved.in_mm() / rms_mm),
+        shape().unresolved.in_mm());
+  } else if (noise_factor() != 1) {
+    noise = fmt::format("noise {:.2f} times the sigma of the probes", noise_factor());
+  }
+  if (model() == SurfaceModel::Plane) return fmt::format("plane; {}", noise);
+  if (model() == SurfaceModel::ThinPlate) return fmt::format("thin plate; {}", noise);
+  const std::string trend = n_trend() == kBowTrend ? "bow and twist" : "plane";
+  if (!(amplitude() > mm(0))) {
     return fmt::format("{} without any further bending; {}", trend, noise);
-  return fmt::format("{} and a {} bending of {:.3f} mm over {:.0f} mm; {}",
+  }
+  const std::size_t n_others = state_->shapes.size() - 1;
+  return fmt::format("{} and a {} bending of {:.3f} mm over {:.0f} mm{}; {}",
                      trend,
                      name_of(shape().kernel),
                      amplitude().in_mm(),
                      length().in_mm(),
+                     n_others == 0 ? std::string()
+                                   : fmt::format(" ({:.0f} %, averaged with {} other{})",
+                                                 100 * state_->shapes.front().weight,
+                                                 n_others,
+                                                 n_others == 1 ? "" : "s"),
                      noise);
-}
-
-Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel model) {
-  for (const ProbePoint& point : points) {
-    if (auto problem = point_problem(point)) return failure(*std::move(problem));
-  }
-  const std::size_t most = is_of_grid(model) ? kMostGridProbes : kMostBentProbes;
-  if (points.size() >= kPlaneTrend && points.size() <= most) return {};
-  return failure({Code::GridInvalid,
-                  points.empty() ? Place() : points.front().from,
-                  fmt::format("{} probes", points.size()),
-                  fmt::format("{} to {} for a {}{}",
-                              kPlaneTrend,
-                              most,
-                              is_of_grid(model) ? "grid" : "surface",
-                              is_of_grid(model) || points.size() <= most
-                                  ? ""
-                                  : ": fewer, or a complete grid and a grid model")});
 }
 
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model) {
@@ -454,36 +408,50 @@ Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceMode
   if (points.size() > kMostProbes) {
     const auto part = internal::even_part(points, kMostProbes);
     PANELCAL_TRY(const SurfaceFit of_part, fit_surface(part, model));
-    return SurfaceFit::solved(points, model, of_part.shape(), SurfaceFit::Noise::Learned);
+    const ShapeShare heaviest = {of_part.shape(), 1};
+    return SurfaceFit::solved(points, model, {&heaviest, 1}, true);
   }
-  Readings readings = Readings::of(points);
+  Readings readings = internal::readings_of(points);
   const std::optional<BendingLikelihood> likelihood = likelihood_of(readings, model);
   if (!likelihood) return failure(undetermined(points));
-  const SurfaceShape shape =
-      shape_of(likeliest(*likelihood, model), readings, likelihood->trend_root().rows());
+  std::vector<ShapeShare> shapes;
+  for (const BendingShare& share : explained(*likelihood, model)) {
+    const Index n_trend = likelihood->trend_root().rows();
+    shapes.push_back({internal::shape_of(share.bending, readings, n_trend), share.weight});
+  }
   return SurfaceFit(std::make_shared<const SurfaceFit::State>(
-      model, shape, SurfaceFit::Noise::Given, std::move(readings), *likelihood));
+      model, shapes, Noise::Given, std::move(readings), *likelihood));
 }
 
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
                                  SurfaceModel model,
                                  const SurfaceShape& shape) {
-  PANELCAL_CHECK(shape.validate(model));
+  const ShapeShare whole = {shape, 1};
+  return fit_surface(points, model, {&whole, 1});
+}
+
+Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
+                                 SurfaceModel model,
+                                 std::span<const ShapeShare> shapes) {
+  PANELCAL_CHECK(check_shares(shapes, model));
   // Of a grid model the probes say all.
   if (is_of_grid(model)) return fit_surface(points, model);
   PANELCAL_CHECK(check_probes(points, model));
-  return SurfaceFit::solved(points, model, shape, SurfaceFit::Noise::Given);
+  return SurfaceFit::solved(points, model, shapes, false);
 }
 
 Expected<SurfaceFit> SurfaceFit::solved(std::span<const ProbePoint> points,
                                         SurfaceModel model,
-                                        const SurfaceShape& shape,
-                                        Noise noise) {
-  Readings readings = Readings::of(points);
-  const auto likelihood = BendingLikelihood::of(readings, shape.n_trend);
+                                        std::span<const ShapeShare> shapes,
+                                        bool learns_noise) {
+  Readings readings = internal::readings_of(points);
+  const auto likelihood = BendingLikelihood::of(readings, shapes.front().shape.n_trend);
   if (!likelihood) return failure(undetermined(points));
-  return SurfaceFit(
-      std::make_shared<const State>(model, shape, noise, std::move(readings), *likelihood));
+  return SurfaceFit(std::make_shared<const State>(model,
+                                                  shapes,
+                                                  learns_noise ? Noise::Learned : Noise::Given,
+                                                  std::move(readings),
+                                                  *likelihood));
 }
 
 }  // namespace panelcal

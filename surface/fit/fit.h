@@ -57,18 +57,24 @@ class SurfaceFit {
   std::vector<double> heights_mm(std::span<const Position<frame::Nominal>> places) const;
 
   /// Covariance of the surface's error from place to place, mm^2; its diagonal is sigma squared of
-  /// at(), but for rounding. Grid models do not know how errors hang together.
+  /// at(), but for rounding. Unresolved bending is in the diagonal alone. Grid models do not know
+  /// how errors hang together.
   ///
   /// Precondition: no grid model
   Eigen::MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
 
+  /// Shapes that the surface is the average of, heaviest first: one of all models but a Gaussian
+  /// process.
+  std::span<const ShapeShare> shapes() const;
+  /// The heaviest.
   const SurfaceShape& shape() const;
-  /// Ratio of the probes' scatter to their stated sigma.
+  /// Ratio of the probes' scatter about the surface to their sigma: 1 if that is stated, but of a
+  /// plane that they miss by more than chance allows.
   double noise_factor() const;
-  /// Of the noise factor: what the probes tell of it, and what was believed before. Infinite for
-  /// grid models, which believe the probes.
+  /// Of sigma: what the probes tell of the noise factor, and what was believed before; if their
+  /// scatter is stated, what they tell of the bending; infinite for a plane and for grid models.
   double degrees_of_freedom() const;
-  /// Standard deviation of the bending; 0 but for a Gaussian process.
+  /// Standard deviation of the heaviest shape's bending; 0 but for a Gaussian process.
   Length amplitude() const;
   /// Over which the bending changes; 0 where amplitude() is 0.
   Length length() const;
@@ -79,22 +85,22 @@ class SurfaceFit {
   /// Root mean square of the deviations of probes that were left out, in units of what each probe
   /// is said to scatter. Empty if the others predict none of them.
   std::optional<double> left_out_rms() const;
-  /// The model in words: `gaussian process: amplitude 0.112 mm, length 104 mm, noise 1.02 times`.
+  /// The model in words: `plane and a Gaussian bending of 0.112 mm over 104 mm (41 %, averaged with
+  /// 5 others); the probes scatter as stated`.
   std::string summary() const;
 
  private:
   struct State;
-  enum class Noise : std::uint8_t { Given, Learned };
   friend Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceModel model);
   friend Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
                                           SurfaceModel model,
-                                          const SurfaceShape& shape);
+                                          std::span<const ShapeShare> shapes);
   explicit SurfaceFit(std::shared_ptr<const State> state) : state_(std::move(state)) {}
-  /// Of no grid model. A noise factor that is learned takes the place of the shape's.
+  /// Of no grid model. A noise factor that is learned takes the place of the shapes'.
   static Expected<SurfaceFit> solved(std::span<const ProbePoint> points,
                                      SurfaceModel model,
-                                     const SurfaceShape& shape,
-                                     Noise noise);
+                                     std::span<const ShapeShare> shapes,
+                                     bool learns_noise);
 
   std::shared_ptr<const State> state_;
 };
@@ -103,15 +109,20 @@ class SurfaceFit {
 ///
 ///   height_i = trend(place_i) + f(place_i) + e_i,   e_i ~ N(0, k^2 sigma_i^2)
 ///
-/// f is a Gaussian process: none (plane), r^2 log r (thin plate), or the likeliest of Matern 3/2,
-/// Matern 5/2 and a Gaussian covariance of some length. The trend of a Gaussian process is bow and
-/// twist, (1, x, y, x^2, x y, y^2), where the probes determine it and are kLeastForBow or more;
-/// else a plane. Strength, length and k have the greatest restricted likelihood; with the trend's
-/// error they enter the sigma of every height, their own uncertainty does not.
+/// f is a Gaussian process: none (plane), r^2 log r (thin plate), or the average of kernels and
+/// lengths by their posterior weights (surface/fit/bending/bending_average.h): height and variance
+/// are those of the mixture, so that sigma has what the shapes disagree in. The trend of a Gaussian
+/// process is bow and twist, (1, x, y, x^2, x y, y^2), where the probes determine it and are
+/// kLeastForBow or more; else a plane. Its error enters the sigma of every height.
+///
+/// k is 1: stated scatter is believed, and what the probes miss more is bending. Of a plane that
+/// they miss by more than chance allows, that has no room but SurfaceShape::unresolved, in every
+/// sigma. If any scatter is assumed only (ProbePoint::is_sigma_assumed), k has the greatest
+/// likelihood.
 ///
 /// Of more than kMostProbes, an even part tells kernel, trend, strength and length: half of it all
 /// over the panel, each with its nearest neighbour beside it, so that short lengths are seen too.
-/// All of them make the surface of that shape, and tell k.
+/// All of them make the surface of the heaviest shape, and tell k.
 ///
 /// Grid models have neither trend nor noise factor: between the probes they interpolate, and sigma
 /// has what that misses, as far as probes left out tell (surface/fit/grid_surface.h).
@@ -119,9 +130,9 @@ class SurfaceFit {
 /// In     points: 3 or more; sigma above 0
 /// Fails  as check_probes(); grid-invalid: probes in one line; for grid models a node without a
 ///        probe, two probes of one node, fewer than 3 columns or rows
-/// Cost   some 40 tridiagonal forms of an m x m matrix for a Gaussian process, one for a thin
+/// Cost   some 20 tridiagonal forms of an m x m matrix for a Gaussian process, one for a thin
 /// plate;
-///        m the probes that tell the shape; O(n^3) to solve
+///        m the probes that tell the shape; O(n^3) to solve each shape
 /// Source Rasmussen and Williams 2006, 2.7 (trend), 5.4.1, 5.4.2 (leaving one out); Dubrule 1983
 ///        (leaving one out with a trend); Patterson and Thompson 1971 (restricted likelihood)
 /// See    tests/surface/fit/fit_test.cc, height_map_slow_test.cc
@@ -136,5 +147,12 @@ Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceMode
 Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
                                  SurfaceModel model,
                                  const SurfaceShape& shape);
+
+/// The same of the average of known shapes.
+///
+/// Fails  as above, and as check_shares()
+Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points,
+                                 SurfaceModel model,
+                                 std::span<const ShapeShare> shapes);
 
 }  // namespace panelcal

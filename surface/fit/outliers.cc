@@ -8,6 +8,7 @@
 
 #include "calib/base/statistics/distributions.h"
 #include "surface/fit/even_part.h"
+#include "surface/fit/wild_probe.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -38,6 +39,10 @@ class Sorting {
   }
 
   Expected<void> search(SurfaceModel model);
+  /// The same of few probes.
+  Expected<std::string> search_few();
+  bool are_few() const { return points_.size() <= internal::kFewProbes; }
+  Expected<void> set_suspects_aside(SurfaceModel model);
   Expected<SoundSurface> judge(SurfaceModel model);
   /// Fails if too much would be set aside.
   Expected<void> set_aside(std::size_t i_point);
@@ -45,6 +50,12 @@ class Sorting {
 
  private:
   Expected<SurfaceFit> fit(SurfaceModel model) const { return fit_surface(kept_points(), model); }
+  /// As if scatter were assumed: a wild probe then is part of it, rather than a bend that hides it.
+  Expected<SurfaceFit> fit_scattered(SurfaceModel model) const {
+    std::vector<ProbePoint> points = kept_points();
+    for (ProbePoint& point : points) point.is_sigma_assumed = true;
+    return fit_surface(points, model);
+  }
   /// Of many probes the shape hardly depends on the few that come or go, and is not learned again.
   Expected<SurfaceFit> fit_again(const SurfaceFit& before) const {
     if (kept_.size() <= kMostProbes) return fit(before.model());
@@ -55,6 +66,7 @@ class Sorting {
     for (const std::size_t i : kept_) out.push_back(points_[i]);
     return out;
   }
+  std::string doubt_of(const internal::WildProbe& wild) const;
   Expected<void> check_noise(const SurfaceFit& fit) const;
   SurfaceOutlier judged(const SurfaceFit& fit, std::size_t i_point) const;
 
@@ -85,7 +97,7 @@ Expected<void> Sorting::set_aside(std::size_t i_point) {
 
 Expected<void> Sorting::search(SurfaceModel model) {
   while (true) {
-    PANELCAL_TRY(const SurfaceFit found, fit(model));
+    PANELCAL_TRY(const SurfaceFit found, fit_scattered(model));
     std::vector<double> t;
     for (const LeftOutProbe& probe : found.left_out()) t.push_back(absolute_t(probe));
     const auto worst = static_cast<std::size_t>(std::ranges::max_element(t) - t.begin());
@@ -97,6 +109,30 @@ Expected<void> Sorting::search(SurfaceModel model) {
     if (2 * normal_exceedance(t[worst] / scale) >= limit_) return {};
     PANELCAL_CHECK(set_aside(kept_[worst]));
   }
+}
+
+/// Out    the doubt that is left
+Expected<std::string> Sorting::search_few() {
+  while (true) {
+    const internal::WildProbe wild = internal::wild_probe(kept_points());
+    if (!wild.is_found) return doubt_of(wild);
+    PANELCAL_CHECK(set_aside(kept_[*wild.i_worst]));
+  }
+}
+
+/// Sentence of `why`; empty without a doubt.
+std::string Sorting::doubt_of(const internal::WildProbe& wild) const {
+  if (!wild.is_doubtful) return "";
+  if (!wild.i_worst) {
+    return fmt::format("{} probes cannot tell a wild one among them", kept_.size());
+  }
+  return fmt::format(
+      "{} probes cannot tell a wild one from a bend of the board: {} is {:.3f} mm {} the "
+      "prediction of the others",
+      kept_.size(),
+      name_of(points_[kept_[*wild.i_worst]]),
+      std::abs(wild.deviation.in_mm()),
+      wild.deviation > mm(0) ? "above" : "below");
 }
 
 /// A probe that took no part in the fit.
@@ -111,27 +147,42 @@ SurfaceOutlier Sorting::judged(const SurfaceFit& fit, std::size_t i_point) const
   return {i_point, name_of(point), deviation, sigma, chance};
 }
 
-Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
-  PANELCAL_TRY(SurfaceFit found, fit(model));
+Expected<void> Sorting::set_suspects_aside(SurfaceModel model) {
+  PANELCAL_TRY(SurfaceFit found, fit_scattered(model));
   std::size_t n_aside_then = aside_.size();  // when the shape was learned
   while (true) {
     const auto worst =
         std::ranges::min_element(found.left_out(), {}, [](const auto& p) { return p.chance; });
     if (worst->chance >= limit_) {
-      if (aside_.size() == n_aside_then || kept_.size() <= kMostProbes) break;
+      if (aside_.size() == n_aside_then || kept_.size() <= kMostProbes) return {};
       // Shape and noise were those of the wild probes, too.
       n_aside_then = aside_.size();
-      PANELCAL_TRY(found, fit(model));
+      PANELCAL_TRY(found, fit_scattered(model));
       continue;
     }
     PANELCAL_CHECK(set_aside(kept_[static_cast<std::size_t>(worst - found.left_out().begin())]));
-    PANELCAL_TRY(found, fit_again(found));
+    if (kept_.size() <= kMostProbes) {
+      PANELCAL_TRY(found, fit_scattered(model));
+    } else {
+      PANELCAL_TRY(found, fit_again(found));
+    }
   }
+}
+
+Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
+  // Few probes were judged one by one.
+  if (!are_few() || model == SurfaceModel::Plane) PANELCAL_CHECK(set_suspects_aside(model));
+  PANELCAL_TRY(SurfaceFit found, fit(model));
   std::vector<SurfaceOutlier> outliers;
   std::ranges::sort(aside_);
+  // A light share of rough bending would let nearly any probe pass: the likeliest kind judges.
+  PANELCAL_TRY(const SurfaceFit likeliest,
+               found.shapes().size() == 1 || are_few()
+                   ? Expected<SurfaceFit>(found)
+                   : fit_surface(kept_points(), model, found.shape()));
   for (const std::size_t i_point : aside_) {
-    SurfaceOutlier outlier = judged(found, i_point);
-    if (outlier.chance < limit_) {
+    SurfaceOutlier outlier = judged(likeliest, i_point);
+    if (outlier.chance < limit_ || (are_few() && model != SurfaceModel::Plane)) {
       outliers.push_back(std::move(outlier));
     } else {
       kept_.push_back(i_point);
@@ -142,29 +193,34 @@ Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
     PANELCAL_TRY(found, fit_again(found));
   }
   PANELCAL_CHECK(check_noise(found));
-  return SoundSurface{std::move(found), std::move(kept_), std::move(outliers)};
+  return SoundSurface{std::move(found), std::move(kept_), std::move(outliers), {}};
 }
 
 Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
   const Place& from = points_[kept_.front()].from;
   if (!(found.noise_factor() <= most_noise_)) {
-    return failure(
-        {Code::SurfaceOutOfTolerance,
-         from,
-         fmt::format("the probes scatter {:.1f} times their stated sigma", found.noise_factor()),
-         fmt::format("at most {:.1f} times", most_noise_)});
+    return failure({Code::SurfaceOutOfTolerance,
+                    from,
+                    fmt::format("the probes are off the surface by {:.1f} times their sigma",
+                                found.noise_factor()),
+                    fmt::format("at most {:.1f} times", most_noise_)});
   }
-  if (found.model() == SurfaceModel::Plane) return {};
+  // Few probes that do not fit have a wide sigma, and a doubt.
+  if (found.model() == SurfaceModel::Plane || are_few()) return {};
   PANELCAL_TRY(const SurfaceFit plane, fit(SurfaceModel::Plane));
   if (!(plane.noise_factor() > most_noise_) || !plane.left_out_rms()) return {};
   const double most = kHardlyBetter * *plane.left_out_rms();
   double missed = found.left_out_rms().value_or(0);
-  // A reading that another model predicts well is a surface.
+  if (!(missed > most)) return {};
+  // A reading that another model predicts well is a surface, or one of the shapes of an average.
   for (const SurfaceModel model : {SurfaceModel::ThinPlate, SurfaceModel::GaussianProcess}) {
-    if (!(missed > most)) return {};
-    if (model == found.model()) continue;
-    PANELCAL_TRY(const SurfaceFit other, fit(model));
+    PANELCAL_TRY(const SurfaceFit other, fit_scattered(model));
     missed = std::min(missed, other.left_out_rms().value_or(0));
+    for (const ShapeShare& share : other.shapes()) {
+      if (!(missed > most)) return {};
+      PANELCAL_TRY(const SurfaceFit alone, fit_surface(kept_points(), model, share.shape));
+      missed = std::min(missed, alone.left_out_rms().value_or(0));
+    }
   }
   if (!(missed > most)) return {};
   return failure(
@@ -217,7 +273,7 @@ Expected<SoundSurface> fit_grid(std::span<const ProbePoint> points,
   }
   Indices all(points.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  return SoundSurface{std::move(found), std::move(all), {}};
+  return SoundSurface{std::move(found), std::move(all), {}, {}};
 }
 
 }  // namespace
@@ -257,6 +313,12 @@ Expected<SoundSurface> fit_without_outliers(std::span<const ProbePoint> points,
   const SurfaceModel searching = is_plane ? SurfaceModel::Plane : SurfaceModel::ThinPlate;
   if (is_of_grid(model)) return fit_grid(points, model, options);
   Sorting all(points, points.size(), options);
+  if (all.are_few() && !is_plane) {
+    PANELCAL_TRY(std::string doubt, all.search_few());
+    PANELCAL_TRY(SoundSurface sound, all.judge(model));
+    sound.doubt = std::move(doubt);
+    return sound;
+  }
   for (const Together& some : searched_together(points)) {
     Sorting sorting(some.points, points.size(), options);
     PANELCAL_CHECK(sorting.search(searching));

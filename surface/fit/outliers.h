@@ -31,6 +31,7 @@ struct SoundSurface {
   SurfaceFit fit;
   std::vector<std::size_t> kept;         ///< indices, rising
   std::vector<SurfaceOutlier> outliers;  ///< in the order of the probes
+  std::string doubt = {};  ///< that a wild probe may be among the others; empty: none shows
 };
 
 struct OutlierOptions {
@@ -38,7 +39,8 @@ struct OutlierOptions {
   double false_alarm = 0.01;
   /// If more of the probes than this do not fit the others, it is not known which are right.
   double most = 0.25;
-  /// Probes that scatter more than this multiple of their stated sigma make no surface.
+  /// Probes that are off the surface by more than this multiple of their sigma make none; nor do
+  /// probes of which that holds for a plane, if nothing else predicts them better.
   double most_noise = 10;
 
   /// Fails  config-value
@@ -53,6 +55,9 @@ struct OutlierOptions {
 /// this search, as it has no length that wild probes could spoil. Then the model itself judges: a
 /// probe is an outlier if, left out, it deviates by more than one of n good ones does with the
 /// chance false_alarm / n (Bonferroni); whatever was set aside and does not, is taken back.
+///
+/// Up to 15 probes have no better half: of bent models each probe is judged by all the others, and
+/// where that cannot tell a wild one from a bend, the result says so (surface/fit/wild_probe.h).
 ///
 /// A third of wild probes all over the panel cannot be told from a surface that is rougher than the
 /// probes are dense: refused is one that predicts probes left out hardly better than a plane does,

@@ -16,6 +16,9 @@ struct ProbePoint {
   HeightEstimate measured;  ///< above the table plane; sigma is what the probe is said to scatter
   std::string name;         ///< for messages; may be empty
   Place from;               ///< place of the reading in a file, for messages
+  /// The scatter is no measured one: fits learn it from the residuals too. Of stated ones a misfit
+  /// is bending, and never the probe's scatter.
+  bool is_sigma_assumed = false;
 };
 
 }  // namespace panelcal

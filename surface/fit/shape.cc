@@ -16,8 +16,8 @@ namespace {
 /// In the order of the enumerators.
 constexpr std::array<std::string_view, 5> kModels = {
     "plane", "thin-plate", "gaussian-process", "bilinear", "monotone-bicubic"};
-constexpr std::array<std::string_view, 5> kKernels = {
-    "none", "thin-plate", "matern-3/2", "matern-5/2", "gaussian"};
+constexpr std::array<std::string_view, 6> kKernels = {
+    "none", "thin-plate", "matern-3/2", "matern-5/2", "gaussian", "matern-1/2"};
 
 /// The most that lengths and heights of a panel can be; beyond it lies a wrong unit.
 constexpr double kMostLength_mm = 1e6;
@@ -56,10 +56,39 @@ Expected<void> SurfaceShape::validate(SurfaceModel model) const {
   if (!(noise_factor > 0 && std::isfinite(noise_factor))) {
     return bad(fmt::format("the noise factor is {}", noise_factor), "above 0");
   }
+  const double unresolved_mm = unresolved.in_mm();
+  if (!(unresolved_mm >= 0 && unresolved_mm <= kMostLength_mm) || (is_grid && unresolved_mm != 0)) {
+    return bad(fmt::format("the unresolved bending is {} mm", unresolved_mm), "0 or more");
+  }
   const bool bows = model == SurfaceModel::GaussianProcess && n_trend == kBowTrend;
   if (n_trend == (is_grid ? 0 : kPlaneTrend) || bows) return {};
   return bad(fmt::format("the trend has {} coefficients", n_trend),
              "3, or 6 of a Gaussian process, or 0 of a grid model");
+}
+
+Expected<void> check_shares(std::span<const ShapeShare> shapes, SurfaceModel model) {
+  constexpr std::size_t kMostShares = 100;
+  constexpr double kSumRounding = 1e-9;
+  const auto bad = [](std::string what, const char* expected) {
+    return failure({Code::ConfigValue, {}, std::move(what), expected});
+  };
+  const std::size_t most = model == SurfaceModel::GaussianProcess ? kMostShares : 1;
+  if (shapes.empty() || shapes.size() > most) {
+    return bad(fmt::format("{} shapes of a {}", shapes.size(), word(model)),
+               most == 1 ? "1" : "1 to 100");
+  }
+  double sum = 0;
+  for (const auto& [shape, weight] : shapes) {
+    PANELCAL_CHECK(shape.validate(model));
+    if (shape.n_trend != shapes.front().shape.n_trend ||
+        shape.unresolved != shapes.front().shape.unresolved) {
+      return bad("shapes of different trends or unresolved bendings", "the same of all");
+    }
+    if (!(weight > 0)) return bad(fmt::format("the weight of a shape is {}", weight), "above 0");
+    sum += weight;
+  }
+  if (std::abs(sum - 1) <= kSumRounding) return {};
+  return bad(fmt::format("the weights of the shapes add up to {}", sum), "1");
 }
 
 std::string_view word(SurfaceModel model) {

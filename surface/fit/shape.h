@@ -8,7 +8,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/base/units.h"
-#include "surface/fit/bending_kernel.h"
+#include "surface/fit/bending/bending_kernel.h"
 
 namespace panelcal {
 
@@ -38,11 +38,26 @@ struct SurfaceShape {
   double strength_mm2 = 0;    ///< variance of the bending by the noise factor's square
   double noise_factor = 1;    ///< scatter of the probes by what they say
   int n_trend = kPlaneTrend;  ///< or kBowTrend with bow and twist; 0 of grid models
+  /// Standard deviation of a bending that the model cannot follow and the probes' stated scatter
+  /// does not explain; part of every sigma.
+  Length unresolved = {};
 
   /// Fails  config-value, without a place: a number that makes no surface of this model
   /// See    tests/surface/fit/fit_test.cc
   Expected<void> validate(SurfaceModel model) const;
 };
+
+/// One of the shapes that a surface is the average of.
+struct ShapeShare {
+  SurfaceShape shape;
+  double weight = 1;  ///< all together 1
+};
+
+/// Checks that shapes can be averaged to a surface: each one of this model, all of one trend and
+/// one unresolved bending, weights above 0 that add up to 1; only a Gaussian process has several.
+///
+/// Fails  config-value, without a place
+Expected<void> check_shares(std::span<const ShapeShare> shapes, SurfaceModel model);
 
 /// "plane", "thin-plate", "gaussian-process", "bilinear", "monotone-bicubic", as files and options
 /// have them.
@@ -50,7 +65,7 @@ std::string_view word(SurfaceModel model);
 std::optional<SurfaceModel> surface_model(std::string_view word);
 std::span<const std::string_view> surface_model_words();
 
-/// "none", "thin-plate", "matern-3/2", "matern-5/2", "gaussian"
+/// "none", "thin-plate", "matern-3/2", "matern-5/2", "gaussian", "matern-1/2"
 std::string_view word(BendingKernel kernel);
 std::optional<BendingKernel> bending_kernel(std::string_view word);
 

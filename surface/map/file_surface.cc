@@ -57,20 +57,26 @@ Expected<SurfaceModel> read_model(const StrictObject& object, const std::string&
                        fmt::format("one of {}", fmt::join(surface_model_words(), ", "))));
 }
 
-Expected<SurfaceShape> read_shape(const StrictObject& surface,
-                                  SurfaceModel model,
-                                  const std::string& file) {
-  constexpr std::array<std::string_view, 5> kKeys = {
-      "kernel", "length", "strength", "noise_factor", "trend"};
+/// In     is_share: one of several, which has a weight as well
+Expected<ShapeShare> read_share(const json& value,
+                                SurfaceModel model,
+                                bool is_share,
+                                const std::string& file) {
+  std::vector<std::string_view> keys = {"kernel", "length", "strength", "noise_factor", "trend"};
+  const bool has_unresolved = value.is_object() && value.contains("unresolved");
+  if (has_unresolved) keys.emplace_back("unresolved");
+  if (is_share) keys.emplace_back("weight");
   PANELCAL_TRY(const StrictObject object,
-               StrictObject::make(surface.member("shape"), "the shape", kKeys, kMapFileCode, file));
-  SurfaceShape shape;
+               StrictObject::make(value, "the shape", keys, kMapFileCode, file));
+  ShapeShare out;
+  SurfaceShape& shape = out.shape;
   PANELCAL_TRY(const std::string kernel, object.text("kernel"));
   const auto known = bending_kernel(kernel);
   if (!known) {
-    return failure(map_file_problem(file,
-                                    "the kernel is " + quoted(kernel),
-                                    "none, thin-plate, matern-3/2, matern-5/2 or gaussian"));
+    return failure(
+        map_file_problem(file,
+                         "the kernel is " + quoted(kernel),
+                         "none, thin-plate, matern-1/2, matern-3/2, matern-5/2 or gaussian"));
   }
   shape.kernel = *known;
   PANELCAL_TRY(const double length_mm, object.number("length"));
@@ -78,12 +84,62 @@ Expected<SurfaceShape> read_shape(const StrictObject& surface,
   PANELCAL_TRY(shape.strength_mm2, object.number("strength"));
   PANELCAL_TRY(shape.noise_factor, object.number("noise_factor"));
   PANELCAL_TRY(shape.n_trend, object.integer("trend", 0, kBowTrend));
+  if (has_unresolved) {
+    PANELCAL_TRY(const double unresolved_mm, object.number("unresolved"));
+    shape.unresolved = mm(unresolved_mm);
+  }
+  if (is_share) {
+    PANELCAL_TRY(out.weight, object.number("weight"));
+  }
   const bool is_grid = is_of_grid(model);
-  if (is_grid ? shape.noise_factor == 1 : shape.noise_factor <= kMostNoise) return shape;
+  if (is_grid ? shape.noise_factor == 1 : shape.noise_factor <= kMostNoise) return out;
   return failure(map_file_problem(file,
                                   fmt::format("the noise factor is {}", shape.noise_factor),
                                   is_grid ? "1: grid models believe their probes"
                                           : fmt::format("above 0, at most {}", kMostNoise)));
+}
+
+/// One shape, or an array of what the surface is the average of.
+Expected<std::vector<ShapeShare>> read_shapes(const StrictObject& surface,
+                                              SurfaceModel model,
+                                              const std::string& file) {
+  const json& value = surface.member("shape");
+  std::vector<ShapeShare> out;
+  if (!value.is_array()) {
+    PANELCAL_TRY(const ShapeShare whole, read_share(value, model, false, file));
+    out.push_back(whole);
+    return out;
+  }
+  for (const json& element : value) {
+    PANELCAL_TRY(const ShapeShare share, read_share(element, model, true, file));
+    out.push_back(share);
+  }
+  return out;
+}
+
+std::string shape_text(const ShapeShare& share, bool is_share) {
+  const SurfaceShape& shape = share.shape;
+  std::string out = fmt::format(
+      R"({{"kernel": "{}", "length": {}, "strength": {}, "noise_factor": {}, "trend": {})",
+      word(shape.kernel),
+      shape.length.in_mm(),
+      shape.strength_mm2,
+      shape.noise_factor,
+      shape.n_trend);
+  if (shape.unresolved > mm(0)) {
+    out += fmt::format(R"(, "unresolved": {})", shape.unresolved.in_mm());
+  }
+  if (is_share) out += fmt::format(R"(, "weight": {})", share.weight);
+  return out + "}";
+}
+
+std::string shapes_text(std::span<const ShapeShare> shapes, std::string_view indent) {
+  if (shapes.size() == 1) return shape_text(shapes.front(), false);
+  std::string out = "[";
+  for (const ShapeShare& share : shapes) {
+    out += fmt::format("{}\n{}  {}", out.size() > 1 ? "," : "", indent, shape_text(share, true));
+  }
+  return out + "]";
 }
 
 Expected<HeightMapOptions> read_options(const StrictObject& surface, const std::string& file) {
@@ -257,7 +313,7 @@ Expected<HeightMap> read_surface(const StrictObject& object,
                                  const std::string& file) {
   PANELCAL_TRY(const SurfaceModel model, read_model(object, file));
   PANELCAL_TRY(std::string reason, object.text("reason"));
-  PANELCAL_TRY(const SurfaceShape shape, read_shape(object, model, file));
+  PANELCAL_TRY(const auto shapes, read_shapes(object, model, file));
   PANELCAL_TRY(const HeightMapOptions options, read_options(object, file));
   PANELCAL_TRY(auto outliers, read_left_out(object, points, own, file));
   // Before anything is solved: of more no surface was made.
@@ -280,7 +336,7 @@ Expected<HeightMap> read_surface(const StrictObject& object,
     fitted.push_back(points[own[k]]);
   }
   auto made = [&]() -> Expected<HeightMap> {
-    PANELCAL_TRY(SurfaceFit fit, fit_surface(fitted, model, shape));
+    PANELCAL_TRY(SurfaceFit fit, fit_surface(fitted, model, shapes));
     SoundSurface surface{std::move(fit), std::move(kept), std::move(outliers)};
     return HeightMap::of_surface(all, {std::move(surface), std::move(reason)}, options);
   }();
@@ -292,21 +348,16 @@ Expected<HeightMap> read_surface(const StrictObject& object,
 }
 
 std::string surface_text(const HeightMap& map, std::string_view indent) {
-  const SurfaceShape& shape = map.surface().shape();
   const HeightMapOptions options = map.options();
   return fmt::format(
       R"({0}"model": "{1}",
 {0}"reason": {2},
-{0}"shape": {{"kernel": "{3}", "length": {4}, "strength": {5}, "noise_factor": {6}, "trend": {7}}},
-{0}"options": {{"max_extrapolation": {8}, "reach": [{9}, {10}], "interpolation": "{11}", "false_alarm": {12}, "most_left_out": {13}, "most_noise": {14}}})",
+{0}"shape": {3},
+{0}"options": {{"max_extrapolation": {4}, "reach": [{5}, {6}], "interpolation": "{7}", "false_alarm": {8}, "most_left_out": {9}, "most_noise": {10}}})",
       indent,
       word(map.surface().model()),
       json_text(map.reason()),
-      word(shape.kernel),
-      shape.length.in_mm(),
-      shape.strength_mm2,
-      shape.noise_factor,
-      shape.n_trend,
+      shapes_text(map.surface().shapes(), indent),
       options.max_extrapolation.in_mm(),
       options.reach_mm->x(),
       options.reach_mm->y(),

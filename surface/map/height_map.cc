@@ -8,48 +8,18 @@
 #include <limits>
 
 #include "calib/advice/convex_hull.h"
+#include "surface/map/sampled_surface.h"
 #include <fmt/format.h>
 
 namespace panelcal {
-namespace internal {
-
-/// A surface on lattices. That of the heights is as fine as they need; sigma changes no faster than
-/// the probes stand.
-struct Sampled {
-  HeightLattice heights;
-  HeightLattice sigmas;
-  double error_mm = 0;
-};
-
-}  // namespace internal
-
 namespace {
 
-using internal::Sampled;
-
 using Eigen::Vector2d;
+using internal::Sampled;
 using MapPlaces = std::vector<Position<frame::Nominal>>;
 
 /// Coordinates that differ by less are of one column or row, and such a distance counts as 0.
 constexpr double kSameMapPlace_mm = 1e-3;
-/// Greatest part that the lattice may add to a sigma, and the error that is always good enough.
-constexpr double kMostLatticeError = 0.1;
-constexpr double kGoodLatticeError_mm = 1e-5;
-/// Cells by the side of the square that each probe has, at first; nodes at most, but for the edges:
-/// of surfaces that are solved for, where each takes long, and for each probe of a grid.
-constexpr double kFirstRefinement = 4;
-constexpr double kMostNodes = 60000;
-constexpr double kMostNodesOfGridProbe = 20;
-/// Sigma of many probes is tried at this number of places; at all but a tenth it may miss this
-/// share.
-constexpr std::size_t kTriedSigmas = 300;
-constexpr double kMostSigmaError = 0.1;
-/// Places at which a lattice is tried in a cell, along either side: Hermite's polynomials miss most
-/// in the middle if their slopes are right, and at (1 - 1/sqrt(3)) / 2 from the nodes if these are
-/// not.
-constexpr double kTried[] = {0.2113, 0.5, 0.7887};
-/// Of all cells at most this number of places is tried, else evenly some of them.
-constexpr std::size_t kMaxMapTrials = 60000;
 /// Farther out nothing is known of any panel.
 constexpr double kMostExtrapolation_mm = 1000;
 /// Probes stand in columns and rows if they do but for this share of their neighbours' distance.
@@ -180,126 +150,6 @@ double width_mm(const MapPlaces& hull) {
   return least_mm;
 }
 
-LatticeAxis axis(double low_mm, double high_mm, double step_mm) {
-  const int n_cells = std::max(1, static_cast<int>(std::ceil((high_mm - low_mm) / step_mm)));
-  return {low_mm, (high_mm - low_mm) / n_cells, n_cells + 1};
-}
-
-MapPlaces nodes_of(const LatticeAxis& x, const LatticeAxis& y) {
-  MapPlaces out;
-  for (int j = 0; j < y.n_nodes; ++j) {
-    for (int i = 0; i < x.n_nodes; ++i) out.push_back(nominal({x.at_mm(i), y.at_mm(j)}));
-  }
-  return out;
-}
-
-/// Places within the cells, all over them.
-MapPlaces tried_places(const LatticeAxis& x, const LatticeAxis& y) {
-  constexpr std::size_t kByCell = std::size(kTried) * std::size(kTried);
-  const auto n_columns = static_cast<std::size_t>(x.n_nodes - 1);
-  const std::size_t n = n_columns * static_cast<std::size_t>(y.n_nodes - 1) * kByCell;
-  std::size_t step = n / kMaxMapTrials + 1;
-  // Else some of a cell's places would never be tried.
-  if (step % std::size(kTried) == 0) ++step;
-  MapPlaces out;
-  for (std::size_t k = 0; k < n; k += step) {
-    const std::size_t cell = k / kByCell, place = k % kByCell;
-    const auto i = static_cast<double>(cell % n_columns);
-    const auto j = static_cast<double>(cell / n_columns);
-    out.push_back(nominal({x.first_mm + (i + kTried[place % std::size(kTried)]) * x.step_mm,
-                           y.first_mm + (j + kTried[place / std::size(kTried)]) * y.step_mm}));
-  }
-  return out;
-}
-
-bool is_fine(const SurfaceFit& surface, const HeightLattice& sigmas) {
-  const MapPlaces all = tried_places(sigmas.x(), sigmas.y());
-  MapPlaces tried;
-  for (std::size_t k = 0; k < kTriedSigmas; ++k) {
-    tried.push_back(all[k * all.size() / kTriedSigmas]);
-  }
-  std::size_t n_off = 0;
-  for (std::size_t k = 0; const HeightEstimate& right : surface.at(tried)) {
-    const double sigma_mm = right.sigma.in_mm();
-    const double error_mm = std::abs(sigmas.height_mm(tried[k++].in_mm()) - sigma_mm);
-    if (error_mm > kMostSigmaError * sigma_mm) ++n_off;
-  }
-  return n_off <= kTriedSigmas / 10;
-}
-
-/// Samples sigmas that take long, as coarsely as possible, and not finer than step_mm.
-Expected<HeightLattice> sample_sigmas(const SurfaceFit& surface,
-                                      const Vector2d& low_mm,
-                                      const Vector2d& high_mm,
-                                      double step_mm) {
-  const bool is_quick = is_of_grid(surface.model()) || surface.left_out().size() <= kMostProbes;
-  double wide_mm = is_quick ? step_mm : kFirstRefinement * step_mm;
-  while (true) {
-    const LatticeAxis x = axis(low_mm.x(), high_mm.x(), wide_mm);
-    const LatticeAxis y = axis(low_mm.y(), high_mm.y(), wide_mm);
-    std::vector<double> sigmas_mm;
-    for (const HeightEstimate& node : surface.at(nodes_of(x, y))) {
-      sigmas_mm.push_back(node.sigma.in_mm());
-    }
-    PANELCAL_TRY(HeightLattice sigmas,
-                 HeightLattice::make(x, y, sigmas_mm, LatticeInterpolation::Bilinear));
-    if (wide_mm <= step_mm || is_fine(surface, sigmas)) return sigmas;
-    wide_mm *= 0.5;
-  }
-}
-
-/// Error of the lattice of heights: its maximum, and whether it is small everywhere.
-struct Missed {
-  double worst_mm = 0;
-  bool is_good = true;
-};
-
-Missed missed(const SurfaceFit& surface, const Sampled& sampled) {
-  const MapPlaces tried = tried_places(sampled.heights.x(), sampled.heights.y());
-  const std::vector<double> right_mm = surface.heights_mm(tried);
-  Missed out;
-  for (std::size_t i = 0; i < tried.size(); ++i) {
-    const Vector2d& p_mm = tried[i].in_mm();
-    const double error_mm = std::abs(sampled.heights.height_mm(p_mm) - right_mm[i]);
-    out.worst_mm = std::max(out.worst_mm, error_mm);
-    const double sigma_mm = sampled.sigmas.height_mm(p_mm);
-    if (error_mm > std::max(kGoodLatticeError_mm, kMostLatticeError * sigma_mm)) {
-      out.is_good = false;
-    }
-  }
-  return out;
-}
-
-/// Refines until the lattice is good or has as many nodes as it may have.
-Expected<Sampled> sample_finely(const SurfaceFit& surface,
-                                const Vector2d& low_mm,
-                                const Vector2d& high_mm,
-                                double spacing_mm,
-                                LatticeInterpolation interpolation) {
-  const Vector2d size_mm = high_mm - low_mm;
-  const auto n_probes = static_cast<double>(surface.left_out().size());
-  const double most_nodes = is_of_grid(surface.model())
-                                ? std::max(kMostNodes, kMostNodesOfGridProbe * n_probes)
-                                : kMostNodes;
-  // Probes that stand close may be few on what is extrapolated about them.
-  double step_mm = std::max({spacing_mm / kFirstRefinement,
-                             std::sqrt(size_mm.x() * size_mm.y() / most_nodes),
-                             size_mm.maxCoeff() / most_nodes});
-  PANELCAL_TRY(const HeightLattice sigmas, sample_sigmas(surface, low_mm, high_mm, step_mm));
-  while (true) {
-    const LatticeAxis x = axis(low_mm.x(), high_mm.x(), step_mm);
-    const LatticeAxis y = axis(low_mm.y(), high_mm.y(), step_mm);
-    PANELCAL_TRY(HeightLattice heights,
-                 HeightLattice::make(x, y, surface.heights_mm(nodes_of(x, y)), interpolation));
-    Sampled out{std::move(heights), sigmas};
-    const Missed error = missed(surface, out);
-    out.error_mm = error.worst_mm;
-    const double next_nodes = 4 * (size_mm.x() / step_mm + 1) * (size_mm.y() / step_mm + 1);
-    if (error.is_good || next_nodes > most_nodes) return out;
-    step_mm *= 0.5;
-  }
-}
-
 }  // namespace
 
 struct HeightMap::State {
@@ -376,7 +226,9 @@ Expected<HeightMap> HeightMap::of_probes(std::span<const ProbePoint> points,
   }
   PANELCAL_TRY(SoundSurface surface,
                fit_without_outliers(points, *options.model, options.outliers));
-  return of_surface(points, {std::move(surface), "the model was given"}, options);
+  std::string reason = "the model was given";
+  if (!surface.doubt.empty()) reason += "; " + surface.doubt;
+  return of_surface(points, {std::move(surface), std::move(reason)}, options);
 }
 
 Expected<HeightMap> HeightMap::of_surface(std::span<const ProbePoint> points,
@@ -403,11 +255,11 @@ Expected<HeightMap> HeightMap::of_surface(std::span<const ProbePoint> points,
   // A place that is inside but for rounding lies in the lattice.
   const double border_mm = options.max_extrapolation.in_mm() + kSameMapPlace_mm;
   PANELCAL_TRY(Sampled sampled,
-               sample_finely(chosen.surface.fit,
-                             low_mm - Vector2d::Constant(border_mm),
-                             high_mm + Vector2d::Constant(border_mm),
-                             spacing_mm,
-                             options.interpolation));
+               internal::sample_finely(chosen.surface.fit,
+                                       low_mm - Vector2d::Constant(border_mm),
+                                       high_mm + Vector2d::Constant(border_mm),
+                                       spacing_mm,
+                                       options.interpolation));
   std::vector<Vector2d> kept_mm;
   for (const auto& place : kept) kept_mm.push_back(place.in_mm());
   std::ranges::sort(kept_mm, {}, by_x);

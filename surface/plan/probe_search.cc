@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "calib/base/statistics/linear_algebra.h"
-#include "surface/fit/bending_likelihood.h"
+#include "surface/fit/bending/bending_likelihood.h"
 #include "surface/fit/fit.h"
 
 namespace panelcal::internal {

@@ -9,11 +9,14 @@ by that of the best of scipy's three interpolators (thin plate and cubic RBF, li
 
   /usr/bin/python3 tests/bench/surface_coverage.py build/release/tools/panelcal --seed 7 [--per-cell 15] [--jobs 2]
 
+--estimates build/release/tests/reference/surface_estimates instead of panelcal: the surfaces themselves, without the lattice of a map, in a fraction of the time.
+
 --check: exit 1 if a goal of tests/bench/README.md is missed.
 """
 
 import argparse
 import concurrent.futures
+import importlib.util
 import json
 import os
 import subprocess
@@ -55,14 +58,11 @@ def ask(panelcal, map_file, places):
         [panelcal, "surface", "query", map_file, "-", "--json"], input=text, capture_output=True, text=True, check=False
     )
     found = [json.loads(line) for line in run.stdout.splitlines()]
-    height = np.array([one.get("height", np.nan) for one in found])
-    sigma = np.array([one.get("sigma", np.nan) for one in found])
-    return height, sigma
+    return [[one.get("height", np.nan), one.get("sigma", np.nan)] for one in found]
 
 
-def measure(panelcal, kind, n, index, seed, has_scipy):
-    board = reference.make(kind, n, index, seed)
-    out = {"kind": kind, "n": n, "index": index, "grid": board["grid"], "refused": ""}
+def by_command(panelcal, board):
+    """Answer of surface_estimates.cc, by `surface fit` and `query`."""
     with tempfile.TemporaryDirectory() as folder:
         probes, map_file = os.path.join(folder, "probes.jsonl"), os.path.join(folder, "map.json")
         with open(probes, "w", encoding="ascii") as file:
@@ -71,15 +71,39 @@ def measure(panelcal, kind, n, index, seed, has_scipy):
             [panelcal, "surface", "fit", probes, "-o", map_file, "--json"], capture_output=True, text=True, check=False
         )
         if made.returncode != 0:
-            out["refused"] = made.stderr.strip()
-            return out
+            return {"refused": made.stderr.strip()}
         facts = json.loads(made.stdout)
-        out.update(model=facts["model"], summary=facts["summary"], reason=facts["reason"])
-        left_out = {one["line"] - 1 for one in facts["left_out"]}
-        out["found"] = len(left_out & set(board["wild"])), len(board["wild"]), len(left_out - set(board["wild"]))
-        height, sigma = ask(panelcal, map_file, board["places"])
-        kept = [i for i in range(n) if i not in left_out]
-        at_probe, sigma_there = ask(panelcal, map_file, np.round(board["probes"][kept], 4))
+        left_out = [one["line"] - 1 for one in facts["left_out"]]
+        kept = np.setdiff1d(np.arange(board["n"]), left_out)
+        found = ask(panelcal, map_file, np.vstack([board["places"], np.round(board["probes"][kept], 4)]))
+    n_places = len(board["places"])
+    answer = {key: facts[key] for key in ("model", "summary", "reason")}
+    return answer | {"left_out": left_out, "places": found[:n_places], "probes": found[n_places:]}
+
+
+def by_library(estimates, boards):
+    """Answers of surface_estimates.cc."""
+    text = []
+    for board in boards:
+        text.append(f"{board['n']} {len(board['places'])}")
+        probes = np.round(board["probes"], 4).tolist()
+        text += [f"{x!r} {y!r} {z!r} {float(board['sigma_mm'])!r}" for (x, y), z in zip(probes, board["heights_mm"].tolist())]
+        text += [f"{x!r} {y!r}" for x, y in board["places"].tolist()]
+    run = subprocess.run([estimates], input="\n".join(text) + "\n", capture_output=True, text=True, check=True)
+    return [json.loads(line) for line in run.stdout.splitlines()]
+
+
+def judged(cell, board, answer, has_peers):
+    kind, n, index = cell
+    out = {"kind": kind, "n": n, "index": index, "grid": board["grid"], "refused": answer.get("refused", "")}
+    if out["refused"]:
+        return out
+    out.update((key, answer[key]) for key in ("model", "summary", "reason"))
+    left_out = set(answer["left_out"])
+    out["found"] = len(left_out & set(board["wild"])), len(board["wild"]), len(left_out - set(board["wild"]))
+    height, sigma = np.array(answer["places"], float).T
+    kept = [i for i in range(n) if i not in left_out]
+    at_probe, sigma_there = np.array(answer["probes"], float).T
     # A place outside of the hull of what is left without a wild corner may be refused.
     known = np.isfinite(height)
     sigma, error = sigma[known], (height - board["truth_mm"])[known]
@@ -89,7 +113,7 @@ def measure(panelcal, kind, n, index, seed, has_scipy):
     out["off"] = float(np.max(np.abs(off)))
     out["rms_um"] = 1e3 * rms(error)
     out["sigma_um"] = 1e3 * rms(sigma)
-    out["best_um"] = 1e3 * min(peers(board, known)) if has_scipy else float("nan")
+    out["best_um"] = 1e3 * min(peers(board, known)) if has_peers else float("nan")
     return out
 
 
@@ -132,22 +156,26 @@ def table(results):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
-    parser.add_argument("panelcal")
+    parser.add_argument("panelcal", nargs="?")
+    parser.add_argument("--estimates", help="the program surface_estimates")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--per-cell", type=int, default=15)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--no-peers", action="store_true", help="without scipy's columns")
     parser.add_argument("--output", help="one line of JSON a board")
     parser.add_argument("--check", action="store_true")
     arguments = parser.parse_args()
-    try:
-        import scipy  # noqa: F401
-
-        has_scipy = True
-    except ImportError:
-        has_scipy = False
+    if bool(arguments.panelcal) == bool(arguments.estimates):
+        parser.error("either panelcal or --estimates")
+    has_peers = not arguments.no_peers and importlib.util.find_spec("scipy") is not None
     cells = [(kind, n, i) for kind in reference.KINDS for n in reference.COUNTS for i in range(arguments.per_cell)]
-    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        results = list(pool.map(lambda cell: measure(arguments.panelcal, *cell, arguments.seed, has_scipy), cells))
+    boards = [reference.make(*cell, arguments.seed) for cell in cells]
+    if arguments.estimates:
+        answers = by_library(arguments.estimates, boards)
+    else:
+        with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+            answers = list(pool.map(lambda board: by_command(arguments.panelcal, board), boards))
+    results = [judged(*one, has_peers) for one in zip(cells, boards, answers, strict=True)]
     if arguments.output:
         with open(arguments.output, "w", encoding="utf-8") as file:
             file.writelines(json.dumps(result) + "\n" for result in results)

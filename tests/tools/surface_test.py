@@ -15,8 +15,6 @@ from demo_job import run
 
 SVG = "{http://www.w3.org/2000/svg}"
 
-PRIOR_READINGS = 10  # of the noise factor, surface/fit/bending_likelihood.h
-
 
 def solve(a, b):
     """Gaussian elimination with pivots."""
@@ -34,7 +32,7 @@ def solve(a, b):
 
 
 def plane_of(probes):
-    """Height and sigma at a place, of z = a + b x + c y by weighted least squares."""
+    """Height and sigma at a place, of z = a + b x + c y by weighted least squares; the probes' stated sigma is believed."""
     normal = [[0.0] * 3 for _ in range(3)]
     right = [0.0] * 3
     for x, y, z, sigma in probes:
@@ -44,13 +42,11 @@ def plane_of(probes):
             for j in range(3):
                 normal[i][j] += row[i] * row[j] / sigma**2
     a = solve(normal, right)
-    chi_square = sum(((z - a[0] - a[1] * x - a[2] * y) / s)**2 for x, y, z, s in probes)
-    noise2 = (chi_square + PRIOR_READINGS) / (len(probes) - 3 + PRIOR_READINGS)
 
     def at(x, y):
         t = (1, x, y)
         variance = sum(u * v for u, v in zip(t, solve(normal, t)))
-        return a[0] + a[1] * x + a[2] * y, math.sqrt(noise2 * variance)
+        return a[0] + a[1] * x + a[2] * y, math.sqrt(variance)
 
     return at
 

@@ -24,39 +24,6 @@ double normal_between(double low, double high) {
   return normal_exceedance(-high) - normal_exceedance(-low);
 }
 
-/// The continued fraction of I_x(a, b), which converges fast for x < (a + 1) / (a + b + 2).
-double beta_fraction(double a, double b, double x) {
-  constexpr double kTiny = 1e-300;
-  constexpr double kRounding = 1e-15;
-  constexpr int kMostTerms = 10000;
-  const auto no_zero = [](double v) { return std::abs(v) < kTiny ? kTiny : v; };
-  double c = 1;
-  double d = 1 / no_zero(1 - (a + b) * x / (a + 1));
-  double value = d;
-  for (int m = 1; m < kMostTerms; ++m) {
-    const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
-    d = 1 / no_zero(1 + even * d);
-    c = no_zero(1 + even / c);
-    value *= c * d;
-    const double odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
-    d = 1 / no_zero(1 + odd * d);
-    c = no_zero(1 + odd / c);
-    value *= c * d;
-    if (std::abs(c * d - 1) < kRounding) break;
-  }
-  return value;
-}
-
-/// I_x(a, b); `rest` is 1 - x, which the caller knows better than a difference does.
-double incomplete_beta(double a, double b, double x, double rest) {
-  if (x <= 0) return 0;
-  if (rest <= 0) return 1;
-  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) +
-                                a * std::log(x) + b * std::log(rest));
-  if (x < (a + 1) / (a + b + 2)) return front * beta_fraction(a, b, x) / a;
-  return 1 - front * beta_fraction(b, a, rest) / b;
-}
-
 /// Along principal axes, 0 < s1 <= s2.
 double inside_disc(const Eigen::Vector2d& m, double s1, double s2, double radius) {
   constexpr double kReach = 9;
@@ -107,15 +74,6 @@ double normal_of_exceedance(double chance) {
 double normal_score(double chance_of_less, double chance_of_more) {
   return chance_of_more < chance_of_less ? normal_of_exceedance(chance_of_more)
                                          : -normal_of_exceedance(chance_of_less);
-}
-
-double variance_ratio_exceedance(double ratio, double dof_above, double dof_below) {
-  if (std::isnan(ratio)) return ratio;
-  if (ratio <= 0) return 1;
-  if (std::isinf(ratio)) return 0;
-  const double above = dof_above * ratio;
-  const double sum = dof_below + above;
-  return incomplete_beta(0.5 * dof_below, 0.5 * dof_above, dof_below / sum, above / sum);
 }
 
 double chi_square_of_exceedance(double chance, double degrees_of_freedom) {

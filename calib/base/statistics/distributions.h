@@ -19,7 +19,7 @@ double normal_of_exceedance(double chance);
 double normal_score(double chance_of_less, double chance_of_more);
 
 /// The chance that the ratio of two estimates of one variance, with the given degrees of freedom,
-/// exceeds a value (Snedecor's F).
+/// exceeds a value (Snedecor's F). dof_below may be infinite: a chi-square variable's share.
 ///
 /// Source DLMF 8.17.22 (continued fraction of the incomplete beta function), by Lentz's method
 double variance_ratio_exceedance(double ratio, double dof_above, double dof_below);

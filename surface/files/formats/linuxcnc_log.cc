@@ -50,7 +50,7 @@ Expected<ProbeFile> parse_linuxcnc_log(std::string_view text,
       }
     }
     out.points.push_back({position_mm<frame::Nominal>(axes[0] * unit_mm, axes[1] * unit_mm),
-                          {mm((axes[2] + axes[8]) * unit_mm), options.sigma},
+                          {mm((axes[2] + axes[8]) * unit_mm), options.scatter()},
                           fmt::format("probe of line {}", line->line),
                           {file, line->line, words.front().column}});
   }

@@ -52,7 +52,7 @@ TEST(HoldAgainstMap, NamesTheProbeThatContradictsMost) {
                       "2 of 3 probes",
                       "G73 probe 0 (line 7)",
                       "+99.8 um",
-                      "10.2 um"));
+                      "10.4 um"));
 }
 
 TEST(HoldAgainstMap, BelievesWhatScatterExplains) {

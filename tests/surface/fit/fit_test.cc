@@ -130,9 +130,11 @@ TEST(SurfaceFit, KnowsNothingOfPlacesThatAreNone) {
 }
 
 TEST(SurfaceFit, ForetellsAProbeAsIfItHadBeenLeftOut) {
-  // The noise factor is not the same without the probe, so sigmas are compared in units of it. The
-  // strength and the length are not, either: of a plane there are none, and exactness shows.
+  // A noise factor that is learned is not the same without the probe, so sigmas are compared in
+  // units of it. The strength and the length are not, either: of a plane there are none, and
+  // exactness shows.
   Points points = warped(13);
+  for (ProbePoint& point : points) point.is_sigma_assumed = true;
   const SurfaceFit fit = fitted(points, SurfaceModel::Plane);
   for (const std::size_t i : {std::size_t{0}, std::size_t{17}}) {
     Points others = points;
@@ -170,12 +172,77 @@ TEST(SurfaceFit, SaysHowMuchTheProbesScatter) {
   Random random(15);
   const SimulatedWarp warp(random, 1);
   Points points = probed_lattice(random, warp, 10, 12);
+  for (ProbePoint& point : points) point.is_sigma_assumed = true;
   const double told = fitted(points).noise_factor();
   EXPECT_NEAR(told, 1, 0.25);
   for (ProbePoint& point : points) point.measured.sigma = 0.1 * point.measured.sigma;
   const SurfaceFit fit = fitted(points);
   EXPECT_NEAR(fit.noise_factor(), 10 * told, 1);
-  EXPECT_THAT(fit.summary(), ::testing::HasSubstr("noise "));
+  EXPECT_THAT(fit.summary(), ::testing::HasSubstr("times the sigma of the probes"));
+}
+
+TEST(SurfaceFit, TakesAMisfitOfStatedScatterForBending) {
+  Random random(31);
+  // 3 x 3 probes of 3 um on waves of 40 um.
+  const auto wavy = [](const Vector2d& p_mm) {
+    return 0.04 * std::cos(p_mm.x() / 48) * std::cos(p_mm.y() / 48);
+  };
+  const Points points = probed_lattice(random, wavy, 3, 3);
+  for (const SurfaceModel model : {SurfaceModel::ThinPlate, SurfaceModel::GaussianProcess}) {
+    const SurfaceFit fit = fitted(points, model);
+    EXPECT_EQ(fit.noise_factor(), 1) << fit.summary();
+    EXPECT_THAT(fit.summary(), ::testing::HasSubstr("the probes scatter as stated"));
+  }
+  const SurfaceFit process = fitted(points);
+  EXPECT_GT(process.at(at(75, 75)).sigma, um(15)) << process.summary();
+  // A plane has no room for it but every sigma.
+  const SurfaceFit plane = fitted(points, SurfaceModel::Plane);
+  EXPECT_GT(plane.shape().unresolved, um(15));
+  EXPECT_GT(plane.at(at(0, 0)).sigma, plane.shape().unresolved);
+  EXPECT_THAT(plane.summary(), ::testing::HasSubstr("bending that it does not follow"));
+  // Probes that scatter as they say leave nothing over.
+  EXPECT_EQ(fitted(probed_lattice(random, tilted_mm, 4, 4), SurfaceModel::Plane).shape().unresolved,
+            mm(0));
+}
+
+TEST(SurfaceFit, HasInSigmaWhatItsShapesDisagreeIn) {
+  const Points points = warped(32);
+  const SurfaceFit mixed = fitted(points);
+  ASSERT_GT(mixed.shapes().size(), 1U);
+  const auto place = at(21, -47);
+  double height_mm = 0, second_mm2 = 0;
+  for (const auto& [shape, weight] : mixed.shapes()) {
+    const auto one = fit_surface(points, SurfaceModel::GaussianProcess, shape);
+    ASSERT_TRUE(one) << one.error().text();
+    const HeightEstimate found = one->at(place);
+    height_mm += weight * found.height.in_mm();
+    second_mm2 += weight * (found.height.in_mm() * found.height.in_mm() +
+                            found.sigma.in_mm() * found.sigma.in_mm());
+  }
+  EXPECT_NEAR(mixed.at(place).height.in_mm(), height_mm, 1e-9);
+  EXPECT_NEAR(mixed.at(place).sigma.in_mm(), std::sqrt(second_mm2 - height_mm * height_mm), 1e-8);
+  EXPECT_NEAR(mixed.heights_mm(std::vector{place})[0], height_mm, 1e-9);
+}
+
+TEST(SurfaceFit, RefusesSharesThatMakeNoAverage) {
+  const Points points = warped(33);
+  const SurfaceFit fit = fitted(points);
+  const std::vector<ShapeShare> good(fit.shapes().begin(), fit.shapes().end());
+  const auto with = [&](const std::vector<ShapeShare>& shapes) {
+    return fit_surface(points, SurfaceModel::GaussianProcess, shapes);
+  };
+  ASSERT_GT(good.size(), 1U);
+  EXPECT_TRUE(with(good));
+  EXPECT_THAT(with({}), FailsWith(Code::ConfigValue, "0 shapes"));
+  std::vector<ShapeShare> bad = good;
+  bad[1].weight = -bad[1].weight;
+  EXPECT_THAT(with(bad), FailsWith(Code::ConfigValue, "weight"));
+  bad = good;
+  bad.pop_back();
+  EXPECT_THAT(with(bad), FailsWith(Code::ConfigValue, "add up"));
+  bad = good;
+  bad[1].shape.unresolved = um(3);
+  EXPECT_THAT(with(bad), FailsWith(Code::ConfigValue, "unresolved"));
 }
 
 TEST(SurfaceFit, MovesAndTurnsWithThePanel) {
@@ -220,7 +287,7 @@ TEST(SurfaceFit, IsTheSameToTheBitWhenItsShapeIsGiven) {
   const Points points = warped(20);
   for (const SurfaceModel model : kModels) {
     const SurfaceFit once = fitted(points, model);
-    const auto again = fit_surface(points, model, once.shape());
+    const auto again = fit_surface(points, model, once.shapes());
     ASSERT_TRUE(again) << again.error().text();
     EXPECT_EQ(again->summary(), once.summary());
     for (double x_mm = -160; x_mm <= 160; x_mm += 23) {
@@ -234,7 +301,11 @@ TEST(SurfaceFit, KnowsHowItsErrorsHangTogether) {
   const std::vector<Position<frame::Nominal>> places = {
       at(0, 0), at(8, -3), at(-140, 120), at(150, 150)};
   for (const SurfaceModel model : kModels) {
-    const SurfaceFit fit = fitted(warped(21), model);
+    // Bending that a plane does not follow is in the diagonal alone.
+    Random random(21);
+    const bool is_plane = model == SurfaceModel::Plane;
+    const SurfaceFit fit =
+        fitted(is_plane ? probed_lattice(random, tilted_mm, 7, 6) : warped(21), model);
     const Eigen::MatrixXd cov_mm2 = fit.covariance_mm2(places);
     for (Eigen::Index i = 0; i < cov_mm2.rows(); ++i) {
       const double sigma_mm = fit.at(places[static_cast<std::size_t>(i)]).sigma.in_mm();
@@ -289,7 +360,8 @@ TEST(SurfaceFit, RefusesShapesThatMakeNoSurface) {
 TEST(SurfaceFit, OfManyProbesKnowsMoreThanOfThePartThatTellsItsShape) {
   Random random(20);
   const SimulatedWarp warp(random, 1);
-  const Points points = probed_lattice(random, warp, 25, 25);
+  Points points = probed_lattice(random, warp, 25, 25);
+  for (ProbePoint& point : points) point.is_sigma_assumed = true;
   ASSERT_GT(points.size(), kMostProbes);
   const auto all = fit_surface(points, SurfaceModel::ThinPlate);
   ASSERT_TRUE(all) << all.error().text();

@@ -141,6 +141,39 @@ TEST(SurfaceOutliers, SetsNoneOfTooFewAside) {
   }
 }
 
+double bowed_mm(const Eigen::Vector2d& p_mm) {
+  return 1.6 + 2e-6 * p_mm.squaredNorm() - 1e-6 * p_mm.x() * p_mm.y();
+}
+
+TEST(SurfaceOutliers, NamesAGrossProbeOfFewByTheOthers) {
+  Random random(31);
+  Points points = probed_lattice(random, bowed_mm, 4, 3);
+  const auto good = fit_without_outliers(points, SurfaceModel::GaussianProcess);
+  ASSERT_TRUE(good) << good.error().text();
+  EXPECT_TRUE(good->outliers.empty());
+  EXPECT_EQ(good->doubt, "");
+  points[5].measured.height = points[5].measured.height + mm(1.5);
+  const auto found = fit_without_outliers(points, SurfaceModel::GaussianProcess);
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_EQ(called_outliers(*found), std::set<std::size_t>{5});
+  EXPECT_NEAR(found->outliers[0].deviation.in_mm(), 1.5, 0.1);
+  EXPECT_EQ(found->doubt, "");
+}
+
+TEST(SurfaceOutliers, SaysWhereFewCannotTellAWildProbeFromABend) {
+  // The middle of nine probes: the top of a dome, or a chip below the tip.
+  Random random(32);
+  Points points = probed_lattice(random, bowed_mm, 3, 3);
+  points[4].measured.height = points[4].measured.height + mm(0.8);
+  const auto found = fit_without_outliers(points, SurfaceModel::GaussianProcess);
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_TRUE(found->outliers.empty());
+  EXPECT_THAT(found->doubt, HasSubstr("9 probes cannot tell a wild one"));
+  EXPECT_THAT(found->doubt, HasSubstr("column 1 row 1"));
+  // Either may be right, and sigma says so.
+  EXPECT_GT(found->fit.at(position_mm<frame::Nominal>(60, 60)).sigma, um(20));
+}
+
 TEST(SurfaceOutliers, RefusesOptionsThatMakeNoSense) {
   Random random(30);
   const Points points = warped(random, 4, 4);

@@ -47,9 +47,11 @@ TEST(MapDifference, FindsOffsetTiltAndBow) {
   const auto found = difference_of(before, after);
   ASSERT_TRUE(found) << found.error().text();
   ASSERT_TRUE(found->bow_y_um);
+  // Two maps of 72 probes of 3 um leave 5.13 um/m of a tilt by least squares.
+  static constexpr double kMostSigma = 5.2;
   const auto is = [](const Measured& measured, double right) {
     EXPECT_NEAR(measured.value, right, 4 * measured.sigma);
-    EXPECT_LT(measured.sigma, 5);
+    EXPECT_LT(measured.sigma, kMostSigma);
   };
   is(found->tilt_x, 100);
   is(found->tilt_y, 0);

@@ -132,6 +132,37 @@ TEST(MapFile, RefusesWhatIsNoMap) {
               FailsWith(Code::MeasurementFile, "1000000000 mm"));
 }
 
+TEST(MapFile, KeepsTheShapesThatASurfaceIsTheAverageOf) {
+  Random random(75);
+  const std::vector<ProbePoint> points = probed_lattice(random, SimulatedWarp(random, 2), 5, 5);
+  auto map = HeightMap::of_probes(points, {.model = SurfaceModel::GaussianProcess});
+  ASSERT_TRUE(map) << map.error().text();
+  const StoredMap before{points, *std::move(map), {}, "panelcal test"};
+  ASSERT_GT(before.map.surface().shapes().size(), 1U);
+  const std::string text = map_file_text(before);
+  const auto after = again(text);
+  ASSERT_TRUE(after) << after.error().text();
+  EXPECT_EQ(after->map.surface().summary(), before.map.surface().summary());
+  EXPECT_THAT(again(replaced(text, "\"weight\": ", "\"weight\": 1")),
+              FailsWith(Code::ConfigValue, "add up"));
+  EXPECT_THAT(again(replaced(text, "\"weight\"", "\"wieght\"")),
+              FailsWith(Code::MeasurementFile, "wieght"));
+}
+
+TEST(MapFile, KeepsUnresolvedBending) {
+  Random random(74);
+  const auto bowed = [](const Eigen::Vector2d& p_mm) { return 1e-6 * p_mm.squaredNorm(); };
+  const std::vector<ProbePoint> points = probed_lattice(random, bowed, 5, 5);
+  auto map = HeightMap::of_probes(points, {.model = SurfaceModel::Plane});
+  ASSERT_TRUE(map) << map.error().text();
+  const StoredMap before{points, *std::move(map), {}, "panelcal test"};
+  const auto after = again(map_file_text(before));
+  ASSERT_TRUE(after) << after.error().text();
+  EXPECT_GT(after->map.surface().shape().unresolved, um(10));
+  EXPECT_EQ(after->map.surface().shape().unresolved, before.map.surface().shape().unresolved);
+  EXPECT_EQ(after->map.surface().summary(), before.map.surface().summary());
+}
+
 TEST(MapFile, HoldsGridModelsToTheirNoise) {
   Random random(73);
   const std::vector<ProbePoint> points = probed_lattice(random, SimulatedWarp(random, 3), 7, 6);

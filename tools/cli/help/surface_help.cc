@@ -25,17 +25,18 @@ Exit codes
     {"surface fit", R"(Example
   $ panelcal surface fit probes.jsonl -o map.json --plot map.svg --report map.html
 
-Outliers among the probes are left out and named. The model is chosen by cross-validation, by how
-well it predicts each probe from the others: a plane where it is not clearly worse, else a Gaussian
-process (a smooth random bending on top of bow and twist), unless a thin plate, or on a complete
-grid one that goes through every probe, predicts better. Sigma, at every place, counts the scatter
-of the probes and the bending of the panel between them. "residuals" is the distance of the probes
-from the surface; if it is much more than their stated sigma, sigma grows with it.
+Outliers among the probes are left out and named; up to 15 probes are judged one by one, and where
+a wild one cannot be told from a bend of the board, "why" says so. The model is a plane where
+scatter explains all that it misses, else a Gaussian process: bow and twist and a random bending,
+averaged over rough and smooth kinds and many lengths by how well each explains the probes. Sigma,
+at every place, counts the scatter of the probes, the bending between them, and what those kinds
+disagree in. Stated scatter is believed: what the probes miss more is bending, and widens sigma.
 
 Places between the probes but far from all of them are "filled", places outside of their hull
 "extrapolated", at most --max-extrapolation-mm far; pictures hatch both. Missing probes of a grid
 stay missing. The sigma of a probe is that of its file, else --sigma-um: probe one place ten times
-to measure it. Several files are one panel, in the same coordinates.
+to measure it. Without either 5 um are assumed, and corrected by what the probes miss. Several files
+are one panel, in the same coordinates.
 
 --zones names the parts of the table that have a surface of their own, clamps and cut-outs, and the
 border of the panel (docs/formats/zones.md). --voids-of names the program that was drilled or routed

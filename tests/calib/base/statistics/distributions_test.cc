@@ -55,6 +55,13 @@ TEST(DriftDistributions, RatioOverManyIsChiSquare) {
   }
 }
 
+TEST(DriftDistributions, RatioOverInfinitelyManyIsChiSquareToTheLastDigit) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  for (const double value : {1.0, 9.0, 300.0}) {
+    EXPECT_EQ(variance_ratio_exceedance(value / 9, 9, kInfinite), chi_square_exceedance(value, 9));
+  }
+}
+
 TEST(DriftDistributions, TailsOfTheRatioMirrorEachOther) {
   for (const double ratio : {0.01, 0.3, 1.0, 2.5, 40.0}) {
     EXPECT_NEAR(

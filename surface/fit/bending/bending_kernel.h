@@ -13,6 +13,7 @@ enum class BendingKernel : std::uint8_t {
   Matern32,   ///< slopes are continuous
   Matern52,   ///< curvatures are continuous
   Gaussian,   ///< endlessly smooth
+  Matern12,   ///< heights are continuous, slopes jump: steps and rough boards
 };
 
 /// The covariance for strength 1 at a distance in units of the length.
@@ -34,6 +35,8 @@ inline double bending_covariance(BendingKernel kernel, double r) {
     }
     case BendingKernel::Gaussian:
       return std::exp(-0.5 * r * r);
+    case BendingKernel::Matern12:
+      return std::exp(-r);
   }
   return 0;
 }

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "calib/base/statistics/linear_algebra.h"
-#include "surface/fit/bending_kernel.h"
-#include "surface/fit/probe_point.h"
+#include "surface/fit/bending/bending_kernel.h"
 #include <Eigen/Core>
 
 // Not installed: part of surface/fit/fit.h.
@@ -23,9 +22,7 @@ struct Readings {
   Eigen::Matrix2Xd places;
   Eigen::VectorXd heights_mm;
   Eigen::VectorXd sigmas_mm;
-
-  /// Precondition: points is not empty, all numbers are finite
-  static Readings of(std::span<const ProbePoint> points);
+  bool is_scatter_stated = true;  ///< of all of them; else how much they scatter is learned
 };
 
 /// The trend over the whole panel: (1, x, y) or, with bow and twist, (1, x, y, x^2, x y, y^2).
@@ -59,6 +56,7 @@ class BendingLikelihood {
   /// clearly, by more than how little the probes stand off two rows.
   static std::optional<BendingLikelihood> of(const Readings& readings, Eigen::Index n_trend);
 
+  Eigen::Index n_readings() const { return weights_per_mm_.size(); }
   Eigen::Index n_contrasts() const { return contrasts_.cols(); }
   /// Q2 of W trend = Q1 R, W = diag(1 / sigma)
   const Eigen::MatrixXd& contrasts() const { return contrasts_; }
@@ -67,6 +65,15 @@ class BendingLikelihood {
   /// R^-1
   const Eigen::MatrixXd& trend_root() const { return trend_root_; }
 
+  /// The lengths to try, falling by a factor from the size of the panel.
+  ///
+  /// In     shortest_by_spacing: the shortest by the readings' mean spacing
+  std::vector<double> lengths(double factor, double shortest_by_spacing) const;
+  /// True if the stated scatter explains what the readings miss of the trend by itself: by chance
+  /// more than one in 1000 of straight surfaces would miss as much.
+  bool is_trend_enough() const;
+  /// The likeliest noise factor of the trend by itself, stated scatter or not.
+  double noise_factor_of_trend() const;
   /// Covariance of the readings' bendings for strength 1.
   Eigen::MatrixXd covariance(BendingKernel kernel, double length) const;
   /// Q2^T W C W Q2, by the few reflections that Q is made of: O(n^2).
@@ -76,14 +83,25 @@ class BendingLikelihood {
   double noise_factor(double chi_square) const;
   /// The best strength for a kernel and a length, perhaps 0.
   Bending best_strength(BendingKernel kernel, double length) const;
+  /// The mean strength for a kernel and a length, its minus_2_log_likelihood that of all strengths
+  /// together.
+  ///
+  /// Before, any mean variance of the contrasts' bendings from 1/100 of their scatter to 100 times
+  /// their mean square is as likely on a logarithmic scale. The mean of the strength, rather than
+  /// the best, holds as a variance: how much a board bends that few readings have seen is not
+  /// known.
+  ///
+  /// In     share: of the likelihood that counts, see kEvidenceShare of
+  /// surface/fit/bending/bending_average.h
+  Bending mean_strength(BendingKernel kernel, double length, double share) const;
   /// The best kernel and length as well, between the readings' spacing and the size of the panel.
   Bending best_of(std::span<const BendingKernel> kernels) const;
 
  private:
   BendingLikelihood() = default;
-  /// The lengths that are tried at first, falling.
-  std::vector<double> lengths() const;
   Bending refined(std::span<const Bending> tried) const;
+  struct Tridiagonal;
+  Tridiagonal tridiagonal(BendingKernel kernel, double length) const;
 
   Eigen::MatrixXd distances_;       ///< of the readings' places; only the lower half
   Eigen::VectorXd weights_per_mm_;  ///< 1 / sigma
@@ -92,6 +110,7 @@ class BendingLikelihood {
   Eigen::MatrixXd trend_root_;
   Eigen::MatrixXd trend_of_heights_;
   Eigen::VectorXd z_;  ///< Q2^T W height
+  bool is_scatter_stated_ = true;
 };
 
 }  // namespace panelcal::internal

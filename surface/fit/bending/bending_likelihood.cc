@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "surface/fit/bending_likelihood.h"
+#include "surface/fit/bending/bending_likelihood.h"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +7,8 @@
 #include <iterator>
 #include <utility>
 #include <vector>
+
+#include "calib/base/statistics/chi_square.h"
 
 namespace panelcal::internal {
 namespace {
@@ -25,6 +27,10 @@ constexpr Index kPlane = 3;
 /// Strongest bending by the noise: beyond it rounding is as large as the noise.
 constexpr double kWeakest = 1e-4;
 constexpr double kStrongest = 1e12;
+/// Mean variance of the bendings by the scatter, and the most by the contrasts' mean square.
+constexpr double kLeastByScatter = 0.01;
+constexpr double kMostByScatter = 100;
+constexpr double kVarianceStep = 2;
 /// Between two strengths that are tried, and between two lengths.
 constexpr double kStrengthStep = 3;
 constexpr double kLengthStep = 1.4142135623730951;
@@ -79,11 +85,22 @@ double noise_variance(double chi_square, Index n_contrasts) {
   return (chi_square + kPrior) / (static_cast<double>(n_contrasts) + kPrior);
 }
 
+bool is_determined(const MatrixXd& trend, double threshold) {
+  return internal::has_full_column_rank(trend, threshold);
+}
+
+bool is_better(const Bending& a, const Bending& b) {
+  return a.minus_2_log_likelihood < b.minus_2_log_likelihood;
+}
+
+}  // namespace
+
 /// Contrasts z ~ N(0, k^2 (1 + s T)) with T tridiagonal.
-struct Tridiagonal {
+struct BendingLikelihood::Tridiagonal {
   VectorXd diagonal;
   VectorXd beside;
   VectorXd z;
+  bool is_scatter_stated = true;
 
   /// Noise factor and likelihood of a strength, by Cholesky's decomposition of 1 + s T.
   Bending at(double strength) const {
@@ -98,6 +115,10 @@ struct Tridiagonal {
       log_determinant += std::log(pivot);
       chi_square += carried * carried / pivot;
     }
+    if (is_scatter_stated) {
+      out.minus_2_log_likelihood = log_determinant + chi_square;
+      return out;
+    }
     const double variance = noise_variance(chi_square, z.size());
     out.noise_factor = std::sqrt(variance);
     out.minus_2_log_likelihood =
@@ -106,39 +127,6 @@ struct Tridiagonal {
     return out;
   }
 };
-
-bool is_determined(const MatrixXd& trend, double threshold) {
-  return internal::has_full_column_rank(trend, threshold);
-}
-
-bool is_better(const Bending& a, const Bending& b) {
-  return a.minus_2_log_likelihood < b.minus_2_log_likelihood;
-}
-
-}  // namespace
-
-Readings Readings::of(std::span<const ProbePoint> points) {
-  Readings out;
-  const auto n = static_cast<Index>(points.size());
-  out.places.resize(2, n);
-  out.heights_mm.resize(n);
-  out.sigmas_mm.resize(n);
-  for (Index i = 0; i < n; ++i) {
-    const ProbePoint& point = points[static_cast<std::size_t>(i)];
-    out.places.col(i) = point.place.in_mm();
-    out.heights_mm[i] = point.measured.height.in_mm();
-    out.sigmas_mm[i] = point.measured.sigma.in_mm();
-  }
-  const Eigen::Vector2d low_mm = out.places.rowwise().minCoeff();
-  const Eigen::Vector2d high_mm = out.places.rowwise().maxCoeff();
-  out.center_mm = 0.5 * (low_mm + high_mm);
-  const double half_diagonal_mm = 0.5 * (high_mm - low_mm).norm();
-  if (half_diagonal_mm > 0) out.scale_mm = half_diagonal_mm;
-  out.places = (out.places.colwise() - out.center_mm).eval() / out.scale_mm;
-  out.mean_mm = out.heights_mm.mean();
-  out.heights_mm.array() -= out.mean_mm;
-  return out;
-}
 
 Trend trend_at(const Eigen::Vector2d& place, Index n_trend) {
   const double x = place.x(), y = place.y();
@@ -158,6 +146,7 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
     }
   }
   out.weights_per_mm_ = readings.sigmas_mm.cwiseInverse();
+  out.is_scatter_stated_ = readings.is_scatter_stated;
   MatrixXd trend(n, n_trend);
   for (Index i = 0; i < n; ++i) {
     trend.row(i) = trend_at(readings.places.col(i), n_trend).transpose();
@@ -196,18 +185,62 @@ MatrixXd BendingLikelihood::contrast_covariance(const MatrixXd& covariance) cons
 }
 
 double BendingLikelihood::noise_factor(double chi_square) const {
-  return std::sqrt(noise_variance(chi_square, n_contrasts()));
+  return is_scatter_stated_ ? 1 : std::sqrt(noise_variance(chi_square, n_contrasts()));
+}
+
+BendingLikelihood::Tridiagonal BendingLikelihood::tridiagonal(BendingKernel kernel,
+                                                              double length) const {
+  if (kernel == BendingKernel::None || n_contrasts() < 2) {
+    return {VectorXd::Zero(n_contrasts()),
+            VectorXd::Zero(std::max<Index>(0, n_contrasts() - 1)),
+            z_,
+            is_scatter_stated_};
+  }
+  TridiagonalForm form = tridiagonal_form(contrast_covariance(covariance(kernel, length)), z_);
+  return {
+      std::move(form.diagonal), std::move(form.beside), std::move(form.turned), is_scatter_stated_};
+}
+
+Bending BendingLikelihood::mean_strength(BendingKernel kernel, double length, double share) const {
+  const Tridiagonal contrasts = tridiagonal(kernel, length);
+  Bending out = contrasts.at(0);
+  out.kernel = kernel;
+  out.length = length;
+  const auto n = static_cast<double>(n_contrasts());
+  const double per_strength = n > 0 ? contrasts.diagonal.sum() / n : 0;
+  if (!(per_strength > 0)) return out;
+  const double most = kMostByScatter * std::max(1.0, z_.squaredNorm() / n);
+  std::vector<Bending> tried;
+  for (double v = kLeastByScatter; v <= most; v *= kVarianceStep) {
+    tried.push_back(contrasts.at(v / per_strength));
+  }
+  const double least = std::ranges::min_element(tried, is_better)->minus_2_log_likelihood;
+  double sum = 0, strengths = 0;
+  for (const Bending& one : tried) {
+    const double weight = std::exp(-0.5 * share * (one.minus_2_log_likelihood - least));
+    sum += weight;
+    strengths += weight * one.strength_mm2;
+  }
+  out.strength_mm2 = strengths / sum;
+  out.noise_factor = contrasts.at(out.strength_mm2).noise_factor;
+  out.minus_2_log_likelihood =
+      least - 2 / share * std::log(sum / static_cast<double>(tried.size()));
+  return out;
+}
+
+bool BendingLikelihood::is_trend_enough() const {
+  constexpr double kLeastChance = 1e-3;
+  if (n_contrasts() == 0) return true;
+  return chi_square_exceedance(z_.squaredNorm(), static_cast<int>(n_contrasts())) >= kLeastChance;
+}
+
+double BendingLikelihood::noise_factor_of_trend() const {
+  return std::sqrt(noise_variance(z_.squaredNorm(), n_contrasts()));
 }
 
 Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) const {
-  Tridiagonal contrasts{
-      VectorXd::Zero(n_contrasts()), VectorXd::Zero(std::max<Index>(0, n_contrasts() - 1)), z_};
-  double largest = 0;
-  if (kernel != BendingKernel::None && n_contrasts() > 1) {
-    TridiagonalForm form = tridiagonal_form(contrast_covariance(covariance(kernel, length)), z_);
-    contrasts = {std::move(form.diagonal), std::move(form.beside), std::move(form.turned)};
-    largest = contrasts.diagonal.maxCoeff();
-  }
+  const Tridiagonal contrasts = tridiagonal(kernel, length);
+  const double largest = n_contrasts() > 1 ? contrasts.diagonal.maxCoeff() : 0;
   Bending best = contrasts.at(0);
   if (largest > 0) {
     double best_log = 0;
@@ -234,11 +267,11 @@ Bending BendingLikelihood::best_strength(BendingKernel kernel, double length) co
   return best;
 }
 
-std::vector<double> BendingLikelihood::lengths() const {
+std::vector<double> BendingLikelihood::lengths(double factor, double shortest_by_spacing) const {
   const double spacing = kLongest / std::sqrt(static_cast<double>(distances_.rows()));
-  const double shortest = std::min(1.0, kShortestBySpacing * spacing);
+  const double shortest = std::min(1.0, shortest_by_spacing * spacing);
   std::vector<double> out;
-  for (double length = kLongest; length >= shortest; length /= kLengthStep) out.push_back(length);
+  for (double length = kLongest; length >= shortest; length /= factor) out.push_back(length);
   return out;
 }
 
@@ -282,7 +315,8 @@ Bending BendingLikelihood::best_of(std::span<const BendingKernel> kernels) const
     // A surface that does not bend, or bends like a thin plate, has no length of its own.
     const bool has_length = kernel != BendingKernel::None && kernel != BendingKernel::ThinPlate;
     tried.emplace_back();
-    for (const double length : has_length ? lengths() : std::vector<double>{1}) {
+    for (const double length :
+         has_length ? lengths(kLengthStep, kShortestBySpacing) : std::vector<double>{1}) {
       tried.back().push_back(best_strength(kernel, length));
       if (is_better(tried.back().back(), best)) best = tried.back().back();
     }
