@@ -17,10 +17,7 @@ Expected<Recording> synthesize(const SynthOptions& options,
                                DiagnosticLog& log) {
   if (options.seed && config.sim) config.sim->seed = *options.seed;
   PANELCAL_TRY(const SimMachine machine, SimMachine::create(config, program));
-  PANELCAL_TRY(Recording recording, record_pictures(program, config, machine, options.output, log));
-  PANELCAL_CHECK(
-      write_truth_json(std::filesystem::path(options.output) / "truth.json", machine.truth()));
-  return recording;
+  return record_pictures(program, config, machine, options.output, log);
 }
 
 Expected<SampleSet> synthesize_samples(const SynthOptions& options, MachineConfig config) {

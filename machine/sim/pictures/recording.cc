@@ -3,12 +3,14 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "calib/base/files/atomic_file.h"
 #include "machine/devices/table_stage.h"
 #include "machine/look/view_taker.h"
 #include "machine/look/vision_procedure.h"
 #include "machine/sim/pictures/synth_folder.h"
+#include "machine/sim/truth.h"
 #include "vision/picture/files/image_io.h"
 #include <fmt/format.h>
 
@@ -78,7 +80,11 @@ Expected<Recording> record_pictures(const Program& program,
   Recording recording;
   recording.survey = survey(program, config.walk, source, log);
   recording.rows = source.take_rows();
+  PANELCAL_CHECK(write_truth_json(folder / "truth.json", machine.truth()));
   PANELCAL_CHECK(write_file(folder / "images.csv", format_images_csv(recording.rows)));
+  std::vector<std::string> names = {"images.csv", "truth.json"};
+  for (const PictureRow& row : recording.rows) names.push_back(row.file);
+  PANELCAL_CHECK(internal::finish_synth_folder(folder, std::move(names)));
   return recording;
 }
 

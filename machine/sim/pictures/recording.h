@@ -27,12 +27,13 @@ struct Recording {
 /// place plus the calibrated spindle-camera offset, since that is all a real machine could record.
 /// With exact calibrations, and without a [table], it is where the axis really stood.
 ///
-/// images.csv is written last, and what an earlier recording left is removed first: a folder that
-/// has it is complete. Whatever the survey finds fault with goes into the log; the pictures are
-/// kept all the same.
+/// Writes truth.json too, then images.csv (a folder that has it is complete), and at the end
+/// synth.sha256 with the digest of every file: a later recording removes what is as it was written,
+/// and nothing else. Whatever the survey finds fault with goes into the log; the pictures are kept
+/// all the same.
 ///
 /// In     folder: made if it does not exist
-/// Fails  device-write; usage (the folder holds pictures of someone else)
+/// Fails  device-write; usage (the folder holds pictures that no recording wrote)
 Expected<Recording> record_pictures(const Program& program,
                                     const MachineConfig& config,
                                     const SimMachine& machine,

@@ -202,6 +202,9 @@ Expected<SampleSet> write_samples(const SampleRenderer& renderer,
     set.pictures.push_back(std::move(sample.truth));
   }
   PANELCAL_CHECK(write_file(folder / "truth.json", sample_truth_text(set)));
+  std::vector<std::string> names = {"truth.json"};
+  for (const SampleTruth& picture : set.pictures) names.push_back(picture.file);
+  PANELCAL_CHECK(internal::finish_synth_folder(folder, std::move(names)));
   return set;
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/sim/pictures/synth_folder.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -11,10 +13,8 @@
 #include <vector>
 
 #include "calib/base/files/atomic_file.h"
-#include "calib/base/json/strict_json.h"
-#include "machine/sim/truth.h"
-#include "vision/picture/files/folder.h"
-#include <nlohmann/json.hpp>
+#include "calib/base/files/digest.h"
+#include <fmt/format.h>
 
 namespace panelcal::internal {
 namespace {
@@ -24,6 +24,9 @@ namespace fs = std::filesystem;
 constexpr std::string_view kTruth = "truth.json";
 constexpr std::string_view kList = "images.csv";
 constexpr std::size_t kLeastDigits = 4;
+constexpr std::size_t kDigestChars = 64;
+constexpr std::size_t kMaxManifestBytes = std::size_t{1} << 28;
+constexpr std::size_t kMaxSynthFileBytes = std::size_t{1} << 30;
 
 std::size_t count_digits(std::string_view text) {
   const std::size_t end = text.find_first_not_of("0123456789");
@@ -47,49 +50,36 @@ bool is_numbered_picture(std::string_view name) {
   return name == ".png";
 }
 
-/// A member of an object that is a text; empty if there is none.
-std::string json_text_at(const nlohmann::json& value, const char* key) {
-  const auto at = value.is_object() ? value.find(key) : value.end();
-  const bool is_text = value.is_object() && at != value.end() && at->is_string();
-  return is_text ? at->get<std::string>() : std::string();
+/// "DIGEST  NAME", a line of a manifest.
+struct ManifestLine {
+  std::string_view digest;
+  std::string_view name;
+};
+
+std::optional<ManifestLine> parse_line(std::string_view line) {
+  constexpr std::string_view kGap = "  ";
+  if (line.size() <= kDigestChars || line.substr(kDigestChars, kGap.size()) != kGap) {
+    return std::nullopt;
+  }
+  return ManifestLine{line.substr(0, kDigestChars), line.substr(kDigestChars + kGap.size())};
 }
 
-std::vector<std::string> pictures_of_samples(const nlohmann::json& truth) {
-  std::vector<std::string> names;
-  const auto pictures = truth.find("pictures");
-  if (pictures == truth.end() || !pictures->is_array()) return names;
-  for (const nlohmann::json& picture : *pictures) names.push_back(json_text_at(picture, "file"));
-  return names;
+bool is_of_synth(std::string_view name) {
+  return name == kTruth || name == kList || is_numbered_picture(name);
 }
 
-std::vector<std::string> pictures_of_list(const fs::path& folder) {
-  std::vector<std::string> names;
-  const auto list = read_picture_folder(folder);
-  if (!list) return names;
-  for (const PictureRow& row : list->rows) names.push_back(row.file);
-  return names;
-}
-
-/// Names of what an earlier synth made. Only its truth.json tells: cameras write images.csv too.
+/// Names of what an earlier synth wrote and is there unchanged.
 std::set<std::string, std::less<>> made_by_synth(const fs::path& folder) {
   std::set<std::string, std::less<>> made;
-  const auto text = read_file(folder / kTruth, kMaxTruthBytes);
+  const auto text = read_file(folder / kSynthManifest, kMaxManifestBytes);
   if (!text) return made;
-  const auto truth = parse_strict_json(*text, std::string(kTruth));
-  if (!truth) return made;
-  const std::string kind = json_text_at(*truth, "kind");
-  std::vector<std::string> pictures;
-  if (kind == "sample-truth") {
-    pictures = pictures_of_samples(*truth);
-  } else if (kind == "truth") {
-    pictures = pictures_of_list(folder);
-    made.emplace(kList);
-  } else {
-    return made;
-  }
-  made.emplace(kTruth);
-  for (std::string& name : pictures) {
-    if (is_numbered_picture(name)) made.insert(std::move(name));
+  for (std::string_view rest = *text; !rest.empty();) {
+    const std::size_t end = std::min(rest.find('\n'), rest.size());
+    const auto line = parse_line(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    if (!line || !is_of_synth(line->name)) continue;
+    const auto bytes = read_file(folder / line->name, kMaxSynthFileBytes);
+    if (bytes && sha256(*bytes) == line->digest) made.emplace(line->name);
   }
   return made;
 }
@@ -113,21 +103,33 @@ Expected<void> prepare_synth_folder(const fs::path& folder) {
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
-    const bool would_mix = name == kTruth || name == kList || is_numbered_picture(name);
-    if (would_mix && !made.contains(name)) foreign.insert(name);
+    if (is_of_synth(name) && !made.contains(name)) foreign.insert(name);
   }
   if (error) return failure(cannot(folder, error));
   if (!foreign.empty()) {
     return failure({Code::Usage,
                     {folder.string(), 0, 0},
-                    quoted(*foreign.begin()) + " in it was not written by a finished synth",
+                    quoted(*foreign.begin()) + " in it is not as a finished synth wrote it",
                     "a folder without pictures, or one that synth wrote"});
   }
-  for (const std::string& name : made) {
+  std::vector<std::string> removed(made.begin(), made.end());
+  // Last, so that one that is interrupted here still knows its own.
+  removed.emplace_back(kSynthManifest);
+  for (const std::string& name : removed) {
     fs::remove(folder / name, error);
     if (error) return failure(cannot(folder, error));
   }
   return {};
+}
+
+Expected<void> finish_synth_folder(const fs::path& folder, std::vector<std::string> names) {
+  std::ranges::sort(names);
+  std::string text;
+  for (const std::string& name : names) {
+    PANELCAL_TRY(const std::string bytes, read_file(folder / name, kMaxSynthFileBytes));
+    text += fmt::format("{}  {}\n", sha256(bytes), name);
+  }
+  return write_file(folder / kSynthManifest, text);
 }
 
 }  // namespace panelcal::internal

@@ -41,8 +41,6 @@ class PictureSourceTest : public ::testing::Test {
     ASSERT_TRUE(recording) << recording.error().text();
     ASSERT_FALSE(log.has_errors()) << test::all_text(log);
     recording_ = *std::move(recording);
-    // As `synth` does, so that the folder may be recorded into again.
-    ASSERT_TRUE(write_truth_json(pictures() / "truth.json", machine->truth()));
   }
   void SetUp() override { record(test::kSmallProgram); }
 

@@ -271,8 +271,8 @@ Without a program: pictures of one target each, at random places and angles, wit
 and neighbours of [sim]. Their truth.json (docs/formats/sample_truth.md) says what `panelcal locate`
 should find in them.
 
-The lists of an earlier synth in the folder, and the pictures that they name, are removed. A folder
-with other numbered pictures or lists is refused.
+What an earlier synth wrote into the folder, by the digests in its synth.sha256, is removed. A folder
+with numbered pictures or lists that are not as synth wrote them is refused.
 
 Exit codes
   0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)"},
