@@ -76,6 +76,11 @@ Expected<void> ForecastLimits::validate() const {
         invalid_forecast(fmt::format("the horizon of a forecast is {} s", horizon.in_s()),
                          "above 0 and up to ten years"));
   }
+  if (!(trusted.in_s() > 0 && trusted.in_s() <= kLongest_s)) {
+    return failure(
+        invalid_forecast(fmt::format("a calibration is trusted for {} s", trusted.in_s()),
+                         "above 0 and up to ten years"));
+  }
   if (temperature_c && !std::isfinite(*temperature_c)) {
     return failure(
         invalid_forecast("the temperature of a forecast is not finite", "degrees Celsius"));
@@ -135,6 +140,41 @@ Expected<DrillForecast> may_drill(const DriftModel& model,
   return out;
 }
 
+void limit_to_trust(const DriftModel& model,
+                    const ForecastLimits& limits,
+                    DrillForecast& forecast) {
+  if (!model.last()) return;
+  forecast.last_measured = *model.last();
+  const bool may_be_used =
+      forecast.answer == DrillAnswer::Until || forecast.answer == DrillAnswer::BeyondHorizon;
+  if (!may_be_used) return;
+  const auto end = *model.last() + std::chrono::seconds(std::llround(limits.trusted.in_s()));
+  const auto until = forecast.answer == DrillAnswer::Until
+                         ? forecast.until
+                         : forecast.now + std::chrono::seconds(std::llround(limits.horizon.in_s()));
+  if (until <= end) return;
+  forecast.is_limited_by_trust = true;
+  forecast.until = end;
+  forecast.answer = end > forecast.now ? DrillAnswer::Until : DrillAnswer::No;
+}
+
+namespace {
+
+/// "", or since when nothing was measured, and what that means.
+std::string trust_words(const DrillForecast& forecast, const ForecastLimits& limits) {
+  if (!forecast.last_measured) return {};
+  constexpr double kDay_s = 86400;
+  const bool is_over = forecast.answer == DrillAnswer::No && forecast.is_limited_by_trust;
+  return fmt::format(
+      "; it was last measured {} and {} trusted for {:.4g} days after that "
+      "([nightly.drift] trusted_days)",
+      iso_8601(*forecast.last_measured),
+      is_over ? "was" : "is",
+      limits.trusted.in_s() / kDay_s);
+}
+
+}  // namespace
+
 std::string words_of(const DrillForecast& forecast,
                      const ForecastLimits& limits,
                      const std::string& unit) {
@@ -147,16 +187,22 @@ std::string words_of(const DrillForecast& forecast,
       amount(size_of(forecast.error), unit),
       bound,
       forecast.chance_now);
+  const std::string trust = trust_words(forecast, limits);
   switch (forecast.answer) {
     case DrillAnswer::Until:
-      return fmt::format("yes, until {}: now {}; then it is {:.2g}",
+      if (forecast.is_limited_by_trust) {
+        return fmt::format("yes, until {}: now {}{}", iso_8601(forecast.until), now, trust);
+      }
+      return fmt::format("yes, until {}: now {}; then it is {:.2g}{}",
                          iso_8601(forecast.until),
                          now,
-                         limits.probability);
+                         limits.probability,
+                         trust);
     case DrillAnswer::BeyondHorizon:
-      return fmt::format("yes, for {:.0f} days and more: {}", limits.horizon.in_s() / 86400, now);
+      return fmt::format(
+          "yes, for {:.0f} days and more: {}{}", limits.horizon.in_s() / 86400, now, trust);
     default:
-      return fmt::format("no: {}, limit {:.2g}", now, limits.probability);
+      return fmt::format("no: {}, limit {:.2g}{}", now, limits.probability, trust);
   }
 }
 

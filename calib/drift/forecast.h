@@ -19,7 +19,10 @@ struct ForecastLimits {
   double tolerance = 0.010;
   double probability = 0.001;            ///< with which the error may be larger
   Time horizon = seconds(30 * 86400.0);  ///< beyond which nothing is said
-  std::optional<double> temperature_c;   ///< expected; a noted one makes the forecast surer
+  /// The time for which the one in force may be used after the last night that measured it, if no
+  /// later night does: a forecast of old nights does not know what has blinded the camera.
+  Time trusted = seconds(7 * 86400.0);
+  std::optional<double> temperature_c;  ///< expected; a noted one makes the forecast surer
 
   /// Fails  calibration-invalid: the message names field, value and bound
   Expected<void> validate() const;
@@ -40,6 +43,10 @@ struct DrillForecast {
   Eigen::MatrixXd cov;    ///< of that
   std::chrono::sys_seconds now{};
   std::chrono::sys_seconds until{};  ///< for Until: to the minute, rounded down
+  /// Of the last night that measured; only where limit_to_trust was asked.
+  std::optional<std::chrono::sys_seconds> last_measured;
+  bool is_limited_by_trust =
+      false;  ///< the answer and `until` are those of ForecastLimits::trusted
 };
 
 /// The chance that the length of (value predicted - center) exceeds a radius; of more than two axes
@@ -60,6 +67,10 @@ Expected<DrillForecast> may_drill(const DriftModel& model,
                                   const Eigen::VectorXd& in_force,
                                   std::chrono::sys_seconds now,
                                   const ForecastLimits& limits);
+
+/// Of a night that measured nothing it can keep: cuts the forecast off where the last one that did
+/// is no longer trusted. A model without nights has no forecast to cut off.
+void limit_to_trust(const DriftModel& model, const ForecastLimits& limits, DrillForecast& forecast);
 
 /// "yes, until 2026-11-24T03:10:00Z: ..." or why not; `unit` is the series'.
 std::string words_of(const DrillForecast& forecast,

@@ -158,6 +158,7 @@ Expected<bool> may_keep(const DriftModel& model,
   const std::chrono::sys_seconds now =
       model.last() ? std::max(result.point.time, *model.last()) : result.point.time;
   PANELCAL_TRY(decision.old, may_drill(model, *in_force, now, old));
+  limit_to_trust(model, old, *decision.old);
   std::string reason = "the one in force: " + words_of(*decision.old, old, history.unit);
   if (decision.old->answer == DrillAnswer::Until) reason += "; that is before the next night";
   decision.reasons.push_back(std::move(reason));

@@ -113,6 +113,7 @@ Expected<void> fill_forecast(const DriftModel& model,
   const std::chrono::sys_seconds now =
       model.last() ? std::max(tonight.time, *model.last()) : tonight.time;
   PANELCAL_TRY(step.forecast, may_drill(model, *in_force, now, config.limits.old));
+  if (tonight.is_left_out) limit_to_trust(model, config.limits.old, *step.forecast);
   step.forecast_text = words_of(*step.forecast, config.limits.old, unit);
   return {};
 }

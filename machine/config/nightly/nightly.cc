@@ -41,7 +41,7 @@ constexpr std::array<std::string_view, 7> kNightGateKeys = {"change_um",
                                                             "sigma_um",
                                                             "structure_chance",
                                                             "temperature_c"};
-constexpr std::array<std::string_view, 11> kDriftKeys = {"drift_um",
+constexpr std::array<std::string_view, 12> kDriftKeys = {"drift_um",
                                                          "expected_c",
                                                          "horizon_days",
                                                          "min_nights",
@@ -51,7 +51,8 @@ constexpr std::array<std::string_view, 11> kDriftKeys = {"drift_um",
                                                          "probability",
                                                          "reference_c",
                                                          "repeatability_um",
-                                                         "tolerance_um"};
+                                                         "tolerance_um",
+                                                         "trusted_days"};
 constexpr std::array<std::string_view, 1> kFocusKeys = {"tolerance_um"};
 constexpr std::array<std::string_view, 2> kLightKeys = {"levels", "range"};
 constexpr std::array<std::string_view, 3> kSettleKeys = {"limit_um", "longest_s", "tolerance_s"};
@@ -191,6 +192,9 @@ Expected<void> read_drift(const TomlTable& nightly, NightlyConfig& config) {
   PANELCAL_TRY(const double days,
                table->number_or("horizon_days", {1, 1000}, old.horizon.in_s() / kDay_s));
   old.horizon = seconds(days * kDay_s);
+  PANELCAL_TRY(const double trusted_days,
+               table->number_or("trusted_days", {1, 1000}, old.trusted.in_s() / kDay_s));
+  old.trusted = seconds(trusted_days * kDay_s);
   PANELCAL_TRY(old.temperature_c, table->number("expected_c", kTemperature_c));
   DriftOptions& drift = config.drift;
   PANELCAL_CHECK(read_um_in_mm(*table, "drift_um", drift.priors.drift));

@@ -5,6 +5,7 @@
 #include <functional>
 #include <ostream>
 
+#include "calib/base/clock.h"
 #include <gmock/gmock.h>
 
 #include "tests/calib/drift/simulated_nights.h"
@@ -141,6 +142,31 @@ TEST(NightGates, HoldWhereTheOldOneHasDriftedAway) {
   const NightDecision decision = machine.decide();
   EXPECT_EQ(decision.verdict, NightVerdict::Hold);
   EXPECT_THAT(decision.summary(), HasSubstr("the one in force: no"));
+}
+
+/// Nights that see nothing do not go on for ever: a forecast knows the drift, and not what blinds
+/// the camera.
+TEST(NightGates, TrustTheOldOneForSoManyDaysAndSaySo) {
+  Machine machine;
+  machine.limits.old.trusted = seconds(4.5 * 86400);
+  const auto last = machine.history.points.back().time;
+  machine.tonight.point.is_left_out = true;
+  for (int days = 1; days <= 6; ++days) {
+    machine.tonight.point.time = last + std::chrono::days(days);
+    const NightDecision decision = machine.decide();
+    const bool is_trusted = days <= 3;  // until the next night
+    EXPECT_EQ(decision.verdict, is_trusted ? NightVerdict::KeepOld : NightVerdict::Hold) << days;
+    EXPECT_THAT(decision.summary(), HasSubstr("it was last measured " + iso_8601(last)));
+    EXPECT_THAT(decision.summary(), HasSubstr("trusted for 4.5 days after that"));
+    const DrillAnswer answer = is_trusted  ? DrillAnswer::BeyondHorizon
+                               : days == 4 ? DrillAnswer::Until
+                                           : DrillAnswer::No;
+    ASSERT_TRUE(decision.old);
+    EXPECT_EQ(decision.old->answer, answer) << days;
+    if (days == 4) {
+      EXPECT_EQ(decision.old->until, last + std::chrono::hours(108));
+    }
+  }
 }
 
 TEST(NightGates, HoldWhereTheLastGoodNightIsLongAgo) {

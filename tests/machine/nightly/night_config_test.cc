@@ -58,6 +58,7 @@ temperature_c = [18, 26]
 tolerance_um = 12
 probability = 0.01
 horizon_days = 14
+trusted_days = 3
 expected_c = 22
 nights_per_false_alarm = 300
 moved_um = 5
@@ -103,6 +104,7 @@ file = "table.cal.json"
   EXPECT_DOUBLE_EQ(config.limits.old.tolerance, 0.012);
   EXPECT_EQ(config.limits.old.probability, 0.01);
   EXPECT_EQ(config.limits.old.horizon, seconds(14 * 86400.0));
+  EXPECT_EQ(config.limits.old.trusted, seconds(3 * 86400.0));
   EXPECT_EQ(config.limits.old.temperature_c, 22);
   EXPECT_EQ(config.watch.nights_per_false_alarm, 300);
   EXPECT_DOUBLE_EQ(*config.watch.moved, 0.005);
@@ -134,6 +136,7 @@ TEST(NightConfig, DefaultsAreThoseOfTheLibrary) {
   EXPECT_DOUBLE_EQ(config.limits.sigma, NightLimits{}.sigma);
   EXPECT_DOUBLE_EQ(config.limits.old.tolerance, ForecastLimits{}.tolerance);
   EXPECT_EQ(config.limits.old.horizon, ForecastLimits{}.horizon);
+  EXPECT_EQ(config.limits.old.trusted, ForecastLimits{}.trusted);
   EXPECT_DOUBLE_EQ(*config.watch.moved, *WatchOptions{}.moved);
   EXPECT_DOUBLE_EQ(config.drift.priors.drift, DriftPriors{}.drift);
   EXPECT_EQ(config.place.line, 1);

@@ -107,6 +107,31 @@ TEST_F(NightlyTest, ABadMeasurementKeepsTheOldOneWhileTheForecastLetsIt) {
   EXPECT_TRUE(record.steps[0].series.back().is_refused);
 }
 
+/// 0 of 9 holes, night after night.
+TEST_F(NightlyTest, ABlindCameraIsHeldWhenTheOldCalibrationIsNoLongerTrusted) {
+  nightly_.limits.old.tolerance = 1;  // a forecast that would go on for ever
+  learn(kEnough);
+  const auto last = now_ - std::chrono::days(1);
+  calibration_.machine.fails = {
+      Code::CalibrationRefused, {"machine.toml", 3, 1}, "0 of 9 holes were seen", "holes"};
+  for (int days = 1; days <= 9; ++days) {
+    const NightRecord record = run();
+    ASSERT_EQ(exit_code(record), 1) << record.verdict;
+    const NightStep& step = record.steps.at(0);
+    const bool is_trusted = days <= 6;  // of 7, with the day until the next night
+    EXPECT_EQ(record.may_drill, is_trusted) << days << ": " << record.verdict;
+    EXPECT_EQ(step.state, is_trusted ? NightState::KeptOld : NightState::Held) << days;
+    EXPECT_THAT(record.verdict, HasSubstr("0 of 9 holes were seen"));
+    EXPECT_THAT(record.verdict, HasSubstr("last measured " + iso_8601(last)));
+    if (is_trusted) {
+      EXPECT_EQ(record.drill_until, last + std::chrono::days(7)) << days;
+    }
+    next_night();
+  }
+  calibration_.machine.fails.reset();
+  EXPECT_TRUE(run().may_drill);
+}
+
 TEST_F(NightlyTest, ADirtyLensAndAWornDrillAreRefusedOnTheirNight) {
   learn(kEnough);
   const std::string before = in_force();
