@@ -37,7 +37,9 @@ constexpr std::array<Words, 18> kTargetTableKeys = {"angle_deg",
                                                     "width_mm",
                                                     "width_px"};
 constexpr std::array<Words, 1> kPlanned = {"algorithm"};
-constexpr Range kTargetLength{.low = 0, .low_is_open = true};
+/// Larger ones are no targets: drawing or looking for one takes time as its outline is long.
+constexpr Range kTargetLength_mm{.low = 0, .high = 1000, .low_is_open = true};
+constexpr Range kTargetLength_px{.low = 0, .high = 1e5, .low_is_open = true};
 constexpr std::string_view kShapeWords =
     "\"disc\", \"hole\", \"ring\", \"square\", \"diamond\", \"cross\", \"slot\", \"dots\", "
     "\"template\" or \"apriltag\"";
@@ -93,8 +95,8 @@ Expected<InUnits<double>> read_target_length(const TomlTable& table,
   const std::string key_mm = std::string(name) + "_mm";
   const std::string key_px = std::string(name) + "_px";
   InUnits<double> length;
-  PANELCAL_TRY(length.mm, table.number(key_mm, kTargetLength));
-  PANELCAL_TRY(length.px, table.number(key_px, kTargetLength));
+  PANELCAL_TRY(length.mm, table.number(key_mm, kTargetLength_mm));
+  PANELCAL_TRY(length.px, table.number(key_px, kTargetLength_px));
   if (!length.mm && !length.px) return length;
   const std::string& key = length.mm ? key_mm : key_px;
   if (target.shape != owner) {
@@ -114,8 +116,8 @@ Expected<InUnits<double>> read_target_length(const TomlTable& table,
 }
 
 Expected<void> read_sizes(const TomlTable& table, bool has_camera, Target& target) {
-  PANELCAL_TRY(const auto size_mm, table.number("size_mm", kTargetLength));
-  PANELCAL_TRY(const auto size_px, table.number("size_px", kTargetLength));
+  PANELCAL_TRY(const auto size_mm, table.number("size_mm", kTargetLength_mm));
+  PANELCAL_TRY(const auto size_px, table.number("size_px", kTargetLength_px));
   if (!size_mm && !size_px) {
     return failure(table.missing(
         "size_mm", fmt::format("{} (size_px without [camera])", size_words(target.shape))));

@@ -55,6 +55,18 @@ TEST(TargetConfig, TagsLieInAnyWay) {
   EXPECT_EQ(refusal(tag + "family = \"tag99\"\n"), "machine.toml:5:10: error[config-value]");
 }
 
+/// 9e18 mm kept the search for a hole busy for minutes.
+TEST(TargetConfig, LengthsHaveBounds) {
+  const std::string ring = "shape = \"ring\"\n";
+  EXPECT_EQ(refusal(ring + "size_px = 1e5\ninner_px = 9e4\n"), "accepted");
+  EXPECT_EQ(refusal(ring + "size_px = 1.001e5\n"), "machine.toml:4:11: error[config-value]");
+  EXPECT_EQ(refusal(ring + "size_mm = 1000.5\n"), "machine.toml:4:11: error[config-value]");
+  EXPECT_EQ(refusal(ring + "size_mm = 9e18\n"), "machine.toml:4:11: error[config-value]");
+  EXPECT_EQ(refusal(ring + "size_px = 0\n"), "machine.toml:4:11: error[config-value]");
+  EXPECT_EQ(refusal(ring + "size_px = 80\ninner_px = 1.001e5\n"),
+            "machine.toml:5:12: error[config-value]");
+}
+
 /// A template of 60 x 60 px with levels given by a function of the place from its middle.
 std::string template_refusal(const std::function<bool(double, double)>& is_mark,
                              std::string_view more = "") {
