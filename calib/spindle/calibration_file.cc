@@ -10,6 +10,7 @@
 
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
+#include "calib/base/json/noted_head.h"
 #include "calib/base/json/strict_json.h"
 #include "calib/camera/calibration/calibration_file.h"
 #include <Eigen/Core>
@@ -240,7 +241,7 @@ Expected<SpindleCalibration> parse_spindle_calibration(std::string_view text,
   constexpr std::array<std::string_view, 6> kKeys = {
       "kind", "version", "date", "provenance", "units", "offsets"};
   constexpr std::array<std::string_view, 1> kUnitKeys = {"length"};
-  PANELCAL_TRY(const nlohmann::json document, internal::parse_strict_json(text, file));
+  PANELCAL_TRY(const nlohmann::json document, internal::parse_calibration_json(text, file));
   PANELCAL_TRY(
       const StrictObject top,
       StrictObject::make(document, "the calibration", kKeys, Code::CalibrationInvalid, file));

@@ -8,6 +8,7 @@
 
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
+#include "calib/base/json/noted_head.h"
 #include "calib/base/json/strict_json.h"
 #include "calib/base/statistics/covariance_check.h"
 #include <Eigen/LU>
@@ -266,7 +267,7 @@ Expected<TableCalibration> parse_table_calibration(std::string_view text, const 
                                                       "sigma_mm",
                                                       "rms_mm",
                                                       "held_out_rms_mm"};
-  PANELCAL_TRY(const nlohmann::json document, internal::parse_strict_json(text, file));
+  PANELCAL_TRY(const nlohmann::json document, internal::parse_calibration_json(text, file));
   PANELCAL_TRY(
       const StrictObject top,
       StrictObject::make(document, "the calibration", kKeys, Code::CalibrationInvalid, file));

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
+#include "calib/base/json/noted_head.h"
 #include "calib/camera/calibration/calibration_file.h"
 #include <fmt/format.h>
 
@@ -136,14 +138,13 @@ Expected<std::string> text_in_force(const MachineConfig& config,
     PANELCAL_CHECK(add_entry(entry, result, all));
   }
   add_others(present, all);
-  return all.offsets.all().size() == 1 ? result : spindle_calibration_text(all);
+  if (all.offsets.all().size() == 1) return result;
+  const LedgerEntry& newest = *std::ranges::max_element(entries, {}, &LedgerEntry::id);
+  return internal::with_noted_head(spindle_calibration_text(all),
+                                   {internal::NotedHead::Use::Head, newest.id, newest.hash});
 }
 
 }  // namespace
-
-std::string machine_name(const MachineConfig& config) {
-  return config.name.empty() ? "machine" : config.name;
-}
 
 LedgerRecord record_of(LedgerKey key, const RecordWords& words) {
   LedgerRecord record;
@@ -171,6 +172,27 @@ Expected<LedgerDraft> draft_of(const MachineConfig& config,
 Expected<LedgerInput> input_of(const std::filesystem::path& file) {
   PANELCAL_TRY(const std::string bytes, read_file(file, kMaxCalibrationBytes));
   return LedgerInput{file.filename().string(), sha256(bytes), bytes.size()};
+}
+
+Expected<void> note_head(const Ledger& ledger, LedgerDraft& draft) {
+  constexpr std::array<LedgerKind, 4> kWithFile = {
+      LedgerKind::SpindleCamera, LedgerKind::Camera, LedgerKind::Table, LedgerKind::Surface};
+  if (std::ranges::find(kWithFile, draft.record.key.kind) == kWithFile.end()) return {};
+  PANELCAL_TRY(const LedgerHead head, ledger.head());
+  draft.result = internal::with_noted_head(
+      std::move(draft.result), {internal::NotedHead::Use::RecordedAfter, head.id, head.hash});
+  return {};
+}
+
+Expected<std::string> text_with_head(const MachineConfig& config, std::string text) {
+  std::error_code ignored;
+  if (config.ledger_file.empty() || !std::filesystem::exists(config.ledger_file, ignored)) {
+    return text;
+  }
+  PANELCAL_TRY(const Ledger ledger, Ledger::open_to_read(config.ledger_file));
+  PANELCAL_TRY(const LedgerHead head, ledger.head());
+  return internal::with_noted_head(std::move(text),
+                                   {internal::NotedHead::Use::Head, head.id, head.hash});
 }
 
 Expected<std::vector<LedgerEntry>> installed_entries(const Ledger& ledger, const LedgerKey& key) {

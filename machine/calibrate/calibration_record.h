@@ -13,6 +13,7 @@
 #include "calib/spindle/calibration_file.h"
 #include "machine/calibrate/spindle/camera_run.h"
 #include "machine/config/machine_config.h"
+#include "machine/config/machine_name.h"
 
 namespace panelcal {
 
@@ -25,9 +26,6 @@ struct RecordWords {
   std::string software;  ///< "panelcal 0.1.0"
   std::optional<double> temperature_degC = std::nullopt;
 };
-
-/// As the ledger calls it: "machine" for one without a name.
-std::string machine_name(const MachineConfig& config);
 
 /// A record that says who, when and why, of nothing yet.
 LedgerRecord record_of(LedgerKey key, const RecordWords& words);
@@ -44,6 +42,19 @@ Expected<LedgerDraft> draft_of(const MachineConfig& config,
 ///
 /// Fails  file-unreadable
 Expected<LedgerInput> input_of(const std::filesystem::path& file);
+
+/// Notes the ledger's head in a draft of a calibration that has a file: held against the ledger
+/// later, the file tells that entries were deleted. Drafts of other kinds stay as they are.
+///
+/// In     draft: of such a kind, with the file's text as its result
+/// Fails  what the ledger reports
+Expected<void> note_head(const Ledger& ledger, LedgerDraft& draft);
+
+/// A calibration's text that is in no ledger, for a file: with the head of the machine's ledger if
+/// there is one.
+///
+/// Fails  what the ledger reports
+Expected<std::string> text_with_head(const MachineConfig& config, std::string text);
 
 /// All of a key that were ever installed, in their order.
 Expected<std::vector<LedgerEntry>> installed_entries(const Ledger& ledger, const LedgerKey& key);

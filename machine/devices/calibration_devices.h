@@ -2,8 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <string_view>
 
+#include "calib/base/clock.h"
 #include "calib/base/expected.h"
 #include "calib/base/units.h"
 #include "machine/devices/camera.h"
@@ -17,6 +19,13 @@ namespace panelcal {
 /// Tells the operator something and returns when it is done; fails if no person is there to do it.
 using Prompt = std::function<Expected<void>(std::string_view)>;
 
+/// By whom and when rows of the coupon are taken, for the ledger.
+struct TakenBy {
+  Clock clock;  ///< on the wall; must be there where machine.toml names a ledger
+  std::string asked_by;
+  std::string software;
+};
+
 /// The devices of a calibration; see DeviceSet for their owner.
 struct CalibrationDevices {
   Stage& stage;
@@ -28,6 +37,7 @@ struct CalibrationDevices {
   /// A clock that never goes back, for what is timed; empty: nothing can be.
   std::function<Time()> now = {};
   ProbeSource* probe = nullptr;  ///< null: the machine cannot probe
+  TakenBy taken_by = {};
 };
 
 }  // namespace panelcal

@@ -106,11 +106,10 @@ Expected<OpenTargets> open_camera(const SourceChoice& choice,
   PANELCAL_TRY(std::unique_ptr<CameraViews> views, open_camera_views(machine, choice.camera));
   const CameraDevice& camera = views->camera();
   auto spindle = std::make_unique<CommandSpindle>(machine.stage.drill, machine.stage.limit);
-  PANELCAL_TRY(
-      OpenTargets open,
-      opened(LiveSource::create(
-                 machine, std::move(views), std::move(spindle), std::move(prompt), choice.observer),
-             "the camera " + camera.name()));
+  Expected<LiveSource> source = LiveSource::create(
+      machine, std::move(views), std::move(spindle), std::move(prompt), choice.observer);
+  if (source) source->set_taken_by(choice.taken_by);
+  PANELCAL_TRY(OpenTargets open, opened(std::move(source), "the camera " + camera.name()));
   // Lives as long as the source.
   open.remark = [&camera] {
     return camera.n_retaken() == 0 ? std::string()
@@ -138,7 +137,9 @@ Expected<OpenTargets> open_targets(const SourceChoice& choice,
   }
   if (!choice.camera.empty() && n_targets > 0) return open_camera(choice, machine, nominal);
   if (choice.machine_driver == "sim" && (n_targets > 0 || !machine.sim)) {
-    return opened(SimMachine::create(machine, nominal, choice.observer), words_of_sim(machine));
+    Expected<SimMachine> source = SimMachine::create(machine, nominal, choice.observer);
+    if (source) source->set_taken_by(choice.taken_by);
+    return opened(std::move(source), words_of_sim(machine));
   }
   if (n_targets == 0) return OpenTargets{std::make_shared<NoTargets>(), ""};
   return failure({Code::Usage,

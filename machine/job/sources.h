@@ -43,6 +43,7 @@ struct SourceChoice {
   Executor* executor = nullptr;  ///< looks at recorded pictures ahead; outlives the sources
   /// Gives the way to ask a person for something; called only if a person is needed.
   std::function<Expected<Prompt>()> prompt = {};
+  TakenBy taken_by = {};  ///< rows of the coupon, for the ledger
 };
 
 /// Opens the sources that were chosen.

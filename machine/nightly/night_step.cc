@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "calib/drift/amount.h"
+#include "machine/calibrate/calibration_record.h"
 #include "machine/nightly/night_outlook.h"
 #include "machine/nightly/night_quality.h"
 #include <fmt/format.h>
@@ -323,6 +324,7 @@ class Step {
     record.temperature_degC = words_.temperature_c;
     // If another one was installed since, tonight was judged against the wrong one.
     if (installs && history_.in_force) record.replaces = history_.in_force->id;
+    if (measurement != nullptr) PANELCAL_CHECK(note_head(ledger_, draft));
     PANELCAL_TRY(const int used_up, calibration_.used_up());
     LedgerDraft companion =
         companion_draft(record, context_.night, measurement, used_up, step_.state, step_.summary);

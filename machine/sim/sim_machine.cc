@@ -292,7 +292,9 @@ Expected<std::optional<CalibrationAnswer>> SimMachine::calibrate(const Calibrati
   // The map owns the coupon.
   const auto exact = std::shared_ptr<Stage>(std::shared_ptr<Stage>(), coupon);
   const auto stage = measuring_stage(simulated_stage(exact, sim_.table), table_);
-  PANELCAL_TRY(CalibrationAnswer answer, job_.calibrate(order, coupon->devices(*stage)));
+  CalibrationDevices devices = coupon->devices(*stage);
+  devices.taken_by = taken_by_;
+  PANELCAL_TRY(CalibrationAnswer answer, job_.calibrate(order, devices));
   return answer;
 }
 

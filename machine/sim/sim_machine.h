@@ -57,6 +57,9 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
     return procedure_.focus(request, *this);
   }
+  /// For the ledger, if calibrations take rows of the coupon.
+  void set_taken_by(TakenBy by) { taken_by_ = std::move(by); }
+
   /// Drills into a virtual coupon ([sim.coupon]) beside the panel, and looks at it.
   Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
 
@@ -102,6 +105,7 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   std::shared_ptr<const TableCorrection> table_;  ///< as calibrated; may be null
   SpindleCameraOffset true_offset_;
   JobCalibration job_;
+  TakenBy taken_by_;
   std::map<std::optional<double>, SimCoupon> coupons_;  ///< by zoom
   CameraMapping calibrated_camera_;
   Camera camera_;

@@ -46,8 +46,8 @@ Expected<DeviceSet> DeviceSet::simulated(const MachineConfig& config,
                                          std::chrono::sys_seconds now) {
   SimCouponOptions options = config.sim ? config.sim->coupon : SimCouponOptions{};
   if (config.coupon) {
-    PANELCAL_TRY(const int n_used, used_rows(*config.coupon));
-    Random nights = Random(options.seed).fork(static_cast<std::uint64_t>(n_used));
+    PANELCAL_TRY(const UsedRows used, used_rows(config));
+    Random nights = Random(options.seed).fork(static_cast<std::uint64_t>(used.count()));
     options.seed = static_cast<std::uint64_t>(nights.uniform() * 0x1p53);
     options.vision_tool = config.coupon->vision_tool;
   }

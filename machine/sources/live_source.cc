@@ -47,8 +47,16 @@ Expected<std::optional<CalibrationAnswer>> LiveSource::calibrate(const Calibrati
   request.settings.lamp = order.lamp;
   request.settings.zoom = order.zoom;
   PANELCAL_CHECK(views_->prepare(request, {}));
-  Expected<CalibrationAnswer> answer = job_.calibrate(
-      order, {views_->stage(), *spindle_, views_->camera(), views_->wait(), prompt_, {}});
+  Expected<CalibrationAnswer> answer = job_.calibrate(order,
+                                                      {views_->stage(),
+                                                       *spindle_,
+                                                       views_->camera(),
+                                                       views_->wait(),
+                                                       prompt_,
+                                                       {},
+                                                       {},
+                                                       nullptr,
+                                                       taken_by_});
   views_->forget_place();
   if (!answer) return failure(std::move(answer).error());
   views_->set_offset(job_.offset());

@@ -28,6 +28,9 @@ class LiveSource final : public MeasurementSource {
                                      Prompt prompt = {},
                                      PictureObserver observer = {});
 
+  /// For the ledger, if calibrations take rows of the coupon.
+  void set_taken_by(TakenBy by) { taken_by_ = std::move(by); }
+
   Expected<Measurement> measure(const MeasurementRequest& request) override;
   Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
     return procedure_.focus(request, *views_);
@@ -47,6 +50,7 @@ class LiveSource final : public MeasurementSource {
   std::unique_ptr<Spindle> spindle_;
   Prompt prompt_;
   JobCalibration job_;
+  TakenBy taken_by_;
 };
 
 }  // namespace panelcal

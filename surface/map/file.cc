@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "calib/base/files/atomic_file.h"
+#include "calib/base/json/noted_head.h"
 #include "calib/base/json/strict_json.h"
 #include "surface/map/file_surface.h"
 #include "surface/map/file_voids.h"
@@ -149,7 +150,7 @@ StoredMap StoredZones::zone(std::size_t i_zone) const {
 }
 
 Expected<StoredZones> parse_zoned_map_file(std::string_view text, const std::string& file) {
-  PANELCAL_TRY(const json document, internal::parse_strict_json(text, file));
+  PANELCAL_TRY(const json document, internal::parse_calibration_json(text, file));
   // Keys of a version that is not known would be called unknown.
   const bool has_version = document.is_object() && document.contains("version");
   if (!has_version || document["version"] == kPlain) return read_plain(document, file);

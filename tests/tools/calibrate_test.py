@@ -36,6 +36,10 @@ def entries():
             for content, result in rows]
 
 
+def calibrations():
+    return [entry for entry in entries() if entry[0]["kind"] == "spindle-camera"]
+
+
 def installed():
     return Path("spindle.cal.json").read_text()
 
@@ -57,8 +61,12 @@ def main():
                                  "Ann", "--clock", "2026-11-20T02:00:00Z"))
     # 1 in 10000 of a chi-square of two degrees of freedom.
     assert sigmas_off(first) < 4.3, first
-    assert first["first"] and first["installed"] and first["ledger"] == 1 and first["row"] == 1
-    (entry, result), = entries()
+    assert first["first"] and first["installed"] and first["ledger"] == 2 and first["row"] == 1
+    (taken, state), (entry, result) = entries()
+    # The rows first, as they are in the coupon's file.
+    assert taken["kind"] == "coupon" and taken["subject"] == "A" and taken["asked_by"] == "Ann"
+    assert taken["parameters"] == [{"name": "rows_used", "value": 3, "unit": "1"}], taken
+    assert state == Path("coupon.json").read_text()
     assert entry["verdict"] == "installed" and entry["reason"] == "new spindle"
     assert entry["asked_by"] == "Ann" and entry["subject"] == "spindle 1 station 1"
     assert entry["time"] == "2026-11-20T02:00:00Z"
@@ -68,10 +76,10 @@ def main():
     # The next one begins with the first, on fresh rows.
     second = json.loads(calibrate(*sim, "--json", "--install", "--by", "Ann",
                                   "--clock", "2026-11-21T02:00:00Z"))
-    assert second["row"] == 4 and not second["first"] and second["ledger"] == 2
+    assert second["row"] == 4 and not second["first"] and second["ledger"] == 4
     assert abs(second["before_mm"][0] - first["offset_mm"][0]) < NANOMETRE_MM
     assert second["shift_chance"] > 1e-4, second
-    assert installed() == entries()[1][1]
+    assert installed() == calibrations()[1][1]
 
     # A lost file comes back with the next installation; another spindle is added to it.
     Path("spindle.cal.json").unlink()
@@ -85,9 +93,10 @@ def main():
     assert abs(both[1, 1]["offset_mm"][0] - second["offset_mm"][0]) < NANOMETRE_MM
 
     # Without --install nothing changes but the coupon.
-    before, n_entries = installed(), len(entries())
+    before, n_entries, n_all = installed(), len(calibrations()), len(entries())
     calibrate(*sim, "-o", "aside.cal.json", "--clock", "2026-11-23T02:00:00Z")
-    assert installed() == before and len(entries()) == n_entries
+    assert installed() == before and len(calibrations()) == n_entries
+    assert len(entries()) == n_all + 1
     assert json.loads(Path("aside.cal.json").read_text())["date"] == "2026-11-23T02:00:00Z"
     assert "1 run" not in calibrate(*sim, code=2)
     calibrate(*sim, "--install", "-o", "x.cal.json", code=2)

@@ -108,7 +108,7 @@ COMMANDS = {
     "history rollback": f"-l drill1.ledger {KEY} --reason test",
     "history fresh-start": f"-l drill1.ledger {KEY} --reason test",
     "history plot": f"-l drill1.ledger {KEY} --parameter offset_x",
-    "history verify": "-l drill1.ledger",
+    "history verify": "-l drill1.ledger -m machine.toml --against map.json",
     "surface fit": "probes.jsonl -m machine.toml --zones zones.toml --voids-of job.exc",
     "surface query": "map.json --program job.exc -m machine.toml",
     "surface diff": "map.json map.json",
@@ -118,7 +118,7 @@ COMMANDS = {
 }
 # Options with a text that name no output; all others with a text are tried as outputs.
 NO_OUTPUTS = {
-    "--area", "--at", "--by", "--camera", "--clock", "--explain", "--form", "--format", "--grid",
+    "--against", "--area", "--at", "--by", "--camera", "--clock", "--explain", "--form", "--format", "--grid",
     "--images", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
     "--measurements", "--model", "--parameter", "--plate", "--probes", "--program", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",

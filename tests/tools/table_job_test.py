@@ -155,6 +155,7 @@ def main():
              "--measurements", "looks.jsonl", "--install", "-o", "table.cal.json")
     answer = json.loads(panelcal(*words, "--json").stdout)
     assert answer["applied"] is False, answer["applied"]
+    first = answer["ledger"]
     assert "does not apply this map" in panelcal(*words).stdout
 
     # With it, live and from pictures, to the 1.5 um. The offset had in it by how much the
@@ -190,9 +191,9 @@ def main():
     answer = json.loads(panelcal(*words, "--json").stdout)
     assert answer["applied"] is True
     assert "[table] names this file" in panelcal(*words).stdout
-    said = json.loads(panelcal("history", "diff", "1", "3", "-l", "drill1.ledger", "--json",
-                               "--program", "job.exc", "-m", "machine.toml")
-                      .stdout)["job"]
+    said = json.loads(panelcal("history", "diff", str(first), str(answer["ledger"]), "-l",
+                               "drill1.ledger", "--json", "--program", "job.exc", "-m",
+                               "machine.toml").stdout)["job"]
     assert said["places"] == len(HOLES) and said["uncorrected"] == 0, said
     after, worst_um = drilled("--machine-driver", "sim")
     assert worst_um < 1.5, worst_um

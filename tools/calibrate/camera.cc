@@ -165,7 +165,10 @@ Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context
   const CameraCalibration calibration = camera_calibration(run, words);
   if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, camera_svg(run)));
   if (!options.output.empty() && refused.empty()) {
-    PANELCAL_CHECK(write_camera_calibration(options.output, calibration));
+    PANELCAL_TRY(const std::string text,
+                 text_with_head(config, camera_calibration_text(calibration)));
+    PANELCAL_CHECK(parse_camera_calibration(text, options.output));
+    PANELCAL_CHECK(write_file(options.output, text));
   }
   std::optional<std::int64_t> entry;
   if (options.install) {

@@ -56,8 +56,8 @@ Expected<std::optional<std::string>> Recorder::text_in_force(const LedgerKey& ke
   return text;
 }
 
-Expected<std::int64_t> Recorder::record(const LedgerDraft& draft,
-                                        const std::filesystem::path& file) {
+Expected<std::int64_t> Recorder::record(LedgerDraft draft, const std::filesystem::path& file) {
+  PANELCAL_CHECK(note_head(*ledger_, draft));
   // The ledger first: whatever happens then, it says which file should be there.
   PANELCAL_TRY(const LedgerEntry entry, ledger_->append(draft));
   if (entry.record.verdict == LedgerVerdict::Installed && !file.empty()) {

@@ -41,10 +41,11 @@ class Recorder {
   Expected<std::optional<std::string>> text_in_force(const LedgerKey& key) const;
 
   /// Records an entry, and writes what is in force to `file` from the ledger if the entry's verdict
-  /// is that it is installed; an empty name writes nothing. Returns the entry's number.
+  /// is that it is installed; an empty name writes nothing. The file notes the ledger's head.
+  /// Returns the entry's number.
   ///
   /// Precondition: --install
-  Expected<std::int64_t> record(const LedgerDraft& draft, const std::filesystem::path& file);
+  Expected<std::int64_t> record(LedgerDraft draft, const std::filesystem::path& file);
 
  private:
   std::optional<NightLock> lock_;

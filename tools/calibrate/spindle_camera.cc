@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/drift/night_gates.h"
 #include "calib/ledger/ledger.h"
 #include "calib/spindle/calibration_file.h"
@@ -52,13 +54,18 @@ class SpindleCamera {
     }
     CalibrationDevices devices = set.devices(prompt);
     devices.observer = progress();
+    devices.taken_by = {fixed_clock(words_.date), words_.asked_by, words_.software};
     PANELCAL_CHECK(set_camera_as_stated(config_, devices));
     PANELCAL_TRY(const SpindleCameraRun run, calibrate_spindle_camera(config_, devices));
     context_.console.end_progress();
     SpindleAnswer answer = compare(config_, run);
     if (!options_.output.empty()) {
-      PANELCAL_CHECK(write_spindle_calibration(options_.output,
-                                               spindle_camera_calibration(config_, run, words_)));
+      PANELCAL_TRY(
+          const std::string text,
+          text_with_head(
+              config_, spindle_calibration_text(spindle_camera_calibration(config_, run, words_))));
+      PANELCAL_CHECK(parse_spindle_calibration(text, options_.output));
+      PANELCAL_CHECK(write_file(options_.output, text));
     }
     if (ledger) PANELCAL_CHECK(install(*ledger, run, answer));
     const bool is_refused = options_.install && !answer.is_installed;
@@ -166,7 +173,8 @@ class SpindleCamera {
     }
     words_.verdict = answer.refusal.empty() ? LedgerVerdict::Installed : LedgerVerdict::Refused;
     if (!answer.refusal.empty()) words_.reason = answer.refusal;
-    PANELCAL_TRY(const LedgerDraft draft, spindle_camera_draft(config_, run, words_));
+    PANELCAL_TRY(LedgerDraft draft, spindle_camera_draft(config_, run, words_));
+    PANELCAL_CHECK(note_head(ledger, draft));
     PANELCAL_TRY(const LedgerEntry entry, ledger.append(draft));
     answer.ledger_id = entry.id;
     answer.is_installed = answer.refusal.empty();

@@ -134,7 +134,8 @@ Expected<Answer> surface(const CalibrateOptions& options, CommandContext& /*cont
     draft.record.inputs.push_back(std::move(input));
     PANELCAL_TRY(entry, recorder.record(draft, file_of(options, config)));
   } else if (!options.output.empty() && refused.empty()) {
-    PANELCAL_CHECK(write_file(options.output, map_file_text(given.stored)));
+    PANELCAL_TRY(const std::string text, text_with_head(config, map_file_text(given.stored)));
+    PANELCAL_CHECK(write_file(options.output, text));
   }
   const ExitCode code = refused.empty() ? ExitCode::Done : ExitCode::GateFailed;
   if (options.json) return Answer{surface_json(options, given, before, refused, entry), code};

@@ -173,7 +173,10 @@ Expected<Answer> table(const CalibrateOptions& options, CommandContext& context)
     PANELCAL_TRY(const LedgerDraft draft, table_draft(config, run, words));
     PANELCAL_TRY(entry, recorder.record(draft, options.output));
   } else if (!options.output.empty() && refused.empty()) {
-    PANELCAL_CHECK(write_table_calibration(options.output, calibration));
+    PANELCAL_TRY(const std::string written,
+                 text_with_head(config, table_calibration_text(calibration)));
+    PANELCAL_CHECK(parse_table_calibration(written, options.output));
+    PANELCAL_CHECK(write_file(options.output, written));
   }
   if (!options.linuxcnc.empty() && refused.empty()) {
     PANELCAL_TRY(const std::string line, write_linuxcnc(options.linuxcnc, run));

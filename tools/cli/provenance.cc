@@ -2,10 +2,12 @@
 #include "tools/cli/provenance.h"
 
 #include <cstdlib>
+#include <system_error>
 #include <utility>
 
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
+#include "calib/ledger/ledger.h"
 #include "machine/devices/cameras/camera_uri.h"
 #include "tools/cli/process/version.h"
 
@@ -33,6 +35,16 @@ Provenance provenance_of(const Options& options,
     }
   }
   return provenance;
+}
+
+Provenance ledger_head_row(const std::filesystem::path& ledger) {
+  std::error_code ignored;
+  if (ledger.empty() || !std::filesystem::exists(ledger, ignored)) return {};
+  const auto opened = Ledger::open_to_read(ledger);
+  const auto head = opened ? opened->head() : Expected<LedgerHead>(failure(opened.error()));
+  return {
+      {"ledger head",
+       head ? fmt::format("{} {}", head->id, head->hash) : "not known: " + head.error().text()}};
 }
 
 std::string asking_person(const std::string& given) {

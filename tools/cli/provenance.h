@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,6 +22,10 @@ using Provenance = std::vector<std::pair<std::string, std::string>>;
 Provenance provenance_of(const Options& options,
                          const Program& program,
                          const std::vector<std::string>& files);
+
+/// The row "ledger head" of a page, as `history verify --against` reads it; none where there is no
+/// ledger. One that cannot be read is said, and keeps no page from being written.
+Provenance ledger_head_row(const std::filesystem::path& ledger);
 
 /// As given; the user, if none was; "unknown" if the system does not say.
 std::string asking_person(const std::string& given);

@@ -15,6 +15,7 @@
 #include "tools/history/plot.h"
 #include "tools/history/surface.h"
 #include "tools/history/text.h"
+#include "tools/history/verify.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -79,7 +80,7 @@ class History {
       case Action::Plot:
         return plot();
       case Action::Verify:
-        return verify();
+        return history::verify_answer(options_, context_, ledger_);
     }
     return std::string();
   }
@@ -192,14 +193,6 @@ class History {
     const LedgerKey key{options_.machine, kind, options_.subject};
     PANELCAL_TRY(const LedgerSeries series, ledger_.series(key, options_.parameter));
     return history::series_svg(series, key, options_.parameter, options_.ledger);
-  }
-
-  Expected<std::string> verify() const {
-    PANELCAL_TRY(const LedgerHead head, ledger_.verify());
-    if (options_.json) {
-      return fmt::format("{{\"entries\":{},\"head\":\"{}\"}}\n", head.id, head.hash);
-    }
-    return fmt::format("{} entries, undamaged; head {}\n", head.id, head.hash);
   }
 
   const HistoryOptions& options_;

@@ -332,7 +332,7 @@ std::string footer(const NightRecord& record, const Provenance& provenance) {
                      {"machine file", record.config_file.string()},
                      {"ledger", record.ledger_file.string()}};
   if (record.head.id > 0) {
-    rows.emplace_back("ledger's head", fmt::format("{} {}", record.head.id, record.head.hash));
+    rows.emplace_back("ledger head", fmt::format("{} {}", record.head.id, record.head.hash));
   }
   rows.insert(rows.end(), provenance.begin(), provenance.end());
   std::string out = "<footer>\n<dl>\n";

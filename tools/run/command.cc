@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -172,7 +174,8 @@ class RunCommand {
             .uncorrected = options_.uncorrected,
             .observer = observer(),
             .executor = pool_.get(),
-            .prompt = [this] { return operator_prompt(kCommand, context_.console); }};
+            .prompt = [this] { return operator_prompt(kCommand, context_.console); },
+            .taken_by = {system_clock(), asking_person(""), std::string("panelcal ") + kVersion}};
   }
 
   /// Sizes are for the explanation of a refusal, pictures for the report.
@@ -267,6 +270,7 @@ class RunCommand {
     input.provenance = provenance_;
     input.provenance.emplace_back(
         "date", options_.clock.empty() ? iso_8601(system_clock()()) : options_.clock);
+    std::ranges::move(ledger_head_row(machine_.ledger_file), std::back_inserter(input.provenance));
     if (take(write_result(options_.report, report_html(input)))) {
       context_.console.say("report: " + options_.report);
     }

@@ -9,6 +9,7 @@
 
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
+#include "calib/base/json/noted_head.h"
 #include "calib/base/json/strict_json.h"
 #include "calib/base/statistics/covariance_check.h"
 #include "calib/camera/calibration/model_file.h"
@@ -180,7 +181,7 @@ Expected<CameraCalibration> parse_camera_calibration(std::string_view text,
                                                      const std::string& file) {
   std::vector<std::string_view> keys = {
       "kind", "version", "date", "provenance", "units", "picture_px", "parameters", "covariance"};
-  PANELCAL_TRY(const nlohmann::json document, internal::parse_strict_json(text, file));
+  PANELCAL_TRY(const nlohmann::json document, internal::parse_calibration_json(text, file));
   const bool has_model = is_full(document);
   if (has_model)
     keys.insert(keys.end(), internal::model_keys().begin(), internal::model_keys().end());

@@ -7,7 +7,7 @@ namespace panelcal {
 namespace {
 
 /// In the order of the enumerators.
-constexpr std::array<std::string_view, 10> kKinds = {"spindle-camera",
+constexpr std::array<std::string_view, 11> kKinds = {"spindle-camera",
                                                      "camera",
                                                      "table",
                                                      "probe",
@@ -16,7 +16,8 @@ constexpr std::array<std::string_view, 10> kKinds = {"spindle-camera",
                                                      "self-test",
                                                      "night",
                                                      "light",
-                                                     "settle"};
+                                                     "settle",
+                                                     "coupon"};
 constexpr std::array<std::string_view, 4> kVerdicts = {
     "measured", "installed", "refused", "rolled-back"};
 

@@ -25,7 +25,8 @@ enum class LedgerKind : std::uint8_t {
   SelfTest,
   Night,
   Light,
-  Settle
+  Settle,
+  Coupon  ///< rows that were taken to drill into
 };
 
 /// The verdict on it. Only an installed calibration comes into force; a rolled-back entry puts an

@@ -176,7 +176,8 @@ Expected<SpindleCameraRun> drill_look_and_fit(const MachineConfig& config,
 Expected<SpindleCameraRun> calibrate_spindle_camera(const MachineConfig& config,
                                                     const CalibrationDevices& devices) {
   PANELCAL_TRY(const Coupon* const coupon, coupon_of(config));
-  PANELCAL_TRY(const int n_used, used_rows(*coupon));
+  PANELCAL_TRY(const UsedRows used, used_rows(config));
+  const int n_used = used.count();
   const std::vector<Position<frame::Machine>> next = places_of_row(*coupon, n_used);
   PANELCAL_CHECK(check(config, devices, *coupon, next));
   // Behind the last row there is something else than coupon.
@@ -187,7 +188,7 @@ Expected<SpindleCameraRun> calibrate_spindle_camera(const MachineConfig& config,
     PANELCAL_CHECK(check_is_fresh(config, devices, *coupon, next, cause));
   }
   SpindleCameraRun run;
-  PANELCAL_TRY(run.i_row, take_rows(*coupon));
+  PANELCAL_TRY(run.i_row, take_rows(config, devices.taken_by));
   run.places = places_of_row(*coupon, run.i_row);
   return drill_look_and_fit(config, devices, *coupon, std::move(run));
 }

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/calibrate/spindle/coupon.h"
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "calib/base/amount.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/strict_json.h"
+#include "calib/ledger/ledger.h"
+#include "machine/config/machine_name.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -16,6 +20,7 @@ namespace {
 
 constexpr std::size_t kMaxStateBytes = std::size_t{1} << 16;
 constexpr int kMaxRows = 1'000'000;
+constexpr std::string_view kRowsUsed = "rows_used";
 
 /// Content of the state file.
 struct State {
@@ -43,6 +48,59 @@ std::string state_text(const State& state) {
       {"kind", "coupon"}, {"version", 1}, {"coupon", state.name}, {"rows_used", state.n_used}};
   // A name that is no UTF-8 must not throw.
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+LedgerKey coupon_key(const MachineConfig& config) {
+  return {machine_name(config), LedgerKind::Coupon, config.coupon->name};
+}
+
+Expected<int> rows_of_file(const Coupon& coupon) {
+  std::error_code ignored;
+  // Only what is certainly not there is a new coupon; what cannot be read is an error.
+  const auto status = std::filesystem::symlink_status(coupon.state_file, ignored);
+  if (status.type() == std::filesystem::file_type::not_found) return 0;
+  PANELCAL_TRY(const std::string text, read_file(coupon.state_file, kMaxStateBytes));
+  PANELCAL_TRY(const State state, parse_state(text, coupon.state_file.string()));
+  return state.name == coupon.name ? state.n_used : 0;
+}
+
+Expected<std::optional<int>> rows_of_ledger(const Ledger& ledger, const LedgerKey& key) {
+  LedgerFilter filter;
+  filter.machine = key.machine;
+  filter.kind = key.kind;
+  filter.subject = key.subject;
+  filter.last = 1;
+  std::optional<int> rows;
+  PANELCAL_TRY(const std::vector<LedgerEntry> newest, ledger.list(filter));
+  if (newest.empty()) return rows;
+  const std::vector<LedgerParameter>& all = newest.front().record.parameters;
+  const auto found = std::ranges::find(all, kRowsUsed, &LedgerParameter::name);
+  if (found == all.end() || !(found->value >= 0 && found->value <= kMaxRows)) {
+    return failure({Code::CalibrationInvalid,
+                    {fmt::format("ledger entry {}", newest.front().id), 0, 0},
+                    "it does not say how many rows are used",
+                    fmt::format("{} from 0 to {}", kRowsUsed, kMaxRows)});
+  }
+  rows = static_cast<int>(found->value);
+  return rows;
+}
+
+Expected<void> record_rows(const MachineConfig& config, const State& state, const TakenBy& by) {
+  if (!by.clock) {
+    return failure({Code::LedgerEntryInvalid,
+                    {config.ledger_file.string(), 0, 0},
+                    "rows of the coupon are taken at a time that is not known",
+                    "a clock in CalibrationDevices::taken_by"});
+  }
+  LedgerDraft draft;
+  draft.record.key = coupon_key(config);
+  draft.record.asked_by = by.asked_by;
+  draft.record.software = by.software;
+  draft.record.parameters = {{std::string(kRowsUsed), static_cast<double>(state.n_used), "1"}};
+  draft.result = state_text(state);
+  PANELCAL_TRY(Ledger ledger, Ledger::open(config.ledger_file, by.clock));
+  PANELCAL_CHECK(ledger.append(draft));
+  return {};
 }
 
 }  // namespace
@@ -81,18 +139,31 @@ std::string free_rows_text(const Coupon& coupon, int n_used) {
                      amount(coupon.rows_per_run, "row"));
 }
 
-Expected<int> used_rows(const Coupon& coupon) {
+Expected<UsedRows> used_rows(const MachineConfig& config) {
+  const Coupon& coupon = *config.coupon;
+  UsedRows used;
+  PANELCAL_TRY(used.by_file, rows_of_file(coupon));
   std::error_code ignored;
-  // Only what is certainly not there is a new coupon; what cannot be read is an error.
-  const auto status = std::filesystem::symlink_status(coupon.state_file, ignored);
-  if (status.type() == std::filesystem::file_type::not_found) return 0;
-  PANELCAL_TRY(const std::string text, read_file(coupon.state_file, kMaxStateBytes));
-  PANELCAL_TRY(const State state, parse_state(text, coupon.state_file.string()));
-  return state.name == coupon.name ? state.n_used : 0;
+  if (config.ledger_file.empty() || !std::filesystem::exists(config.ledger_file, ignored)) {
+    return used;
+  }
+  PANELCAL_TRY(const Ledger ledger, Ledger::open_to_read(config.ledger_file));
+  PANELCAL_TRY(used.by_ledger, rows_of_ledger(ledger, coupon_key(config)));
+  return used;
 }
 
-Expected<int> take_rows(const Coupon& coupon) {
-  PANELCAL_TRY(const int n_used, used_rows(coupon));
+std::string missing_rows_text(const Coupon& coupon, const UsedRows& used) {
+  if (used.by_file >= used.by_ledger.value_or(0)) return {};
+  return fmt::format("{} has {} used, the ledger {}: the ledger counts",
+                     quoted(coupon.state_file.filename().string()),
+                     amount(used.by_file, "row"),
+                     *used.by_ledger);
+}
+
+Expected<int> take_rows(const MachineConfig& config, const TakenBy& by) {
+  const Coupon& coupon = *config.coupon;
+  PANELCAL_TRY(const UsedRows used, used_rows(config));
+  const int n_used = used.count();
   if (n_used > coupon.rows - coupon.rows_per_run) {
     return failure(
         {Code::ConfigValue,
@@ -101,8 +172,9 @@ Expected<int> take_rows(const Coupon& coupon) {
              "{}, and a calibration takes {}", free_rows_text(coupon, n_used), coupon.rows_per_run),
          "a new coupon on the table, and its name in [coupon]"});
   }
-  PANELCAL_CHECK(
-      write_file(coupon.state_file, state_text({coupon.name, n_used + coupon.rows_per_run})));
+  const State state = {coupon.name, n_used + coupon.rows_per_run};
+  if (!config.ledger_file.empty()) PANELCAL_CHECK(record_rows(config, state, by));
+  PANELCAL_CHECK(write_file(coupon.state_file, state_text(state)));
   return n_used;
 }
 

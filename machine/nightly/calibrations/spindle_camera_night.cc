@@ -67,7 +67,10 @@ class SpindleCameraNight final : public NightCalibration {
   }
 
   Expected<std::vector<SelfTestCheck>> check() const override;
-  Expected<int> used_up() const override { return used_rows(*config_->coupon); }
+  Expected<int> used_up() const override {
+    PANELCAL_TRY(const UsedRows used, used_rows(*config_));
+    return used.count();
+  }
   int n_qualities() const override { return kMostCouponSpreads + 2; }
   std::optional<NightValue> value_of(const LedgerEntry& entry) const override;
   Expected<NightMeasurement> measure(const CalibrationDevices& devices,
@@ -82,14 +85,17 @@ class SpindleCameraNight final : public NightCalibration {
 
 Expected<std::vector<SelfTestCheck>> SpindleCameraNight::check() const {
   const Coupon& coupon = *config_->coupon;
-  PANELCAL_TRY(const int n_used, used_rows(coupon));
+  PANELCAL_TRY(const UsedRows used, used_rows(*config_));
   SelfTestCheck rows;
   rows.name = "coupon";
-  rows.value = std::max(0, coupon.rows - n_used);
+  rows.value = std::max(0, coupon.rows - used.count());
   rows.limit = coupon.rows_per_run;
   rows.unit = "rows";
   rows.passed = *rows.value >= *rows.limit;
-  rows.text = free_rows_text(coupon, n_used);
+  rows.text = free_rows_text(coupon, used.count());
+  if (const std::string missing = missing_rows_text(coupon, used); !missing.empty()) {
+    rows.text += "; " + missing;
+  }
   return std::vector{rows};
 }
 
@@ -117,6 +123,7 @@ Expected<NightMeasurement> SpindleCameraNight::measure(const CalibrationDevices&
                                                        const NightWords& words) {
   PictureLevels levels;
   CalibrationDevices observed = devices;
+  observed.taken_by = {fixed_clock(words.date), words.asked_by, words.software};
   observed.observer = [&](const SeenView& seen) {
     if (devices.observer) devices.observer(seen);
     levels.add(seen);

@@ -78,6 +78,15 @@ bool NightFiles::has_calibration(const path& file) const {
          (file == camera || file == spindle || file == table || std::ranges::any_of(zooms, is_it));
 }
 
+std::vector<path> NightFiles::that_note_the_head() const {
+  std::vector<path> all = {camera, spindle, table, night_table, surface, reports};
+  for (const auto& [level, file] : zooms) all.push_back(file);
+  std::erase(all, path());
+  std::ranges::sort(all);
+  all.erase(std::ranges::unique(all).begin(), all.end());
+  return all;
+}
+
 Expected<NightFiles> find_night_files(const path& machine_toml) {
   PANELCAL_TRY(const std::string text, read_file(machine_toml, kMaxConfigBytes));
   PANELCAL_TRY(const toml::table document,
@@ -96,6 +105,12 @@ Expected<NightFiles> find_night_files(const path& machine_toml) {
   files.camera = file_of("camera", "calibration");
   files.spindle = file_of("spindle", "calibration");
   files.table = file_of("table", "calibration");
+  const auto night_file_of = [&](std::string_view table) {
+    const auto name = document["nightly"][table]["file"].value<std::string>();
+    return name && !name->empty() ? machine_toml.parent_path() / *name : path();
+  };
+  files.night_table = night_file_of("table");
+  files.surface = night_file_of("surface");
   if (const toml::array* const zooms = document["camera"]["zoom"].as_array()) {
     for (const toml::node& zoom : *zooms) {
       const toml::node_view<const toml::node> entry(zoom);

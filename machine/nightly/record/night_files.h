@@ -20,10 +20,14 @@ struct NightFiles {
   std::map<double, std::filesystem::path> zooms;  ///< [[camera.zoom]], by level
   std::filesystem::path spindle;
   std::filesystem::path table;
+  std::filesystem::path night_table;  ///< [nightly.table] file
+  std::filesystem::path surface;      ///< [nightly.surface] file
   int noon_utc_h = 12;
 
   /// True if a file is one of the calibrations.
   bool has_calibration(const std::filesystem::path& file) const;
+  /// Those that note the ledger's head: calibrations, and the folder of reports. Each once.
+  std::vector<std::filesystem::path> that_note_the_head() const;
 };
 
 /// Fails  file-unreadable; toml-syntax

@@ -89,14 +89,17 @@ lists the parameters of an entry.
 Exit codes
   0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
     {"history verify", R"(Example
-  $ panelcal history verify -l drill1.ledger
+  $ panelcal history verify -l drill1.ledger -m machine.toml --against reports
 
 Computes the hash of every entry again, and holds it against the one that the next entry has noted: a
-byte that was changed, or an entry that was taken out, is found and named by its number.
+byte that was changed, or an entry that was taken out, is found and named by its number. That the
+newest entries were deleted, the hashes alone do not tell. Calibrations, job reports and nights note
+the newest entry, and the ledger is held against those that machine.toml names, and those of
+--against.
 
 Exit codes
-  0 every hash is right; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk
-  failed)"},
+  0 every hash is right and no noted entry is missing; 2 bad input or usage; 3 the ledger is damaged,
+  cut off or busy, or the disk failed)"},
 });
 
 }  // namespace

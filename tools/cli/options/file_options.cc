@@ -17,7 +17,7 @@ struct Row {
   std::string_view what;  ///< of inputs: "FILE is ..."
 };
 
-constexpr std::array<Row, 26> kFileOptions = {{
+constexpr std::array<Row, 27> kFileOptions = {{
     {"PROGRAM", FileUse::Read, "the program"},
     {"--program", FileUse::Read, "the program"},
     {"GCODE", FileUse::Read, "the program"},
@@ -27,6 +27,7 @@ constexpr std::array<Row, 26> kFileOptions = {{
     {"PLACE", FileUse::Read, "the list of places"},
     {"-m,--machine", FileUse::Machine, ""},
     {"-l,--ledger", FileUse::Ledger, "the ledger"},
+    {"--against", FileUse::Pictures, "the files of --against"},
     {"--camera", FileUse::Camera, "the pictures of --camera"},
     {"--images", FileUse::Pictures, "the pictures of --images"},
     {"--measurements", FileUse::Read, "the file of --measurements"},

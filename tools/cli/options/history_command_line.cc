@@ -46,7 +46,13 @@ class HistoryCommandLine {
     CLI::App* plot = add_action("plot", "One parameter over time, as SVG", Action::Plot);
     add_key(plot, true);
     plot->add_option("--parameter", o.parameter, "Its name, as `show` lists it")->required();
-    CLI::App* verify = add_action("verify", "Check every hash of the ledger", Action::Verify);
+    CLI::App* verify = add_action("verify",
+                                  "Check every hash of the ledger, and that it has what "
+                                  "calibrations and reports note of it",
+                                  Action::Verify);
+    verify->add_option(
+        "-m,--machine", o.machine_file, "machine.toml: its calibrations and its reports");
+    verify->add_option("--against", o.against, "Files, or folders of .json and .html files");
     for (CLI::App* command : {list, show, diff, back, fresh, verify}) {
       command->add_flag("--json", o.json, "JSON instead of text");
     }

@@ -26,10 +26,11 @@ struct HistoryOptions {
   std::string asked_by;  ///< empty: the user
   std::string output;    ///< empty: standard output
   bool json = false;
-  bool result = false;  ///< show the calibration's own bytes
+  bool result = false;               ///< show the calibration's own bytes
+  std::vector<std::string> against;  ///< verify: files and folders that note the ledger's head
   // diff: what a change does to a job.
   std::string program;       ///< empty: only the parameters are compared
-  std::string machine_file;  ///< machine.toml; with a program
+  std::string machine_file;  ///< machine.toml; with a program, or to verify
   std::string measurements;  ///< of an earlier job: where in the picture targets were seen
   std::string clock;         ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;

@@ -8,6 +8,7 @@
 #include "machine/sources/device_set.h"
 #include <gmock/gmock.h>
 
+#include "tests/calib/ledger/drafts.h"
 #include "tests/calib/spindle/simulated_coupon.h"
 #include "tests/machine/calibrate/spindle/coupon_toml.h"
 #include "tests/support/matchers.h"
@@ -32,6 +33,8 @@ class SpindleCameraRunTest : public ::testing::Test {
   MachineConfig config(const std::string& toml = test::spindle_toml()) {
     auto read = test::spindle_machine(folder_.path(), toml);
     EXPECT_TRUE(read) << read.error().text();
+    // Rows that a ledger has are not free again without the coupon's file: the last test.
+    read->ledger_file.clear();
     return *std::move(read);
   }
   Expected<SpindleCameraRun> calibrate(const MachineConfig& config, Prompt prompt = {}) {
@@ -153,7 +156,7 @@ TEST_F(SpindleCameraRunTest, ADrillThatBreaksAtOnceIsRefusedWithTheReason) {
   const auto run = calibrate_spindle_camera(config, {*machine, drill, *machine, {}, {}});
   EXPECT_THAT(run, FailsWith(Code::CalibrationRefused, "2 of 9 holes of coupon \"A\""));
   // The rows are spoiled all the same.
-  EXPECT_EQ(used_rows(*config.coupon), 3);
+  EXPECT_EQ(used_rows(config)->count(), 3);
 }
 
 TEST_F(SpindleCameraRunTest, NeighboursAreNotTakenForEachOther) {
@@ -211,6 +214,24 @@ TEST_F(SpindleCameraRunTest, ThePromptMayRefuse) {
   };
   EXPECT_TRUE(calibrate(config, somebody));
   EXPECT_EQ(n_prompts, 2);
+}
+
+TEST_F(SpindleCameraRunTest, ALostStateFreesNoRowThatTheLedgerHas) {
+  MachineConfig config = this->config();
+  config.ledger_file = folder_.path() / "drill 1.ledger";
+  auto machine = SimCoupon::create(config, test::usual_scatter(3));
+  ASSERT_TRUE(machine);
+  CalibrationDevices devices{*machine, *machine, *machine, {}, {}};
+  EXPECT_THAT(calibrate_spindle_camera(config, devices),
+              FailsWith(Code::LedgerEntryInvalid, "taken_by"));
+  EXPECT_TRUE(machine->holes().empty());
+  devices.taken_by = {test::first_night(), "timer", "panelcal test"};
+  ASSERT_TRUE(calibrate_spindle_camera(config, devices));
+  std::filesystem::remove(config.coupon->state_file);
+  const auto next = calibrate_spindle_camera(config, devices);
+  ASSERT_TRUE(next) << next.error().text();
+  EXPECT_EQ(next->i_row, 3);
+  EXPECT_EQ(machine->holes().size(), 18U);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "calib/base/files/atomic_file.h"
+#include "calib/ledger/ledger.h"
 #include "machine/config/nightly/coupon.h"
 #include <gmock/gmock.h>
 
@@ -35,13 +36,18 @@ std::string refusal(std::string_view text) {
   return coupon ? "accepted" : coupon.error().text();
 }
 
-Coupon coupon_in(const test::TemporaryFolder& folder) {
-  Coupon coupon;
+MachineConfig machine_in(const test::TemporaryFolder& folder) {
+  MachineConfig config;
+  Coupon& coupon = config.coupon.emplace();
   coupon.name = "A";
   coupon.rows = 7;
   coupon.state_file = folder.path() / "coupon.json";
   coupon.place = {"machine.toml", 3, 1};
-  return coupon;
+  return config;
+}
+
+TakenBy timer() {
+  return {fixed_clock(*from_iso_8601("2026-11-21T02:00:00Z")), "timer", "panelcal test"};
 }
 
 TEST(Coupon, ReadsEveryKey) {
@@ -121,45 +127,100 @@ TEST(Coupon, RunsGoToAndFroUpTheRows) {
 
 TEST(Coupon, RowsAreTakenOnceAndThenItIsFull) {
   const test::TemporaryFolder folder;
-  const Coupon coupon = coupon_in(folder);
-  EXPECT_EQ(*used_rows(coupon), 0);
-  EXPECT_EQ(free_rows_text(coupon, 0),
+  const MachineConfig config = machine_in(folder);
+  EXPECT_EQ(used_rows(config)->count(), 0);
+  EXPECT_EQ(free_rows_text(*config.coupon, 0),
             "rows 1 to 7 of coupon \"A\" are free (7 of 7): 2 runs of 3 rows");
-  EXPECT_EQ(*take_rows(coupon), 0);
-  EXPECT_EQ(*take_rows(coupon), 3);
-  EXPECT_EQ(*used_rows(coupon), 6);
-  EXPECT_THAT(take_rows(coupon), FailsWith(Code::ConfigValue, "7"));
-  EXPECT_EQ(*used_rows(coupon), 6);
-  EXPECT_EQ(free_rows_text(coupon, 7), "all 7 rows of coupon \"A\" are used up");
+  EXPECT_EQ(*take_rows(config, {}), 0);
+  EXPECT_EQ(*take_rows(config, {}), 3);
+  EXPECT_EQ(used_rows(config)->count(), 6);
+  EXPECT_THAT(take_rows(config, {}), FailsWith(Code::ConfigValue, "7"));
+  EXPECT_EQ(used_rows(config)->count(), 6);
+  EXPECT_EQ(free_rows_text(*config.coupon, 7), "all 7 rows of coupon \"A\" are used up");
 }
 
 TEST(Coupon, AnotherNameIsANewCoupon) {
   const test::TemporaryFolder folder;
-  Coupon coupon = coupon_in(folder);
-  ASSERT_TRUE(take_rows(coupon));
-  coupon.name = "B";
-  EXPECT_EQ(*take_rows(coupon), 0);
-  EXPECT_EQ(*used_rows(coupon), 3);
+  MachineConfig config = machine_in(folder);
+  ASSERT_TRUE(take_rows(config, {}));
+  config.coupon->name = "B";
+  EXPECT_EQ(*take_rows(config, {}), 0);
+  EXPECT_EQ(used_rows(config)->count(), 3);
+}
+
+/// Its rows are drilled, whatever the state file says.
+TEST(Coupon, AStateFileThatIsOlderOrGoneFreesNoRow) {
+  const test::TemporaryFolder folder;
+  MachineConfig config = machine_in(folder);
+  config.ledger_file = folder.path() / "drill 1.ledger";
+  ASSERT_EQ(take_rows(config, timer()).value_or(-1), 0);
+  const std::string older = read_file(config.coupon->state_file).value();
+  EXPECT_EQ(missing_rows_text(*config.coupon, *used_rows(config)), "");
+  ASSERT_EQ(take_rows(config, timer()).value_or(-1), 3);
+  ASSERT_TRUE(write_file(config.coupon->state_file, older));
+  EXPECT_EQ(used_rows(config)->by_file, 3);
+  EXPECT_EQ(used_rows(config)->by_ledger, 6);
+  EXPECT_EQ(missing_rows_text(*config.coupon, *used_rows(config)),
+            "\"coupon.json\" has 3 rows used, the ledger 6: the ledger counts");
+  EXPECT_THAT(take_rows(config, timer()), FailsWith(Code::ConfigValue, "7"));
+  std::filesystem::remove(config.coupon->state_file);
+  EXPECT_EQ(used_rows(config)->count(), 6);
+  EXPECT_THAT(take_rows(config, timer()), FailsWith(Code::ConfigValue, "7"));
+  config.coupon->rows = 9;
+  EXPECT_EQ(take_rows(config, timer()).value_or(-1), 6);
+  // The state file knows one coupon, the ledger all.
+  config.coupon->name = "B";
+  EXPECT_EQ(take_rows(config, timer()).value_or(-1), 0);
+  config.coupon->name = "A";
+  EXPECT_EQ(used_rows(config)->count(), 9);
+}
+
+/// A run that is cut off before its first hole loses rows, and no more.
+TEST(Coupon, RowsAreInTheLedgerBeforeTheyAreInTheFile) {
+  const test::TemporaryFolder folder;
+  MachineConfig config = machine_in(folder);
+  config.ledger_file = folder.path() / "drill 1.ledger";
+  config.coupon->state_file = folder.path() / "no" / "coupon.json";
+  EXPECT_THAT(take_rows(config, timer()), FailsWith(Code::DeviceWrite));
+  EXPECT_EQ(used_rows(config)->count(), 3);
+  const auto ledger = Ledger::open_to_read(config.ledger_file);
+  ASSERT_TRUE(ledger) << ledger.error().text();
+  const auto entry = ledger->entry(1);
+  ASSERT_TRUE(entry) << entry.error().text();
+  EXPECT_EQ(entry->record.key, (LedgerKey{"machine", LedgerKind::Coupon, "A"}));
+  EXPECT_EQ(entry->record.asked_by, "timer");
+  EXPECT_EQ(iso_8601(entry->time), "2026-11-21T02:00:00Z");
+}
+
+TEST(Coupon, TakesNoRowThatTheLedgerCannotRecord) {
+  const test::TemporaryFolder folder;
+  MachineConfig config = machine_in(folder);
+  config.ledger_file = folder.path() / "drill 1.ledger";
+  EXPECT_THAT(take_rows(config, {}), FailsWith(Code::LedgerEntryInvalid, "time"));
+  ASSERT_TRUE(write_file(config.ledger_file, "SQLite format 3"));
+  EXPECT_FALSE(take_rows(config, timer()));
+  EXPECT_FALSE(std::filesystem::exists(config.coupon->state_file));
 }
 
 TEST(Coupon, DoesNotGuessWhichRowsAreFree) {
   const test::TemporaryFolder folder;
-  const Coupon coupon = coupon_in(folder);
-  ASSERT_TRUE(write_file(coupon.state_file, "{\"kind\": \"coupon\", \"vers"));
-  EXPECT_THAT(take_rows(coupon), FailsWith(Code::JsonSyntax, "coupon.json"));
-  ASSERT_TRUE(
-      write_file(coupon.state_file,
-                 "{\"kind\": \"coupon\", \"version\": 1, \"coupon\": \"A\", \"rows_used\": -1}"));
-  EXPECT_THAT(take_rows(coupon), FailsWith(Code::CalibrationInvalid, "rows_used"));
-  std::filesystem::remove(coupon.state_file);
-  std::filesystem::create_directory(coupon.state_file);
-  EXPECT_THAT(take_rows(coupon), FailsWith(Code::FileUnreadable));
+  const MachineConfig config = machine_in(folder);
+  const std::filesystem::path& state = config.coupon->state_file;
+  ASSERT_TRUE(write_file(state, "{\"kind\": \"coupon\", \"vers"));
+  EXPECT_THAT(take_rows(config, {}), FailsWith(Code::JsonSyntax, "coupon.json"));
+  ASSERT_TRUE(write_file(
+      state, "{\"kind\": \"coupon\", \"version\": 1, \"coupon\": \"A\", \"rows_used\": -1}"));
+  EXPECT_THAT(take_rows(config, {}), FailsWith(Code::CalibrationInvalid, "rows_used"));
+  std::filesystem::remove(state);
+  std::filesystem::create_directory(state);
+  EXPECT_THAT(take_rows(config, {}), FailsWith(Code::FileUnreadable));
 }
 
 TEST(Coupon, TakesNoRowItCannotWriteDown) {
-  Coupon coupon;
-  coupon.state_file = "/nowhere/at/all/coupon.json";
-  EXPECT_THAT(take_rows(coupon), FailsWith(Code::DeviceWrite));
+  MachineConfig config;
+  config.coupon.emplace();
+  config.coupon->state_file = "/nowhere/at/all/coupon.json";
+  EXPECT_THAT(take_rows(config, {}), FailsWith(Code::DeviceWrite));
 }
 
 TEST(Coupon, ApproachesReadAsTheyAreWritten) {

@@ -116,9 +116,9 @@ TEST(JobCalibration, TakesRowsOnlyWhereTheProgramSaysNoPlace) {
   const TemporaryFolder folder;
   const MachineConfig config = machine_with_coupon(folder);
   run_simulated(excellon("G39X300.0Y100.0\nT1\nG38X360.0Y150.0\n"), config);
-  EXPECT_EQ(used_rows(*config.coupon), 0);
+  EXPECT_EQ(used_rows(config)->count(), 0);
   run_simulated(excellon("G39\nT1\nG38X360.0Y150.0\n"), config);
-  EXPECT_EQ(used_rows(*config.coupon), 3);
+  EXPECT_EQ(used_rows(config)->count(), 3);
 }
 
 /// The calibration's error of the axis is in the offset and in every target, with opposite signs.

@@ -69,10 +69,37 @@ TEST(SpindleCameraNight, RowsOfARunThatWasCutOffAreSaid) {
   const test::PictureNights nights;
   ASSERT_TRUE(nights.run(1, {}));
   const auto config = nights.config();
-  ASSERT_TRUE(config && take_rows(*config->coupon));
+  ASSERT_TRUE(config && take_rows(*config, {fixed_clock(nights.now), "a person", "panelcal test"}));
   const auto record = nights.run(2, {});
   ASSERT_TRUE(record) << record.error().text();
   EXPECT_THAT(record->notes, Contains(HasSubstr("3 rows of the coupon")));
+}
+
+/// An older file put back, or none: the holes are there all the same.
+TEST(SpindleCameraNight, NeverDrillsIntoRowsThatTheLedgerHas) {
+  test::PictureNights nights;
+  ASSERT_TRUE(nights.run(1, {}));
+  auto config = nights.config();
+  ASSERT_TRUE(config);
+  const std::filesystem::path state = config->coupon->state_file;
+  const std::string older = read_file(state).value();
+  nights.now += std::chrono::days(1);
+  ASSERT_TRUE(nights.run(2, {}));
+  nights.now += std::chrono::days(1);
+  ASSERT_TRUE(write_file(state, older));
+  const auto record = nights.run(3, {});
+  ASSERT_TRUE(record) << record.error().text();
+  EXPECT_EQ(exit_code(*record), 0) << record->verdict;
+  EXPECT_EQ(used_rows(*config)->by_file, 9);
+  const auto coupon = std::ranges::find(record->checks, "coupon", &SelfTestCheck::name);
+  ASSERT_NE(coupon, record->checks.end());
+  EXPECT_THAT(coupon->text, HasSubstr("3 rows used, the ledger 6"));
+  std::filesystem::remove(state);
+  nights.now += std::chrono::days(1);
+  const auto full = nights.run(4, {});
+  ASSERT_TRUE(full) << full.error().text();
+  EXPECT_EQ(exit_code(*full), 1);
+  EXPECT_THAT(full->verdict, HasSubstr("1 of 10"));
 }
 
 TEST(CameraNight, ComesBeforeTheOffsetAndIsInstalledForIt) {

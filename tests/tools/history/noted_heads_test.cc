@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/history/noted_heads.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
+#include <gmock/gmock.h>
+
+#include "tests/support/matchers.h"
+
+namespace panelcal::history {
+namespace {
+
+using internal::NotedHead;
+using test::FailsWith;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::string kHash(64, 'b');
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "panelcal-XXXXXX").string();
+    EXPECT_NE(::mkdtemp(name.data()), nullptr);
+    path_ = name;
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+TEST(HeadIn, FindsItInEveryFileThatNotesOne) {
+  const NotedHead head = {NotedHead::Use::Head, 12, kHash};
+  EXPECT_EQ(head_in("\n {\"ledger\": {\"head\": 12, \"hash\": \"" + kHash + "\"}}"), head);
+  EXPECT_EQ(head_in("{\"ledger_head\": {\"id\": 12, \"hash\": \"" + kHash + "\"}}"), head);
+  EXPECT_EQ(head_in("<!DOCTYPE html>\n<dl>\n<dt>ledger head</dt><dd class=\"mono\">12 " + kHash +
+                    "</dd>\n"),
+            head);
+}
+
+TEST(HeadIn, TakesNothingElseForOne) {
+  for (const std::string& text :
+       {std::string(),
+        std::string("{"),
+        std::string("[]"),
+        std::string("{\"ledger\": 4}"),
+        std::string("{\"ledger_head\": {\"id\": 0, \"hash\": \"\"}}"),
+        std::string("{\"ledger_head\": {\"id\": \"12\"}}"),
+        "<dt>ledger</dt><dd class=\"mono\">12 " + kHash + "</dd>",
+        std::string("<dt>ledger head</dt><dd class=\"mono\">not known: 12</dd>"),
+        std::string("<dt>ledger head</dt><dd class=\"mono\">12")}) {
+    EXPECT_EQ(head_in(text), std::nullopt) << text;
+  }
+}
+
+class NotedHeads : public ::testing::Test {
+ protected:
+  NotedHeads()
+      : ledger_(*Ledger::open(folder_.path() / "a.ledger",
+                              fixed_clock(*from_iso_8601("2026-11-21T02:00:00Z")))) {}
+
+  LedgerEntry append(const std::string& result) {
+    LedgerDraft draft;
+    draft.record.key = {"drill 1", LedgerKind::Camera, "camera"};
+    draft.record.asked_by = "timer";
+    draft.record.software = "test";
+    draft.result = result;
+    return ledger_.append(draft).value();
+  }
+  std::vector<std::string> missing(const NotedHead& head, const std::string& bytes = "") const {
+    return missing_entries(ledger_, {{"a.json", head, sha256(bytes)}}).value();
+  }
+
+  Folder folder_;
+  Ledger ledger_;
+};
+
+TEST_F(NotedHeads, OfTheLedgerAreThere) {
+  EXPECT_THAT(missing({NotedHead::Use::Head, 0, ""}), IsEmpty());
+  const LedgerEntry first = append("{\"a\": 1}");
+  const LedgerEntry second = append("{\"a\": 2}");
+  EXPECT_THAT(missing({NotedHead::Use::Head, 2, second.hash}), IsEmpty());
+  EXPECT_THAT(missing({NotedHead::Use::RecordedAfter, 1, first.hash}, "{\"a\": 2}"), IsEmpty());
+}
+
+TEST_F(NotedHeads, BeyondTheNewestEntryAreMissing) {
+  append("{\"a\": 1}");
+  EXPECT_THAT(missing({NotedHead::Use::Head, 2, kHash}),
+              ElementsAre("\"a.json\" notes entry 2, and the newest is 1"));
+}
+
+TEST_F(NotedHeads, OfARewrittenEntryAreMissing) {
+  append("{\"a\": 1}");
+  EXPECT_THAT(missing({NotedHead::Use::Head, 1, kHash}),
+              ElementsAre(HasSubstr("entry 1 with the hash bbbbbbbbbbbb...")));
+}
+
+/// The newest entry was deleted, and the calibration that it had put in force was not.
+TEST_F(NotedHeads, OfACalibrationWithoutItsEntryAreMissing) {
+  const LedgerEntry first = append("{\"a\": 1}");
+  EXPECT_THAT(missing({NotedHead::Use::RecordedAfter, 1, first.hash}, "{\"a\": 2}"),
+              ElementsAre("\"a.json\" was recorded after entry 1, and is no entry's result"));
+  // An entry of before is not the one that it was recorded as.
+  EXPECT_THAT(missing({NotedHead::Use::RecordedAfter, 1, first.hash}, "{\"a\": 1}"),
+              testing::SizeIs(1));
+}
+
+TEST(FilesBelow, AreThoseOfFoldersInTheOrderOfTheirNames) {
+  const Folder folder;
+  std::filesystem::create_directory(folder.path() / "reports");
+  for (const char* const name :
+       {"reports/b.html", "reports/a.json", "reports/a.txt", "z.cal.json"}) {
+    ASSERT_TRUE(write_file(folder.path() / name, "x"));
+  }
+  EXPECT_THAT(files_below({folder.path() / "z.cal.json", folder.path() / "reports"}).value(),
+              ElementsAre(folder.path() / "z.cal.json",
+                          folder.path() / "reports/a.json",
+                          folder.path() / "reports/b.html"));
+  EXPECT_THAT(files_below({folder.path() / "none"}), FailsWith(Code::FileUnreadable, "none"));
+}
+
+}  // namespace
+}  // namespace panelcal::history

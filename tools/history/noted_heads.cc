@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/history/noted_heads.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <map>
+#include <system_error>
+#include <utility>
+
+#include "calib/base/json/strict_json.h"
+#include <fmt/format.h>
+
+namespace panelcal::history {
+namespace {
+
+namespace fs = std::filesystem;
+using internal::NotedHead;
+
+/// As pages have it: tools/nightly/page.cc, tools/report/html.cc.
+constexpr std::string_view kPageRow = "<dt>ledger head</dt><dd class=\"mono\">";
+
+std::optional<NotedHead> head_in_page(std::string_view text) {
+  const std::size_t at = text.find(kPageRow);
+  if (at == std::string_view::npos) return std::nullopt;
+  text.remove_prefix(at + kPageRow.size());
+  text = text.substr(0, text.find('<'));
+  NotedHead head;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), head.id);
+  if (error != std::errc() || end == text.data() + text.size() || *end != ' ') return std::nullopt;
+  head.hash = std::string(end + 1, text.data() + text.size());
+  if (!internal::is_ledger_hash(head.hash)) return std::nullopt;
+  return head;
+}
+
+std::optional<NotedHead> head_of_night(const nlohmann::json& document) {
+  if (!document.is_object() || !document.contains("ledger_head")) return std::nullopt;
+  const nlohmann::json& head = document["ledger_head"];
+  if (!head.is_object() || !head.contains("id") || !head.contains("hash")) return std::nullopt;
+  if (!head["id"].is_number_unsigned() || !head["hash"].is_string()) return std::nullopt;
+  NotedHead noted = {NotedHead::Use::Head, head["id"].get<std::int64_t>(), head["hash"]};
+  // A night that did not reach the ledger notes none.
+  if (!internal::is_ledger_hash(noted.hash)) return std::nullopt;
+  return noted;
+}
+
+bool is_read_in_folders(const fs::path& file) {
+  return file.extension() == ".json" || file.extension() == ".html";
+}
+
+Diagnostic cannot_hold_against(const fs::path& file, const std::error_code& error) {
+  return {Code::FileUnreadable,
+          {file.string(), 0, 0},
+          error ? error.message() : "there is no such file",
+          "a file or a folder"};
+}
+
+std::string short_hash(const std::string& hash) {
+  constexpr std::size_t kShown = 12;
+  return hash.substr(0, kShown) + "...";
+}
+
+}  // namespace
+
+std::optional<NotedHead> head_in(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  if (begin == std::string_view::npos) return std::nullopt;
+  if (text[begin] != '{') return head_in_page(text);
+  auto document = internal::parse_strict_json(text, "");
+  if (!document) return std::nullopt;
+  if (const auto head = head_of_night(*document)) return head;
+  const auto head = internal::take_noted_head(*document, "");
+  return head ? *head : std::nullopt;
+}
+
+Expected<std::vector<fs::path>> files_below(const std::vector<fs::path>& files) {
+  std::vector<fs::path> all;
+  for (const fs::path& file : files) {
+    std::error_code error;
+    if (!fs::is_directory(file, error)) {
+      if (!fs::exists(file, error)) return failure(cannot_hold_against(file, error));
+      all.push_back(file);
+      continue;
+    }
+    std::vector<fs::path> below;
+    for (fs::recursive_directory_iterator at(file, error), end; !error && at != end;
+         at.increment(error)) {
+      if (is_read_in_folders(at->path()) && at->is_regular_file()) below.push_back(at->path());
+    }
+    if (error) return failure(cannot_hold_against(file, error));
+    std::ranges::sort(below);
+    all.insert(all.end(), below.begin(), below.end());
+  }
+  return all;
+}
+
+Expected<std::vector<std::string>> missing_entries(const Ledger& ledger,
+                                                   const std::vector<NotedFile>& files) {
+  struct Known {
+    std::string hash;
+    std::string result_sha256;
+  };
+  std::map<std::int64_t, Known> entries;
+  std::map<std::string, std::int64_t> newest_of_result;
+  PANELCAL_CHECK(ledger.for_each({}, [&](const LedgerEntry& entry) -> Expected<void> {
+    entries[entry.id] = {entry.hash, entry.result_sha256};
+    newest_of_result[entry.result_sha256] = entry.id;
+    return {};
+  }));
+  const std::int64_t newest = entries.empty() ? 0 : entries.rbegin()->first;
+  std::vector<std::string> missing;
+  for (const auto& [file, head, digest] : files) {
+    const std::string name = quoted(file.string(), 200);
+    const auto entry = entries.find(head.id);
+    if (head.id > newest) {
+      missing.push_back(
+          fmt::format("{} notes entry {}, and the newest is {}", name, head.id, newest));
+    } else if (entry != entries.end() && entry->second.hash != head.hash) {
+      missing.push_back(fmt::format("{} notes entry {} with the hash {}, and it has {}",
+                                    name,
+                                    head.id,
+                                    short_hash(head.hash),
+                                    short_hash(entry->second.hash)));
+    } else if (head.use == NotedHead::Use::RecordedAfter) {
+      const auto own = newest_of_result.find(digest);
+      if (own != newest_of_result.end() && own->second > head.id) continue;
+      missing.push_back(
+          fmt::format("{} was recorded after entry {}, and is no entry's result", name, head.id));
+    }
+  }
+  return missing;
+}
+
+}  // namespace panelcal::history

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/history/verify.h"
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "calib/base/amount.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
+#include "machine/nightly/record/night_files.h"
+#include "tools/cli/output_paths.h"
+#include "tools/cli/provenance.h"
+#include "tools/history/noted_heads.h"
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace panelcal::history {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxNotingBytes = std::size_t{1} << 28;
+
+/// Of machine.toml those that are there; of the command line all, which have to be.
+Expected<std::vector<fs::path>> named_files(const HistoryOptions& options) {
+  std::vector<fs::path> files(options.against.begin(), options.against.end());
+  if (options.machine_file.empty()) return files;
+  PANELCAL_TRY(const NightFiles named, find_night_files(options.machine_file));
+  for (const fs::path& file : named.that_note_the_head()) {
+    std::error_code ignored;
+    if (fs::exists(file, ignored)) files.push_back(file);
+  }
+  return files;
+}
+
+struct Held {
+  std::vector<NotedFile> noted;
+  std::size_t n_without = 0;  ///< files that note no head
+};
+
+Expected<Held> read_noting_files(const std::vector<fs::path>& files) {
+  Held held;
+  for (const fs::path& file : files) {
+    PANELCAL_TRY(const std::string bytes, read_file(file, kMaxNotingBytes));
+    if (const auto head = head_in(bytes)) {
+      held.noted.push_back({file, *head, sha256(bytes)});
+    } else {
+      ++held.n_without;
+    }
+  }
+  return held;
+}
+
+std::string verify_json(const LedgerHead& head, const Held& held) {
+  nlohmann::ordered_json json = {{"entries", head.id}, {"head", head.hash}};
+  json["held_against"] = nlohmann::ordered_json::array();
+  for (const NotedFile& file : held.noted) {
+    json["held_against"].push_back({{"file", file.file.string()}, {"entry", file.head.id}});
+  }
+  json["without_head"] = held.n_without;
+  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string verify_text(const LedgerHead& head, const Held& held) {
+  std::string text = fmt::format("{} entries, undamaged; head {}\n", head.id, head.hash);
+  if (!held.noted.empty()) {
+    const auto newest = std::ranges::max_element(
+        held.noted, {}, [](const NotedFile& file) { return file.head.id; });
+    text += fmt::format("held against {} with a noted head; the newest is {}, of entry {}\n",
+                        amount(held.noted.size(), "file"),
+                        quoted(newest->file.string(), 200),
+                        newest->head.id);
+  }
+  if (held.n_without > 0) text += amount(held.n_without, "file") + " without a head\n";
+  return text;
+}
+
+}  // namespace
+
+Expected<std::string> verify_answer(const HistoryOptions& options,
+                                    CommandContext& context,
+                                    const Ledger& ledger) {
+  PANELCAL_TRY(const std::vector<fs::path> named, named_files(options));
+  PANELCAL_TRY(const std::vector<fs::path> files, files_below(named));
+  for (const fs::path& file : files) {
+    context.files.add(file, "a file that the ledger is held against");
+  }
+  PANELCAL_CHECK(check_outputs(context.options, context.files));
+  PANELCAL_TRY(const LedgerHead head, ledger.verify());
+  PANELCAL_TRY(const Held held, read_noting_files(files));
+  PANELCAL_TRY(const std::vector<std::string> missing, missing_entries(ledger, held.noted));
+  if (!missing.empty()) {
+    return failure({Code::LedgerCutOff,
+                    {options.ledger, 0, 0},
+                    fmt::format("{}", fmt::join(missing, "; ")),
+                    "every entry that was there when these files were written"});
+  }
+  return options.json ? verify_json(head, held) : verify_text(head, held);
+}
+
+}  // namespace panelcal::history
