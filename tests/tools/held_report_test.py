@@ -34,11 +34,13 @@ def prepare(folder, position_um, body):
 
 def held_job_has_its_budget(panelcal, folder):
     prepare(folder, 2, "X10.0Y20.0\n")
-    done = run(panelcal, folder, "-o", "out.jsonl", "--report", "held.html")
+    done = run(panelcal, folder, "-o", "out.jsonl", "--report", "held.html", "--clock",
+               "2026-11-21T13:45:00")
     assert done.returncode == 1, done.stderr
     assert not (folder / "out.jsonl").exists()
     report = (folder / "held.html").read_text()
     assert "HOLD" in report
+    assert '<dt>date</dt><dd class="mono">2026-11-21T13:45:00</dd>' in report
     assert ("The place likeliest to break its tolerance, with a risk of 0.14: line 8, T1, nominal "
             "(10.000, 20.000) mm") in report, report
     assert '<td>detector</td><td class="num">1.00</td><td class="num">1.00</td>' in report
