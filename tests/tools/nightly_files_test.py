@@ -68,7 +68,7 @@ def main():
             one["date"] = mine["date"]
     Path("spindle.cal.json").write_text(json.dumps(mine))
     by_hand = Path("spindle.cal.json").read_text()
-    assert "put there by hand" in night("2026-11-22T23:00:00Z", 1).stdout
+    assert "is not in the ledger" in night("2026-11-22T23:00:00Z", 1).stdout
     assert Path("spindle.cal.json").read_text() == by_hand
     assert record("2026-11-22")["may_drill"] is False
     Path("spindle.cal.json").unlink()
