@@ -55,7 +55,10 @@ class Measured {
     moved *= kUnit_mm / spread_.scale_mm();
     std::vector<internal::RawPair> pairs = drawn_;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const Eigen::Vector2d drawn(random.normal(), random.normal());
+      // One after the other: arguments of a call have no order, and compilers differ in it.
+      const double drawn_y = random.normal();
+      const double drawn_x = random.normal();
+      const Eigen::Vector2d drawn(drawn_x, drawn_y);
       const Eigen::Vector2d off =
           moved * (pairs[i].from_mm - spread_.from_center_mm) + kUnit_mm * (roots_[i] * drawn);
       pairs[i].to_mm += internal::observed_part(off, pairs[i].axes);

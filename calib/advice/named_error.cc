@@ -18,7 +18,10 @@ std::vector<internal::ExaminedTarget> measured(const ErrorTrial& trial, Random& 
   std::vector<internal::ExaminedTarget> out;
   for (std::size_t i = 0; i < trial.targets.size(); ++i) {
     const DesignTarget& target = trial.targets[i];
-    const Eigen::Vector2d drawn(random.normal(), random.normal());
+    // One after the other: arguments of a call have no order, and compilers differ in it.
+    const double drawn_y = random.normal();
+    const double drawn_x = random.normal();
+    const Eigen::Vector2d drawn(drawn_x, drawn_y);
     Eigen::Vector2d off = internal::plane_root(target.cov) * drawn;
     if (i == trial.i_target) off += trial.error;
     off = internal::observed_part(off, target.axes);
