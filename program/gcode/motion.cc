@@ -143,7 +143,7 @@ Expected<void> MotionReader::read_code(const GcodeBlock& block, const GcodeWord&
                    text_of(block, word),
                    "G0 to G3 in the XY plane, drilling cycles, and codes that leave coordinates "
                    "alone");
-  } else if (code == 4 && has_axis(block)) {
+  } else if (code == 4 && (has_axis(block) || block.has('I') || block.has('J'))) {
     return problem(block, Code::NotSupported, &word, "a dwell with coordinates", "G4 P#");
   }
   return {};

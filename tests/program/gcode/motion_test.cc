@@ -67,6 +67,8 @@ TEST(GcodeMotion, AStepFromNobodyKnowsWhereLeadsNowhere) {
   EXPECT_EQ(move.to.x_mm, 3);
   EXPECT_FALSE(move.to.y_mm);
   EXPECT_FALSE(move.to.z_mm);
+  EXPECT_THAT(refusal({"G21 G0 X1 Y1 Z1", "G3 X2 Y2 R1", "G4 I-5"}),
+              HasSubstr("error[not-supported]"));
   EXPECT_THAT(refusal({"G21 G91 G2 X1 I0.5"}), HasSubstr("error[coordinate-missing]"));
 }
 
