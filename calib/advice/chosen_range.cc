@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/base/statistics/linear_algebra.h"
-#include "calib/base/statistics/random.h"
+#include "calib/base/statistics/plane_normal.h"
 #include "calib/panel/model_choice.h"
 #include "calib/panel/system.h"
 
@@ -55,12 +55,8 @@ class Measured {
     moved *= kUnit_mm / spread_.scale_mm();
     std::vector<internal::RawPair> pairs = drawn_;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      // One after the other: arguments of a call have no order, and compilers differ in it.
-      const double drawn_y = random.normal();
-      const double drawn_x = random.normal();
-      const Eigen::Vector2d drawn(drawn_x, drawn_y);
-      const Eigen::Vector2d off =
-          moved * (pairs[i].from_mm - spread_.from_center_mm) + kUnit_mm * (roots_[i] * drawn);
+      const Eigen::Vector2d off = moved * (pairs[i].from_mm - spread_.from_center_mm) +
+                                  kUnit_mm * (roots_[i] * internal::plane_normal(random));
       pairs[i].to_mm += internal::observed_part(off, pairs[i].axes);
     }
     return leverage_of(pairs);

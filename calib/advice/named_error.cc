@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/base/statistics/linear_algebra.h"
-#include "calib/base/statistics/random.h"
+#include "calib/base/statistics/plane_normal.h"
 #include "calib/faults/finder.h"
 #include "calib/panel/system.h"
 
@@ -18,11 +18,7 @@ std::vector<internal::ExaminedTarget> measured(const ErrorTrial& trial, Random& 
   std::vector<internal::ExaminedTarget> out;
   for (std::size_t i = 0; i < trial.targets.size(); ++i) {
     const DesignTarget& target = trial.targets[i];
-    // One after the other: arguments of a call have no order, and compilers differ in it.
-    const double drawn_y = random.normal();
-    const double drawn_x = random.normal();
-    const Eigen::Vector2d drawn(drawn_x, drawn_y);
-    Eigen::Vector2d off = internal::plane_root(target.cov) * drawn;
+    Eigen::Vector2d off = internal::plane_root(target.cov) * internal::plane_normal(random);
     if (i == trial.i_target) off += trial.error;
     off = internal::observed_part(off, target.axes);
     const Eigen::Vector2d at_mm = target.nominal.in_mm();

@@ -100,8 +100,8 @@ void RiskJudge::judge(const Position<frame::Nominal>& at, Length radius, PlacedP
   if (!states_machine_ || is_refused_) {
     place.risk.reset();
   } else {
-    const bool is_told = radius.in_mm() >= cell.least_radius_mm;
-    place.risk = is_told ? risk : std::max(risk, kMinStatedRisk);
+    const bool is_stated = radius.in_mm() >= cell.least_radius_mm;
+    place.risk = is_stated ? risk : std::max(risk, kMinStatedRisk);
   }
 }
 
