@@ -2,6 +2,7 @@
 #include "vision/round/estimate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -61,8 +62,9 @@ double outside_px(double radius) {
   return std::clamp(10 + 0.6 * radius, 28.0, 40.0);
 }
 
-/// A second window, for pictures with other things in the first.
-constexpr double kNear_px = 12;
+/// Windows for pictures with other things in the first, one after the other: a plain fit beside them
+/// is up to 1.4 times as accurate as one by sectors.
+constexpr std::array kNear_px = {12.0, 6.0};
 
 double band_px(const RimVector& p) {
   return kBandSigmas * p[kSigma] + 0.5;
@@ -432,7 +434,9 @@ RimEstimate estimate_rim(const Image& image,
   };
   RimEstimator wide = in_window(outside_px(start.parameters[kRadius]));
   if (const auto plain = wide.plain()) return *plain;
-  if (const auto plain = in_window(kNear_px).plain()) return *plain;
+  for (const double near_px : kNear_px) {
+    if (const auto plain = in_window(near_px).plain()) return *plain;
+  }
   return wide.by_sectors();
 }
 

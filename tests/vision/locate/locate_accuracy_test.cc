@@ -14,8 +14,12 @@ namespace {
 constexpr double kMaxRmse = 1.15;
 /// 400 draws of two numbers each: one standard deviation of the mean is 0.05.
 constexpr double kNeesTolerance = 0.1;
-/// Texture is correlated and its covariance estimated from few knots of weave.
-constexpr double kTexturedNeesTolerance = 0.3;
+/// Beside things that lie close, little is left to settle the brightness plane.
+constexpr double kNarrowNeesTolerance = 0.2;
+/// On coarse texture a rim is measured by sectors, with an allowance for a rim that is rough or has
+/// its lamp at the side, which these are not: up to 1.6 times the sigma.
+constexpr double kLeastNeesBySectors = 0.4;
+constexpr double kMostNeesBySectors = 1.1;
 
 void expect_all_found(const TrialStatistics& s) {
   EXPECT_EQ(s.n_found, s.n) << s.first_failure;
@@ -36,6 +40,11 @@ void expect_efficient(const TrialStatistics& s) {
 void expect_honest(double nees, double tolerance, const TrialStatistics& s) {
   EXPECT_GT(nees, 1 - tolerance) << s.text();
   EXPECT_LT(nees, 1 + tolerance) << s.text();
+}
+
+void expect_careful(double nees, const TrialStatistics& s) {
+  EXPECT_GT(nees, kLeastNeesBySectors) << s.text();
+  EXPECT_LT(nees, kMostNeesBySectors) << s.text();
 }
 
 TrialStatistics run_and_show(const TrialOptions& options) {
@@ -111,9 +120,18 @@ TEST(LocateAccuracy, NeighboursAreLeftOut) {
   TrialOptions options;
   options.n_neighbours = 3;
   const TrialStatistics s = run_and_show(options);
-  // Less background is left to settle the brightness plane.
-  EXPECT_LT(s.rmse.maxCoeff(), 1.2) << s.text();
-  expect_honest(s.nees_mm, kNeesTolerance, s);
+  EXPECT_LT(s.rmse.maxCoeff(), 1.3) << s.text();
+  expect_honest(s.nees_mm, kNarrowNeesTolerance, s);
+}
+
+TEST(LocateAccuracy, NeighboursOnFineWeaveAreLeftOut) {
+  TrialOptions options;
+  options.n_neighbours = 3;
+  options.weave = 4;
+  options.weave_period_px = 10;
+  const TrialStatistics s = run_and_show(options);
+  EXPECT_LT(s.rmse.maxCoeff(), 1.5) << s.text();
+  expect_honest(s.nees_mm, kNarrowNeesTolerance, s);
 }
 
 TEST(LocateAccuracy, CovarianceIsHonestOnWeaveWithNeighboursInUnevenLight) {
@@ -123,9 +141,9 @@ TEST(LocateAccuracy, CovarianceIsHonestOnWeaveWithNeighboursInUnevenLight) {
   options.light_gradient = 0.3;
   const TrialStatistics s = run_and_show(options);
   // A plain fit to a wide window is at 3.5 here.
-  EXPECT_LT(s.rmse.maxCoeff(), 2.2) << s.text();
-  expect_honest(s.nees_px, kTexturedNeesTolerance, s);
-  expect_honest(s.nees_mm, kTexturedNeesTolerance, s);
+  EXPECT_LT(s.rmse.maxCoeff(), 2.6) << s.text();
+  expect_careful(s.nees_px, s);
+  expect_careful(s.nees_mm, s);
 }
 
 TEST(LocateAccuracy, DarkRingOnFineWeaveIsHonest) {
@@ -135,7 +153,7 @@ TEST(LocateAccuracy, DarkRingOnFineWeaveIsHonest) {
   options.weave = 8;
   options.weave_period_px = 25;
   const TrialStatistics s = run_and_show(options);
-  expect_honest(s.nees_mm, kTexturedNeesTolerance, s);
+  expect_careful(s.nees_mm, s);
 }
 
 /// Without noise only the model's own error is left: rounding to 16 bit is far below.
