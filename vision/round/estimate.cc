@@ -62,8 +62,8 @@ double outside_px(double radius) {
   return std::clamp(10 + 0.6 * radius, 28.0, 40.0);
 }
 
-/// Windows for pictures with other things in the first, one after the other: a plain fit beside them
-/// is up to 1.4 times as accurate as one by sectors.
+/// Windows for pictures with other things in the first, one after the other: a plain fit beside
+/// them is up to 1.4 times as accurate as one by sectors.
 constexpr std::array kNear_px = {12.0, 6.0};
 
 double band_px(const RimVector& p) {
