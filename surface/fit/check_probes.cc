@@ -9,17 +9,28 @@
 namespace panelcal {
 namespace {
 
+/// A picometre: squares of what is finite over less may not be.
+constexpr double kLeastSigma_mm = 1e-9;
+constexpr double kMostProbed_mm = 1e6;
+
 std::optional<Diagnostic> point_problem(const ProbePoint& point) {
   const double sigma_mm = point.measured.sigma.in_mm();
-  if (point.place.in_mm().allFinite() && std::isfinite(point.measured.height.in_mm()) &&
-      std::isfinite(sigma_mm) && std::isfinite(1 / sigma_mm) && sigma_mm > 0) {
+  const double height_mm = point.measured.height.in_mm();
+  // Written so that what is not a number is a problem.
+  if (point.place.in_mm().cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= kMostProbed_mm &&
+      std::abs(height_mm) <= kMostProbed_mm && sigma_mm >= kLeastSigma_mm &&
+      sigma_mm <= kMostProbed_mm) {
     return std::nullopt;
   }
   return Diagnostic{Code::GridInvalid,
                     point.from,
-                    fmt::format("probe {} has a number that is not finite, or a sigma of 0 or less",
-                                quoted(point.name)),
-                    "finite numbers and a sigma above 0"};
+                    fmt::format("probe {} is at ({:.6g}, {:.6g}) mm, height {:.6g} +- {:.3g} mm",
+                                quoted(point.name),
+                                point.place.in_mm().x(),
+                                point.place.in_mm().y(),
+                                height_mm,
+                                sigma_mm),
+                    "places and heights within 1e6 mm of 0, sigmas of 1e-9 to 1e6 mm"};
 }
 
 }  // namespace

@@ -82,6 +82,13 @@ Diagnostic undetermined(std::span<const ProbePoint> points) {
           "probes all over the surface"};
 }
 
+Diagnostic unexplained(std::span<const ProbePoint> points) {
+  return {Code::GridInvalid,
+          points.front().from,
+          fmt::format("no bending explains the heights of {} probes", points.size()),
+          "heights that one board can have, and sigmas of their size"};
+}
+
 std::string_view name_of(BendingKernel kernel) {
   switch (kernel) {
     case BendingKernel::None:
@@ -419,6 +426,7 @@ Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceMode
     const Index n_trend = likelihood->trend_root().rows();
     shapes.push_back({internal::shape_of(share.bending, readings, n_trend), share.weight});
   }
+  if (shapes.empty()) return failure(unexplained(points));
   return SurfaceFit(std::make_shared<const SurfaceFit::State>(
       model, shapes, Noise::Given, std::move(readings), *likelihood));
 }

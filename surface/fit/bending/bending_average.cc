@@ -47,7 +47,9 @@ std::vector<BendingShare> bending_average(const BendingLikelihood& likelihood) {
   double sum = 0;
   for (BendingShare& share : out) {
     const double worse = share.bending.minus_2_log_likelihood - least;
-    share.weight *= std::exp(-0.5 * kEvidenceShare * worse);
+    const double likelihood_ratio = std::exp(-0.5 * kEvidenceShare * worse);
+    // What is not finite explains nothing.
+    share.weight = likelihood_ratio >= 0 ? share.weight * likelihood_ratio : 0;
     sum += share.weight;
   }
   std::ranges::stable_sort(out, std::greater(), &BendingShare::weight);

@@ -391,6 +391,45 @@ TEST(SurfaceFit, OfManyProbesKnowsMoreThanOfThePartThatTellsItsShape) {
   EXPECT_EQ(again->at(place).sigma, all->at(place).sigma);
 }
 
+/// Squares of what is finite may not be: the crash of a height of -1e308 mm.
+TEST(SurfaceFit, RefusesNumbersThatNoBoardHas) {
+  const Points good = warped(13);
+  const auto refuses = [&](auto change) {
+    for (const SurfaceModel model : kModels) {
+      Points points = good;
+      change(points[8]);
+      EXPECT_THAT(fit_surface(points, model), FailsWith(Code::GridInvalid, points[8].name));
+    }
+  };
+  for (const double height_mm : {-1e308, 1.1e6, std::numeric_limits<double>::quiet_NaN()}) {
+    refuses([&](ProbePoint& point) { point.measured.height = mm(height_mm); });
+    refuses([&](ProbePoint& point) { point.place = at(3, height_mm); });
+    refuses([&](ProbePoint& point) { point.measured.sigma = mm(height_mm); });
+  }
+  for (const double sigma_mm : {0.0, 1e-160, 9e-10}) {
+    refuses([&](ProbePoint& point) { point.measured.sigma = mm(sigma_mm); });
+  }
+}
+
+/// The edges of what is accepted give numbers, or say that nothing fits.
+TEST(SurfaceFit, IsFiniteForHeightsAKilometerApart) {
+  for (const double sigma_mm : {1e-9, 1e6}) {
+    Points points = warped(14);
+    points[8].measured.height = mm(1e6);
+    for (ProbePoint& point : points) point.measured.sigma = mm(sigma_mm);
+    for (const SurfaceModel model : kModels) {
+      const auto fit = fit_surface(points, model);
+      if (!fit) {
+        EXPECT_EQ(fit.error().code, Code::GridInvalid);
+        continue;
+      }
+      const HeightEstimate there = fit->at(at(31, 17));
+      EXPECT_TRUE(std::isfinite(there.height.in_mm())) << name_of(model);
+      EXPECT_GT(there.sigma.in_mm(), 0) << name_of(model);
+    }
+  }
+}
+
 TEST(SurfaceFit, RefusesWhatMakesNoSurface) {
   Points points = warped(19);
   EXPECT_THAT(fit_surface({}, SurfaceModel::Plane), FailsWith(Code::GridInvalid, "0 probes"));
