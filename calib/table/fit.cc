@@ -119,7 +119,7 @@ void hold_out_looks(const TableData& data,
     ++by_dot[data.seen[i].i_dot];
   }
   const TableSystem system(data, used, basis, about);
-  const auto solution = Smoother(basis, system, open, about.table_mm).solve(fit.smoothing);
+  const auto solution = Smoother(basis, system, open, about.table_mm).solve(fit.smoothness);
   if (!solution) return;
   const TableState state = system.complete(solution->table_mm);
   double sum_mm2 = 0;
@@ -151,7 +151,7 @@ TableFit table_report(const TableData& data,
     fit.chi_square += r_mm.dot(seen.seen.cov.inverse() * r_mm);
   }
   fit.rms_mm = std::sqrt(sum_mm2 / static_cast<double>(data.seen.size()));
-  fit.smoothing = solution.smoothing;
+  fit.smoothness = solution.smoothness;
   fit.map = TableMap(basis.grid, pairs_of(solution.table_mm));
   fit.covariance = solution.cov;
   const MatrixXd geometry = internal::geometry_functionals(basis);

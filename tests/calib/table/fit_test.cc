@@ -95,6 +95,22 @@ TEST(TableFit, AMapOfNoiseStaysFlat) {
   EXPECT_LT(fit->parameters, 20);
 }
 
+/// A kink of a rail has waves of every length; slow waves are all there is of the other table.
+TEST(TableFit, IsOfAsHighAnOrderAsTheTableIsSmooth) {
+  const auto kinked = [](const Eigen::Vector2d& c) {
+    return Eigen::Vector2d(0.010 * std::abs(c.x() - 131) / 150, 0.006 * std::abs(c.y() - 77) / 150);
+  };
+  const auto waves = [](const Eigen::Vector2d& c) {
+    return Eigen::Vector2d(0.010 * std::sin(c.x() / 70 + 1), 0.008 * std::sin(c.y() / 80 + 2));
+  };
+  const auto rough = fit_table(one_look(kinked, 0.0005, 7), {});
+  ASSERT_TRUE(rough) << rough.error().text();
+  EXPECT_LE(rough->smoothness.order, 1.5);
+  const auto smooth = fit_table(one_look(waves, 0.0005, 8), {});
+  ASSERT_TRUE(smooth) << smooth.error().text();
+  EXPECT_GE(smooth->smoothness.order, 2);
+}
+
 TEST(TableFit, RefusesWhatIsNoData) {
   const TableData good = one_look(test::smooth_warp_mm, 0.001, 6);
   const double nan = std::numeric_limits<double>::quiet_NaN();
