@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Operations, tools and placements of a part program.
+
+Lengths are exact `Fraction` values in mm, in the programmed frame: coordinates relative to work zero.
+"""
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+
+class Refused(Exception):
+    """A program that the manual does not explain: 1-based source line and reason."""
+
+    def __init__(self, line, reason):
+        super().__init__(f'line {line}: {reason}')
+        self.line = line
+        self.reason = reason
+
+
+@dataclass
+class Tool:
+    """One row of the Tool Data Page; None where the program states nothing."""
+
+    number: int
+    diameter_mm: Fraction | None = None
+    feed: Fraction | None = None  # inch/min or mm/s, as the unit in force
+    speed_rpm: Fraction | None = None
+    retract: Fraction | None = None  # inch/min or mm/s
+    max_hits: int | None = None
+    depth_offset_mm: Fraction | None = None
+    header_words: set = field(default_factory=set)  # letters that the header set: the body cannot change them
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Place of one copy of a pattern: mirrors first, then the swap of axes, then the offset.
+
+    x' = xx * x + xy * y + dx,  y' = yx * x + yy * y + dy, all mm. The order of mirrors and swap, and the
+    offset that the copy's own mirrors leave alone, follow from the sample program's nested L patterns.
+    """
+
+    xx: int = 1
+    xy: int = 0
+    yx: int = 0
+    yy: int = 1
+    dx: Fraction = Fraction(0)
+    dy: Fraction = Fraction(0)
+
+    @staticmethod
+    def of(mirror_x, mirror_y, swap, dx, dy):
+        """Placement of one M02 block: M80, M90, M70 and the accumulated offset."""
+        sx = -1 if mirror_x else 1
+        sy = -1 if mirror_y else 1
+        if swap:
+            return Placement(0, sy, sx, 0, dx, dy)
+        return Placement(sx, 0, 0, sy, dx, dy)
+
+    def apply(self, point):
+        x, y = point
+        return (self.xx * x + self.xy * y + self.dx, self.yx * x + self.yy * y + self.dy)
+
+    def after(self, inner):
+        """The placement that applies `inner` first and this one to its result."""
+        dx, dy = self.apply((inner.dx, inner.dy))
+        return Placement(self.xx * inner.xx + self.xy * inner.yx, self.xx * inner.xy + self.xy * inner.yy,
+                         self.yx * inner.xx + self.yy * inner.yx, self.yx * inner.xy + self.yy * inner.yy, dx, dy)
+
+    def reflects(self):
+        """True if the copy is a mirror image: clockwise becomes counter-clockwise."""
+        return self.xx * self.yy - self.xy * self.yx < 0
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One thing that the machine does.
+
+    kind           points                                      values
+    hole           position                                    -
+    holes          all holes; the manual gives no order        code
+    ring           centre                                      ring_radius_mm, hole_diameter_mm
+    slot           start, end                                  -
+    text           anchor, step along the line, step upwards   text
+    plunge         position                                    contoured
+    line           start, end                                  compensation
+    arc            start, end, centre                          clockwise, compensation
+    retract        position                                    -
+    routed-circle  centre                                      path_radius_mm, clockwise
+    step-slot      start, end                                  passes (offsets above the final depth, mm)
+    """
+
+    kind: str
+    line: int
+    tool: int
+    diameter_mm: Fraction | None
+    points: tuple
+    values: dict = field(default_factory=dict)
+    zero_mm: tuple = (Fraction(0), Fraction(0))  # work zero relative to absolute zero, from G93
+
+    def placed(self, placement):
+        """The same operation in a copy of its pattern."""
+        points = tuple(placement.apply(point) for point in self.points)
+        values = dict(self.values)
+        if self.kind == 'text':
+            origin = (placement.dx, placement.dy)
+            anchor, *steps = points
+            points = (anchor, *((x - origin[0], y - origin[1]) for x, y in steps))
+        if 'clockwise' in values and placement.reflects():
+            values['clockwise'] = not values['clockwise']
+        return Operation(self.kind, self.line, self.tool, self.diameter_mm, points, values, self.zero_mm)
+
+    def as_json(self):
+        """Plain values for `json.dumps`; lengths as decimal numbers in mm."""
+        return {'kind': self.kind, 'line': self.line, 'tool': self.tool, 'diameter_mm': plain(self.diameter_mm),
+                'points': plain(self.points), **{key: plain(value) for key, value in self.values.items()},
+                'zero_mm': plain(self.zero_mm)}
+
+
+def plain(value):
+    if isinstance(value, Fraction):
+        return float(value)
+    if isinstance(value, (tuple, list)):
+        return [plain(item) for item in value]
+    return value
