@@ -137,9 +137,9 @@ class Drilling:
             raise Refused(line, 'G82 with one of its two spacings')
         corners = []
         for _ in range(2):
-            at, text = self.cursor.next_block(line)
-            self.move(split_words(text, at), at)
-            corners.append(self.point(at))
+            line, text = self.cursor.next_block(line)
+            self.move(split_words(text, line), line)
+            corners.append(self.point(line))
         if code == '83':
             holes = l_pack_holes(*corners, line)
         else:
@@ -172,13 +172,13 @@ class Drilling:
         self.forget_position()
         self.pattern, self.pattern_offset = again, (x, y)
 
-    def text(self, code, text, line):
+    def text(self, code, text):
         """M97,text and M98,text with the block of their start. The manual has no letter shapes: none are drawn."""
+        line, block = self.cursor.next_block(self.cursor.line())
         if self.routing or not TEXT_CHARACTERS.fullmatch(text):
             raise Refused(line, f'text "{text}"')
-        at, block = self.cursor.next_block(line)
-        self.move(split_words(block, at), at)
-        x, y = self.point(at)
+        self.move(split_words(block, line), line)
+        x, y = self.point(line)
         start = (x + self.text_offset[0], y + self.text_offset[1])
         diameter = self.current_tool(line).diameter_mm
         pitch = diameter * Fraction(6, 5) if diameter else TEXT_PITCH_MM

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Execution of a part program, block by block."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 import re
 
 from .drilling import Drilling
 from .model import Operation, Placement, Refused
-from .routing import Routing
+from .routing import DEFAULT_TABLE_FEED_MM_S, Routing
 from .sections import read_section
 from .setup import Setup
-from .words import NumberFormat, rate, split_words
+from .words import NumberFormat, split_words
 
 # Section "List of Equivalent Format One Commands".
 FORMAT_TWO_OF_ONE = {('M', '02'): ('M', '00'), ('M', '24'): ('M', '01'), ('M', '26'): ('M', '02'),
@@ -17,8 +17,16 @@ FORMAT_TWO_OF_ONE = {('M', '02'): ('M', '00'), ('M', '24'): ('M', '01'), ('M', '
                      ('M', '23'): ('M', '70'), ('M', '70'): ('M', '72'), ('M', '21'): ('M', '80'),
                      ('M', '22'): ('M', '90'), ('G', '81'): ('G', '05')}
 NOT_IN_FORMAT_ONE = {('M', code) for code in ('06', '08', '09', '72', '80', '90')}
-# Blocks that change no position: messages, tip check, peck drilling, reference scaling off, spindle groups.
-QUIET = re.compile(r'M47,.*|M96,([0-9]+|OFF)|M18|M61|M62|M63|M19(,[0-9]+)?|G07')
+# Blocks that change no position: tip check, peck drilling, reference scaling off, spindle groups.
+QUIET = re.compile(r'M96,([0-9]+|OFF)|M18|M61|M62|M63|M19(,[0-9]+)?')
+
+
+UNTOOLED = ('position', 'stop', 'dwell', 'message')
+
+
+def numbered(text):
+    """[(line number, line)] without spaces and empty lines at the end."""
+    return [(number, line.rstrip()) for number, line in enumerate(text.rstrip().split('\n'), 1)]
 
 
 @dataclass
@@ -43,6 +51,10 @@ class Cursor:
         self.at += 1
         return self.lines[self.at - 1]
 
+    def line(self):
+        """Number of the line taken last."""
+        return self.lines[self.at - 1][0]
+
     def next_block(self, line):
         """The next block that is not empty."""
         while self.more():
@@ -63,6 +75,7 @@ class Interpreter(Setup, Drilling, Routing):
         self.header_lines = None
         self.tools, self.compensation_mm = {}, {}
         self.tool, self.tool_index = None, None
+        self.override = False  # G07: feeds and speeds of the body hold
         self.operations = []
         self.incremental = False
         self.position = [Fraction(0), Fraction(0)]
@@ -73,16 +86,16 @@ class Interpreter(Setup, Drilling, Routing):
         self.pattern, self.pattern_offset = None, None
         self.text_offset = [Fraction(0), Fraction(0)]
         self.zero = (Fraction(0), Fraction(0))
-        self.placement, self.in_section, self.in_subprogram = Placement(), False, False
+        self.placement, self.in_section, self.path = Placement(), False, None
+        self.in_subprogram, self.file = False, None
         self.routing, self.plunged, self.interpolation = False, False, None
         self.side, self.arc = None, None
+        self.table_feed_mm_s = DEFAULT_TABLE_FEED_MM_S
         self.cursor, self.ended = None, False
 
     def run(self, text):
         """Executes a whole program."""
-        lines = [(number, line.rstrip()) for number, line in enumerate(text.split('\n'), 1)]
-        while lines and not lines[-1][1]:
-            lines.pop()
+        lines = numbered(text)
         cursor = Cursor(lines)
         self.read_header(cursor)
         self.execute(cursor)
@@ -141,11 +154,15 @@ class Interpreter(Setup, Drilling, Routing):
         """Commands with a comma and text; False if it is none."""
         head, _, rest = text.partition(',')
         if head == 'M45' and rest:
-            while text.endswith('\\'):
-                _, text = self.cursor.next_block(line)
+            lines = [rest]
+            while lines[-1].endswith('\\'):
+                lines.append(self.cursor.next_block(line)[1])
+            self.emit('message', (), line, text='\n'.join(text.removesuffix('\\') for text in lines))
+        elif head == 'M47' and rest:
+            self.emit('message', (), line, text=rest)
         elif head in ('M97', 'M98') and rest:
             self.start_pattern_break()
-            self.text(head[1:], rest, line)
+            self.text(head[1:], rest)
         elif head == 'M99' and rest:
             self.subprogram(rest, line)
         elif head == 'CAN_TEXT_OFF':
@@ -205,7 +222,7 @@ class Interpreter(Setup, Drilling, Routing):
         elif letter in 'XYAIJ':
             self.rout_block(None, words, line)
         elif letter == 'F' and len(words) == 1:
-            rate(value, line, 'F', 3)
+            self.feed_block(value, line)
         elif letter == 'T':
             self.tool_command(text, line, in_header=False)
         elif letter == 'R':
@@ -216,6 +233,13 @@ class Interpreter(Setup, Drilling, Routing):
             self.m_block(value, words[1:], line)
         else:
             raise Refused(line, f'block "{text}"')
+
+    def feed_block(self, text, line):
+        """F# alone: the table's feed in the rout mode, else the infeed of the tool in use."""
+        if self.routing:
+            self.table_feed_mm_s = self.feed_mm_s(text, line)
+        else:
+            self.set_tool_word(self.current_tool(line), 'F', text, line)
 
     def g_block(self, code, words, line):
         alone = {'05': self.drill_mode_block, '40': self.compensate, '41': self.compensate, '42': self.compensate,
@@ -233,8 +257,10 @@ class Interpreter(Setup, Drilling, Routing):
         elif code in ('81', '82', '83'):
             self.package('82' if code == '81' else code, words, line)
         elif code == '04':
-            if not re.fullmatch(r'[0-9]*', self.axes(words, 'X', line).get('X', '')):
-                raise Refused(line, 'G04 without a whole number')
+            self.dwell(words, line)
+        elif code == '07':
+            self.axes(words, '', line)
+            self.override = True
         elif code == '93':
             self.set_zero(words, line)
         elif code in ('35', '36', '37', '45', '46', '47', '38', '48'):
@@ -269,10 +295,20 @@ class Interpreter(Setup, Drilling, Routing):
                 raise Refused(line, f'M{code} inside a pattern')
             self.ended = True
         axes = self.axes(words, 'XY', line)
-        for text in axes.values():
-            self.format.length_mm(text, line)
+        if axes and set(axes) != {'X', 'Y'}:
+            raise Refused(line, f'M{code} with one coordinate')
+        place = tuple(self.format.length_mm(axes[axis], line) for axis in 'XY') if axes else None
+        self.emit('stop', (place,) if place else (), line, code=f'M{code}')
         if axes:
             self.forget_position()
+
+    def dwell(self, words, line):
+        """G04X#: increments of the coordinate format, 1 ms each."""
+        text = self.axes(words, 'X', line).get('X', '')
+        if not re.fullmatch(r'[0-9]*', text):
+            raise Refused(line, 'G04 without a whole number')
+        units = self.format.length_mm(text, line) / self.format.scale(line)
+        self.emit('dwell', (), line, increments=int(units * 10 ** self.format.digits()[1]))
 
     def section(self, line):
         if self.in_section or self.plunged or self.side:
@@ -280,25 +316,26 @@ class Interpreter(Setup, Drilling, Routing):
         section = read_section(self.cursor, self, line)
         outer, self.in_section = self.placement, True
         first = True
-        for placement, tool_blocks in section.copies():
+        for placement, tool_blocks, self.path in section.copies():
             if self.incremental and first and not (self.accumulated and self.position == [0, 0]):
                 raise Refused(line, 'an incremental pattern that does not start at work zero')
             self.start_pass()
             for block in tool_blocks:
                 self.tool_command(block, line, in_header=False)
             self.placement = outer.after(placement)
+            modes = (self.incremental, self.routing, None, False)
             self.execute(Cursor(section.pattern))
-            if self.plunged or (self.side and placement.reflects()):
-                raise Refused(line, 'a pattern that ends in the rout position or mirrors a compensation')
+            if (self.incremental, self.routing, self.side, self.plunged) != modes:
+                raise Refused(line, 'a pattern that ends in another mode than it began, plunged or compensated')
             first = False
-        self.placement, self.in_section = outer, False
+        self.placement, self.in_section, self.path = outer, False, None
         self.start_pass()
         self.ended = section.ends_program
 
     def start_pass(self):
         """A copy starts: incremental accumulators stand at work zero, absolute axes are to be stated."""
         self.forget_position()
-        self.interpolation = None
+        self.interpolation, self.arc = None, None
         self.start_pattern_break()
         if self.incremental:
             self.position, self.accumulated = [Fraction(0), Fraction(0)], True
@@ -310,15 +347,15 @@ class Interpreter(Setup, Drilling, Routing):
         at, block = self.cursor.next_block(line)
         self.move(split_words(block, at), at)
         anchor = self.point(at)
-        lines = [(line, text.rstrip()) for text in self.subprograms[name].split('\n')]
+        lines = numbered(self.subprograms[name])
 
         def again(dx, dy, _):
             outer = self.placement
             self.placement = outer.after(Placement(dx=anchor[0] + dx, dy=anchor[1] + dy))
-            self.in_subprogram = True
+            self.in_subprogram, self.file = True, name
             self.start_pass()
             self.execute(Cursor(lines))
-            self.placement, self.in_subprogram = outer, False
+            self.placement, self.in_subprogram, self.file = outer, False, None
             self.forget_position()
 
         again(0, 0, line)
@@ -411,8 +448,8 @@ class Interpreter(Setup, Drilling, Routing):
             self.pattern = None
 
     def emit(self, kind, points, line, **values):
-        tool = self.current_tool(line)
-        operation = Operation(kind, line, tool.number, tool.diameter_mm, points, values, self.zero)
+        tool = replace(self.current_tool(line)) if kind not in UNTOOLED else None
+        operation = Operation(kind, line, tool, points, values, self.zero, self.file, self.path)
         self.operations.append(operation.placed(self.placement))
 
 

@@ -3,7 +3,7 @@
 
 Lengths are exact `Fraction` values in mm, in the programmed frame: coordinates relative to work zero.
 """
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 
@@ -22,9 +22,9 @@ class Tool:
 
     number: int
     diameter_mm: Fraction | None = None
-    feed: Fraction | None = None  # inch/min or mm/s, as the unit in force
+    feed_mm_s: Fraction | None = None
     speed_rpm: Fraction | None = None
-    retract: Fraction | None = None  # inch/min or mm/s
+    retract_mm_s: Fraction | None = None
     max_hits: int | None = None
     depth_offset_mm: Fraction | None = None
     header_words: set = field(default_factory=set)  # letters that the header set: the body cannot change them
@@ -75,28 +75,39 @@ class Operation:
 
     kind           points                                      values
     hole           position                                    -
+    position       end of a move with the tool up              -
     holes          all holes; the manual gives no order        code
     ring           centre                                      ring_radius_mm, hole_diameter_mm
     slot           start, end                                  -
     text           anchor, step along the line, step upwards   text
     plunge         position                                    contoured
-    line           start, end                                  compensation
-    arc            start, end, centre                          clockwise, compensation
+    line           start, end                                  compensation (side, diameter), feed_mm_s
+    arc            start, end, centre                          clockwise, compensation, feed_mm_s
     retract        position                                    -
     routed-circle  centre                                      path_radius_mm, clockwise
-    step-slot      start, end                                  passes (offsets above the final depth, mm)
+    step-slot      start, end                                  passes (offsets above the final depth, mm), increment_mm
+    stop           place relative to absolute zero, or none    code
+    dwell          -                                           increments: of 1 ms
+    message        -                                           text
+
+    Of a drilling command of several blocks `line` is the last one's; inside an M99 pattern it is that file's.
+    `tool` is None, or a copy of the tool's data as they were in force. `path` has one index a level of
+    step and repeat, the outermost first; None outside.
     """
 
     kind: str
     line: int
-    tool: int
-    diameter_mm: Fraction | None
+    tool: Tool | None
     points: tuple
     values: dict = field(default_factory=dict)
     zero_mm: tuple = (Fraction(0), Fraction(0))  # work zero relative to absolute zero, from G93
+    file: str | None = None  # the M99 pattern
+    path: tuple | None = None
 
     def placed(self, placement):
         """The same operation in a copy of its pattern."""
+        if self.kind == 'stop':
+            return self
         points = tuple(placement.apply(point) for point in self.points)
         values = dict(self.values)
         if self.kind == 'text':
@@ -105,11 +116,15 @@ class Operation:
             points = (anchor, *((x - origin[0], y - origin[1]) for x, y in steps))
         if 'clockwise' in values and placement.reflects():
             values['clockwise'] = not values['clockwise']
-        return Operation(self.kind, self.line, self.tool, self.diameter_mm, points, values, self.zero_mm)
+        if values.get('compensation') and placement.reflects():
+            side, diameter = values['compensation']
+            values['compensation'] = ({'left': 'right', 'right': 'left'}[side], diameter)
+        return replace(self, points=points, values=values)
 
     def as_json(self):
         """Plain values for `json.dumps`; lengths as decimal numbers in mm."""
-        return {'kind': self.kind, 'line': self.line, 'tool': self.tool, 'diameter_mm': plain(self.diameter_mm),
+        tool = self.tool and {'number': self.tool.number, 'diameter_mm': plain(self.tool.diameter_mm)}
+        return {'kind': self.kind, 'line': self.line, 'file': self.file, 'path': plain(self.path), 'tool': tool,
                 'points': plain(self.points), **{key: plain(value) for key, value in self.values.items()},
                 'zero_mm': plain(self.zero_mm)}
 

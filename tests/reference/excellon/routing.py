@@ -5,10 +5,11 @@ import math
 
 from .model import Refused
 from .setup import fraction_sqrt
-from .words import MM_PER_INCH, rate
+from .words import MM_PER_INCH
 
 # A centre offset and its end point are rounded to the coordinate grid: one 10 um step of the coarsest format each.
 MAX_CENTRE_MISFIT_MM = Fraction(2, 100)
+DEFAULT_TABLE_FEED_MM_S = 100 * MM_PER_INCH / 60
 CIRCLE_CLEARANCE_MM = Fraction(1, 100) * MM_PER_INCH
 
 
@@ -50,7 +51,7 @@ class Routing:
             self.interpolation = code
         axes = self.axes(words, 'XYAIJF', line)
         if 'F' in axes:
-            rate(axes.pop('F'), line, 'F', 3)
+            self.table_feed_mm_s = self.feed_mm_s(axes.pop('F'), line)
         self.arc_words(axes, line)
         if not axes:
             return
@@ -59,6 +60,7 @@ class Routing:
         start = self.point(line) if self.interpolation != '00' else None
         self.move(list(axes.items()), line)
         if self.interpolation == '00':
+            self.emit('position', (self.point(line),), line)
             return
         if not self.plunged:
             raise Refused(line, 'a rout move before M14 or M15')
@@ -76,7 +78,7 @@ class Routing:
 
     def cut(self, start, end, line):
         if self.interpolation == '01':
-            self.emit('line', (start, end), line, compensation=self.side)
+            self.emit('line', (start, end), line, compensation=self.compensation(), feed_mm_s=self.table_feed_mm_s)
             return
         clockwise = self.interpolation == '02'
         if self.arc is None:
@@ -88,7 +90,12 @@ class Routing:
             # "Arc Center Offset": I and J are measured from the centre to the start.
             centre = (start[0] - value[0], start[1] - value[1])
             check_centre(start, end, centre, clockwise, line)
-        self.emit('arc', (start, end, centre), line, clockwise=clockwise, compensation=self.side)
+        self.emit('arc', (start, end, centre), line, clockwise=clockwise, compensation=self.compensation(),
+                  feed_mm_s=self.table_feed_mm_s)
+
+    def compensation(self):
+        """(side, diameter in mm) of the compensation in force, or None."""
+        return (self.side, self.compensation_mm[self.tool_index]) if self.side else None
 
     def plunge(self, code, line):
         if not self.routing or self.plunged:
@@ -139,5 +146,5 @@ class Routing:
         count = 1 + math.ceil(above / -step)
         passes = tuple(max(Fraction(0), above + step * i) for i in range(count))
         self.routing, self.interpolation, self.side = True, None, None
-        self.emit('step-slot', (start, self.point(line)), line, passes=passes)
+        self.emit('step-slot', (start, self.point(line)), line, passes=passes, increment_mm=step)
         self.forget_position()

@@ -25,12 +25,13 @@ class Section:
     ends_program: bool
 
     def copies(self):
-        """Every copy in machine order: a level repeats all that its inner levels make."""
-        for chosen in itertools.product(*reversed(self.levels)):
+        """(placement, tool blocks, path) of each copy in machine order: a level repeats all that its inner levels make."""
+        for chosen in itertools.product(*(tuple(enumerate(level)) for level in reversed(self.levels))):
             placement = Placement()
-            for copy in chosen:
+            for _, copy in chosen:
                 placement = placement.after(copy.placement)
-            yield placement, [copy.tool_block for copy in chosen if copy.tool_block]
+            tool_blocks = [copy.tool_block for _, copy in chosen if copy.tool_block]
+            yield placement, tool_blocks, tuple(index for index, _ in chosen)
 
 
 class Level:

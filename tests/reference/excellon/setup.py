@@ -4,7 +4,7 @@ import re
 from fractions import Fraction
 
 from .model import Refused, Tool
-from .words import METRIC_DIGITS, integer, rate, spindle_speed_rpm, split_words
+from .words import METRIC_DIGITS, MM_PER_INCH, integer, rate, spindle_speed_rpm, split_words
 
 # Commands of the table "Commands Used in a Header" and of the sample program's header that change no position.
 SWITCHES = {'AFS', 'ATC', 'DETECT', 'DN', 'DTMDIST', 'FSB', 'HPCK', 'NCSL', 'OSTOP', 'OTCLMP', 'PCKPARAM', 'PF',
@@ -49,9 +49,13 @@ class Setup:
     def unit(self, inch, line):
         if self.format.inch is not None and self.format.inch != inch:
             raise Refused(line, 'the program states both inch and metric')
-        if self.operations:
+        if self.worked():
             raise Refused(line, 'a unit after the first operation')
         self.format.inch = inch
+
+    def worked(self):
+        """True from the first hole or plunge on."""
+        return any(operation.tool for operation in self.operations)
 
     def zeros_option(self, options, line):
         if not options:
@@ -70,7 +74,7 @@ class Setup:
     def format_number(self, options, line):
         if options not in (['1'], ['2']):
             raise Refused(line, 'FMAT is not 1 or 2')
-        if self.operations:
+        if self.worked():
             raise Refused(line, 'FMAT after the first operation')
         self.format_one = options == ['1']
 
@@ -98,14 +102,23 @@ class Setup:
         number, index = self.tool_number(words[0][1], line)
         tool = self.tools.setdefault(number, Tool(number))
         for letter, value in words[1:]:
-            name, parsed = self.tool_word(letter, value, line)
+            if in_header:
+                tool.header_words.discard(letter)
+            self.set_tool_word(tool, letter, value, line)
             if in_header:
                 tool.header_words.add(letter)
-            elif letter in tool.header_words:
-                continue  # "Keyboard and Header Commands vs. Body Commands": the header's option stays
-            setattr(tool, name, parsed)
         if not in_header:
             self.select_tool(number, index, line)
+
+    def set_tool_word(self, tool, letter, text, line):
+        """One word of tool data. "Keyboard and Header Commands vs. Body Commands": the header's option stays."""
+        name, parsed = self.tool_word(letter, text, line)
+        if letter not in tool.header_words or (self.override and letter in 'FS'):
+            setattr(tool, name, parsed)
+
+    def feed_mm_s(self, text, line):
+        """F: inch/min or mm/s."""
+        return rate(text, line, 'F', 3) * (MM_PER_INCH / 60 if self.format.inch else 1)
 
     @staticmethod
     def tool_number(text, line):
@@ -123,9 +136,9 @@ class Setup:
         if letter == 'C':
             return 'diameter_mm', self.diameter(text, line)
         if letter == 'F':
-            return 'feed', rate(text, line, 'F', 3)
+            return 'feed_mm_s', self.feed_mm_s(text, line)
         if letter == 'B':
-            return 'retract', rate(text, line, 'B', 4)
+            return 'retract_mm_s', rate(text, line, 'B', 4) * (MM_PER_INCH / 60 if self.format.inch else 1)
         if letter == 'S':
             return 'speed_rpm', spindle_speed_rpm(text, line)
         if letter == 'H':
