@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RESOLUTION_MM = 1e-6
 INCH_MM = 25.4
 # Operations of panelcal that move no tool and that the reading does not list.
-OTHER = {'setting', 'function', 'zero_set', 'rate'}
+OTHER = {'setting', 'function', 'zero_set'}
 STOPS = {'M00': 'end', 'M30': 'end_rewind', 'M06': 'optional', 'M09': 'inspection'}
 
 
@@ -40,6 +40,8 @@ class Output:
             kind = operation['op']
             if kind == 'tool':
                 self.tool = operation
+            elif kind == 'rate':
+                self.tool = {**self.tool, **{key: operation[key] for key in ('feed', 'retract') if key in operation}}
             elif kind == 'compensation':
                 self.compensation = (operation['side'], operation['value']) if operation['side'] != 'off' else None
             elif kind not in OTHER and not (kind == 'stop' and operation['kind'] == 'header_end'):
@@ -56,7 +58,7 @@ class Output:
         if operation['op'] != kind:
             raise Difference(f'{json.dumps(operation)}; expected {describe(expected)}')
         same(operation['line'], expected.line, 'line', operation, expected)
-        same(operation.get('file'), expected.file, 'file', operation, expected)
+        same(Path(operation['file']).name if 'file' in operation else None, expected.file, 'file', operation, expected)
         same(operation.get('path'), list(expected.path) if expected.path else None, 'path', operation, expected)
         if expected.tool and kind != 'retract' and kind != 'position':
             same(operation['tool'], expected.tool.number, 'tool', operation, expected)

@@ -91,6 +91,8 @@ class Interpreter(Setup, Drilling, Routing):
         self.routing, self.plunged, self.interpolation = False, False, None
         self.side, self.arc = None, None
         self.table_feed_mm_s = DEFAULT_TABLE_FEED_MM_S
+        # "Repeat of all the commands", "identical patterns": a copy's feed is unclear where the pass before left another.
+        self.feed_unclear = False
         self.cursor, self.ended = None, False
 
     def run(self, text):
@@ -237,7 +239,7 @@ class Interpreter(Setup, Drilling, Routing):
     def feed_block(self, text, line):
         """F# alone: the table's feed in the rout mode, else the infeed of the tool in use."""
         if self.routing:
-            self.table_feed_mm_s = self.feed_mm_s(text, line)
+            self.state_table_feed(text, line)
         else:
             self.set_tool_word(self.current_tool(line), 'F', text, line)
 
@@ -315,7 +317,7 @@ class Interpreter(Setup, Drilling, Routing):
             raise Refused(line, 'M25 inside a pattern, in the rout position or under compensation')
         section = read_section(self.cursor, self, line)
         outer, self.in_section = self.placement, True
-        first = True
+        first, feed = True, self.table_feed_mm_s
         for placement, tool_blocks, self.path in section.copies():
             if self.incremental and first and not (self.accumulated and self.position == [0, 0]):
                 raise Refused(line, 'an incremental pattern that does not start at work zero')
@@ -323,12 +325,14 @@ class Interpreter(Setup, Drilling, Routing):
             for block in tool_blocks:
                 self.tool_command(block, line, in_header=False)
             self.placement = outer.after(placement)
-            modes = (self.incremental, self.routing, None, False)
+            modes = (self.incremental, self.routing, None, False, list(self.text_offset))
+            self.feed_unclear = self.table_feed_mm_s != feed
             self.execute(Cursor(section.pattern))
-            if (self.incremental, self.routing, self.side, self.plunged) != modes:
+            if (self.incremental, self.routing, self.side, self.plunged, self.text_offset) != modes:
                 raise Refused(line, 'a pattern that ends in another mode than it began, plunged or compensated')
             first = False
         self.placement, self.in_section, self.path = outer, False, None
+        self.feed_unclear = False
         self.start_pass()
         self.ended = section.ends_program
 

@@ -51,7 +51,7 @@ class Routing:
             self.interpolation = code
         axes = self.axes(words, 'XYAIJF', line)
         if 'F' in axes:
-            self.table_feed_mm_s = self.feed_mm_s(axes.pop('F'), line)
+            self.state_table_feed(axes.pop('F'), line)
         self.arc_words(axes, line)
         if not axes:
             return
@@ -76,7 +76,12 @@ class Routing:
             offset = [self.format.length_mm(axes.pop(letter, ''), line) for letter in 'IJ']
             self.arc = ('IJ', tuple(offset))
 
+    def state_table_feed(self, text, line):
+        self.table_feed_mm_s, self.feed_unclear = self.feed_mm_s(text, line), False
+
     def cut(self, start, end, line):
+        if self.feed_unclear:
+            raise Refused(line, 'a feed that the pattern states only behind its use')
         if self.interpolation == '01':
             self.emit('line', (start, end), line, compensation=self.compensation(), feed_mm_s=self.table_feed_mm_s)
             return

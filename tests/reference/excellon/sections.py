@@ -98,9 +98,9 @@ def read_section(cursor, interpreter, line):
         at, text = cursor.next_block(line)
         code = interpreter.section_code(text)
         if code in ('M01', 'M08', 'M08M30'):
-            if len(level.copies) > 1:
+            if len(level.copies) > 1 or (code != 'M01' and levels):
                 levels.append(level.finish(at))
-            elif code == 'M01' or not levels:
+            else:
                 raise Refused(at, 'a level without M02')
             level = Level()
             if code != 'M01':
