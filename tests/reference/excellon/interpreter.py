@@ -5,7 +5,7 @@ from fractions import Fraction
 import re
 
 from .drilling import Drilling
-from .model import Operation, Placement, Refused
+from .model import HERE, Operation, Placement, Refused
 from .routing import DEFAULT_TABLE_FEED_MM_S, Routing
 from .sections import read_section
 from .setup import Setup
@@ -86,7 +86,7 @@ class Interpreter(Setup, Drilling, Routing):
         self.pattern, self.pattern_offset = None, None
         self.text_offset = [Fraction(0), Fraction(0)]
         self.zero = (Fraction(0), Fraction(0))
-        self.placement, self.in_section, self.path = Placement(), False, None
+        self.placement, self.in_section, self.path = HERE, False, None
         self.in_subprogram, self.file = False, None
         self.routing, self.plunged, self.interpolation = False, False, None
         self.side, self.arc = None, None

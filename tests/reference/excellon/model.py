@@ -55,8 +55,10 @@ class Placement:
         return Placement(sx, 0, 0, sy, dx, dy)
 
     def apply(self, point):
-        x, y = point
-        return (self.xx * x + self.xy * y + self.dx, self.yx * x + self.yy * y + self.dy)
+        x, y = point if self.xx else (point[1], point[0])  # signs and a swap: no product of fractions
+        x = x if self.xx + self.xy > 0 else -x
+        y = y if self.yx + self.yy > 0 else -y
+        return (x + self.dx, y + self.dy)
 
     def after(self, inner):
         """The placement that applies `inner` first and this one to its result."""
@@ -67,6 +69,9 @@ class Placement:
     def reflects(self):
         """True if the copy is a mirror image: clockwise becomes counter-clockwise."""
         return self.xx * self.yy - self.xy * self.yx < 0
+
+
+HERE = Placement()
 
 
 @dataclass(frozen=True)
@@ -106,7 +111,7 @@ class Operation:
 
     def placed(self, placement):
         """The same operation in a copy of its pattern."""
-        if self.kind == 'stop':
+        if self.kind == 'stop' or placement is HERE:
             return self
         points = tuple(placement.apply(point) for point in self.points)
         values = dict(self.values)

@@ -30,7 +30,9 @@ class Section:
             placement = Placement()
             for _, copy in chosen:
                 placement = placement.after(copy.placement)
-            tool_blocks = [copy.tool_block for _, copy in chosen if copy.tool_block]
+            # A level's M02 block is read once, in front of the first of the copies that its inner levels make.
+            tool_blocks = [copy.tool_block for i, (_, copy) in enumerate(chosen)
+                           if copy.tool_block and not any(index for index, _ in chosen[i + 1:])]
             yield placement, tool_blocks, tuple(index for index, _ in chosen)
 
 
