@@ -32,6 +32,7 @@ class Output:
         self.operations = [json.loads(line) for line in text.splitlines()]
         self.at = 0
         self.tool, self.compensation = {}, None
+        self.checked = None  # tool and expected operation that agreed last
 
     def skip(self):
         """Passes what sets a state or moves nothing."""
@@ -68,11 +69,14 @@ class Output:
         return operation
 
     def check_tool(self, operation, expected):
+        if self.checked is not None and self.checked[0] is self.tool and self.checked[1] is expected:
+            return
         tool = expected.tool
         wanted = {'tool': tool.number, 'diameter': tool.diameter_mm, 'feed': tool.feed_mm_s, 'speed': tool.speed_rpm,
                   'retract': tool.retract_mm_s, 'max_hits': tool.max_hits, 'depth_offset': tool.depth_offset_mm}
         for key, value in wanted.items():
             near(self.tool.get(key), value, f'tool {key}', operation, expected)
+        self.checked = (self.tool, expected)
 
 
 def describe(expected):
@@ -94,18 +98,20 @@ def near(got, wanted, what, operation, expected):
 def place(operation, point, expected, suffix=''):
     """Nominal place relative to work zero, actual place with it."""
     for i in range(2):
-        near(operation['nominal' + suffix][i], point[i], 'nominal' + suffix, operation, expected)
-        near(operation['actual' + suffix][i], point[i] + expected.zero_mm[i], 'actual' + suffix, operation, expected)
+        wanted = float(point[i])
+        near(operation['nominal' + suffix][i], wanted, 'nominal' + suffix, operation, expected)
+        near(operation['actual' + suffix][i], wanted + float(expected.zero_mm[i]), 'actual' + suffix, operation, expected)
 
 
 def holes_in_any_order(output, points, expected):
     left = [tuple(map(float, point)) for point in points]
-    for _ in range(len(left)):
+    while left:
         operation = output.take('drill', expected)
-        x, y = operation['nominal']
-        found = min(left, key=lambda point: math.hypot(point[0] - x, point[1] - y))
-        place(operation, found, expected)
-        left.remove(found)
+        at = operation['nominal']
+        found = next((i for i in (0, -1) if math.dist(left[i], at) < RESOLUTION_MM), None)
+        if found is None:
+            found = min(range(len(left)), key=lambda i: math.dist(left[i], at))
+        place(operation, left.pop(found), expected)
 
 
 def ring(output, expected):
@@ -207,12 +213,29 @@ def routed_circle(output, expected):
     near_edge = radius - 0.01 * INCH_MM
     place(start, (cx + along[0] * near_edge, cy + along[1] * near_edge), expected)
     output.take('plunge', expected)
+    here = start['nominal']
     for i, side in enumerate((-1, 1, -1)):
         end = (cx + side * along[0] * radius, cy + side * along[1] * radius)
-        rout(output, expected, kind, end, (cx, cy) if i else None)
+        arc = rout(output, expected, kind, end, (cx, cy) if i else None)
+        has_radius(arc, here, radius, expected)
+        here = arc['nominal']
+    output.skip()
+    end = output.operations[output.at].get('nominal', here)
+    # 0.1 inch off the edge is beyond the centre of a small circle, or outside: anywhere on the far half will do.
     far = 0.1 * INCH_MM - radius
-    rout(output, expected, kind, (cx + along[0] * far, cy + along[1] * far))
+    if far > 0:
+        far = max(-radius, min(far, (end[0] - cx) * along[0] + (end[1] - cy) * along[1]))
+    arc = rout(output, expected, kind, (cx + along[0] * far, cy + along[1] * far))
+    has_radius(arc, here, radius, expected)
     output.take('retract', expected)
+
+
+def has_radius(arc, start, radius, expected):
+    """The arc's ends are at the radius from its centre, within what rounded coordinates lose."""
+    centre = [arc['center'][i] - float(expected.zero_mm[i]) for i in range(2)]
+    for point in (start, arc['nominal']):
+        if not abs(math.dist(point, centre) - radius) < 10 * RESOLUTION_MM:
+            raise Difference(f'radius {math.dist(point, centre)}, expected {radius}: {json.dumps(arc)}')
 
 
 def step_slot(output, expected, expand):

@@ -1,197 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random Excellon programs of every construct that the reading from the manual and panelcal both execute."""
 from fractions import Fraction
-import re
+
+from excellon_words import WordWriter
 
 VECTORS = ((3, 4), (4, 3), (5, 0), (0, 5), (-3, 4), (-4, 3), (-5, 0), (0, -5), (3, -4), (4, -3), (-3, -4), (-4, -3))
-FORMAT_ONE_OF_TWO = {'G05': 'G81', 'M00': 'M02', 'M01': 'M24', 'M02': 'M26', 'M06': 'M01', 'M08': 'M27', 'M09': 'M00',
-                     'M70': 'M23', 'M72': 'M70', 'M80': 'M21', 'M90': 'M22'}
 CHARACTERS = 'ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789+-/,'
 
 
-class Numbers:
-    """Writes lengths, in units of the program, in its format: with a decimal point, or digits with LZ or TZ."""
-
-    def __init__(self, random, inch, zeros, digits):
-        self.random, self.inch, self.zeros, self.digits = random, inch, zeros, digits
-        self.per_inch = Fraction(1) if inch else Fraction(127, 5)
-
-    def grid(self):
-        return Fraction(1, 10 ** self.digits[1])
-
-    def decimal(self, value):
-        sign, value = '-' if value < 0 else '', abs(value)
-        places = 0
-        while (value * 10 ** places).denominator != 1:
-            places += 1
-        text = str(int(value * 10 ** places)).rjust(places + 1, '0')
-        whole, part = text[:len(text) - places], text[len(text) - places:]
-        if self.random.random() < 0.5 and whole == '0' and part:
-            whole = ''
-        return f'{sign}{whole}.{part}'
-
-    def text(self, value):
-        before, after = self.digits
-        steps = value * 10 ** after
-        if (self.zeros is None or steps.denominator != 1 or abs(steps) >= 10 ** (before + after) or
-                self.random.random() < 0.4):
-            return self.decimal(value)
-        if steps == 0:
-            return self.random.choice(('', '0'))
-        sign, steps = '-' if steps < 0 else self.random.choice(('', '', '+')), abs(int(steps))
-        if self.zeros == 'LZ':
-            return sign + str(steps).rjust(before + after, '0').rstrip('0')
-        return sign + self.random.choice((str(steps), str(steps).rjust(before + after, '0')))
-
-
-class Writer:
-    """Lines of one program, and what the control knows where they end."""
-
-    def __init__(self, random):
-        self.random = random
-        self.lines, self.subprograms = [], {}
-        self.has_header = random.random() < 0.85
-        inch = random.random() < 0.5
-        zeros = random.choice(('LZ', 'TZ')) if self.has_header else None
-        self.metric_name = random.choice(('', '000.000', '0000.00', '000.00'))
-        digits = (2, 4) if inch else {'': (3, 3), '000.000': (3, 3), '0000.00': (4, 2), '000.00': (3, 2)}[self.metric_name]
-        self.numbers = Numbers(random, inch, zeros, digits)
-        self.format = random.choice((None, None, 2, 2, 1)) if self.has_header else None
-        self.deletes = random.choice((None, True, False)) if self.has_header else None
-        self.incremental = False
-        self.position = [Fraction(0), Fraction(0)]
-        self.known, self.from_here, self.at_zero = False, True, True
-        self.tools, self.tool = {}, None  # number: diameter in units, or None
-        self.indices = {}  # compensation index: diameter in units
-        self.hole = False
-        self.radius = None
-        self.in_section = self.in_pattern = False
-        self.may_select = True  # not where a copy would begin with another tool than the pattern did
-        self.states_feed = None  # every contour of a pattern states its feed, or none does
-
-    # Words
-
-    def add(self, text):
-        if self.format == 1 and not re.match(r'M9[789],|M4[57],', text):
-            text = re.sub(r'[GM][0-9][0-9](?![0-9])', lambda match: FORMAT_ONE_OF_TWO.get(match[0], match[0]), text)
-        self.lines.append(text)
-
-    def length(self, low, high):
-        """A length between two numbers of inches, in units on the format's grid, rarely off it."""
-        grid = self.numbers.grid()
-        if self.random.random() < 0.1:
-            grid /= 10
-        low, high = (int(Fraction(limit) * self.numbers.per_inch / grid) for limit in (low, high))
-        return self.random.randint(low, high) * grid
-
-    def point(self):
-        return [self.length(-2, 6), self.length(-2, 6)]
-
-    def axes(self, target):
-        """X and Y words that take the control to the target; changes the state."""
-        written = ''
-        for i, axis in enumerate('XY'):
-            value = target[i] - self.position[i] if self.incremental else target[i]
-            stays = value == 0 if self.incremental else self.known and target[i] == self.position[i]
-            if not stays or (i == 1 and not written) or self.random.random() < 0.3:
-                written += axis + self.numbers.text(value)
-        self.position, self.known, self.from_here, self.at_zero = list(target), True, True, False
-        self.hole = False
-        return written
-
-    def ready(self):
-        """Makes sure that the next coordinate has a start."""
-        if self.incremental and not self.from_here:
-            self.add('G90')
-            self.incremental = False
-
-    def next_point(self):
-        """Somewhere else, often along one axis."""
-        target = self.point()
-        if self.known and self.random.random() < 0.4:
-            i = self.random.randrange(2)
-            target[i] = self.position[i]
-        return target
-
-    def forget(self):
-        self.known = self.from_here = self.at_zero = self.hole = False
-
-    def spacing(self, low=-1, high=1):
-        """X#Y# of a distance, and its two lengths."""
-        dx, dy = self.length(low, high), self.length(low, high)
-        which = self.random.randrange(4)
-        if which == 0:
-            return 'X' + self.numbers.text(dx), dx, 0
-        if which == 1:
-            return 'Y' + self.numbers.text(dy), 0, dy
-        return f'X{self.numbers.text(dx)}Y{self.numbers.text(dy)}', dx, dy
-
-    # Header and tools
-
-    def header(self):
-        random = self.random
-        self.add('M48')
-        if random.random() < 0.3:
-            self.add('; a comment')
-        for word in random.sample(('R,C', 'R,H', 'VER,1', 'ATC,ON', 'SBK,OFF', 'DETECT,ON', 'FSB,ON', 'OSTOP,OFF'), 3):
-            self.add(word)
-        if self.format:
-            self.add(f'FMAT,{self.format}')
-        unit = 'INCH' if self.numbers.inch else 'METRIC'
-        unit += f',{self.numbers.zeros}'
-        if not self.numbers.inch and self.metric_name:
-            unit += f',{self.metric_name}'
-        self.add(unit)
-        if random.random() < 0.3:
-            self.incremental = random.random() < 0.5
-            self.add('ICI,' + ('ON' if self.incremental else 'OFF'))
-        if self.deletes is not None:
-            self.add('BLKD,' + ('ON' if self.deletes else 'OFF'))
-        for number in random.sample(range(1, 30), random.randint(1, 4)):
-            self.tool_row(number)
-        for index in random.sample(sorted(self.tools), min(2, len(self.tools))):
-            self.indices[index] = self.length(Fraction(2, 100), Fraction(1, 10))
-            self.add(f'CP,{index},{self.numbers.decimal(self.indices[index])}')
-        self.add(random.choice(('%', 'M95')))
-
-    def tool_words(self, diameter):
-        """C and other tool words, in any order."""
-        random = self.random
-        words = [] if diameter is None else [('C' + self.numbers.decimal(diameter))]
-        if random.random() < 0.6:
-            words.append('F' + random.choice(('1', '08', '100', '05', '073')))
-        if random.random() < 0.5:
-            words.append('S' + random.choice(('65', '6', '612', '110.5', '20')))
-        if random.random() < 0.3:
-            words.append('B' + random.choice(('03', '0300', '0025')))
-        if random.random() < 0.3:
-            words.append('H' + random.choice(('20000', '')))
-        if random.random() < 0.3:
-            words.append('Z' + random.choice(('-', '')) + self.numbers.decimal(self.length(0, Fraction(1, 20))))
-        random.shuffle(words)
-        return ''.join(words)
-
-    def tool_row(self, number):
-        diameter = self.length(Fraction(1, 50), Fraction(1, 8)) if self.random.random() < 0.8 else None
-        self.tools[number] = diameter
-        self.add(f'T{self.tool_text(number)}{self.tool_words(diameter)}')
-
-    def tool_text(self, number):
-        return self.random.choice((str(number), str(number).rjust(2, '0')))
-
-    def select_tool(self):
-        """A tool, at times with data that the header overrides, or of which the header knows nothing."""
-        if not self.may_select:
-            return
-        random = self.random
-        number = random.choice(sorted(self.tools)) if self.tools and random.random() < 0.9 else random.randint(1, 40)
-        if number not in self.tools:
-            self.tool_row(number)
-        elif random.random() < 0.1:
-            self.add(f'T{self.tool_text(number)}' + self.random.choice(('F09', 'S40', 'F02S33')))
-        else:
-            self.add(f'T{self.tool_text(number)}')
-        self.tool = number
+class Writer(WordWriter):
+    """Writes a whole program out of random constructs."""
 
     # Drilling
 
@@ -278,29 +96,38 @@ class Writer:
             self.add('G00' + self.axes(self.next_point()) + (random.choice(('F03', 'F1')) if states else ''))
             if random.random() < 0.2 and not self.in_section:
                 self.add('F' + random.choice(('02', '1')))
-            compensated = self.tool in self.indices and random.random() < 0.5
+            compensated = self.index in self.indices and random.random() < 0.5
             if compensated:
                 self.add(random.choice(('G41', 'G42')))
-            self.add(random.choice(('M15', 'M15', 'M14')))
             mode = '00'
-            for _ in range(random.randint(1, 5)):
-                mode = self.contour_move(mode)
-            self.add(random.choice(('M16', 'M17')))
+            for _ in range(random.choice((1, 1, 2))):
+                self.add(random.choice(('M15', 'M15', 'M14')))
+                for _ in range(random.randint(1, 4)):
+                    mode = self.contour_move(mode)
+                self.add(random.choice(('M16', 'M17')))
             if compensated and random.random() < 0.3:
                 self.add('G40')
         self.add('G05')
 
     def contour_move(self, mode):
-        kind = self.random.choice(('01', '01', '02', '03'))
+        """One line or arc; codes and arc words at times in a block of their own, or left out where they are in force."""
+        random = self.random
+        kind = random.choice(('01', '01', '02', '03'))
+        code = f'G{kind}' if mode != kind or random.random() < 0.3 else ''
         if kind == '01':
-            code = 'G01' if mode != '01' or self.random.random() < 0.3 else ''
-            if code and self.random.random() < 0.2:
-                self.add(code)
-                code = ''
-            self.add(code + self.axes(self.next_point()))
-            return kind
-        code = f'G{kind}' if mode != kind or self.random.random() < 0.3 else ''
-        self.add(code + (self.arc_by_centre(kind) if self.random.random() < 0.5 else self.arc_by_radius()))
+            words, arc = self.axes(self.next_point()), ''
+        elif random.random() < 0.5:
+            words, arc = self.arc_by_centre(kind)
+        else:
+            words, arc = self.arc_by_radius()
+        if code and random.random() < 0.2:
+            self.add(code)
+            code = ''
+        if arc and random.random() < 0.1:
+            self.add(arc)
+            arc = ''
+        feed = random.choice(('F04', 'F12')) if code and not self.in_section and random.random() < 0.1 else ''
+        self.add(code + words + arc + feed)
         return kind
 
     def arc_by_centre(self, kind):
@@ -313,26 +140,25 @@ class Writer:
                 break
         scale = self.length(Fraction(1, 50), Fraction(1, 5))
         end = [self.position[i] + (b[i] - a[i]) * scale for i in range(2)]
-        self.radius = None
-        return f'{self.axes(end)}I{self.numbers.text(a[0] * scale)}J{self.numbers.text(a[1] * scale)}'
+        self.arc = 'centre'
+        return self.axes(end), f'I{self.numbers.text(a[0] * scale)}J{self.numbers.text(a[1] * scale)}'
 
     def arc_by_radius(self):
         end = self.next_point()
         if end == self.position:
             end[0] += self.numbers.grid()
         half2 = ((end[0] - self.position[0]) ** 2 + (end[1] - self.position[1]) ** 2) / 4
-        if self.radius is not None and self.radius ** 2 >= half2 and self.random.random() < 0.5:
-            return self.axes(end)
-        self.radius = (int(float(half2) ** 0.5 / self.numbers.grid()) + 1) * self.numbers.grid()
-        self.radius += self.length(0, 2)
-        return f'{self.axes(end)}A{self.numbers.text(self.radius)}'
+        if self.arc not in (None, 'centre') and self.arc ** 2 >= half2 and self.random.random() < 0.5:
+            return self.axes(end), ''
+        self.arc = (int(float(half2) ** 0.5 / self.numbers.grid()) + 1) * self.numbers.grid() + self.length(0, 2)
+        return self.axes(end), f'A{self.numbers.text(self.arc)}'
 
     def routed_circle(self):
-        if self.tool not in self.indices:
+        if self.index not in self.indices:
             return
         self.ready()
-        self.radius = self.indices[self.tool] / 2 + self.length(Fraction(15, 100), Fraction(1, 2))
-        self.add(f'{self.random.choice(("G32", "G33"))}{self.axes(self.next_point())}A{self.numbers.text(self.radius)}')
+        self.arc = self.indices[self.index] / 2 + self.length(Fraction(2, 100), Fraction(1, 2))
+        self.add(f'{self.random.choice(("G32", "G33"))}{self.axes(self.next_point())}A{self.numbers.text(self.arc)}')
         self.add('G05')
         self.forget()
 
@@ -348,7 +174,7 @@ class Writer:
     # Sections, patterns, events
 
     def section(self):
-        if self.in_section or self.in_pattern:
+        if self.in_section:
             return
         if self.incremental and not self.at_zero:
             self.add('G90')
@@ -357,6 +183,7 @@ class Writer:
         self.add(self.random.choice(('M25', '%')))
         self.start_pass()
         self.states_feed = self.random.random() < 0.5
+        selected = self.may_select
         if self.random.random() < 0.5:
             self.select_tool()
         else:
@@ -366,19 +193,23 @@ class Writer:
         if self.incremental != began:
             self.add('G91' if began else 'G90')
             self.incremental = began
-        for level in range(self.random.choice((1, 1, 2, 3))):
+        for level in range(self.random.choice((1, 1, 1, 2, 3))):
             self.add('M01')
             self.level()
         if self.random.random() < 0.2:
             self.add('M01')
-        self.add('M08')
-        self.in_section, self.may_select = False, True
+        self.in_section, self.may_select = False, selected
         self.start_pass()
+        if not self.in_pattern and self.random.random() < 0.05:
+            self.add('M08M30')
+            self.ended = True
+            return
+        self.add('M08')
         self.select_tool()
 
     def start_pass(self):
         self.forget()
-        self.radius = None
+        self.arc = None
         if self.incremental:
             self.position, self.from_here, self.at_zero = [Fraction(0), Fraction(0)], True, True
 
@@ -390,7 +221,7 @@ class Writer:
             mirrors += 'M70' if random.random() < 0.3 else ''
             repeats = random.choice(('', '', 'R2', 'R1', 'R03'))
             tool = ''
-            if not repeats and random.random() < 0.1:
+            if not (repeats or self.in_pattern) and random.random() < 0.1:
                 tool = random.choice([f'T{number}' for number in self.tools if self.same_kind(number)] or [''])
             self.add(f'{repeats}M02{self.spacing(-3, 3)[0]}{mirrors}{tool}')
             bare = not repeats
@@ -400,7 +231,7 @@ class Writer:
     def same_kind(self, number):
         """True if the tool can do all that a pattern of the one in use can: its size is as stated, its index too."""
         known = (self.tools[number] is None) == (self.tools[self.tool] is None)
-        return known and not {number, self.tool} & set(self.indices)
+        return known and not {number, self.index} & set(self.indices)
 
     def stored_pattern(self):
         """M99 with a file of its own."""
@@ -411,6 +242,8 @@ class Writer:
         outer, began = self.lines, self.incremental
         anchor = self.axes(self.point())
         self.lines, self.in_pattern = [], True
+        selected, self.may_select = self.may_select, self.may_select and self.random.random() < 0.5
+        repeats = not self.may_select  # each repeat begins with the tool of the first
         self.start_pass()
         for _ in range(self.random.randint(1, 3)):
             self.construct()
@@ -418,10 +251,11 @@ class Writer:
             self.add('G91' if began else 'G90')
             self.incremental = began
         self.subprograms[name] = '\n'.join(self.lines) + '\n'
-        self.lines, self.in_pattern = outer, False
+        self.lines, self.in_pattern, self.may_select = outer, False, selected
         self.add(f'M99,{name}')
         self.add(anchor)
-        self.repeat_pattern()
+        if repeats:
+            self.repeat_pattern()
         self.forget()
 
     def event(self):
@@ -470,7 +304,7 @@ class Writer:
     def construct(self):
         choices = ((self.drill, 8), (self.repeat, 4), (self.select_tool, 2), (self.package, 2), (self.l_pack, 1),
                    (self.circle, 1), (self.slot, 2), (self.text, 1), (self.contour, 3), (self.routed_circle, 1),
-                   (self.step_slot, 1), (self.section, 3), (self.stored_pattern, 1), (self.event, 2),
+                   (self.step_slot, 1), (self.section, 3), (self.stored_pattern, 1), (self.event, 3),
                    (self.coordinates, 2))
         self.random.choices([construct for construct, _ in choices], [weight for _, weight in choices])[0]()
 
@@ -483,6 +317,8 @@ class Writer:
         self.select_tool()
         for _ in range(self.random.randint(3, 15)):
             self.construct()
+            if self.ended:
+                return '\n'.join(self.lines) + '\n', self.subprograms
         end = self.random.choice(('M30', 'M30', 'M00'))
         if self.random.random() < 0.2:
             end += f'X{self.numbers.text(self.length(0, 5))}Y{self.numbers.text(self.length(0, 5))}'

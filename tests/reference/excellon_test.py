@@ -29,6 +29,15 @@ GLYPHS = font()
 # Every kind of operation must occur this often in 300 programs, so that none is compared in name only.
 KINDS = {'hole': 2000, 'holes': 200, 'ring': 50, 'slot': 100, 'text': 50, 'position': 300, 'plunge': 300, 'line': 300,
          'arc': 300, 'retract': 300, 'routed-circle': 20, 'step-slot': 50, 'stop': 300, 'dwell': 5, 'message': 20}
+# Likewise, this number of 300 programs at least must have each of these.
+CONSTRUCTS = {name: (re.compile(pattern, re.M), least) for name, pattern, least in (
+    ('inch', '^INCH|^M72', 100), ('metric', '^METRIC|^M71', 100), ('leading zeros', ',LZ', 80), ('trailing zeros', ',TZ', 80),
+    ('no header', r'\AM7', 20), ('Format One', '^FMAT,1', 20), ('G91', '^G91|^ICI,ON', 100), ('repeat', r'^R[0-9]+[XY]', 100),
+    ('stored pattern repeat', '^P[0-9]', 60), ('section', '^(M25|%)$', 100), ('mirror', '^(R[0-9]+)?M[02][26].*M(80|90|21|22)', 60),
+    ('swap', '^(R[0-9]+)?M[02][26].*M(70|23)$', 40), ('repeat block', r'^R[0-9]+M[02][26]', 60),
+    ('two levels', r'^M(01|24)\n((R[0-9]+)?M(02|26).*\n)+M(01|24)\n(R|M02|M26)', 40), ('tool in M02', '^M02.*T', 3),
+    ('compensation', '^G4[12]$', 35), ('index', '^T[0-9]{4}$', 20), ('G93', '^G93', 8), ('M99', '^M99,', 40),
+    ('G32', '^G3[23]', 20), ('G87', 'G87', 60), ('I and J', 'I.*J', 60), ('radius', 'A[0-9.]', 60), ('block delete', '^/', 5))}
 
 
 def read(body, header='M48\nINCH,LZ\nFMAT,2\nT1C.04\nT2C.1\n%\nT1\n', subprograms=None):
@@ -226,6 +235,9 @@ class AgainstPanelcal(unittest.TestCase):
         self.assertEqual(len(failures), 0, '\n\n'.join(failures[:3]))
         for kind, least in KINDS.items():
             self.assertGreaterEqual(kinds[kind], least * OPTIONS.programs // 300, kind)
+        for name, (pattern, least) in CONSTRUCTS.items():
+            count = sum(1 for text, _, _ in self.programs if pattern.search(text))
+            self.assertGreaterEqual(count, least * OPTIONS.programs // 300, name)
 
     def differs(self, operations, output, expand):
         try:
@@ -306,6 +318,8 @@ class Repository(unittest.TestCase):
         print(f'{len(compared)} programs of the repository compared; accepted by panelcal alone:')
         for name, reason in refused.items():
             print(f'    {name}: {reason}')
+        self.assertGreaterEqual(len(compared), 55)
+        self.assertLessEqual(len(refused), len(compared) // 2)
 
 
 def programs_of_repository():

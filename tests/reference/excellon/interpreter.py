@@ -334,7 +334,8 @@ class Interpreter(Setup, Drilling, Routing):
         self.placement, self.in_section, self.path = outer, False, None
         self.feed_unclear = False
         self.start_pass()
-        self.ended = section.ends_program
+        if section.ends_program:
+            self.stop('30', [], section.end_line)
 
     def start_pass(self):
         """A copy starts: incremental accumulators stand at work zero, absolute axes are to be stated."""

@@ -22,6 +22,7 @@ class Section:
 
     pattern: list
     levels: list
+    end_line: int
     ends_program: bool
 
     def copies(self):
@@ -106,7 +107,7 @@ def read_section(cursor, interpreter, line):
                 raise Refused(at, 'a level without M02')
             level = Level()
             if code != 'M01':
-                return Section(pattern, levels, code == 'M08M30')
+                return Section(pattern, levels, at, code == 'M08M30')
         elif code in ('M02', 'R'):
             words = interpreter.words(text, at)
             repeats = None
