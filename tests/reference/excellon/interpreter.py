@@ -153,7 +153,7 @@ class Interpreter(Setup, Drilling, Routing):
         self.word_block(self.words(text, line), text, line)
 
     def text_block(self, text, line):
-        """Commands with a comma and text; False if it is none."""
+        """Commands with a comma and text; False if it is another block."""
         head, _, rest = text.partition(',')
         if head == 'M45' and rest:
             lines = [rest]

@@ -16,7 +16,7 @@ class Setup:
     """The part of the interpreter that reads set-up commands; state is made by Interpreter."""
 
     def setup_command(self, text, line):
-        """Executes a header command; False if it is none."""
+        """Executes a header command; False if it is another block."""
         name, *options = text.split(',')
         if text in RESETS:
             if text == 'R,T':
