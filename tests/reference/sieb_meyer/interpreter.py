@@ -3,6 +3,7 @@
 import re
 
 from . import geometry
+from .contours import round_corners
 from .modal import Modal
 from .operations import Operation, Placement
 from .reader import Refusal, codes, count, last, read, read_subprograms, value
@@ -25,7 +26,7 @@ def interpret(text, subprograms=""):
     operations = machine.run_copies(root) if root.offsets else machine.run(root.children)
     if machine.modal.contour == "routing":
         raise Refusal(root.line, "the program ends within a contour")
-    return operations
+    return round_corners(operations)
 
 
 class Interpreter:
@@ -478,7 +479,7 @@ class Interpreter:
         return operations
 
     def end_pair(self, block):
-        code, first, line = self.pair
+        code, first, _ = self.pair
         if block.command or any(word.letter not in "XYW" for word in block.words):
             raise Refusal(block.line, f"only X, Y and W may end {code}")
         self.modal.position = first
@@ -489,12 +490,12 @@ class Interpreter:
         if code == "G85":
             if w is not None or first == end:
                 raise Refusal(block.line, "a slot needs two points and no W")
-            return [self.operation("nibble_slot", line, start=first, end=end)]
+            return [self.operation("nibble_slot", block.line, start=first, end=end)]
         row = {"V1": geometry.dual_row, "V2": geometry.single_row, "V3": geometry.quadruple_row,
                "V4": geometry.circle_row}[code]
         if first == end:
             raise Refusal(block.line, f"{code} needs two points")
         holes = row(first, end, w, block.line)
         # manual: V2 counts from the first to the last hole; no order is given for the others.
-        pattern = None if code == "V2" else (code, line, len(holes))
-        return [self.operation("hole", line, at=hole, cycle=self.modal.cycle(), pattern=pattern) for hole in holes]
+        pattern = None if code == "V2" else (code, block.line, len(holes))
+        return [self.operation("hole", block.line, at=hole, cycle=self.modal.cycle(), pattern=pattern) for hole in holes]
