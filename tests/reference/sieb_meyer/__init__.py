@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A second reading of SIEB & MEYER part programs (Format 1000, 3000 and 5000).
 
 Written from "CNC 8x.00 SIEB & MEYER - Command Set" alone, by someone who had not seen panelcal's

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Prints the operations of a program, one JSON object a line: python3 -m sieb_meyer PROGRAM [SUBPROGRAMS]"""
 
 import dataclasses

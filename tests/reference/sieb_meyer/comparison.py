@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compares the operations of this reading with the JSON Lines that `panelcal run` writes.
 
 Both lists become the same events: holes, plunges (the tool goes down to rout), moves and retracts.
@@ -8,6 +9,7 @@ their geometry, not each move, so that a figure is held against what the manual 
 import dataclasses
 import json
 import math
+import re
 from typing import Optional
 
 from .contours import sweep
@@ -41,19 +43,48 @@ class Event:
     z: Optional[float] = None
     depth: Optional[float] = None
     surface: Optional[float] = None
+    upper: Optional[float] = None  # H
+    cycle: Optional[tuple] = None
+
+
+class Cycles:
+    """Peck and pulse drilling and the H plane as panelcal passes them on, before the holes they hold for."""
+
+    def __init__(self):
+        self.on = {"peck": False, "pulse": False}
+        self.values = {"peck": {}, "pulse": {}}
+        self.upper = None
+
+    def read(self, record):
+        text = record.get("text", "")
+        name, _, state = record.get("kind", "").partition("_")
+        if name in self.on:
+            self.on[name] = state == "on"
+            for letter, number in re.findall(r"([A-Z])([0-9.]+)", text)[1:]:
+                self.values[name][letter] = float(number)
+        plane = re.fullmatch(r"H([0-9.]+)", text)
+        if record["op"] == "setting" and plane:
+            self.upper = float(plane[1])
+
+    def cycle(self):
+        name = next((name for name, on in self.on.items() if on), None)
+        return name and (name, tuple(sorted(self.values[name].items())))
 
 
 def events_of_panelcal(text):
     """The events of operations in JSON Lines (docs/formats/operations.md)."""
     events = []
     place, down, side = None, False, None
+    cycles = Cycles()
     for record in map(json.loads, text.splitlines()):
         op = record["op"]
         where = (record["line"], (record.get("file"), *record.get("path", ())))
+        cycles.read(record)
         depth = {key: record.get(key) for key in ("z", "depth", "surface")}
+        depth["upper"] = cycles.upper
         at = tuple(record["nominal"]) if "nominal" in record else None
         if op == "drill":
-            events.append(Event("hole", *where, record["tool"], at=at, **depth))
+            events.append(Event("hole", *where, record["tool"], at=at, cycle=cycles.cycle(), **depth))
         elif op == "slot":
             end = tuple(record["nominal_end"])
             events.append(Event("slot", *where, record["tool"], start=at, at=end, **depth))
@@ -161,6 +192,7 @@ class Comparison:
         for value, given in zip(wanted, (event.z, event.depth)):
             same = (value is None) == (given is None) and (value is None or abs(value - given) <= TOLERANCE_MM)
             self.expect(operation, event, same, f"depth {wanted}")
+        self.expect(operation, event, depth.upper_mm == event.upper, "traveling plane")
         if depth.reference == "surface" and depth.depth_mm is not None:
             self.expect(operation, event, event.surface is not None, "surface")
 
@@ -169,6 +201,7 @@ class Comparison:
     def compare_hole(self, operation):
         event = self.next(operation, "hole")
         self.near(operation, event, operation.at, event.at, "place")
+        self.expect(operation, event, operation.cycle == event.cycle, "cycle")
 
     def compare_row(self, row):
         """Holes of a row whose order the manual leaves open; the count and each place must agree."""
@@ -247,7 +280,9 @@ class Comparison:
             forward = offset[0] * along[0] + offset[1] * along[1]
             aside = abs(offset[1] * along[0] - offset[0] * along[1])
             pitch = 1.2 * self.diameters[operation.tool]  # manual: "Character matrix"
-            inside = -1e-6 < forward < pitch * (6 * len(operation.string) - 1) and aside < 6 * pitch + 1e-6
+            # Variables (& and a letter, *) become texts of other lengths.
+            n = 100 if set("&*") & set(operation.string) else len(operation.string)
+            inside = -1e-6 < forward < pitch * (6 * n - 1) and aside < 6 * pitch + 1e-6
             self.expect(operation, event, inside, "text")
             count += 1
         if count == 0:

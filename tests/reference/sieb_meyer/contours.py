@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """D: the corner between two moves, replaced by an arc that touches both. manual: "D: Round Edge"."""
 
 import dataclasses

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows of holes, centers of arcs and plunge points."""
 
 import math

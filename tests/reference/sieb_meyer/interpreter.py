@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sections and lines -> operations, in the order of the machine."""
 
 import re
@@ -7,11 +8,10 @@ from .contours import round_corners
 from .modal import Modal
 from .operations import Operation, Placement
 from .reader import Refusal, codes, count, last, read, read_subprograms, value
+from .routing import CAMERA, MOTIONS, Routing
 from .sections import Section, build, placements
 
 MAX_NESTING = 6  # manual: "M31": sections and calls together
-MOTIONS = {1, 2, 3, 45, 46, 47, 48, 49, 50}
-CAMERA = {30, 31, 32, 33, 34, 36}
 MACHINE_FUNCTIONS = set(range(22, 28)) | set(range(34, 46)) | set(range(52, 56))
 # CNC commands named by this manual that move no hole; the others stand in a manual of their own.
 QUIET_COMMANDS = re.compile(r"FV1|NOFA|NORA|NOSA|CHEK[TXSE,].*|MAPT[0-9.]+|SPEK|NOSPEK")
@@ -29,7 +29,7 @@ def interpret(text, subprograms=""):
     return round_corners(operations)
 
 
-class Interpreter:
+class Interpreter(Routing):
     def __init__(self, program, subprograms):
         self.format = program.format
         self.diameters = program.diameters_mm
@@ -63,23 +63,20 @@ class Interpreter:
             raise Refusal(line, f"more than {MAX_NESTING} sections and calls within each other")
 
     def run_copies(self, section):
-        """manual: 5.1: the control repeats the lines, tool changes included. A section whose second run
-        would differ from the first, because it takes over a state, is not settled and refused."""
-        copies = placements(section, self.format)
-        first = self.run_once(section)
-        if len(copies) > 1:
-            self.modal.absolute = True
-            if self.run_once(section) != first:
-                raise Refusal(section.line, "a copy of the section depends on the copy before")
-        if section.offsets:
-            # manual: "G90": before an offset command the control switches to absolute.
-            self.modal.absolute = True
-        for copy in copies:
-            for operation in first:
+        """manual: 5.1: "the execution of the program is repeated (including all tool changes)": the lines
+        are executed again for each copy, from the state that the copy before has left."""
+        result = []
+        for copy in placements(section, self.format):
+            operations = self.run_once(section)
+            for operation in operations:
                 # manual: V1: the direction of the rows depends on the axis version, by a figure.
                 if operation.pattern and operation.pattern[0] == "V1" and not copy.is_translation:
                     raise Refusal(operation.line, "V1 in a section that is rotated or mirrored")
-        return [copy.apply(operation) for copy in copies for operation in first]
+            result += [copy.apply(operation) for operation in operations]
+            if section.offsets:
+                # manual: "G90": before an offset command the control switches to absolute.
+                self.modal.absolute = True
+        return result
 
     def run_once(self, section):
         self.modal.position = None
@@ -203,7 +200,7 @@ class Interpreter:
                 raise Refusal(block.line, f"M{code} depends on settings of the control")
             if code in MACHINE_FUNCTIONS and (placed or routing):
                 raise Refusal(block.line, "a machine function must stand alone, outside of contours")
-            if code == 20 and routing and 0 not in codes(block, "T"):
+            if code == 20 and 0 not in codes(block, "T") and (routing or MOTIONS & set(g)):
                 raise Refusal(block.line, "M20 within a contour")
             if code in (56, 57) and (not placed or routing or len(block.words) != 3):
                 raise Refusal(block.line, "M56 and M57 need X and Y and nothing else")
@@ -307,7 +304,7 @@ class Interpreter:
             unread -= {"I", "J", "R", "D"}
         elif 84 in g:
             unread.discard("R")
-        elif modal.contour == "":
+        elif modal.contour != "routing":
             if modal.peck:
                 modal.peck_values = self.keep(block, modal.peck_values, unread & set("IJPW"))
                 unread -= set("IJPW")
@@ -346,102 +343,6 @@ class Interpreter:
     def operation(self, kind, line, **fields):
         return Operation(kind, line, self.modal.tool, self.modal.depth(), **fields)
 
-    def run_t0(self, block, placed):
-        """manual: "The T0 command": the table moves with a retracted Z-axis; a contour begins or ends."""
-        modal = self.modal
-        if set(codes(block, "G")) & (CAMERA | {6, 11, 41, 42, 43, 84, 85, 73, 78, 79}):
-            raise Refusal(block.line, "T0 and a working command on one line")
-        if modal.contour == "routing":
-            position = self.target(block, False) if placed else modal.position
-            operations = self.end_contour(block.line)
-            modal.position = position
-            return operations
-        modal.position = self.target(block, True) if placed else modal.position
-        if modal.position is None or not placed:
-            raise Refusal(block.line, "T0 at the beginning of a contour needs X and Y")
-        modal.contour = "positioned"
-        modal.compensation = None
-        return []
-
-    def end_contour(self, line):
-        modal = self.modal
-        operations = []
-        if modal.contour == "routing":
-            operations.append(self.operation("retract", line, at=modal.position))
-        modal.contour, modal.motion, modal.routed, modal.compensation = "", None, False, None
-        return operations
-
-    def route(self, block, motion, g, before):
-        modal = self.modal
-        line = block.line
-        if modal.contour == "":
-            raise Refusal(line, "a contour must begin with T0")
-        if {73, 78, 79, 84, 85} & set(g) or codes(block, "V") or block.command:
-            raise Refusal(line, "a drilling command within a contour")
-        motion = motion or modal.motion
-        if modal.motion is not None and (motion < 10) != (modal.motion < 10):
-            raise Refusal(line, "tracks and finished contours in one contour")
-        start = modal.position
-        end = self.target(block, motion > 10)
-        if motion < 10 and modal.routed and start == end:
-            raise Refusal(line, "two program lines with identical rout coordinates")  # manual: chapter 3
-        fields = {"feed_m_min": modal.feed_m_min}
-        if last(block, "D"):
-            fields["round_mm"] = self.positive(block, "D")
-        if 6 in g:
-            if modal.board or modal.slm or last(block, "Z") is None or motion > 10:
-                raise Refusal(line, "G6 needs Z, a track and G82")
-            fields["ramp_from"] = before
-        operations = []
-        if motion < 10:
-            if modal.contour == "positioned":
-                # A ramp begins at the depth that held before its line.
-                plunge = self.operation("plunge", line, at=start)
-                operations.append(plunge if 6 not in g else Operation("plunge", line, modal.tool, before, at=start))
-            operations.append(self.track(line, motion, start, end, g, fields))
-        else:
-            operations.append(self.finished_contour(line, motion, end, g, fields))
-        modal.contour, modal.motion, modal.routed, modal.position = "routing", motion, True, end
-        return operations
-
-    def track(self, line, motion, start, end, g, fields):
-        modal = self.modal
-        if 43 in g:
-            raise Refusal(line, "G43 without G45, G46, G49 or G50")
-        fields["compensation"] = modal.compensation
-        if motion == 1:
-            return self.operation("line", line, start=start, end=end, **fields)
-        if modal.by_radius is None or (not modal.by_radius and None in (modal.i_mm, modal.j_mm)):
-            raise Refusal(line, "an arc without R or I and J")
-        clockwise = motion == 2
-        if modal.by_radius:
-            center = geometry.center_from_radius(start, end, modal.r_mm, clockwise, line)
-        elif self.format == 1000:
-            center = geometry.center_in_quadrant(start, end, modal.i_mm, modal.j_mm, clockwise, line)
-        else:
-            center = geometry.center_from_components(start, end, modal.i_mm, modal.j_mm, line)
-        return self.operation("arc", line, start=start, end=end, center=center, clockwise=clockwise, **fields)
-
-    def finished_contour(self, line, motion, center, g, fields):
-        modal = self.modal
-        if "round_mm" in fields or {40, 41, 42} & set(g) or (43 in g and motion in (47, 48)):
-            raise Refusal(line, "a condition that a finished contour does not have")
-        fields.update(center=center, clockwise=motion in (46, 48, 50), clear_area=43 in g)
-        kind, size = "circle", None
-        if motion in (49, 50):
-            kind = "rectangle"
-            size = (modal.r_mm, modal.r_mm) if modal.by_radius else (modal.i_mm, modal.j_mm)
-            fields["size"] = size
-        else:
-            if not modal.by_radius:
-                raise Refusal(line, "a circle without R")
-            fields.update(radius=modal.r_mm, inside=motion in (45, 46))
-        if None in (size or (modal.r_mm,)) or min(size or (modal.r_mm,)) <= 0:
-            raise Refusal(line, "only positive sizes are allowed")
-        if modal.tool in self.diameters:
-            fields["plunge"] = geometry.plunge_point(motion, center, modal.r_mm, size, self.diameters[modal.tool])
-        return self.operation(kind, line, **fields)
-
     def drill(self, block, g):
         """A line with coordinates outside of contours. manual: chapter 2."""
         modal = self.modal
@@ -456,6 +357,8 @@ class Interpreter:
         modal.contour = ""
         modal.position = at
         if block.command:
+            if not block.text:
+                raise Refusal(line, f"{block.command} without a text")
             direction = {"M97": (1.0, 0.0), "M98": (0.0, 1.0)}[block.command]
             return [self.operation("text", line, at=at, direction=direction, string=block.text)]
         if pattern or 85 in kinds:
@@ -465,12 +368,15 @@ class Interpreter:
             radius = self.value(block, "R") if last(block, "R") else 0
             if radius < 0.5:
                 raise Refusal(line, "G84 needs R, at least 0.5 mm")
+            # manual: G84, "Example": the tool's diameter is not larger than the radius.
+            if self.diameters.get(modal.tool, 0) > radius:
+                raise Refusal(line, "the tool is larger than the radius of G84")
             return [self.operation("nibble_circle", line, center=at, radius=radius)]
         hole = self.operation("hole", line, at=at, cycle=modal.cycle())
         if not kinds:
             return [hole]
         kind = "probe" if kinds[0] > 70 else "measure"
-        operations = [Operation(kind, line, modal.tool, at=at, string=f"G{kinds[0]}")]
+        operations = [Operation(kind, line, None, at=at, string=f"G{kinds[0]}")]
         if kinds[0] == 36:
             if modal.board_pattern is None:
                 raise Refusal(line, "G36 depends on CAMA or NOCAMA, which the program does not set")

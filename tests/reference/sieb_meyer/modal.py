@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a control remembers from line to line."""
 
 import dataclasses

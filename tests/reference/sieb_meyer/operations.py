@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a program asks for: operations, the state of depth that each is executed under, and placements."""
 
 import dataclasses

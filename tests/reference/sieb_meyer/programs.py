@@ -1,7 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random part programs: every construct that the manual settles and panelcal executes.
 
-Places are whole units of the format, so that I and J, centers and corners are exact. A section begins
-with its whole state (tool, planes, modes), because a copy that takes over state is not settled.
+Places are whole units of the format, so that I and J, centers and corners are exact.
 """
 
 import random
@@ -25,6 +25,9 @@ class Writer:
         self.moved = False  # a section around this line rotates or mirrors
         self.subprograms = {}
         self.slm_memory = 0
+        self.in_subprogram = False
+        self.cycles = ""  # words of drilling lines so far
+        self.planes_stated = self.rng.random() < 0.8  # else the operator's Z, K and H hold
 
     # ---- numbers and lines
 
@@ -68,14 +71,15 @@ class Writer:
     # ---- states
 
     def state(self, tool=True):
-        """The words that set every state: for the first line of a section or subprogram."""
+        """The words that set every state."""
         rng = self.rng
         if tool:
             self.tool = rng.choice(sorted(self.diameters))
         words = f"T{self.tool}" if tool else ""
         if self.format >= 3000:
-            words += self.plane("Z", rng.randint(0, 30) / 10)
-            words += rng.choice(["G82", "G83"]) + self.plane("K", rng.randint(1, 30) / 10)
+            words += rng.choice(["G82", "G83"])
+        if self.format >= 3000 and self.planes_stated:
+            words += self.plane("Z", rng.randint(0, 30) / 10) + self.plane("K", rng.randint(1, 30) / 10)
             words += self.plane("H", rng.randint(50, 90) / 10)
         if self.format == 5000:
             words += "G80G88"
@@ -87,10 +91,15 @@ class Writer:
         if self.format == 1000:
             return rng.choice(["", "", "", "M20", "M21"])
         words = rng.choice([""] * 10 + ["M20", "M21", "M28", "M29"])
-        words += rng.choice([""] * 6 + ["G82", self.plane("G82Z", rng.randint(1, 30) / 10), "G83",
-                                        self.plane("G83K", rng.randint(1, 20) / 10), self.plane("Z", 1.5)])
+        words += rng.choice([""] * 12 + ["G82", "G83", "G82", "G83", "G82G83", "G83G82"])
+        if self.planes_stated:
+            words += rng.choice([""] * 3 + [self.plane("Z", rng.randint(1, 30) / 10), self.plane("K", rng.randint(1, 20) / 10),
+                                            self.plane("H", rng.randint(50, 90) / 10)])
         if self.format == 5000:
-            words += rng.choice([""] * 12 + ["G81I5.P80J1.4W1000", "G80", "M94", "M95"])
+            words += rng.choice([""] * 12 + ["G88G81I5.P80J1.4W1000", "G80", "G80G89I5.J1.2E30R.2", "G88", "M94", "M95"])
+            if "G81" in self.cycles:
+                words += rng.choice([""] * 10 + ["G88G81"])
+            self.cycles += words
         return words
 
     def new_tool(self):
@@ -108,12 +117,15 @@ class Writer:
         return lines
 
     def incremental_holes(self):
-        p = self.place()
-        lines = [self.xy(p) + self.new_tool()]
-        for index in range(self.rng.randint(1, 4)):
+        rng = self.rng
+        lines = [self.xy(self.place()) + self.new_tool()]
+        for index in range(rng.randint(1, 4)):
             # Format 1000 needs G91 in every block.
             mark = "G91" if index == 0 or self.format == 1000 else ""
             lines.append(self.xy((self.pick(-10, 10), self.pick(-10, 10))) + mark)
+        if rng.random() < 0.3 and self.format != 1000:
+            lines += [self.xy((self.pick(-10, 10), self.pick(-10, 10))) + "T0",
+                      self.xy((self.pick(1, 10), self.pick(-10, 10))) + "G1" + self.feed(), "T0"]
         return lines + [self.xy(self.place()) + "G90"]
 
     def row(self):
@@ -173,6 +185,8 @@ class Writer:
                 line += self.feed()
             if self.format == 5000 and rng.random() < 0.05:
                 line += "G11"
+            if index > 0 and self.format >= 3000 and rng.random() < 0.1:
+                line += rng.choice(["G40", "G41", "G42"])
             lines.append(line)
             p, mode = q, code
         end = self.place() if rng.random() < 0.1 else p
@@ -246,13 +260,15 @@ class Writer:
 
     def ramp(self):
         p, q = self.place(), self.place()
-        if p == q:
+        if p == q or not self.planes_stated:
             return []
         start = self.plane("Z", self.rng.randint(15, 30) / 10)
         return [self.xy(p) + "T0" + self.new_tool() + "G82" + start,
                 self.xy(q) + "G1" + self.feed() + "G6" + self.plane("Z", self.rng.randint(1, 14) / 10), self.xy(q) + "T0"]
 
     def depth_in_contour(self):
+        if not self.planes_stated:
+            return []
         p = self.place()
         lines = [self.xy(p) + "T0" + self.new_tool() + self.plane("G82Z", 2)]
         for index, words in enumerate(["G1" + self.feed(), self.plane("G83K", 1.2), "", "G82"]):
@@ -271,6 +287,8 @@ class Writer:
                 size = self.length(self.pick(5, 25), "R")
             else:
                 size = self.length(self.pick(8, 40), "I") + self.length(self.pick(8, 40), "J")
+            if self.format == 5000 and code in (45, 46, 49, 50) and rng.random() < 0.2:
+                size += "G43"
             lines.append(self.xy(self.place()) + f"G{code}" + size + (self.feed() if index == 0 else ""))
         return lines + [self.xy(self.place()) + "T0"]
 
@@ -280,16 +298,38 @@ class Writer:
         lines = [""] if self.format == 1000 else ["(COMMENT)", "", "M47,TURN BOARD"]
         if self.format == 5000:
             lines += ["M49,NOFA", "M34", "M76,ABC", "M22", "M49,NORA"]
+        if self.format == 5000 and self.nesting == 0 and not self.moved:  # panelcal refuses M56 in sections
+            lines.append(self.xy(self.place()) + "M56")
         return [self.rng.choice(lines)]
+
+    def labeled(self):
+        """Lines with / under BLKD and NOBLKD, which panelcal refuses in subprograms."""
+        if self.in_subprogram:
+            return []
+        line = "/" + self.xy(self.place())
+        return ["M49,BLKD", line] if self.rng.random() < 0.5 else ["M49,NOBLKD", line]
+
+    def without_lowering(self):
+        """T0 within a drilling program: no hole; the next line drills again."""
+        return [self.xy(self.place()) + "T0", self.xy(self.place())]
+
+    def camera(self):
+        """Measurements; the recorded ones of the test find each target in its place."""
+        if self.nesting or self.moved:
+            return []
+        p = self.place()
+        lines = ["M49,NOCAMA", "G34", self.xy(p) + "G32", self.xy((p[0] + self.pick(20, 90), p[1] + self.pick(-9, 9))) + "G32",
+                 "G31", self.xy(self.place()) + self.new_tool()]
+        return lines + [self.xy(self.place()) + "G36"] * self.rng.randint(0, 1) + ["G30"]
 
     def work(self):
         """Lines of one piece of work, outside of contours."""
         makers = [self.holes] * 4 + [self.incremental_holes, self.row, self.row, self.contour, self.contour, self.contour,
-                                     self.figures, self.quiet]
+                                     self.figures, self.quiet, self.without_lowering]
         if self.format >= 3000:
             makers += [self.nibble, self.text, self.rounded_contour, self.depth_in_contour]
         if self.format == 5000:
-            makers += [self.ramp, self.call, self.call, self.surface]
+            makers += [self.ramp, self.call, self.call, self.surface, self.camera, self.labeled]
         return self.rng.choice(makers)()
 
     def section(self):
@@ -303,8 +343,14 @@ class Writer:
         if self.rng.random() < 0.4 or copies != "offsets":
             kinds = ["M50"] * len(kinds)
         self.moved = turned or set(kinds) != {"M50"}
-        opening = self.xy(self.place()) + self.state() + "M31"
-        lines = [opening] if self.rng.random() < 0.8 else ["M31", opening.removesuffix("M31")]
+        opening = self.xy(self.place()) + (self.state() if self.rng.random() < 0.5 else self.new_tool())
+        lines = [opening + "M31"] if self.rng.random() < 0.8 else ["M31", opening]
+        if self.rng.random() < 0.2:  # two sections begin in one line
+            self.nesting += 1
+            lines[0] += "M31"
+            lines += self.work() if self.nesting < 5 else []
+            lines += self.end_of_section("offsets", ["M50"] * self.rng.randint(1, 2))
+            self.nesting -= 1
         for _ in range(self.rng.randint(0, 2)):
             lines += self.section() if self.rng.random() < 0.25 else self.work()
         lines += self.end_of_section(copies, kinds)
@@ -320,9 +366,10 @@ class Writer:
         return [self.xy(self.place()) + kind for kind in kinds[:-1]] + [self.xy(self.place()) + kinds[-1] + "M30"]
 
     def call(self):
-        """M99: the subprogram is written in a state like this line's."""
+        """M99, with its zero at a coordinate or without."""
         if self.nesting >= 4 or len(self.subprograms) > 2:
             return []
+        outer, self.in_subprogram = self.in_subprogram, True
         self.nesting += 1
         name = f"SUB{len(self.subprograms)}"
         self.subprograms[name] = []
@@ -331,6 +378,7 @@ class Writer:
             lines += self.section() if self.rng.random() < 0.3 else self.work()
         self.subprograms[name] = lines
         self.nesting -= 1
+        self.in_subprogram = outer
         return [self.rng.choice([self.xy(self.place()), self.xy(self.place()), ""]) + f"M99,{name}"]
 
     def surface(self):
@@ -340,7 +388,9 @@ class Writer:
         lines = [self.plane("G82Z", 0.1), "G71"]  # a lower limit that no stroke reaches
         for _ in range(self.rng.randint(1, 2)):
             self.slm_memory += 1
-            lines.append(self.xy(self.place()) + f"G73L{self.slm_memory}")
+            averaged = self.rng.random() < 0.3
+            lines.append(self.xy(self.place()) + ("G73" if averaged else f"G73L{self.slm_memory}"))
+            lines += [f"G74L{self.slm_memory}"] if averaged else []
         lines += ["G75", self.plane("G71K", self.rng.choice([0.4, -0.2, 1.1])), f"L{self.slm_memory}"]
         lines.append(self.xy(self.place()) + self.new_tool())
         p = self.place()

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Program text -> lines of words: formats, comments, numbers, the table of tools, subprogram files."""
 
 import dataclasses

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lines -> nested program sections with their offset lines. manual: chapter 5."""
 
 import dataclasses
@@ -55,6 +56,8 @@ def build(blocks, format_):
 
 def close(stack, block, format_):
     if format_ == 1000:
+        if not stack[-1].children:
+            raise Refusal(block.line, "M30 without lines before it")
         stack[0].children.append(stack.pop())
         stack.append(Section(block.line))
     elif len(stack) == 1:
