@@ -96,9 +96,8 @@ class Writer:
             words += rng.choice([""] * 3 + [self.plane("Z", rng.randint(1, 30) / 10), self.plane("K", rng.randint(1, 20) / 10),
                                             self.plane("H", rng.randint(50, 90) / 10)])
         if self.format == 5000:
-            words += rng.choice([""] * 12 + ["G88G81I5.P80J1.4W1000", "G80", "G80G89I5.J1.2E30R.2", "G88", "M94", "M95"])
-            if "G81" in self.cycles:
-                words += rng.choice([""] * 10 + ["G88G81"])
+            again = ["G88G81"] if "G81I" in self.cycles else []
+            words += rng.choice([""] * 12 + ["G88G81I5.P80J1.4W1000", "G80", "G80G89I5.J1.2E30R.2", "G88", "M94", "M95"] + again)
             self.cycles += words
         return words
 
@@ -156,7 +155,7 @@ class Writer:
 
     def nibble(self):
         if self.rng.random() < 0.5:
-            return [self.xy(self.place()) + self.new_tool() + "G84" + self.length(self.pick(2, 6), "R", True)]
+            return [self.xy(self.place()) + self.new_tool() + "G84" + self.length(self.pick(2.4, 6), "R", True)]
         p = self.place()
         return [self.xy(p) + self.new_tool() + "G85", self.xy((p[0] + self.pick(3, 20), p[1] + self.pick(-9, 9)))]
 
