@@ -223,8 +223,10 @@ class Interpreter(Routing):
         tools = [tool for tool in codes(block, "T") if tool > 0]
         if not tools:
             return
-        if self.modal.contour == "routing" or (self.modal.contour and 0 not in codes(block, "T")):
+        if self.modal.contour == "routing":
             raise Refusal(block.line, "a tool change within a contour")
+        if 0 not in codes(block, "T"):
+            self.modal.contour = ""  # the T0 line before prevented a stroke, it begins no contour
         if tools[-1] > {1000: 15, 3000: 30, 5000: 99}[self.format]:
             raise Refusal(block.line, "no such tool in this format")
         self.modal.tool = tools[-1]
