@@ -82,11 +82,12 @@ class Leveller {
   }
 
  private:
-  /// Part of a move's way, and whether the tool follows the surface there.
+  /// Part of a move's way, and whether the tool follows the surface there and at its end.
   struct Stretch {
     double begin = 0;
     double end = 1;
     bool follows = true;
+    bool ends_on_surface = true;
   };
 
   Expected<void> prepare() {
@@ -180,12 +181,12 @@ class Leveller {
   }
 
   Expected<void> put(const GcodeBlock& block, const std::optional<Motion>& motion) {
+    lines_.put_unstated(reader_.take_unstated(block, motion));
     if (!motion) {
       lines_.put(block);
       return {};
     }
     ++figures_.n_moves;
-    lines_.put_unstated(reader_.take_unstated(*motion));
     const bool is_cycle = motion->kind == MotionKind::Cycle;
     const Standing end = {motion->to.x_mm,
                           motion->to.y_mm,
@@ -312,12 +313,16 @@ class Leveller {
                              "G98 after a move to the safe height, or a safe height of R or less"));
     }
     const Counting counting = reader_.counting();
+    // Where the tool is before the first cycle is how high G98 returns, if that is above R. The
+    // program has it below the safe height, and so below R; the surface may have lifted it above.
+    if (is_below(motion.from.z_mm)) lines_.put_rise(safe_mm(), counting);
     lines_.begin_block(block);
     if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, counting);
     if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, counting);
     lines_.put_height('Z', *motion.to.z_mm + added_mm, counting);
+    // No higher than the tool travels: it would then return to R.
     const double retract_mm = motion.retract_mm + (is_below(motion.retract_mm) ? added_mm : 0);
-    lines_.put_height('R', retract_mm, counting);
+    lines_.put_height('R', std::min(retract_mm, motion.travel_mm), counting);
     lines_.end_block(block);
     ++figures_.n_pieces;
     return {};
@@ -327,7 +332,8 @@ class Leveller {
     const bool is_known = motion.from.has_xy() && motion.to.has_xy() && motion.from.z_mm;
     if (!is_known || !(gcode::length_mm(motion) > 0)) return put_end(block, motion);
     std::vector<std::pair<double, double>> knots;  // part of the way, Z
-    for (const Stretch& stretch : stretches(motion)) {
+    PANELCAL_TRY(const std::vector<Stretch> parts, stretches(block, motion));
+    for (const Stretch& stretch : parts) {
       PANELCAL_CHECK(append_knots(block, motion, stretch, knots));
     }
     lines_.begin_block(block);
@@ -371,44 +377,52 @@ class Leveller {
     return motion.is_arc() ? kLeastArc_mm / gcode::length_mm(motion) : 0;
   }
 
-  /// Stretches below the safe height, and above.
+  /// Stretches below the safe height, and above: these end or begin where the ones along the
+  /// surface begin or end. Where the surface is below 0 the tool sinks to it, or rises from it, at
+  /// the safe height itself: spread over the way above, it would sink towards what stands higher
+  /// there.
   ///
   /// Precondition: it is known where it begins and ends.
-  std::vector<Stretch> stretches(const Motion& motion) const {
+  Expected<std::vector<Stretch>> stretches(const GcodeBlock& block, const Motion& motion) {
     const bool begins_below = is_below(motion.from.z_mm), ends_below = is_below(motion.to.z_mm);
-    if (begins_below == ends_below) return {{0, 1, true}};
+    if (begins_below == ends_below) return std::vector<Stretch>{{}};
     const double from_mm = *motion.from.z_mm, to_mm = *motion.to.z_mm;
     const double least = least_share(motion);
-    if (least > 0.5) return {{0, 1, ends_below}};
+    if (least > 0.5) return std::vector<Stretch>{{0, 1, ends_below, ends_below}};
     const double at = std::clamp((safe_mm() - from_mm) / (to_mm - from_mm), least, 1 - least);
-    if (begins_below) return {{0, at, true}, {at, 1, false}};
-    return {{0, at, false}, {at, 1, true}};
+    PANELCAL_TRY(const double added_mm, shift_mm(block, gcode::place_mm(motion, at)));
+    const bool is_steep = added_mm < 0;
+    // Straight up or down; an arc as steeply as its shortest piece may be.
+    const auto behind = [&](double t) { return t + least < 1 - least / 2 ? t + least : 1; };
+    std::vector<Stretch> parts;
+    if (begins_below) {
+      parts.push_back({0, at, true, true});
+      if (is_steep) parts.push_back({at, behind(at), false, false});
+      if (parts.back().end < 1 || !is_steep) parts.push_back({parts.back().end, 1, false, false});
+    } else {
+      const double begin = is_steep && at > least ? at : 0;
+      if (begin > 0) parts.push_back({0, begin, false, false});
+      parts.push_back({begin, is_steep ? behind(begin) : at, false, true});
+      if (parts.back().end < 1) parts.push_back({parts.back().end, 1, true, true});
+    }
+    return parts;
   }
 
-  /// A stretch above the surface begins or ends where the one along it ends or begins: straight up
-  /// or down if it has no length.
   Expected<void> append_knots(const GcodeBlock& block,
                               const Motion& motion,
                               const Stretch& stretch,
                               std::vector<std::pair<double, double>>& knots) {
     const double rise_mm = *motion.to.z_mm - *motion.from.z_mm;
-    const auto z_mm = [&](double t) { return *motion.to.z_mm - (1 - t) * rise_mm; };
-    if (!stretch.follows) {
-      if (stretch.end == 1) {
-        knots.emplace_back(1, *motion.to.z_mm);
-      } else {
-        PANELCAL_TRY(const double added_mm, shift_mm(block, gcode::place_mm(motion, stretch.end)));
-        knots.emplace_back(stretch.end, z_mm(stretch.end) + added_mm);
-      }
-      return {};
-    }
     std::vector<double> ends = {stretch.end};
-    if (stretch.end > stretch.begin) {
+    if (stretch.follows && stretch.end > stretch.begin) {
       PANELCAL_TRY(ends, ends_of(block, motion, stretch));
     }
     for (const double end : ends) {
-      PANELCAL_TRY(const double added_mm, shift_mm(block, gcode::place_mm(motion, end)));
-      knots.emplace_back(end, z_mm(end) + added_mm);
+      double added_mm = 0;
+      if (stretch.ends_on_surface) {
+        PANELCAL_TRY(added_mm, shift_mm(block, gcode::place_mm(motion, end)));
+      }
+      knots.emplace_back(end, *motion.to.z_mm - (1 - end) * rise_mm + added_mm);
     }
     return {};
   }

@@ -54,12 +54,15 @@ struct LevelledGcode {
 /// (which become helices) are cut into as few pieces as keep to height_tolerance; one that passes
 /// the safe height is cut there first, and above it stays as it is. Modal words that the program
 /// relies on and does not state (G17, G90, G91.1, G94, G98, its unit) are written before the first
-/// move that depends on them, with a remark. Rapid moves below it are no
+/// move or feed that depends on them, with a remark. Rapid moves below it are no
 /// exception. Steps (G91) lead to the surface and back. Drilling cycles get a Z and an R of their
-/// own at every hole. Everything else, comments and feeds too, stays as written. Over a void the
-/// predicted height holds, as a tool cuts across what was drilled before; from one zone to another
-/// it goes where both have one height. A move whose place is not known, or lies where the map does
-/// not reach, is refused: the tool would go through the board, or through the table.
+/// own at every hole, R at most where the tool travels; before a series that begins below the safe
+/// height the tool goes there, so that G98 returns to R. A move from above the safe height to a
+/// board below 0, or back, keeps to its way down to the safe height. Everything else, comments and
+/// feeds too, stays as written. Over a void the predicted height holds, as a tool cuts across what
+/// was drilled before; from one zone to another it goes where both have one height. A move whose
+/// place is not known, or lies where the map does not reach, is refused: the tool would go through
+/// the board, or through the table.
 ///
 /// Fails  as read_gcode_block() and MotionReader; coordinate-missing: a move below the safe height
 ///        from or to an unknown place; grid-invalid: the map does not reach; argument-invalid: a

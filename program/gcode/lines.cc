@@ -31,6 +31,12 @@ void GcodeLines::put_unstated(std::string_view words) {
   if (!words.empty()) text_ += fmt::format("{} (not stated by the program)\n", words);
 }
 
+void GcodeLines::put_rise(double z_mm, const Counting& counting) {
+  line_ = counting.unit_mm == 1 ? "G21 G90 G0" : "G20 G90 G0";
+  put_height('Z', z_mm, {.unit_mm = counting.unit_mm});
+  end_line();
+}
+
 void GcodeLines::begin_move(MotionKind kind) {
   line_ = kind == MotionKind::Rapid       ? "G0"
           : kind == MotionKind::Line      ? "G1"
@@ -100,8 +106,9 @@ void GcodeLines::end_line() {
 void GcodeLines::end_block(const GcodeBlock& block) {
   put_others(block, true);
   if (block.rest.empty()) return end_line();
-  // New coordinates may have more digits; a control reads the first 255 characters, or none.
-  constexpr std::size_t kMaxLine = 255;
+  // New coordinates may have more digits. LinuxCNC refuses lines of more than 252 characters (its
+  // buffer of 255 must not be full with the line's end).
+  constexpr std::size_t kMaxLine = 252;
   if (line_.size() + 1 + block.rest.size() > kMaxLine) {
     text_ += block.rest;
     text_ += '\n';

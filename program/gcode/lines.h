@@ -25,6 +25,10 @@ class GcodeLines {
   /// none.
   void put_unstated(std::string_view words);
 
+  /// A line of its own that leads straight to a height, rapidly. It states its modes, which may be
+  /// those of the block that follows.
+  void put_rise(double z_mm, const Counting& counting);
+
   /// The words of a block that belong before its move; then the coordinates; then end_line() or,
   /// for the block's last move, end_block().
   void begin_block(const GcodeBlock& block) { put_others(block, false); }

@@ -83,19 +83,22 @@ void MotionReader::note(double code) {
   if (code == 98 || code == 99) stated_.retract = true;
 }
 
-std::string MotionReader::take_unstated(const Motion& motion) {
+std::string MotionReader::take_unstated(const GcodeBlock& block,
+                                        const std::optional<Motion>& motion) {
   std::string words;
   const auto need = [&](bool& is_stated, std::string_view word) {
     if (std::exchange(is_stated, true)) return;
     if (!words.empty()) words += ' ';
     words += word;
   };
-  const bool is_cycle = motion.kind == MotionKind::Cycle;
-  if (motion.is_arc() || is_cycle) need(stated_.plane, "G17");
-  need(stated_.unit, unit_mm() == kInch_mm ? "G20" : "G21");
-  need(stated_.distance, "G90");
-  if (motion.is_arc()) need(stated_.arcs, "G91.1");
-  if (motion.kind != MotionKind::Rapid) need(stated_.feed, "G94");
+  const bool is_arc = motion && motion->is_arc();
+  const bool is_cycle = motion && motion->kind == MotionKind::Cycle;
+  const bool has_feed = block.has('F');
+  if (is_arc || is_cycle) need(stated_.plane, "G17");
+  if (unit_mm_ && (motion || has_feed)) need(stated_.unit, unit_mm() == kInch_mm ? "G20" : "G21");
+  if (motion) need(stated_.distance, "G90");
+  if (is_arc) need(stated_.arcs, "G91.1");
+  if (has_feed || (motion && motion->kind != MotionKind::Rapid)) need(stated_.feed, "G94");
   if (is_cycle) need(stated_.retract, "G98");
   return words;
 }

@@ -74,11 +74,14 @@ class MotionReader {
   ///        coordinate-missing
   Expected<std::optional<Motion>> read(const GcodeBlock& block);
 
-  /// Modal words on which the move depends and which the program has not stated, as they are taken
+  /// Modal words on which a block depends and which the program has not stated, as they are taken
   /// here: "G17 G91.1". A control has what the program before it has left, which for a cycle may be
-  /// G99: the way to the next hole is then at R, through what stands higher there. They count as
-  /// stated from now on, since the caller writes them.
-  std::string take_unstated(const Motion& motion);
+  /// G99: the way to the next hole is then at R, through what stands higher there. A feed (F)
+  /// counts in the unit that is in force where it stands. The words count as stated from now on,
+  /// since the caller writes them.
+  ///
+  /// In     block, motion: the last read
+  std::string take_unstated(const GcodeBlock& block, const std::optional<Motion>& motion);
   /// M2 or M30 was read: nothing follows that moves.
   bool has_ended() const { return has_ended_; }
   /// The unit of coordinates now.

@@ -7,11 +7,11 @@
 import json
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import canonical
 from demo_job import run
 
 SAFE, APPROACH, DRILL, ROUT = 5.0, 1.0, -1.8, -2.0
@@ -60,12 +60,8 @@ CANONICAL = re.compile(r"(STRAIGHT_TRAVERSE|STRAIGHT_FEED|ARC_FEED)\(([^)]*)\)")
 
 def interpret(program):
     """LinuxCNC's moves: (kind, numbers)."""
-    tools = Path(program).with_name("tool.tbl")
-    tools.write_text("".join(f"T{number} P{number}\n" for number in range(1, 10)))
-    done = subprocess.run(["rs274", "-t", tools, "-g", program], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout[-500:] + done.stderr
     return [(kind, [float(number) for number in numbers.split(",")])
-            for kind, numbers in CANONICAL.findall(done.stdout)]
+            for kind, numbers in CANONICAL.findall(canonical.interpret(program))]
 
 
 def cuts(moves):

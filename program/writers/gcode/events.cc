@@ -12,7 +12,7 @@
 namespace panelcal {
 namespace {
 
-/// The interpreter reads lines of 255 characters.
+/// LinuxCNC reads lines of 252 characters.
 constexpr std::size_t kMaxEventCharacters = 200;
 
 /// Inside brackets; a bracket would end the comment.

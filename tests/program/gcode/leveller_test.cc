@@ -69,6 +69,18 @@ TEST(GcodeLeveller, GivesEveryHoleOfACycleItsOwnDepth) {
   EXPECT_EQ(after_start("G99 G81 X20 Y20 Z-1 R0.5\n", low), "G99 G81 X20 Y20 Z-0.98 R0.5\n");
 }
 
+TEST(GcodeLeveller, ACycleReturnsToWhereTheProgramHasIt) {
+  // R is lifted by the board, but not above where the tool travels: it would stay there.
+  EXPECT_EQ(after_start("G81 X20 Y20 Z-1 R1.99 F50\n"), "G81 F50 X20 Y20 Z-0.98 R2\n");
+  // From 0.49 the tool returns to R; lifted to 0.5 or more it might return to there.
+  LevelOptions low;
+  low.safe_height = mm(0.5);
+  EXPECT_EQ(after_start("G1 Z0.495\nG81 X20 Y20 Z-1 R0.5 F50\nG80\n", low),
+            "G1 Z0.505\nG21 G90 G0 Z0.5\nG81 F50 X20 Y20 Z-0.98 R0.5\nG80\n");
+  EXPECT_EQ(after_start("G20 G91 G1 Z-0.07\nG90 G82 X1 Y1 Z-0.05 R0.02 F50\n", low),
+            "G20 G91 G1 Z-0.069606\nG20 G90 G0 Z0.019685\nG90 G82 F50 X1 Y1 Z-0.049 R0.02\n");
+}
+
 TEST(GcodeLeveller, TurnsArcsIntoHelices) {
   // Half a circle of 5 mm from (10, 20) to (20, 20): 10 um up, 5 um off the chord at the most.
   LevelOptions rough;
@@ -122,6 +134,24 @@ TEST(GcodeLeveller, CutsRampsAtTheSafeHeight) {
             "G0 Z5\nG1 X40 Z2.04\nG1 X60 Z0.06\nG1 X40 Z2.04\nG1 X10 Z5\n");
   // Up to the safe height itself: along the surface, and then to where the program goes on.
   EXPECT_EQ(after_start("G1 Z-1\nX70 Z2\n"), "G1 Z-0.99\nX70 Z2.07\nG1 X70 Z2\n");
+}
+
+TEST(GcodeLeveller, SinksToALowerBoardAtTheSafeHeightAndNotOnItsWayThere) {
+  // Spread over the way from X10 to X40 the tool would sink towards what may stand higher there.
+  const HeightMap map = probed_map([](double x, double) { return -1e-3 * x; });
+  EXPECT_EQ(levelled(begun("G0 Z5\nG1 X60 Z0\nG1 X10 Z5\n"), map),
+            begun("G0 Z5\nG1 X40 Z2\nG1 X40 Z1.96\nG1 X60 Z-0.06\nG1 X40 Z1.96\nG1 X40 Z2\n"
+                  "G1 X10 Z5\n"));
+  // At the safe height itself: straight down, or on an arc's first hundredth of a millimetre.
+  EXPECT_EQ(levelled(begun("G1 X60 Z0\n"), map), begun("G1 X10 Z1.99\nG1 X60 Z-0.06\n"));
+  LevelOptions rough;
+  rough.height_tolerance = um(50);
+  EXPECT_EQ(levelled(begun("G0 Z3\nG2 X30 Y20 I10 J0 Z1\nG0 Z2\n"), map, rough),
+            begun("G0 Z3\nG2 X20 Y30 Z2 I10 J0\nG2 X20.01 Y29.999995 Z1.9794 I0 J-10\n"
+                  "G2 X30 Y20 Z0.97 I-0.01 J-9.999995\nG0 Z2\n"));
+  EXPECT_EQ(levelled(begun("G1 Z1\nG3 X30 Y20 I10 J0 Z3\n"), map, rough),
+            begun("G1 Z0.99\nG3 X20 Y10 Z1.98 I10 J0\nG3 X20.01 Y10.000005 Z2.0006 I0 J10\n"
+                  "G3 X30 Y20 Z3 I-0.01 J9.999995\n"));
 }
 
 TEST(GcodeLeveller, CutsHelicesAtTheSafeHeight) {
@@ -248,6 +278,11 @@ TEST(GcodeLeveller, WritesTheModesThatTheProgramReliesOnWhereItFirstDoes) {
                      rough),
             "G21 G90\nG0 Z2\nG0 X10 Y20\nG94 (not stated by the program)\nG1 F9 Z-0.09\nG17 G91.1 "
             "(not stated by the program)\nG2 X20 Y20 Z-0.08 I5 J0\nG0 Z2\n");
+  // A feed counts in what is in force where it stands; G94 sets it to 0.
+  EXPECT_EQ(levelled("G90\nF9 M3\nG0 Z2\nG0 X10 Y20 F8\nG1 Z-0.1\n", sloping_map(), {.unit_mm = 1}),
+            "G90\nG21 G94 (not stated by the program)\nF9 M3\nG0 Z2\nG0 X10 Y20 F8\nG1 Z-0.09\n");
+  EXPECT_EQ(levelled("F9\nG21 G90\nG0 Z2\nG0 X10 Y20\n", sloping_map()),
+            "G94 (not stated by the program)\nF9\nG21 G90\nG0 Z2\nG0 X10 Y20\n");
   // The first move's own block may state them.
   EXPECT_EQ(levelled("G21 G90 G0 Z2\nX10 Y20\n", sloping_map(), {.safe_height = mm(2)}),
             "G21 G90 G0 Z2\nX10 Y20\n");
@@ -257,6 +292,11 @@ TEST(GcodeLeveller, PutsALongCommentIntoALineOfItsOwn) {
   const std::string comment = "(" + std::string(248, 'c') + ")";
   EXPECT_EQ(after_start("G1 Z-0.1 F100\nX60 " + comment + "\n"),
             "G1 F100 Z-0.09\n" + comment + "\nX60 Z-0.04\n");
+  // LinuxCNC reads 252 characters.
+  const std::string fits = "(" + std::string(239, 'c') + ")",
+                    longer = "(" + std::string(240, 'c') + ")";
+  EXPECT_EQ(after_start("G1 Z-0.1\nX60" + fits + "\nX50" + longer + "\n"),
+            "G1 Z-0.09\nX60 Z-0.04 " + fits + "\n" + longer + "\nX50 Z-0.05\n");
 }
 
 /// Greatest distance of the levelled program from the surface, and of the program from its way.

@@ -84,7 +84,7 @@ std::string with_provenance(std::string text, const Provenance& provenance) {
     std::ranges::replace(words, ')', ']');
     std::ranges::replace_if(
         words, [](char c) { return c == '\n' || c == '\r'; }, ' ');
-    // Controls read lines of 255 characters.
+    // LinuxCNC reads lines of 252 characters.
     constexpr std::size_t kMaxCharacters = 200;
     do {
       remarks += fmt::format("{}: {})\n", kLevelledBy, words.substr(0, kMaxCharacters));
