@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "calib/base/statistics/random.h"
@@ -86,6 +87,14 @@ Expected<void> check_table_data(const TableData& data, const TableFitOptions& op
                               "0, or 2 or more");
   }
   return check_seen(data);
+}
+
+/// True if dots are seen twice and more in the mean: only then do the looks tell scatter that is
+/// larger than stated from short waves of the table, and with them the slope of its spectrum.
+bool sees_dots_again(const TableData& data) {
+  std::set<std::size_t> dots;
+  for (const TableObservation& seen : data.seen) dots.insert(seen.i_dot);
+  return data.seen.size() >= 2 * dots.size();
 }
 
 std::vector<Eigen::Vector2d> pairs_of(const VectorXd& v) {
@@ -239,7 +248,7 @@ Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& optio
     open = internal::find_open_modes(basis, system.normal(), options.open_sigma.in_mm());
     const Smoother smoother(basis, system, open, about.table_mm);
     const bool is_last = round + 1 == kTableRounds;
-    solution = smoother.solve(is_last ? smoother.best() : smoother.usual());
+    solution = smoother.solve(is_last ? smoother.best(sees_dots_again(data)) : smoother.usual());
     if (!solution) break;
     internal::settle(basis, open, *solution);
     state = system.complete(solution->table_mm);

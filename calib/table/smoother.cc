@@ -122,8 +122,9 @@ TableSmoothness Smoother::usual() const {
   return {energy.order, kUsualSmoothing * energy.unit};
 }
 
-TableSmoothness Smoother::best() const {
+TableSmoothness Smoother::best(bool over_orders) const {
   Found best = best_of(energies_.front());
+  if (!over_orders) return best.smoothness;
   for (std::size_t k = 1; k < energies_.size(); ++k) {
     const Found found = best_of(energies_[k]);
     if (found.badness < best.badness) best = found;

@@ -41,9 +41,10 @@ class Smoother {
 
   /// Enough for poses, which hardly feel the smoothness.
   TableSmoothness usual() const;
-  /// Place of the maximum of the data's restricted likelihood, over the orders, by golden sections
-  /// of the weight.
-  TableSmoothness best() const;
+  /// Place of the maximum of the data's restricted likelihood, by golden sections of the weight.
+  ///
+  /// In     over_orders: of all orders, rather than of a thin plate's
+  TableSmoothness best(bool over_orders) const;
   std::optional<TableSolution> solve(const TableSmoothness& smoothness) const;
 
  private:
