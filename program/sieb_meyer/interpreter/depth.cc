@@ -154,6 +154,9 @@ void Interpreter::set_peck(const Block& block, const Order& order) {
     if (peck_.is_pulsing) peck_.is_on = false;
   }
   const std::string numbers = (pecks && says_numbers) || pulses ? parameter_text(order) : "";
+  // A control that obeys one at a time must never have both on: what ends comes first.
+  const bool ends_pulsing = order.pulse && !*order.pulse;
+  if (ends_pulsing) function(block.line, FunctionKind::PulseOff, "G88");
   if (order.peck || (pecks && says_numbers)) {
     const bool is_on = peck_.is_on;
     function(block.line,
@@ -161,7 +164,7 @@ void Interpreter::set_peck(const Block& block, const Order& order) {
              is_on ? "G81" + numbers : "G80");
     if (is_on) check_peck(block.line);
   }
-  if (order.pulse || (pulses && says_numbers)) {
+  if (!ends_pulsing && (order.pulse || (pulses && says_numbers))) {
     const bool is_on = peck_.is_pulsing;
     function(block.line,
              is_on ? FunctionKind::PulseOn : FunctionKind::PulseOff,

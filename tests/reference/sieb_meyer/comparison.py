@@ -20,6 +20,7 @@ TOLERANCE_MM = 1.1e-6
 CENTER_TOLERANCE_MM = 1e-5
 # manual: plunge points are computed with 0.707 and 1.707, three digits of a radius up to 50 mm.
 PLUNGE_TOLERANCE_MM = 0.02
+WRITTEN_TOLERANCE_MM = 0.00075
 IGNORED = {"tool", "stop", "message", "function", "setting", "dwell", "rate", "zero_set"}
 
 
@@ -62,6 +63,9 @@ class Cycles:
             self.on[name] = state == "on"
             for letter, number in re.findall(r"([A-Z])([0-9.]+)", text)[1:]:
                 self.values[name][letter] = float(number)
+            # manual: "G81": pulse drilling and peck drilling cannot be used at the same time.
+            if self.on["peck"] and self.on["pulse"]:
+                raise Difference(f"line {record['line']}: G81 and G89 at the same time")
         plane = re.fullmatch(r"H([0-9.]+)", text)
         if record["op"] == "setting" and plane:
             self.upper = float(plane[1])
@@ -326,3 +330,36 @@ class Comparison:
         turns = {(j - i) % 4 for i, j in zip(visited, visited[1:])}
         if len(set(visited)) != 4 or turns != ({1} if operation.clockwise else {3}):
             raise Difference(f"corners {visited} (clockwise from the lower left) of {operation}")
+
+
+def compare_written(operations, events):
+    """The operations of a program that panelcal has written against the events of its JSON Lines.
+
+    Places are those that a control reads from the written numbers: 1 um apart, so half of it beside.
+    """
+    kinds = {"hole": "hole", "plunge": "plunge", "line": "line", "arc": "arc", "nibble_slot": "slot"}
+    written = [operation for operation in operations if operation.kind != "retract"]
+    events = [event for event in events if event.kind != "retract"]
+    whole = []
+    for operation in written:
+        if operation.kind not in kinds:
+            raise Difference(f"panelcal does not write this by itself: {operation}")
+        before = whole[-1] if whole else None
+        if (before is not None and operation.kind == before.kind == "arc" and operation.clockwise == before.clockwise
+                and math.dist(operation.center, before.center) <= CENTER_TOLERANCE_MM and operation.start == before.end):
+            whole[-1] = dataclasses.replace(before, end=operation.end)
+        else:
+            whole.append(operation)
+    if len(whole) != len(events):
+        raise Difference(f"{len(whole)} operations are written, {len(events)} are in JSON Lines")
+    for operation, event in zip(whole, events):
+        places = [(operation.at or operation.end, event.at), (operation.start, event.start)]
+        near = all(a is None or b is None or math.dist(a, b) <= WRITTEN_TOLERANCE_MM for a, b in places)
+        same = (kinds[operation.kind], operation.tool, operation.clockwise, operation.compensation) == (
+            event.kind, event.tool, event.clockwise, event.compensation)
+        numbers = (event.z, event.depth) == ((operation.depth.depth_mm, None) if operation.depth.reference == "table"
+                                             else (None, operation.depth.depth_mm))
+        stated = event.z is not None or event.depth is not None
+        if not near or not same or (stated and not numbers):
+            raise Difference(f"written otherwise than in JSON Lines\n  written    {operation}\n  JSON Lines {event}")
+    return len(whole)

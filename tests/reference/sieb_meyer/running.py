@@ -16,8 +16,8 @@ class Panelcal:
         self.folder = pathlib.Path(folder)
         (self.folder / "machine.toml").write_text("")
 
-    def run(self, text, subprograms=None):
-        """(JSON Lines, "") or (None, errors). `subprograms` maps names of files to their text.
+    def run(self, text, subprograms=None, to="jsonl"):
+        """(output, "") or (None, errors). `subprograms` maps names of files to their text.
 
         Probes find the surface at SURFACE_MM, and every target is found where the program has it, so
         that corrections move nothing.
@@ -27,7 +27,7 @@ class Panelcal:
             for name, content in inputs.items():
                 (self.folder / name).write_bytes(content.encode("latin-1"))
             recorded = self.record() if "G3" in text or "G7" in text else []
-            done = self.call("run", "--to", "jsonl", "-o", "-", "--slots", "keep", "--force",
+            done = self.call("run", "--to", to, "-o", "-", "--slots", "keep", "--force",
                              "--clock", "2026-01-01T00:00:00", *recorded)
         finally:
             for name in inputs:

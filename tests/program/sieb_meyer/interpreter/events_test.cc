@@ -169,6 +169,21 @@ TEST(SiebMeyerEvents, PulseDrillingHoldsFromItsCoordinateOn) {
                           "drill 2 (2, 2) z 1.8"));
 }
 
+/// "Pulse drilling and peck drilling cannot be used at the same time": the one ends first.
+TEST(SiebMeyerEvents, PulseDrillingEndsBeforePeckDrillingBegins) {
+  EXPECT_THAT(clean_steps("X1.Y1.T1Z1.8G89I5.J1.4E30R0.2\nX2.Y1.G88G81I5.P80J1.4W1000\n"
+                          "X3.Y1.G80G89\n"),
+              ElementsAre("tool 1",
+                          "function pulse_on G89I5.J1.4E30R0.2",
+                          "drill 1 (1, 1) z 1.8",
+                          "function pulse_off G88",
+                          "function peck_on G81I5.P80J1.4W1000",
+                          "drill 1 (2, 1) z 1.8",
+                          "function peck_off G80",
+                          "function pulse_on G89",
+                          "drill 1 (3, 1) z 1.8"));
+}
+
 TEST(SiebMeyerEvents, RefusesPeckNumbersThatMeanNothing) {
   expect_refused(run_program(format_5000("X1.Y1.T1G81P101\n")), 2, {"P of 0 to 100"});
   expect_refused(run_program(format_5000("X1.Y1.T1G81W1001\n")), 2, {"W of 0 to 1000"});
