@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <set>
 #include <utility>
 
 #include "calib/base/statistics/random.h"
@@ -89,14 +88,6 @@ Expected<void> check_table_data(const TableData& data, const TableFitOptions& op
   return check_seen(data);
 }
 
-/// True if dots are seen twice and more in the mean: only then do the looks tell scatter that is
-/// larger than stated from short waves of the table, and with them the slope of its spectrum.
-bool sees_dots_again(const TableData& data) {
-  std::set<std::size_t> dots;
-  for (const TableObservation& seen : data.seen) dots.insert(seen.i_dot);
-  return data.seen.size() >= 2 * dots.size();
-}
-
 std::vector<Eigen::Vector2d> pairs_of(const VectorXd& v) {
   std::vector<Eigen::Vector2d> pairs;
   for (Index i = 0; i + 1 < v.size(); i += 2) pairs.emplace_back(v[i], v[i + 1]);
@@ -128,7 +119,7 @@ void hold_out_looks(const TableData& data,
     ++by_dot[data.seen[i].i_dot];
   }
   const TableSystem system(data, used, basis, about);
-  const auto solution = Smoother(basis, system, open, about.table_mm).solve(fit.smoothness);
+  const auto solution = Smoother(basis, system, open, about.table_mm).solve(fit.smoothing);
   if (!solution) return;
   const TableState state = system.complete(solution->table_mm);
   double sum_mm2 = 0;
@@ -160,7 +151,7 @@ TableFit table_report(const TableData& data,
     fit.chi_square += r_mm.dot(seen.seen.cov.inverse() * r_mm);
   }
   fit.rms_mm = std::sqrt(sum_mm2 / static_cast<double>(data.seen.size()));
-  fit.smoothness = solution.smoothness;
+  fit.smoothing = solution.smoothing;
   fit.map = TableMap(basis.grid, pairs_of(solution.table_mm));
   fit.covariance = solution.cov;
   const MatrixXd geometry = internal::geometry_functionals(basis);
@@ -248,7 +239,7 @@ Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& optio
     open = internal::find_open_modes(basis, system.normal(), options.open_sigma.in_mm());
     const Smoother smoother(basis, system, open, about.table_mm);
     const bool is_last = round + 1 == kTableRounds;
-    solution = smoother.solve(is_last ? smoother.best(sees_dots_again(data)) : smoother.usual());
+    solution = smoother.solve(is_last ? smoother.best() : smoother.usual());
     if (!solution) break;
     internal::settle(basis, open, *solution);
     state = system.complete(solution->table_mm);

@@ -312,6 +312,19 @@ class Leveller {
                                          safe_mm()),
                              "G98 after a move to the safe height, or a safe height of R or less"));
     }
+    const double bottom_mm = *motion.to.z_mm + added_mm;
+    // No higher than the tool travels: it would then return to R.
+    const double retract_mm = std::min(
+        motion.retract_mm + (is_below(motion.retract_mm) ? added_mm : 0), motion.travel_mm);
+    if (!(bottom_mm < retract_mm)) {
+      return failure(problem(block,
+                             Code::NotSupported,
+                             fmt::format("a hole whose bottom is at {:.3f} mm on this board, not "
+                                         "below R of {:.3f} mm",
+                                         bottom_mm,
+                                         retract_mm),
+                             "a move to a greater height before the cycle, or a deeper hole"));
+    }
     const Counting counting = reader_.counting();
     // Where the tool is before the first cycle is how high G98 returns, if that is above R. The
     // program has it below the safe height, and so below R; the surface may have lifted it above.
@@ -319,10 +332,8 @@ class Leveller {
     lines_.begin_block(block);
     if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, counting);
     if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, counting);
-    lines_.put_height('Z', *motion.to.z_mm + added_mm, counting);
-    // No higher than the tool travels: it would then return to R.
-    const double retract_mm = motion.retract_mm + (is_below(motion.retract_mm) ? added_mm : 0);
-    lines_.put_height('R', std::min(retract_mm, motion.travel_mm), counting);
+    lines_.put_height('Z', bottom_mm, counting);
+    lines_.put_height('R', retract_mm, counting);
     lines_.end_block(block);
     ++figures_.n_pieces;
     return {};

@@ -423,6 +423,7 @@ Expected<SurfaceFit> fit_surface(std::span<const ProbePoint> points, SurfaceMode
   if (!likelihood) return failure(undetermined(points));
   std::vector<ShapeShare> shapes;
   for (const BendingShare& share : explained(*likelihood, model)) {
+    if (!std::isfinite(share.bending.minus_2_log_likelihood)) return failure(unexplained(points));
     const Index n_trend = likelihood->trend_root().rows();
     shapes.push_back({internal::shape_of(share.bending, readings, n_trend), share.weight});
   }

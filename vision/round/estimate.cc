@@ -2,7 +2,6 @@
 #include "vision/round/estimate.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -62,9 +61,12 @@ double outside_px(double radius) {
   return std::clamp(10 + 0.6 * radius, 28.0, 40.0);
 }
 
-/// Windows for pictures with other things in the first, one after the other: a plain fit beside
-/// them is up to 1.4 times as accurate as one by sectors.
-constexpr std::array kNear_px = {12.0, 6.0};
+/// Further windows for pictures with other things in the first: a plain fit beside them is up
+/// to 1.4 times as accurate as one by sectors.
+constexpr double kNear_px = 12;
+constexpr double kNearest_px = 6;
+/// Flat pixels around the rim's band, px: of a window without, nobody sees what else is in it.
+constexpr double kSurroundings_px = 0.5;
 
 double band_px(const RimVector& p) {
   return kBandSigmas * p[kSigma] + 0.5;
@@ -230,9 +232,8 @@ class RimEstimator {
     look();
     fit_own_slope();
     if (!noise_.is_textured) fit_oval();
-    if (noise_.is_textured || has_strangers(window_, residuals_, noise_, solution_.parameters)) {
-      return std::nullopt;
-    }
+    is_beside_strangers_ = has_strangers(window_, residuals_, noise_, solution_.parameters);
+    if (noise_.is_textured || is_beside_strangers_) return std::nullopt;
     RimEstimate estimate;
     estimate.correlation = correlation_of(window_, solution_.parameters, residuals_, noise_.white);
     fit_weighted();
@@ -241,6 +242,12 @@ class RimEstimator {
     estimate.visible = visible_share(window_, solution_.parameters);
     if (!add_covariance(estimate)) return std::nullopt;
     return finished(estimate);
+  }
+
+  /// True if plain() failed by something beside the rim alone, and the window of that reach shows
+  /// some of the rim's surroundings.
+  bool may_be_plain_within(double reach_px) const {
+    return is_beside_strangers_ && reach_px >= band_px(solution_.parameters) + kSurroundings_px;
   }
 
   /// With whatever there is beside the rim.
@@ -420,6 +427,7 @@ class RimEstimator {
   RimResiduals residuals_;
   RimNoiseEstimate noise_;
   bool is_weighted_ = false;
+  bool is_beside_strangers_ = false;  ///< plain() found something that is not the target's
 };
 
 }  // namespace
@@ -434,8 +442,10 @@ RimEstimate estimate_rim(const Image& image,
   };
   RimEstimator wide = in_window(outside_px(start.parameters[kRadius]));
   if (const auto plain = wide.plain()) return *plain;
-  for (const double near_px : kNear_px) {
-    if (const auto plain = in_window(near_px).plain()) return *plain;
+  RimEstimator near = in_window(kNear_px);
+  if (const auto plain = near.plain()) return *plain;
+  if (near.may_be_plain_within(kNearest_px)) {
+    if (const auto plain = in_window(kNearest_px).plain()) return *plain;
   }
   return wide.by_sectors();
 }

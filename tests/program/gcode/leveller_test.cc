@@ -72,6 +72,9 @@ TEST(GcodeLeveller, GivesEveryHoleOfACycleItsOwnDepth) {
 TEST(GcodeLeveller, ACycleReturnsToWhereTheProgramHasIt) {
   // R is lifted by the board, but not above where the tool travels: it would stay there.
   EXPECT_EQ(after_start("G81 X20 Y20 Z-1 R1.99 F50\n"), "G81 F50 X20 Y20 Z-0.98 R2\n");
+  // A bottom that the board lifts to R is no hole.
+  EXPECT_THAT(after_start("G81 X20 Y20 Z1.985 R1.99 F50\n"),
+              Reports("p.ngc:4:1: error[not-supported]", "2.005 mm", "2.000 mm"));
   // From 0.49 the tool returns to R; lifted to 0.5 or more it might return to there.
   LevelOptions low;
   low.safe_height = mm(0.5);

@@ -134,6 +134,18 @@ TEST(LocateAccuracy, NeighboursOnFineWeaveAreLeftOut) {
   expect_honest(s.nees_mm, kNarrowNeesTolerance, s);
 }
 
+/// Of a blurred rim a narrow window shows no surroundings: it is measured by sectors.
+TEST(LocateAccuracy, BlurredTargetsBesideNeighboursOnCoarseWeaveAreHonest) {
+  for (const double blur_px : {1.5, 2.0}) {
+    TrialOptions options;
+    options.n_neighbours = 3;
+    options.weave = 8;
+    options.blur_px = blur_px;
+    const TrialStatistics s = run_and_show(options);
+    expect_careful(s.nees_mm, s);
+  }
+}
+
 TEST(LocateAccuracy, CovarianceIsHonestOnWeaveWithNeighboursInUnevenLight) {
   TrialOptions options;
   options.weave = 8;
