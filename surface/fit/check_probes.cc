@@ -16,7 +16,7 @@ constexpr double kMostProbed_mm = 1e6;
 std::optional<Diagnostic> point_problem(const ProbePoint& point) {
   const double sigma_mm = point.measured.sigma.in_mm();
   const double height_mm = point.measured.height.in_mm();
-  // Written so that what is not a number is a problem.
+  // A NaN fails every comparison.
   if (point.place.in_mm().cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= kMostProbed_mm &&
       std::abs(height_mm) <= kMostProbed_mm && sigma_mm >= kLeastSigma_mm &&
       sigma_mm <= kMostProbed_mm) {

@@ -65,7 +65,8 @@ double outside_px(double radius) {
 /// to 1.4 times as accurate as one by sectors.
 constexpr double kNear_px = 12;
 constexpr double kNearest_px = 6;
-/// Flat pixels around the rim's band, px: of a window without, nobody sees what else is in it.
+/// Width of flat pixels around the rim's band: a window without them does not show what is beside
+/// it.
 constexpr double kSurroundings_px = 0.5;
 
 double band_px(const RimVector& p) {
