@@ -40,7 +40,7 @@ inline constexpr std::size_t kLeastForBow = 12;
 /// Checks that a model takes this number of probes, and that all of them are numbers that a board
 /// can have: within 1e6 mm of 0, sigmas of 1e-9 to 1e6 mm.
 ///
-/// Fails  grid-invalid: too few or too many probes; such a number
+/// Fails  grid-invalid: too few or too many probes; a number outside of that
 /// See    tests/surface/fit/fit_test.cc
 Expected<void> check_probes(std::span<const ProbePoint> points, SurfaceModel model);
 

@@ -233,8 +233,7 @@ class RimEstimator {
     look();
     fit_own_slope();
     if (!noise_.is_textured) fit_oval();
-    is_beside_strangers_ = has_strangers(window_, residuals_, noise_, solution_.parameters);
-    if (noise_.is_textured || is_beside_strangers_) return std::nullopt;
+    if (noise_.is_textured || is_beside_strangers()) return std::nullopt;
     RimEstimate estimate;
     estimate.correlation = correlation_of(window_, solution_.parameters, residuals_, noise_.white);
     fit_weighted();
@@ -245,10 +244,12 @@ class RimEstimator {
     return finished(estimate);
   }
 
-  /// True if plain() failed by something beside the rim alone, and the window of that reach shows
-  /// some of the rim's surroundings.
+  /// True if plain() failed with something beside the rim, which may look like texture too, and a
+  /// window of that reach shows some of the rim's surroundings.
   bool may_be_plain_within(double reach_px) const {
-    return is_beside_strangers_ && reach_px >= band_px(solution_.parameters) + kSurroundings_px;
+    const bool has_looked = !residuals_.values.empty();
+    return has_looked && reach_px >= band_px(solution_.parameters) + kSurroundings_px &&
+           is_beside_strangers();
   }
 
   /// With whatever there is beside the rim.
@@ -291,6 +292,10 @@ class RimEstimator {
     const double limit = std::max(1.0, far_ * start_[kRadius]);
     return !p.allFinite() || (p.head<2>() - start_.head<2>()).norm() > limit ||
            std::abs(p[kRadius] - start_[kRadius]) > limit;
+  }
+
+  bool is_beside_strangers() const {
+    return has_strangers(window_, residuals_, noise_, solution_.parameters);
   }
 
   bool fit_roughly() {
@@ -428,7 +433,6 @@ class RimEstimator {
   RimResiduals residuals_;
   RimNoiseEstimate noise_;
   bool is_weighted_ = false;
-  bool is_beside_strangers_ = false;  ///< plain() found something that is not the target's
 };
 
 }  // namespace
