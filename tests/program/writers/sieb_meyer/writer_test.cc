@@ -83,10 +83,6 @@ DepthOfCut z(double z_mm) {
 DepthOfCut below(double depth_mm, std::optional<Length> surface = {}) {
   return {.z = {}, .depth = mm(depth_mm), .surface = surface, .control = DepthControl::Depth};
 }
-DepthOfCut not_below(double z_mm, DepthOfCut cut) {
-  cut.lower_limit = mm(z_mm);
-  return cut;
-}
 
 // --- file (appendix A.7) -----------------------------------------------------------------------
 
@@ -251,11 +247,13 @@ TEST(SiebMeyerWriter, RefusesDepthsThatOnlyExcellonHas) {
 // --- depths (8.2, 3.3, 11) ---------------------------------------------------------------------
 
 TEST(SiebMeyerWriter, SaysWorkingPlanesWhereTheyChange) {
+  DepthOfCut deep = below(2);
+  deep.lower_limit = mm(1.5);
   EXPECT_EQ(from_sieb_meyer({drill_at(1, 0, z(1)),
                              drill_at(2, 0, z(1)),
                              drill_at(3, 0, z(1.5)),
-                             drill_at(4, 0, not_below(1.5, below(2))),
-                             drill_at(5, 0, not_below(1.5, below(2))),
+                             drill_at(4, 0, deep),
+                             drill_at(5, 0, deep),
                              drill_at(6, 0, z(1.5))})
                 .body,
             "X1.Y0.Z1.\nX2.Y0.\nX3.Y0.Z1.5\nX4.Y0.G83K2.\nX5.Y0.\nX6.Y0.G82\n");
