@@ -21,29 +21,27 @@ std::string slm_line(const std::optional<std::string>& k) {
 
 }  // namespace
 
-/// A depth below a surface of a map is a height that the control need not measure. Absent after a
-/// refusal.
-std::optional<DepthOfCut> SiebMeyerWriter::told_cut(const DepthOfCut& cut) {
-  if (is_probed_by_control(cut)) return cut;
-  if (!serves_all_axes(cut)) return std::nullopt;
+/// A depth below a surface of a map is a height that the control need not measure. Null after a
+/// refusal; valid until the next call.
+const DepthOfCut* SiebMeyerWriter::told_cut(const DepthOfCut& cut) {
+  if (is_probed_by_control(cut)) return &cut;
+  if (!serves_all_axes(cut)) return nullptr;
   if (cut.counts_from() != DepthReference::Plane) {
     if (cut.surface && !cut.z) {
       refuse("a measured grid under a working plane that the program leaves to the control",
              "Z# for every hole and contour");
-      return std::nullopt;
+      return nullptr;
     }
-    return cut;
+    return &cut;
   }
   if (!cut.depth) {
     refuse("a measured surface under a depth that the program leaves to the control",
            "K# for every hole and contour");
-    return std::nullopt;
+    return nullptr;
   }
-  DepthOfCut told;
-  told.z = *cut.surface - *cut.depth;
-  told.upper_limit = cut.upper_limit;
-  if (!may_be_plane(cut, *told.z)) return std::nullopt;
-  return told;
+  map_plane_ = {};
+  map_plane_.z = *cut.surface - *cut.depth;
+  return may_be_plane(cut, *map_plane_.z) ? &map_plane_ : nullptr;
 }
 
 bool SiebMeyerWriter::may_be_plane(const DepthOfCut& cut, Length z) {

@@ -92,7 +92,7 @@ void SiebMeyerWriter::write(const ToolRate& rate) {
 void SiebMeyerWriter::drill_line(const Eigen::Vector2d& at_mm,
                                  const DepthOfCut& cut,
                                  std::string_view command) {
-  const auto told = told_cut(cut);
+  const DepthOfCut* const told = told_cut(cut);
   if (told) say_surface_line(*told);
   open_line(at_mm);
   line_ += command;
@@ -135,7 +135,7 @@ void SiebMeyerWriter::write(const Plunge& plunge) {
     refuse("M14, which lowers the router to a depth that follows the material", "M15");
   }
   if (plunge.depth_offset) refuse("a pass of a step slot", "step slots left whole");
-  const auto told = told_cut(plunge.cut);
+  const DepthOfCut* const told = told_cut(plunge.cut);
   if (told) say_surface_line_of_contour(*told);
   is_down_ = true;
   has_routed_ = false;
@@ -173,7 +173,7 @@ void SiebMeyerWriter::write(const Rout& rout) {
     told_side_ = side_;
   }
   line_ += std::exchange(rout_words_, {});
-  if (const auto told = told_cut(rout.cut)) say_depth(*told, true);
+  if (const DepthOfCut* const told = told_cut(rout.cut)) say_depth(*told, true);
 }
 
 /// A router that was only lowered and raised routs a line without length, or it would stay up.

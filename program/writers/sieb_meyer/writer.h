@@ -79,7 +79,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write_tool_table();
 
   // depths.cc
-  std::optional<DepthOfCut> told_cut(const DepthOfCut& cut);
+  const DepthOfCut* told_cut(const DepthOfCut& cut);
   bool may_be_plane(const DepthOfCut& cut, Length z);
   bool needs_surface_line(const DepthOfCut& cut) const;
   void say_surface_line(const DepthOfCut& cut);
@@ -143,6 +143,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   CompensationSide told_side_ = CompensationSide::Off;  ///< T0 switches it off
   std::optional<std::string> feed_;                     ///< as written last
   Depth depth_;
+  DepthOfCut map_plane_;             ///< of the last stroke to a depth below a map's surface
   bool has_left_standard_ = false;   ///< G83 was said
   bool relies_on_standard_ = false;  ///< in an open pattern, without saying G82
   bool ends_contour_ = false;        ///< the last T0 line
