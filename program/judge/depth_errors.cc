@@ -80,7 +80,7 @@ std::optional<DepthError> DepthErrors::at(const Position<frame::Nominal>& place,
 std::optional<DepthError> DepthErrors::worst_at(const Position<frame::Nominal>& place,
                                                 const DepthOfCut& cut,
                                                 const DepthTolerance& tolerance) const {
-  if (!cut.depth && !cut.surface) return std::nullopt;
+  if (!cut.depth && !cut.surface && !cut.is_controlled()) return std::nullopt;
   if (!cut.surface) {
     if (!finds_surface_ || !(depth_sigma_ > Length())) return std::nullopt;
     DepthError error;
@@ -100,7 +100,7 @@ std::optional<DepthError> DepthErrors::worst_at(const Position<frame::Nominal>& 
 }
 
 DepthTolerance DepthJudge::tolerance_of(int tool, const DepthOfCut& cut) const {
-  if (!cut.depth && !cut.surface) return {};
+  if (!cut.depth && !cut.surface && !cut.is_controlled()) return {};
   const auto known = tools_.find(tool);
   return tolerances_.depth_of(tool, known == tools_.end() ? std::nullopt : known->second.diameter);
 }

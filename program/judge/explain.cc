@@ -59,7 +59,11 @@ const DepthOfCut* cut_of(const Operation& operation) {
 std::string depth_text(const DepthOfCut& cut) {
   std::string text;
   if (cut.z) text = fmt::format("to {:.4f} mm above the table", cut.z->in_mm());
-  if (cut.depth) text = fmt::format("{:.4f} mm below the board's surface", cut.depth->in_mm());
+  if (cut.depth) {
+    text = fmt::format("{:.4f} mm below the board's surface", cut.depth->in_mm());
+  } else if (cut.is_controlled()) {
+    text = "below the board's surface, as deep as the operator sets (no K#)";
+  }
   if (!cut.surface) return text;
   text += fmt::format("{}surface measured {:.4f} mm above the table",
                       text.empty() ? "" : ", ",
@@ -287,6 +291,10 @@ void Explainer::explain_depth(const Operation& operation) {
   const std::string depth = cut == nullptr ? std::string() : depth_text(*cut);
   if (depth.empty()) return;
   text_ += "  depth       " + depth + "\n";
+  if (cut->lower_limit) {
+    text_ += fmt::format("  limit       no lower than {:.4f} mm above the table\n",
+                         cut->lower_limit->in_mm());
+  }
   if (!depths_) return;
   if (const auto judged = depths_->judge(operation)) text_ += depth_budget_text(*judged);
 }

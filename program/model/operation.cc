@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/model/operation.h"
 
-#include "surface/map/height_map.h"
-
 namespace panelcal {
 namespace {
 
@@ -30,6 +28,7 @@ struct NameOf {
   std::string_view operator()(const TargetHole&) const { return "target_hole"; }
   std::string_view operator()(const CancelCorrection&) const { return "cancel_correction"; }
   std::string_view operator()(const VisionTool&) const { return "vision_tool"; }
+  std::string_view operator()(const SurfaceOrder&) const { return "surface"; }
 };
 
 }  // namespace
@@ -102,20 +101,6 @@ std::string_view name(FunctionKind kind) {
       return "text_for_device";
   }
   return "";
-}
-
-std::string_view name(HeightSource source) {
-  switch (source) {
-    case HeightSource::Measured:
-      return "measured";
-    case HeightSource::Filled:
-      return "filled";
-    case HeightSource::Extrapolated:
-      return "extrapolated";
-    case HeightSource::InVoid:
-      return "void";
-  }
-  return {};
 }
 
 std::string_view name(Dialect dialect) {

@@ -13,6 +13,7 @@
 
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
+#include "program/model/depth.h"
 #include "program/model/placement.h"
 #include "program/text/number_format.h"
 #include <Eigen/Core>
@@ -56,45 +57,6 @@ struct PlacedPoint {
 /// No risk below this is stated where a target's error that the others do not show may break the
 /// tolerance.
 inline constexpr double kMinStatedRisk = 1e-3;
-
-/// A measured height that planes count from, and where it was measured.
-struct PlaneReference {
-  Position<frame::Nominal> place;
-  Length height;
-  std::vector<Length> other_heights = {};  ///< under the second Z axis and further ones
-
-  friend bool operator==(const PlaneReference&, const PlaneReference&) = default;
-};
-
-/// A measured height, a filled one and so on: surface/map/height_map.h.
-enum class HeightSource : std::uint8_t;
-
-/// Certainty of a height that is not probed at this place.
-struct PredictedHeight {
-  Length sigma;
-  HeightSource source;
-
-  friend bool operator==(const PredictedHeight&, const PredictedHeight&) = default;
-};
-
-/// Depth of a tool, as far as the program or [[depth]] states it.
-struct DepthOfCut {
-  std::optional<Length> z;        ///< of the tool's tip above the table plane
-  std::optional<Length> depth;    ///< below the board's surface, under depth control
-  std::optional<Length> surface;  ///< measured height of the surface that `depth` refers to
-  /// Of a grid that z follows: z was moved by surface - reference. Outputs do not have it.
-  std::optional<PlaneReference> reference = std::nullopt;
-  /// The surface under the second Z axis and further ones; empty: there is one, or one map for all.
-  std::vector<Length> other_surfaces = {};
-  /// Of a surface that a map gives (--surface); absent where the program probed it.
-  std::optional<PredictedHeight> predicted = std::nullopt;
-
-  /// Nothing is said; the same as == DepthOfCut(), and every hole is asked.
-  bool is_empty() const {
-    return !z && !depth && !surface && !reference && other_surfaces.empty() && !predicted;
-  }
-  friend bool operator==(const DepthOfCut&, const DepthOfCut&) = default;
-};
 
 /// Takes a tool; number 0 puts the tool away.
 struct ToolChange {
@@ -252,6 +214,25 @@ struct Function {
 
 enum class SettingKind : std::uint8_t { Header, Body, Vision };
 
+enum class SurfaceOrderKind : std::uint8_t {
+  Detect,       ///< G73 at a place: probes, and takes that for the reference
+  StoreLast,    ///< G73 without a place: stores what was probed last
+  StoreGrid,    ///< the same where G78 or G79 probed it
+  Average,      ///< G74
+  Take,         ///< L#: takes the reference from the memory
+  ClearMemory,  ///< G72
+  Record,       ///< G76: probes and records only
+};
+
+/// An order of surface detection that a SIEB & MEYER control executes by itself. Strokes have the
+/// heights that panelcal has probed for it, so that no other output needs it.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 10.1 SLM
+struct SurfaceOrder {
+  SurfaceOrderKind kind = SurfaceOrderKind::Detect;
+  std::optional<int> memory;         ///< L#
+  std::optional<PlacedPoint> place;  ///< of Detect and Record
+};
+
 /// Something the machine has to know or do that moves nothing, passed on as written.
 struct Setting {
   std::string_view text;
@@ -342,7 +323,8 @@ struct Operation {
                VisionSeries,
                TargetHole,
                CancelCorrection,
-               VisionTool>
+               VisionTool,
+               SurfaceOrder>
       what;
   std::string_view file;           ///< of a stored pattern (M99); empty: the program itself
   const Origin* origin = nullptr;  ///< of Drill, Rout, RapidMove, Slot and StepSlot
@@ -354,8 +336,6 @@ std::string_view operation_name(const Operation& operation);
 std::string_view name(StopKind kind);
 std::string_view name(FunctionKind kind);
 std::string_view name(RoutKind kind);
-/// measured, filled, extrapolated or void: the `surface_source` of output files.
-std::string_view name(HeightSource source);
 
 /// The language of a part program.
 enum class Dialect : std::uint8_t {

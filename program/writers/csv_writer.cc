@@ -57,6 +57,10 @@ enum Column : std::size_t {
   kSurfaceSource,
   kRiskShallow,
   kRiskDeep,
+  kReference,
+  kControl,
+  kLowerLimit,
+  kUpperLimit,
   kColumns,  ///< number of columns
 };
 
@@ -65,7 +69,8 @@ constexpr std::string_view kHeader =
     "text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,value,"
     "nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,initial_depth,"
     "increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,file,z,"
-    "depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep\n";
+    "depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep,"
+    "reference,control,lower_limit,upper_limit\n";
 static_assert(std::ranges::count(kHeader, ',') == kColumns - 1);
 
 /// Writes one row from left to right; columns that are passed over stay empty.
@@ -218,6 +223,7 @@ class Fields {
   }
   void operator()(const CancelCorrection& cancel) { row_.word(kKind, word(cancel.level)); }
   void operator()(const VisionTool& tool) { row_.number(kTool, tool.number); }
+  void operator()(const SurfaceOrder&) {}
 
   /// Behind the file's column, which is the caller's.
   void depth_and_risk() {
@@ -231,6 +237,15 @@ class Fields {
     if (cut_ == nullptr || !cut_->predicted) return;
     row_.length(kSurfaceSigma, cut_->predicted->sigma);
     row_.word(kSurfaceSource, name(cut_->predicted->source));
+  }
+  /// Behind the risks of the depth.
+  void depth_state() {
+    if (cut_ == nullptr) return;
+    const DepthReference reference = cut_->counts_from();
+    if (reference != DepthReference::Table) row_.word(kReference, name(reference));
+    if (cut_->is_controlled()) row_.word(kControl, name(cut_->control));
+    if (cut_->lower_limit) row_.length(kLowerLimit, *cut_->lower_limit);
+    if (cut_->upper_limit) row_.length(kUpperLimit, *cut_->upper_limit);
   }
 
  private:
@@ -365,7 +380,11 @@ void CsvWriter::begin(const ProgramInfo& info) {
 void CsvWriter::put(const Operation& operation) {
   static_assert(kHoleRowChars <= kMostRow);
   const Drill* const drill = as_simple_hole(operation);
-  if (drill == nullptr) return put_by_fields(operation);
+  if (drill == nullptr) {
+    // What was probed is in the strokes' depths.
+    if (!std::holds_alternative<SurfaceOrder>(operation.what)) put_by_fields(operation);
+    return;
+  }
   end_row(write_hole(begin_row(kHoleRowChars), operation, *drill));
 }
 
@@ -390,6 +409,7 @@ void CsvWriter::put_by_fields(const Operation& operation) {
       row.risk(kRiskDeep, judged->risk.too_deep);
     }
   }
+  fields.depth_state();
   row.at(static_cast<Column>(kColumns - 1));
   out += '\n';
   flush_if_large();

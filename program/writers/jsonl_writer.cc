@@ -3,6 +3,7 @@
 
 #include <iterator>
 #include <string_view>
+#include <variant>
 
 #include "program/text/json_text.h"
 #include "program/writers/words.h"
@@ -115,6 +116,7 @@ class Keys {
   }
   void operator()(const CancelCorrection& cancel) { word("level", panelcal::word(cancel.level)); }
   void operator()(const VisionTool& tool) { number("tool", tool.number); }
+  void operator()(const SurfaceOrder&) {}
 
   void depth_risk(const DepthRisk& risk) {
     key("risk_shallow");
@@ -165,9 +167,16 @@ class Keys {
     if (cut.z) length("z", *cut.z);
     if (cut.depth) length("depth", *cut.depth);
     if (cut.surface) length("surface", *cut.surface);
-    if (!cut.predicted) return;
-    length("surface_sigma", cut.predicted->sigma);
-    word("surface_source", panelcal::name(cut.predicted->source));
+    if (cut.predicted) {
+      length("surface_sigma", cut.predicted->sigma);
+      word("surface_source", panelcal::name(cut.predicted->source));
+    }
+    if (cut.counts_from() != DepthReference::Table) {
+      word("reference", panelcal::name(cut.counts_from()));
+    }
+    if (cut.is_controlled()) word("control", panelcal::name(cut.control));
+    if (cut.lower_limit) length("lower_limit", *cut.lower_limit);
+    if (cut.upper_limit) length("upper_limit", *cut.upper_limit);
   }
   void place(const PlacedPoint& at) {
     point("nominal", at.nominal.in_mm());
@@ -194,6 +203,8 @@ class Keys {
 }  // namespace
 
 void JsonlWriter::put(const Operation& operation) {
+  // What was probed is in the strokes' depths.
+  if (std::holds_alternative<SurfaceOrder>(operation.what)) return;
   std::string& out = text();
   out += "{\"op\":\"";
   out += operation_name(operation);

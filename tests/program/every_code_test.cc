@@ -216,6 +216,7 @@ void see_surfaces(Collector& collector) {
   for (int i = 0; i < 101; ++i) scans += "X1.Y1.G73\n";
   for (const std::string& body : {std::string("L5\n"),
                                   std::string("M31\nG71\nX1.Y1.G73L1\nXYM50\nX9.YM50M30\n"),
+                                  std::string("G71\nX1.Y1.G73L1\nG82\nG70\n"),
                                   scans,
                                   grid + "X1.Y1.T1Z1.\n",
                                   grid + "X9.Y9.G79\nX11.Y1.T1Z1.\n"}) {

@@ -24,6 +24,7 @@ std::string depth(const DepthOfCut& cut) {
   std::string text;
   if (cut.z) text += fmt::format(" z {}", rounded(cut.z->in_mm()));
   if (cut.depth) text += fmt::format(" depth {}", rounded(cut.depth->in_mm()));
+  if (cut.is_controlled() && !cut.depth) text += " depth by hand";
   if (cut.surface) text += fmt::format(" surface {}", rounded(cut.surface->in_mm()));
   return text;
 }
@@ -131,11 +132,14 @@ struct TextOf {
   std::string operator()(const VisionTool& tool) const {
     return fmt::format("vision tool {}", tool.number);
   }
+  std::string operator()(const SurfaceOrder&) const { return "surface"; }
 };
 
 }  // namespace
 
+/// Orders of surface detection are left out: the strokes have what they lead to.
 void Recorder::put(const Operation& operation) {
+  if (std::holds_alternative<SurfaceOrder>(operation.what)) return;
   std::string line = fmt::format("{} {}", operation.line, std::visit(TextOf{}, operation.what));
   if (!operation.file.empty()) line = fmt::format("{}:{}", operation.file, line);
   if (!operation.path.empty()) line += fmt::format(" [{}]", fmt::join(operation.path, ","));

@@ -309,7 +309,7 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
 /// A scale that was set, and nothing said about where it holds: either answer may be wrong. So it
 /// is with a depth below a surface that is not named.
 bool Interpreter::is_decided(int line) {
-  if (surface_.is_on() && !skips_surface_ && surface_.reference().empty()) {
+  if (uses_surface() && surface_.reference().empty()) {
     if (!std::exchange(reported_surface_, true)) {
       reporter_.report(Code::SurfaceMissing,
                        line,
@@ -328,7 +328,7 @@ bool Interpreter::is_decided(int line) {
                                    "lower than Z{:.3f}, which limits the stroke",
                                    base_cut_.depth->in_mm(),
                                    base_cut_.surface->in_mm(),
-                                   *z_mm_),
+                                   base_cut_.lower_limit->in_mm()),
                        "a lower Z");
     }
     return false;

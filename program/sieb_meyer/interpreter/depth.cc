@@ -21,6 +21,7 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
     }
     const std::string plane = fmt::format("H{:.3f}", *order.h_mm);
     emitter_.put(block.line, Setting{plane});
+    h_mm_ = order.h_mm;
   }
   if (order.z_mm && *order.z_mm < 0) {
     return report(Code::ArgumentInvalid, block, quoted(block.text), "Z of zero or more");
@@ -47,7 +48,7 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
     return report(
         Code::CoordinateMissing, block, quoted(block.text), "G6Z# with the plane at the end");
   }
-  if (order.is_ramp && (depth_control_ || surface_.is_on())) {
+  if (order.is_ramp && is_depth_controlled()) {
     return report(Code::CommandMisplaced,
                   block,
                   quoted(block.text) + " ramps between heights above the table under depth control",
@@ -64,41 +65,70 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
     *order.slm ? surface_.switch_on() : surface_.switch_off();
     leaves_surface_on_ = *order.slm;
   }
-  const bool changes =
-      order.z_mm || order.k_mm || order.depth_control || order.slm || order.skips_surface;
+  if (order.depth_control || order.slm) suspend_surface(block, order);
+  const bool changes = order.z_mm || order.k_mm || order.h_mm || order.depth_control || order.slm ||
+                       order.skips_surface;
   if (!changes) return;
   update_cut();
   if (peck_.is_on) check_peck(block.line);
 }
 
+/// "The depth control remains on until the execution is finished or until a G82 command is called"
+/// (manual, 11), and G71 turns it on as well (10.1): so G82 turns off what G71 turned on, until G83
+/// or another G71. What G71 keeps beside it the manual leaves open.
+void Interpreter::suspend_surface(const Block& block, const Order& order) {
+  const bool was_suspended =
+      std::exchange(is_surface_suspended_, surface_.is_on() && order.suspends_depth_control);
+  if (!is_surface_suspended_ || was_suspended) return;
+  report(Code::DepthControlAssumed, block, quoted(block.text), "G70 before G82, or G71 behind it");
+}
+
+bool Interpreter::uses_surface() const {
+  return surface_.is_on() && !skips_surface_ && !is_surface_suspended_;
+}
+
+/// Depths are below a surface, not above the table.
+bool Interpreter::is_depth_controlled() const {
+  return depth_control_ || (surface_.is_on() && !is_surface_suspended_);
+}
+
 /// Updates the cut of holes and contours from here on, but for what a grid adds at each place.
+/// Numbers that the program does not state stay absent: they are those that were entered by hand.
 void Interpreter::update_cut() {
+  const auto length = [](const std::optional<double>& value_mm) {
+    return value_mm ? std::optional(mm(*value_mm)) : std::nullopt;
+  };
   base_cut_ = {};
-  if (surface_.is_on() && !skips_surface_) {
-    if (k_mm_) base_cut_.depth = mm(*k_mm_);
+  base_cut_.upper_limit = length(h_mm_);
+  if (uses_surface()) {
+    base_cut_.control = DepthControl::Slm;
     const std::vector<Length> reference = surface_.reference();
     if (!reference.empty()) {
       base_cut_.surface = reference.front();
       base_cut_.other_surfaces.assign(reference.begin() + 1, reference.end());
     }
   } else if (depth_control_) {
-    if (k_mm_) base_cut_.depth = mm(*k_mm_);
-  } else if (z_mm_) {
-    base_cut_.z = mm(*z_mm_);
+    base_cut_.control = DepthControl::Depth;
+  }
+  if (base_cut_.is_controlled()) {
+    base_cut_.depth = length(k_mm_);
+    base_cut_.lower_limit = length(z_mm_);
+  } else {
+    base_cut_.z = length(z_mm_);
   }
   emitter_.set_cut(base_cut_);
-  emitter_.set_lowest(z_mm_ ? std::optional(mm(*z_mm_)) : std::nullopt);
 }
 
 /// "For the depth control (relative working plane) the Z-value is the minimum limit for lowering
 /// the Z-axis" (manual, Z). On a board that is not probed the height says nothing.
 bool Interpreter::is_below_limit() const {
-  if (!base_cut_.surface || !base_cut_.depth || !z_mm_ || !surface_.is_measured()) return false;
-  return *base_cut_.surface - *base_cut_.depth < mm(*z_mm_);
+  const DepthOfCut& cut = base_cut_;
+  if (!cut.surface || !cut.depth || !cut.lower_limit || !surface_.is_measured()) return false;
+  return *cut.surface - *cut.depth < *cut.lower_limit;
 }
 
 bool Interpreter::uses_grid() const {
-  return surface_.has_grid() && !skips_surface_ && !depth_control_ && !surface_.is_on();
+  return surface_.has_grid() && !skips_surface_ && !is_depth_controlled();
 }
 
 /// The measured grid raises and lowers the working plane with the surface.
@@ -192,7 +222,7 @@ std::string Interpreter::parameter_text(const Order& order) {
 
 /// Says whether the partial strokes reach the working plane.
 void Interpreter::check_peck(int line) {
-  const bool is_below_board = depth_control_ || surface_.is_on();
+  const bool is_below_board = is_depth_controlled();
   if (is_below_board ? !k_mm_ : !z_mm_) return;
   // I is a height above the same surface that the working plane is measured from.
   const double distance_mm =
@@ -239,6 +269,8 @@ void Interpreter::take_surface(const Block& block, const Order& order) {
   }
   takes_surface_late_ = contour_ == Contour::Positioned;
   surface_.take_reference(block.line, *order.memory);
+  if (surface_.must_stop()) return;
+  emitter_.surface_order(block.line, SurfaceOrderKind::Take, order.memory, std::nullopt);
   update_cut();
 }
 
@@ -290,15 +322,25 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the place to probe");
   }
   if (has_place && !emitter_.count_target(block.line)) return;
+  const auto pass = [&](SurfaceOrderKind kind) {
+    if (surface_.must_stop()) return;
+    const std::optional<Eigen::Vector2d> at_mm =
+        has_place ? std::optional(modal_.at_mm) : std::nullopt;
+    emitter_.surface_order(block.line, kind, order.memory, at_mm);
+  };
   switch (*order.surface) {
     case Command::SurfaceClear:
       surface_.clear_memory();
+      pass(SurfaceOrderKind::ClearMemory);
       break;
     case Command::SurfaceDetect:
       if (has_place) {
         surface_.detect(probe_request(block, order));
+        pass(SurfaceOrderKind::Detect);
       } else {
         surface_.store_last(block.line, order.memory);
+        pass(surface_.last_is_of_grid() ? SurfaceOrderKind::StoreGrid
+                                        : SurfaceOrderKind::StoreLast);
       }
       break;
     case Command::SurfaceAverage:
@@ -306,12 +348,14 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
         return report(Code::ArgumentInvalid, block, quoted(block.text), "G74L#");
       }
       surface_.average(block.line, *order.memory);
+      pass(SurfaceOrderKind::Average);
       break;
     case Command::ProbeRetract:
       function(block.line, FunctionKind::RetractProbe, "G75");
       break;
     case Command::DepthRecord:
       surface_.record(probe_request(block, order));
+      pass(SurfaceOrderKind::Record);
       break;
     case Command::GridReference:
       surface_.grid_reference(probe_request(block, order));

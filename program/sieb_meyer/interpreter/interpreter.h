@@ -184,6 +184,9 @@ class Interpreter {
   void set_peck(const Block& block, const Order& order);
   void check_peck(int line);
   static std::string parameter_text(const Order& order);
+  void suspend_surface(const Block& block, const Order& order);
+  bool uses_surface() const;
+  bool is_depth_controlled() const;
   void update_cut();
   bool is_below_limit() const;
   bool uses_grid() const;
@@ -286,9 +289,11 @@ class Interpreter {
   // Depths
   std::optional<double> z_mm_;
   std::optional<double> k_mm_;
-  DepthOfCut base_cut_;    ///< by planes and reference surface, without the grid
-  DepthOfCut ramp_start_;  ///< the cut before this line
-  bool depth_control_ = false;
+  std::optional<double> h_mm_;
+  DepthOfCut base_cut_;                  ///< by planes and reference surface, without the grid
+  DepthOfCut ramp_start_;                ///< the cut before this line
+  bool depth_control_ = false;           ///< G83, without regard to G71
+  bool is_surface_suspended_ = false;    ///< G82 under G71
   bool skips_surface_ = false;           ///< G77, for one line
   bool takes_surface_late_ = false;      ///< L behind the last T0 line
   std::optional<Length> probing_depth_;  ///< BOTK, TOPK

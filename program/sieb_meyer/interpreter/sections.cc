@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sections: which copy runs when, and with what state it begins. Subprograms.
 #include <algorithm>
+#include <cstdint>
+#include <string_view>
 #include <utility>
 
 #include "program/sieb_meyer/interpreter/interpreter.h"
@@ -217,25 +219,48 @@ bool Interpreter::has_offsets_inside(const Section& section) const {
   });
 }
 
-/// A copy of a section that works before it takes a tool, and takes one later, begins with another
-/// tool than the first copy did; what figures and patterns do depends on the tool.
-bool Interpreter::begins_alike(const Section& section) const {
-  bool works_first = false;
-  LineCursor cursor(text_.bytes, section.begin);
-  while (cursor.offset() < section.body_end) {
-    Block block;
-    if (lex(cursor.next(), block)) continue;
-    bool takes_tool = false;
-    bool works = false;
-    bool measures = false;  // which needs no tool
+namespace {
+
+/// What a line states that the next copy of its section begins with: bits of a tool, of Z, K and H,
+/// and of G82 and G83; and whether the line works.
+struct CarriedOn {
+  std::uint32_t stated = 0;
+  bool works = false;
+
+  explicit CarriedOn(const Block& block) {
+    bool moves = false;
+    bool measures = false;  // which needs neither tool nor depth
     for (const Word& word : block.all()) {
       const auto command = word.letter == 'G' ? command_of(word) : std::nullopt;
       measures |= command && is_camera(*command);
-      takes_tool |= word.letter == 'T' && parse_count(word.number).value_or(0) > 0;
-      works |= word.letter == 'X' || word.letter == 'Y';
+      moves |= word.letter == 'X' || word.letter == 'Y';
+      if (word.letter == 'T' && parse_count(word.number).value_or(0) > 0) stated |= 1U;
+      if (word.letter == 'Z') stated |= 2U;
+      if (word.letter == 'K') stated |= 4U;
+      if (word.letter == 'H') stated |= 8U;
+      if (command == Command::DepthControlOn || command == Command::DepthControlOff) stated |= 16U;
     }
-    if (takes_tool) return !works_first;
-    works_first |= works && !measures;
+    works = moves && !measures;
+  }
+};
+
+}  // namespace
+
+/// A section that works before it takes a tool or states a depth, and does that later, begins its
+/// second copy with another tool or depth than the first.
+bool Interpreter::begins_alike(const Section& section) const {
+  std::uint32_t known = 0;
+  bool has_worked = false;
+  LineCursor cursor(text_.bytes, section.begin);
+  while (cursor.offset() < section.body_end) {
+    const SourceLine line = cursor.next();
+    if (has_worked && line.text.find_first_of("TZKHG") == std::string_view::npos) continue;
+    Block block;
+    if (lex(line, block)) continue;
+    const CarriedOn here(block);
+    if (has_worked && (here.stated & ~known) != 0) return false;
+    known |= here.stated;
+    has_worked |= here.works;
   }
   return true;
 }

@@ -101,6 +101,7 @@ void SurfaceSession::detect(ProbeRequest request) {
   auto heights = probe(std::move(request));
   if (!heights) return;
   last_ = *std::move(heights);
+  last_is_of_grid_ = false;
   store(line, memory, last_);
 }
 
@@ -165,6 +166,7 @@ void SurfaceSession::grid_reference(ProbeRequest request) {
   auto heights = probe(std::move(request));
   if (!heights) return;
   grid_reference_ = last_ = *std::move(heights);
+  last_is_of_grid_ = true;
   holds_tolerances(line, grid_reference_place_.in_mm(), grid_reference_);
 }
 
@@ -217,6 +219,7 @@ void SurfaceSession::grid_point(ProbeRequest request) {
     grid_reference_place_ = position_mm<frame::Nominal>(nominal_mm);
   }
   last_ = *heights;
+  last_is_of_grid_ = true;
   if (!holds_tolerances(line, nominal_mm, *heights)) return;
   forget_filled();
   points_.push_back({nominal_mm, *std::move(heights)});

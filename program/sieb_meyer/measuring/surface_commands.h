@@ -63,6 +63,8 @@ class SurfaceSession {
   /// True if that was probed: a perfect board, of which a program is checked, has no sigma.
   bool is_measured() const { return !current_.empty() && current_.front().sigma > Length(); }
   bool has_grid() const { return !points_.empty(); }
+  /// The surface that was probed last is one of the grid's (G78, G79).
+  bool last_is_of_grid() const { return last_is_of_grid_; }
   /// The surface of the grid at a nominal place; stops the walk where the points make no grid, or
   /// far outside of it.
   struct GridSurface {
@@ -110,6 +112,7 @@ class SurfaceSession {
   AverageKind average_;
   std::vector<HeightEstimate> current_;  ///< reference of SLM; empty: none
   std::vector<HeightEstimate> last_;     ///< the surface that was probed last
+  bool last_is_of_grid_ = false;
   std::vector<HeightEstimate> grid_reference_;
   Position<frame::Nominal> grid_reference_place_;
   std::optional<Length> configured_reference_;

@@ -249,6 +249,7 @@ class OrderReader {
         return;
       case Command::SurfaceOff:
       case Command::SurfaceOn:
+        order_.suspends_depth_control = false;
         return set(order_.slm, command == Command::SurfaceOn, word);
       case Command::SurfaceClear:
       case Command::SurfaceDetect:
@@ -289,6 +290,7 @@ class OrderReader {
         return set(order_.is_scaled, command == Command::ScalingOn, word);
       case Command::DepthControlOff:
       case Command::DepthControlOn:
+        order_.suspends_depth_control = command == Command::DepthControlOff;
         return set(order_.depth_control, command == Command::DepthControlOn, word);
       case Command::PeckOff:
       case Command::PeckOn:

@@ -42,7 +42,8 @@ struct Order {
   std::optional<bool> incremental;
   std::optional<bool> is_scaled;
   std::optional<bool> depth_control;
-  std::optional<bool> slm;  ///< G71, G70
+  bool suspends_depth_control = false;  ///< G82, and neither G83 nor G71 behind it in the line
+  std::optional<bool> slm;              ///< G71, G70
   std::optional<bool> peck;
   std::optional<bool> pulse;
   std::optional<bool> checks_breakage;

@@ -65,17 +65,18 @@ DepthOfCut DepthFollower::at(int line,
       return cut;
     }
     cut.depth = depth;
+    if (!cut.is_controlled()) cut.control = DepthControl::Depth;
   }
   if (!follows_map(cut)) return cut;
   take_height(line, place, cut);
-  if (lowest_ && cut.surface && *cut.surface - *cut.depth < *lowest_) {
+  if (cut.lower_limit && cut.surface && *cut.surface - *cut.depth < *cut.lower_limit) {
     refuse(Code::ArgumentInvalid,
            line,
            fmt::format("{:.3f} mm below the surface, which is {:.4f} mm high by the map, is lower "
                        "than Z{:.4g}, which limits the stroke",
                        cut.depth->in_mm(),
                        cut.surface->in_mm(),
-                       lowest_->in_mm()),
+                       cut.lower_limit->in_mm()),
            "a lower Z");
   }
   return cut;

@@ -38,8 +38,6 @@ class DepthFollower {
   bool has_tool_depth() const { return tool_depth_.has_value(); }
 
   void take(int line, const Tool& tool);
-  /// The plane above the table that limits strokes (SIEB & MEYER, Z); absent: none.
-  void set_lowest(std::optional<Length> z) { lowest_ = z; }
   /// The cut of a tool at a place for this order.
   DepthOfCut at(int line, const Position<frame::Nominal>& place, const DepthOfCut& asked);
   /// Its height at every place is the map's.
@@ -68,7 +66,6 @@ class DepthFollower {
   const Reporter& reporter_;
   int tool_ = 0;
   std::optional<Length> tool_depth_;
-  std::optional<Length> lowest_;
   bool has_refused_place_ = false;
   bool has_refused_tool_ = false;  ///< the one in use
 };

@@ -15,29 +15,7 @@ Transform<frame::Nominal, frame::Nominal> scaling_map(const ReferenceScaling& sc
   return {factor.asDiagonal(), about_mm - factor.cwiseProduct(about_mm)};
 }
 
-std::vector<Length> between_all(const std::vector<Length>& from,
-                                const std::vector<Length>& to,
-                                double fraction) {
-  std::vector<Length> out = to;
-  for (std::size_t i = 0; from.size() == to.size() && i < to.size(); ++i) {
-    out[i] = from[i] + fraction * (to[i] - from[i]);
-  }
-  return out;
-}
-
 }  // namespace
-
-DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double fraction) {
-  const auto between = [fraction](const std::optional<Length>& a, const std::optional<Length>& b) {
-    return a && b ? std::optional(*a + fraction * (*b - *a)) : b;
-  };
-  return {between(from.z, to.z),
-          between(from.depth, to.depth),
-          between(from.surface, to.surface),
-          to.reference,
-          between_all(from.other_surfaces, to.other_surfaces, fraction),
-          to.predicted};
-}
 
 Emitter::Emitter(const std::map<int, Tool>& header_tools,
                  const WalkOptions& options,
@@ -352,6 +330,16 @@ void Emitter::slot(int line,
   const PlacedPoint end = placed(line, end_mm, Scaling::Applies);
   const PlacedPoint start = placed(line, start_mm, Scaling::Applies);
   send(line, Slot{tool_, start, end, cut_at(line, start.nominal)});
+}
+
+void Emitter::surface_order(int line,
+                            SurfaceOrderKind kind,
+                            std::optional<int> memory,
+                            const std::optional<Eigen::Vector2d>& at_mm) {
+  if (!passes(line)) return;
+  SurfaceOrder order{kind, memory, std::nullopt};
+  if (at_mm) order.place = placed(line, *at_mm, Scaling::Never);
+  send(line, order);
 }
 
 void Emitter::autocalibration(int line, const Eigen::Vector2d& at_mm) {

@@ -28,9 +28,6 @@ struct WalkPlace {
   bool is_scaled = false;  ///< M60 is in force
 };
 
-/// The depth between two depths; where one of them is unknown, `to`.
-DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double fraction);
-
 /// Turns what blocks ask for into operations: places and corrects points, counts everything, and
 /// passes it to the sink if there is one. Points come in programmed coordinates, mm.
 class Emitter {
@@ -93,8 +90,6 @@ class Emitter {
     has_hole_cut_ = false;
   }
   const DepthOfCut& cut() const { return cut_; }
-  /// Z under depth control: no tip goes below it.
-  void set_lowest(std::optional<Length> z) { depths_.set_lowest(z); }
   /// The cut of the tool in use at a place: as deep as [[depth]] states, from the map's height.
   DepthOfCut cut_at(int line, const Position<frame::Nominal>& place) {
     return depths_.at(line, place, cut_);
@@ -118,6 +113,12 @@ class Emitter {
                  Length increment,
                  std::optional<Feed> feed);
   void autocalibration(int line, const Eigen::Vector2d& at_mm);
+  /// Passes on an order of surface detection. Of those with a place it is where the probe is sent,
+  /// which corrections move.
+  void surface_order(int line,
+                     SurfaceOrderKind kind,
+                     std::optional<int> memory,
+                     const std::optional<Eigen::Vector2d>& at_mm);
   void move(int line, const Eigen::Vector2d& to_mm);
   void rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed);
   void rout(int line, const Arc& arc, std::optional<Feed> feed) { rout(line, arc, feed, cut_); }

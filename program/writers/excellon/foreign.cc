@@ -20,11 +20,15 @@ void ExcellonWriter::put_foreign_header() {
   }
 }
 
-/// The manual's depths are those of the machine's set-up and offsets from them.
+/// The manual's depths are those of the machine's set-up and offsets from them. H is a setting of
+/// its own, which is lost where it stands.
 void ExcellonWriter::refuse_cut(const DepthOfCut& cut) {
-  if (cut.depth) {
+  if (cut.is_controlled() && !cut.depth) {
+    refuse(fmt::format("a depth below the board's surface that the operator sets ({} without K#)",
+                       cut.control == DepthControl::Slm ? "G71" : "G83"));
+  } else if (cut.is_controlled()) {
     refuse(fmt::format("a depth of {:g} mm below the board's surface", cut.depth->in_mm()));
-  } else {
+  } else if (cut.z) {
     refuse(fmt::format("the working plane Z{:g}", cut.z->in_mm()),
            "depth offsets of tools (Z in the $ table)");
   }

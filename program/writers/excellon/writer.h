@@ -70,6 +70,7 @@ class ExcellonWriter final : public ProgramWriter {
   void write(const Function& function);
   void write(const Setting& setting);
   void write(const ZeroSet& zero);
+  void write(const SurfaceOrder&) {}  // the refused depths are what it is for
 
   // foreign.cc
   void put_foreign_header();
@@ -77,7 +78,7 @@ class ExcellonWriter final : public ProgramWriter {
   void put_foreign_setting(const Setting& setting);
   /// Depths have no form.
   void check_cut(const DepthOfCut& cut) {
-    if (cut.depth || cut.z) refuse_cut(cut);
+    if (cut.is_controlled() || cut.z) refuse_cut(cut);
   }
   void refuse_cut(const DepthOfCut& cut);
 

@@ -14,7 +14,8 @@ std::optional<GcodeWriter::Steps> GcodeWriter::working_z(const DepthOfCut& cut,
                                                          std::string_view plane_key) {
   std::optional<Length> z = height_of(cut, plane, plane_key);
   if (!z || !surface_is_below(cut) || !serves_all_axes(cut)) return std::nullopt;
-  if (!cut.depth && offset) z = *z + *offset;
+  if (!keeps_to_limits(cut, *z)) return std::nullopt;
+  if (!cut.is_controlled() && offset) z = *z + *offset;
   if (!(*z < rapid_limit())) {
     refuse_unsaid(
         fmt::format("T{} would work at Z{:.4f}, where it moves rapidly", tool_.number, z->in_mm()),
@@ -28,6 +29,14 @@ std::optional<GcodeWriter::Steps> GcodeWriter::working_z(const DepthOfCut& cut,
 std::optional<Length> GcodeWriter::height_of(const DepthOfCut& cut,
                                              const std::optional<Length>& plane,
                                              std::string_view plane_key) {
+  if (cut.is_controlled() && !cut.depth) {
+    refuse_unsaid(fmt::format("T{} works to a depth below the board that the operator sets ({} "
+                              "without K#)",
+                              tool_.number,
+                              cut.control == DepthControl::Slm ? "G71" : "G83"),
+                  "K# in the program, or [[depth]] in machine.toml");
+    return std::nullopt;
+  }
   const bool counts_from_table = cut.depth ? cut.surface.has_value() : cut.z.has_value();
   if (counts_from_table && !setting_.table_z) {
     refuse_unsaid(cut.depth ? "a surface is measured above the table plane, whose height is missing"
@@ -57,6 +66,38 @@ std::optional<Length> GcodeWriter::height_of(const DepthOfCut& cut,
                   fmt::format("{} in [gcode] or [[gcode.tool]]", plane_key));
   }
   return plane;
+}
+
+/// Z under depth control is the lowest place of the tip (SIEB & MEYER CNC 8x.00 Command Set, Z), H
+/// the height at which the tool travels.
+bool GcodeWriter::keeps_to_limits(const DepthOfCut& cut, Length z) {
+  constexpr Length kRounding = um(1e-3);
+  if (cut.lower_limit && !setting_.table_z) {
+    refuse_unsaid(
+        "a lower limit of the stroke (Z# under depth control) is above the table plane, "
+        "whose height is missing",
+        "table_z_mm in [gcode]: 0 if the tool is zeroed on it");
+    return false;
+  }
+  if (cut.lower_limit && z + kRounding < *setting_.table_z + *cut.lower_limit) {
+    refuse(fmt::format("a depth of {:.4g} mm that ends at Z{:.4f}, below the lower limit of the "
+                       "stroke ({:.4g} mm above the table)",
+                       cut.depth->in_mm(),
+                       z.in_mm(),
+                       cut.lower_limit->in_mm()),
+           "a lower Z in the program, or a higher board_z_mm in [gcode]");
+    return false;
+  }
+  if (cut.upper_limit && setting_.table_z &&
+      setting_.safe_z + kRounding < *setting_.table_z + *cut.upper_limit) {
+    refuse_unsaid(fmt::format("T{} would travel at Z{:.4f}, below the travelling plane H{:.4g}",
+                              tool_.number,
+                              setting_.safe_z.in_mm(),
+                              cut.upper_limit->in_mm()),
+                  "a higher safe_z_mm in [gcode]");
+    return false;
+  }
+  return true;
 }
 
 /// Rapid moves end above it.

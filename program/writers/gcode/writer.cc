@@ -166,7 +166,7 @@ void GcodeWriter::write(const Rout& rout) {
   const Place to = place_of(rout.actual);
   const auto feed = routing_feed(rout);
   std::optional<Steps> z = told_z_;
-  if (rout.cut.z || rout.cut.depth) {
+  if (rout.cut.z || rout.cut.is_controlled()) {
     z = working_z(rout.cut, work_.rout_z, tool_.depth_offset, "rout_z_mm");
   }
   at_ = to;

@@ -84,6 +84,7 @@ class GcodeWriter final : public ProgramWriter {
                                   const std::optional<Length>& plane,
                                   std::string_view plane_key);
   bool surface_is_below(const DepthOfCut& cut);
+  bool keeps_to_limits(const DepthOfCut& cut, Length z);
   Length rapid_limit() const { return setting_.approach_z.value_or(setting_.safe_z); }
   std::optional<Feed> infeed();
   std::optional<Feed> routing_feed(const Rout& rout);
@@ -99,6 +100,7 @@ class GcodeWriter final : public ProgramWriter {
   void write(const TargetHole&) { refuse_structure(); }
   void write(const CancelCorrection&) { refuse_structure(); }
   void write(const VisionTool&) { refuse_structure(); }
+  void write(const SurfaceOrder&) {}  // what was probed is in the depths
   void refuse_structure();
   void comment(std::string_view words);
   void change_expired(const Function& expired);

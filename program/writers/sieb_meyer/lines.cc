@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of format 5000: coordinates, tools, depths, feeds, texts and the $ table.
+// Lines of format 5000: coordinates, tools, feeds, texts and the $ table.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -53,6 +53,10 @@ void SiebMeyerWriter::append_number(double value, int n_decimals) {
   line_ += number_text(value, n_decimals);
 }
 
+std::string SiebMeyerWriter::plane_text(Length height) {
+  return number_text(height.in_mm(), kMmDecimals);
+}
+
 void SiebMeyerWriter::append_point(const Eigen::Vector2d& at_mm,
                                    std::string_view letters,
                                    int n_decimals) {
@@ -79,6 +83,7 @@ void SiebMeyerWriter::tool_up_line(const Eigen::Vector2d& at_mm) {
   open_line(at_mm);
   line_ += "T0";
   is_tool_up_line_ = true;
+  ends_contour_ = false;
   up_at_ = steps(at_mm);
   told_side_ = CompensationSide::Off;
 }
@@ -104,67 +109,6 @@ void SiebMeyerWriter::line(std::string_view text) {
 /// The tool must not wait for the next coordinate, which belongs to something that is repeated.
 void SiebMeyerWriter::say_tool() {
   if (pending_tool_) line(fmt::format("T{}", *std::exchange(pending_tool_, std::nullopt)));
-}
-
-/// In a ramp the tool goes to the new plane evenly (G6), else it is lowered to it.
-///
-/// A depth below a measured surface is a height that the control need not measure again.
-/// Source SIEB & MEYER CNC 8x.00 Command Set, Z, K, G6, G82, G83
-void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
-  std::optional<Length> z = cut.z;
-  if (!serves_all_axes(cut)) return;
-  if (cut.depth && cut.surface) {
-    z = *cut.surface - *cut.depth;
-    if (*z < Length()) {
-      refuse(fmt::format("a plane {:.4g} mm below the table: the surface is at {:.4g} mm",
-                         -z->in_mm(),
-                         cut.surface->in_mm()),
-             "heights above the table plane Z0, and Z of zero or more");
-      return;
-    }
-    const auto tool = tools_.find(tool_);
-    if (tool != tools_.end() && tool->second.depth_offset.value_or(Length()) != Length()) {
-      refuse(
-          fmt::format("a depth below a measured surface of tool {}, whose offset of {:.4g} mm the "
-                      "control would add to the plane",
-                      tool_,
-                      tool->second.depth_offset->in_mm()),
-          "a tool without Z in its data");
-      return;
-    }
-    if (pecks_) {
-      refuse("peck or pulse drilling below a measured surface, whose I counts from the board",
-             "drilling in one stroke, or depth control");
-      return;
-    }
-  }
-  const bool is_controlled = cut.depth && !cut.surface;
-  if (!is_controlled && !z) {
-    if (cut.surface) {
-      refuse("a measured surface under a depth that the program leaves to the control",
-             "Z# or K# for every hole and contour");
-    } else if (depth_.z) {
-      // The control would go on with the height that it was told last.
-      refuse("a depth that the program leaves to the control, behind one that it states",
-             "Z# or K# for every hole and contour");
-    } else if (depth_.is_controlled == true) {
-      line_ += "G82";  // back to the plane that was set by hand
-      depth_.is_controlled = false;
-    }
-    return;
-  }
-  if (depth_.is_controlled != is_controlled) {
-    const bool has_to_be_said = is_controlled || depth_.is_controlled.has_value();
-    if (has_to_be_said) line_ += is_controlled ? "G83" : "G82";
-    depth_.is_controlled = is_controlled;
-  }
-  std::optional<std::string>& told = is_controlled ? depth_.k : depth_.z;
-  std::string wanted = number_text((is_controlled ? *cut.depth : *z).in_mm(), kMmDecimals);
-  if (told == wanted) return;
-  if (is_ramp && !is_controlled && told) line_ += "G6";
-  line_ += is_controlled ? 'K' : 'Z';
-  line_ += wanted;
-  told = std::move(wanted);
 }
 
 /// The feed of a program that sets none is known in Excellon; here it is the machine maker's.

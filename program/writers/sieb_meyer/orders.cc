@@ -34,6 +34,10 @@ void SiebMeyerWriter::write(const Function& function) {
   if (function.text.empty()) return;  // the control does it by itself
   if (!is_foreign()) {
     note_pecking(function.kind);
+    if (function.text == "TD") {  // of a probing line
+      probing_tool_ = "TD";
+      return;
+    }
     if (function.kind == FunctionKind::FinishRouting) {
       rout_words_ = function.text;
       return;
@@ -90,7 +94,7 @@ void SiebMeyerWriter::write(const PatternBegin&) {
   ++n_open_patterns_;
   up_at_.reset();
   feed_.reset();
-  depth_ = {};
+  begin_depths_of_copy();
   pattern_mode_.reset();
   n_nested_targets_ = 0;
 }
@@ -99,6 +103,7 @@ void SiebMeyerWriter::write(const PatternBegin&) {
 void SiebMeyerWriter::write(const PatternEnd& end) {
   say_tool();
   finish_line();
+  end_depths_of_copy();
   const Placement in_place;
   const std::span<const Placement> copies =
       end.copies.empty() ? std::span<const Placement>(&in_place, 1) : end.copies;
@@ -118,7 +123,6 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
   --n_open_patterns_;
   up_at_.reset();
   feed_.reset();
-  depth_ = {};
   pattern_mode_.reset();
   n_nested_targets_ = 0;
   // The offset of a pattern ends with its copy; Excellon's goes on until it is cancelled.
@@ -168,8 +172,7 @@ void SiebMeyerWriter::write_nested(const VisionSeries& series) {
 
 void SiebMeyerWriter::write(const TargetHole& hole) {
   switch_pattern_mode(false);
-  open_line(hole.nominal.in_mm());
-  say_depth(hole.cut, false);
+  drill_line(hole.nominal.in_mm(), hole.cut, "");
   line_ += "G36";
   finish_line();
 }

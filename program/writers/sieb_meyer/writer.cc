@@ -54,6 +54,8 @@ void SiebMeyerWriter::put(const Operation& operation) {
 void SiebMeyerWriter::end() {
   say_tool();
   finish_line();
+  if (depth_.is_slm) line("G70");
+  if (probing_tool_ == "T0") lose_once("putting the tool away (T0)");
   write_tool_table();
 }
 
@@ -62,8 +64,13 @@ void SiebMeyerWriter::end() {
 void SiebMeyerWriter::write(const ToolChange& change) {
   if (change.tool.number == 0) {
     pending_tool_.reset();
+    if (!is_foreign()) {
+      probing_tool_ = "T0";
+      return;
+    }
     return lose_once("putting the tool away (T0)");
   }
+  if (std::exchange(probing_tool_, {}) == "T0") lose_once("putting the tool away (T0)");
   note_tool(change.tool);
   tool_ = change.tool.number;
   pending_tool_ = tool_;
@@ -81,17 +88,25 @@ void SiebMeyerWriter::write(const ToolRate& rate) {
 
 // --- drilling ----------------------------------------------------------------------------------
 
+/// The line stays open.
+void SiebMeyerWriter::drill_line(const Eigen::Vector2d& at_mm,
+                                 const DepthOfCut& cut,
+                                 std::string_view command) {
+  const DepthOfCut* const told = told_cut(cut);
+  if (told) say_surface_line(*told);
+  open_line(at_mm);
+  line_ += command;
+  if (told) say_depth(*told, false);
+}
+
 void SiebMeyerWriter::write(const Drill& drill) {
   refuse_under_nested();
-  open_line(drill.commanded.in_mm());
-  say_depth(drill.cut, false);
+  drill_line(drill.commanded.in_mm(), drill.cut, "");
 }
 
 void SiebMeyerWriter::write(const Slot& slot) {
   refuse_under_nested();
-  open_line(slot.start.commanded.in_mm());
-  line_ += "G85";
-  say_depth(slot.cut, false);
+  drill_line(slot.start.commanded.in_mm(), slot.cut, "G85");
   open_line(slot.end.commanded.in_mm());
 }
 
@@ -116,15 +131,18 @@ void SiebMeyerWriter::write(const RapidMove& move) {
 /// The first rout line behind a T0 line lowers the cutter, but a ramp's begin has to be said
 /// before.
 void SiebMeyerWriter::write(const Plunge& plunge) {
-  if (plunge.kind == PlungeKind::Contouring && !plunge.cut.depth) {
+  if (plunge.kind == PlungeKind::Contouring && !plunge.cut.is_controlled()) {
     refuse("M14, which lowers the router to a depth that follows the material", "M15");
   }
   if (plunge.depth_offset) refuse("a pass of a step slot", "step slots left whole");
+  const DepthOfCut* const told = told_cut(plunge.cut);
+  if (told) say_surface_line_of_contour(*told);
   is_down_ = true;
   has_routed_ = false;
-  const bool says_depth = plunge.cut.z || plunge.cut.depth;
+  const bool says_depth =
+      plunge.cut.z || plunge.cut.is_controlled() || depth_.is_controlled != false;
   if (!up_at_ || pending_tool_ || (says_depth && !is_tool_up_line_)) tool_up_line(at_mm_);
-  say_depth(plunge.cut, false);
+  if (told) say_depth(*told, false);
 }
 
 /// I and J lead from the centre to the start (SIEB & MEYER CNC 8x.00 Command Set, I). The same
@@ -155,7 +173,7 @@ void SiebMeyerWriter::write(const Rout& rout) {
     told_side_ = side_;
   }
   line_ += std::exchange(rout_words_, {});
-  say_depth(rout.cut, true);
+  if (const DepthOfCut* const told = told_cut(rout.cut)) say_depth(*told, true);
 }
 
 /// A router that was only lowered and raised routs a line without length, or it would stay up.
@@ -166,7 +184,9 @@ void SiebMeyerWriter::write(const Retract& retract) {
     line_ += "G1";
   }
   is_down_ = false;
+  has_routed_ = false;
   tool_up_line(at_mm_);
+  ends_contour_ = true;
 }
 
 /// The control compensates for the diameter of the tool table.

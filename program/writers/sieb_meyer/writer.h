@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "program/writers/program_writer.h"
 
@@ -21,7 +22,12 @@ namespace panelcal {
 /// Contours begin and end with a T0 line, which is also what lowers and raises the cutter; a stop
 /// for inspection is a message. What has no form is in losses().
 ///
-/// Fails  translation-refused: a pass of a step slot (WalkOptions::step_slots has to be Kept, which
+/// Depths leave the control in the state that each stroke had in the source: G82, G83 or G71 with
+/// its probes, Z, K and H as far as the program states them. A depth below a surface of a map is
+/// a plane.
+///
+/// Fails  translation-refused: a depth or limit left to the operator behind one that was stated; a
+/// pass of a step slot (WalkOptions::step_slots has to be Kept, which
 ///        is refused as well), M14, tool data that change in the program, tools above T99
 /// Source SIEB & MEYER CNC 8x.00 Command Set, A.3, A.7, 3, 5, 9
 /// See    tests/program/writers/sieb_meyer/writer_test.cc
@@ -35,11 +41,23 @@ class SiebMeyerWriter final : public ProgramWriter {
  private:
   /// A place in the last decimal that is written.
   using Steps = std::array<std::int64_t, 2>;
+  /// Z or K.
+  struct Plane {
+    std::optional<std::string> told;  ///< as last said; absent: not said, or not known in this copy
+    bool was_told = false;            ///< anywhere in the program: the operator's value is gone
+    bool is_left_open = false;        ///< in an open pattern, something uses the operator's value
+
+    void tell(std::string number) {
+      told = std::move(number);
+      was_told = true;
+    }
+  };
   /// The depth that the control works at, as it was told last.
   struct Depth {
-    std::optional<bool> is_controlled;  ///< G83; otherwise G82
-    std::optional<std::string> z;
-    std::optional<std::string> k;
+    std::optional<bool> is_controlled = false;  ///< G83; absent: not known in this copy
+    bool is_slm = false;                        ///< G71
+    Plane z;
+    Plane k;
   };
   enum class Nested : std::uint8_t { None, InForce, Cancelled, Ended };
 
@@ -48,19 +66,37 @@ class SiebMeyerWriter final : public ProgramWriter {
   // lines.cc
   Steps steps(const Eigen::Vector2d& at_mm) const;
   void append_number(double value, int n_decimals = kMmDecimals);
+  static std::string plane_text(Length height);
   void append_point(const Eigen::Vector2d& at_mm, std::string_view letters, int n_decimals);
   void open_line(const Eigen::Vector2d& at_mm);
   void tool_up_line(const Eigen::Vector2d& at_mm);
   void finish_line();
   void line(std::string_view text);
   void say_tool();
-  void say_depth(const DepthOfCut& cut, bool is_ramp);
   void say_feed(const Rout& rout);
   void message(std::string_view text);
   void note_tool(const Tool& tool);
   void write_tool_table();
 
+  // depths.cc
+  const DepthOfCut* told_cut(const DepthOfCut& cut);
+  bool may_be_plane(const DepthOfCut& cut, Length z);
+  bool needs_surface_line(const DepthOfCut& cut) const;
+  void say_surface_line(const DepthOfCut& cut);
+  void say_surface_line_of_contour(const DepthOfCut& cut);
+  void say_depth(const DepthOfCut& cut, bool is_ramp);
+  void say_control(bool is_controlled);
+  void say_plane(char letter,
+                 const std::optional<Length>& value,
+                 Plane& plane,
+                 std::string_view what);
+  void begin_depths_of_copy();
+  void end_depths_of_copy();
+  void write(const SurfaceOrder& order);
+  void probe(const SurfaceOrder& order, std::string_view command);
+
   // writer.cc
+  void drill_line(const Eigen::Vector2d& at_mm, const DepthOfCut& cut, std::string_view command);
   void write(const ToolChange& change);
   void write(const ToolRate& rate);
   void write(const Autocalibration& calibration);
@@ -107,8 +143,13 @@ class SiebMeyerWriter final : public ProgramWriter {
   CompensationSide told_side_ = CompensationSide::Off;  ///< T0 switches it off
   std::optional<std::string> feed_;                     ///< as written last
   Depth depth_;
-  bool pecks_ = false;      ///< G81 or G89 holds
-  std::string rout_words_;  ///< of the next rout line
+  DepthOfCut map_plane_;             ///< of the last stroke to a depth below a map's surface
+  bool has_left_standard_ = false;   ///< G83 was said
+  bool relies_on_standard_ = false;  ///< in an open pattern, without saying G82
+  bool ends_contour_ = false;        ///< the last T0 line
+  std::string_view probing_tool_;    ///< of the next line that probes: T0, TD
+  bool pecks_ = false;               ///< G81 or G89 holds
+  std::string rout_words_;           ///< of the next rout line
 
   int n_open_patterns_ = 0;
   bool has_base_ = false;  ///< a correction may be in force

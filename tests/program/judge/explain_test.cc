@@ -234,6 +234,17 @@ TEST(Explainer, DepthsAndTheSurfacesTheyReferTo) {
                 .find("  depth       0.4000 mm below the board's surface, surface measured 1.6000 "
                       "mm above the table\n"),
             std::string::npos);
+  EXPECT_NE(explained(text, "L4", options)
+                .find("  limit       no lower than 0.5000 mm above the table\n"),
+            std::string::npos);
+  EXPECT_EQ(explained(text, "L3", options).find("  limit"), std::string::npos);
+}
+
+TEST(Explainer, TheDepthThatTheOperatorSets) {
+  EXPECT_NE(
+      explained("%%5000\nX1.Y1.T1G83\n$\nT1D1.\n$\n", "L2")
+          .find("  depth       below the board's surface, as deep as the operator sets (no K#)\n"),
+      std::string::npos);
 }
 
 /// Measurement mode 2: two layers make a point of the fit, which the last one names.

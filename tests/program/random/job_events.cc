@@ -59,7 +59,14 @@ class Sameness {
   bool same_rate(const std::optional<Feed>& a, const std::optional<Feed>& b) const {
     return a.has_value() == b.has_value() && (!a || same_feed(*a, false, *b));
   }
-  bool same(const Drill& a, const Drill& b) const { return a.tool == b.tool && same_place(a, b); }
+  bool same(const DepthOfCut& a, const DepthOfCut& b) const {
+    return a.control == b.control && near(a.z, b.z) && near(a.depth, b.depth) &&
+           near(a.surface, b.surface) && near(a.lower_limit, b.lower_limit) &&
+           near(a.upper_limit, b.upper_limit);
+  }
+  bool same(const Drill& a, const Drill& b) const {
+    return a.tool == b.tool && same_place(a, b) && same(a.cut, b.cut);
+  }
   bool same(const RapidMove& a, const RapidMove& b) const { return same_place(a, b); }
   bool same_feed(Feed a, bool is_default, Feed b) const {
     return std::abs(a.in_mm_s() - b.in_mm_s()) <
@@ -67,6 +74,7 @@ class Sameness {
   }
   bool same(const Rout& a, const Rout& b) const {
     if (a.tool != b.tool || a.kind != b.kind || !same_place(a, b)) return false;
+    if (!same(a.cut, b.cut)) return false;
     if (!same_feed(a.feed, a.feed_is_default, b.feed)) return false;
     if (a.kind == RoutKind::Line) return true;
     if (near(a.corrected_center.in_mm(), b.corrected_center.in_mm(), tolerance_.center_mm)) {
@@ -87,7 +95,8 @@ class Sameness {
     return a.side == b.side && (is_off || near(a.value, b.value));
   }
   bool same(const Slot& a, const Slot& b) const {
-    return a.tool == b.tool && same_place(a.start, b.start) && same_place(a.end, b.end);
+    return a.tool == b.tool && same_place(a.start, b.start) && same_place(a.end, b.end) &&
+           same(a.cut, b.cut);
   }
   bool same(const StepSlot& a, const StepSlot& b) const {
     return a.tool == b.tool && same_place(a.start, b.start) && same_place(a.end, b.end) &&
@@ -133,6 +142,9 @@ class Sameness {
     return a.level == b.level;
   }
   bool same(const VisionTool& a, const VisionTool& b) const { return a.number == b.number; }
+  bool same(const SurfaceOrder& a, const SurfaceOrder& b) const {
+    return a.kind == b.kind && a.memory == b.memory;
+  }
 
   Tolerance tolerance_;
   Vector2d at_mm_ = Vector2d::Zero();  ///< earlier place of the router

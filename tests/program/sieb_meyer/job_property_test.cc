@@ -206,7 +206,10 @@ class Comparison {
 
   void require_cut(const Move& move, const NaiveEvent& event) {
     require(move.tool == event.tool, "another tool");
-    require(is_same(move.cut.z, event.cut.z_mm) && is_same(move.cut.depth, event.cut.depth_mm),
+    require(move.cut.is_controlled() == event.cut.is_controlled &&
+                is_same(move.cut.z, event.cut.z_mm) &&
+                is_same(move.cut.depth, event.cut.depth_mm) &&
+                is_same(move.cut.lower_limit, event.cut.lower_limit_mm),
             "another depth");
   }
 

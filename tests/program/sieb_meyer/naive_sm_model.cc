@@ -106,7 +106,9 @@ class Model {
     out.kind = kind;
     out.tool = tool_;
     if (depth_control_) {
+      out.cut.is_controlled = true;
       out.cut.depth_mm = k_mm_;
+      out.cut.lower_limit_mm = z_mm_;
     } else {
       out.cut.z_mm = z_mm_;
     }

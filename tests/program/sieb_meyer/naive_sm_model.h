@@ -15,8 +15,10 @@ namespace panelcal::test {
 using BoardMap = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
 
 struct NaiveCut {
+  bool is_controlled = false;  ///< G83
   std::optional<double> z_mm;
   std::optional<double> depth_mm;
+  std::optional<double> lower_limit_mm;
 };
 
 /// One thing that the tool does, in work coordinates, mm.

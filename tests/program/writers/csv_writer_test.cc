@@ -60,7 +60,8 @@ TEST(CsvWriter, KeepsTheOrderOfItsColumns) {
       "speed,text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,"
       "value,nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,"
       "initial_depth,increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,"
-      "file,z,depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep\n");
+      "file,z,depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep,"
+      "reference,control,lower_limit,upper_limit\n");
 }
 
 TEST(CsvWriter, WritesAHoleAsOneRow) {
@@ -69,19 +70,22 @@ TEST(CsvWriter, WritesAHoleAsOneRow) {
   const std::array<int, 2> path = {0, 2};
   writer.put({14, path, drill(1, 5, 7), {}, nullptr});
   ASSERT_TRUE(writer.finish());
-  EXPECT_EQ(bytes.text(),
-            "drill,14,0.2,1,4.75,6.5,105,207,0.002,0.003,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n");
+  EXPECT_EQ(
+      bytes.text(),
+      "drill,14,0.2,1,4.75,6.5,105,207,0.002,0.003,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n");
 }
 
 TEST(CsvWriter, WritesHowDeepAHoleIs) {
   StringSink bytes;
   CsvWriter writer(bytes);
   Drill hole = drill(1, 5, 7);
-  hole.cut = {.z = mm(1.5), .depth = mm(0.4), .surface = mm(3.25)};
+  hole.cut = {.z = {}, .depth = mm(0.4), .surface = mm(3.25), .control = DepthControl::Slm};
+  hole.cut.lower_limit = mm(1.5);
+  hole.cut.upper_limit = mm(20);
   writer.put({14, {}, hole, {}, nullptr});
   ASSERT_TRUE(writer.finish());
   EXPECT_TRUE(bytes.text().starts_with("drill,14,,1,4.75,6.5,105,207,0.002,0.003,,"));
-  EXPECT_TRUE(bytes.text().ends_with(",1.5,0.4,3.25,,,,,,\n")) << bytes.text();
+  EXPECT_TRUE(bytes.text().ends_with(",,0.4,3.25,,,,,,,plane,slm,1.5,20\n")) << bytes.text();
 }
 
 TEST(CsvWriter, WritesTheRiskOfAHole) {
@@ -108,7 +112,7 @@ std::string row_by_fields(int line, const Drill& hole) {
   }
   row += std::string(33, ',');
   if (hole.risk) append_risk(row, *hole.risk);
-  return row + ",,,,,\n";
+  return row + ",,,,,,,,,\n";
 }
 
 /// A coordinate on the grid of most programs, a corrected one, or one of any size.
@@ -301,7 +305,7 @@ TEST(CsvWriter, NamesTheStoredPattern) {
   CsvWriter writer(bytes);
   writer.put({3, {}, Dwell{seconds(1)}, "a,b.pat", nullptr});
   ASSERT_TRUE(writer.finish());
-  EXPECT_TRUE(bytes.text().ends_with(",\"a,b.pat\",,,,,,,,,\n")) << bytes.text();
+  EXPECT_TRUE(bytes.text().ends_with(",\"a,b.pat\",,,,,,,,,,,,,\n")) << bytes.text();
 }
 
 }  // namespace

@@ -270,6 +270,8 @@ TEST(OrderCommands, AreSortedByWhatTheyDecide) {
   EXPECT_EQ(order_of("G88").pulse, false);
   EXPECT_EQ(order_of("G82").depth_control, false);
   EXPECT_EQ(order_of("G83").depth_control, true);
+  EXPECT_TRUE(order_of("G71G82").suspends_depth_control);
+  EXPECT_FALSE(order_of("G82G71").suspends_depth_control);
   EXPECT_EQ(order_of("G90").incremental, false);
   EXPECT_EQ(order_of("G91").incremental, true);
   EXPECT_EQ(order_of("M92").is_scaled, false);

@@ -86,6 +86,7 @@ inline DepthOfCut z(double z_mm) {
 inline DepthOfCut below(double depth_mm) {
   DepthOfCut cut;
   cut.depth = mm(depth_mm);
+  cut.control = DepthControl::Depth;
   return cut;
 }
 inline DepthOfCut below(double depth_mm, double surface_mm) {

@@ -80,8 +80,8 @@ Drill drill_at(double x_mm, double y_mm, DepthOfCut cut) {
 DepthOfCut z(double z_mm) {
   return {.z = mm(z_mm), .depth = {}, .surface = {}};
 }
-DepthOfCut below(double depth_mm) {
-  return {.z = {}, .depth = mm(depth_mm), .surface = {}};
+DepthOfCut below(double depth_mm, std::optional<Length> surface = {}) {
+  return {.z = {}, .depth = mm(depth_mm), .surface = surface, .control = DepthControl::Depth};
 }
 
 // --- file (appendix A.7) -----------------------------------------------------------------------
@@ -247,11 +247,13 @@ TEST(SiebMeyerWriter, RefusesDepthsThatOnlyExcellonHas) {
 // --- depths (8.2, 3.3, 11) ---------------------------------------------------------------------
 
 TEST(SiebMeyerWriter, SaysWorkingPlanesWhereTheyChange) {
+  DepthOfCut deep = below(2);
+  deep.lower_limit = mm(1.5);
   EXPECT_EQ(from_sieb_meyer({drill_at(1, 0, z(1)),
                              drill_at(2, 0, z(1)),
                              drill_at(3, 0, z(1.5)),
-                             drill_at(4, 0, below(2)),
-                             drill_at(5, 0, below(2)),
+                             drill_at(4, 0, deep),
+                             drill_at(5, 0, deep),
                              drill_at(6, 0, z(1.5))})
                 .body,
             "X1.Y0.Z1.\nX2.Y0.\nX3.Y0.Z1.5\nX4.Y0.G83K2.\nX5.Y0.\nX6.Y0.G82\n");
@@ -267,13 +269,11 @@ TEST(SiebMeyerWriter, WritesARamp) {
 }
 
 TEST(SiebMeyerWriter, ADepthBelowAMeasuredSurfaceIsAPlane) {
-  EXPECT_EQ(
-      from_sieb_meyer({drill_at(1, 2, {.z = {}, .depth = mm(0.4), .surface = mm(3.05)})}).body,
-      "X1.Y2.Z2.65\n");
+  EXPECT_EQ(from_sieb_meyer({drill_at(1, 2, below(0.4, mm(3.05)))}).body, "X1.Y2.Z2.65\n");
 }
 
 TEST(SiebMeyerWriter, OnePlaneDoesForAxesOverOneSurface) {
-  DepthOfCut cut = {.z = {}, .depth = mm(0.4), .surface = mm(3.05)};
+  DepthOfCut cut = below(0.4, mm(3.05));
   cut.other_surfaces = {mm(3.055)};
   EXPECT_EQ(from_sieb_meyer({drill_at(1, 2, cut)}).body, "X1.Y2.Z2.65\n");
   cut.other_surfaces = {mm(3.055), mm(3.2)};
@@ -291,7 +291,7 @@ TEST(SiebMeyerWriter, OnePlaneDoesForAxesOverOneSurface) {
 TEST(SiebMeyerWriter, RefusesADepthAsAPlaneOfAToolWithAnOffset) {
   ToolChange change = take(1, 1);
   change.tool.depth_offset = mm(0.3);
-  const DepthOfCut cut = {.z = {}, .depth = mm(0.4), .surface = mm(3.05)};
+  const DepthOfCut cut = below(0.4, mm(3.05));
   EXPECT_THAT(from_sieb_meyer({change, drill_at(1, 2, cut)}).failure, HasSubstr("0.3 mm"));
 }
 
