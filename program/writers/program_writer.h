@@ -49,6 +49,7 @@ class ProgramWriter : public TextWriter {
   /// Call first for each operation: losses name its line.
   void note_place(const Operation& operation);
   Place place() const;
+  int source_line() const { return line_; }
 
   /// `what`, a noun, has no form and is left out; it changes neither places nor depths.
   void lose(std::string what);
@@ -61,12 +62,17 @@ class ProgramWriter : public TextWriter {
   /// problem once.
   void refuse_unsaid(const std::string& problem, std::string expected);
 
+  /// Magazines and dwells of tools, which a SIEB & MEYER source states in its tool table.
+  void lose_tool_table();
+
   /// One plane does for all Z axes; refuses where their surfaces differ by more than some um.
   bool serves_all_axes(const DepthOfCut& cut);
 
   /// A message of the operator's without what a SIEB & MEYER control takes for an order of its own.
   std::string_view words_of(std::string_view message);
 
+  /// Goes on in this axis version; begin() takes the program's.
+  void write_in_axes(int version);
   /// Into the axis version that is written.
   const Eigen::Matrix2d& written_from_work() const { return written_from_work_; }
   /// That map is a mirror: clockwise and left are the other way round.

@@ -199,7 +199,7 @@ void Interpreter::check_peck(int line) {
   if (!strokes) {
     return reporter_.report(Code::CycleInvalid, line, 1, "G81: " + strokes.error(), "");
   }
-  if (strokes->reaches_target) return;
+  if (strokes->reaches_target || peck_.forces_target) return;
   reporter_.report(Code::PeckTargetMissed,
                    line,
                    1,

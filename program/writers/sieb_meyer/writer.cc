@@ -42,16 +42,25 @@ void SiebMeyerWriter::begin(const ProgramInfo& info) {
   tools_ = info.tools;
   for (const std::string& comment : options().comments) append_comment(text(), comment);
   line("%%5000");
-  if (info.axis_version != 1) line(fmt::format("M49,FV{}", info.axis_version));
 }
 
 void SiebMeyerWriter::put(const Operation& operation) {
   note_place(operation);
+  if (!states_control_) {
+    // A source that begins with its axes does not need those of the configuration before them.
+    const auto* setting = std::get_if<Setting>(&operation.what);
+    if (setting == nullptr || is_foreign() || !setting->text.starts_with("M49,FV")) {
+      state_control(info().axis_version);
+    }
+  }
+  if (place_words_.line != 0 && operation.line != place_words_.line) settle_place_words();
   std::visit([this](const auto& what) { write(what); }, operation.what);
   flush_if_large();
 }
 
 void SiebMeyerWriter::end() {
+  if (!states_control_) state_control(info().axis_version);
+  settle_place_words();
   say_tool();
   finish_line();
   write_tool_table();
@@ -109,7 +118,11 @@ void SiebMeyerWriter::write(const Autocalibration&) {
 void SiebMeyerWriter::write(const RapidMove& move) {
   refuse_under_nested();
   const Eigen::Vector2d to_mm = move.commanded.in_mm();
-  if (up_at_ == steps(to_mm) && !pending_tool_) return;
+  if (up_at_ == steps(to_mm) && !pending_tool_) {
+    const bool has_words = place_words_.may_stop || place_words_.has_output;
+    if (!has_words) return;
+    if (is_tool_up_line_) return say_place_words();
+  }
   tool_up_line(to_mm);
 }
 
@@ -202,7 +215,10 @@ void SiebMeyerWriter::write(const Stop& stop) {
     case StopKind::Inspection:
       return line("M47,INSPECTION STOP");
     case StopKind::Optional:
-      return line("M20");
+      // Alone it would send the table to machine zero.
+      if (!stop.is_at_place) return line("M20");
+      place_words().may_stop = true;
+      return;
   }
 }
 
@@ -222,6 +238,7 @@ void SiebMeyerWriter::write(const Dwell& dwell) {
 
 /// A place on the machine, whatever the program's axes are (CNC command FA).
 void SiebMeyerWriter::write(const ZeroSet& zero) {
+  if (zero.is_reset) return line("M49,NOFA");
   const Eigen::Vector2d place_mm = (zero.work_zero - options().absolute_zero).in_mm();
   finish_line();
   line_ = "M49,FAX";

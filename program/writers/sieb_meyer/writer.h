@@ -18,6 +18,10 @@ namespace panelcal {
 /// Coordinates are what the machine is told, relative to work zero. With structure kept, patterns
 /// become sections between M31 and M30, and vision commands G30 to G36.
 ///
+/// A CNC command holds beyond the end of the program that gave it. So every program states its axes
+/// (FV), and that the control neither scales nor turns (NOSA, NORA), since the coordinates have
+/// what the source asked for. Program zero is the operator's unless the source sets it (FA, NOFA).
+///
 /// Contours begin and end with a T0 line, which is also what lowers and raises the cutter; a stop
 /// for inspection is a message. What has no form is in losses().
 ///
@@ -42,15 +46,26 @@ class SiebMeyerWriter final : public ProgramWriter {
     std::optional<std::string> k;
   };
   enum class Nested : std::uint8_t { None, InForce, Cancelled, Ended };
+  /// Words of a line of the source for the places that it gives.
+  struct PlaceWords {
+    int line = 0;             ///< of the source; 0: there are none
+    bool may_stop = false;    ///< M20: at the next place
+    bool has_output = false;  ///< M21: at every place
+    bool is_said = false;
+  };
 
   void end() override;
 
   // lines.cc
+  void state_control(int axis_version);
   Steps steps(const Eigen::Vector2d& at_mm) const;
   void append_number(double value, int n_decimals = kMmDecimals);
   void append_point(const Eigen::Vector2d& at_mm, std::string_view letters, int n_decimals);
   void open_line(const Eigen::Vector2d& at_mm);
   void tool_up_line(const Eigen::Vector2d& at_mm);
+  void say_place_words();
+  void settle_place_words();
+  PlaceWords& place_words();
   void finish_line();
   void line(std::string_view text);
   void say_tool();
@@ -59,6 +74,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   void message(std::string_view text);
   void note_tool(const Tool& tool);
   void write_tool_table();
+  void write_magazines(const Tool& tool);
 
   // writer.cc
   void write(const ToolChange& change);
@@ -92,8 +108,11 @@ class SiebMeyerWriter final : public ProgramWriter {
   void switch_pattern_mode(bool is_on);
   void refuse_under_nested();
 
+  bool states_control_ = false;      ///< the lines that say how the control is to be
   std::string line_;                 ///< not finished: words may follow
   bool is_tool_up_line_ = false;     ///< that line is a T0 line
+  int line_source_ = 0;              ///< the source's line that it comes from
+  PlaceWords place_words_;
   std::optional<int> pending_tool_;  ///< said in the next line with a coordinate
   int tool_ = 0;                     ///< the program's last
   std::map<int, Tool> tools_;
