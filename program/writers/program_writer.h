@@ -9,6 +9,7 @@
 
 #include "calib/base/diagnostic.h"
 #include "program/walk/reporter.h"
+#include "program/writers/output_digits.h"
 #include "program/writers/text_writer.h"
 #include <Eigen/Core>
 
@@ -24,6 +25,8 @@ struct ProgramWriterOptions {
   /// the control's again.
   bool keeps_vision = false;
   int default_vision_tool = 1;  ///< of a SIEB & MEYER source without G35
+  /// Of coordinates; absent: the control's grid (output_digits.h).
+  std::optional<Length> resolution = std::nullopt;
   /// Those of WalkOptions: each language counts a program's zero from another one.
   Position<frame::Machine> absolute_zero;
   Position<frame::Machine> work_zero;
@@ -44,6 +47,14 @@ class ProgramWriter : public TextWriter {
 
   const ProgramWriterOptions& options() const { return options_; }
   const ProgramInfo& info() const { return info_; }
+  /// Of lengths, from begin() on. In G-code, whose numbers have any, they are not used.
+  const OutputDigits& digits() const { return digits_; }
+  /// A number that has more digits than the control reads: the output fails, whatever is allowed.
+  void check_digits(std::string_view number) {
+    // A point, and no sign: nearly all numbers are that short.
+    if (number.size() > static_cast<std::size_t>(digits_.n_digits) + 1) count_digits(number);
+  }
+  void count_digits(std::string_view number);
   /// Settings and functions are texts of the other language.
   bool is_foreign() const { return info_.dialect != dialect_; }
   /// Call first for each operation: losses name its line.
@@ -85,6 +96,7 @@ class ProgramWriter : public TextWriter {
   std::optional<Dialect> dialect_;
   ProgramWriterOptions options_;
   ProgramInfo info_;
+  OutputDigits digits_;
   Eigen::Matrix2d written_from_work_ = Eigen::Matrix2d::Identity();
   bool is_mirrored_ = false;
   DiagnosticLog losses_;

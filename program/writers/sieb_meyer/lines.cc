@@ -54,24 +54,35 @@ void SiebMeyerWriter::state_control(int axis_version) {
 }
 
 SiebMeyerWriter::Steps SiebMeyerWriter::steps(const Eigen::Vector2d& at_mm) const {
-  constexpr double kPerMm = 1e6;  // kMmDecimals
-  const Eigen::Vector2d written = written_from_work() * at_mm * kPerMm;
+  const Eigen::Vector2d written = written_from_work() * at_mm / digits().step().in_mm();
   return {std::llround(written.x()), std::llround(written.y())};
 }
 
-void SiebMeyerWriter::append_number(double value, int n_decimals) {
-  line_ += number_text(value, n_decimals);
+/// The place that the control reads.
+Eigen::Vector2d SiebMeyerWriter::on_grid(const Eigen::Vector2d& at_mm) const {
+  const Steps at = steps(at_mm);
+  const Eigen::Vector2d written(static_cast<double>(at[0]), static_cast<double>(at[1]));
+  return written_from_work().transpose() * written * digits().step().in_mm();
+}
+
+void SiebMeyerWriter::append_number(double value) {
+  const std::string text = number_text(value, digits().n_decimals);
+  check_digits(text);
+  line_ += text;
 }
 
 void SiebMeyerWriter::append_point(const Eigen::Vector2d& at_mm,
                                    std::string_view letters,
-                                   int n_decimals) {
+                                   std::optional<int> n_decimals) {
   const Eigen::Vector2d written = written_from_work() * at_mm;
+  const int n = n_decimals.value_or(digits().n_decimals);
   std::array<char, 2 * (kFixedChars + 2)> chars;
   char* end = chars.data();
   for (std::size_t axis = 0; axis < 2; ++axis) {
     *end++ = letters[axis];
-    end = write_with_point(end, written[static_cast<Eigen::Index>(axis)], n_decimals);
+    const char* const begin = end;
+    end = write_with_point(end, written[static_cast<Eigen::Index>(axis)], n);
+    check_digits({begin, static_cast<std::size_t>(end - begin)});
   }
   line_.append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
@@ -79,7 +90,7 @@ void SiebMeyerWriter::append_point(const Eigen::Vector2d& at_mm,
 /// A line that works at a place; the tool that is to do it is changed in the same line.
 void SiebMeyerWriter::open_line(const Eigen::Vector2d& at_mm) {
   finish_line();
-  append_point(at_mm, "XY", kMmDecimals);
+  append_point(at_mm, "XY");
   if (pending_tool_) line_ += fmt::format("T{}", *std::exchange(pending_tool_, std::nullopt));
   if (place_words_.line != 0) say_place_words();
   line_source_ = source_line();
@@ -199,7 +210,7 @@ void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
     depth_.is_controlled = is_controlled;
   }
   std::optional<std::string>& told = is_controlled ? depth_.k : depth_.z;
-  std::string wanted = number_text((is_controlled ? *cut.depth : *z).in_mm(), kMmDecimals);
+  std::string wanted = number_text((is_controlled ? *cut.depth : *z).in_mm(), digits().n_decimals);
   if (told == wanted) return;
   if (is_ramp && !is_controlled && told) line_ += "G6";
   line_ += is_controlled ? 'K' : 'Z';
@@ -213,7 +224,7 @@ void SiebMeyerWriter::say_feed(const Rout& rout) {
     if (feed_) lose_once("the default routing feed, after another one was set");
     return;
   }
-  std::string wanted = number_text(m_per_min(rout.feed), kMmDecimals);
+  std::string wanted = number_text(m_per_min(rout.feed), digits().n_decimals);
   if (feed_ == wanted) return;
   line_ += 'F';
   line_ += wanted;

@@ -125,7 +125,7 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
       continue;
     }
     finish_line();
-    append_point(copy.translation(), "XY", kMmDecimals);
+    append_point(copy.translation(), "XY");
     line_ += command;
   }
   line_ += "M30";
@@ -150,7 +150,7 @@ void SiebMeyerWriter::write(const VisionSeries& series) {
   if (has_base_ || n_open_patterns_ > 0) line("G34");
   for (const Position<frame::Nominal>& target : series.targets) {
     finish_line();
-    append_point(target.in_mm(), "XY", kMmDecimals);
+    append_point(target.in_mm(), "XY");
     line_ += "G32";
   }
   line("G31");
@@ -172,7 +172,7 @@ void SiebMeyerWriter::write_nested(const VisionSeries& series) {
   switch_pattern_mode(true);
   for (const Position<frame::Nominal>& target : series.targets) {
     finish_line();
-    append_point(target.in_mm(), "XY", kMmDecimals);
+    append_point(target.in_mm(), "XY");
     line_ += "G36";
     ++n_nested_targets_;
   }

@@ -22,10 +22,12 @@ namespace panelcal {
 /// (FV), and that the control neither scales nor turns (NOSA, NORA), since the coordinates have
 /// what the source asked for. Program zero is the operator's unless the source sets it (FA, NOFA).
 ///
+/// Numbers have three decimals and at most six digits, unless a finer resolution is asked for.
+///
 /// Contours begin and end with a T0 line, which is also what lowers and raises the cutter; a stop
 /// for inspection is a message. What has no form is in losses().
 ///
-/// Fails  translation-refused: a pass of a step slot (WalkOptions::step_slots has to be Kept, which
+/// Fails  number-too-long: a place of 1 m or more that needs all its decimals; translation-refused: a pass of a step slot (WalkOptions::step_slots has to be Kept, which
 ///        is refused as well), M14, tool data that change in the program, tools above T99
 /// Source SIEB & MEYER CNC 8x.00 Command Set, A.3, A.7, 3, 5, 9
 /// See    tests/program/writers/sieb_meyer/writer_test.cc
@@ -59,8 +61,11 @@ class SiebMeyerWriter final : public ProgramWriter {
   // lines.cc
   void state_control(int axis_version);
   Steps steps(const Eigen::Vector2d& at_mm) const;
-  void append_number(double value, int n_decimals = kMmDecimals);
-  void append_point(const Eigen::Vector2d& at_mm, std::string_view letters, int n_decimals);
+  Eigen::Vector2d on_grid(const Eigen::Vector2d& at_mm) const;
+  void append_number(double value);
+  void append_point(const Eigen::Vector2d& at_mm,
+                    std::string_view letters,
+                    std::optional<int> n_decimals = std::nullopt);
   void open_line(const Eigen::Vector2d& at_mm);
   void tool_up_line(const Eigen::Vector2d& at_mm);
   void say_place_words();
@@ -85,6 +90,9 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write(const Rout& rout);
   void write(const Plunge& plunge);
   void write(const Retract& retract);
+  bool is_flat(const Eigen::Vector2d& from_mm,
+               const Eigen::Vector2d& to_mm,
+               const Rout& rout) const;
   void write(const Compensation& compensation);
   void write(const Slot& slot);
   void write(const StepSlot& slot);

@@ -79,7 +79,7 @@ constexpr auto kForms = std::to_array<Form>({
     {"G76", "X1.Y1.<G76>\nX5.Y5.T1\n", Fate::Executed, ""},
     {"G77", "X1.Y1.G73L1\nL1\nG71K.4\nX5.Y5.T1<G77>\nG70\n", Fate::Executed, "X5.Y5.T1"},
     {"G78", "X1.Y1.<G78>\nX5.Y5.T1\n", Fate::Executed, ""},
-    {"G79", "X1.Y1.<G79>\nX1.Y1.T1\n", Fate::Executed, ""},
+    {"G79", "X0Y0G78\nX0Y0G79\nX9.Y0G79\nX0Y9.G79\nX9.Y9.<G79>\n", Fate::Executed, ""},
     {"G80", "X1.Y1.T1Z1.G81I5.P80J1.4W1000\nX2.Y1.<G80>\n", Fate::Written, "G80"},
     {"G81", "X1.Y1.T1Z1.<G81>I5.P80J1.4W1000\n", Fate::Written, "G81I5.P80J1.4W1000"},
     {"G82", "X1.Y1.T1Z1.\nX2.Y1.G83K1.\nX3.Y1.<G82>\n", Fate::Written, "X3.Y1.G82"},
@@ -146,7 +146,7 @@ constexpr auto kForms = std::to_array<Form>({
     {"M95", "X1.Y1.T1\n<M95\n>", Fate::Written, "M95"},
     {"M97", "X30.Y10.T4<M97,C>\n", Fate::Executed, ""},
     {"M98", "X30.Y10.T4<M98,C>\n", Fate::Executed, ""},
-    {"M99", "X5.Y5.T1<M99,SUB>\n", Fate::Executed, "X6.Y5."},
+    {"M99", "X5.Y5.T1<M99,SUB>\n", Fate::Executed, "X6.Y5.T1"},
 
     {"X#Y#", "X1.Y1.T1\n<X2.Y1.\n>", Fate::Written, "X2.Y1."},
     {"T#", "X1.Y1.T1\nX2.Y1.<T2>\n", Fate::Written, "X2.Y1.T2"},
@@ -159,12 +159,12 @@ constexpr auto kForms = std::to_array<Form>({
     {"H#", "<H5.\n>X1.Y1.T1\n", Fate::Written, "H5.000"},
     {"K#", "X1.Y1.T1G83K1.\nX2.Y1.<K2.>\n", Fate::Written, "X2.Y1.K2."},
     {"Z#", "X1.Y1.T1Z1.\nX2.Y1.<Z2.>\n", Fate::Written, "X2.Y1.Z2."},
-    {"L#", "X1.Y1.G73L1\n<L1\n>G71K.4\nX5.Y5.T1\nG70\n", Fate::Executed, "X5.Y5.T1Z2.6"},
+    {"L#", "X1.Y1.G73L1\n<L5\n>X5.Y5.T1\n", Fate::Refused, "L5"},
     {"R#", "X0Y0T0T2\nX2.Y0G2R1.\nX4.Y0<R2.>\nX4.Y0T0\n", Fate::Executed, ""},
     {"I# J#", "X0Y0T0T2\nX2.Y0G2<I-1.J0>\nX2.Y0T0\n", Fate::Written, "X2.Y0.G2I-1.J0."},
     {"I#P#J#W# E#R#", "X1.Y1.T1Z1.G81<I5.P80J1.4W1000>\n", Fate::Written, "G81I5.P80J1.4W1000"},
     {"I#P#J#W# E#R#", "X1.Y1.T1Z1.G89<I5.J1.E30R.2>\n", Fate::Written, "G89I5.J1.E30R0.2"},
-    {"@name", "X5.Y5.T1<M99,SUB>\n", Fate::Executed, "X6.Y5."},
+    {"@name", "X5.Y5.T1<M99,SUB>\n", Fate::Executed, "X6.Y5.T1"},
     {"(text", "X1.Y1.T1<(HERE)>\n", Fate::Ignored},
     {"/", "M49,BLKD\nX5.Y5.T1\n</>X1.Y1.\n", Fate::Executed, "X5.Y5.T1"},
     {"%% %%3000 %%5000", "%%<3000>\nX1000Y1000T1\n$\nT1D100\n$\n", Fate::Executed, "X1.Y1.T1"},
@@ -220,7 +220,7 @@ constexpr auto kForms = std::to_array<Form>({
      Fate::Lost,
      "[peck-target-missed]"},
     {"M49,OPID", "<M49,OPID,I\n>X30.Y10.T4M97,*\n", Fate::Written, "M49,OPID,I"},
-    {"M49,OPID", "<M49,OPID,I\n>X30.Y10.T4M97,*\n", Fate::Executed, "X31.2Y18.4"},
+    {"M49,OPID", "<M49,OPID,I\n>X30.Y10.T4M97,*\n", Fate::Executed, "X33.6Y17.2"},
 });
 
 /// A command that is passed on as it stands needs no example of its own.
@@ -307,7 +307,9 @@ void expect_fate(const Form& form) {
       EXPECT_THAT(with.said, testing::Contains(testing::HasSubstr(std::string(form.line))));
       return;
     default:
-      if (!form.line.empty()) EXPECT_THAT(with.lines, testing::Contains(form.line));
+      if (!form.line.empty()) {
+        EXPECT_THAT(with.lines, testing::Contains(form.line));
+      }
       if (form.fate == Fate::Written) {
         EXPECT_THAT(without.lines, testing::Not(testing::Contains(form.line)));
       }
