@@ -29,7 +29,7 @@ struct Tool {
   std::optional<int> max_hits;
   std::optional<Length> depth_offset;
   std::optional<Time> dwell = std::nullopt;  ///< stays down so long
-  std::vector<int> magazines = {};           ///< where it is taken from, in order
+  std::vector<int> magazines = {};           ///< that it is taken from, in order
   /// Letters of a SIEB & MEYER tool table that the program sets to zero, so that what the control
   /// had there is gone. A letter that is not stated leaves it.
   std::string zeroed = {};

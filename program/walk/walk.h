@@ -32,7 +32,7 @@ namespace panelcal {
 /// is SIEB & MEYER's if %% opens it, else Excellon.
 Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options = {});
 
-/// What sinks are told before the first operation.
+/// The information that sinks get before the first operation.
 ProgramInfo program_info(const Program& program, const WalkOptions& options);
 
 /// The measuring walk: executes the vision commands, asks `source` for every target, fits every

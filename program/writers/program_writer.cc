@@ -90,7 +90,8 @@ void ProgramWriter::refuse_as(std::string problem, std::string expected) {
 void ProgramWriter::count_digits(std::string_view number) {
   const std::string_view whole = number.substr(0, number.find('.'));
   const auto count = [](std::string_view text) {
-    return static_cast<int>(std::ranges::count_if(text, [](char c) { return c >= '0' && c <= '9'; }));
+    return static_cast<int>(
+        std::ranges::count_if(text, [](char c) { return c >= '0' && c <= '9'; }));
   };
   const bool is_fraction = whole == "0" || whole == "-0";
   const int n_whole = is_fraction ? 0 : count(whole);
@@ -101,9 +102,8 @@ void ProgramWriter::count_digits(std::string_view number) {
   fail({Code::NumberTooLong,
         place(),
         fmt::format("{} has no place in {}", quoted(number), digits_.form()),
-        fmt::format("at most {} digits, {} of them before the point",
-                    digits_.n_digits,
-                    digits_.n_whole)});
+        fmt::format(
+            "at most {} digits, {} of them before the point", digits_.n_digits, digits_.n_whole)});
 }
 
 void ProgramWriter::lose_tool_table() {

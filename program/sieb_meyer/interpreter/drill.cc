@@ -75,8 +75,8 @@ void Interpreter::begin_pattern(const Block& block, const Order& order) {
   if (!move_to(block, order)) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the first point");
   }
-  const bool has_output = std::ranges::find(order.functions, Command::OutputOn) !=
-                          order.functions.end();
+  const bool has_output =
+      std::ranges::find(order.functions, Command::OutputOn) != order.functions.end();
   pattern_ = PendingPattern{order.v.value_or(0),
                             modal_.at_mm,
                             block.line,

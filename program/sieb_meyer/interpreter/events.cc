@@ -173,12 +173,10 @@ void Interpreter::check_area(const Block& block, const Order& order) {
                   quoted(block.text) + " is moved by a section, a scale or a correction",
                   "check areas outside of them");
   }
-  function(block.line,
-           FunctionKind::CheckArea,
-           fmt::format("X{:.3f}Y{:.3f}{}",
-                       modal_.at_mm.x(),
-                       modal_.at_mm.y(),
-                       code_text(*order.area)));
+  function(
+      block.line,
+      FunctionKind::CheckArea,
+      fmt::format("X{:.3f}Y{:.3f}{}", modal_.at_mm.x(), modal_.at_mm.y(), code_text(*order.area)));
 }
 
 }  // namespace panelcal::sieb_meyer

@@ -14,16 +14,17 @@
 namespace panelcal {
 
 /// A plain Excellon program: absolute coordinates with decimal points in the unit and the axis
-/// version of the source program, with the digits of output_digits.h. Coordinates are what the machine is told, relative to work zero;
-/// a G93 of the source is kept, so that the controller adds work zero exactly as before. Cycles
-/// must have been kept whole (WalkOptions::cycles): the passes of a step slot have no form of their
-/// own. Where structure is kept, patterns become M25 to M08 and vision commands G34 to G48; where
-/// it is not, there are neither repeats nor vision. What a SIEB & MEYER source has and Excellon has
-/// no form for is in losses().
+/// version of the source program, with the digits of output_digits.h. Coordinates are what the
+/// machine is told, relative to work zero; a G93 of the source is kept, so that the controller adds
+/// work zero exactly as before. Cycles must have been kept whole (WalkOptions::cycles): the passes
+/// of a step slot have no form of their own. Where structure is kept, patterns become M25 to M08
+/// and vision commands G34 to G48; where it is not, there are neither repeats nor vision. What a
+/// SIEB & MEYER source has and Excellon has no form for is in losses().
 ///
 /// A pattern of a SIEB & MEYER source is kept in memory until its copies are known.
 ///
-/// Fails  number-too-long: a coordinate that does not fit those digits; not-supported: a tool block whose data the header's would overrule; internal: a pass of a
+/// Fails  number-too-long: a coordinate that does not fit those digits; not-supported: a tool block
+/// whose data the header's would overrule; internal: a pass of a
 ///        step slot; translation-refused: working planes and depths, an offset from two targets
 /// See    tests/program/writers/excellon/writer_test.cc
 class ExcellonWriter final : public ProgramWriter {
@@ -111,10 +112,10 @@ class ExcellonWriter final : public ProgramWriter {
   double written_unit_mm_ = 1;
   int n_decimals_ = 0;
   int n_tool_decimals_ = 0;
-  double limit_ = 0;  ///< coordinates are below it, in the written unit
-  std::optional<ZeroSet> header_zero_;               ///< waits for the end of the header
-  bool is_down_ = false;                             ///< the router
-  bool is_routing_ = false;                          ///< the control is in rout mode (G00)
+  double limit_ = 0;                    ///< coordinates are below it, in the written unit
+  std::optional<ZeroSet> header_zero_;  ///< waits for the end of the header
+  bool is_down_ = false;                ///< the router
+  bool is_routing_ = false;             ///< the control is in rout mode (G00)
   Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< place of the router
   std::optional<long> table_feed_;  ///< as last written; absent: to be written again
   bool has_table_feed_ = false;     ///< one was written, so that the control's own is gone

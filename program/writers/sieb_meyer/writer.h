@@ -27,7 +27,8 @@ namespace panelcal {
 /// Contours begin and end with a T0 line, which is also what lowers and raises the cutter; a stop
 /// for inspection is a message. What has no form is in losses().
 ///
-/// Fails  number-too-long: a place of 1 m or more that needs all its decimals; translation-refused: a pass of a step slot (WalkOptions::step_slots has to be Kept, which
+/// Fails  number-too-long: a place of 1 m or more that needs all its decimals; translation-refused:
+/// a pass of a step slot (WalkOptions::step_slots has to be Kept, which
 ///        is refused as well), M14, tool data that change in the program, tools above T99
 /// Source SIEB & MEYER CNC 8x.00 Command Set, A.3, A.7, 3, 5, 9
 /// See    tests/program/writers/sieb_meyer/writer_test.cc
@@ -116,10 +117,10 @@ class SiebMeyerWriter final : public ProgramWriter {
   void switch_pattern_mode(bool is_on);
   void refuse_under_nested();
 
-  bool states_control_ = false;      ///< the lines that say how the control is to be
-  std::string line_;                 ///< not finished: words may follow
-  bool is_tool_up_line_ = false;     ///< that line is a T0 line
-  int line_source_ = 0;              ///< the source's line that it comes from
+  bool states_control_ = false;   ///< the lines that say how the control is to be
+  std::string line_;              ///< not finished: words may follow
+  bool is_tool_up_line_ = false;  ///< that line is a T0 line
+  int line_source_ = 0;           ///< the source's line that it comes from
   PlaceWords place_words_;
   std::optional<int> pending_tool_;  ///< said in the next line with a coordinate
   int tool_ = 0;                     ///< the program's last

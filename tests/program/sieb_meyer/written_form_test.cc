@@ -368,6 +368,42 @@ TEST(SiebMeyerWrittenForm, EveryProgramStatesItsAxesAndThatNothingIsScaledOrTurn
               ElementsAre("%%5000", "M49,FV1", "M49,NORA", "M49,NOSA", "X-2.002Y1.001T1"));
 }
 
+/// What is passed on as written keeps its meaning: the program goes on in the axes that it states.
+TEST(SiebMeyerWrittenForm, WritesInTheAxesThatTheSourceStates) {
+  EXPECT_THAT(outcome_of("M47,A\nM49,FV3\nX1.Y2.T1\nX5.Y6.M56\n").lines,
+              testing::IsSupersetOf({"M47,A", "M49,FV3", "X1.Y2.T1", "X5.000Y6.000M56"}));
+}
+
+/// M20 and M21 act on the coordinate of their line: alone, M20 sends the table to machine zero, and
+/// M21 is over when the next line starts.
+TEST(SiebMeyerWrittenForm, StopsAndOutputsStandInTheLineOfTheirPlace) {
+  const auto body = [](const Outcome& outcome) {
+    const auto end = std::ranges::find(outcome.lines, "$");
+    return std::vector<std::string>(outcome.lines.begin() + 4, end);
+  };
+  using testing::ElementsAre;
+  EXPECT_THAT(body(outcome_of("X1.Y1.T1M20\nX2.Y1.M20M21\nX3.Y1.\n")),
+              ElementsAre("X1.Y1.T1M20", "X2.Y1.M20M21", "X3.Y1."));
+  EXPECT_THAT(body(outcome_of("X1.Y1.T1\nX2.Y1.V2M20M21\nX4.Y1.W2\nX5.Y1.\n")),
+              ElementsAre("X1.Y1.T1", "X2.Y1.M20M21", "X4.Y1.M21", "X5.Y1."));
+  // The hole of that line is left out.
+  const Outcome omitted = outcome_of("X1.Y1.M58D2.\nX5.Y5.T1\nX1.Y1.M20M21\nX6.Y5.\n");
+  EXPECT_THAT(body(omitted), ElementsAre("X5.Y5.T1", "M20", "X6.Y5."));
+  EXPECT_THAT(omitted.said,
+              testing::Contains(testing::HasSubstr("M21 at a place that is not worked at")));
+}
+
+/// "If only the code letter is saved for a parameter, the value is reset to zero"; "ten magazines
+/// in the list and the end of the magazine list are followed by a line break" (A.7.1).
+TEST(SiebMeyerWrittenForm, TheToolTableIsWhole) {
+  const std::string table = "$\nT1D1.SNA0.3Z\nM1M2M3M4M5M6M7M8M9M10\nM11M12\nT2D2.5\n$\n";
+  std::string written;
+  for (const std::string& line : outcome_of("%%5000\nX1.Y1.T1\n" + table).lines) {
+    written += line + '\n';
+  }
+  EXPECT_THAT(written, testing::EndsWith('\n' + table));
+}
+
 /// A control that was left in any axis version: what we write is read as it was meant.
 TEST(SiebMeyerWrittenForm, ReadsBackAlikeWhateverTheControlWasLeftWith) {
   for (int version = 1; version <= 8; ++version) {

@@ -59,9 +59,11 @@ TEST(OutputDigits, AreAddedUntilTheResolutionIsReached) {
 /// The last digit is as likely one as the other: a uniform error of one step.
 TEST(OutputDigits, RoundingIsTheSigmaOfAUniformStep) {
   const ProgramInfo coarse = source(LengthUnit::Millimeter, 4, 2);
-  EXPECT_NEAR(output_digits(Dialect::Excellon, coarse).rounding().in_um(), 10 / std::sqrt(12.0), 1e-9);
+  EXPECT_NEAR(
+      output_digits(Dialect::Excellon, coarse).rounding().in_um(), 10 / std::sqrt(12.0), 1e-9);
   const ProgramInfo inches = source(LengthUnit::Inch, 2, 4);
-  EXPECT_NEAR(output_digits(Dialect::Excellon, inches).rounding().in_um(), 2.54 / std::sqrt(12.0), 1e-9);
+  EXPECT_NEAR(
+      output_digits(Dialect::Excellon, inches).rounding().in_um(), 2.54 / std::sqrt(12.0), 1e-9);
 }
 
 }  // namespace

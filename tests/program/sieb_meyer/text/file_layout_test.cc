@@ -212,8 +212,7 @@ TEST(ToolTable, MagazinesBelongToTheToolBefore) {
       read_table("T1D1.\nM1M2M3\nT2D2.\nM4M5M6M7M8M9M10M11M12M13\nM14M15M16\nT3D1.\n");
   EXPECT_THAT(reading.diagnostics, IsEmpty());
   EXPECT_THAT(reading.tool(1).magazines, ElementsAre(1, 2, 3));
-  EXPECT_THAT(reading.tool(2).magazines,
-              ElementsAre(4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16));
+  EXPECT_THAT(reading.tool(2).magazines, ElementsAre(4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16));
   EXPECT_THAT(reading.tool(3).magazines, IsEmpty());
 }
 

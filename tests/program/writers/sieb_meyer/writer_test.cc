@@ -20,8 +20,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 const std::string kTable = "$\nT1D1.\nT2D2.5\n$\n";
-/// What every program says of the control; the axes are version 1.
-const std::string kControl = "M49,FV1\nM49,NORA\nM49,NOSA\n";
+const std::string kBegin = "%%5000\nM49,FV1\nM49,NORA\nM49,NOSA\n";
 
 /// The tools of metric_info, in either language.
 ProgramInfo info_of(Dialect dialect) {
@@ -36,13 +35,6 @@ struct Written {
   std::string body;  ///< between the lines of every program and the tool table
   std::vector<std::string> losses;
   std::string failure;
-
-  /// The body of a program in another axis version.
-  std::string body_in(int axis_version) const {
-    const std::string begin = "M49,FV" + std::to_string(axis_version) + "\nM49,NORA\nM49,NOSA\n";
-    const auto at = text.find(begin);
-    return at == std::string::npos ? "" : text.substr(at + begin.size(), text.find("$\n") - at - begin.size());
-  }
 };
 
 Written write_out(const std::vector<What>& operations,
@@ -57,10 +49,9 @@ Written write_out(const std::vector<What>& operations,
   written.text = bytes.text();
   if (!done) written.failure = done.error().text();
   for (const Diagnostic& loss : writer.losses().kept()) written.losses.push_back(loss.text());
-  const std::string begin = "%%5000\n" + kControl;
-  if (const auto at = written.text.find(begin); at != std::string::npos) {
+  if (const auto at = written.text.find(kBegin); at != std::string::npos) {
     const auto end = written.text.find("$\n");
-    written.body = written.text.substr(at + begin.size(), end - at - begin.size());
+    written.body = written.text.substr(at + kBegin.size(), end - at - kBegin.size());
   }
   return written;
 }
@@ -98,7 +89,7 @@ DepthOfCut below(double depth_mm) {
 TEST(SiebMeyerWriter, WritesADrillingProgram) {
   const Written written = from_excellon({take(1, 1), drill(1, 10, 20), drill(1, -1.5, 0)},
                                         {.comments = {"made by 100%\nhand"}});
-  EXPECT_EQ(written.text, "made by 100??hand\n%%5000\n" + kControl + "X10.Y20.T1\nX-1.5Y0.\n" + kTable);
+  EXPECT_EQ(written.text, "made by 100??hand\n" + kBegin + "X10.Y20.T1\nX-1.5Y0.\n" + kTable);
   EXPECT_THAT(written.losses, IsEmpty());
 }
 
@@ -160,59 +151,6 @@ TEST(SiebMeyerWriter, StatesTheAxisVersion) {
   EXPECT_EQ(from_excellon({Setting{"VER,1", SettingKind::Header}}).body, "");
 }
 
-/// A program goes on in the axes that it states, so that what is passed on as written means the
-/// same.
-TEST(SiebMeyerWriter, WritesInTheAxesThatTheSourceStates) {
-  EXPECT_THAT(from_sieb_meyer({Setting{"M49,FV3"}, drill(1, 3, 4)}).text,
-              HasSubstr("%%5000\nM49,FV3\nM49,NORA\nM49,NOSA\nX4.Y-3.\n"));
-  EXPECT_EQ(from_sieb_meyer({Message{"A"}, Setting{"M49,FV3"}, drill(1, 3, 4)}).body,
-            "M47,A\nM49,FV3\nX4.Y-3.\n");
-}
-
-/// M20 and M21 act on the coordinate of their line: alone, M20 sends the table to machine zero, and
-/// M21 is over when the next line starts.
-TEST(SiebMeyerWriter, StopsAndOutputsStandInTheLineOfTheirPlace) {
-  const Stop stop{.kind = StopKind::Optional, .is_at_place = true};
-  Function output = function(FunctionKind::MachineFunction, "M21");
-  output.is_at_place = true;
-  const auto on_line = [](int line, What what) {
-    return Operation{line, {}, std::move(what), {}, nullptr};
-  };
-  StringSink bytes;
-  SiebMeyerWriter writer(bytes, ProgramWriterOptions{});
-  writer.begin(info_of(Dialect::SiebMeyer));
-  writer.put(on_line(2, take(1, 1)));
-  writer.put(on_line(2, stop));
-  writer.put(on_line(2, drill(1, 1, 1)));
-  writer.put(on_line(3, stop));
-  writer.put(on_line(3, output));
-  writer.put(on_line(3, drill(1, 2, 1)));
-  writer.put(on_line(3, drill(1, 3, 1)));
-  writer.put(on_line(4, drill(1, 4, 1)));
-  writer.put(on_line(5, stop));  // at a hole that is left out
-  writer.put(on_line(6, output));
-  writer.put(on_line(7, drill(1, 5, 1)));
-  ASSERT_TRUE(writer.finish());
-  EXPECT_THAT(bytes.text(),
-              HasSubstr(kControl + "X1.Y1.T1M20\nX2.Y1.M20M21\nX3.Y1.M21\nX4.Y1.\nM20\nX5.Y1.\n"));
-  ASSERT_EQ(writer.losses().kept().size(), 1U);
-  EXPECT_THAT(writer.losses().kept().front().text(),
-              Reports("p:7: warning[translation-loss]", "M21"));
-}
-
-/// "If only the code letter is saved for a parameter, the value is reset to zero"; "ten magazines
-/// in the list and the end of the magazine list are followed by a line break" (A.7.1).
-TEST(SiebMeyerWriter, WritesTheWholeToolTable) {
-  ProgramInfo info = info_of(Dialect::SiebMeyer);
-  Tool& tool = info.tools[1];
-  tool.dwell = seconds(0.3);
-  tool.zeroed = "SNZ";
-  for (int i = 1; i <= 12; ++i) tool.magazines.push_back(i);
-  EXPECT_THAT(
-      write_out({drill(1, 1, 1)}, info).text,
-      HasSubstr("\n$\nT1D1.SNA0.3Z\nM1M2M3M4M5M6M7M8M9M10\nM11M12\nT2D2.5\n$\n"));
-}
-
 // --- routing (3.1, 3.2) ------------------------------------------------------------------------
 
 TEST(SiebMeyerWriter, WritesAContourBetweenT0Lines) {
@@ -243,15 +181,15 @@ TEST(SiebMeyerWriter, ArcOffsetsLeadFromTheCenterToTheStart) {
 TEST(SiebMeyerWriter, MirroredAxesExchangeSenses) {
   ProgramInfo info = info_of(Dialect::Excellon);
   info.axis_version = 4;  // x points left, y points up
-  EXPECT_EQ(write_out({take(2, 2.5),
-                       rapid_move(3, 4),
-                       Compensation{CompensationSide::Left, mm(2.5)},
-                       plunge(2),
-                       rout_arc(RoutKind::Clockwise, 2, 5, 6, 3, 6),
-                       Retract{}},
-                      info)
-                .body_in(4),
-            "X-3.Y4.T2T0\nX-5.Y6.G3I0.J-2.F1.2G42\nX-5.Y6.T0\n");
+  EXPECT_THAT(write_out({take(2, 2.5),
+                         rapid_move(3, 4),
+                         Compensation{CompensationSide::Left, mm(2.5)},
+                         plunge(2),
+                         rout_arc(RoutKind::Clockwise, 2, 5, 6, 3, 6),
+                         Retract{}},
+                        info)
+                  .text,
+              HasSubstr("M49,NOSA\nX-3.Y4.T2T0\nX-5.Y6.G3I0.J-2.F1.2G42\nX-5.Y6.T0\n$\n"));
 }
 
 TEST(SiebMeyerWriter, CompensationIsSaidInEveryContour) {
@@ -409,8 +347,6 @@ TEST(SiebMeyerWriter, ProgramZeroIsAPlaceOnTheMachine) {
   options.absolute_zero = position_mm<frame::Machine>(100, 0);
   const ZeroSet zero{displacement_mm<frame::Machine>(1, 2), position_mm<frame::Machine>(123.4, 5)};
   EXPECT_EQ(from_excellon({zero}, options).body, "M49,FAX23.4Y5.\n");
-  const ZeroSet reset{displacement_mm<frame::Machine>(0, 0), options.absolute_zero, true};
-  EXPECT_EQ(from_sieb_meyer({reset}, options).body, "M49,NOFA\n");
 }
 
 TEST(SiebMeyerWriter, NamesWhatExcellonHasAlone) {
@@ -483,8 +419,8 @@ TEST(SiebMeyerWriter, OffsetsAreInTheWrittenAxes) {
   mirror_x << -1, 0, 0, 1;
   const std::vector<Placement> copies = {Placement(mirror_x, Eigen::Vector2d(3, 4))};
   // In work coordinates x is negated, which is the y of the written axes.
-  EXPECT_EQ(write_out({PatternBegin{}, drill(1, 1, 2), PatternEnd{copies}}, info).body_in(3),
-            "M31\nX2.Y-1.\nX4.Y-3.M80M30\n");
+  EXPECT_THAT(write_out({PatternBegin{}, drill(1, 1, 2), PatternEnd{copies}}, info).text,
+              HasSubstr("M49,NOSA\nM31\nX2.Y-1.\nX4.Y-3.M80M30\n$\n"));
 }
 
 TEST(SiebMeyerWriter, ACopyBeginsWithEverythingSaidAnew) {
