@@ -274,6 +274,12 @@ Outcome outcome_of(const std::string& body) {
   return outcome;
 }
 
+std::string text_of(const Outcome& outcome) {
+  std::string text;
+  for (const std::string& line : outcome.lines) text += line + '\n';
+  return text;
+}
+
 std::string with_word(std::string_view body) {
   std::string text(body);
   std::erase_if(text, [](char c) { return c == '<' || c == '>'; });
@@ -350,6 +356,18 @@ TEST(SiebMeyerWrittenForm, RefusedCncCommandsWriteNothing) {
   }
 }
 
+/// What we write is a program of its own: it needs nothing that was executed before it was written.
+TEST(SiebMeyerWrittenForm, WrittenAgainItIsTheSame) {
+  for (const Form& form : kForms) {
+    if (form.fate == Fate::Refused) continue;
+    SCOPED_TRACE(fmt::format("{}: {}", form.row, form.body));
+    const Outcome once = outcome_of(with_word(form.body));
+    const Outcome twice = outcome_of(text_of(once));
+    EXPECT_FALSE(twice.is_refused) << testing::PrintToString(twice.said);
+    EXPECT_EQ(twice.lines, once.lines);
+  }
+}
+
 // --- a program does not depend on what the control did before ------------------------------------
 
 /// "The programmed CNC commands remain active after the execution is finished" (M49).
@@ -397,11 +415,7 @@ TEST(SiebMeyerWrittenForm, StopsAndOutputsStandInTheLineOfTheirPlace) {
 /// in the list and the end of the magazine list are followed by a line break" (A.7.1).
 TEST(SiebMeyerWrittenForm, TheToolTableIsWhole) {
   const std::string table = "$\nT1D1.SNA0.3Z\nM1M2M3M4M5M6M7M8M9M10\nM11M12\nT2D2.5\n$\n";
-  std::string written;
-  for (const std::string& line : outcome_of("%%5000\nX1.Y1.T1\n" + table).lines) {
-    written += line + '\n';
-  }
-  EXPECT_THAT(written, testing::EndsWith('\n' + table));
+  EXPECT_THAT(text_of(outcome_of("%%5000\nX1.Y1.T1\n" + table)), testing::EndsWith('\n' + table));
 }
 
 /// A control that was left in any axis version: what we write is read as it was meant.
@@ -414,8 +428,7 @@ TEST(SiebMeyerWrittenForm, ReadsBackAlikeWhateverTheControlWasLeftWith) {
       left.axis_version = left_in;
       return test::hole_places(test::run_program(text, {}, left));
     };
-    std::string written;
-    for (const std::string& line : outcome_of(body).lines) written += line + '\n';
+    const std::string written = text_of(outcome_of(body));
     for (int left_in = 1; left_in <= 8; ++left_in) {
       test::expect_places(places(written, left_in), places(format_5000(body), 1));
     }
