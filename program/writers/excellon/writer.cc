@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "program/model/placement.h"
+#include "program/writers/rounded_arc.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -339,7 +340,9 @@ void ExcellonWriter::write(const Rout& rout) {
   put_table_feed(rout.feed, rout.feed_is_default);
   const Eigen::Vector2d from_mm = std::exchange(at_mm_, rout.commanded.in_mm());
   const Eigen::Vector2d center_mm = rout.commanded_center.in_mm();
-  const Eigen::Vector2d center_to_start_mm = on_grid(from_mm) - center_mm;
+  const Eigen::Vector2d start_mm = on_grid(from_mm);
+  const Eigen::Vector2d center_to_start_mm =
+      start_mm - center_of_rounded(start_mm, on_grid(at_mm_), center_mm);
   if (rout.kind == RoutKind::Line || is_flat(from_mm, at_mm_, center_mm)) {
     text() += "G01";
     append_place(rout);

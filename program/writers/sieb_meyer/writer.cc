@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "program/writers/rounded_arc.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -162,7 +163,9 @@ void SiebMeyerWriter::write(const Rout& rout) {
   } else {
     const bool is_clockwise = (rout.kind == RoutKind::Clockwise) != is_mirrored();
     line_ += is_clockwise ? "G2" : "G3";
-    const Eigen::Vector2d center_to_start_mm = on_grid(from_mm) - rout.commanded_center.in_mm();
+    const Eigen::Vector2d start_mm = on_grid(from_mm);
+    const Eigen::Vector2d center_to_start_mm =
+        start_mm - center_of_rounded(start_mm, on_grid(to_mm), rout.commanded_center.in_mm());
     const std::size_t begin = line_.size();
     append_point(center_to_start_mm, "IJ");
     if (line_.size() > kLongArc && digits().n_decimals > kShortDecimals) {

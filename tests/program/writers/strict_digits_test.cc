@@ -93,9 +93,23 @@ struct StrictReading {
   std::vector<Eigen::Vector2d> holes;  ///< coordinates alone in their line, in the written unit
 };
 
+double value_behind(std::string_view line, char letter) {
+  const auto at = line.find(letter);
+  return std::strtod(std::string(number_at(line, at + 1)).c_str(), nullptr);
+}
+
+/// Change of the radius from one end of an arc to the other, in the written unit.
+double mismatch(const Eigen::Vector2d& from, const Eigen::Vector2d& to, std::string_view line) {
+  const Eigen::Vector2d spoke(value_behind(line, 'I'), value_behind(line, 'J'));
+  return std::abs(spoke.norm() - (to - (from - spoke)).norm());
+}
+
 /// Reads the lines of a body, as a control of these digits does.
 StrictReading read_strictly(std::string_view text, int n_whole, int n_decimals) {
   StrictReading reading;
+  // Of the centre's own rounding: half a diagonal at each end.
+  const double most = std::sqrt(2.0) * std::pow(10.0, -n_decimals) + 1e-9;
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();
   while (!text.empty()) {
     const auto end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(0, end);
@@ -106,12 +120,17 @@ StrictReading read_strictly(std::string_view text, int n_whole, int n_decimals) 
       const std::string problem = fault(number_at(line, i + 1), n_whole, n_decimals);
       if (!problem.empty()) reading.faults.push_back(fmt::format("{}: {}", line, problem));
     }
-    const auto y = line.find('Y');
-    if (!line.starts_with('X') || y == std::string_view::npos) continue;
-    if (line.find_first_of("IG") != std::string_view::npos) continue;
-    if (line.find("T0") != std::string_view::npos) continue;
-    reading.holes.emplace_back(std::strtod(std::string(number_at(line, 1)).c_str(), nullptr),
-                               std::strtod(std::string(number_at(line, y + 1)).c_str(), nullptr));
+    if (line.find('X') == std::string_view::npos) continue;
+    const Eigen::Vector2d to(value_behind(line, 'X'), value_behind(line, 'Y'));
+    const bool is_arc = line.find('I') != std::string_view::npos;
+    if (is_arc && mismatch(at, to, line) > most) {
+      reading.faults.push_back(fmt::format("{}: the radius changes", line));
+    }
+    at = to;
+    const bool is_hole = line.starts_with('X') && !is_arc &&
+                         line.find('G') == std::string_view::npos &&
+                         line.find("T0") == std::string_view::npos;
+    if (is_hole) reading.holes.push_back(to);
   }
   return reading;
 }
