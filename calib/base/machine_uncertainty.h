@@ -28,7 +28,7 @@ struct OffsetUncertainty {
 /// All lengths are standard deviations along each axis.
 ///
 ///   target: measured = true + stage + table + camera (shared) + offset (shared) + detector
-///   hole:   drilled  = commanded + stage + table + wander
+///   hole:   drilled  = commanded + rounding + stage + table + wander
 ///
 /// The error that a [table] calibration leaves is smooth, so that neighbouring places err alike;
 /// here it is counted as if it were drawn anew at every target and every hole, like the rest of
@@ -48,6 +48,7 @@ struct MachineUncertainty {
   Length table_map;            ///< of a place on a calibrated table ([table] calibration)
   Length drill_wander;         ///< of the drill's tip against its spindle
   Length depth;                ///< of a stroke's depth: the tool's length, the axis, the foot
+  Length output_rounding;      ///< of a coordinate in a written program, by its last digit
   /// The machine's file states the term, be it as zero. They are the largest ones of most machines.
   bool states_stage = false;
   bool states_table = false;
@@ -95,6 +96,7 @@ struct MachineUncertainty {
   Eigen::Matrix2d map_mm2() const { return isotropic(table_map); }
   Eigen::Matrix2d table_mm2() const { return residual_mm2() + map_mm2(); }
   Eigen::Matrix2d wander_mm2() const { return isotropic(drill_wander); }
+  Eigen::Matrix2d rounding_mm2() const { return isotropic(output_rounding); }
   /// Of one target on top of what the picture says. Layers of one target lie side by side: the
   /// table is as wrong at one as at the next.
   Eigen::Matrix2d of_target_mm2(int n_arrivals = 1) const {
@@ -103,7 +105,9 @@ struct MachineUncertainty {
   /// Of every hole alike: no further target makes it smaller.
   Eigen::Matrix2d shared_mm2() const { return spindle_camera_mm2 + drift_mm2; }
   /// Of one hole by itself.
-  Eigen::Matrix2d of_hole_mm2() const { return stage_mm2() + table_mm2() + wander_mm2(); }
+  Eigen::Matrix2d of_hole_mm2() const {
+    return stage_mm2() + table_mm2() + wander_mm2() + rounding_mm2();
+  }
 
  private:
   static Eigen::Matrix2d isotropic(Length sigma) {

@@ -39,6 +39,9 @@ ErrorBudget with_machine(const TargetTerms& targets,
     budget.push_back({"table map at the targets", targets_shared, targets.map});
     budget.push_back({"table map at the hole", SharedBy::NoHole, machine.map_mm2()});
   }
+  if (machine.output_rounding > Length()) {
+    budget.push_back({"digits of the output", SharedBy::NoHole, machine.rounding_mm2()});
+  }
   return budget;
 }
 

@@ -76,7 +76,8 @@ Expected<void> JobExecution::open() {
                             {.title = job_.program.source.file,
                              .comments = job_.comments,
                              .depths = depth_judge(),
-                             .survey = &survey_});
+                             .survey = &survey_,
+                             .resolution = job_.resolution});
       ends_.push_back(writer_.get());
     }
     if (sinks_.operations != nullptr) ends_.push_back(sinks_.operations);

@@ -9,6 +9,8 @@
 #include "machine/job/execution.h"
 #include "machine/job/walk_terms.h"
 #include "program/walk/measuring/pad_collector.h"
+#include "program/walk/walk.h"
+#include "program/writers/output_digits.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -179,8 +181,17 @@ class JobRun {
     walk.slots = keeps ? Cycles::Kept : Cycles::Expanded;
     // No plain block gives the depth of a single pass, so programs keep G87 in any case.
     walk.step_slots = keeps || writes_program ? Cycles::Kept : Cycles::Expanded;
+    if (writes_program) walk.uncertainty.output_rounding = written_digits().rounding();
     if (job_.surface != nullptr) walk.board.map = job_.surface;
     return true;
+  }
+
+  /// Precondition: the output is a program.
+  OutputDigits written_digits() const {
+    const bool is_excellon = job_.format == OutputFormat::Excellon;
+    return output_digits(is_excellon ? Dialect::Excellon : Dialect::SiebMeyer,
+                         program_info(job_.program, machine_.walk),
+                         job_.resolution);
   }
 
   bool writes_operations() const {

@@ -38,6 +38,9 @@ struct Job {
   std::vector<std::string> comments;  ///< for the output: what made it, one line each
   /// Slots stay cycles that the control expands; absent: what suits the format.
   std::optional<bool> keeps_slots;
+  /// Of coordinates in a program; absent: the digits that the control reads (output_digits.h). The
+  /// rounding counts in sigma and in [tolerance].
+  std::optional<Length> resolution;
   std::optional<ExplainChoice> explain;
   std::string command = "panelcal";  ///< as diagnostics about Job::explain name who asks
   /// A map of the board's surface that was made before; null: none.

@@ -29,6 +29,11 @@ struct Tool {
   std::optional<SpindleSpeed> speed;
   std::optional<int> max_hits;
   std::optional<Length> depth_offset;
+  std::optional<Time> dwell = std::nullopt;  ///< stays down so long
+  std::vector<int> magazines = {};           ///< that it is taken from, in order
+  /// Letters of a SIEB & MEYER tool table that the program sets to zero, so that what the control
+  /// had there is gone. A letter that is not stated leaves it.
+  std::string zeroed = {};
 
   friend bool operator==(const Tool&, const Tool&) = default;
 };
@@ -167,6 +172,8 @@ struct Stop {
   StopKind kind = StopKind::EndRewind;
   std::optional<Displacement<frame::Machine>> from_absolute_zero;
   std::optional<Position<frame::Machine>> actual;
+  /// At the place that comes next, before it is worked at (M20 of SIEB & MEYER in its line).
+  bool is_at_place = false;
 };
 
 /// Shows a text to the operator and waits. Lines of a long one (M45) are separated by '\n'.
@@ -210,6 +217,8 @@ struct Function {
   std::string_view text;         ///< the block as written; empty if the control does it by itself
   int tool = 0;                  ///< ToolExpired: whose hit count is used up
   std::optional<int> next_tool;  ///< ToolExpired: the linked tool that goes on; absent: stops
+  /// Holds while the places of its line are worked at, and no longer (M21 of SIEB & MEYER).
+  bool is_at_place = false;
 };
 
 enum class SettingKind : std::uint8_t { Header, Body, Vision };
@@ -243,6 +252,7 @@ struct Setting {
 struct ZeroSet {
   Displacement<frame::Machine> zero_set;
   Position<frame::Machine> work_zero;
+  bool is_reset = false;  ///< to the machine's own (NOFA)
 };
 
 /// Everything up to PatternEnd is one pattern, written once: only where structure is kept (see
@@ -355,6 +365,8 @@ struct ProgramInfo {
   bool is_scaled = false;   ///< reference scaling is in the coordinates already
   bool body_rules = false;  ///< OM48: the body's tool data win over the header's
   int axis_version = 1;     ///< VER: the axes that a program in the same format is written in
+  /// Its coordinates have decimal points, whatever digits `format` declares.
+  bool has_decimal_coordinates = false;
 };
 
 /// Takes operations one at a time; writers are sinks.

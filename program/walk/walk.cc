@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "program/text/decimal_points.h"
 #include "program/walk/dialect.h"
 #include "program/walk/trial_execution.h"
 
@@ -89,17 +90,22 @@ class AskedSurface final : public ProbeSource {
 };
 
 void begin(const Program& program, const WalkOptions& options, OperationSink& sink) {
-  const ProgramDialect& dialect = dialect_of(program);
-  sink.begin({.file = program.source.file,
-              .dialect = program.dialect,
-              .format = program.head->number_format(),
-              .tools = program.tools(),
-              .is_scaled = dialect.has_reference_scaling() && options.scaling.has_value(),
-              .body_rules = program.head->body_rules,
-              .axis_version = program.axis_version()});
+  sink.begin(program_info(program, options));
 }
 
 }  // namespace
+
+ProgramInfo program_info(const Program& program, const WalkOptions& options) {
+  const bool has_scaling = dialect_of(program).has_reference_scaling();
+  return {.file = program.source.file,
+          .dialect = program.dialect,
+          .format = program.head->number_format(),
+          .tools = program.tools(),
+          .is_scaled = has_scaling && options.scaling.has_value(),
+          .body_rules = program.head->body_rules,
+          .axis_version = program.axis_version(),
+          .has_decimal_coordinates = has_decimal_coordinates(program.source.bytes)};
+}
 
 CheckedWalk check(const Program& program,
                   const WalkOptions& options,

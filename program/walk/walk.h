@@ -32,6 +32,9 @@ namespace panelcal {
 /// is SIEB & MEYER's if %% opens it, else Excellon.
 Program load_program(SourceText source, DiagnosticLog& log, ReadOptions options = {});
 
+/// The information that sinks get before the first operation.
+ProgramInfo program_info(const Program& program, const WalkOptions& options);
+
 /// The measuring walk: executes the vision commands, asks `source` for every target, fits every
 /// series and holds it against its limits. Checks the whole program on the way, so that with a
 /// NominalSource it is what `panelcal check` does. Stops early when the source fails or a base

@@ -107,7 +107,7 @@ template <int kN>
 
 }  // namespace internal
 
-/// Writes a value in fixed point with at most kN decimals (6 to 9), trailing zeros and a lone point
+/// Writes a value in fixed point with at most kN decimals (2 to 9), trailing zeros and a lone point
 /// left off: 12.5, -0.000125, 3. Rounds half away from zero. Gives the end.
 ///
 /// The digits come by threes from tables that know how many of them to show, so that nothing has to
@@ -120,32 +120,37 @@ template <int kN>
 [[gnu::always_inline]] inline char* write_fixed_as(char* at,
                                                    double value,
                                                    std::string_view after_whole = {}) {
-  static_assert(kN >= 6 && kN <= 9);
+  static_assert(kN >= 2 && kN <= 9);
   using internal::copy_digits;
-  constexpr std::uint32_t kUnit = internal::power_of_ten(kN);
+  // Fewer than six decimals are six of which the last ones are zeros.
+  constexpr int kDigits = std::max(kN, 6);
+  constexpr std::uint32_t kUnit = internal::power_of_ten(kDigits);
+  constexpr std::uint32_t kRounded = internal::power_of_ten(kN);
   constexpr double kMostWhole = 999;
-  using Steps = std::conditional_t<kN == 6, std::uint32_t, std::uint64_t>;
-  static_assert(kN > 6 || kMostWhole * kUnit < std::numeric_limits<Steps>::max());
-  const double scaled = std::abs(value * kUnit);
+  using Steps = std::conditional_t<kDigits == 6, std::uint32_t, std::uint64_t>;
+  static_assert(kDigits > 6 || (kMostWhole + 1) * kUnit < std::numeric_limits<Steps>::max());
+  const double scaled = std::abs(value * kRounded);
   // NaN goes this way too.
-  if (!(scaled < kMostWhole * kUnit)) {
+  if (!(scaled < kMostWhole * kRounded)) {
     return internal::write_fixed_beyond<kN>(at, value, after_whole);
   }
-  const auto steps = static_cast<Steps>(static_cast<std::int64_t>(scaled + internal::kBelowHalf));
+  const auto steps = static_cast<Steps>(
+      static_cast<Steps>(static_cast<std::int64_t>(scaled + internal::kBelowHalf)) *
+      (kUnit / kRounded));
   const auto whole = static_cast<std::uint32_t>(steps / kUnit);
   const auto decimals = static_cast<std::uint32_t>(steps - Steps{whole} * kUnit);
   *at = '-';
   at += (std::bit_cast<std::uint64_t>(value) >> 63) & static_cast<std::uint64_t>(steps != 0);
   at += copy_digits(internal::kWholes[whole], at);
   // As if there were nine: the first three, the next three and the last ones.
-  constexpr std::uint32_t kFirst = internal::power_of_ten(kN - 3);
-  constexpr std::uint32_t kNext = internal::power_of_ten(kN - 6);
+  constexpr std::uint32_t kFirst = internal::power_of_ten(kDigits - 3);
+  constexpr std::uint32_t kNext = internal::power_of_ten(kDigits - 6);
   *at = '.';
   const std::uint32_t behind_3 = decimals % kFirst;
   const int n_first = 1 + copy_digits(internal::kDecimals[decimals / kFirst], at + 1);
   const int n_next = 4 + copy_digits(internal::kDecimals[behind_3 / kNext], at + 4);
   int n_shown = std::max({0, n_first, n_next});
-  if constexpr (kN > 6) {
+  if constexpr (kDigits > 6) {
     const std::uint32_t behind_6 = behind_3 % kNext * internal::power_of_ten(9 - kN);
     n_shown = std::max(n_shown, 7 + copy_digits(internal::kDecimals[behind_6], at + 7));
   }

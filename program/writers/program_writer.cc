@@ -39,10 +39,15 @@ ProgramWriter::ProgramWriter(ByteSink& bytes,
 
 void ProgramWriter::begin(const ProgramInfo& info) {
   info_ = info;
-  const Eigen::Matrix2d orientation = axis_orientation(info.axis_version);
+  if (dialect_) digits_ = output_digits(*dialect_, info, options_.resolution);
+  write_in_axes(info.axis_version);
+  reporter_.emplace(info.file, losses_);
+}
+
+void ProgramWriter::write_in_axes(int version) {
+  const Eigen::Matrix2d orientation = axis_orientation(version);
   written_from_work_ = orientation.transpose();
   is_mirrored_ = orientation(0, 0) * orientation(1, 1) - orientation(0, 1) * orientation(1, 0) < 0;
-  reporter_.emplace(info.file, losses_);
 }
 
 void ProgramWriter::note_place(const Operation& operation) {
@@ -80,6 +85,32 @@ void ProgramWriter::refuse_as(std::string problem, std::string expected) {
   if (!options_.allow_losses) fail({Code::TranslationRefused, place(), problem, expected});
   reporter_->set_file(std::string(file_));
   reporter_->report(Code::TranslationRefused, line_, 0, std::move(problem), std::move(expected));
+}
+
+void ProgramWriter::count_digits(std::string_view number) {
+  const std::string_view whole = number.substr(0, number.find('.'));
+  const auto count = [](std::string_view text) {
+    return static_cast<int>(
+        std::ranges::count_if(text, [](char c) { return c >= '0' && c <= '9'; }));
+  };
+  const bool is_fraction = whole == "0" || whole == "-0";
+  const int n_whole = is_fraction ? 0 : count(whole);
+  if (n_whole <= digits_.n_whole &&
+      n_whole + count(number.substr(whole.size())) <= digits_.n_digits) {
+    return;
+  }
+  fail({Code::NumberTooLong,
+        place(),
+        fmt::format("{} has no place in {}", quoted(number), digits_.form()),
+        fmt::format(
+            "at most {} digits, {} of them before the point", digits_.n_digits, digits_.n_whole)});
+}
+
+void ProgramWriter::lose_tool_table() {
+  for (const auto& [number, tool] : info_.tools) {
+    if (tool.dwell) lose_once("the dwell of tools (A of the tool table)");
+    if (!tool.magazines.empty()) lose_once("magazines of tools (M of the tool table)");
+  }
 }
 
 bool ProgramWriter::serves_all_axes(const DepthOfCut& cut) {

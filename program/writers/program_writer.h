@@ -9,6 +9,7 @@
 
 #include "calib/base/diagnostic.h"
 #include "program/walk/reporter.h"
+#include "program/writers/output_digits.h"
 #include "program/writers/text_writer.h"
 #include <Eigen/Core>
 
@@ -24,6 +25,8 @@ struct ProgramWriterOptions {
   /// the control's again.
   bool keeps_vision = false;
   int default_vision_tool = 1;  ///< of a SIEB & MEYER source without G35
+  /// Of coordinates; absent: the control's grid (output_digits.h).
+  std::optional<Length> resolution = std::nullopt;
   /// Those of WalkOptions: each language counts a program's zero from another one.
   Position<frame::Machine> absolute_zero;
   Position<frame::Machine> work_zero;
@@ -44,11 +47,20 @@ class ProgramWriter : public TextWriter {
 
   const ProgramWriterOptions& options() const { return options_; }
   const ProgramInfo& info() const { return info_; }
+  /// Of lengths, from begin() on. In G-code, whose numbers have any, they are not used.
+  const OutputDigits& digits() const { return digits_; }
+  /// A number that has more digits than the control reads: the output fails, whatever is allowed.
+  void check_digits(std::string_view number) {
+    // A point, and no sign: nearly all numbers are that short.
+    if (number.size() > static_cast<std::size_t>(digits_.n_digits) + 1) count_digits(number);
+  }
+  void count_digits(std::string_view number);
   /// Settings and functions are texts of the other language.
   bool is_foreign() const { return info_.dialect != dialect_; }
   /// Call first for each operation: losses name its line.
   void note_place(const Operation& operation);
   Place place() const;
+  int source_line() const { return line_; }
 
   /// `what`, a noun, has no form and is left out; it changes neither places nor depths.
   void lose(std::string what);
@@ -61,12 +73,17 @@ class ProgramWriter : public TextWriter {
   /// problem once.
   void refuse_unsaid(const std::string& problem, std::string expected);
 
+  /// Magazines and dwells of tools, which a SIEB & MEYER source states in its tool table.
+  void lose_tool_table();
+
   /// One plane does for all Z axes; refuses where their surfaces differ by more than some um.
   bool serves_all_axes(const DepthOfCut& cut);
 
   /// A message of the operator's without what a SIEB & MEYER control takes for an order of its own.
   std::string_view words_of(std::string_view message);
 
+  /// Goes on in this axis version; begin() takes the program's.
+  void write_in_axes(int version);
   /// Into the axis version that is written.
   const Eigen::Matrix2d& written_from_work() const { return written_from_work_; }
   /// That map is a mirror: clockwise and left are the other way round.
@@ -79,6 +96,7 @@ class ProgramWriter : public TextWriter {
   std::optional<Dialect> dialect_;
   ProgramWriterOptions options_;
   ProgramInfo info_;
+  OutputDigits digits_;
   Eigen::Matrix2d written_from_work_ = Eigen::Matrix2d::Identity();
   bool is_mirrored_ = false;
   DiagnosticLog losses_;

@@ -40,7 +40,8 @@ inline std::optional<std::string> writers_complaint(const Program& program,
   StringSink svg_text;
   JsonlWriter jsonl(jsonl_text);
   CsvWriter csv(csv_text);
-  ExcellonWriter excellon(excellon_text, {.comments = {"fuzzed"}});
+  // With all digits, so that only what is read and written counts.
+  ExcellonWriter excellon(excellon_text, {.comments = {"fuzzed"}, .resolution = um(0.001)});
   Tally tally;
   DiagnosticLog ignored;
   Tee tee({&jsonl, &csv, &excellon, &tally});

@@ -116,6 +116,10 @@ class RunCommand {
     if (!options_.output.empty()) {
       PANELCAL_TRY(format, output_format(options_));
     }
+    if (options_.resolution_um && !(format && is_program(*format))) {
+      return failure(usage("--resolution without a program to write",
+                           "-o with .drl, .exc, .s5 or .sm, or --to excellon or sieb-meyer"));
+    }
     std::optional<Truth> truth;
     if (!options_.truth.empty()) {
       PANELCAL_TRY(truth, read_truth_json(options_.truth));
@@ -135,6 +139,7 @@ class RunCommand {
     job_.surface = std::move(surface);
     job_.truth = std::move(truth);
     if (!options_.slots.empty()) job_.keeps_slots = options_.slots == "keep";
+    if (options_.resolution_um) job_.resolution = um(*options_.resolution_um);
     job_.force = options_.force;
     job_.compares_models = job_.finds_worst_place = !options_.report.empty();
     job_.max_operations = options_.max_operations;

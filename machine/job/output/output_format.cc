@@ -36,9 +36,10 @@ constexpr std::array<std::pair<std::string_view, OutputFormat>, 8> kExtensions =
 std::unique_ptr<TextWriter> make_program_writer(OutputFormat format,
                                                 ByteSink& bytes,
                                                 const MachineConfig& machine,
-                                                std::vector<std::string> comments) {
-  const ProgramWriterOptions writing{.comments = std::move(comments),
+                                                WriterInput input) {
+  const ProgramWriterOptions writing{.comments = std::move(input.comments),
                                      .allow_losses = true,  // all of them are to be named
+                                     .resolution = input.resolution,
                                      .absolute_zero = machine.walk.absolute_zero,
                                      .work_zero = machine.walk.work_zero};
   if (format == OutputFormat::SiebMeyer) return std::make_unique<SiebMeyerWriter>(bytes, writing);
@@ -99,7 +100,7 @@ std::unique_ptr<TextWriter> make_writer(OutputFormat format,
                                                 .title = std::move(input.title),
                                                 .provenance = std::move(input.comments)});
   }
-  return make_program_writer(format, bytes, machine, std::move(input.comments));
+  return make_program_writer(format, bytes, machine, std::move(input));
 }
 
 std::vector<SvgTarget> picture_targets(const Survey& survey) {

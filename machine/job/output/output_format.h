@@ -45,6 +45,7 @@ struct WriterInput {
   std::optional<DepthJudge>
       depths;                      ///< for columns about depths; empty if nothing is asked of them
   const Survey* survey = nullptr;  ///< the survey whose targets a picture shows
+  std::optional<Length> resolution = std::nullopt;  ///< of coordinates in a program
 };
 
 /// Precondition: check_output_format(); a picture has a survey; `bytes` outlives the writer

@@ -33,13 +33,15 @@ bool takes_argument(CncCode code) {
   }
 }
 
-/// `C`, `-C` or either among other letters, `-C,I`.
-std::optional<bool> area_switch(std::string_view argument) {
+/// `C`, `-C` or either among other letters, `-C,I`; absent where the letter is not among them.
+std::optional<bool> switch_of(char letter, std::string_view argument) {
   std::optional<bool> is_on;
   while (!argument.empty()) {
     const auto comma = argument.find(',');
-    const std::string_view letter = argument.substr(0, comma);
-    if (letter == "C" || letter == "-C") is_on = letter == "C";
+    std::string_view word = argument.substr(0, comma);
+    const bool is_negated = word.starts_with('-');
+    if (is_negated) word.remove_prefix(1);
+    if (word == std::string_view(&letter, 1)) is_on = !is_negated;
     if (comma == std::string_view::npos) break;
     argument.remove_prefix(comma + 1);
   }
@@ -128,7 +130,13 @@ void Interpreter::obey(const Block& block, const CncCommand& command) {
       optical_.set_pattern_mode(command.info->code == CncCode::PatternMode);
       break;
     case CncCode::ProgramAreas:
-      if (const auto is_on = area_switch(argument)) obeys_areas_ = is_on;
+      if (const auto is_on = switch_of('C', argument)) obeys_areas_ = is_on;
+      break;
+    case CncCode::PeckMode:
+      if (const auto is_on = switch_of('D', argument)) peck_.forces_target = *is_on;
+      break;
+    case CncCode::OperatorText:
+      settings_.text.operator_text = argument;
       break;
     case CncCode::ForbiddenAreas:
       if (argument == "A") areas_in_copies_ = true;
@@ -143,8 +151,8 @@ void Interpreter::obey(const Block& block, const CncCommand& command) {
   emitter_.put(block.line, Setting{block.text});
 }
 
-/// Obeys commands that move programmed coordinates. Their effect is in the coordinates, so only the
-/// program zero is passed on, as a place.
+/// Obeys commands that move programmed coordinates. The effect of a scale and a rotation is in the
+/// coordinates, so only the axes and the program zero, as a place, are passed on.
 bool Interpreter::obey_placement(const Block& block, const CncCommand& command) {
   const std::string_view argument = command.argument;
   const auto xy = read_xy(argument);
@@ -213,31 +221,34 @@ void Interpreter::set_program_zero(const Block& block, std::string_view argument
     if (!xy || !(*xy)[0] || !(*xy)[1]) return refuse_cnc(block, "FAX#Y#, mm");
     zero = options_.absolute_zero + displacement_mm<frame::Machine>(*(*xy)[0], *(*xy)[1]);
   }
-  if (zero == place_.work_zero) return;
+  // The control may have had another zero before: also one that changes nothing here is passed on.
   const CorrectionStack& stack = measuring_.corrections().stack;
-  if (stack.base() != nullptr || stack.nested() != nullptr) {
+  const bool is_correcting = stack.base() != nullptr || stack.nested() != nullptr;
+  if (zero != place_.work_zero && is_correcting) {
     return report(Code::ZeroSetUnderCorrection,
                   block,
                   quoted(block.text),
                   "FA before the first target, or behind G30");
   }
   place_.work_zero = zero;
-  emitter_.put(block.line, ZeroSet{zero - options_.absolute_zero, zero});
+  emitter_.put(block.line, ZeroSet{zero - options_.absolute_zero, zero, !is_set});
 }
 
 void Interpreter::set_axis_version(const Block& block, std::string_view argument) {
   const auto version = parse_count(argument);
   if (!version || *version < 1 || *version > 8) return refuse_cnc(block, "FV1 to FV8");
   const Placement frame(axis_orientation(*version), Eigen::Vector2d::Zero());
-  if (frame.linear() == frame_.linear()) return;
-  if (depth_ > 0 || has_coordinate_) {
-    return report(Code::CommandMisplaced,
-                  block,
-                  quoted(block.text) + " changes the axes inside the program",
-                  "FV before the first coordinate, outside all brackets");
+  if (frame.linear() != frame_.linear()) {
+    if (depth_ > 0 || has_coordinate_) {
+      return report(Code::CommandMisplaced,
+                    block,
+                    quoted(block.text) + " changes the axes inside the program",
+                    "FV before the first coordinate, outside all brackets");
+    }
+    frame_ = frame;
+    place(frame_);
   }
-  frame_ = frame;
-  place(frame_);
+  emitter_.put(block.line, Setting{block.text});
 }
 
 /// Averages, references and tolerances of surface detection.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Planes, depth control, peck drilling and measured surfaces.
+#include <cmath>
 #include <utility>
 
 #include "program/sieb_meyer/figures/peck.h"
@@ -207,7 +208,8 @@ std::string Interpreter::parameter_text(const Order& order) {
   std::string text;
   const auto add = [&text](char letter, const std::optional<double>& value, bool is_length) {
     if (!value) return;
-    std::string number = fmt::format("{:.6g}", *value);
+    // A length has the digits of format 5000.
+    std::string number = fmt::format("{:.6g}", is_length ? std::round(*value * 1e3) / 1e3 : *value);
     if (is_length && number.find('.') == std::string::npos) number += '.';
     text += letter + number;
   };
@@ -232,7 +234,7 @@ void Interpreter::check_peck(int line) {
   if (!strokes) {
     return reporter_.report(Code::CycleInvalid, line, 1, "G81: " + strokes.error(), "");
   }
-  if (strokes->reaches_target) return;
+  if (strokes->reaches_target || peck_.forces_target) return;
   reporter_.report(Code::PeckTargetMissed,
                    line,
                    1,

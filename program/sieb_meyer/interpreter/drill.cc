@@ -75,7 +75,14 @@ void Interpreter::begin_pattern(const Block& block, const Order& order) {
   if (!move_to(block, order)) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the first point");
   }
-  pattern_ = PendingPattern{order.v.value_or(0), modal_.at_mm, block.line, std::string(block.text)};
+  const bool has_output =
+      std::ranges::find(order.functions, Command::OutputOn) != order.functions.end();
+  pattern_ = PendingPattern{order.v.value_or(0),
+                            modal_.at_mm,
+                            block.line,
+                            std::string(block.text),
+                            order.may_stop,
+                            has_output};
 }
 
 void Interpreter::end_pattern(const Block& block, const Order& order) {
@@ -88,6 +95,10 @@ void Interpreter::end_pattern(const Block& block, const Order& order) {
                   "X#Y#, and W#, alone in the next line");
   }
   move_to(block, order);
+  if (pattern.may_stop) stop_at_place(block.line);
+  if (pattern.has_output) {
+    function(block.line, FunctionKind::MachineFunction, "M21", true);
+  }
   const Eigen::Vector2d second_mm = modal_.at_mm;
   const auto count = order.count ? std::optional<std::int64_t>(*order.count) : std::nullopt;
   if ((pattern.v == 2 || pattern.v == 4) && !count) {

@@ -26,14 +26,24 @@ void Interpreter::take_tool(const Block& block, const Order& order) {
   emitter_.take(block.line, {*tool_, std::nullopt});
 }
 
-void Interpreter::function(int line, FunctionKind kind, std::string_view text) {
-  emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
+void Interpreter::function(int line, FunctionKind kind, std::string_view text, bool is_at_place) {
+  emitter_.put(line,
+               Function{.kind = kind,
+                        .text = text,
+                        .tool = 0,
+                        .next_tool = std::nullopt,
+                        .is_at_place = is_at_place});
 }
 
-/// An event inside a contour waits for the piece that is routed in the same line. The manual has no
-/// machine functions there but M21.
+void Interpreter::stop_at_place(int line) {
+  emitter_.put(line, panelcal::Stop{.kind = StopKind::Optional, .is_at_place = true});
+}
+
+/// An event inside a contour waits for the piece that is routed in the same line, M20 and M21 of a
+/// pattern for its holes. The manual has no machine functions in contours but M21.
 void Interpreter::events_before(const Block& block, const Order& order) {
   const bool routs = (order.motion || modal_.motion || is_routing()) && !order.is_tool_up;
+  const bool begins_pattern = order.v || order.nibble == Command::NibbleSlot;
   const auto refuse = [&](std::string expected) {
     report(Code::ContourUnclosed, block, quoted(block.text), std::move(expected));
     ended_ = true;
@@ -41,7 +51,11 @@ void Interpreter::events_before(const Block& block, const Order& order) {
   if (order.may_stop) {
     if (routs) return refuse("M20 in a T0 line or a drilling line");
     machine_at_mm_.reset();  // the machine goes to its zero, or to the line's place
-    emitter_.put(block.line, panelcal::Stop{.kind = StopKind::Optional});
+    if (!order.has_xy()) {
+      emitter_.put(block.line, panelcal::Stop{.kind = StopKind::Optional});
+    } else if (!begins_pattern) {
+      stop_at_place(block.line);
+    }
   }
   if (order.stop && routs) return refuse("M28 and M29 behind the T0 line that ends the contour");
   if (order.text && routs) return refuse("a T0 line before it");
@@ -59,7 +73,11 @@ void Interpreter::events_before(const Block& block, const Order& order) {
   }
   for (const Command command : order.functions) {
     if (command == Command::OutputOn) {
-      event(FunctionKind::MachineFunction, "M21");
+      if (routs) {
+        waiting_events_.emplace_back(FunctionKind::MachineFunction, "M21");
+      } else if (!begins_pattern) {
+        function(block.line, FunctionKind::MachineFunction, "M21", order.has_xy());
+      }
       continue;
     }
     if (routs) return refuse("machine functions outside contours");
@@ -123,7 +141,7 @@ void Interpreter::area(const Block& block, const Order& order) {
   }
   contour_ = Contour::None;
   if (!obeys_areas_.value_or(true)) return;
-  if (*order.area != Command::ForbiddenArea) return check_area(block);
+  if (*order.area != Command::ForbiddenArea) return check_area(block, order);
   if (is_ignored) return;
   constexpr std::size_t kMostAreas = 99;
   if (!order.rounding_mm || *order.rounding_mm <= 0) {
@@ -143,8 +161,8 @@ void Interpreter::area(const Block& block, const Order& order) {
   function(block.line, FunctionKind::ForbiddenArea, {});
 }
 
-/// M56 and M57 go to the machine as they stand, so nothing may have moved them.
-void Interpreter::check_area(const Block& block) {
+/// M56 and M57 go to the machine as absolute places, so nothing may have moved them.
+void Interpreter::check_area(const Block& block, const Order& order) {
   const CorrectionStack& stack = measuring_.corrections().stack;
   const bool is_moved = !steps_.empty() || !calls_.empty() || stack.base() != nullptr ||
                         stack.nested() != nullptr || rotation_rad_ != 0 ||
@@ -155,7 +173,10 @@ void Interpreter::check_area(const Block& block) {
                   quoted(block.text) + " is moved by a section, a scale or a correction",
                   "check areas outside of them");
   }
-  function(block.line, FunctionKind::CheckArea, block.text);
+  function(
+      block.line,
+      FunctionKind::CheckArea,
+      fmt::format("X{:.3f}Y{:.3f}{}", modal_.at_mm.x(), modal_.at_mm.y(), code_text(*order.area)));
 }
 
 }  // namespace panelcal::sieb_meyer

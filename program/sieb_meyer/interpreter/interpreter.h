@@ -93,6 +93,8 @@ class Interpreter {
     Eigen::Vector2d first_mm = Eigen::Vector2d::Zero();
     int line = 0;
     std::string text;
+    bool may_stop = false;    ///< M20: at the first hole
+    bool has_output = false;  ///< M21: at all of them
   };
 
   /// A square in which no hole is drilled (M58).
@@ -203,11 +205,12 @@ class Interpreter {
   void take_tool(const Block& block, const Order& order);
   void events_before(const Block& block, const Order& order);
   void events_after(const Block& block, const Order& order);
-  void function(int line, FunctionKind kind, std::string_view text);
+  void function(int line, FunctionKind kind, std::string_view text, bool is_at_place = false);
+  void stop_at_place(int line);
   void texts(const Block& block, const Order& order);
   void message(const Block& block);
   void area(const Block& block, const Order& order);
-  void check_area(const Block& block);
+  void check_area(const Block& block, const Order& order);
 
   // cnc.cc
   void cnc_command(const Block& block);
@@ -304,6 +307,7 @@ class Interpreter {
     double lowering_mm = 0;
     double first_stroke_mm = 0;
     double factor_permille = 1000;
+    bool forces_target = false;  ///< PEKM,D: a last stroke goes down to the working plane
   } peck_;
 
   // CNC commands

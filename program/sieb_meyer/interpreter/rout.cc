@@ -72,7 +72,7 @@ void Interpreter::position(const Block& block, const Order& order) {
 void Interpreter::end_contour(int line) {
   flush_piece(nullptr);
   for (const auto& [kind, text] : std::exchange(waiting_events_, {})) {
-    emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
+    function(line, kind, text);
   }
   if (std::exchange(is_plunged_, false)) emitter_.put(line, Retract{});
   if (contour_ == Contour::Routing) contour_ = Contour::Positioned;
@@ -320,7 +320,7 @@ void Interpreter::send_piece(const PendingPiece& pending) {
   routed_cut_ = pending.to;
   routed_on_grid_ = pending.follows_grid;
   for (const auto& [kind, text] : pending.events) {
-    emitter_.put(line, Function{.kind = kind, .text = text, .tool = 0, .next_tool = std::nullopt});
+    function(line, kind, text, kind == FunctionKind::MachineFunction);
   }
   if (pending.finishes) {
     emitter_.put(line, Function{.kind = FunctionKind::FinishRouting, .text = "G11"});

@@ -114,7 +114,7 @@ class TableReader {
         return refuse(line.number, word, "M# with the number of a magazine");
       }
       if (tool_ == 0) return refuse(line.number, word, "a tool before its magazines");
-      layout_.magazines[tool_].push_back(*number);
+      layout_.tools[tool_].magazines.push_back(*number);
       at = std::min(text.find_first_not_of(kBlanks, end), text.size());
     }
   }
@@ -122,30 +122,30 @@ class TableReader {
   bool read_datum(int line, const Word& word, Tool& tool) {
     switch (word.letter) {
       case 'D':
-        return read_value(
-            line, word, Quantity::ToolDiameter, [&](double v) { tool.diameter = datum(v, mm(v)); });
+        return read_value(line, word, Quantity::ToolDiameter, tool, [&](double v) {
+          tool.diameter = datum(v, mm(v));
+        });
       case 'S':
-        return read_value(line, word, Quantity::ToolSpeed, [&](double v) {
+        return read_value(line, word, Quantity::ToolSpeed, tool, [&](double v) {
           tool.speed = datum(v, rpm(v * 1000));
         });
       case 'F':
-        return read_value(line, word, Quantity::ToolFeed, [&](double v) {
+        return read_value(line, word, Quantity::ToolFeed, tool, [&](double v) {
           tool.infeed = datum(v, mm_per_s(v * 1000 / 60));
         });
       case 'R':
-        return read_value(line, word, Quantity::ToolFeed, [&](double v) {
+        return read_value(line, word, Quantity::ToolFeed, tool, [&](double v) {
           tool.retract = datum(v, mm_per_s(v * 1000 / 60));
         });
       case 'N':
         return read_life(line, word, tool);
       case 'A':
-        return read_value(line, word, Quantity::ToolDwell, [&](double v) {
-          layout_.dwells.erase(tool.number);
-          if (v > 0) layout_.dwells.emplace(tool.number, seconds(v / 1000));
+        return read_value(line, word, Quantity::ToolDwell, tool, [&](double v) {
+          tool.dwell = datum(v, seconds(v / 1000));
         });
       case 'Z':
         if (layout_.format == FileFormat::F5000) {
-          return read_value(line, word, Quantity::ToolZOffset, [&](double v) {
+          return read_value(line, word, Quantity::ToolZOffset, tool, [&](double v) {
             tool.depth_offset = datum(v, mm(v));
           });
         }
@@ -161,7 +161,7 @@ class TableReader {
 
   bool read_life(int line, const Word& word, Tool& tool) {
     bool fits = false;
-    const bool is_read = read_value(line, word, Quantity::ToolLife, [&](double v) {
+    const bool is_read = read_value(line, word, Quantity::ToolLife, tool, [&](double v) {
       fits = v <= std::numeric_limits<int>::max();
       if (fits) tool.max_hits = datum(v, static_cast<int>(v));
     });
@@ -176,13 +176,15 @@ class TableReader {
   }
 
   template <class Set>
-  bool read_value(int line, const Word& word, Quantity quantity, Set set) {
+  bool read_value(int line, const Word& word, Quantity quantity, Tool& tool, Set set) {
     const ParsedNumber number = parse_number(word.number, layout_.format, quantity);
     if (number.problem != NumberProblem::None) {
       refuse(line, word, expectation(number.problem, layout_.format));
       return false;
     }
     set(number.value);
+    std::erase(tool.zeroed, word.letter);
+    if (number.value == 0) tool.zeroed += word.letter;
     return true;
   }
 
@@ -194,6 +196,7 @@ class TableReader {
     while (!cursor.at_end()) text += trimmed_line(cursor.next().text);
     std::size_t n_values = 0;
     std::size_t at = 1;
+    std::map<int, std::string> without_value;
     while (at < text.size()) {
       const auto end = text.find('$', at);
       if (end == std::string::npos) {
@@ -204,7 +207,9 @@ class TableReader {
                       std::string_view(text).substr(at, end - at)};
       const int number = static_cast<int>(n_values / kLetters.size()) + 1;
       if (number > kTools) break;
-      if (!word.number.empty()) {
+      if (word.number.empty()) {
+        without_value[number] += word.letter;
+      } else {
         Tool& tool = layout_.tools[number];
         tool.number = number;
         layout_.tool_lines[number] = first.number;
@@ -219,7 +224,10 @@ class TableReader {
              fmt::format("{} values behind the first $", n_values + (at < text.size() ? 1 : 0)),
              "six for each of 15 tools, 91 dollar signs in all");
     }
-    for (const auto& [number, tool] : layout_.tools) layout_.magazines[number] = {number};
+    for (auto& [number, tool] : layout_.tools) {
+      tool.magazines = {number};
+      tool.zeroed += without_value[number];
+    }
   }
 
   FileLayout& layout_;

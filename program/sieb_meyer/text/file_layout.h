@@ -2,10 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "calib/base/diagnostic.h"
 #include "program/model/operation.h"
@@ -28,11 +26,9 @@ inline constexpr NumberFormat kMetricFormat = {.unit = LengthUnit::Millimeter,
 /// A file as its marks divide it: comments, %% and the format, program lines, $ and the tool table.
 struct FileLayout : ProgramHead {
   FileFormat format = FileFormat::F5000;
-  int head_line = 0;                          ///< of the %%
-  LinePlace body;                             ///< behind the %%
-  std::size_t body_end = 0;                   ///< place of the $, or the end of the text
-  std::map<int, std::vector<int>> magazines;  ///< of a tool, in order
-  std::map<int, Time> dwells;                 ///< A: how long a tool stays down
+  int head_line = 0;         ///< of the %%
+  LinePlace body;            ///< behind the %%
+  std::size_t body_end = 0;  ///< place of the $, or the end of the text
 
   NumberFormat number_format() const override { return kMetricFormat; }
   std::string number_summary() const override { return summary(format); }
@@ -44,8 +40,8 @@ bool is_program(std::string_view bytes);
 
 /// Finds the parts of a file and reads the tool table. In the formats 3000 and 5000 a letter
 /// without a number sets its datum to zero, and the last one of a tool holds; format 1000 has six
-/// values for each of 15 tools in a fixed order, 91 dollar signs in all. A datum of zero is no
-/// datum.
+/// values for each of 15 tools in a fixed order, 91 dollar signs in all; its magazines have the
+/// tools' numbers. A datum of zero is no datum, but Tool::zeroed.
 ///
 /// Fails  into the log: command-format, end-missing (no table), tool-table-invalid; warns
 ///        text-after-end

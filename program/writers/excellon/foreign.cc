@@ -11,6 +11,7 @@ namespace panelcal {
 /// The axis version, which the source states in its body, and the diameters that it compensates
 /// for.
 void ExcellonWriter::put_foreign_header() {
+  lose_tool_table();
   line(fmt::format("VER,{}", info().axis_version));
   for (const auto& [number, tool] : info().tools) {
     if (!tool.diameter) continue;

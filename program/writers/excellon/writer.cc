@@ -8,13 +8,15 @@
 #include <utility>
 
 #include "program/model/placement.h"
+#include "program/writers/rounded_arc.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
-/// A quarter of a nanometre: with seven decimals rounding alone would cost more than a nanometre.
-constexpr int kInchDecimals = 8;
+/// Source CNC-7 manual, Inch vs. Metric: 00.0000 and 000.000
+constexpr int kUsualInchDecimals = 4;
+constexpr int kUsualMetricDecimals = 3;
 
 /// G04: one millisecond an increment of the coordinates (CNC-7 manual, Variable Dwell).
 constexpr Length kDwellPerMsInch = inch(0.0001);
@@ -34,6 +36,14 @@ bool has_bare_number(std::string_view text) {
   return std::ranges::find(kLengths, text.substr(0, text.find(','))) != kLengths.end() &&
          text.find_first_of("0123456789") != std::string_view::npos &&
          text.find('.') == std::string_view::npos;
+}
+
+/// A decimal point in every length: it overrides whatever zeros the reader assumes.
+constexpr std::string_view kPoint = ".0";
+
+char* write_digits_with_point(char* at, double value, int n_decimals) {
+  char* const end = write_fixed(at, value, n_decimals);
+  return std::find(at, end, '.') != end ? end : std::ranges::copy(kPoint, end).out;
 }
 
 template <class T>
@@ -59,10 +69,13 @@ ExcellonWriter::ExcellonWriter(ByteSink& bytes, ProgramWriterOptions options)
 void ExcellonWriter::begin(const ProgramInfo& info) {
   ProgramWriter::begin(info);
   const bool is_inch = info.format.unit == LengthUnit::Inch;
-  has_usual_digits_ = info.format.decimal_digits == (is_inch ? 4 : 3) ||
-                      (!is_inch && info.format.decimal_digits == 2);
+  const int n_usual = is_inch ? kUsualInchDecimals : kUsualMetricDecimals;
+  const bool is_coarse = digits().n_decimals == 2;
+  has_usual_digits_ = info.format.decimal_digits == (is_coarse ? 2 : n_usual);
   written_unit_mm_ = info.format.one_unit().in_mm();
-  n_decimals_ = info.format.unit == LengthUnit::Inch ? kInchDecimals : kMmDecimals;
+  n_decimals_ = digits().n_decimals;
+  n_tool_decimals_ = std::max(n_decimals_, n_usual);
+  limit_ = std::pow(10.0, digits().n_whole) - 0.5 * std::pow(10.0, -n_decimals_);
   text() += "M48\n";
   for (const std::string& comment : options().comments) line(';' + printable(comment));
   const NumberFormat& format = info.format;
@@ -70,9 +83,7 @@ void ExcellonWriter::begin(const ProgramInfo& info) {
   text() += format.unit == LengthUnit::Inch ? "INCH," : "METRIC,";
   text() += format.zeros == Zeros::LeadingKept ? "LZ" : "TZ";
   // Settings are passed on as written, with numbers in the source's digits.
-  if (format.unit == LengthUnit::Millimeter && format.decimal_digits == 2) {
-    fmt::format_to(std::back_inserter(text()), ",{:0>{}}.00", "", format.integer_digits);
-  }
+  if (is_coarse) text() += ',' + digits().form();
   text() += '\n';
   if (info.body_rules) text() += "OM48,ON\n";
   if (is_foreign()) put_foreign_header();
@@ -178,34 +189,50 @@ void ExcellonWriter::append_speed(SpindleSpeed speed) {
   text() += 'S';
   const double thousands = speed.in_rpm() / 1000;
   const std::size_t begin = text().size();
-  append_fixed(text(), thousands, 6);
+  append_fixed(text(), thousands, 3);
   // The decimal point keeps the number from being read by counting digits.
   if (text().find('.', begin) == std::string::npos) text() += '.';
 }
 
-/// A decimal point in every length: it overrides whatever zeros the reader assumes.
 inline char* ExcellonWriter::write_length(char* at, double value) const {
-  constexpr std::string_view kPoint = ".0";
-  return n_decimals_ == kInchDecimals ? write_fixed_as<kInchDecimals>(at, value, kPoint)
-                                      : write_fixed_as<kMmDecimals>(at, value, kPoint);
+  switch (n_decimals_) {
+    case kUsualMetricDecimals:
+      return write_fixed_as<kUsualMetricDecimals>(at, value, kPoint);
+    case kUsualInchDecimals:
+      return write_fixed_as<kUsualInchDecimals>(at, value, kPoint);
+    default:
+      return write_digits_with_point(at, value, n_decimals_);
+  }
 }
 
-void ExcellonWriter::append_length(char letter, Length length) {
+void ExcellonWriter::append_length(char letter, Length length, int n_decimals) {
   std::array<char, kFixedChars + 2> chars;
-  const char* const end = write_length(chars.data(), length.in_mm() / written_unit_mm_);
+  const double value = length.in_mm() / written_unit_mm_;
+  const char* const end = write_digits_with_point(chars.data(), value, n_decimals);
   text() += letter;
   text().append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
 
 inline char* ExcellonWriter::write_point(char* at,
                                          const Eigen::Vector2d& p_mm,
-                                         std::string_view letters) const {
+                                         std::string_view letters) {
   const Eigen::Vector2d written = written_from_work() * p_mm / written_unit_mm_;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     *at++ = letters[axis];
-    at = write_length(at, written[static_cast<Eigen::Index>(axis)]);
+    const double value = written[static_cast<Eigen::Index>(axis)];
+    const char* const begin = at;
+    at = write_length(at, value);
+    // NaN as well.
+    if (!(std::abs(value) < limit_)) count_digits({begin, static_cast<std::size_t>(at - begin)});
   }
   return at;
+}
+
+/// The place that the control reads.
+Eigen::Vector2d ExcellonWriter::on_grid(const Eigen::Vector2d& p_mm) const {
+  const double step_mm = digits().step().in_mm();
+  const Eigen::Vector2d steps = written_from_work() * p_mm / step_mm;
+  return written_from_work().transpose() * steps.array().round().matrix() * step_mm;
 }
 
 void ExcellonWriter::append_point(const Eigen::Vector2d& p_mm, std::string_view letters) {
@@ -298,13 +325,25 @@ void ExcellonWriter::put_table_feed(Feed feed, bool is_default) {
   text() += '\n';
 }
 
+/// The arc bulges by less than a step, so that its rounded ends may lie anywhere on a circle.
+bool ExcellonWriter::is_flat(const Eigen::Vector2d& from_mm,
+                             const Eigen::Vector2d& to_mm,
+                             const Eigen::Vector2d& center_mm) const {
+  const double radius_mm = (from_mm - center_mm).norm();
+  const double bulge_mm = (to_mm - from_mm).squaredNorm() / (8 * radius_mm);  // at least
+  return !(bulge_mm > digits().step().in_mm());
+}
+
 /// I and J lead from the center to the start, as the manual measures them (Arc Center Offset).
 void ExcellonWriter::write(const Rout& rout) {
   check_cut(rout.cut);
   put_table_feed(rout.feed, rout.feed_is_default);
-  const Eigen::Vector2d center_to_start_mm = at_mm_ - rout.commanded_center.in_mm();
-  at_mm_ = rout.commanded.in_mm();
-  if (rout.kind == RoutKind::Line) {
+  const Eigen::Vector2d from_mm = std::exchange(at_mm_, rout.commanded.in_mm());
+  const Eigen::Vector2d center_mm = rout.commanded_center.in_mm();
+  const Eigen::Vector2d start_mm = on_grid(from_mm);
+  const Eigen::Vector2d center_to_start_mm =
+      start_mm - center_of_rounded(start_mm, on_grid(at_mm_), center_mm);
+  if (rout.kind == RoutKind::Line || is_flat(from_mm, at_mm_, center_mm)) {
     text() += "G01";
     append_place(rout);
   } else {
@@ -399,10 +438,10 @@ void ExcellonWriter::write(const Message& message) {
 void ExcellonWriter::write(const Dwell& dwell) {
   const NumberFormat& format = info().format;
   const Length per_ms = format.unit == LengthUnit::Inch ? kDwellPerMsInch
-                        : format.decimal_digits == 2    ? kDwellPerMsCoarse
+                        : n_decimals_ == 2              ? kDwellPerMsCoarse
                                                         : kDwellPerMsMetric;
   text() += "G04";
-  append_length('X', dwell.duration.in_s() * 1000 * per_ms);
+  append_length('X', dwell.duration.in_s() * 1000 * per_ms, n_decimals_);
   text() += '\n';
 }
 

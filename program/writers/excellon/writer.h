@@ -14,16 +14,17 @@
 namespace panelcal {
 
 /// A plain Excellon program: absolute coordinates with decimal points in the unit and the axis
-/// version of the source program. Coordinates are what the machine is told, relative to work zero;
-/// a G93 of the source is kept, so that the controller adds work zero exactly as before. Cycles
-/// must have been kept whole (WalkOptions::cycles): the passes of a step slot have no form of their
-/// own. Where structure is kept, patterns become M25 to M08 and vision commands G34 to G48; where
-/// it is not, there are neither repeats nor vision. What a SIEB & MEYER source has and Excellon has
-/// no form for is in losses().
+/// version of the source program, with the digits of output_digits.h. Coordinates are what the
+/// machine is told, relative to work zero; a G93 of the source is kept, so that the controller adds
+/// work zero exactly as before. Cycles must have been kept whole (WalkOptions::cycles): the passes
+/// of a step slot have no form of their own. Where structure is kept, patterns become M25 to M08
+/// and vision commands G34 to G48; where it is not, there are neither repeats nor vision. What a
+/// SIEB & MEYER source has and Excellon has no form for is in losses().
 ///
 /// A pattern of a SIEB & MEYER source is kept in memory until its copies are known.
 ///
-/// Fails  not-supported: a tool block whose data the header's would overrule; internal: a pass of a
+/// Fails  number-too-long: a coordinate that does not fit those digits; not-supported: a tool block
+/// whose data the header's would overrule; internal: a pass of a
 ///        step slot; translation-refused: working planes and depths, an offset from two targets
 /// See    tests/program/writers/excellon/writer_test.cc
 class ExcellonWriter final : public ProgramWriter {
@@ -41,9 +42,17 @@ class ExcellonWriter final : public ProgramWriter {
   void append_rate(char letter, Feed rate, int n_digits);
   void append_speed(SpindleSpeed speed);
   char* write_length(char* at, double value) const;
-  char* write_point(char* at, const Eigen::Vector2d& p_mm, std::string_view letters) const;
+  char* write_point(char* at, const Eigen::Vector2d& p_mm, std::string_view letters);
+  Eigen::Vector2d on_grid(const Eigen::Vector2d& p_mm) const;
+  bool is_flat(const Eigen::Vector2d& from_mm,
+               const Eigen::Vector2d& to_mm,
+               const Eigen::Vector2d& center_mm) const;
   static constexpr std::size_t kPointChars = 2 * (kFixedChars + 3);
-  void append_length(char letter, Length length);
+  void append_length(char letter, Length length, int n_decimals);
+  /// Of a tool or a depth, whose digits no header declares.
+  void append_length(char letter, Length length) {
+    append_length(letter, length, n_tool_decimals_);
+  }
   /// A point or a difference of points in axis version 1.
   void append_point(const Eigen::Vector2d& p_mm, std::string_view letters = "XY");
   void append_place(const PlacedPoint& place) { append_point(place.commanded.in_mm()); }
@@ -103,9 +112,11 @@ class ExcellonWriter final : public ProgramWriter {
   bool overrides_rates_ = false;  ///< G07: the body's rates rule from there on
   double written_unit_mm_ = 1;
   int n_decimals_ = 0;
-  std::optional<ZeroSet> header_zero_;               ///< waits for the end of the header
-  bool is_down_ = false;                             ///< the router
-  bool is_routing_ = false;                          ///< the control is in rout mode (G00)
+  int n_tool_decimals_ = 0;
+  double limit_ = 0;                    ///< coordinates are below it, in the written unit
+  std::optional<ZeroSet> header_zero_;  ///< waits for the end of the header
+  bool is_down_ = false;                ///< the router
+  bool is_routing_ = false;             ///< the control is in rout mode (G00)
   Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();  ///< place of the router
   std::optional<long> table_feed_;  ///< as last written; absent: to be written again
   bool has_table_feed_ = false;     ///< one was written, so that the control's own is gone

@@ -26,6 +26,7 @@ GcodeWriter::GcodeWriter(ByteSink& bytes, ProgramWriterOptions options, GcodeSet
 /// relative centres, mm/min, and cycles go back up to where they began.
 void GcodeWriter::begin(const ProgramInfo& info) {
   ProgramWriter::begin(info);
+  lose_tool_table();
   for (const std::string& words : options().comments) comment(words);
   say("G17 G21 G40 G54 G61 G80 G90 G91.1 G94 G98");
 }

@@ -151,6 +151,7 @@ void SiebMeyerWriter::say_plane(char letter,
   }
   std::string wanted = plane_text(*value);
   if (plane.told == wanted) return;
+  check_digits(wanted);
   line_ += letter;
   line_ += wanted;
   plane.tell(std::move(wanted));

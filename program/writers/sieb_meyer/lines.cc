@@ -43,29 +43,50 @@ void fill_unknown(std::optional<T>& known, const std::optional<T>& said) {
 
 }  // namespace
 
+/// Source SIEB & MEYER CNC 8x.00 Command Set, M49 ("remain active after the execution is
+/// finished"); M99, the subprogram RESET
+void SiebMeyerWriter::state_control(int axis_version) {
+  states_control_ = true;
+  write_in_axes(axis_version);
+  line(fmt::format("M49,FV{}", axis_version));
+  line("M49,NORA");
+  line("M49,NOSA");
+}
+
 SiebMeyerWriter::Steps SiebMeyerWriter::steps(const Eigen::Vector2d& at_mm) const {
-  constexpr double kPerMm = 1e6;  // kMmDecimals
-  const Eigen::Vector2d written = written_from_work() * at_mm * kPerMm;
+  const Eigen::Vector2d written = written_from_work() * at_mm / digits().step().in_mm();
   return {std::llround(written.x()), std::llround(written.y())};
 }
 
-void SiebMeyerWriter::append_number(double value, int n_decimals) {
-  line_ += number_text(value, n_decimals);
+/// The place that the control reads.
+Eigen::Vector2d SiebMeyerWriter::on_grid(const Eigen::Vector2d& at_mm) const {
+  const Steps at = steps(at_mm);
+  const Eigen::Vector2d written(static_cast<double>(at[0]), static_cast<double>(at[1]));
+  return written_from_work().transpose() * written * digits().step().in_mm();
 }
 
-std::string SiebMeyerWriter::plane_text(Length height) {
-  return number_text(height.in_mm(), kMmDecimals);
+void SiebMeyerWriter::append_number(double value) {
+  const std::string text = number_text(value, digits().n_decimals);
+  check_digits(text);
+  line_ += text;
+}
+
+std::string SiebMeyerWriter::plane_text(Length height) const {
+  return number_text(height.in_mm(), digits().n_decimals);
 }
 
 void SiebMeyerWriter::append_point(const Eigen::Vector2d& at_mm,
                                    std::string_view letters,
-                                   int n_decimals) {
+                                   std::optional<int> n_decimals) {
   const Eigen::Vector2d written = written_from_work() * at_mm;
+  const int n = n_decimals.value_or(digits().n_decimals);
   std::array<char, 2 * (kFixedChars + 2)> chars;
   char* end = chars.data();
   for (std::size_t axis = 0; axis < 2; ++axis) {
     *end++ = letters[axis];
-    end = write_with_point(end, written[static_cast<Eigen::Index>(axis)], n_decimals);
+    const char* const begin = end;
+    end = write_with_point(end, written[static_cast<Eigen::Index>(axis)], n);
+    check_digits({begin, static_cast<std::size_t>(end - begin)});
   }
   line_.append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
@@ -73,8 +94,10 @@ void SiebMeyerWriter::append_point(const Eigen::Vector2d& at_mm,
 /// A line that works at a place; the tool that is to do it is changed in the same line.
 void SiebMeyerWriter::open_line(const Eigen::Vector2d& at_mm) {
   finish_line();
-  append_point(at_mm, "XY", kMmDecimals);
+  append_point(at_mm, "XY");
   if (pending_tool_) line_ += fmt::format("T{}", *std::exchange(pending_tool_, std::nullopt));
+  if (place_words_.line != 0) say_place_words();
+  line_source_ = source_line();
   up_at_.reset();
   at_mm_ = at_mm;
 }
@@ -86,6 +109,34 @@ void SiebMeyerWriter::tool_up_line(const Eigen::Vector2d& at_mm) {
   ends_contour_ = false;
   up_at_ = steps(at_mm);
   told_side_ = CompensationSide::Off;
+}
+
+// --- words for a place -------------------------------------------------------------------------
+
+SiebMeyerWriter::PlaceWords& SiebMeyerWriter::place_words() {
+  if (place_words_.line != source_line()) settle_place_words();
+  place_words_.line = source_line();
+  return place_words_;
+}
+
+/// M20 stops before the coordinate of its line, M21 holds while it is executed.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, M20, M21
+void SiebMeyerWriter::say_place_words() {
+  if (std::exchange(place_words_.may_stop, false)) line_ += "M20";
+  if (place_words_.has_output) line_ += "M21";
+  place_words_.is_said = true;
+}
+
+/// The line that they belong to is done. The cutter may have been raised at its place already.
+void SiebMeyerWriter::settle_place_words() {
+  const PlaceWords words = place_words_;
+  if (words.line != 0 && !words.is_said && is_tool_up_line_ && line_source_ == words.line) {
+    say_place_words();
+  } else if (words.line != 0) {
+    if (words.may_stop) line("M20");
+    if (words.has_output && !words.is_said) lose("M21 at a place that is not worked at");
+  }
+  place_words_ = {};
 }
 
 void SiebMeyerWriter::finish_line() {
@@ -117,7 +168,7 @@ void SiebMeyerWriter::say_feed(const Rout& rout) {
     if (feed_) lose_once("the default routing feed, after another one was set");
     return;
   }
-  std::string wanted = number_text(m_per_min(rout.feed), kMmDecimals);
+  std::string wanted = number_text(m_per_min(rout.feed), digits().n_decimals);
   if (feed_ == wanted) return;
   line_ += 'F';
   line_ += wanted;
@@ -158,8 +209,9 @@ void SiebMeyerWriter::note_tool(const Tool& tool) {
   } else if (differs_from_before(tool.infeed, known.infeed) ||
              differs_from_before(tool.retract, known.retract) ||
              differs_from_before(tool.speed, known.speed) ||
-             differs_from_before(tool.max_hits, known.max_hits)) {
-    lose(fmt::format("another rate or hit count of tool {} than before", tool.number));
+             differs_from_before(tool.max_hits, known.max_hits) ||
+             differs_from_before(tool.dwell, known.dwell)) {
+    lose(fmt::format("another rate, dwell or hit count of tool {} than before", tool.number));
   }
   fill_unknown(known.diameter, tool.diameter);
   fill_unknown(known.infeed, tool.infeed);
@@ -167,27 +219,50 @@ void SiebMeyerWriter::note_tool(const Tool& tool) {
   fill_unknown(known.speed, tool.speed);
   fill_unknown(known.max_hits, tool.max_hits);
   fill_unknown(known.depth_offset, tool.depth_offset);
+  fill_unknown(known.dwell, tool.dwell);
+  if (known.magazines.empty()) known.magazines = tool.magazines;
 }
 
+/// A letter without a number sets the control's datum to zero; one that the source leaves out stays
+/// as the control has it. A file without a table would count as cut off.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, A.7.1, Tool Parameters
 void SiebMeyerWriter::write_tool_table() {
   std::erase_if(tools_, [](const auto& tool) { return tool.first < 1 || tool.first > kMostTools; });
-  if (tools_.empty()) return;
   line("$");
-  const auto put = [this](char letter, double value) {
-    line_ += letter;
-    append_number(value);
-  };
   for (const auto& [number, tool] : tools_) {
     finish_line();
     line_ = fmt::format("T{}", number);
-    if (tool.diameter) put('D', tool.diameter->in_mm());
-    if (tool.speed) put('S', tool.speed->in_rpm() / 1000);
-    if (tool.infeed) put('F', m_per_min(*tool.infeed));
-    if (tool.retract) put('R', m_per_min(*tool.retract));
-    if (tool.max_hits) line_ += fmt::format("N{}", *tool.max_hits);
-    if (tool.depth_offset) put('Z', tool.depth_offset->in_mm());
+    const auto put = [&](char letter, std::optional<double> value) {
+      if (!value && tool.zeroed.find(letter) == std::string::npos) return;
+      line_ += letter;
+      if (value) append_number(*value);
+    };
+    const auto in = [](const auto& datum, auto unit) {
+      return datum ? std::optional<double>(unit(*datum)) : std::nullopt;
+    };
+    put('D', in(tool.diameter, [](Length l) { return l.in_mm(); }));
+    put('S', in(tool.speed, [](SpindleSpeed s) { return s.in_rpm() / 1000; }));
+    put('F', in(tool.infeed, m_per_min));
+    put('R', in(tool.retract, m_per_min));
+    if (tool.max_hits) {
+      line_ += fmt::format("N{}", *tool.max_hits);
+    } else {
+      put('N', std::nullopt);
+    }
+    put('A', in(tool.dwell, [](Time t) { return t.in_s(); }));
+    put('Z', in(tool.depth_offset, [](Length l) { return l.in_mm(); }));
+    write_magazines(tool);
   }
   line("$");
+}
+
+/// Ten in a line.
+void SiebMeyerWriter::write_magazines(const Tool& tool) {
+  constexpr std::size_t kInLine = 10;
+  for (std::size_t i = 0; i < tool.magazines.size(); ++i) {
+    if (i % kInLine == 0) finish_line();
+    line_ += fmt::format("M{}", tool.magazines[i]);
+  }
 }
 
 }  // namespace panelcal

@@ -18,6 +18,9 @@
 namespace panelcal {
 namespace {
 
+/// The word of a line that probes, which is executed before the output is.
+constexpr std::string_view kDummyTool = "TD";
+
 /// Command that has to stand before a function's text, which is not always a command by itself.
 std::string_view command_before(const Function& function) {
   if (function.kind == FunctionKind::TextForDevice) return "M76,";
@@ -33,11 +36,15 @@ std::string_view command_before(const Function& function) {
 void SiebMeyerWriter::write(const Function& function) {
   if (function.text.empty()) return;  // the control does it by itself
   if (!is_foreign()) {
-    note_pecking(function.kind);
-    if (function.text == "TD") {  // of a probing line
-      probing_tool_ = "TD";
+    if (function.text == kDummyTool) {
+      probing_tool_ = kDummyTool;
       return;
     }
+    if (function.is_at_place && function.text == "M21") {
+      place_words().has_output = true;
+      return;
+    }
+    note_pecking(function.kind);
     if (function.kind == FunctionKind::FinishRouting) {
       rout_words_ = function.text;
       return;
@@ -63,18 +70,25 @@ void SiebMeyerWriter::note_pecking(FunctionKind kind) {
 
 void SiebMeyerWriter::write(const Setting& setting) {
   if (is_foreign()) return write_foreign(setting);
-  if (setting.kind == SettingKind::Vision && !options().keeps_vision) return;
-  constexpr std::string_view kCommand = "M49,";
-  if (setting.text.starts_with(kCommand) && is_obeyed(setting.text.substr(kCommand.size()))) {
-    if (setting.text == "M49,FV1") line(setting.text);
+  if (setting.kind == SettingKind::Vision && !options().keeps_vision) {
+    // The others were executed.
+    if (setting.text.starts_with("M75")) lose(quoted(setting.text));
     return;
   }
+  constexpr std::string_view kCommand = "M49,";
+  constexpr std::string_view kAxes = "M49,FV";
+  if (setting.text.starts_with(kAxes)) {
+    const int version = parse_count(setting.text.substr(kAxes.size())).value_or(1);
+    if (!states_control_) return state_control(version);
+    line(setting.text);
+    return write_in_axes(version);
+  }
+  if (setting.text.starts_with(kCommand) && is_obeyed(setting.text.substr(kCommand.size()))) return;
   line(setting.text);
 }
 
 void SiebMeyerWriter::write_foreign(const Setting& setting) {
   const std::string_view key = setting_key(setting.text);
-  if (setting.text == "VER,1") return line("M49,FV1");
   if (is_spelling(key)) return;
   if (setting.kind == SettingKind::Vision) {
     if (!options().keeps_vision || setting.text.starts_with("$uvis,alg,")) return;
@@ -115,7 +129,7 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
       continue;
     }
     finish_line();
-    append_point(copy.translation(), "XY", kMmDecimals);
+    append_point(copy.translation(), "XY");
     line_ += command;
   }
   line_ += "M30";
@@ -139,7 +153,7 @@ void SiebMeyerWriter::write(const VisionSeries& series) {
   if (has_base_ || n_open_patterns_ > 0) line("G34");
   for (const Position<frame::Nominal>& target : series.targets) {
     finish_line();
-    append_point(target.in_mm(), "XY", kMmDecimals);
+    append_point(target.in_mm(), "XY");
     line_ += "G32";
   }
   line("G31");
@@ -161,7 +175,7 @@ void SiebMeyerWriter::write_nested(const VisionSeries& series) {
   switch_pattern_mode(true);
   for (const Position<frame::Nominal>& target : series.targets) {
     finish_line();
-    append_point(target.in_mm(), "XY", kMmDecimals);
+    append_point(target.in_mm(), "XY");
     line_ += "G36";
     ++n_nested_targets_;
   }

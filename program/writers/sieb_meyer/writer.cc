@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "program/writers/rounded_arc.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -42,16 +43,25 @@ void SiebMeyerWriter::begin(const ProgramInfo& info) {
   tools_ = info.tools;
   for (const std::string& comment : options().comments) append_comment(text(), comment);
   line("%%5000");
-  if (info.axis_version != 1) line(fmt::format("M49,FV{}", info.axis_version));
 }
 
 void SiebMeyerWriter::put(const Operation& operation) {
   note_place(operation);
+  if (!states_control_) {
+    // A source that begins with its axes does not need those of the configuration before them.
+    const auto* setting = std::get_if<Setting>(&operation.what);
+    if (setting == nullptr || is_foreign() || !setting->text.starts_with("M49,FV")) {
+      state_control(info().axis_version);
+    }
+  }
+  if (place_words_.line != 0 && operation.line != place_words_.line) settle_place_words();
   std::visit([this](const auto& what) { write(what); }, operation.what);
   flush_if_large();
 }
 
 void SiebMeyerWriter::end() {
+  if (!states_control_) state_control(info().axis_version);
+  settle_place_words();
   say_tool();
   finish_line();
   if (depth_.is_slm) line("G70");
@@ -124,7 +134,11 @@ void SiebMeyerWriter::write(const Autocalibration&) {
 void SiebMeyerWriter::write(const RapidMove& move) {
   refuse_under_nested();
   const Eigen::Vector2d to_mm = move.commanded.in_mm();
-  if (up_at_ == steps(to_mm) && !pending_tool_) return;
+  if (up_at_ == steps(to_mm) && !pending_tool_) {
+    const bool has_words = place_words_.may_stop || place_words_.has_output;
+    if (!has_words) return;
+    if (is_tool_up_line_) return say_place_words();
+  }
   tool_up_line(to_mm);
 }
 
@@ -145,6 +159,15 @@ void SiebMeyerWriter::write(const Plunge& plunge) {
   if (told) say_depth(*told, false);
 }
 
+/// The arc bulges by less than a step, so that its rounded ends may lie anywhere on a circle.
+bool SiebMeyerWriter::is_flat(const Eigen::Vector2d& from_mm,
+                              const Eigen::Vector2d& to_mm,
+                              const Rout& rout) const {
+  const double radius_mm = (from_mm - rout.commanded_center.in_mm()).norm();
+  const double bulge_mm = (to_mm - from_mm).squaredNorm() / (8 * radius_mm);  // at least
+  return !(bulge_mm > digits().step().in_mm());
+}
+
 /// I and J lead from the centre to the start (SIEB & MEYER CNC 8x.00 Command Set, I). The same
 /// coordinates twice running would stop the control.
 void SiebMeyerWriter::write(const Rout& rout) {
@@ -153,15 +176,17 @@ void SiebMeyerWriter::write(const Rout& rout) {
   if (has_routed_ && steps(to_mm) == steps(from_mm)) return;
   has_routed_ = true;
   open_line(to_mm);
-  if (rout.kind == RoutKind::Line) {
+  if (rout.kind == RoutKind::Line || is_flat(from_mm, to_mm, rout)) {
     line_ += "G1";
   } else {
     const bool is_clockwise = (rout.kind == RoutKind::Clockwise) != is_mirrored();
     line_ += is_clockwise ? "G2" : "G3";
-    const Eigen::Vector2d center_to_start_mm = from_mm - rout.commanded_center.in_mm();
+    const Eigen::Vector2d start_mm = on_grid(from_mm);
+    const Eigen::Vector2d center_to_start_mm =
+        start_mm - center_of_rounded(start_mm, on_grid(to_mm), rout.commanded_center.in_mm());
     const std::size_t begin = line_.size();
-    append_point(center_to_start_mm, "IJ", kMmDecimals);
-    if (line_.size() > kLongArc) {
+    append_point(center_to_start_mm, "IJ");
+    if (line_.size() > kLongArc && digits().n_decimals > kShortDecimals) {
       line_.resize(begin);
       append_point(center_to_start_mm, "IJ", kShortDecimals);
     }
@@ -222,7 +247,10 @@ void SiebMeyerWriter::write(const Stop& stop) {
     case StopKind::Inspection:
       return line("M47,INSPECTION STOP");
     case StopKind::Optional:
-      return line("M20");
+      // Alone it would send the table to machine zero.
+      if (!stop.is_at_place) return line("M20");
+      place_words().may_stop = true;
+      return;
   }
 }
 
@@ -242,6 +270,7 @@ void SiebMeyerWriter::write(const Dwell& dwell) {
 
 /// A place on the machine, whatever the program's axes are (CNC command FA).
 void SiebMeyerWriter::write(const ZeroSet& zero) {
+  if (zero.is_reset) return line("M49,NOFA");
   const Eigen::Vector2d place_mm = (zero.work_zero - options().absolute_zero).in_mm();
   finish_line();
   line_ = "M49,FAX";

@@ -19,6 +19,12 @@ namespace panelcal {
 /// Coordinates are what the machine is told, relative to work zero. With structure kept, patterns
 /// become sections between M31 and M30, and vision commands G30 to G36.
 ///
+/// A CNC command holds beyond the end of the program that gave it. So every program states its axes
+/// (FV), and that the control neither scales nor turns (NOSA, NORA), since the coordinates have
+/// what the source asked for. Program zero is the operator's unless the source sets it (FA, NOFA).
+///
+/// Numbers have three decimals and at most six digits, unless a finer resolution is asked for.
+///
 /// Contours begin and end with a T0 line, which is also what lowers and raises the cutter; a stop
 /// for inspection is a message. What has no form is in losses().
 ///
@@ -26,9 +32,10 @@ namespace panelcal {
 /// its probes, Z, K and H as far as the program states them. A depth below a surface of a map is
 /// a plane.
 ///
-/// Fails  translation-refused: a depth or limit left to the operator behind one that was stated; a
-/// pass of a step slot (WalkOptions::step_slots has to be Kept, which
-///        is refused as well), M14, tool data that change in the program, tools above T99
+/// Fails  number-too-long: a place of 1 m or more that needs all its decimals; translation-refused:
+///        a depth or limit left to the operator behind one that was stated, a pass of a step slot
+///        (WalkOptions::step_slots has to be Kept, which is refused as well), M14, tool data that
+///        change in the program, tools above T99
 /// Source SIEB & MEYER CNC 8x.00 Command Set, A.3, A.7, 3, 5, 9
 /// See    tests/program/writers/sieb_meyer/writer_test.cc
 class SiebMeyerWriter final : public ProgramWriter {
@@ -60,16 +67,30 @@ class SiebMeyerWriter final : public ProgramWriter {
     Plane k;
   };
   enum class Nested : std::uint8_t { None, InForce, Cancelled, Ended };
+  /// Words of a line of the source for the places that it gives.
+  struct PlaceWords {
+    int line = 0;             ///< of the source; 0: there are none
+    bool may_stop = false;    ///< M20: at the next place
+    bool has_output = false;  ///< M21: at every place
+    bool is_said = false;
+  };
 
   void end() override;
 
   // lines.cc
+  void state_control(int axis_version);
   Steps steps(const Eigen::Vector2d& at_mm) const;
-  void append_number(double value, int n_decimals = kMmDecimals);
-  static std::string plane_text(Length height);
-  void append_point(const Eigen::Vector2d& at_mm, std::string_view letters, int n_decimals);
+  Eigen::Vector2d on_grid(const Eigen::Vector2d& at_mm) const;
+  void append_number(double value);
+  std::string plane_text(Length height) const;
+  void append_point(const Eigen::Vector2d& at_mm,
+                    std::string_view letters,
+                    std::optional<int> n_decimals = std::nullopt);
   void open_line(const Eigen::Vector2d& at_mm);
   void tool_up_line(const Eigen::Vector2d& at_mm);
+  void say_place_words();
+  void settle_place_words();
+  PlaceWords& place_words();
   void finish_line();
   void line(std::string_view text);
   void say_tool();
@@ -77,6 +98,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   void message(std::string_view text);
   void note_tool(const Tool& tool);
   void write_tool_table();
+  void write_magazines(const Tool& tool);
 
   // depths.cc
   const DepthOfCut* told_cut(const DepthOfCut& cut);
@@ -105,6 +127,9 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write(const Rout& rout);
   void write(const Plunge& plunge);
   void write(const Retract& retract);
+  bool is_flat(const Eigen::Vector2d& from_mm,
+               const Eigen::Vector2d& to_mm,
+               const Rout& rout) const;
   void write(const Compensation& compensation);
   void write(const Slot& slot);
   void write(const StepSlot& slot);
@@ -128,8 +153,11 @@ class SiebMeyerWriter final : public ProgramWriter {
   void switch_pattern_mode(bool is_on);
   void refuse_under_nested();
 
-  std::string line_;                 ///< not finished: words may follow
-  bool is_tool_up_line_ = false;     ///< that line is a T0 line
+  bool states_control_ = false;   ///< the lines that say how the control is to be
+  std::string line_;              ///< not finished: words may follow
+  bool is_tool_up_line_ = false;  ///< that line is a T0 line
+  int line_source_ = 0;           ///< the source's line that it comes from
+  PlaceWords place_words_;
   std::optional<int> pending_tool_;  ///< said in the next line with a coordinate
   int tool_ = 0;                     ///< the program's last
   std::map<int, Tool> tools_;

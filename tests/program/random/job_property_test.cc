@@ -66,7 +66,7 @@ JobRun run_job(std::string text, const WalkOptions& options, MeasurementSource& 
   run.survey_refused = log.has_errors();
   if (!run.survey_refused) {
     StringSink bytes;
-    ExcellonWriter writer(bytes, {.comments = {"by a test"}});
+    ExcellonWriter writer(bytes, {.comments = {"by a test"}, .resolution = um(0.001)});
     EventRecorder recorder(&writer);
     execute(program, options, found, recorder, log);
     run.events = std::move(recorder.events());

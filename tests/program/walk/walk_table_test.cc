@@ -182,8 +182,8 @@ std::string table_written(const std::string& program, const WalkOptions& options
 TEST(WalkTable, ProgramsForTheMachineSayTheCommand) {
   // Sent to 400 / 1.0002 the stage stands at 400.
   const std::string program = metric("T1\nX300.Y200.\nM30\n");
-  EXPECT_THAT(table_written<ExcellonWriter>(program, on_table(0)), HasSubstr("X299.920016Y200.0"));
-  EXPECT_THAT(table_written<SiebMeyerWriter>(program, on_table(0)), HasSubstr("X299.920016Y200."));
+  EXPECT_THAT(table_written<ExcellonWriter>(program, on_table(0)), HasSubstr("X299.92Y200.0"));
+  EXPECT_THAT(table_written<SiebMeyerWriter>(program, on_table(0)), HasSubstr("X299.92Y200."));
 }
 
 TEST(WalkTable, CountsTheMapAtTargetsAndAtHoles) {

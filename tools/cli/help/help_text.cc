@@ -174,6 +174,11 @@ Formats  .jsonl .csv .drl .exc .s5 .sm .ngc .svg, or --to jsonl|csv|excellon|sie
 .svg is a picture of the job. Either language can be written from either; the output names what the
 other one has no form for, and nothing is written if a tool would go elsewhere without it.
 
+.drl, .exc, .s5 and .sm have the digits that the control reads: those that the program's header
+declares, at most six; where it declares others or none, or writes coordinates with decimal points,
+0.001 mm or 0.0001 inch. The rounding is part of sigma and of the verdict. A coordinate that does
+not fit is an error. --resolution 0.1 writes tenths of a micrometre, for controls that read more.
+
 .ngc is G-code for LinuxCNC. [gcode] of machine.toml states how high the tool moves and, where the
 program does not, how deep and how fast it works (docs/formats/gcode.md); a value that is missing in
 both is an error.
@@ -216,7 +221,8 @@ measured and nothing corrected ([table] of the machine neither): patterns stay p
 M31 to M30 with M50 to M90), and targets are measured by the other control (G35, G36, G45; G32, G31,
 G36). Executed, the translation drills the same holes in the same order and routs the same contours;
 only drilled slots (G85) are left to the controls, which space their holes each in its own way:
-`panelcal run --slots expand` writes the holes out. Coordinates are written to a nanometre.
+`panelcal run --slots expand` writes the holes out. Coordinates have the digits that the control
+reads: 0.001 mm, or 0.0001 inch where the source is in inches.
 
 Commands without a form in the other language are named, line by line. Settings, messages to the
 machine, dwells and peck parameters are left out with a warning. Commands that decide where or how

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/help/help_topics.h"
 
+#include <algorithm>
 #include <array>
 #include <iterator>
 
@@ -154,6 +155,11 @@ std::string sieb_meyer_page() {
       "it may have been cut off and is an error (`end-missing`, `tool-table-invalid`), with "
       "`--accept-unterminated` too. A subprogram has no such mark: its last line must be "
       "complete.\n\n"
+      "Output in this language states what a control would keep from the program before: axis "
+      "version (`M49,FV#`), no rotation and no scale (`M49,NORA`, `M49,NOSA`: both are in the "
+      "coordinates), and the tool data that the source has. Program zero is the operator's unless "
+      "the source has FA or NOFA. Each row below is in the output, executed before, or named as "
+      "lost (`written_form_test`).\n\n"
       "## Program lines\n\n"
       "| command | class | what it does | formats | manual section | test |\n"
       "| --- | --- | --- | --- | --- | --- |\n";
@@ -178,6 +184,15 @@ std::string sieb_meyer_page() {
                    sieb_meyer::name(command.treatment),
                    command.effect);
   }
+  const auto treated = [](sieb_meyer::Treatment treatment) {
+    return std::ranges::count(sieb_meyer::cnc_table(), treatment, &sieb_meyer::CncInfo::treatment);
+  };
+  fmt::format_to(std::back_inserter(out),
+                 "\nOf {} CNC commands {} are obeyed, {} passed on and {} refused.\n",
+                 sieb_meyer::cnc_table().size(),
+                 treated(sieb_meyer::Treatment::Obeyed),
+                 treated(sieb_meyer::Treatment::Passed),
+                 treated(sieb_meyer::Treatment::Refused));
   return out;
 }
 

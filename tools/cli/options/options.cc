@@ -191,6 +191,11 @@ class CommandLine {
                      "excellon, sieb-meyer and svg, expand otherwise; the first two keep G87 in "
                      "any case)")
         ->check(CLI::IsMember({"keep", "expand"}));
+    run_->add_option("--resolution",
+                     o.resolution_um,
+                     "Write coordinates of excellon and sieb-meyer as fine as this, um (default: "
+                     "the control's digits: 1, with inches 2.54)")
+        ->check(CLI::PositiveNumber);
     run_->add_option(
         "--explain", o.explain, "Explain places: L14 for those of line 14, 500 for the 500th");
     run_->add_option("--report", o.report, "Write an HTML report");

@@ -53,9 +53,10 @@ struct RunOptions {
   std::string save_probes;
   std::string clock;
   std::string truth;
-  std::string explain;        ///< L14 or 500: see ExplainChoice
-  std::string slots;          ///< keep or expand; empty: what suits the format
-  std::size_t n_threads = 0;  ///< that look at pictures; 0: one for each processor
+  std::string explain;                  ///< L14 or 500: see ExplainChoice
+  std::string slots;                    ///< keep or expand; empty: what suits the format
+  std::optional<double> resolution_um;  ///< of coordinates in a program; absent: the control's
+  std::size_t n_threads = 0;            ///< that look at pictures; 0: one for each processor
   std::int64_t max_operations = 1'000'000'000;
   bool accepts_unterminated = false;  ///< as CheckOptions
   std::optional<int> turned_deg;      ///< absent: as [gates] says

@@ -31,6 +31,14 @@ std::string fixed_as(double value, std::string_view after_whole = {}) {
 /// By the form whose number of decimals is known when it is compiled, as writers of holes do.
 std::string fixed_as(double value, int n_decimals) {
   switch (n_decimals) {
+    case 2:
+      return fixed_as<2>(value);
+    case 3:
+      return fixed_as<3>(value);
+    case 4:
+      return fixed_as<4>(value);
+    case 5:
+      return fixed_as<5>(value);
     case 6:
       return fixed_as<6>(value);
     case 7:
@@ -46,7 +54,7 @@ std::string fixed(double value, int n_decimals) {
   std::string text = "X";  // what is there already stays
   append_fixed(text, value, n_decimals);
   EXPECT_EQ(text[0], 'X');
-  if (n_decimals >= 6) {
+  if (n_decimals >= 2) {
     EXPECT_EQ(text.substr(1), fixed_as(value, n_decimals));
   }
   return text.substr(1);

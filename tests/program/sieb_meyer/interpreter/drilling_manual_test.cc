@@ -347,8 +347,8 @@ TEST(ManualG89, PulseDrillingIsPassedOnBeforeItsHole) {
 TEST(ManualM56, CheckAreasArePassedOn) {
   const ProgramRun run = run_5000("X10.Y20.M56\nX450.Y20.M57\nX1.Y1.T1\n");
   EXPECT_THAT(steps_of(run),
-              ElementsAre("function check_area X10.Y20.M56",
-                          "function check_area X450.Y20.M57",
+              ElementsAre("function check_area X10.000Y20.000M56",
+                          "function check_area X450.000Y20.000M57",
                           "tool 1",
                           "drill 1 (1, 1)"));
 }

@@ -196,8 +196,8 @@ TEST(SiebMeyerEvents, RefusesPeckNumbersThatMeanNothing) {
 /// The manual's check areas: passed on, and nothing is drilled there.
 TEST(SiebMeyerEvents, CheckAreasArePassedOn) {
   EXPECT_THAT(clean_steps("X10.Y20.M56\nX450.Y20.M57\nX1.Y1.T1\n", obeying_areas(true)),
-              ElementsAre("function check_area X10.Y20.M56",
-                          "function check_area X450.Y20.M57",
+              ElementsAre("function check_area X10.000Y20.000M56",
+                          "function check_area X450.000Y20.000M57",
                           "tool 1",
                           "drill 1 (1, 1)"));
 }

@@ -159,7 +159,7 @@ TEST(ToolTable, ReadsEveryDatumOfFormat5000) {
   EXPECT_NEAR(tool.retract->in_mm_s(), 9.9 * kMmPerSOfOneMPerMin, 1e-9);
   EXPECT_EQ(tool.max_hits, 3000);
   EXPECT_EQ(tool.depth_offset, mm(0.01));
-  EXPECT_EQ(reading.layout.dwells.at(7), seconds(1));
+  EXPECT_EQ(tool.dwell, seconds(1));
   EXPECT_EQ(reading.layout.tool_lines.at(7), 3);
 }
 
@@ -173,7 +173,7 @@ TEST(ToolTable, ReadsEveryDatumOfFormat3000) {
   EXPECT_NEAR(tool.infeed->in_mm_s(), 1.2 * kMmPerSOfOneMPerMin, 1e-9);
   EXPECT_NEAR(tool.retract->in_mm_s(), 9.9 * kMmPerSOfOneMPerMin, 1e-9);
   EXPECT_EQ(tool.max_hits, 3000);
-  EXPECT_EQ(reading.layout.dwells.at(30), seconds(1));
+  EXPECT_EQ(tool.dwell, seconds(1));
 }
 
 /// "If only the code letter is saved for a parameter, the corresponding value in the tool table is
@@ -184,7 +184,12 @@ TEST(ToolTable, ALetterWithoutANumberTakesTheDatumAway) {
   const Tool& tool = reading.tool(1);
   EXPECT_FALSE(tool.diameter || tool.speed || tool.infeed || tool.retract || tool.max_hits ||
                tool.depth_offset);
-  EXPECT_FALSE(reading.layout.dwells.contains(1));
+  EXPECT_FALSE(tool.dwell);
+  EXPECT_EQ(tool.zeroed, "DSFRNAZ");
+}
+
+TEST(ToolTable, ADatumThatIsSetAgainIsNotZero) {
+  EXPECT_EQ(read_table("T1DS0\nT1D.8\n").tool(1).zeroed, "S");
 }
 
 /// "If identical code letters with different values are given out for one tool number, the CNC uses
@@ -206,10 +211,9 @@ TEST(ToolTable, MagazinesBelongToTheToolBefore) {
   const Reading reading =
       read_table("T1D1.\nM1M2M3\nT2D2.\nM4M5M6M7M8M9M10M11M12M13\nM14M15M16\nT3D1.\n");
   EXPECT_THAT(reading.diagnostics, IsEmpty());
-  EXPECT_THAT(reading.layout.magazines.at(1), ElementsAre(1, 2, 3));
-  EXPECT_THAT(reading.layout.magazines.at(2),
-              ElementsAre(4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16));
-  EXPECT_FALSE(reading.layout.magazines.contains(3));
+  EXPECT_THAT(reading.tool(1).magazines, ElementsAre(1, 2, 3));
+  EXPECT_THAT(reading.tool(2).magazines, ElementsAre(4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16));
+  EXPECT_THAT(reading.tool(3).magazines, IsEmpty());
 }
 
 TEST(ToolTable, BlankLinesAndCommentsAreSkipped) {
@@ -309,10 +313,10 @@ TEST(ToolTable1000, HasSixValuesOfFifteenTools) {
     EXPECT_NEAR(tool.retract->in_mm_s(), 9.9 * kMmPerSOfOneMPerMin, 1e-9);
     EXPECT_EQ(tool.max_hits, 3000);
     EXPECT_FALSE(tool.depth_offset);
-    EXPECT_EQ(reading.layout.dwells.at(number), seconds(1));
+    EXPECT_EQ(tool.dwell, seconds(1));
     EXPECT_EQ(reading.layout.tool_lines.at(number), 3);
     // "T1 is in M1, T2 is in M2 etc."
-    EXPECT_THAT(reading.layout.magazines.at(number), ElementsAre(number));
+    EXPECT_THAT(tool.magazines, ElementsAre(number));
   }
 }
 

@@ -72,7 +72,7 @@ Outcome outcome(const std::string& text, const WalkOptions& options) {
   const Program program = load_program({"p", text}, log);
   const Survey found = survey(program, options, panel, log);
   StringSink bytes;
-  SiebMeyerWriter writer(bytes, {.allow_losses = true});
+  SiebMeyerWriter writer(bytes, {.allow_losses = true, .resolution = um(0.001)});
   EventRecorder recorder(&writer);
   if (!log.has_errors()) execute(program, options, found, recorder, log);
   out.is_refused = !writer.finish() || writer.losses().has_errors();

@@ -147,14 +147,44 @@ TEST(ExcellonWriter, RefusesDataThatTheHeaderWouldOverrule) {
 
 // --- drilling ----------------------------------------------------------------------------------
 
-TEST(ExcellonWriter, InchCoordinatesAreGoodToANanometer) {
-  for (const double x_mm : {123.4567891, 0.0000004, 25.4 / 3}) {
-    const std::string text = program_of({drill(1, x_mm, 0)}, inch_info());
-    const double read_mm = 25.4 * std::stod(text.substr(text.rfind('X') + 1));
-    EXPECT_NEAR(read_mm, x_mm, 1e-6);
-  }
+/// "Inch coordinates are in six digits (00.0000)."
+TEST(ExcellonWriter, InchCoordinatesHaveFourDecimals) {
+  EXPECT_THAT(program_of({drill(1, 123.4567891, 25.4 / 3)}, inch_info()),
+              ::testing::EndsWith("\nX4.8605Y0.3333\n"));
   EXPECT_THAT(program_of({drill(1, 25.4, -2.54)}, inch_info()),
               ::testing::EndsWith("\nX1.0Y-0.1\n"));
+}
+
+TEST(ExcellonWriter, CoordinatesAreGoodToANanometreWhereThatIsAskedFor) {
+  for (const ProgramInfo& info : {inch_info(), metric_info()}) {
+    const double unit_mm = info.format.one_unit().in_mm();
+    for (const double x_mm : {123.4567891, 0.0000004, 25.4 / 3}) {
+      const std::string text = written<ExcellonWriter>(
+          {drill(1, x_mm, 0)}, info, ProgramWriterOptions{.resolution = um(0.001)});
+      const double read_mm = unit_mm * std::stod(text.substr(text.rfind('X') + 1));
+      EXPECT_NEAR(read_mm, x_mm, 1e-6);
+    }
+  }
+}
+
+/// A header of 10 um digits means that the control reads no more.
+TEST(ExcellonWriter, WritesTheDigitsThatTheSourceDeclares) {
+  ProgramInfo info = metric_info();
+  info.format.integer_digits = 4;
+  info.format.decimal_digits = 2;
+  EXPECT_THAT(program_of({drill(1, 1234.5678, 1.994)}, info),
+              ::testing::EndsWith("\nX1234.57Y1.99\n"));
+  info.has_decimal_coordinates = true;
+  EXPECT_THAT(program_of({drill(1, 234.5678, 1.9944)}, info),
+              ::testing::AllOf(::testing::HasSubstr("\nMETRIC,LZ\n"),
+                               ::testing::EndsWith("\nX234.568Y1.994\n")));
+}
+
+TEST(ExcellonWriter, AnArcThatBulgesLessThanTheLastDigitIsALine) {
+  EXPECT_EQ(body_of({rapid_move(0, 0),
+                     rout_arc(RoutKind::Clockwise, 2, 0.05, 0, 0.025, -1),
+                     rout_arc(RoutKind::Clockwise, 2, 0.25, 0, 0.15, -1)}),
+            "G00X0.0Y0.0\nF020\nG01X0.05Y0.0\nG02X0.25Y0.0I-0.1J1.0\n");
 }
 
 TEST(ExcellonWriter, WritesSlotsWhole) {

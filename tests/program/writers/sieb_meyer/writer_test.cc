@@ -20,6 +20,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 const std::string kTable = "$\nT1D1.\nT2D2.5\n$\n";
+const std::string kBegin = "%%5000\nM49,FV1\nM49,NORA\nM49,NOSA\n";
 
 /// The tools of metric_info, in either language.
 ProgramInfo info_of(Dialect dialect) {
@@ -31,7 +32,7 @@ ProgramInfo info_of(Dialect dialect) {
 
 struct Written {
   std::string text;
-  std::string body;  ///< between %%5000 and the tool table
+  std::string body;  ///< between the lines of every program and the tool table
   std::vector<std::string> losses;
   std::string failure;
 };
@@ -48,10 +49,9 @@ Written write_out(const std::vector<What>& operations,
   written.text = bytes.text();
   if (!done) written.failure = done.error().text();
   for (const Diagnostic& loss : writer.losses().kept()) written.losses.push_back(loss.text());
-  const auto begin = written.text.find("%%5000\n");
-  if (begin != std::string::npos) {
+  if (const auto at = written.text.find(kBegin); at != std::string::npos) {
     const auto end = written.text.find("$\n");
-    written.body = written.text.substr(begin + 7, end - begin - 7);
+    written.body = written.text.substr(at + kBegin.size(), end - at - kBegin.size());
   }
   return written;
 }
@@ -89,7 +89,7 @@ DepthOfCut below(double depth_mm, std::optional<Length> surface = {}) {
 TEST(SiebMeyerWriter, WritesADrillingProgram) {
   const Written written = from_excellon({take(1, 1), drill(1, 10, 20), drill(1, -1.5, 0)},
                                         {.comments = {"made by 100%\nhand"}});
-  EXPECT_EQ(written.text, "made by 100??hand\n%%5000\nX10.Y20.T1\nX-1.5Y0.\n" + kTable);
+  EXPECT_EQ(written.text, "made by 100??hand\n" + kBegin + "X10.Y20.T1\nX-1.5Y0.\n" + kTable);
   EXPECT_THAT(written.losses, IsEmpty());
 }
 
@@ -146,8 +146,9 @@ TEST(SiebMeyerWriter, OneSetOfToolDataForTheWholeProgram) {
 TEST(SiebMeyerWriter, StatesTheAxisVersion) {
   ProgramInfo info = info_of(Dialect::Excellon);
   info.axis_version = 3;  // x points up, y points left
-  EXPECT_EQ(write_out({drill(1, 3, 4)}, info).body, "M49,FV3\nX4.Y-3.\n");
-  EXPECT_EQ(from_excellon({Setting{"VER,1", SettingKind::Header}}).body, "M49,FV1\n");
+  EXPECT_THAT(write_out({drill(1, 3, 4)}, info).text,
+              HasSubstr("%%5000\nM49,FV3\nM49,NORA\nM49,NOSA\nX4.Y-3.\n"));
+  EXPECT_EQ(from_excellon({Setting{"VER,1", SettingKind::Header}}).body, "");
 }
 
 // --- routing (3.1, 3.2) ------------------------------------------------------------------------
@@ -180,15 +181,15 @@ TEST(SiebMeyerWriter, ArcOffsetsLeadFromTheCenterToTheStart) {
 TEST(SiebMeyerWriter, MirroredAxesExchangeSenses) {
   ProgramInfo info = info_of(Dialect::Excellon);
   info.axis_version = 4;  // x points left, y points up
-  EXPECT_EQ(write_out({take(2, 2.5),
-                       rapid_move(3, 4),
-                       Compensation{CompensationSide::Left, mm(2.5)},
-                       plunge(2),
-                       rout_arc(RoutKind::Clockwise, 2, 5, 6, 3, 6),
-                       Retract{}},
-                      info)
-                .body,
-            "M49,FV4\nX-3.Y4.T2T0\nX-5.Y6.G3I0.J-2.F1.2G42\nX-5.Y6.T0\n");
+  EXPECT_THAT(write_out({take(2, 2.5),
+                         rapid_move(3, 4),
+                         Compensation{CompensationSide::Left, mm(2.5)},
+                         plunge(2),
+                         rout_arc(RoutKind::Clockwise, 2, 5, 6, 3, 6),
+                         Retract{}},
+                        info)
+                  .text,
+              HasSubstr("M49,NOSA\nX-3.Y4.T2T0\nX-5.Y6.G3I0.J-2.F1.2G42\nX-5.Y6.T0\n$\n"));
 }
 
 TEST(SiebMeyerWriter, CompensationIsSaidInEveryContour) {
@@ -418,8 +419,8 @@ TEST(SiebMeyerWriter, OffsetsAreInTheWrittenAxes) {
   mirror_x << -1, 0, 0, 1;
   const std::vector<Placement> copies = {Placement(mirror_x, Eigen::Vector2d(3, 4))};
   // In work coordinates x is negated, which is the y of the written axes.
-  EXPECT_EQ(write_out({PatternBegin{}, drill(1, 1, 2), PatternEnd{copies}}, info).body,
-            "M49,FV3\nM31\nX2.Y-1.\nX4.Y-3.M80M30\n");
+  EXPECT_THAT(write_out({PatternBegin{}, drill(1, 1, 2), PatternEnd{copies}}, info).text,
+              HasSubstr("M49,NOSA\nM31\nX2.Y-1.\nX4.Y-3.M80M30\n$\n"));
 }
 
 TEST(SiebMeyerWriter, ACopyBeginsWithEverythingSaidAnew) {

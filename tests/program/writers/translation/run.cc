@@ -110,7 +110,8 @@ Translation translate(const std::string& text, Dialect to, const WalkOptions& op
   const Program program = load_program({"p", text}, log);
   const Survey found = survey(program, walk, source, log);
   StringSink bytes;
-  ProgramWriterOptions writing{.allow_losses = true, .keeps_vision = true};
+  // With all digits: what is compared here is the work, not its rounding.
+  ProgramWriterOptions writing{.allow_losses = true, .keeps_vision = true, .resolution = um(0.001)};
   std::unique_ptr<ProgramWriter> writer;
   if (to == Dialect::Excellon) {
     writer = std::make_unique<ExcellonWriter>(bytes, writing);

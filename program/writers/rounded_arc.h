@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace panelcal {
+
+/// The centre of an arc between ends that were rounded, mm: the place nearest to `center_mm` that
+/// is equally far from both. Its own rounding then changes the radius by at most twice half a
+/// step's diagonal from one end to the other, which readers take for rounding.
+///
+/// In     ends apart; where they are one, the centre stays
+/// See    tests/program/writers/strict_digits_test.cc
+inline Eigen::Vector2d center_of_rounded(const Eigen::Vector2d& from_mm,
+                                         const Eigen::Vector2d& to_mm,
+                                         const Eigen::Vector2d& center_mm) {
+  const Eigen::Vector2d chord_mm = to_mm - from_mm;
+  if (!(chord_mm.norm() > 0)) return center_mm;
+  const Eigen::Vector2d along = chord_mm.normalized();
+  const Eigen::Vector2d middle_mm = from_mm + 0.5 * chord_mm;
+  return center_mm - along * along.dot(center_mm - middle_mm);
+}
+
+}  // namespace panelcal
