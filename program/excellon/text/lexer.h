@@ -80,6 +80,11 @@ struct Block {
   const Word* find(char letter) const;
 };
 
+/// The words [begin, end) of a block as a block of their own.
+///
+/// Precondition: begin < end <= n_words, and no comma
+Block part_of(const Block& block, std::size_t begin, std::size_t end);
+
 enum class LineKind : std::uint8_t {
   Empty,          ///< blank, or a comment
   PatternMark,    ///< a lone %
