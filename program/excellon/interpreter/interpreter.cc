@@ -187,7 +187,9 @@ void Interpreter::run_slashed(const SourceLine& line) {
   run_line(rest);
 }
 
-void Interpreter::run_words(const SourceLine& line) {
+void Interpreter::run_words(const SourceLine& whole) {
+  if (is_long_message(whole.text)) return long_message(whole);
+  const SourceLine line = without_blanks(whole);
   if (is_tool_link(line.text)) {
     emitter_.links().link(line.text);
     return emitter_.put(line.number, Setting{line.text});
@@ -195,7 +197,6 @@ void Interpreter::run_words(const SourceLine& line) {
   constexpr std::string_view kTextOffset = "CAN_TEXT_OFF";
   if (line.text.starts_with(kTextOffset)) return text_offset(line);
   if (is_header_word(line.text)) return header_word(line);
-  if (is_long_message(line.text)) return long_message(line);
   Block block;
   if (const auto fault = lex(line, block)) {
     reporter_.report(Code::BlockSyntax,

@@ -119,7 +119,7 @@ class Interpreter {
   void run_line(const SourceLine& line);
   bool run_plain_lines(std::size_t end);
   void run_slashed(const SourceLine& line);
-  void run_words(const SourceLine& line);
+  void run_words(const SourceLine& whole);
   void run_block(const Block& block);
   std::optional<std::size_t> second_block(const Block& block) const;
   void check_comment(const SourceLine& line);

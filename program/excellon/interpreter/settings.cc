@@ -172,9 +172,8 @@ void Interpreter::set_unit(const Block& block, LengthUnit unit) {
 void Interpreter::header_word(const SourceLine& line) {
   Block block;
   block.line = line.number;
-  block.column = line.column + static_cast<int>(line.text.find_first_not_of(" \t"));
-  block.text = line.text.substr(static_cast<std::size_t>(block.column - line.column));
-  block.text = block.text.substr(0, block.text.find_last_not_of(" \t") + 1);
+  block.column = line.column;
+  block.text = line.text;
   const auto [word, value] = split_header_command(block.text);
   const auto refuse = [&](Code code, std::string what, std::string expected) {
     reporter_.report(code, block.line, block.column, std::move(what), std::move(expected));

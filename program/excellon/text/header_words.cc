@@ -20,7 +20,7 @@ constexpr std::array kHeaderWords = {
 #include "program/excellon/text/header_words.def"
 };
 
-std::string_view without_blanks(std::string_view text) {
+std::string_view stripped(std::string_view text) {
   constexpr std::string_view kBlanks = " \t";
   const auto begin = text.find_first_not_of(kBlanks);
   if (begin == std::string_view::npos) return {};
@@ -71,8 +71,8 @@ std::string_view nearest_header_word(std::string_view word) {
 
 HeaderCommand split_header_command(std::string_view block) {
   const auto comma = block.find(',');
-  if (comma == std::string_view::npos) return {without_blanks(block), {}};
-  return {without_blanks(block.substr(0, comma)), without_blanks(block.substr(comma + 1))};
+  if (comma == std::string_view::npos) return {stripped(block), {}};
+  return {stripped(block.substr(0, comma)), stripped(block.substr(comma + 1))};
 }
 
 bool is_header_word(std::string_view block) {
@@ -86,7 +86,7 @@ bool is_header_word(std::string_view block) {
 
 HeaderAhead look_ahead(LineCursor cursor, bool may_rewind) {
   while (!cursor.at_end()) {
-    const std::string_view text = without_blanks(cursor.next().text);
+    const std::string_view text = stripped(cursor.next().text);
     if (text == "M48") return HeaderAhead::Start;
     if (is_header_word(text)) return HeaderAhead::Word;
     if (text.empty() || text.front() == ';' || is_set_up(text)) continue;
@@ -107,14 +107,14 @@ std::optional<std::pair<int, int>> digits_of_comment(std::string_view comment) {
   constexpr std::string_view kFile = "FILE_FORMAT";
   constexpr std::string_view kCam = "FORMAT={";
   if (const auto at = comment.find(kFile); at != std::string_view::npos) {
-    const std::string_view rest = without_blanks(comment.substr(at + kFile.size()));
+    const std::string_view rest = stripped(comment.substr(at + kFile.size()));
     if (!rest.starts_with('=')) return std::nullopt;
-    return digit_pair(without_blanks(rest.substr(1)));
+    return digit_pair(stripped(rest.substr(1)));
   }
   const auto at = comment.find(kCam);
   if (at == std::string_view::npos) return std::nullopt;
   const std::string_view body = comment.substr(at + kCam.size());
-  return digit_pair(without_blanks(body.substr(0, body.find_first_of("/}"))));
+  return digit_pair(stripped(body.substr(0, body.find_first_of("/}"))));
 }
 
 tl::expected<void, std::string> read_text_offset(std::string_view value,

@@ -145,6 +145,14 @@ LineKind kind_of(std::string_view line) {
   return LineKind::Words;
 }
 
+SourceLine without_blanks(const SourceLine& line) {
+  const auto first = static_cast<std::size_t>(
+      std::ranges::find_if_not(line.text, is_excellon_blank) - line.text.begin());
+  std::string_view text = line.text.substr(first);
+  while (!text.empty() && is_excellon_blank(text.back())) text.remove_suffix(1);
+  return {text, line.number, line.column + static_cast<int>(first)};
+}
+
 SourceLine without_slash(const SourceLine& line) {
   const auto slash = static_cast<int>(line.text.find('/'));
   return {

@@ -95,6 +95,9 @@ enum class LineKind : std::uint8_t {
 
 LineKind kind_of(std::string_view line);
 
+/// The line without blanks at either end, its column moved.
+SourceLine without_blanks(const SourceLine& line);
+
 /// The line behind the slash of block delete: `/X1Y1` as `X1Y1`, places kept.
 SourceLine without_slash(const SourceLine& line);
 

@@ -167,6 +167,12 @@ TEST(Spelling, TwoBlocksInALineAreReadOneAfterTheOther) {
               testing::Contains("p.exc:6:1: warning[notation-accepted]").Times(1));
 }
 
+/// What becomes blanks leaves blocks of all kinds as they are.
+TEST(Spelling, BlanksAtTheEndsOfABlockHaveNoMeaning) {
+  EXPECT_EQ(steps_of("N1 1/2 ;link\nN2 CAN_TEXT_OFF,1. (x)\nN3 ATC,ON ;a\nN4 T1\nX1.Y2.\nM30\n"),
+            steps_of("1/2\nCAN_TEXT_OFF,1.\nATC,ON\nT1\nX1.Y2.\nM30\n"));
+}
+
 TEST(Spelling, LinesWithTwoReadingsAreRefused) {
   EXPECT_THAT(briefs_of("T1\nX1.Y2.M30X5.Y5.\nM30\n"),
               testing::Contains(HasSubstr("error[block-not-alone]")));
