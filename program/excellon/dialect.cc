@@ -34,11 +34,13 @@ class ExcellonDialect final : public ProgramDialect {
   void read(Program& program, DiagnosticLog& log) const override {
     if (refuse_foreign(program, log)) return;
     const ReadOptions& reading = program.reading;
-    program.head =
+    const auto header =
         std::make_shared<Header>(read_header(program.source, reading.diameter_page, log));
+    program.head = header;
+    if (!header->calls_patterns) return;
     program.patterns = read_patterns(text_of(program), reading.pattern_folders);
     for (auto& [name, pattern] : program.patterns) {
-      std::string text = respell(pattern.bytes, Reporter(pattern.file, log));
+      std::string text = respell(pattern.bytes, Reporter(pattern.file, log)).text;
       if (!text.empty()) pattern.bytes = std::move(text);
     }
   }

@@ -471,10 +471,12 @@ class HeaderReader {
 Header read_header(const SourceText& source,
                    const std::vector<Tool>& diameter_page,
                    DiagnosticLog& log) {
-  std::string respelled = respell(source.bytes, Reporter(source.file, log));
-  const std::string_view bytes = respelled.empty() ? source.bytes : std::string_view(respelled);
+  Spelling spelling = respell(source.bytes, Reporter(source.file, log));
+  const std::string_view bytes =
+      spelling.text.empty() ? source.bytes : std::string_view(spelling.text);
   Header header = HeaderReader(source.file, bytes, diameter_page, log).read();
-  header.respelled = std::move(respelled);
+  header.calls_patterns = spelling.calls_patterns;
+  header.respelled = std::move(spelling.text);
   return header;
 }
 

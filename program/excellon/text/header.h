@@ -46,8 +46,9 @@ struct Header : ProgramHead {
   LinePlace body;             ///< the first line behind the header
   /// Options by header word, as stated: in the body another one would not be used.
   std::map<std::string, std::string, std::less<>> options;
-  int zero_line = 0;        ///< of Z
-  bool is_foreign = false;  ///< not-a-program: there is nothing to read or to walk through
+  int zero_line = 0;           ///< of Z
+  bool calls_patterns = true;  ///< false: the text has no M99
+  bool is_foreign = false;     ///< not-a-program: there is nothing to read or to walk through
   std::string respelled;  ///< the text in the manual's characters; empty: the source has no others
 
   NumberFormat number_format() const override { return format; }

@@ -9,6 +9,12 @@
 
 namespace panelcal::excellon {
 
+/// A program's text in the manual's characters.
+struct Spelling {
+  std::string text;            ///< empty: there is nothing to change
+  bool calls_patterns = true;  ///< false: it has no M99
+};
+
 /// Writes a program's text with the manual's characters where it is written with others that have
 /// one reading only: small letters, block numbers (`N10`), comments in brackets or behind a block
 /// (`X1Y1 ;drill`), NUL characters before and behind the program.
@@ -18,10 +24,9 @@ namespace panelcal::excellon {
 /// comment lines stay as they are, and so does a comment that may state a number format.
 ///
 /// In     reporter: notation-accepted, once for each kind
-/// Out    empty if there is nothing to change
-/// Cost   one look at each eight characters where there is nothing to change
+/// Cost   one look at each character, 16 at a time, where there is nothing to change
 /// See    tests/program/excellon/text/spelling_test.cc
-std::string respell(std::string_view bytes, const Reporter& reporter);
+Spelling respell(std::string_view bytes, const Reporter& reporter);
 
 /// The line that shows that a text is of another kind.
 struct ForeignText {

@@ -25,7 +25,7 @@ struct Respelled {
 /// The text in the manual's characters, also where it has no others.
 Respelled respelled(const std::string& text) {
   DiagnosticLog log;
-  Respelled out{respell(text, Reporter("p.exc", log)), {}};
+  Respelled out{respell(text, Reporter("p.exc", log)).text, {}};
   out.diagnostics = test::briefs(log);
   if (out.text.empty()) out.text = text;
   EXPECT_EQ(out.text.size(), text.size()) << "places must stay";
@@ -96,6 +96,14 @@ TEST(Spelling, TheManualsCharactersAreLeftAlone) {
   expect_as_it_is(
       "M48\r\nMETRIC,TZ,000.000\r\nT1C1.0F200S65\r\n%\r\n/X-1.5Y+2\r\nCAN_TEXT_OFF,1\r\n");
   expect_as_it_is("");
+}
+
+TEST(Spelling, KnowsWhetherAProgramCallsPatterns) {
+  DiagnosticLog log;
+  const Reporter reporter("p.exc", log);
+  EXPECT_FALSE(respell("; M98\nM48\nINCH,LZ\n%\nT1\nX1.Y1.\nM30\n", reporter).calls_patterns);
+  EXPECT_TRUE(respell("T1\nM99,LOGO\nX1.Y1.\nM30\n", reporter).calls_patterns);
+  EXPECT_TRUE(respell("t1\nm99,LOGO\nx1.y1.\nM30\n", reporter).calls_patterns);
 }
 
 // --- other kinds of text -------------------------------------------------------------------------
