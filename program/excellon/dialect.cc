@@ -2,29 +2,54 @@
 #include "program/excellon/dialect.h"
 
 #include <memory>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "program/excellon/interpreter/interpreter.h"
 #include "program/excellon/patterns/stored_patterns.h"
 #include "program/excellon/text/header.h"
+#include "program/excellon/text/spelling.h"
 
 namespace panelcal::excellon {
 namespace {
+
+bool refuse_foreign(Program& program, DiagnosticLog& log) {
+  const ForeignText foreign = find_foreign(program.source.bytes);
+  if (foreign.line == 0) return false;
+  const auto header = std::make_shared<Header>();
+  header->is_foreign = true;
+  program.head = header;
+  log.add({Code::NotAProgram,
+           {program.source.file, foreign.line, 1},
+           quoted(foreign.text) + " begins neither Excellon nor SIEB & MEYER",
+           "M48, or %%5000"});
+  return true;
+}
 
 class ExcellonDialect final : public ProgramDialect {
  public:
   Dialect id() const override { return Dialect::Excellon; }
   bool begins(std::string_view /*bytes*/) const override { return true; }
   void read(Program& program, DiagnosticLog& log) const override {
+    if (refuse_foreign(program, log)) return;
     const ReadOptions& reading = program.reading;
-    program.head =
+    const auto header =
         std::make_shared<Header>(read_header(program.source, reading.diameter_page, log));
-    program.patterns = read_patterns(program.source.bytes, reading.pattern_folders);
+    program.head = header;
+    if (!header->calls_patterns) return;
+    program.patterns = read_patterns(text_of(program), reading.pattern_folders);
+    for (auto& [name, pattern] : program.patterns) {
+      std::string text = respell(pattern.bytes, Reporter(pattern.file, log)).text;
+      if (!text.empty()) pattern.bytes = std::move(text);
+    }
   }
   bool has_reference_scaling() const override { return true; }
   std::optional<std::size_t> walk(const Program& program,
                                   const WalkOptions& options,
                                   Survey& survey,
                                   const WalkEnds& ends) const override {
+    if (header_of(program).is_foreign) return std::nullopt;
     Interpreter interpreter(
         program, options, survey, ends.measurements, ends.sink, ends.log, ends.trial);
     if (ends.asks_until) interpreter.end_at(*ends.asks_until);

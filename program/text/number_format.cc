@@ -3,6 +3,7 @@
 
 #include <array>
 #include <charconv>
+#include <cstddef>
 
 namespace panelcal {
 namespace {
@@ -11,6 +12,14 @@ constexpr int kMaxFormatDigits = 15;  // every integer of 15 digits is exact in 
 constexpr std::array<double, 23> kFormatPowers = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                                   1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
                                                   1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
+/// More digits than the format has are zeros on the left, and change nothing.
+bool is_padded(std::int64_t mantissa, const NumberFormat& format) {
+  return format.zeros == Zeros::TrailingKept && format.states_digits &&
+         static_cast<double>(mantissa) <
+             kFormatPowers.at(static_cast<std::size_t>(format.integer_digits) +
+                              static_cast<std::size_t>(format.decimal_digits));
+}
 
 }  // namespace
 
@@ -49,7 +58,8 @@ ParsedLength parse_length(std::string_view text, const NumberFormat& format) {
   if (n_behind_point >= 0) {
     exponent = n_behind_point;
   } else if (n_digits > format.integer_digits + format.decimal_digits) {
-    return {{}, NumberFault::TooManyDigits};
+    if (!is_padded(mantissa, format)) return {{}, NumberFault::TooManyDigits};
+    exponent = format.decimal_digits;
   } else if (format.zeros == Zeros::TrailingKept) {
     exponent = format.decimal_digits;
   } else {

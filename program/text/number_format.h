@@ -23,6 +23,9 @@ enum class Zeros : std::uint8_t {
 struct NumberFormat {
   LengthUnit unit = LengthUnit::Inch;
   Zeros zeros = Zeros::LeadingKept;
+  /// The digit counts are stated, not taken for granted: then a number that counts from the right
+  /// has one reading however many zeros stand to its left.
+  bool states_digits = false;
   int integer_digits = 2;
   int decimal_digits = 4;
 
@@ -39,7 +42,8 @@ struct ParsedLength {
 };
 
 /// Reads `[+-]digits[.digits]`; no digits at all mean zero (the manual's `XY`). A decimal point
-/// overrides the format's zeros and digit counts.
+/// overrides the format's zeros and digit counts. Zeros to the left of a number that counts from
+/// the right may exceed the digits, if these are stated.
 ParsedLength parse_length(std::string_view text, const NumberFormat& format);
 
 /// Digits of an unsigned whole number below 10^9; empty for anything else.

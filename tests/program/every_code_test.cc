@@ -55,6 +55,7 @@ class Collector {
     DiagnosticLog log;
     Program program = load_program({"p.exc", text}, log, reading);
     program.patterns.emplace("SELF", SourceText{"SELF", "M99,SELF\nXY\n"});
+    program.patterns.emplace("OFFS", SourceText{"OFFS.SS5", "@OFFS\nM31\nXY\nXYM50M30\n"});
     program.patterns.emplace("LOOP", SourceText{"LOOP.SS5", "@LOOP\nM99,LOOP\n"});
     NominalSource source;
     const Survey survey = panelcal::survey(program, options, source, probes, log);
@@ -108,10 +109,13 @@ void see_reading(Collector& collector) {
                            "X0.Y0.\n",
                            "M30\nT1\n",
                            "/X0.Y0.\n",
+                           "x0.Y0.\n",
+                           "ATC,ON\n",
                            "X9999.Y0.\n"}) {
     collector.see_body(body);
   }
   for (const char* text : {"T1\nX01Y01\n",
+                           "%5000\nX1.Y1.T1\n",
                            "X1.Y1.\n",
                            "M48\nFOO\n",
                            "M48\nZA\n%\n",
@@ -143,6 +147,8 @@ void see_motion(Collector& collector) {
                            "M60\n",
                            "G41\nG00X0.Y0.\n",
                            "T1\nG00X0.Y0.\nG41\nM15\nG01X1.\nM17\n",
+                           "G00X0.Y0.\nT0102\nG41\nM15\nG01X1.\nM17\n",
+                           "G82X1.Y4.\nX1.Y1.\nX4.Y3.\n",
                            "M47,ABCDEFGHIJKLMNOPQRSTU\n"}) {
     collector.see_body(body);
   }
@@ -196,6 +202,8 @@ void see_sieb_meyer(Collector& collector) {
                                   std::string("M31\nX1.Y1.T1\n"),
                                   std::string("M31\nX1.Y1.T1\nXYM50\nX2.\nX9.YM50M30\n"),
                                   std::string("M99,LOOP\n"),
+                                  std::string("T1\nM99,OFFS\n"),
+                                  std::string("T1Z2.\nG81I4.J1.\nG89\n"),
                                   std::string("X1.Y1.T1\nX2.G1F1.\n"),
                                   std::string("X1.Y1.T1T0\nX2.G1F1.\nT2\n"),
                                   std::string("X1.Y1.T1T0\nX2.G1F1.\nX2.\n"),

@@ -164,8 +164,10 @@ Expected<void> scan_value(Scanner& scanner, JsonMember& member) {
     member.value = true;
   } else if (scanner.take_word("false")) {
     member.value = false;
+  } else if (scanner.take_word("null")) {
+    member.value = std::monostate();
   } else {
-    return scanner.unexpected("a number, a text, true, false or an array of numbers");
+    return scanner.unexpected("a number, a text, true, false, null or an array of numbers");
   }
   return {};
 }
@@ -205,11 +207,11 @@ Expected<JsonLine> JsonLine::parse(std::string_view text, Place line) {
   if (!scanner.take('}')) {
     while (true) {
       PANELCAL_TRY(JsonMember member, scan_member(scanner));
-      if (parsed.has(member.key) || parsed.members_.size() == kMaxMembers) {
+      if (parsed.is_taken(member.key) || parsed.members_.size() == kMaxMembers) {
         return failure({Code::JsonSyntax,
                         {parsed.line_.file, parsed.line_.line, member.column},
                         "the key " + quoted(member.key) +
-                            (parsed.has(member.key) ? " appears twice" : " is one too many"),
+                            (parsed.is_taken(member.key) ? " appears twice" : " is one too many"),
                         fmt::format("each key once, and at most {}", kMaxMembers)});
       }
       parsed.members_.push_back(std::move(member));
@@ -236,9 +238,16 @@ Expected<void> JsonLine::check_keys(std::span<const std::string_view> known, Cod
   return {};
 }
 
+bool JsonLine::is_taken(std::string_view key) const {
+  return std::ranges::find(members_, key, &JsonMember::key) != members_.end();
+}
+
 const JsonMember* JsonLine::find(std::string_view key) const {
   const auto found = std::ranges::find(members_, key, &JsonMember::key);
-  return found == members_.end() ? nullptr : &*found;
+  if (found == members_.end() || std::holds_alternative<std::monostate>(found->value)) {
+    return nullptr;
+  }
+  return &*found;
 }
 
 Diagnostic JsonLine::missing(std::string_view key, Code code) const {

@@ -26,7 +26,8 @@ struct JsonNumber {
 struct JsonMember {
   std::string key;
   int column = 0;  ///< of the key
-  std::variant<JsonNumber, std::string, bool, std::vector<JsonNumber>> value;
+  /// std::monostate: null.
+  std::variant<JsonNumber, std::string, bool, std::vector<JsonNumber>, std::monostate> value;
   int value_column = 0;
   std::string_view raw;  ///< the value as written
 };
@@ -35,7 +36,8 @@ struct JsonMember {
 ///
 /// A reader of our own because general ones do not say where a value stands, and because a line
 /// that does not nest cannot overflow a stack. Columns count bytes from 1. Views the text it was
-/// parsed from.
+/// parsed from. A key whose value is null is as good as absent, which is how other programs write
+/// what they do not know.
 class JsonLine {
  public:
   /// Fails  json-syntax: the first place that RFC 8259, or a flat object, does not allow; a key
@@ -46,6 +48,7 @@ class JsonLine {
   Expected<void> check_keys(std::span<const std::string_view> known, Code code) const;
 
   bool has(std::string_view key) const { return find(key) != nullptr; }
+  /// Null if the key is absent or its value is null.
   const JsonMember* find(std::string_view key) const;
 
   // Each fails with `code` if the key is missing or its value is not of the kind.
@@ -74,6 +77,7 @@ class JsonLine {
  private:
   explicit JsonLine(Place line) : line_(std::move(line)) {}
   Expected<const JsonMember*> member(std::string_view key, Code code) const;
+  bool is_taken(std::string_view key) const;
 
   Place line_;
   std::vector<JsonMember> members_;

@@ -10,6 +10,14 @@
 
 namespace panelcal::excellon {
 
+namespace {
+
+bool has_sign(const Word& word) {
+  return word.number.starts_with('+') || word.number.starts_with('-');
+}
+
+}  // namespace
+
 // --- helpers -----------------------------------------------------------------------------------
 
 void Interpreter::report(Code code, const Block& block, const Word& word, std::string expected) {
@@ -42,7 +50,7 @@ void Interpreter::warn_format(const Block& block, const Word& word) {
   const auto n_digits =
       std::ranges::count_if(word.number, [](char c) { return c >= '0' && c <= '9'; });
   const bool is_full = n_digits == format_.integer_digits + format_.decimal_digits;
-  const bool knows_zeros = header_.states_zeros || is_full;
+  const bool knows_zeros = states_zeros_ || is_full;
   if (states_unit_ && knows_zeros) return;
   warned_format_ = true;
   reporter_.report(Code::FormatAssumed,
@@ -74,6 +82,16 @@ bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& o
   }
   value_mm = parsed.value.in_mm();
   const auto point = word.number.find('.');
+  const auto n_digits = static_cast<int>(word.number.size()) - (has_sign(word) ? 1 : 0);
+  const int n_most = format_.integer_digits + format_.decimal_digits;
+  if (point == std::string_view::npos && n_digits > n_most &&
+      !std::exchange(warned_padded_, true)) {
+    reporter_.report(Code::NotationAccepted,
+                     block.line,
+                     word.column,
+                     quoted(word.text()) + " has zeros beyond " + format_.summary(),
+                     fmt::format("at most {} digits", n_most));
+  }
   const double step_mm =
       point == std::string_view::npos
           ? rounding_mm()

@@ -7,6 +7,7 @@
 #include "program/excellon/patterns/stored_patterns.h"
 #include "program/excellon/patterns/text_engraving.h"
 #include "program/geometry/dot_font.h"
+#include <fmt/format.h>
 
 namespace panelcal::excellon {
 namespace {
@@ -105,9 +106,26 @@ void Interpreter::finish_cycle(const Block& block, const Pending& pending) {
                   *pending.first_mm, modal_.at_mm, pending.pitch_mm, pending.row_mm, rounding_mm());
     if (!holes) return refuse_cycle(block, block.words[0], holes.error());
     cycle.holes = *std::move(holes);
+    if (pending.command != Command::EightPin) check_rows(pending);
   }
   run_cycle(block, cycle);
   last_cycle_ = std::move(cycle);
+}
+
+/// Says that the rows of a package are not as far apart as its block says.
+void Interpreter::check_rows(const Pending& pending) {
+  const Eigen::Vector2d& corner_mm = *pending.first_mm;
+  if (has_row_spacing(corner_mm, modal_.at_mm, pending.row_mm, rounding_mm())) return;
+  const Eigen::Vector2d size_mm = (modal_.at_mm - corner_mm).cwiseAbs();
+  reporter_.report(Code::RowsContradicted,
+                   pending.line,
+                   1,
+                   fmt::format("{}: rows {:.6g} mm apart, corners {:.6g} by {:.6g} mm",
+                               quoted(pending.text),
+                               pending.row_mm,
+                               size_mm.x(),
+                               size_mm.y()),
+                   "corners as far apart as the rows, in x or in y");
 }
 
 /// X#Y#G84X#, X#Y#G85X#Y# and X#Y#G87X#Y#Z-#U#; `i_code` is the code's word.

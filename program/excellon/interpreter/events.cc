@@ -40,7 +40,7 @@ void Interpreter::end_program(const Block& block, std::span<const Word> words, S
   ended_ = true;
   has_end_ = true;
   if (!is_whole_end(block, words)) {
-    reporter_.report_end_missing(program_.source.bytes, end_codes() + " and a line end");
+    reporter_.report_end_missing(text_, end_codes() + " and a line end");
   }
   if (refuse_while_plunged(block)) return;
   vision_.end_program(block.line);
@@ -50,8 +50,7 @@ void Interpreter::end_program(const Block& block, std::span<const Word> words, S
 /// A text that stops in its last line may have been cut off there: `M0` comes of M08, `M30X1` of
 /// M30X10. Only the end by itself needs no line end.
 bool Interpreter::is_whole_end(const Block& block, std::span<const Word> words) const {
-  const std::string_view bytes = program_.source.bytes;
-  if (cursor_.offset() < bytes.size() || ends_in_line_end(bytes)) return true;
+  if (cursor_.offset() < text_.size() || ends_in_line_end(text_)) return true;
   return words.empty() && block.words[block.n_words - 1].number.size() == 2;
 }
 
@@ -73,14 +72,13 @@ void Interpreter::end_without_mark() {
   }
   vision_.end_program(line);
   if (vision_.must_stop()) return;
-  const std::string_view bytes = program_.source.bytes;
   const bool is_complete =
-      ends_in_line_end(bytes) && bytes.find_first_not_of(" \t\r\n") != bytes.npos;
+      ends_in_line_end(text_) && text_.find_first_not_of(" \t\r\n") != text_.npos;
   if (!program_.reading.accepts_unterminated || !is_complete) {
-    return reporter_.report_end_missing(bytes, end_codes());
+    return reporter_.report_end_missing(text_, end_codes());
   }
   reporter_.report(
-      Code::EndAccepted, line, 0, quoted(last_line(bytes).text) + " is the last line", end_codes());
+      Code::EndAccepted, line, 0, quoted(last_line(text_).text) + " is the last line", end_codes());
   emitter_.put(line - 1, Stop{.kind = StopKind::EndAccepted});
 }
 

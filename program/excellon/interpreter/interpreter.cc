@@ -27,6 +27,7 @@ Interpreter::Interpreter(const Program& program,
                          TrialExecution* trial)
     : program_(program),
       header_(header_of(program)),
+      text_(text_of(program)),
       options_(options),
       trial_(trial),
       reporter_(
@@ -38,12 +39,13 @@ Interpreter::Interpreter(const Program& program,
       emitter_(header_.tools, options, place_, vision_.corrections(), reporter_, sink),
       set_(header_.set),
       deletes_blocks_(program.deletes_blocks()),
-      cursor_(program.source.bytes, header_.body),
+      cursor_(text_, header_.body),
       format_(header_.format),
       plain_(format_),
       axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
-      body_rules_(header_.body_rules) {
+      body_rules_(header_.body_rules),
+      states_zeros_(header_.states_zeros) {
   modal_.incremental = header_.incremental;
   modal_.text_offset = header_.text_offset;
   states_unit_ = header_.states_format;
@@ -63,7 +65,7 @@ Interpreter::Interpreter(const Program& program,
 
 void Interpreter::end_at(std::size_t offset) {
   ends_early_ = true;
-  cursor_ = LineCursor(std::string_view(program_.source.bytes).substr(0, offset), header_.body);
+  cursor_ = LineCursor(text_.substr(0, offset), header_.body);
 }
 
 void Interpreter::run() {
@@ -83,7 +85,7 @@ void Interpreter::pass_on_header() {
     emitter_.put(setting.line, Setting{setting.text, SettingKind::Header});
   }
   if (header_.zero_set) {
-    emitter_.put(header_.end_line,
+    emitter_.put(header_.end_line > 0 ? header_.end_line : header_.zero_line,
                  ZeroSet{displacement_mm<frame::Machine>(frame_(*header_.zero_set).in_mm()),
                          place_.work_zero});
   }
@@ -107,7 +109,7 @@ void Interpreter::check_rest() {
 void Interpreter::run_line(const SourceLine& line) {
   switch (kind_of(line.text)) {
     case LineKind::Empty:
-      return;
+      return check_comment(line);
     case LineKind::PatternMark:
       run_section(line.number);
       break;
@@ -185,14 +187,16 @@ void Interpreter::run_slashed(const SourceLine& line) {
   run_line(rest);
 }
 
-void Interpreter::run_words(const SourceLine& line) {
+void Interpreter::run_words(const SourceLine& whole) {
+  if (is_long_message(whole.text)) return long_message(whole);
+  const SourceLine line = without_blanks(whole);
   if (is_tool_link(line.text)) {
     emitter_.links().link(line.text);
     return emitter_.put(line.number, Setting{line.text});
   }
   constexpr std::string_view kTextOffset = "CAN_TEXT_OFF";
   if (line.text.starts_with(kTextOffset)) return text_offset(line);
-  if (is_long_message(line.text)) return long_message(line);
+  if (is_header_word(line.text)) return header_word(line);
   Block block;
   if (const auto fault = lex(line, block)) {
     reporter_.report(Code::BlockSyntax,
@@ -206,6 +210,64 @@ void Interpreter::run_words(const SourceLine& line) {
     reporter_.report(Code::BlockSyntax, line.number, block.column, quoted(block.text), "a command");
     return;
   }
+  const auto i_second = second_block(block);
+  if (!i_second) return run_block(block);
+  const Block begin = part_of(block, 0, *i_second);
+  const Block end = part_of(block, *i_second, block.n_words);
+  if (!std::exchange(warned_split_, true)) {
+    reporter_.report(
+        Code::NotationAccepted,
+        block.line,
+        block.column,
+        quoted(block.text) + " is read as " + quoted(begin.text) + " and " + quoted(end.text),
+        "two blocks");
+  }
+  run_block(begin);
+  if (!has_ended()) run_block(end);
+}
+
+/// The first word of what should be a block of its own: X and Y behind T# or G05, M06 behind T#,
+/// and the end of the program behind X and Y. In another order the manual has another meaning for
+/// them, as for M30X#Y#.
+std::optional<std::size_t> Interpreter::second_block(const Block& block) const {
+  if (block.arguments_column != 0 || block.n_words < 2) return std::nullopt;
+  const auto is_place = [&](std::size_t begin, std::size_t end) {
+    return begin < end && std::ranges::all_of(block.all().subspan(begin, end - begin), [](auto& w) {
+             return w.letter == 'X' || w.letter == 'Y';
+           });
+  };
+  const std::size_t n = block.n_words;
+  const Word& first = block.words[0];
+  const Word& last = block.words[n - 1];
+  if (first.letter == 'T') {
+    constexpr std::string_view kData = "CFSBHZ";
+    std::size_t i = 1;
+    while (i < n && kData.find(block.words[i].letter) != std::string_view::npos) ++i;
+    const bool is_stop = i + 1 == n && command(last) == Command::OptionalStop;
+    return is_stop || is_place(i, n) ? std::optional(i) : std::nullopt;
+  }
+  if (command(first) == Command::DrillMode && first.number == "05" && is_place(1, n)) return 1;
+  const auto code = command(last);
+  const bool ends = code == Command::EndRewind || code == Command::EndNoRewind;
+  return ends && is_place(0, n - 1) ? std::optional(n - 1) : std::nullopt;
+}
+
+/// A comment that states other digits than those in force: two files may have been joined. Digits
+/// that METRIC states rule over comments.
+void Interpreter::check_comment(const SourceLine& line) {
+  const auto digits = digits_of_comment(line.text);
+  if (!digits || (format_.states_digits && !header_.states_digits) ||
+      *digits == std::pair(format_.integer_digits, format_.decimal_digits)) {
+    return;
+  }
+  reporter_.report(Code::ArgumentInvalid,
+                   line.number,
+                   line.column,
+                   quoted(line.text) + " contradicts " + format_.summary(),
+                   "one number format for the whole program");
+}
+
+void Interpreter::run_block(const Block& block) {
   const Word& first = block.words[0];
   if (block.arguments_column != 0 && !takes_arguments(command(first))) {
     reporter_.report(Code::BlockNotAlone,

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "program/excellon/patterns/canned_cycles.h"
 #include "program/excellon/patterns/step_repeat.h"
@@ -118,7 +119,10 @@ class Interpreter {
   void run_line(const SourceLine& line);
   bool run_plain_lines(std::size_t end);
   void run_slashed(const SourceLine& line);
-  void run_words(const SourceLine& line);
+  void run_words(const SourceLine& whole);
+  void run_block(const Block& block);
+  std::optional<std::size_t> second_block(const Block& block) const;
+  void check_comment(const SourceLine& line);
   void run_code(const Block& block);
   void run_command(const Block& block, Command command);
   void run_without_operands(const Block& block, Command command);
@@ -158,6 +162,7 @@ class Interpreter {
   void rate(const Block& block);
   void set_zero(const Block& block);
   void set_unit(const Block& block, LengthUnit unit);
+  void header_word(const SourceLine& line);
 
   // events.cc
   void stop(const Block& block, std::span<const Word> words, StopKind kind);
@@ -193,6 +198,7 @@ class Interpreter {
   void begin_cycle(const Block& block, Command command);
   void take_corner(const Block& block);
   void finish_cycle(const Block& block, const Pending& pending);
+  void check_rows(const Pending& pending);
   void inline_cycle(const Block& block, std::size_t i_code, Command command);
   bool make_holes(const Block& block, const Word& word, Cycle& cycle);
   void run_cycle(const Block& block, const Cycle& cycle);
@@ -226,6 +232,7 @@ class Interpreter {
 
   const Program& program_;
   const Header& header_;
+  const std::string_view text_;  ///< of the program
   const WalkOptions& options_;
   TrialExecution* trial_;
   Reporter reporter_;
@@ -245,6 +252,8 @@ class Interpreter {
   std::optional<Cycle> last_cycle_;
   std::optional<Tool> tool_;
   std::optional<int> compensation_index_;
+  /// The T# that changed the compensation index behind the G00 in force.
+  std::optional<std::pair<Place, std::string>> late_index_;
   std::map<int, bool> body_hits_off_;  ///< H without a number
   std::map<int, Tool> body_tools_;     ///< their data in the body, as far as it rules
   std::set<int> undefined_tools_;
@@ -258,6 +267,9 @@ class Interpreter {
   bool states_unit_ = false;    ///< in the header, or by M71 or M72
   bool warned_format_ = false;  ///< or nothing is to be warned of
   bool warned_slash_ = false;
+  bool warned_split_ = false;   ///< two blocks in a line
+  bool warned_padded_ = false;  ///< zeros beyond the format's digits
+  bool states_zeros_;           ///< in the header, or by INCH or METRIC in the body
   bool reported_no_tool_ = false;
   bool ended_ = false;       ///< nothing more is executed
   bool has_end_ = false;     ///< because the program said so

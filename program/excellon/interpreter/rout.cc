@@ -41,6 +41,7 @@ void Interpreter::start_motion(const Block& block, Motion motion) {
     }
     modal_.side = CompensationSide::Off;
     modal_.has_start = false;
+    late_index_.reset();
   } else if (modal_.motion == Motion::Drill) {
     return report(Code::CommandMisplaced, block, block.words[0], "rout mode: G00X#Y# before it");
   }
@@ -134,6 +135,14 @@ void Interpreter::plunge(const Block& block, PlungeKind kind) {
   if (!has_tool(block.line)) return;
   is_plunged_ = true;
   modal_.has_routed = true;
+  if (late_index_ && modal_.side != CompensationSide::Off) {
+    const auto& [place, text] = *late_index_;
+    reporter_.report(Code::CompensationLate,
+                     place.line,
+                     place.column,
+                     quoted(text) + " behind the G00 of its contour",
+                     "T#(#), then G00X#Y#");
+  }
   emitter_.plunge(block.line, kind, modal_.side, compensation_value());
 }
 

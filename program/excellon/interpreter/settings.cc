@@ -37,8 +37,13 @@ void Interpreter::select_tool(const Block& block) {
   const auto read =
       read_tool_block(block, {format_, &header_.tools, program_.reading.diameter_page}, reporter_);
   if (!read) return;
+  const auto index = [this] { return compensation_index_.value_or(tool_ ? tool_->number : 0); };
+  const int index_before = index();
   tool_ = known_tool(block, *read);
   compensation_index_ = read->compensation_index;
+  if (modal_.motion != Motion::Drill && index() != index_before) {
+    late_index_.emplace(Place{reporter_.file(), block.line, block.column}, block.text);
+  }
   emitter_.take(block.line, {*tool_, read->compensation_index});
 }
 
@@ -63,7 +68,7 @@ Tool Interpreter::known_tool(const Block& block, const ToolBlock& read) {
   const Tool header = is_defined ? defined->second : Tool{.number = number};
   if (!body_rules_) {
     const bool contradicts = leave_to(header, body_rates_, said);
-    if (contradicts) {
+    if (contradicts || (read.turns_hits_off && is_limited)) {
       report(Code::ToolDataIgnored, block, block.words[0], "the header's data, which are used");
     }
   }
@@ -154,9 +159,63 @@ void Interpreter::set_unit(const Block& block, LengthUnit unit) {
   }
   format_.unit = unit;
   if (!header_.states_digits) {
+    format_.states_digits = false;
     format_.integer_digits = unit == LengthUnit::Inch ? 2 : 3;
     format_.decimal_digits = unit == LengthUnit::Inch ? 4 : 3;
   }
+  plain_ = PlainReader(format_);
+}
+
+/// A header command in the body: "there is no harm done" if the header says the same, and what it
+/// says otherwise is not used. What changes places holds only before the first one.
+/// Source CNC-7 manual, Duplicate Commands; Keyboard and Header Commands vs. Body Commands
+void Interpreter::header_word(const SourceLine& line) {
+  Block block;
+  block.line = line.number;
+  block.column = line.column;
+  block.text = line.text;
+  const auto [word, value] = split_header_command(block.text);
+  const auto refuse = [&](Code code, std::string what, std::string expected) {
+    reporter_.report(code, block.line, block.column, std::move(what), std::move(expected));
+  };
+  if (refuse_pending(block.line, block.text)) return;
+  const bool states_unit = word == "INCH" || word == "METRIC";
+  if (const auto known = header_.options.find(word); known != header_.options.end()) {
+    const bool is_same = known->second == value || (states_unit && value.empty());
+    // Behind another G90 or G91 it would switch back, or change nothing.
+    if (is_same && (word != "ICI" || modal_.incremental == header_.incremental)) return;
+    return refuse(Code::ArgumentInvalid,
+                  quoted(block.text) + " behind " + quoted(known->first + "," + known->second),
+                  "one option, in the header");
+  }
+  const LengthUnit unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
+  const Zeros zeros = value == "TZ" ? Zeros::TrailingKept : Zeros::LeadingKept;
+  if (states_unit && ((states_unit_ && unit != format_.unit) ||
+                      (states_zeros_ && !value.empty() && zeros != format_.zeros))) {
+    return refuse(Code::ArgumentInvalid,
+                  quoted(block.text) + " contradicts " + format_.summary(),
+                  "one number format for the whole program");
+  }
+  const bool is_known_value =
+      states_unit     ? value.empty() || value == "LZ" || value == "TZ"
+      : word == "ICI" ? value == "ON" || value == "OFF"
+                      : kind_of_header_word(word) == HeaderWordKind::Passed && value != "T";
+  if (!is_known_value || in_pattern_ || in_stored_pattern_ || is_plunged_ ||
+      (states_unit && has_motion_)) {
+    return refuse(Code::CommandMisplaced, quoted(block.text), "it between M48 and %");
+  }
+  refuse(Code::HeaderWordInBody, quoted(block.text), "it between M48 and %");
+  if (word == "ICI") {
+    modal_.incremental = value == "ON";
+    return;
+  }
+  if (!states_unit) return emitter_.put(block.line, Setting{block.text});
+  block.words[0] = {word.front(), block.column, word.substr(1)};
+  block.n_words = 1;
+  set_unit(block, unit);
+  if (value.empty()) return;
+  format_.zeros = zeros;
+  states_zeros_ = true;
   plain_ = PlainReader(format_);
 }
 

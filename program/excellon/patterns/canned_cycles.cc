@@ -84,6 +84,14 @@ Cycle<HoleSequence> dual_in_line(const Eigen::Vector2d& corner_a_mm,
   return HoleSequence::rows(corner_a_mm, a_end_mm, corner_b_mm, b_end_mm, n);
 }
 
+bool has_row_spacing(const Eigen::Vector2d& corner_a_mm,
+                     const Eigen::Vector2d& corner_b_mm,
+                     double row_mm,
+                     double rounding_mm) {
+  const Eigen::Array2d size_mm = (corner_b_mm - corner_a_mm).cwiseAbs();
+  return (size_mm - row_mm).abs().minCoeff() <= rounding_mm + kCycleNoise_mm;
+}
+
 Cycle<HoleSequence> eight_pin(const Eigen::Vector2d& a_mm,
                               const Eigen::Vector2d& b_mm,
                               double rounding_mm) {

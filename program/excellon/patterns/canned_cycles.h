@@ -31,6 +31,12 @@ Cycle<HoleSequence> dual_in_line(const Eigen::Vector2d& corner_a_mm,
                                  double row_mm,
                                  double rounding_mm);
 
+/// True if the corners of a G82 are row_mm apart in x or in y, as the rows should be.
+bool has_row_spacing(const Eigen::Vector2d& corner_a_mm,
+                     const Eigen::Vector2d& corner_b_mm,
+                     double row_mm,
+                     double rounding_mm);
+
 /// G83: eight holes, 45 degrees apart, on the circle through two opposite ones, beginning at a.
 ///
 /// Fails  the two holes in one place, or not on a horizontal or vertical line (within rounding_mm)

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/excellon/text/header.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "program/excellon/text/lexer.h"
+#include "program/excellon/text/spelling.h"
 #include "program/excellon/text/tools.h"
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
@@ -15,42 +15,10 @@
 namespace panelcal::excellon {
 namespace {
 
-enum class WordKind { Handled, Passed, Refused };
-
-struct HeaderWord {
-  std::string_view word;
-  WordKind kind;
-};
-
-constexpr std::array kHeaderWords = {
-#define EXCELLON_HEADER_WORD(word, command_class, effect, kind) HeaderWord{word, WordKind::kind},
-#include "program/excellon/text/header_words.def"
-};
-
 std::string_view trim(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t");
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
-
-/// Digits before and behind a separator: `3:3`, `000.000` (there the zeros are counted).
-std::optional<std::pair<int, int>> digit_pair(std::string_view text) {
-  const auto colon = text.find(':');
-  if (colon == std::string_view::npos) return std::nullopt;
-  const auto before = parse_count(text.substr(0, colon));
-  const auto behind = parse_count(text.substr(colon + 1));
-  if (!before || !behind || *before > 6 || *behind > 6 || *before + *behind == 0) {
-    return std::nullopt;
-  }
-  return std::pair{*before, *behind};
-}
-
-bool is_digit_mask(std::string_view text) {
-  const auto point = text.find('.');
-  return point != std::string_view::npos && point >= 1 && point <= 6 &&
-         text.size() - point - 1 >= 1 && text.size() - point - 1 <= 6 &&
-         text.find_first_not_of("0.") == std::string_view::npos &&
-         text.find('.', point + 1) == std::string_view::npos;
 }
 
 /// With a decimal point, which any reader takes alike whatever its zeros and digits.
@@ -62,37 +30,96 @@ std::string with_point(double value) {
 
 class HeaderReader {
  public:
-  HeaderReader(const SourceText& source, const std::vector<Tool>& diameter_page, DiagnosticLog& log)
-      : cursor_(source.bytes), reporter_(source.file, log), diameter_page_(diameter_page) {}
+  HeaderReader(const std::string& file,
+               std::string_view bytes,
+               const std::vector<Tool>& diameter_page,
+               DiagnosticLog& log)
+      : cursor_(bytes), reporter_(file, log), diameter_page_(diameter_page) {}
 
   Header read() {
-    if (!find_start()) return std::move(header_);
+    while (true) {
+      const HeaderAhead ahead = look_ahead(cursor_, !has_read_);
+      if (ahead == HeaderAhead::None) break;
+      read_up_to(ahead);
+      has_read_ = true;
+      if (ahead == HeaderAhead::Start) read_between_marks();
+    }
+    find_body();
+    return std::move(header_);
+  }
+
+ private:
+  /// Reads lines up to M48, or up to a header command outside the header.
+  void read_up_to(HeaderAhead ahead) {
+    while (true) {
+      const SourceLine line = cursor_.next();
+      const std::string_view text = trim(line.text);
+      if (text.empty() || text == "%") continue;
+      if (text.front() == ';') {
+        read_comment(line.number, text);
+        continue;
+      }
+      if (text == "M48") {
+        if (std::exchange(start_line_, line.number) != 0) warn_outside(line, text);
+        return;
+      }
+      const bool is_word = is_header_word(text);
+      if (!is_word || !is_stated(line, text)) {
+        warn_outside(line, text);
+        read_line(line, text);
+      }
+      if (is_word && ahead == HeaderAhead::Word) return;
+    }
+  }
+
+  void warn_outside(const SourceLine& line, std::string_view text) {
+    reporter_.report(Code::HeaderWordInBody,
+                     line.number,
+                     column_of(line, text),
+                     quoted(text),
+                     text == "M48" ? "one header" : "it between M48 and %");
+  }
+
+  /// An option that the header has as well changes nothing; another one would not be used.
+  bool is_stated(const SourceLine& line, std::string_view text) {
+    const HeaderCommand command = split_header_command(text);
+    const auto known = header_.options.find(command.word);
+    if (known == header_.options.end()) return false;
+    const bool states_unit = command.word == "INCH" || command.word == "METRIC";
+    if (known->second == command.value || (states_unit && command.value.empty())) return true;
+    reporter_.report(Code::ArgumentInvalid,
+                     line.number,
+                     column_of(line, text),
+                     quoted(text) + " behind " + quoted(known->first + "," + known->second),
+                     "one option, in the header");
+    return true;
+  }
+
+  static int column_of(const SourceLine& line, std::string_view text) {
+    return static_cast<int>(text.data() - line.text.data()) + line.column;
+  }
+
+  void read_between_marks() {
     while (!cursor_.at_end()) {
       const SourceLine line = cursor_.next();
       const std::string_view text = trim(line.text);
       if (text == "%" || text == "M95") {
         header_.end_line = line.number;
         header_.stops_at_end = text == "%";
-        return finish();
+        return;
       }
       read_line(line, text);
     }
     reporter_.report(Code::HeaderUnclosed, start_line_, 1, "", "% or M95");
-    return finish();
   }
 
- private:
-  Header finish() {
+  /// Without a header the body begins at the first block, or behind a rewind stop; comments before
+  /// it count.
+  void find_body() {
     header_.body = cursor_.place();
-    return std::move(header_);
-  }
-
-  /// Moves behind M48. Without one the body begins at the first line; a % there is a rewind stop,
-  /// which some CAM systems also put before M48.
-  bool find_start() {
-    bool has_mark = false;
-    while (!cursor_.at_end()) {
-      if (!has_mark) header_.body = cursor_.place();
+    bool may_rewind = true;
+    while (!has_read_ && !cursor_.at_end()) {
+      if (may_rewind) header_.body = cursor_.place();
       const SourceLine line = cursor_.next();
       const std::string_view text = trim(line.text);
       if (text.empty()) continue;
@@ -100,20 +127,14 @@ class HeaderReader {
         read_comment(line.number, text);
         continue;
       }
-      if (text == "%" && !has_mark) {
-        has_mark = true;
-        header_.body = cursor_.place();
-        continue;
-      }
-      start_line_ = line.number;
-      return text == "M48";
+      if (text != "%" || !std::exchange(may_rewind, false)) return;
+      header_.body = cursor_.place();
     }
-    return false;
   }
 
   void read_line(const SourceLine& line, std::string_view text) {
     if (text.empty()) return;
-    const int column = static_cast<int>(text.data() - line.text.data()) + 1;
+    const int column = column_of(line, text);
     if (text.front() == ';') return read_comment(line.number, text);
     if (text.front() == 'T' && text.size() > 1 && text[1] >= '0' && text[1] <= '9') {
       return read_tool(line);
@@ -127,7 +148,6 @@ class HeaderReader {
         std::string_view("+-.0123456789").find(text[1]) != std::string_view::npos) {
       return pass_on(line.number, text);
     }
-    // CAM systems write some of the body's modes into the header.
     if (text == "G90" || text == "G91") {
       header_.incremental = text == "G91";
       return;
@@ -135,11 +155,28 @@ class HeaderReader {
     if (text == "M71" || text == "M72") {
       return read_unit(line.number, column, text == "M71" ? "METRIC" : "INCH", {});
     }
+    const bool is_spaced = text.find_first_of(" \t") != std::string_view::npos;
+    if (is_spaced && text.find(';') == std::string_view::npos && is_header_word(text)) {
+      return read_spaced(line.number, column, text);
+    }
     const auto comma = text.find(',');
     const std::string_view word = text.substr(0, comma);
     const std::string_view value =
         comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
     read_word(line.number, column, text, word, value);
+  }
+
+  /// `METRIC, TZ`.
+  void read_spaced(int line, int column, std::string_view text) {
+    std::string squeezed(text);
+    std::erase_if(squeezed, [](char c) { return c == ' ' || c == '\t'; });
+    reporter_.report(Code::NotationAccepted,
+                     line,
+                     column,
+                     quoted(text) + " is read as " + quoted(squeezed),
+                     "no blanks in a header command");
+    const HeaderCommand command = split_header_command(squeezed);
+    read_word(line, column, squeezed, command.word, command.value);
   }
 
   /// Block delete, in the header only by the header's own switch.
@@ -158,20 +195,22 @@ class HeaderReader {
 
   void read_word(
       int line, int column, std::string_view text, std::string_view word, std::string_view value) {
-    const auto known = std::ranges::find(kHeaderWords, word, &HeaderWord::word);
-    if (known == kHeaderWords.end()) return report_unknown(line, column, word);
+    const auto kind = kind_of_header_word(word);
+    if (!kind) return report_unknown(line, column, word);
+    // Resets and rows of tables are no options.
+    if (word != "R" && word != "CP") header_.options.insert_or_assign(std::string(word), value);
     const int value_column = column + static_cast<int>(word.size()) + 1;
-    switch (known->kind) {
-      case WordKind::Passed:
+    switch (*kind) {
+      case HeaderWordKind::Passed:
         return pass_on(line, text);
-      case WordKind::Refused:
+      case HeaderWordKind::Refused:
         reporter_.report(Code::NotSupported,
                          line,
                          column,
                          quoted(text) + " may move a zero in a way that the manual does not state",
                          "the zero set at the machine, or G93X#Y#");
         return;
-      case WordKind::Handled:
+      case HeaderWordKind::Handled:
         break;
     }
     if (word == "INCH" || word == "METRIC") return read_unit(line, column, word, value);
@@ -232,7 +271,10 @@ class HeaderReader {
     if (!is_point) return bad(line, column, value, "X#Y#");
     out = displacement_mm<frame::Programmed>(zero_mm);
     has_dimension_ = true;
-    if (&out != &header_.zero_correction) return;  // the zero set is an operation of its own
+    if (&out != &header_.zero_correction) {  // the zero set is an operation of its own
+      header_.zero_line = line;
+      return;
+    }
     const Eigen::Vector2d written = zero_mm / header_.format.one_unit().in_mm();
     pass_on(line, fmt::format("ZC,X{}Y{}", with_point(written.x()), with_point(written.y())));
   }
@@ -267,9 +309,7 @@ class HeaderReader {
   }
 
   void report_unknown(int line, int column, std::string_view word) {
-    std::array<std::string_view, kHeaderWords.size()> words;
-    std::ranges::transform(kHeaderWords, words.begin(), &HeaderWord::word);
-    const std::string_view near = nearest_word(word, words);
+    const std::string_view near = nearest_header_word(word);
     reporter_.report(Code::HeaderWordUnknown,
                      line,
                      column,
@@ -280,6 +320,7 @@ class HeaderReader {
 
   void read_unit(int line, int column, std::string_view word, std::string_view value) {
     NumberFormat& format = header_.format;
+    if (unit_word_ == word && value.empty()) return;
     if (!unit_word_.empty() && unit_word_ != word) {
       reporter_.report(Code::ArgumentInvalid,
                        line,
@@ -287,7 +328,7 @@ class HeaderReader {
                        quoted(word) + " contradicts the " + unit_word_ + " before it",
                        "one unit for the whole program");
     }
-    if (has_dimension_) {
+    if (has_dimension_ && unit_word_ != word) {
       reporter_.report(Code::ArgumentInvalid,
                        line,
                        column,
@@ -296,21 +337,18 @@ class HeaderReader {
     }
     unit_word_ = word;
     format.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
-    if (!digits_from_hint_) default_digits();
+    if (!digits_from_hint_ && !has_digit_mask_) default_digits();
     header_.states_format = true;
     header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(word);
     int value_column = column + static_cast<int>(word.size()) + 1;
     while (!value.empty()) {
       const auto comma = value.find(',');
       const std::string_view part = value.substr(0, comma);
-      if (part == "LZ") {
-        format.zeros = Zeros::LeadingKept;
-        has_zeros_word_ = header_.states_zeros = true;
-      } else if (part == "TZ") {
-        format.zeros = Zeros::TrailingKept;
+      if (part == "LZ" || part == "TZ") {
+        format.zeros = part == "LZ" ? Zeros::LeadingKept : Zeros::TrailingKept;
         has_zeros_word_ = header_.states_zeros = true;
       } else if (is_digit_mask(part)) {
-        has_digit_mask_ = true;
+        has_digit_mask_ = format.states_digits = true;
         format.integer_digits = static_cast<int>(part.find('.'));
         format.decimal_digits = static_cast<int>(part.size()) - format.integer_digits - 1;
       } else {
@@ -330,14 +368,10 @@ class HeaderReader {
   /// CAM systems say in comments what their header does not: `;FILE_FORMAT=4:4` and
   /// `; FORMAT={3:3/ absolute / metric / suppress leading zeros}`.
   void read_comment(int line, std::string_view text) {
-    if (const auto at = text.find("FILE_FORMAT="); at != std::string_view::npos) {
-      take_digits(line, trim(text.substr(at + 12)), text);
-      return;
-    }
+    take_digits(line, text);
     const auto at = text.find("FORMAT={");
-    if (at == std::string_view::npos) return;
+    if (at == std::string_view::npos || text.find("FILE_FORMAT") != std::string_view::npos) return;
     const std::string_view body = text.substr(at + 8, text.find('}', at) - at - 8);
-    take_digits(line, trim(body.substr(0, body.find('/'))), text);
     take_unit(line, body, text);
     const bool suppress_leading = body.find("suppress leading") != std::string_view::npos;
     const bool suppress_trailing = body.find("suppress trailing") != std::string_view::npos;
@@ -365,14 +399,14 @@ class HeaderReader {
     header_.format.decimal_digits = is_inch ? 4 : 3;
   }
 
-  void take_digits(int line, std::string_view digits, std::string_view comment) {
-    const auto pair = digit_pair(digits);
+  void take_digits(int line, std::string_view comment) {
+    const auto pair = digits_of_comment(comment);
     // `-:-` says that every number has its point; the header's own digits rule over a comment.
     if (!pair || has_digit_mask_) return;
     header_.format.integer_digits = pair->first;
     header_.format.decimal_digits = pair->second;
     header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(comment);
-    header_.states_digits = true;
+    header_.states_digits = header_.format.states_digits = true;
     digits_from_hint_ = true;
   }
 
@@ -424,6 +458,7 @@ class HeaderReader {
   const std::vector<Tool>& diameter_page_;
   Header header_;
   int start_line_ = 0;
+  bool has_read_ = false;  ///< a header, or a command of it
   bool digits_from_hint_ = false;
   bool has_zeros_word_ = false;
   bool has_dimension_ = false;
@@ -433,39 +468,25 @@ class HeaderReader {
 
 }  // namespace
 
-std::vector<HeaderWordInfo> header_word_table() {
-  using enum CommandClass;
-  constexpr std::array<std::string_view, 3> kKinds = {"handled", "passed", "refused"};
-  return {
-#define EXCELLON_HEADER_WORD(word, command_class, effect, kind) \
-  HeaderWordInfo{word, command_class, effect, kKinds[static_cast<std::size_t>(WordKind::kind)]},
-#include "program/excellon/text/header_words.def"
-  };
-}
-
 Header read_header(const SourceText& source,
                    const std::vector<Tool>& diameter_page,
                    DiagnosticLog& log) {
-  return HeaderReader(source, diameter_page, log).read();
-}
-
-tl::expected<void, std::string> read_text_offset(std::string_view value,
-                                                 const NumberFormat& format,
-                                                 Eigen::Vector2d& offset_mm) {
-  const auto comma = value.find(',');
-  const ParsedLength x = parse_length(value.substr(0, comma), format);
-  ParsedLength y;
-  if (comma != std::string_view::npos) y = parse_length(value.substr(comma + 1), format);
-  if (value.empty() || x.fault != NumberFault::None || y.fault != NumberFault::None) {
-    return tl::make_unexpected("CAN_TEXT_OFF,x or CAN_TEXT_OFF,x,y");
-  }
-  offset_mm.x() = x.value.in_mm();
-  if (comma != std::string_view::npos) offset_mm.y() = y.value.in_mm();
-  return {};
+  Spelling spelling = respell(source.bytes, Reporter(source.file, log));
+  const std::string_view bytes =
+      spelling.text.empty() ? source.bytes : std::string_view(spelling.text);
+  Header header = HeaderReader(source.file, bytes, diameter_page, log).read();
+  header.calls_patterns = spelling.calls_patterns;
+  header.respelled = std::move(spelling.text);
+  return header;
 }
 
 const Header& header_of(const Program& program) {
   return static_cast<const Header&>(*program.head);
+}
+
+std::string_view text_of(const Program& program) {
+  const std::string& respelled = header_of(program).respelled;
+  return respelled.empty() ? program.source.bytes : std::string_view(respelled);
 }
 
 }  // namespace panelcal::excellon

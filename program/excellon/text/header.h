@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "calib/base/diagnostic.h"
+#include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
 #include "program/model/operation.h"
 #include "program/model/program_head.h"
 #include "program/text/number_format.h"
 #include "program/text/source_text.h"
-#include <tl/expected.hpp>
 
 namespace panelcal {
 struct Program;
@@ -44,40 +44,38 @@ struct Header : ProgramHead {
   int end_line = 0;           ///< of % or M95; 0: there is no header
   bool stops_at_end = false;  ///< % rather than M95
   LinePlace body;             ///< the first line behind the header
+  /// Options by header word, as stated: in the body another one would not be used.
+  std::map<std::string, std::string, std::less<>> options;
+  int zero_line = 0;           ///< of Z
+  bool calls_patterns = true;  ///< false: the text has no M99
+  bool is_foreign = false;     ///< not-a-program: there is nothing to read or to walk through
+  std::string respelled;  ///< the text in the manual's characters; empty: the source has no others
 
   NumberFormat number_format() const override { return format; }
   std::string number_summary() const override { return format.summary(); }
 };
 
-/// A header word for documents: `kind` is handled, passed or refused.
-struct HeaderWordInfo {
-  std::string_view word;
-  CommandClass command_class;
-  std::string_view effect;
-  std::string_view kind;
-};
-std::vector<HeaderWordInfo> header_word_table();
-
-/// Reads the header, or finds that there is none.
+/// Reads the header, or finds that there is none. Header commands directly behind it, or before the
+/// first block of a program without one, are read as its own; so is a second header.
 ///
 /// In     diameter_page: the machine's tool data by diameter, may be empty
 /// Fails  into the log: header-unclosed, header-word-unknown, argument-invalid, not-supported,
-///        number-malformed, number-too-long, block-syntax
-/// Source CNC-7 manual, Part Program Headers; decision "comment hints" in docs/conventions.md
+///        number-malformed, number-too-long, block-syntax; warns header-word-in-body,
+///        notation-accepted
+/// Source CNC-7 manual, Part Program Headers; Keyboard and Header Commands vs. Body Commands;
+///        decision "comment hints" in docs/conventions.md
 Header read_header(const SourceText& source,
                    const std::vector<Tool>& diameter_page,
                    DiagnosticLog& log);
-
-/// Reads `#` or `#,#` of CAN_TEXT_OFF into `offset_mm`; what is left out stays.
-///
-/// Fails  with what was expected
-tl::expected<void, std::string> read_text_offset(std::string_view value,
-                                                 const NumberFormat& format,
-                                                 Eigen::Vector2d& offset_mm);
 
 /// The header of a program in this language.
 ///
 /// Precondition: load_program() has read it, and its dialect is Excellon
 const Header& header_of(const Program& program);
+
+/// The text of a program in this language, in the manual's characters.
+///
+/// Precondition: as header_of()
+std::string_view text_of(const Program& program);
 
 }  // namespace panelcal::excellon

@@ -121,6 +121,20 @@ const Word* Block::find(char letter) const {
   return found == all().end() ? nullptr : &*found;
 }
 
+Block part_of(const Block& block, std::size_t begin, std::size_t end) {
+  Block part;
+  part.line = block.line;
+  part.n_words = end - begin;
+  std::copy_n(
+      block.words.begin() + static_cast<std::ptrdiff_t>(begin), part.n_words, part.words.begin());
+  part.column = part.words[0].column;
+  const Word& last = part.words[part.n_words - 1];
+  const auto offset = static_cast<std::size_t>(part.column - block.column);
+  const auto size = static_cast<std::size_t>(last.column - part.column) + 1 + last.number.size();
+  part.text = block.text.substr(offset, size);
+  return part;
+}
+
 LineKind kind_of(std::string_view line) {
   const auto first = std::ranges::find_if_not(line, is_excellon_blank);
   if (first == line.end() || *first == ';') return LineKind::Empty;
@@ -129,6 +143,14 @@ LineKind kind_of(std::string_view line) {
   if (*first == '%' && std::all_of(first + 1, line.end(), is_excellon_blank))
     return LineKind::PatternMark;
   return LineKind::Words;
+}
+
+SourceLine without_blanks(const SourceLine& line) {
+  const auto first = static_cast<std::size_t>(
+      std::ranges::find_if_not(line.text, is_excellon_blank) - line.text.begin());
+  std::string_view text = line.text.substr(first);
+  while (!text.empty() && is_excellon_blank(text.back())) text.remove_suffix(1);
+  return {text, line.number, line.column + static_cast<int>(first)};
 }
 
 SourceLine without_slash(const SourceLine& line) {

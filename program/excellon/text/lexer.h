@@ -80,6 +80,11 @@ struct Block {
   const Word* find(char letter) const;
 };
 
+/// The words [begin, end) of a block as a block of their own.
+///
+/// Precondition: begin < end <= n_words, and no comma
+Block part_of(const Block& block, std::size_t begin, std::size_t end);
+
 enum class LineKind : std::uint8_t {
   Empty,          ///< blank, or a comment
   PatternMark,    ///< a lone %
@@ -89,6 +94,9 @@ enum class LineKind : std::uint8_t {
 };
 
 LineKind kind_of(std::string_view line);
+
+/// The line without blanks at either end, its column moved.
+SourceLine without_blanks(const SourceLine& line);
 
 /// The line behind the slash of block delete: `/X1Y1` as `X1Y1`, places kept.
 SourceLine without_slash(const SourceLine& line);

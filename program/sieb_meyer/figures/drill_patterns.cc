@@ -35,6 +35,12 @@ struct Grid {
   std::int64_t n_across;
 };
 
+/// "Programmed with an accuracy of +-1.27 mm" (manual, V1): there both places of the grid may be
+/// meant, and a control may take either.
+bool is_half_way(double n_pitches) {
+  return std::abs(n_pitches - std::floor(n_pitches) - 0.5) <= kPatternCountNoise;
+}
+
 tl::expected<Grid, std::string> grid_between(const Eigen::Vector2d& first_mm,
                                              const Eigen::Vector2d& second_mm,
                                              std::optional<std::int64_t> n_in_row) {
@@ -55,6 +61,14 @@ tl::expected<Grid, std::string> grid_between(const Eigen::Vector2d& first_mm,
   const double distance_mm = std::abs(diagonal_mm[across]);
   const double pitch_mm =
       n_in_row ? length_mm / static_cast<double>(*n_in_row - 1) : kStandardPitch_mm;
+  for (const double side_mm : {length_mm, distance_mm}) {
+    if (!is_half_way(side_mm / pitch_mm)) continue;
+    return refusal(fmt::format(
+        "the corners are {:.6g} mm apart, half way between two places of the {:.6g} mm grid; "
+        "expected them nearer to one",
+        side_mm,
+        pitch_mm));
+  }
   const double n_along = std::round(length_mm / pitch_mm);
   const double n_across = std::round(distance_mm / pitch_mm);
   if (n_along < 1 || n_across < 1) {

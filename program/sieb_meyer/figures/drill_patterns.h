@@ -20,7 +20,8 @@ namespace panelcal::sieb_meyer {
 /// their distance becomes a whole number of these.
 ///
 /// In     n_in_row: W, >= 2
-/// Fails  corners in one line; a length or distance below half a pitch
+/// Fails  corners in one line; a length or distance below half a pitch, or half way between two
+///        whole numbers of pitches
 /// Source SIEB & MEYER manual, V1; semantics page, V1
 /// See    tests/program/sieb_meyer/figures/drill_patterns_test.cc
 tl::expected<HoleSequence, std::string> dual_row(const Eigen::Vector2d& first_mm,

@@ -176,6 +176,16 @@ void Interpreter::set_peck(const Block& block, const Order& order) {
   if (order.dwell_ms && !pulses) {
     return report(Code::ArgumentInvalid, block, quoted(block.text), "E# with G89");
   }
+  if (order.peck.value_or(false) && order.pulse.value_or(false)) {
+    return report(Code::CommandMisplaced, block, quoted(block.text), "G81 or G89 in a line");
+  }
+  if ((order.pulse.value_or(false) && peck_.is_on && order.peck.value_or(true)) ||
+      (order.peck.value_or(false) && peck_.is_pulsing && order.pulse.value_or(true))) {
+    report(Code::PeckAndPulse,
+           block,
+           fmt::format("{} while {} is on", quoted(block.text), peck_.is_on ? "G81" : "G89"),
+           peck_.is_on ? "G80 before it" : "G88 before it");
+  }
   if (order.peck) {
     peck_.is_on = *order.peck;
     if (peck_.is_on) peck_.is_pulsing = false;
@@ -330,6 +340,10 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
         has_place ? std::optional(modal_.at_mm) : std::nullopt;
     emitter_.surface_order(block.line, kind, order.memory, at_mm);
   };
+  if (*order.surface == Command::SurfaceDetect && !surface_.is_on() &&
+      !std::exchange(warned_unbracketed_, true)) {
+    report(Code::SurfaceUnbracketed, block, quoted(block.text) + " without G71", "G71 before it");
+  }
   switch (*order.surface) {
     case Command::SurfaceClear:
       surface_.clear_memory();

@@ -83,6 +83,13 @@ void Interpreter::end_program() {
                      panelcal::quoted(pattern_->text) + " has no second point",
                      "X#Y# in the next line");
   }
+  if (surface_.is_on() && leaves_surface_on_) {
+    reporter_.report(Code::SurfaceUnbracketed,
+                     line,
+                     1,
+                     "the program ends with surface detection on (G71)",
+                     "G70 before its end");
+  }
   optical_.end_program(line);
 }
 

@@ -282,6 +282,7 @@ class Interpreter {
   bool routed_on_grid_ = false;
   bool has_coordinate_ = false;
   bool reported_surface_ = false;
+  bool warned_unbracketed_ = false;  ///< G73 without G71
   bool reported_limit_ = false;
   std::vector<std::pair<FunctionKind, std::string_view>> waiting_events_;  ///< for the next piece
   std::int64_t n_blocks_ = 0;

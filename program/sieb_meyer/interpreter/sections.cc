@@ -383,6 +383,15 @@ const SectionTree& Interpreter::sections_of(const std::string& name,
                       body.end,
                       {.format = format_, .deletes_blocks = deletes_blocks_, .in_subprogram = true},
                       reporter_);
+    const auto& found = scanned->second.sections;
+    const auto mixed = std::ranges::find_if(found, &Section::is_offset);
+    if (scanned->second.is_sound && mixed != found.end()) {
+      reporter_.report(Code::SubprogramMixed,
+                       mixed->rows.front().line,
+                       1,
+                       panelcal::quoted(name) + " repeats its own lines by offsets",
+                       "the offset lines in the program that calls it");
+    }
   }
   return scanned->second;
 }

@@ -84,6 +84,23 @@ TEST(NumberFormat, RefusesMoreDigitsThanTheFormatHas) {
   EXPECT_EQ(parse_length("1.123456789012345", kInchLeading).fault, NumberFault::TooManyDigits);
 }
 
+/// Where the digits are stated, zeros on the left change nothing; where they are taken for granted,
+/// they say that the file was written in others.
+TEST(NumberFormat, StatedDigitsAllowMoreZerosOnTheLeft) {
+  NumberFormat stated = {.unit = LengthUnit::Millimeter,
+                         .zeros = Zeros::TrailingKept,
+                         .states_digits = true,
+                         .integer_digits = 3,
+                         .decimal_digits = 3};
+  EXPECT_DOUBLE_EQ(read_mm("00012500", stated), 12.5);
+  EXPECT_DOUBLE_EQ(read_mm("-000999999", stated), -999.999);
+  EXPECT_EQ(parse_length("01000000", stated).fault, NumberFault::TooManyDigits);
+  stated.zeros = Zeros::LeadingKept;
+  EXPECT_EQ(parse_length("00012500", stated).fault, NumberFault::TooManyDigits);
+  EXPECT_EQ(parse_length("00007500", kInchTrailing).fault, NumberFault::TooManyDigits);
+  EXPECT_EQ(parse_length("00000000", kInchTrailing).fault, NumberFault::TooManyDigits);
+}
+
 TEST(NumberFormat, RefusesWhatIsNoNumber) {
   for (const char* text : {"-", "+", ".", "-.", "1.2.3", "--1", "1-", "1e3", "0x1", " 1", "1 "}) {
     EXPECT_EQ(parse_length(text, kInchLeading).fault, NumberFault::Malformed) << text;

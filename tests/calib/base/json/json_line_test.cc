@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/base/json/json_line.h"
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <limits>
@@ -60,7 +61,8 @@ TEST(JsonLine, RefusesWhatIsNotJsonAtItsColumn) {
   EXPECT_EQ(refusal("{\"a\":1.}"), "f:3:8: error[json-syntax]");
   EXPECT_EQ(refusal("{\"a\":1e}"), "f:3:8: error[json-syntax]");
   EXPECT_EQ(refusal("{\"a\":NaN}"), "f:3:6: error[json-syntax]");
-  EXPECT_EQ(refusal("{\"a\":null}"), "f:3:6: error[json-syntax]");
+  EXPECT_EQ(refusal("{\"a\":nul}"), "f:3:6: error[json-syntax]");
+  EXPECT_EQ(refusal("{\"a\":null,\"a\":1}"), "f:3:11: error[json-syntax]");
   EXPECT_EQ(refusal("{\"a\":{}}"), "f:3:6: error[json-syntax]");
   EXPECT_EQ(refusal("{\"a\":[[1]]}"), "f:3:7: error[json-syntax]");
   EXPECT_EQ(refusal("{\"a\":[1 2]}"), "f:3:9: error[json-syntax]");
@@ -85,6 +87,16 @@ TEST(JsonLine, RefusesValuesOfTheWrongKind) {
   EXPECT_EQ(test::brief(line->integers("c", 0, 9, 4, kCode).error()),
             "f:3:22: error[measurement-file]");
   EXPECT_EQ(test::brief(line->number("e", kCode).error()), "f:3:1: error[measurement-file]");
+}
+
+TEST(JsonLine, AKeyThatIsNullIsAbsent) {
+  const auto line = JsonLine::parse(R"({"a":null,"b":1})", {"f", 3, 1});
+  ASSERT_TRUE(line) << line.error().text();
+  EXPECT_FALSE(line->has("a"));
+  EXPECT_TRUE(line->has("b"));
+  EXPECT_EQ(test::brief(line->number("a", kCode).error()), "f:3:1: error[measurement-file]");
+  constexpr std::array<std::string_view, 1> kKnown = {"b"};
+  EXPECT_EQ(test::brief(line->check_keys(kKnown, kCode).error()), "f:3:2: error[measurement-file]");
 }
 
 TEST(JsonLine, SurvivesDeepNesting) {

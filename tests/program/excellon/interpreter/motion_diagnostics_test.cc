@@ -58,6 +58,28 @@ TEST(MotionDiagnostics, WhileTheRouterIsDown) {
   });
 }
 
+/// "The Compensation Index value must be entered before the rout mode is turned on (G00 command)."
+TEST(MotionDiagnostics, TheCompensationIndexComesBeforeG00) {
+  const std::string contour = "G41\nM15\nG01X2.\nM17\n";
+  EXPECT_EQ(diagnostics_of("G00X1.Y1.\nT0102\n" + contour + "M30\n"),
+            Texts{"p.exc:8:1: warning[compensation-late]"});
+  for (const char* in_time :
+       {"T0102\nG00X1.Y1.\n", "G00X1.Y1.\nT0102\nG00X1.Y1.\n", "T0102\nG00X1.Y1.\nT0102\n"}) {
+    EXPECT_EQ(diagnostics_of(in_time + contour + "M30\n"), Texts{}) << in_time;
+  }
+  EXPECT_EQ(diagnostics_of("G00X1.Y1.\nT0102\nM15\nG01X2.\nM17\nM30\n"), Texts{});
+}
+
+/// "The Y value determines the space between the two rows."
+TEST(MotionDiagnostics, TheRowsOfAPackageAreAsFarApartAsItsBlockSays) {
+  expect_each({
+      {"G82X1.Y4.\nX1.Y1.\nX4.Y3.\n", "7:1: warning[rows-contradicted]"},
+      {"G81X1.\nX1.Y1.\nX4.Y3.\n", "7:1: warning[rows-contradicted]"},
+  });
+  EXPECT_EQ(diagnostics_of("G82X1.Y2.\nX1.Y1.\nX4.Y3.\nM30\n"), Texts{});
+  EXPECT_EQ(diagnostics_of("G82X1.Y3.\nX1.Y1.\nX4.Y3.\nM30\n"), Texts{});
+}
+
 TEST(MotionDiagnostics, Arcs) {
   expect_each({
       plunged("G02X5.", "9:1: error[arc-invalid]"),

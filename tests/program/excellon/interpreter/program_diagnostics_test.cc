@@ -37,7 +37,7 @@ void expect_each(const std::vector<Case>& cases) {
 TEST(ProgramDiagnostics, Syntax) {
   expect_each({
       {"X1.Y1.#\n", "8:7: error[block-syntax]"},
-      {"x1.Y1.\n", "8:1: error[block-syntax]"},
+      {"x1.Y1.\n", "8:1: warning[notation-accepted]"},
       {"123\n", "8:1: error[block-syntax]"},
       {",1\n", "8:1: error[block-syntax]"},
       {"%%\n", "8:1: error[block-syntax]"},
@@ -52,6 +52,47 @@ TEST(ProgramDiagnostics, Numbers) {
       {"X0.Y1234567\n", "8:5: error[number-too-long]"},
       {"M25\nX1.Y1.\nM01\nM02X1..\nM08\n", "11:5: error[number-malformed]"},
   });
+}
+
+TEST(ProgramDiagnostics, HeaderCommandsInTheBody) {
+  expect_each({
+      {"ATC,ON\nX1.Y1.\n", "8:1: warning[header-word-in-body]"},
+      {"ICI,ON\nX1.Y1.\n", "8:1: warning[header-word-in-body]"},
+      {"METRIC,TZ\n", "8:1: error[argument-invalid]"},
+      {"INCH,LZ\nX1.Y1.\n", "8:1: error[argument-invalid]"},
+      {"METRIC,000.00\n", "8:1: error[argument-invalid]"},
+      {"VER,1\n", "8:1: error[command-misplaced]"},
+      {"R,T\n", "8:1: error[command-misplaced]"},
+      {"ZA,X1.Y1.\n", "8:1: error[command-misplaced]"},
+      {"M25\nATC,ON\nX1.Y1.\nM01\nM02X1.\nM08\n", "9:1: error[command-misplaced]"},
+  });
+  EXPECT_EQ(diagnostics_of("METRIC,LZ\nX1.Y1.\nM30\n"), Texts{});
+}
+
+/// Without a header, and behind the first block, the unit comes in time before the first place.
+TEST(ProgramDiagnostics, UnitAndZerosInTheBody) {
+  const auto run = run_program("T1\nMETRIC,TZ\nX1000Y2000\nM30\n");
+  EXPECT_EQ(run.diagnostics, Texts{"p.exc:2:1: warning[header-word-in-body]"});
+  ASSERT_EQ(run.holes().size(), 1U);
+  EXPECT_EQ(run.holes().front().nominal_mm(), Eigen::Vector2d(1, 2));
+  EXPECT_EQ(run_program("T1\nX1.Y2.\nMETRIC,TZ\nM30\n").diagnostics,
+            Texts{"p.exc:3:1: error[command-misplaced]"});
+}
+
+/// Incremental input from a header command in the body, as by G91.
+TEST(ProgramDiagnostics, IncrementalInputBeginsWhereItStands) {
+  const auto run = run_program(metric("T1\nX1.Y1.\nICI,ON\nX1.\nICI,ON\nX1.\nM30\n"));
+  ASSERT_EQ(run.holes().size(), 3U);
+  EXPECT_EQ(run.holes().back().nominal_mm(), Eigen::Vector2d(3, 1));
+  EXPECT_EQ(run.diagnostics.size(), 2U);
+}
+
+TEST(ProgramDiagnostics, CommentsThatStateOtherDigits) {
+  expect_each({
+      {";FILE_FORMAT=4:4\nX1.Y1.\n", "8:1: error[argument-invalid]"},
+      {"X1.Y1.\n ;FORMAT={2:4/ absolute}\n", "9:1: error[argument-invalid]"},
+  });
+  EXPECT_EQ(diagnostics_of(";FILE_FORMAT=3:3\n;FORMAT={-:-}\nX1.Y1.\nM30\n"), Texts{});
 }
 
 TEST(ProgramDiagnostics, UnknownCommands) {

@@ -75,6 +75,19 @@ TEST(HitCount, HAloneTurnsTheCounterOff) {
             (Lines{"drill", "drill", "drill", "drill"}));
 }
 
+/// The header's data hold, and the body's H does not turn them off: that is said.
+TEST(HitCount, HAloneInTheBodyDoesNotTurnOffTheHeaders) {
+  const ProgramRun ignored = run_clean(header("T1C1.H2\n") + "T1H\n" + holes(3) + "M30\n");
+  EXPECT_EQ(hits(ignored), (Lines{"drill", "drill", "1", "drill"}));
+  EXPECT_EQ(ignored.diagnostics, Lines{"p.exc:5:1: warning[tool-data-ignored]"});
+  const ProgramRun obeyed = run_clean(header("T1C1.\n") + "T1H\n" + holes(3) + "M30\n");
+  EXPECT_EQ(hits(obeyed), (Lines{"drill", "drill", "drill"}));
+  EXPECT_EQ(obeyed.diagnostics, Lines{});
+  const ProgramRun ruled = run_clean(header("T1C1.H2\nOM48,ON\n") + "T1H\n" + holes(3) + "M30\n");
+  EXPECT_EQ(hits(ruled), (Lines{"drill", "drill", "drill"}));
+  EXPECT_EQ(ruled.diagnostics, Lines{});
+}
+
 TEST(HitCount, CountsRepeatedHolesAndCopies) {
   EXPECT_EQ(hits(run_clean(header("T1C1.H3\n") + "T1\nX1.Y1.\nR3X1.\nM30\n")),
             (Lines{"drill", "drill", "drill", "1", "drill"}));

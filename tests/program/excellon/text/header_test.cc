@@ -78,6 +78,78 @@ TEST(Header, SaysWhereAnOpenHeaderBegan) {
   EXPECT_EQ(read("\nM48\nINCH,LZ\n").diagnostics, Texts{"p.exc:2:1: error[header-unclosed]"});
 }
 
+// --- commands outside of it ----------------------------------------------------------------------
+
+/// "If you choose not to use a header, then you must either write the commands into the part
+/// program or enter them at the CNC-7 console."
+TEST(Header, CommandsBeforeTheFirstBlockAreAHeader) {
+  const ReadHeader out = read("; by hand\nINCH,TZ\nVER,3\nG90\nICI,ON\nATC,ON\nT1C.04\nX1\n");
+  EXPECT_EQ(out.header.format.summary(), "inch 2.4, trailing zeros kept");
+  EXPECT_TRUE(out.header.states_format && out.header.states_zeros && out.header.incremental);
+  EXPECT_EQ(out.header.axis_version, 3);
+  EXPECT_EQ(out.header.settings.back().text, "ATC,ON");
+  EXPECT_EQ(out.first_body_line(), "T1C.04");
+  EXPECT_EQ(out.header.body.number, 7);
+  EXPECT_EQ(out.diagnostics.size(), 5U);
+  for (const std::string& brief : out.diagnostics) {
+    EXPECT_THAT(brief, testing::HasSubstr(":1: warning[header-word-in-body]"));
+  }
+}
+
+TEST(Header, CommandsBehindItAreReadWithIt) {
+  const ReadHeader out = read("M48\nMETRIC,LZ\n%\nM71\nVER,2\nMETRIC,LZ\nMETRIC\nT1\n");
+  EXPECT_EQ(out.diagnostics,
+            (Texts{"p.exc:4:1: warning[header-word-in-body]",
+                   "p.exc:5:1: warning[header-word-in-body]"}));
+  EXPECT_EQ(out.header.axis_version, 2);
+  EXPECT_EQ(out.header.end_line, 3);
+  EXPECT_EQ(out.first_body_line(), "T1");
+}
+
+TEST(Header, SetUpWordsWithoutACommandBehindThemAreTheBody) {
+  EXPECT_EQ(read("G90\nM72\nT1\n").first_body_line(), "G90");
+  EXPECT_EQ(read("M48\nINCH\n%\nG91\nT1\n").first_body_line(), "G91");
+  EXPECT_EQ(read("CAN_TEXT_OFF,1\nT1\n").first_body_line(), "CAN_TEXT_OFF,1");
+  EXPECT_EQ(read("1/2\nINCH,LZ\n").first_body_line(), "1/2");
+}
+
+/// gerbv's example ekf2.
+TEST(Header, MayStandBehindSetUpWordsAndComeTwice) {
+  const ReadHeader out = read("G90\nM72\nM48\nT7C0.035\n%\nG90\nM72\nM48\n%\nT7\n");
+  EXPECT_EQ(out.header.format.unit, LengthUnit::Inch);
+  EXPECT_TRUE(out.header.states_format);
+  EXPECT_EQ(out.header.tools.size(), 1U);
+  EXPECT_EQ(out.header.end_line, 9);
+  EXPECT_EQ(out.first_body_line(), "T7");
+  EXPECT_EQ(out.diagnostics.size(), 5U);
+}
+
+/// "When the options in the part program body are different from the options in the header or
+/// console, the body options are not used."
+TEST(Header, AnotherOptionBehindItIsRefused) {
+  for (const char* other : {"METRIC,TZ", "INCH", "VER,2", "ATC,OFF", "ICI,OFF"}) {
+    const ReadHeader out =
+        read("M48\nMETRIC,LZ\nVER,1\nATC,ON\nICI,ON\n%\n" + std::string(other) + "\nT1\n");
+    EXPECT_THAT(out.diagnostics, testing::Contains("p.exc:7:1: error[argument-invalid]")) << other;
+  }
+}
+
+TEST(Header, BlanksInACommandHaveNoMeaning) {
+  const ReadHeader out = read("M48\nMETRIC, TZ ,000.00\nFOO BAR\n%\n");
+  EXPECT_EQ(out.header.format.summary(), "metric 3.2, trailing zeros kept");
+  EXPECT_EQ(
+      out.diagnostics,
+      (Texts{"p.exc:2:1: warning[notation-accepted]", "p.exc:3:1: error[header-word-unknown]"}));
+}
+
+TEST(Header, DigitsOfCommentsAreKnownElsewhere) {
+  EXPECT_EQ(digits_of_comment("; FILE_FORMAT=2:5"), std::pair(2, 5));
+  EXPECT_EQ(digits_of_comment(";FILE_FORMAT = 2:5 "), std::pair(2, 5));
+  EXPECT_EQ(digits_of_comment(";FORMAT={3:3/ absolute}"), std::pair(3, 3));
+  EXPECT_EQ(digits_of_comment(";FORMAT={-:-/ absolute}"), std::nullopt);
+  EXPECT_EQ(digits_of_comment("; 3:3"), std::nullopt);
+}
+
 // --- number format -------------------------------------------------------------------------------
 
 TEST(Header, ManualDefaultIsInchWithLeadingZeros) {
@@ -132,7 +204,7 @@ TEST(Header, SaysWhichLineStatedTheFormat) {
 }
 
 TEST(Header, NamesABadFormatWordAndItsColumn) {
-  EXPECT_EQ(read("M48\nMETRIC,TZ,00x\n%\n").diagnostics,
+  EXPECT_EQ(read("M48\nMETRIC,TZ,00X\n%\n").diagnostics,
             Texts{"p.exc:2:11: error[argument-invalid]"});
 }
 

@@ -77,7 +77,8 @@ TEST(DualRow, TheDiagonalChoosesTheDirection) {
   for (const auto& [first, second] : {std::pair(left, right), std::pair(right, left)}) {
     EXPECT_EQ(all(dual_row(first, second, {})).size(), 10U);
   }
-  expect_all(all(dual_row(right, left, 2)), {{10.16, 0}, {0, 0}, {0, 10.16}, {10.16, 10.16}});
+  // Rows half a pitch apart would be a tie.
+  expect_all(all(dual_row(right, {0, 5.2}, 2)), {{10.16, 0}, {0, 0}, {0, 10.16}, {10.16, 10.16}});
 }
 
 TEST(DualRow, TheStandardGridCorrectsTheCorner) {
@@ -98,6 +99,18 @@ TEST(DualRow, TheFreeGridCorrectsTheDistanceOnly) {
   EXPECT_EQ(holes[4], Vector2d(10, 0));
   EXPECT_THAT(holes[5], IsNearMatrix(Vector2d(10, -5), kExact_mm));
   EXPECT_THAT(holes[9], IsNearMatrix(Vector2d(0, -5), kExact_mm));
+}
+
+/// "Programmed with an accuracy of +-1.27 mm": there either place of the grid may be meant.
+TEST(DualRow, RefusesACornerHalfWayBetweenTwoPlacesOfTheGrid) {
+  const std::string half_way = "half way";
+  EXPECT_THAT(error_of(dual_row({0, 0}, {10.16, -3.81}, {})),
+              AllOf(HasSubstr(half_way), HasSubstr("3.81 mm"), HasSubstr("2.54 mm")));
+  EXPECT_THAT(error_of(dual_row({0, 0}, {3.81, -10.16}, {})), HasSubstr(half_way));
+  EXPECT_THAT(error_of(dual_row({0, 0}, {10, -3.75}, 5)), HasSubstr(half_way));
+  EXPECT_THAT(error_of(quadruple_row({0, 0}, {10, -3.75}, 5)), HasSubstr(half_way));
+  EXPECT_EQ(all(dual_row({0, 0}, {10.16, -3.8}, {})).size(), 10U);
+  EXPECT_EQ(all(dual_row({0, 0}, {10.16, -3.82}, {})).size(), 10U);
 }
 
 TEST(DualRow, RefusesWhatMakesNoRows) {

@@ -3,6 +3,7 @@
 // names words, any of them will do: texts are pinned elsewhere.
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -272,6 +273,49 @@ TEST(SiebMeyerRefuses, ReferenceSurfacesThatWereNotSaved) {
 /// "Get value from surface memory. The L command must be programmed in a separate block."
 TEST(SiebMeyerRefuses, LInALineWithOtherCommands) {
   expect_body_refused("G71K.4\nX1.Y1.G73L1\nX2.Y2.T1L1\nG70\n", 4, {"L1", "alone", "separate"});
+}
+
+// --- said, not refused ---------------------------------------------------------------------------
+
+using Briefs = std::vector<std::string>;
+
+Briefs briefs_of(std::string_view body) {
+  const ProgramRun run = run_program(format_5000(body));
+  EXPECT_FALSE(run.has_errors) << body;
+  return run.diagnostics;
+}
+
+/// G81, G89: "Pulse drilling and peck drilling cannot be used at the same time."
+TEST(SiebMeyerWarns, OfPeckAndPulseDrillingAtOnce) {
+  const std::string peck = "T1Z2.\nX1.Y1.G81I4.J1.W900\n";
+  EXPECT_EQ(briefs_of(peck + "X2.Y1.G89I4.J.5\nX3.Y1.\n"),
+            Briefs{"p.exc:4:1: warning[peck-and-pulse]"});
+  EXPECT_EQ(briefs_of(peck + "G89I4.J.5\nG81\n"),
+            (Briefs{"p.exc:4:1: warning[peck-and-pulse]", "p.exc:5:1: warning[peck-and-pulse]"}));
+  for (const char* apart : {"G80\nX2.Y1.G89I4.J.5\n", "X2.Y1.G80G89\n", "G81\n"}) {
+    EXPECT_EQ(briefs_of(peck + apart), Briefs{}) << apart;
+  }
+  expect_body_refused("X1.Y1.T1G81G89I4.J1.\n", 2, {"G81"});
+}
+
+/// G73: "Each program section has to begin with the command G71 and finished with G70."
+TEST(SiebMeyerWarns, OfSurfaceDetectionWithoutG71AndG70) {
+  EXPECT_EQ(briefs_of("X1.Y1.G73L1\nX2.Y1.G73L2\n"),
+            Briefs{"p.exc:2:1: warning[surface-unbracketed]"});
+  EXPECT_EQ(briefs_of("G71\nX1.Y1.G73L1\n"), Briefs{"p.exc:4:1: warning[surface-unbracketed]"});
+  EXPECT_EQ(briefs_of("X1.Y1.G71G73L1\nG70\n"), Briefs{});
+}
+
+/// 6 Subprograms: "Mixing working blocks (drilling/routing) and offset blocks in subroutines is not
+/// allowed."
+TEST(SiebMeyerWarns, OfOffsetsInASubprogram) {
+  SubprogramFolder folder;
+  folder.with("SUB.SS5", "@SUB\nM31\nX1.Y1.\nXYM50\nX9.YM50M30\n");
+  const ProgramRun run =
+      run_program(format_5000("X1.Y1.T1M99,SUB\nX50.Y1.M99,SUB\n"), {}, folder.reading());
+  ASSERT_EQ(run.diagnostics.size(), 1U);
+  EXPECT_THAT(run.diagnostics.front(), HasSubstr("SUB.SS5:4:1: warning[subprogram-mixed]"));
+  EXPECT_EQ(run.holes().size(), 4U);
 }
 
 }  // namespace

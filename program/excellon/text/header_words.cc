@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/excellon/text/header_words.h"
+
+#include <algorithm>
+#include <array>
+
+#include "calib/base/diagnostic.h"
+
+namespace panelcal::excellon {
+namespace {
+
+struct HeaderWord {
+  std::string_view word;
+  HeaderWordKind kind;
+};
+
+constexpr std::array kHeaderWords = {
+#define EXCELLON_HEADER_WORD(word, command_class, effect, kind) \
+  HeaderWord{word, HeaderWordKind::kind},
+#include "program/excellon/text/header_words.def"
+};
+
+std::string_view stripped(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t";
+  const auto begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+/// Modes of the body that CAM systems write among header commands.
+bool is_set_up(std::string_view text) {
+  return text == "G90" || text == "G91" || text == "M71" || text == "M72";
+}
+
+/// Digits before and behind a colon: `3:3`.
+std::optional<std::pair<int, int>> digit_pair(std::string_view text) {
+  const auto colon = text.find(':');
+  if (colon == std::string_view::npos) return std::nullopt;
+  const auto before = parse_count(text.substr(0, colon));
+  const auto behind = parse_count(text.substr(colon + 1));
+  if (!before || !behind || *before > 6 || *behind > 6 || *before + *behind == 0) {
+    return std::nullopt;
+  }
+  return std::pair{*before, *behind};
+}
+
+}  // namespace
+
+std::vector<HeaderWordInfo> header_word_table() {
+  using enum CommandClass;
+  constexpr std::array<std::string_view, 3> kKinds = {"handled", "passed", "refused"};
+  return {
+#define EXCELLON_HEADER_WORD(word, command_class, effect, kind) \
+  HeaderWordInfo{                                               \
+      word, command_class, effect, kKinds[static_cast<std::size_t>(HeaderWordKind::kind)]},
+#include "program/excellon/text/header_words.def"
+  };
+}
+
+std::optional<HeaderWordKind> kind_of_header_word(std::string_view word) {
+  const auto known = std::ranges::find(kHeaderWords, word, &HeaderWord::word);
+  if (known == kHeaderWords.end()) return std::nullopt;
+  return known->kind;
+}
+
+std::string_view nearest_header_word(std::string_view word) {
+  std::array<std::string_view, kHeaderWords.size()> words;
+  std::ranges::transform(kHeaderWords, words.begin(), &HeaderWord::word);
+  return nearest_word(word, words);
+}
+
+HeaderCommand split_header_command(std::string_view block) {
+  const auto comma = block.find(',');
+  if (comma == std::string_view::npos) return {stripped(block), {}};
+  return {stripped(block.substr(0, comma)), stripped(block.substr(comma + 1))};
+}
+
+bool is_header_word(std::string_view block) {
+  // Nearly all other blocks have a digit or nothing behind their first letter.
+  if (block.size() < 2 || block[0] < 'A' || block[0] > 'Z' || (block[1] >= '0' && block[1] <= '9'))
+    return false;
+  const std::string_view word = split_header_command(block).word;
+  const bool is_whole = word.size() > 1 || block.find(',') != std::string_view::npos;
+  return is_whole && word != "CAN_TEXT_OFF" && kind_of_header_word(word).has_value();
+}
+
+HeaderAhead look_ahead(LineCursor cursor, bool may_rewind) {
+  while (!cursor.at_end()) {
+    const std::string_view text = stripped(cursor.next().text);
+    if (text == "M48") return HeaderAhead::Start;
+    if (is_header_word(text)) return HeaderAhead::Word;
+    if (text.empty() || text.front() == ';' || is_set_up(text)) continue;
+    if (text != "%" || !std::exchange(may_rewind, false)) return HeaderAhead::None;
+  }
+  return HeaderAhead::None;
+}
+
+bool is_digit_mask(std::string_view text) {
+  const auto point = text.find('.');
+  return point != std::string_view::npos && point >= 1 && point <= 6 &&
+         text.size() - point - 1 >= 1 && text.size() - point - 1 <= 6 &&
+         text.find_first_not_of("0.") == std::string_view::npos &&
+         text.find('.', point + 1) == std::string_view::npos;
+}
+
+std::optional<std::pair<int, int>> digits_of_comment(std::string_view comment) {
+  constexpr std::string_view kFile = "FILE_FORMAT";
+  constexpr std::string_view kCam = "FORMAT={";
+  if (const auto at = comment.find(kFile); at != std::string_view::npos) {
+    const std::string_view rest = stripped(comment.substr(at + kFile.size()));
+    if (!rest.starts_with('=')) return std::nullopt;
+    return digit_pair(stripped(rest.substr(1)));
+  }
+  const auto at = comment.find(kCam);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view body = comment.substr(at + kCam.size());
+  return digit_pair(stripped(body.substr(0, body.find_first_of("/}"))));
+}
+
+tl::expected<void, std::string> read_text_offset(std::string_view value,
+                                                 const NumberFormat& format,
+                                                 Eigen::Vector2d& offset_mm) {
+  const auto comma = value.find(',');
+  const ParsedLength x = parse_length(value.substr(0, comma), format);
+  ParsedLength y;
+  if (comma != std::string_view::npos) y = parse_length(value.substr(comma + 1), format);
+  if (value.empty() || x.fault != NumberFault::None || y.fault != NumberFault::None) {
+    return tl::make_unexpected("CAN_TEXT_OFF,x or CAN_TEXT_OFF,x,y");
+  }
+  offset_mm.x() = x.value.in_mm();
+  if (comma != std::string_view::npos) offset_mm.y() = y.value.in_mm();
+  return {};
+}
+
+}  // namespace panelcal::excellon
