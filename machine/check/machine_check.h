@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+
 #include "calib/base/diagnostic.h"
 #include "machine/config/machine_config.h"
 #include "program/walk/survey.h"
@@ -17,11 +19,15 @@ namespace panelcal {
 ///   [nightly] calibrate everything that each calibration needs is there; the rectangle of
 ///                       [nightly.surface] and the dots of the plate are within travel
 ///
+///   [nightly.drift]     the calibrations in force are not older than trusted_days (a warning)
+///
 /// Nothing is driven, and no file is written; the coupon's state and the plate's file are read.
 ///
 /// Out    log: every problem, each where machine.toml has its cause
 /// See    tests/golden/config/day-0-machine.case and its kin
-void check_machine(const MachineConfig& config, DiagnosticLog& log);
+void check_machine(const MachineConfig& config,
+                   std::chrono::sys_seconds now,
+                   DiagnosticLog& log);
 
 /// Holds what a program asks the camera for against machine.toml: vision tools that are not
 /// defined, once each, and the first target that cannot be looked at within travel. Of a machine

@@ -90,6 +90,11 @@ std::string summary(const Program& program,
                      count(log.n_warnings(), "warning"));
 }
 
+/// The time of --clock, which set_walk_terms() has found to be one; `now` without.
+std::chrono::sys_seconds stated_or(const std::string& clock, std::chrono::sys_seconds now) {
+  return clock.empty() ? now : *from_iso_8601(clock + "Z");
+}
+
 /// Of a machine: what every job's fits are held against.
 std::string gates_lines(const WalkOptions& walk) {
   return fmt::format("gates of panel fits: {}\ngates of nested fits: {}\n",
@@ -112,14 +117,17 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     if (!read) return fail(read.error());
     config = *std::move(read);
   }
+  const std::chrono::sys_seconds now = system_clock()();
   const WalkTerms terms = {.program = options.program,
                            .clock = options.clock,
-                           .now = system_clock()(),
+                           .now = now,
                            .max_operations = options.max_operations,
                            .accepts_unterminated = options.accepts_unterminated,
                            .command = "panelcal check"};
   if (const auto set = set_walk_terms(terms, config); !set) return fail(set.error());
-  if (!options.machine.empty()) check_machine(config, of_machine);
+  if (!options.machine.empty()) {
+    check_machine(config, stated_or(options.clock, now), of_machine);
+  }
   WalkOptions& walk = config.walk;
   std::string result;
   if (!options.program.empty()) {

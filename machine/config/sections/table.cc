@@ -25,6 +25,7 @@ Expected<void> read_table_config(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const double hold_mm, table->number_or("hold_mm", kHold_mm, 0));
   config.table_file = config.file.parent_path() / *file;
   PANELCAL_TRY(TableCalibration calibration, read_table_calibration(config.table_file));
+  config.table_date = calibration.date;
   config.walk.uncertainty.table_map = calibration.sigma;
   config.walk.table = std::make_shared<const TableCorrection>(
       std::move(calibration.map), mm(hold_mm), config.table_file);

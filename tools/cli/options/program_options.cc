@@ -20,8 +20,8 @@ CLI::Option* add_accept(CLI::App* command, bool& accepts_unterminated) {
 void add_clock(CLI::App* command, std::string& clock) {
   command->add_option("--clock",
                       clock,
-                      "Date and time for texts (&D, &T), for the report and for the age of "
-                      "[spindle] camera_offset_date, such as 2026-11-21T13:45:00 (default: now)");
+                      "Date and time for texts (&D, &T), for the report and for the ages of "
+                      "calibrations, such as 2026-11-21T13:45:00 (default: now)");
 }
 
 }  // namespace panelcal
