@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -25,6 +26,7 @@ using internal::TableBasis;
 using internal::TableSolution;
 using internal::TableState;
 using internal::TableSystem;
+using internal::TableWaves;
 
 /// Angles of poses are the only thing that is not linear. They begin a warp over the travel off;
 /// the first round finds them, the second what it made of their squares, the last is reported.
@@ -88,6 +90,38 @@ Expected<void> check_table_data(const TableData& data, const TableFitOptions& op
   return check_seen(data);
 }
 
+/// Places of the table that are looked at; those within a tenth of the grid's step are one, for no
+/// wave is that short.
+std::size_t count_places(const TableData& data, const TableGrid& grid) {
+  const Eigen::Vector2d steps(grid.nx, grid.ny);
+  const Eigen::Vector2d same_mm = 0.1 * (grid.high_mm - grid.low_mm).cwiseQuotient(steps);
+  std::map<std::pair<long, long>, Eigen::Vector2d> places;
+  const auto is_known = [&](const Eigen::Vector2d& place, long column, long row) {
+    for (long x = column - 1; x <= column + 1; ++x) {
+      for (long y = row - 1; y <= row + 1; ++y) {
+        const auto near = places.find({x, y});
+        if (near != places.end() && (near->second - place).squaredNorm() < 1) return true;
+      }
+    }
+    return false;
+  };
+  for (const TableObservation& seen : data.seen) {
+    const Eigen::Vector2d& at_mm = data.views[seen.i_view].axis_at.in_mm();
+    const Eigen::Vector2d place = (at_mm - grid.low_mm).cwiseQuotient(same_mm);
+    const long column = std::lround(place.x());
+    const long row = std::lround(place.y());
+    if (!is_known(place, column, row)) places[{column, row}] = place;
+  }
+  return places.size();
+}
+
+/// True if places of the table are looked at twice and more in the mean, with one dot or several:
+/// only then do the looks tell scatter that is larger than stated from short waves of the table,
+/// and with them the slope of its spectrum.
+bool sees_places_again(const TableData& data, const TableGrid& grid) {
+  return data.seen.size() >= 2 * count_places(data, grid);
+}
+
 std::vector<Eigen::Vector2d> pairs_of(const VectorXd& v) {
   std::vector<Eigen::Vector2d> pairs;
   for (Index i = 0; i + 1 < v.size(); i += 2) pairs.emplace_back(v[i], v[i + 1]);
@@ -102,6 +136,7 @@ bool is_held_out(std::size_t i, int every) {
 void hold_out_looks(const TableData& data,
                     const TableFitOptions& options,
                     const TableBasis& basis,
+                    const TableWaves& waves,
                     const internal::OpenModes& open,
                     const TableState& about,
                     TableFit& fit) {
@@ -119,7 +154,7 @@ void hold_out_looks(const TableData& data,
     ++by_dot[data.seen[i].i_dot];
   }
   const TableSystem system(data, used, basis, about);
-  const auto solution = Smoother(basis, system, open, about.table_mm).solve(fit.smoothing);
+  const auto solution = Smoother(waves, basis, system, open, about.table_mm).solve(fit.smoothness);
   if (!solution) return;
   const TableState state = system.complete(solution->table_mm);
   double sum_mm2 = 0;
@@ -151,7 +186,7 @@ TableFit table_report(const TableData& data,
     fit.chi_square += r_mm.dot(seen.seen.cov.inverse() * r_mm);
   }
   fit.rms_mm = std::sqrt(sum_mm2 / static_cast<double>(data.seen.size()));
-  fit.smoothing = solution.smoothing;
+  fit.smoothness = solution.smoothness;
   fit.map = TableMap(basis.grid, pairs_of(solution.table_mm));
   fit.covariance = solution.cov;
   const MatrixXd geometry = internal::geometry_functionals(basis);
@@ -224,6 +259,7 @@ Expected<TableGrid> table_grid(const TableData& data, const TableFitOptions& opt
 Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& options) {
   PANELCAL_TRY(const TableGrid grid, table_grid(data, options));
   const TableBasis basis(grid);
+  const TableWaves waves(basis);
   std::vector<std::size_t> all(data.seen.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
 
@@ -237,9 +273,11 @@ Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& optio
     about.dots_mm.assign(data.dots.size(), Eigen::Vector2d::Zero());
     const TableSystem system(data, all, basis, about);
     open = internal::find_open_modes(basis, system.normal(), options.open_sigma.in_mm());
-    const Smoother smoother(basis, system, open, about.table_mm);
+    const Smoother smoother(waves, basis, system, open, about.table_mm);
     const bool is_last = round + 1 == kTableRounds;
-    solution = smoother.solve(is_last ? smoother.best() : smoother.usual());
+    const auto smoothness =
+        is_last ? smoother.best(sees_places_again(data, grid)) : smoother.usual();
+    solution = smoothness ? smoother.solve(*smoothness) : std::nullopt;
     if (!solution) break;
     internal::settle(basis, open, *solution);
     state = system.complete(solution->table_mm);
@@ -254,7 +292,7 @@ Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& optio
   fit.parameters = solution->parameters + n_eliminated;
   fit.degrees_of_freedom =
       2 * static_cast<double>(data.seen.size()) - solution->taken_up - n_eliminated;
-  if (options.held_out_every > 0) hold_out_looks(data, options, basis, open, about, fit);
+  if (options.held_out_every > 0) hold_out_looks(data, options, basis, waves, open, about, fit);
   return fit;
 }
 

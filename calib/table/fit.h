@@ -36,8 +36,8 @@ struct TableFit {
   /// number of residuals less the trace of 2 H - H^2, H being d fitted / d seen. If it has, of the
   /// size that the smoothing stands for, the number less `parameters`, which is more.
   double degrees_of_freedom = 0;
-  double smoothing = 0;  ///< weight of the bending energy, 1/mm^2
-  double rms_mm = 0;     ///< of the residuals' lengths
+  TableSmoothness smoothness;
+  double rms_mm = 0;  ///< of the residuals' lengths
   std::optional<double>
       held_out_rms_mm;  ///< the same of observations that a second fit did not see
   std::size_t n_held_out = 0;
@@ -60,9 +60,11 @@ Expected<TableGrid> table_grid(const TableData& data, const TableFitOptions& opt
 /// poses, and the errors of dots that are not certified. Everything is linear but the angles, so
 /// the normal equations are solved directly, dots and poses eliminated, twice.
 ///
-/// E is as smooth as the data ask for: the energy of a thin plate is weighted by the restricted
-/// likelihood (REML), a Gaussian process to which affine errors are free. Its covariance is the
-/// posterior's and so counts what lies between the looks.
+/// E is as smooth as the data ask for: the energy of a thin plate, or a higher power of it, and its
+/// weight are those of the greatest restricted likelihood (REML), a Gaussian process to which
+/// affine errors are free; a higher power only where places of the table are looked at again, which
+/// tells scatter from short waves. Its covariance is the posterior's and so counts what lies
+/// between the looks.
 ///
 /// Self-calibration: with no dot certified and one plate in three poses, as it is, turned by 90
 /// degrees, and shifted by a dot, table and plate separate all but the scale (Raugh 1985; Ye et al.

@@ -27,6 +27,13 @@ struct TableData {
   std::vector<TableObservation> seen;
 };
 
+/// The smoothness of a table: its bending energy is weight P^order, P a thin plate's (of the
+/// coefficients, its mean eigenvalue 1).
+struct TableSmoothness {
+  double order = 1;
+  double weight = 0;  ///< 1/mm^2
+};
+
 struct TableFitOptions {
   /// Of the grid along its longer side. More follow a rougher warp and cost the cube; what the
   /// data do not ask for is smoothed away in any case.

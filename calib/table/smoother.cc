@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/table/smoother.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,87 +14,164 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Smoothings that are tried, in units of the one at which bending and data weigh the same.
-constexpr double kLeastSmoothing = 1e-12;
-constexpr double kMostSmoothing = 1e6;
-constexpr int kSearchSteps = 24;  ///< of golden sections: the logarithm to 1e-3
-/// Energy of a mode of mean square 1 that is not bent, but for rounding.
-constexpr double kUnbentTable = 1e-6;
+/// Weights that are tried. The least: of waves of the mean energy, a part of the data's
+/// information. The most: of the longest bent wave, a multiple of it.
+constexpr double kLeastWeight = 1e-12;
+constexpr double kMostWeight = 1e6;
+constexpr double kUsualWeight = 1e-4;
+constexpr int kSearchSteps = 18;  ///< of golden sections: the logarithm to 0.01
+/// A thin plate's, and those of smoother surfaces. Four times as steep is as good as no short wave.
+constexpr std::array kOrders = {1.0, 1.5, 2.0, 3.0};
+/// Twice the logarithm of how many times as likely a higher order has to be.
+constexpr double kClearlyLess = 2;
+/// Singular values of the unbent part of the open modes, which are orthonormal or 0.
+constexpr double kHeld = 1e-6;
+
+/// M with each coordinate's rows multiplied: out = (U x 1)' M, x and y by turns.
+MatrixXd of_waves(const MatrixXd& shapes, const MatrixXd& m) {
+  MatrixXd out(m.rows(), m.cols());
+  for (Index c = 0; c < 2; ++c) {
+    const auto rows = Eigen::seqN(c, shapes.rows(), Eigen::fix<2>);
+    out(rows, Eigen::all) = shapes.transpose() * MatrixXd(m(rows, Eigen::all));
+  }
+  return out;
+}
+
+MatrixXd of_coefficients(const MatrixXd& shapes, const MatrixXd& m) {
+  return of_waves(shapes.transpose(), m);
+}
 
 }  // namespace
 
-Smoother::Smoother(const TableBasis& basis,
+TableWaves::TableWaves(const TableBasis& basis) {
+  const Eigensystem bending = eigensystem(basis.bending);
+  shapes = bending.vectors;
+  energies = bending.values / bending.values.mean();
+  energies.head(kUnbent).setZero();
+}
+
+Smoother::Smoother(const TableWaves& waves,
+                   const TableBasis& basis,
                    const TableSystem& system,
                    const OpenModes& open,
                    const VectorXd& before)
-    : system_(system), functionals_(open.combinations.transpose() * basis.functionals) {
-  const Index n = basis.grid.n_coefficients();
-  bending_ = MatrixXd::Zero(2 * n, 2 * n);
-  for (Index i = 0; i < n; ++i) {
-    for (Index j = 0; j < n; ++j) {
-      bending_(2 * i, 2 * j) = bending_(2 * i + 1, 2 * j + 1) = basis.bending(i, j);
-    }
-  }
-  const double information = system.normal().trace() / static_cast<double>(2 * n);
-  unit_ = information / (bending_.trace() / static_cast<double>(2 * n));
-  Index n_bent = 0;
-  const MatrixXd held = basis.modes * open.combinations;
-  for (Index k = 0; k < held.cols(); ++k) {
-    n_bent += held.col(k).dot(bending_ * held.col(k)) > kUnbentTable;
-  }
-  rank_ = static_cast<double>(2 * (n - 3) - n_bent);
+    : waves_(waves) {
+  const MatrixXd half = of_waves(waves.shapes, system.normal());
+  normal_ = of_waves(waves.shapes, half.transpose());
+  information_ = system.normal().trace() / static_cast<double>(waves.size());
   // Of modes of mean square 1 the functionals are short where the coefficients are many.
-  hold_ = information * static_cast<double>(2 * n);
-  held_at_ = hold_ * (functionals_.transpose() * (functionals_ * before));
+  const double hold = std::sqrt(information_ * static_cast<double>(waves.size()));
+  const MatrixXd functionals = open.combinations.transpose() * basis.functionals;
+  holds_ = hold * of_waves(waves.shapes, functionals.transpose()).transpose();
+  right_side_ = of_waves(waves.shapes, system.right_side()) +
+                holds_.transpose() * (hold * (functionals * before));
+  const MatrixXd unbent = holds_.leftCols(2 * TableWaves::kUnbent) / hold;
+  const Eigensystem held = eigensystem(unbent.transpose() * unbent);
+  const double most = held.values.tail(1).value();
+  const Index n_free = (held.values.array() <= kHeld * kHeld * most).count();
+  free_ = held.vectors.leftCols(n_free);
 }
 
-MatrixXd Smoother::matrix(double smoothing) const {
-  return system_.normal() + smoothing * bending_ + hold_ * functionals_.transpose() * functionals_;
+VectorXd Smoother::powers(double order) const {
+  VectorXd out(waves_.size());
+  for (Index k = 0; k < waves_.energies.size(); ++k) {
+    out[2 * k] = out[2 * k + 1] = k < TableWaves::kUnbent ? 0 : std::pow(waves_.energies[k], order);
+  }
+  return out;
 }
 
-/// Minus twice the logarithm of the restricted likelihood, but for a constant.
-double Smoother::badness(double log_smoothing) const {
-  const double smoothing = std::exp(log_smoothing) * unit_;
-  const Cholesky decomposed(matrix(smoothing));
-  if (!decomposed.is_definite()) return std::numeric_limits<double>::infinity();
-  const double explained = system_.right_side().dot(decomposed.solve(system_.right_side()));
-  return decomposed.log_determinant() - rank_ * std::log(smoothing) - explained;
+MatrixXd Smoother::matrix(const TableSmoothness& smoothness) const {
+  MatrixXd out = normal_ + holds_.transpose() * holds_;
+  out.diagonal() += smoothness.weight * powers(smoothness.order);
+  return out;
 }
 
-double Smoother::best() const {
+/// By Sylvester's identity and Schur's complement over what is not bent, so that the small energies
+/// of long waves are not lost beside the large ones of short waves:
+///
+///   |D + B'B| |N' (1 + B D^-1 B')^-1 N|,   |D + B'B| = |D| |1 + B D^-1 B'|
+///
+/// D is the energy of bent waves, and [N B] holds the open modes.
+double Smoother::log_determinant_of_prior(const TableSmoothness& smoothness) const {
+  const Index n_unbent = 2 * TableWaves::kUnbent;
+  const Index n_bent = waves_.size() - n_unbent;
+  const VectorXd energies = smoothness.weight * powers(smoothness.order).tail(n_bent);
+  const MatrixXd bent = holds_.rightCols(n_bent);
+  const MatrixXd unbent = holds_.leftCols(n_unbent);
+  MatrixXd of_holds = bent * energies.cwiseInverse().asDiagonal() * bent.transpose();
+  of_holds.diagonal().array() += 1;
+  const Cholesky held(of_holds);
+  const MatrixXd left =
+      unbent.transpose() * held.solve(unbent) + information_ * free_ * free_.transpose();
+  return energies.array().log().sum() + held.log_determinant() + Cholesky(left).log_determinant();
+}
+
+double Smoother::badness(const TableSmoothness& smoothness) const {
+  const Cholesky decomposed(matrix(smoothness));
+  constexpr double kWorst = std::numeric_limits<double>::infinity();
+  if (!decomposed.is_definite()) return kWorst;
+  const double explained = right_side_.dot(decomposed.solve(right_side_));
+  const double badness =
+      decomposed.log_determinant() - log_determinant_of_prior(smoothness) - explained;
+  return std::isfinite(badness) ? badness : kWorst;
+}
+
+TableSmoothness Smoother::usual() const {
+  return {1, kUsualWeight * information_};
+}
+
+TableSmoothness Smoother::best_of(double order) const {
+  const auto at = [&](double log_weight) { return TableSmoothness{order, std::exp(log_weight)}; };
   const double golden = (std::sqrt(5.0) - 1) / 2;
-  double low = std::log(kLeastSmoothing);
-  double high = std::log(kMostSmoothing);
+  const VectorXd energies = powers(order);
+  double low = std::log(kLeastWeight * information_ / energies.mean());
+  double high = std::log(kMostWeight * information_ / energies[2 * TableWaves::kUnbent]);
   double a = high - golden * (high - low);
   double b = low + golden * (high - low);
-  double at_a = badness(a);
-  double at_b = badness(b);
+  double at_a = badness(at(a));
+  double at_b = badness(at(b));
   for (int i = 0; i < kSearchSteps; ++i) {
     if (at_a < at_b) {
       high = b;
       b = a;
       at_b = at_a;
       a = high - golden * (high - low);
-      at_a = badness(a);
+      at_a = badness(at(a));
     } else {
       low = a;
       a = b;
       at_a = at_b;
       b = low + golden * (high - low);
-      at_b = badness(b);
+      at_b = badness(at(b));
     }
   }
-  return std::exp(0.5 * (low + high)) * unit_;
+  return at(0.5 * (low + high));
 }
 
-std::optional<TableSolution> Smoother::solve(double smoothing) const {
-  const Cholesky decomposed(matrix(smoothing));
+std::optional<TableSmoothness> Smoother::best(bool over_orders) const {
+  TableSmoothness best = best_of(kOrders.front());
+  double least = badness(best);
+  for (std::size_t k = 1; over_orders && k < kOrders.size(); ++k) {
+    const TableSmoothness next = best_of(kOrders[k]);
+    const double badness_of_next = badness(next);
+    if (!(badness_of_next < least - kClearlyLess)) continue;
+    best = next;
+    least = badness_of_next;
+  }
+  if (!std::isfinite(least)) return std::nullopt;
+  return best;
+}
+
+std::optional<TableSolution> Smoother::solve(const TableSmoothness& smoothness) const {
+  const Cholesky decomposed(matrix(smoothness));
   if (!decomposed.is_definite()) return std::nullopt;
   TableSolution out;
-  out.smoothing = smoothing;
-  out.table_mm = decomposed.solve(VectorXd(system_.right_side() + held_at_));
-  out.cov = decomposed.inverse();
-  const MatrixXd share = out.cov * system_.normal();
+  out.smoothness = smoothness;
+  const MatrixXd& shapes = waves_.shapes;
+  out.table_mm = of_coefficients(shapes, decomposed.solve(right_side_));
+  const MatrixXd cov = decomposed.inverse();
+  out.cov = of_coefficients(shapes, of_coefficients(shapes, cov).transpose());
+  const MatrixXd share = cov * normal_;
   out.parameters = share.trace();
   out.taken_up = 2 * out.parameters - share.cwiseProduct(share.transpose()).sum();
   if (!out.table_mm.allFinite() || !out.cov.allFinite()) return std::nullopt;

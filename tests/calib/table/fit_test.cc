@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gmock/gmock.h>
 
@@ -21,6 +22,20 @@ TableData one_look(const test::TableError& error, double noise_mm, std::uint64_t
   const auto plate = test::simulated_plate(15, 300.0 / 14, true, 0, random);
   TableData data;
   test::look(plate, {0, {150, 150}}, error, noise_mm, random, data);
+  return data;
+}
+
+/// The same plate as it is, turned by 90 degrees, and shifted by a dot.
+TableData three_looks(const test::TableError& error, std::uint64_t seed) {
+  constexpr double kPitch_mm = 270.0 / 14;
+  Random random(seed);
+  const auto plate = test::simulated_plate(15, kPitch_mm, true, 0, random);
+  TableData data;
+  for (const PlatePose& pose : {PlatePose{0, {140, 150}},
+                                PlatePose{std::numbers::pi / 2, {140, 150}},
+                                PlatePose{0, {140 + kPitch_mm, 150}}}) {
+    test::look(plate, pose, error, 0.0005, random, data);
+  }
   return data;
 }
 
@@ -93,6 +108,19 @@ TEST(TableFit, AMapOfNoiseStaysFlat) {
   ASSERT_TRUE(fit) << fit.error().text();
   EXPECT_LE(test::compare(fit->map, none, 0, 300).rms_mm, 0.0003);
   EXPECT_LT(fit->parameters, 20);
+}
+
+/// One look at each place does not tell scatter from the shortest waves.
+TEST(TableFit, IsOfAHigherOrderOnlyWherePlacesAreSeenAgain) {
+  const auto waves = [](const Eigen::Vector2d& c) {
+    return Eigen::Vector2d(0.010 * std::sin(c.x() / 70 + 1), 0.008 * std::sin(c.y() / 80 + 2));
+  };
+  const auto again = fit_table(three_looks(waves, 8), {});
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_GE(again->smoothness.order, 2);
+  const auto once = fit_table(one_look(waves, 0.0005, 8), {});
+  ASSERT_TRUE(once) << once.error().text();
+  EXPECT_EQ(once->smoothness.order, 1);
 }
 
 TEST(TableFit, RefusesWhatIsNoData) {
