@@ -6,6 +6,7 @@
 #include <charconv>
 #include <utility>
 
+#include "program/text/gaps.h"
 #include <fmt/format.h>
 
 namespace panelcal::gcode {
@@ -13,10 +14,6 @@ namespace {
 
 /// E and O mean nothing in a line; numbers with exponents are not read.
 constexpr std::string_view kLetters = "ABCDFGHIJKLMNPQRSTUVWXYZ";
-
-bool is_gcode_blank(char c) {
-  return c == ' ' || c == '\t';
-}
 
 class BlockReader {
  public:
@@ -52,7 +49,7 @@ class BlockReader {
   std::string_view text() const { return line_.text; }
 
   void skip_blanks() {
-    while (at_ < text().size() && is_gcode_blank(text()[at_])) ++at_;
+    while (at_ < text().size() && is_gap(text()[at_])) ++at_;
   }
 
   tl::unexpected<Diagnostic> problem(Code code,
@@ -108,13 +105,13 @@ class BlockReader {
     while (at_ < text().size()) {
       const char c = text()[at_];
       const bool is_sign = (c == '+' || c == '-') && digits.empty();
-      if (!is_gcode_blank(c)) {
+      if (!is_gap(c)) {
         if (!is_sign && c != '.' && !std::isdigit(static_cast<unsigned char>(c))) break;
         digits += c;
       }
       ++at_;
     }
-    while (at_ > word && is_gcode_blank(text()[at_ - 1])) --at_;
+    while (at_ > word && is_gap(text()[at_ - 1])) --at_;
     if (at_ < text().size() && (text()[at_] == '#' || text()[at_] == '[')) {
       return problem(Code::NotSupported,
                      word,

@@ -8,6 +8,7 @@
 #include "program/excellon/text/lexer.h"
 #include "program/excellon/text/spelling.h"
 #include "program/excellon/text/tools.h"
+#include "program/text/gaps.h"
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include <fmt/format.h>
@@ -169,7 +170,7 @@ class HeaderReader {
   /// `METRIC, TZ`.
   void read_spaced(int line, int column, std::string_view text) {
     std::string squeezed(text);
-    std::erase_if(squeezed, [](char c) { return c == ' ' || c == '\t'; });
+    std::erase_if(squeezed, is_gap);
     reporter_.report(Code::NotationAccepted,
                      line,
                      column,

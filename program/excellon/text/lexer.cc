@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "program/text/gaps.h"
 #include "program/text/number_format.h"
 
 namespace panelcal::excellon {
@@ -42,9 +43,6 @@ constexpr ExcellonIndex index_of_letter(char letter) {
 constexpr ExcellonIndex kIndexOfG = index_of_letter('G');
 constexpr ExcellonIndex kIndexOfM = index_of_letter('M');
 
-bool is_excellon_blank(char c) {
-  return c == ' ' || c == '\t';
-}
 bool is_capital(char c) {
   return c >= 'A' && c <= 'Z';
 }
@@ -136,20 +134,19 @@ Block part_of(const Block& block, std::size_t begin, std::size_t end) {
 }
 
 LineKind kind_of(std::string_view line) {
-  const auto first = std::ranges::find_if_not(line, is_excellon_blank);
+  const auto first = std::ranges::find_if_not(line, is_gap);
   if (first == line.end() || *first == ';') return LineKind::Empty;
   if (*first == '/') return LineKind::BlockDelete;
   if (*first == '$') return LineKind::KeyboardOrder;
-  if (*first == '%' && std::all_of(first + 1, line.end(), is_excellon_blank))
-    return LineKind::PatternMark;
+  if (*first == '%' && std::all_of(first + 1, line.end(), is_gap)) return LineKind::PatternMark;
   return LineKind::Words;
 }
 
 SourceLine without_blanks(const SourceLine& line) {
-  const auto first = static_cast<std::size_t>(
-      std::ranges::find_if_not(line.text, is_excellon_blank) - line.text.begin());
+  const auto first =
+      static_cast<std::size_t>(std::ranges::find_if_not(line.text, is_gap) - line.text.begin());
   std::string_view text = line.text.substr(first);
-  while (!text.empty() && is_excellon_blank(text.back())) text.remove_suffix(1);
+  while (!text.empty() && is_gap(text.back())) text.remove_suffix(1);
   return {text, line.number, line.column + static_cast<int>(first)};
 }
 
@@ -165,7 +162,7 @@ bool is_continued(std::string_view line) {
 }
 
 bool is_long_message(std::string_view line) {
-  const auto first = std::ranges::find_if_not(line, is_excellon_blank);
+  const auto first = std::ranges::find_if_not(line, is_gap);
   return std::string_view(first, line.end()).starts_with("M45,");
 }
 
@@ -179,8 +176,8 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
   const std::string_view text = line.text;
   std::size_t i = 0;
   std::size_t end = text.size();
-  while (i < end && is_excellon_blank(text[i])) ++i;
-  while (end > i && is_excellon_blank(text[end - 1])) --end;
+  while (i < end && is_gap(text[i])) ++i;
+  while (end > i && is_gap(text[end - 1])) --end;
 
   block.line = line.number;
   block.text = text.substr(i, end - i);
@@ -202,7 +199,7 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
     const std::size_t begin = ++i;
     while (i < end && is_number_part(text[i])) ++i;
     block.words[block.n_words++] = {text[begin - 1], column, text.substr(begin, i - begin)};
-    while (i < end && is_excellon_blank(text[i])) ++i;
+    while (i < end && is_gap(text[i])) ++i;
   }
   return std::nullopt;
 }

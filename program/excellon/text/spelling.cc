@@ -7,17 +7,15 @@
 #include <cstring>
 #include <utility>
 
-#include "program/excellon/text/header.h"
+#include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
 #include "program/model/tool_links.h"
+#include "program/text/gaps.h"
 #include <fmt/format.h>
 
 namespace panelcal::excellon {
 namespace {
 
-bool is_gap(char c) {
-  return c == ' ' || c == '\t';
-}
 bool is_small(char c) {
   return c >= 'a' && c <= 'z';
 }
@@ -61,12 +59,6 @@ std::size_t find_telling(std::string_view text, std::size_t at) {
   }
   while (at < text.size() && !is_telling(text[at])) ++at;
   return at;
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_gap(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_gap(text.back())) text.remove_suffix(1);
-  return text;
 }
 
 std::size_t first_of_line(std::string_view line) {

@@ -7,15 +7,10 @@
 #include <system_error>
 #include <utility>
 
+#include "program/text/gaps.h"
+
 namespace panelcal::sieb_meyer {
 namespace {
-
-std::string_view trimmed_name(std::string_view text) {
-  constexpr std::string_view kNameBlanks = " \t";
-  const auto begin = text.find_first_not_of(kNameBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kNameBlanks) - begin + 1);
-}
 
 bool is_subprogram_file(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
@@ -66,9 +61,9 @@ std::vector<std::string> called_names(std::string_view bytes) {
   for (auto at = bytes.find(kCall); at != std::string_view::npos; at = bytes.find(kCall, at)) {
     at += kCall.size();
     std::string_view rest = bytes.substr(at, bytes.find_first_of("\r\n", at) - at);
-    rest = trimmed_name(rest);
+    rest = trimmed(rest);
     if (rest.empty() || rest.front() != ',') continue;
-    const std::string_view name = trimmed_name(rest.substr(1));
+    const std::string_view name = trimmed(rest.substr(1));
     if (is_subprogram_name(name)) names.emplace_back(name);
   }
   return names;
@@ -90,13 +85,13 @@ std::optional<SubprogramText> find_subprogram(std::string_view bytes, std::strin
   std::optional<SubprogramText> found;
   while (!cursor.at_end()) {
     const std::size_t offset = cursor.offset();
-    const std::string_view text = trimmed_name(cursor.next().text);
+    const std::string_view text = trimmed(cursor.next().text);
     if (text.empty() || (text.front() != '@' && text.front() != '$')) continue;
     if (found) {
       found->end = offset;
       return found;
     }
-    if (text.front() == '@' && trimmed_name(text.substr(1)) == name) {
+    if (text.front() == '@' && trimmed(text.substr(1)) == name) {
       found = SubprogramText{cursor.place(), bytes.size()};
     }
   }

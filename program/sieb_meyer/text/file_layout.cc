@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "program/sieb_meyer/text/lexer.h"
+#include "program/text/gaps.h"
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include <fmt/format.h>
@@ -17,12 +18,6 @@ namespace panelcal::sieb_meyer {
 namespace {
 
 constexpr std::string_view kBlanks = " \t";
-
-std::string_view trimmed_line(std::string_view text) {
-  const auto begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
 
 std::optional<FileFormat> format_of(std::string_view mark) {
   if (mark == "%%" || mark == "%%1000") return FileFormat::F1000;
@@ -40,7 +35,7 @@ class TableReader {
   void read(LineCursor cursor) {
     const SourceLine first = cursor.next();
     if (layout_.format == FileFormat::F1000) return read_fixed(first, cursor);
-    if (trimmed_line(first.text) != "$") {
+    if (trimmed(first.text) != "$") {
       refuse(first.number, first.column, quoted(first.text), "a $ alone in its line");
       return;
     }
@@ -49,7 +44,7 @@ class TableReader {
     while (!cursor.at_end()) {
       const SourceLine line = cursor.next();
       last_line = line.number;
-      const std::string_view text = trimmed_line(line.text);
+      const std::string_view text = trimmed(line.text);
       if (text.empty()) continue;
       if (is_closed) {
         reporter_.report(
@@ -78,7 +73,7 @@ class TableReader {
   }
 
   void read_line(const SourceLine& line) {
-    if (trimmed_line(line.text).starts_with('M')) return read_magazines(line);
+    if (trimmed(line.text).starts_with('M')) return read_magazines(line);
     Block block;
     if (const auto fault = lex(line, block)) {
       return refuse(line.number, fault->column, quoted(fault->text), std::string(fault->expected));
@@ -192,8 +187,8 @@ class TableReader {
   void read_fixed(const SourceLine& first, LineCursor cursor) {
     constexpr int kTools = 15;
     constexpr std::string_view kLetters = "DSFRNA";
-    std::string text(trimmed_line(first.text));
-    while (!cursor.at_end()) text += trimmed_line(cursor.next().text);
+    std::string text(trimmed(first.text));
+    while (!cursor.at_end()) text += trimmed(cursor.next().text);
     std::size_t n_values = 0;
     std::size_t at = 1;
     std::map<int, std::string> without_value;
@@ -262,7 +257,7 @@ std::optional<LinePlace> find_table(std::string_view bytes, LinePlace from) {
 bool is_program(std::string_view bytes) {
   LineCursor cursor(bytes);
   while (!cursor.at_end()) {
-    const std::string_view text = trimmed_line(cursor.next().text);
+    const std::string_view text = trimmed(cursor.next().text);
     if (text.starts_with("%%")) return true;
     if (text.starts_with('%') || text == "M48") return false;
   }
@@ -275,7 +270,7 @@ FileLayout read_layout(const SourceText& source, DiagnosticLog& log) {
   LineCursor cursor(source.bytes);
   while (!cursor.at_end()) {
     const SourceLine line = cursor.next();
-    const std::string_view mark = trimmed_line(line.text);
+    const std::string_view mark = trimmed(line.text);
     if (!mark.starts_with("%%")) continue;
     layout.head_line = line.number;
     layout.body = cursor.place();

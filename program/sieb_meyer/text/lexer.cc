@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "program/text/gaps.h"
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
@@ -43,15 +44,6 @@ bool is_digit(char c) {
 }
 bool is_number_character(char c) {
   return is_digit(c) || c == '+' || c == '-' || c == '.';
-}
-bool is_gap(char c) {
-  return c == ' ' || c == '\t';
-}
-
-std::string_view trimmed_gaps(std::string_view text) {
-  while (!text.empty() && is_gap(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_gap(text.back())) text.remove_suffix(1);
-  return text;
 }
 
 bool takes_text(Command command) {
@@ -165,7 +157,7 @@ bool is_camera(Command command) {
 
 std::optional<LexFault> lex(const SourceLine& line, Block& block) {
   block.line = line.number;
-  block.text = trimmed_gaps(line.text);
+  block.text = trimmed(line.text);
   const auto column_of = [&line](const char* at) {
     return line.column + static_cast<int>(at - line.text.data());
   };
@@ -197,14 +189,14 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
     if (letter != 'G' && letter != 'M') continue;
     const auto command = command_of(word);
     if (!command || !takes_text(*command)) continue;
-    std::string_view text = trimmed_gaps(rest);
+    std::string_view text = trimmed(rest);
     if (text.empty()) return std::nullopt;
     if (text.front() == ',') {
-      text = trimmed_gaps(text.substr(1));
+      text = trimmed(text.substr(1));
     } else if (*command != Command::UserMessage) {
       return LexFault{column_of(text.data()), text, "a comma before the text"};
     }
-    if (!may_have_brackets(*command)) text = trimmed_gaps(text.substr(0, text.find('(')));
+    if (!may_have_brackets(*command)) text = trimmed(text.substr(0, text.find('(')));
     block.argument = text;
     block.argument_column = column_of(text.data());
     return std::nullopt;
@@ -212,12 +204,12 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
 }
 
 bool is_blank(std::string_view line) {
-  line = trimmed_gaps(line);
+  line = trimmed(line);
   return line.empty() || (line.front() == '(' && behind_comments(line).empty());
 }
 
 std::optional<SourceLine> without_slash(const SourceLine& line) {
-  const std::string_view text = trimmed_gaps(line.text);
+  const std::string_view text = trimmed(line.text);
   if (text.empty() || text.front() != '/') return std::nullopt;
   const int at = static_cast<int>(text.data() - line.text.data());
   return SourceLine{text.substr(1), line.number, line.column + at + 1};
