@@ -15,7 +15,8 @@ namespace panelcal {
 /// Looks at the camera (each zoom level), the spindle-camera offset and the table; what states no
 /// date, and machines without [nightly], have no limit.
 ///
-/// In     now: a date that is stated by hand is by the clock on the wall, so that an age is known to
+/// In     now: a date that is stated by hand is by the clock on the wall, so that an age is known
+/// to
 ///        some hours
 /// Out    log: warnings, at [nightly] of machine.toml
 /// See    tests/machine/check/calibration_ages_test.cc

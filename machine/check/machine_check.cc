@@ -72,9 +72,7 @@ void check_mark(const MachineConfig& config, const NightlyConfig& nightly, Diagn
 
 }  // namespace
 
-void check_machine(const MachineConfig& config,
-                   std::chrono::sys_seconds now,
-                   DiagnosticLog& log) {
+void check_machine(const MachineConfig& config, std::chrono::sys_seconds now, DiagnosticLog& log) {
   if (config.coupon && config.camera) check_coupon(config, *config.coupon, log);
   if (!config.nightly) return;
   check_mark(config, *config.nightly, log);

@@ -25,9 +25,7 @@ namespace panelcal {
 ///
 /// Out    log: every problem, each where machine.toml has its cause
 /// See    tests/golden/config/day-0-machine.case and its kin
-void check_machine(const MachineConfig& config,
-                   std::chrono::sys_seconds now,
-                   DiagnosticLog& log);
+void check_machine(const MachineConfig& config, std::chrono::sys_seconds now, DiagnosticLog& log);
 
 /// Holds what a program asks the camera for against machine.toml: vision tools that are not
 /// defined, once each, and the first target that cannot be looked at within travel. Of a machine

@@ -73,9 +73,9 @@ struct MachineConfig {
   Time camera_patience = seconds(5);          ///< [camera] patience_s
   std::map<double, CameraCalibration> zooms;  ///< [[camera.zoom]], by level
   std::map<double, std::filesystem::path> zoom_files;  ///< of `zooms`
-  std::filesystem::path table_file;    ///< [table] calibration, of `walk.table`; or empty
+  std::filesystem::path table_file;  ///< [table] calibration, of `walk.table`; or empty
   std::optional<std::chrono::sys_seconds> table_date;  ///< of that calibration
-  PictureForm picture_form;            ///< [camera] bayer, bits
+  PictureForm picture_form;                            ///< [camera] bayer, bits
   SpindleCameraOffset spindle_camera;  ///< [spindle], or of the calibration that it names
   SpindleSetting spindle_setting;
   /// Date of the offset's calibration: [spindle] camera_offset_date, or what the calibration says.

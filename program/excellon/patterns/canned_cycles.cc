@@ -68,6 +68,14 @@ Cycle<HoleSequence> dual_in_line(const Eigen::Vector2d& corner_a_mm,
   const bool fits_along_y = std::abs(x_mm - row_mm) <= slack_mm;
   const bool along_x = fits_along_x == fits_along_y ? x_mm > y_mm : fits_along_x;
   const double length_mm = along_x ? x_mm : y_mm;
+  const double between_mm = along_x ? y_mm : x_mm;
+  const double contradicts_mm = std::abs(between_mm - row_mm);
+  if (contradicts_mm > slack_mm && std::abs(length_mm - row_mm) <= contradicts_mm + slack_mm) {
+    return wrong(corners +
+                 fmt::format("; expected the {:.6g} mm between the rows in x or in y: they "
+                             "could run either way",
+                             row_mm));
+  }
   const double n_pitches = std::round(length_mm / pitch_mm);
   if (n_pitches < 1 || std::abs(length_mm - n_pitches * pitch_mm) > slack_mm) {
     return wrong(

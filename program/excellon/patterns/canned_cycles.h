@@ -17,12 +17,13 @@ using Cycle = tl::expected<T, std::string>;
 /// G82: two rows of holes between opposite corners.
 ///
 /// The rows run through both corners, along the axis across which the corners are row_mm apart; if
-/// that is so for both axes or for none, along the longer side. The first row begins at corner_a,
-/// the second comes back from corner_b.
+/// that is so for none, along the longer side. The first row begins at corner_a, the second comes
+/// back from corner_b.
 ///
 /// In     pitch_mm: between the holes of a row; row_mm: between the rows; both > 0
 ///        rounding_mm: the resolution of the file's numbers
-/// Fails  corners in one line; a square; rows that are no whole number of pitches long
+/// Fails  corners in one line; a square; corners that are row_mm apart neither in x nor in y, and
+///        whose longer side comes as near to it; rows that are no whole number of pitches long
 /// Source CNC-7 manual, Canned Cycle Commands, Dual In Line Package; semantics page, G82
 /// See    tests/program/excellon/patterns/canned_cycles_test.cc
 Cycle<HoleSequence> dual_in_line(const Eigen::Vector2d& corner_a_mm,

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/clock.h"
 #include <gtest/gtest.h>
 
-#include "calib/base/clock.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {

@@ -23,7 +23,7 @@ std::vector<NumberFormat> all_formats() {
     for (const Zeros zeros : {Zeros::LeadingKept, Zeros::TrailingKept}) {
       for (int integer_digits = 0; integer_digits <= 6; ++integer_digits) {
         for (int decimal_digits = 0; decimal_digits <= 6; ++decimal_digits) {
-          formats.push_back({unit, zeros, integer_digits, decimal_digits});
+          formats.push_back({unit, zeros, false, integer_digits, decimal_digits});
         }
       }
     }

@@ -21,11 +21,42 @@ CENTER_TOLERANCE_MM = 1e-5
 # manual: plunge points are computed with 0.707 and 1.707, three digits of a radius up to 50 mm.
 PLUNGE_TOLERANCE_MM = 0.02
 WRITTEN_TOLERANCE_MM = 0.00075
+# Both halves of a circle have rounded ends, and each its own centre as far from both.
+WRITTEN_CENTER_TOLERANCE_MM = 0.002
 IGNORED = {"tool", "stop", "message", "function", "setting", "dwell", "rate", "zero_set"}
 
 
 class Difference(Exception):
     """The two readings of a program differ."""
+
+
+@dataclasses.dataclass
+class Depths:
+    """What JSON Lines state of a stroke's depth; None is the operator's value."""
+
+    control: Optional[str]  # "depth" (G83), "slm" (G71)
+    z: Optional[float]
+    depth: Optional[float]
+    surface: Optional[float]
+    lower_limit: Optional[float]
+    upper_limit: Optional[float]
+
+    @classmethod
+    def of(cls, record):
+        return cls(**{field.name: record.get(field.name) for field in dataclasses.fields(cls)})
+
+    def agrees_with(self, depth, tolerance=TOLERANCE_MM):
+        """`depth` is that of the second reading."""
+        control = {"table": None, "board": "depth", "surface": "slm"}[depth.reference]
+        if control is None:
+            stated = (self.z, self.depth, self.lower_limit, self.upper_limit)
+            wanted = (depth.depth_mm, None, None, depth.upper_mm)
+        else:
+            stated = (self.depth, self.z, self.lower_limit, self.upper_limit)
+            wanted = (depth.depth_mm, None, depth.lower_mm, depth.upper_mm)
+        same = all((a is None) == (b is None) and (a is None or abs(a - b) <= tolerance)
+                   for a, b in zip(stated, wanted))
+        return self.control == control and same
 
 
 @dataclasses.dataclass
@@ -41,20 +72,16 @@ class Event:
     turned_rad: float = 0.0
     compensation: Optional[str] = None
     feed_mm_s: Optional[float] = None
-    z: Optional[float] = None
-    depth: Optional[float] = None
-    surface: Optional[float] = None
-    upper: Optional[float] = None  # H
+    depth: Optional["Depths"] = None
     cycle: Optional[tuple] = None
 
 
 class Cycles:
-    """Peck and pulse drilling and the H plane as panelcal passes them on, before the holes they hold for."""
+    """Peck and pulse drilling as panelcal passes them on, before the holes they hold for."""
 
     def __init__(self):
         self.on = {"peck": False, "pulse": False}
         self.values = {"peck": {}, "pulse": {}}
-        self.upper = None
 
     def read(self, record):
         text = record.get("text", "")
@@ -66,9 +93,6 @@ class Cycles:
             # manual: "G81": pulse drilling and peck drilling cannot be used at the same time.
             if self.on["peck"] and self.on["pulse"]:
                 raise Difference(f"line {record['line']}: G81 and G89 at the same time")
-        plane = re.fullmatch(r"H([0-9.]+)", text)
-        if record["op"] == "setting" and plane:
-            self.upper = float(plane[1])
 
     def cycle(self):
         name = next((name for name, on in self.on.items() if on), None)
@@ -84,14 +108,13 @@ def events_of_panelcal(text):
         op = record["op"]
         where = (record["line"], (record.get("file"), *record.get("path", ())))
         cycles.read(record)
-        depth = {key: record.get(key) for key in ("z", "depth", "surface")}
-        depth["upper"] = cycles.upper
+        depth = Depths.of(record)
         at = tuple(record["nominal"]) if "nominal" in record else None
         if op == "drill":
-            events.append(Event("hole", *where, record["tool"], at=at, cycle=cycles.cycle(), **depth))
+            events.append(Event("hole", *where, record["tool"], at=at, depth=depth, cycle=cycles.cycle()))
         elif op == "slot":
             end = tuple(record["nominal_end"])
-            events.append(Event("slot", *where, record["tool"], start=at, at=end, **depth))
+            events.append(Event("slot", *where, record["tool"], start=at, at=end, depth=depth))
             at = end
         elif op == "position":
             down, side = False, None
@@ -99,13 +122,13 @@ def events_of_panelcal(text):
             side = None if record["side"] == "off" else record["side"]
         elif op == "plunge":
             if not down:  # Within a contour: only another depth.
-                events.append(Event("plunge", *where, record["tool"], at=place, **depth))
+                events.append(Event("plunge", *where, record["tool"], at=place, depth=depth))
             down = True
         elif op == "rout":
             if not down:
                 raise Difference(f"{where}: panelcal routs with the tool up")
             move = Event("line", *where, record["tool"], start=place, at=at, compensation=side,
-                         feed_mm_s=record["feed"], **depth)
+                         feed_mm_s=record["feed"], depth=depth)
             if record["kind"] != "line":
                 move.kind, move.clockwise = "arc", record["kind"] == "cw"
                 move.center = tuple(record["center"])
@@ -187,18 +210,9 @@ class Comparison:
         self.expect(operation, event, math.dist(a, b) <= tolerance * math.sqrt(2), f"{what} {a}, {b}:")
 
     def compare_depth(self, operation, event):
-        """What JSON Lines state of the depth: Z above the table, or K below the board or the surface."""
-        depth = operation.depth
-        if depth.reference == "table":
-            wanted = (depth.depth_mm, None)
-        else:
-            wanted = (None, depth.depth_mm)
-        for value, given in zip(wanted, (event.z, event.depth)):
-            same = (value is None) == (given is None) and (value is None or abs(value - given) <= TOLERANCE_MM)
-            self.expect(operation, event, same, f"depth {wanted}")
-        self.expect(operation, event, depth.upper_mm == event.upper, "traveling plane")
-        if depth.reference == "surface" and depth.depth_mm is not None:
-            self.expect(operation, event, event.surface is not None, "surface")
+        self.expect(operation, event, event.depth.agrees_with(operation.depth), "depth")
+        if operation.depth.reference == "surface" and operation.depth.depth_mm is not None:
+            self.expect(operation, event, event.depth.surface is not None, "surface")
 
     # ---- operations
 
@@ -346,7 +360,8 @@ def compare_written(operations, events):
             raise Difference(f"panelcal does not write this by itself: {operation}")
         before = whole[-1] if whole else None
         if (before is not None and operation.kind == before.kind == "arc" and operation.clockwise == before.clockwise
-                and math.dist(operation.center, before.center) <= CENTER_TOLERANCE_MM and operation.start == before.end):
+                and math.dist(operation.center, before.center) <= WRITTEN_CENTER_TOLERANCE_MM
+                and operation.start == before.end):
             whole[-1] = dataclasses.replace(before, end=operation.end)
         else:
             whole.append(operation)
@@ -357,9 +372,6 @@ def compare_written(operations, events):
         near = all(a is None or b is None or math.dist(a, b) <= WRITTEN_TOLERANCE_MM for a, b in places)
         same = (kinds[operation.kind], operation.tool, operation.clockwise, operation.compensation) == (
             event.kind, event.tool, event.clockwise, event.compensation)
-        numbers = (event.z, event.depth) == ((operation.depth.depth_mm, None) if operation.depth.reference == "table"
-                                             else (None, operation.depth.depth_mm))
-        stated = event.z is not None or event.depth is not None
-        if not near or not same or (stated and not numbers):
+        if not near or not same or not event.depth.agrees_with(operation.depth, WRITTEN_TOLERANCE_MM):
             raise Difference(f"written otherwise than in JSON Lines\n  written    {operation}\n  JSON Lines {event}")
     return len(whole)

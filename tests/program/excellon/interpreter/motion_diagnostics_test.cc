@@ -73,8 +73,8 @@ TEST(MotionDiagnostics, TheCompensationIndexComesBeforeG00) {
 /// "The Y value determines the space between the two rows."
 TEST(MotionDiagnostics, TheRowsOfAPackageAreAsFarApartAsItsBlockSays) {
   expect_each({
-      {"G82X1.Y4.\nX1.Y1.\nX4.Y3.\n", "7:1: warning[rows-contradicted]"},
-      {"G81X1.\nX1.Y1.\nX4.Y3.\n", "7:1: warning[rows-contradicted]"},
+      {"G82X1.Y1.\nX1.Y1.\nX4.Y3.\n", "7:1: warning[rows-contradicted]"},
+      {"G81X1.\nX1.Y1.\nX31.Y21.\n", "7:1: warning[rows-contradicted]"},
   });
   EXPECT_EQ(diagnostics_of("G82X1.Y2.\nX1.Y1.\nX4.Y3.\nM30\n"), Texts{});
   EXPECT_EQ(diagnostics_of("G82X1.Y3.\nX1.Y1.\nX4.Y3.\nM30\n"), Texts{});

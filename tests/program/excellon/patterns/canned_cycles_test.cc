@@ -95,6 +95,9 @@ TEST(DualInLine, RefusesWhatIsNoPackage) {
   EXPECT_THAT(error_of(package({0, 0}, {0.3, -0.30004}, 0.1, 0.3)), HasSubstr("square"));
   EXPECT_THAT(error_of(package({0, 0}, {0, 0.3}, 0.1, 0.3)), HasSubstr("opposite"));
   EXPECT_THAT(error_of(package({0, 0}, {0.7, 0}, 0.1, 0.3)), HasSubstr("opposite"));
+  // Either side may be meant to lie between the rows.
+  EXPECT_THAT(error_of(package({0, 0}, {0.6, 0.3}, 0.1, 0.5)), HasSubstr("either way"));
+  EXPECT_THAT(error_of(package({0, 0}, {0.6, 0.3}, 0.1, 0.45)), HasSubstr("either way"));
   EXPECT_THAT(error_of(package({0, 0}, {0.75, 0.3}, 0.1, 0.3)), HasSubstr("whole number"));
   EXPECT_THAT(error_of(package({0, 0}, {0.04, 0.3}, 0.1, 0.3)), HasSubstr("whole number"));
   EXPECT_THAT(error_of(package({0, 0}, {0.7, 0.3}, 0, 0.3)), HasSubstr("above 0"));
