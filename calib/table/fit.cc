@@ -21,6 +21,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using internal::LikelySmoothness;
 using internal::Smoother;
 using internal::TableBasis;
 using internal::TableSolution;
@@ -136,7 +137,7 @@ bool is_held_out(std::size_t i, int every) {
 void hold_out_looks(const TableData& data,
                     const TableFitOptions& options,
                     const TableBasis& basis,
-                    const TableWaves& waves,
+                    const LikelySmoothness& smoothness,
                     const internal::OpenModes& open,
                     const TableState& about,
                     TableFit& fit) {
@@ -154,7 +155,8 @@ void hold_out_looks(const TableData& data,
     ++by_dot[data.seen[i].i_dot];
   }
   const TableSystem system(data, used, basis, about);
-  const auto solution = Smoother(waves, basis, system, open, about.table_mm).solve(fit.smoothness);
+  const Smoother smoother(*smoothness.waves, basis, system, open, about.table_mm);
+  const auto solution = smoother.solve(smoothness.weight);
   if (!solution) return;
   const TableState state = system.complete(solution->table_mm);
   double sum_mm2 = 0;
@@ -259,7 +261,9 @@ Expected<TableGrid> table_grid(const TableData& data, const TableFitOptions& opt
 Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& options) {
   PANELCAL_TRY(const TableGrid grid, table_grid(data, options));
   const TableBasis basis(grid);
-  const TableWaves waves(basis);
+  const std::vector<TableWaves> processes = sees_places_again(data, grid)
+                                                ? internal::all_waves(basis)
+                                                : std::vector{internal::plate_waves(basis)};
   std::vector<std::size_t> all(data.seen.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
 
@@ -268,16 +272,19 @@ Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& optio
   std::optional<TableSolution> solution;
   internal::OpenModes open;
   int n_eliminated = 0;
+  std::optional<LikelySmoothness> smoothness;
   for (int round = 0; round < kTableRounds; ++round) {
     about = state;
     about.dots_mm.assign(data.dots.size(), Eigen::Vector2d::Zero());
     const TableSystem system(data, all, basis, about);
     open = internal::find_open_modes(basis, system.normal(), options.open_sigma.in_mm());
-    const Smoother smoother(waves, basis, system, open, about.table_mm);
     const bool is_last = round + 1 == kTableRounds;
-    const auto smoothness =
-        is_last ? smoother.best(sees_places_again(data, grid)) : smoother.usual();
-    solution = smoothness ? smoother.solve(*smoothness) : std::nullopt;
+    smoothness = is_last ? internal::most_likely(processes, basis, system, open, about.table_mm)
+                         : LikelySmoothness{&processes.front(), internal::usual_weight(system)};
+    solution.reset();
+    if (!smoothness) break;
+    const Smoother smoother(*smoothness->waves, basis, system, open, about.table_mm);
+    solution = smoother.solve(smoothness->weight);
     if (!solution) break;
     internal::settle(basis, open, *solution);
     state = system.complete(solution->table_mm);
@@ -292,7 +299,8 @@ Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& optio
   fit.parameters = solution->parameters + n_eliminated;
   fit.degrees_of_freedom =
       2 * static_cast<double>(data.seen.size()) - solution->taken_up - n_eliminated;
-  if (options.held_out_every > 0) hold_out_looks(data, options, basis, waves, open, about, fit);
+  if (options.held_out_every > 0)
+    hold_out_looks(data, options, basis, *smoothness, open, about, fit);
   return fit;
 }
 

@@ -60,11 +60,10 @@ Expected<TableGrid> table_grid(const TableData& data, const TableFitOptions& opt
 /// poses, and the errors of dots that are not certified. Everything is linear but the angles, so
 /// the normal equations are solved directly, dots and poses eliminated, twice.
 ///
-/// E is as smooth as the data ask for: the energy of a thin plate, or a higher power of it, and its
-/// weight are those of the greatest restricted likelihood (REML), a Gaussian process to which
-/// affine errors are free; a higher power only where places of the table are looked at again, which
-/// tells scatter from short waves. Its covariance is the posterior's and so counts what lies
-/// between the looks.
+/// E is as smooth as the data ask for: a Gaussian process to which affine errors are free, whose
+/// kind, length and weight are those of the greatest restricted likelihood (REML); other kinds than
+/// a thin plate only where places of the table are looked at again, which tells scatter from short
+/// waves. Its covariance is the posterior's and so counts what lies between the looks.
 ///
 /// Self-calibration: with no dot certified and one plate in three poses, as it is, turned by 90
 /// degrees, and shifted by a dot, table and plate separate all but the scale (Raugh 1985; Ye et al.

@@ -27,11 +27,17 @@ struct TableData {
   std::vector<TableObservation> seen;
 };
 
-/// The smoothness of a table: its bending energy is weight P^order, P a thin plate's (of the
-/// coefficients, its mean eigenvalue 1).
+/// The Gaussian process that a table's error is taken for, but for what is linear in the place.
+enum class TableProcess : std::uint8_t {
+  ThinPlate,           ///< of a plate's bending energy: waves of every length
+  Matern,              ///< Matern's covariance, 5/2: bent everywhere, without a jump
+  SquaredExponential,  ///< long waves only
+};
+
 struct TableSmoothness {
-  double order = 1;
-  double weight = 0;  ///< 1/mm^2
+  TableProcess process = TableProcess::ThinPlate;
+  double length = 0;  ///< of the covariance, in longer sides of the grid; a thin plate has none
+  double weight = 0;  ///< 1 over the variance of the process, 1/mm^2
 };
 
 struct TableFitOptions {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/table/smoother.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -14,25 +14,23 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Weights that are tried. The least: of waves of the mean energy, a part of the data's
-/// information. The most: of the longest bent wave, a multiple of it.
+/// Weights that are tried: from a part of the data's information on waves of the mean energy to a
+/// multiple of that on the longest bent wave.
 constexpr double kLeastWeight = 1e-12;
 constexpr double kMostWeight = 1e6;
 constexpr double kUsualWeight = 1e-4;
 constexpr int kSearchSteps = 18;  ///< of golden sections: the logarithm to 0.01
-/// A thin plate's, and those of smoother surfaces. Four times as steep is as good as no short wave.
-constexpr std::array kOrders = {1.0, 1.5, 2.0, 3.0};
-/// Twice the logarithm of how many times as likely a higher order has to be.
+/// Twice the logarithm of how many times as likely another process has to be.
 constexpr double kClearlyLess = 2;
 /// Singular values of the unbent part of the open modes, which are orthonormal or 0.
 constexpr double kHeld = 1e-6;
 
-/// M with each coordinate's rows multiplied: out = (U x 1)' M, x and y by turns.
+/// M with the rows of each coordinate multiplied by U', x and y by turns.
 MatrixXd of_waves(const MatrixXd& shapes, const MatrixXd& m) {
-  MatrixXd out(m.rows(), m.cols());
+  MatrixXd out(2 * shapes.cols(), m.cols());
   for (Index c = 0; c < 2; ++c) {
-    const auto rows = Eigen::seqN(c, shapes.rows(), Eigen::fix<2>);
-    out(rows, Eigen::all) = shapes.transpose() * MatrixXd(m(rows, Eigen::all));
+    const MatrixXd rows = m(Eigen::seqN(c, shapes.rows(), Eigen::fix<2>), Eigen::all);
+    out(Eigen::seqN(c, shapes.cols(), Eigen::fix<2>), Eigen::all) = shapes.transpose() * rows;
   }
   return out;
 }
@@ -41,26 +39,25 @@ MatrixXd of_coefficients(const MatrixXd& shapes, const MatrixXd& m) {
   return of_waves(shapes.transpose(), m);
 }
 
-}  // namespace
-
-TableWaves::TableWaves(const TableBasis& basis) {
-  const Eigensystem bending = eigensystem(basis.bending);
-  shapes = bending.vectors;
-  energies = bending.values / bending.values.mean();
-  energies.head(kUnbent).setZero();
+/// On a coefficient, in the mean.
+double information_of(const TableSystem& system) {
+  return system.normal().diagonal().mean();
 }
+
+}  // namespace
 
 Smoother::Smoother(const TableWaves& waves,
                    const TableBasis& basis,
                    const TableSystem& system,
                    const OpenModes& open,
                    const VectorXd& before)
-    : waves_(waves) {
+    : waves_(waves), energies_(waves.size()) {
+  for (Index k = 0; k < waves.size(); ++k) energies_[k] = waves.energies[k / 2];
   const MatrixXd half = of_waves(waves.shapes, system.normal());
   normal_ = of_waves(waves.shapes, half.transpose());
-  information_ = system.normal().trace() / static_cast<double>(waves.size());
+  information_ = information_of(system);
   // Of modes of mean square 1 the functionals are short where the coefficients are many.
-  const double hold = std::sqrt(information_ * static_cast<double>(waves.size()));
+  const double hold = std::sqrt(information_ * static_cast<double>(basis.size()));
   const MatrixXd functionals = open.combinations.transpose() * basis.functionals;
   holds_ = hold * of_waves(waves.shapes, functionals.transpose()).transpose();
   right_side_ = of_waves(waves.shapes, system.right_side()) +
@@ -72,17 +69,9 @@ Smoother::Smoother(const TableWaves& waves,
   free_ = held.vectors.leftCols(n_free);
 }
 
-VectorXd Smoother::powers(double order) const {
-  VectorXd out(waves_.size());
-  for (Index k = 0; k < waves_.energies.size(); ++k) {
-    out[2 * k] = out[2 * k + 1] = k < TableWaves::kUnbent ? 0 : std::pow(waves_.energies[k], order);
-  }
-  return out;
-}
-
-MatrixXd Smoother::matrix(const TableSmoothness& smoothness) const {
+MatrixXd Smoother::matrix(double weight) const {
   MatrixXd out = normal_ + holds_.transpose() * holds_;
-  out.diagonal() += smoothness.weight * powers(smoothness.order);
+  out.diagonal() += weight * energies_;
   return out;
 }
 
@@ -92,10 +81,10 @@ MatrixXd Smoother::matrix(const TableSmoothness& smoothness) const {
 ///   |D + B'B| |N' (1 + B D^-1 B')^-1 N|,   |D + B'B| = |D| |1 + B D^-1 B'|
 ///
 /// D is the energy of bent waves, and [N B] holds the open modes.
-double Smoother::log_determinant_of_prior(const TableSmoothness& smoothness) const {
+double Smoother::log_determinant_of_prior(double weight) const {
   const Index n_unbent = 2 * TableWaves::kUnbent;
   const Index n_bent = waves_.size() - n_unbent;
-  const VectorXd energies = smoothness.weight * powers(smoothness.order).tail(n_bent);
+  const VectorXd energies = weight * energies_.tail(n_bent);
   const MatrixXd bent = holds_.rightCols(n_bent);
   const MatrixXd unbent = holds_.leftCols(n_unbent);
   MatrixXd of_holds = bent * energies.cwiseInverse().asDiagonal() * bent.transpose();
@@ -106,67 +95,49 @@ double Smoother::log_determinant_of_prior(const TableSmoothness& smoothness) con
   return energies.array().log().sum() + held.log_determinant() + Cholesky(left).log_determinant();
 }
 
-double Smoother::badness(const TableSmoothness& smoothness) const {
-  const Cholesky decomposed(matrix(smoothness));
+double Smoother::badness(double weight) const {
+  const Cholesky decomposed(matrix(weight));
   constexpr double kWorst = std::numeric_limits<double>::infinity();
   if (!decomposed.is_definite()) return kWorst;
   const double explained = right_side_.dot(decomposed.solve(right_side_));
   const double badness =
-      decomposed.log_determinant() - log_determinant_of_prior(smoothness) - explained;
+      decomposed.log_determinant() - log_determinant_of_prior(weight) - explained;
   return std::isfinite(badness) ? badness : kWorst;
 }
 
-TableSmoothness Smoother::usual() const {
-  return {1, kUsualWeight * information_};
-}
-
-TableSmoothness Smoother::best_of(double order) const {
-  const auto at = [&](double log_weight) { return TableSmoothness{order, std::exp(log_weight)}; };
+std::optional<double> Smoother::best_weight() const {
+  const auto badness_at = [&](double log_weight) { return badness(std::exp(log_weight)); };
   const double golden = (std::sqrt(5.0) - 1) / 2;
-  const VectorXd energies = powers(order);
-  double low = std::log(kLeastWeight * information_ / energies.mean());
-  double high = std::log(kMostWeight * information_ / energies[2 * TableWaves::kUnbent]);
+  double low = std::log(kLeastWeight * information_ / energies_.mean());
+  double high = std::log(kMostWeight * information_ / energies_[2 * TableWaves::kUnbent]);
   double a = high - golden * (high - low);
   double b = low + golden * (high - low);
-  double at_a = badness(at(a));
-  double at_b = badness(at(b));
+  double at_a = badness_at(a);
+  double at_b = badness_at(b);
   for (int i = 0; i < kSearchSteps; ++i) {
     if (at_a < at_b) {
       high = b;
       b = a;
       at_b = at_a;
       a = high - golden * (high - low);
-      at_a = badness(at(a));
+      at_a = badness_at(a);
     } else {
       low = a;
       a = b;
       at_a = at_b;
       b = low + golden * (high - low);
-      at_b = badness(at(b));
+      at_b = badness_at(b);
     }
   }
-  return at(0.5 * (low + high));
+  if (!std::isfinite(std::min(at_a, at_b))) return std::nullopt;
+  return std::exp(at_a < at_b ? a : b);
 }
 
-std::optional<TableSmoothness> Smoother::best(bool over_orders) const {
-  TableSmoothness best = best_of(kOrders.front());
-  double least = badness(best);
-  for (std::size_t k = 1; over_orders && k < kOrders.size(); ++k) {
-    const TableSmoothness next = best_of(kOrders[k]);
-    const double badness_of_next = badness(next);
-    if (!(badness_of_next < least - kClearlyLess)) continue;
-    best = next;
-    least = badness_of_next;
-  }
-  if (!std::isfinite(least)) return std::nullopt;
-  return best;
-}
-
-std::optional<TableSolution> Smoother::solve(const TableSmoothness& smoothness) const {
-  const Cholesky decomposed(matrix(smoothness));
+std::optional<TableSolution> Smoother::solve(double weight) const {
+  const Cholesky decomposed(matrix(weight));
   if (!decomposed.is_definite()) return std::nullopt;
   TableSolution out;
-  out.smoothness = smoothness;
+  out.smoothness = {waves_.process, waves_.length, weight};
   const MatrixXd& shapes = waves_.shapes;
   out.table_mm = of_coefficients(shapes, decomposed.solve(right_side_));
   const MatrixXd cov = decomposed.inverse();
@@ -176,6 +147,29 @@ std::optional<TableSolution> Smoother::solve(const TableSmoothness& smoothness) 
   out.taken_up = 2 * out.parameters - share.cwiseProduct(share.transpose()).sum();
   if (!out.table_mm.allFinite() || !out.cov.allFinite()) return std::nullopt;
   return out;
+}
+
+double usual_weight(const TableSystem& system) {
+  return kUsualWeight * information_of(system);
+}
+
+std::optional<LikelySmoothness> most_likely(std::span<const TableWaves> processes,
+                                            const TableBasis& basis,
+                                            const TableSystem& system,
+                                            const OpenModes& open,
+                                            const VectorXd& before) {
+  std::optional<LikelySmoothness> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const TableWaves& waves : processes) {
+    const Smoother smoother(waves, basis, system, open, before);
+    const std::optional<double> weight = smoother.best_weight();
+    if (!weight) continue;
+    const double badness = smoother.badness(*weight);
+    if (best && badness > least - kClearlyLess) continue;
+    best = {&waves, *weight};
+    least = badness;
+  }
+  return best;
 }
 
 void settle(const TableBasis& basis, const OpenModes& open, TableSolution& solution) {

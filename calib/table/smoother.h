@@ -2,11 +2,13 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "calib/correction/table_basis.h"
 #include "calib/table/fit_input.h"
 #include "calib/table/modes.h"
 #include "calib/table/system.h"
+#include "calib/table/waves.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {
@@ -20,27 +22,9 @@ struct TableSolution {
   double taken_up = 0;    ///< trace of 2 H - H^2: so much less than their number residuals are
 };
 
-/// A thin plate's waves over the table: eigenvectors of its bending energy P, in which every power
-/// of P is diagonal. The first three, which are linear in the place, are not bent.
-struct TableWaves {
-  static constexpr Eigen::Index kUnbent = 3;
-
-  explicit TableWaves(const TableBasis& basis);
-
-  Eigen::Index size() const { return 2 * shapes.rows(); }
-  /// Of the coefficients of one coordinate, one wave a column.
-  Eigen::MatrixXd shapes;
-  /// Of P, for each wave; 1 in the mean.
-  Eigen::VectorXd energies;
-};
-
-/// Normal equations with a bending energy.
+/// Normal equations with the energy of a process's waves, D.
 ///
-///   (S + weight P^order) x = s,   open modes held
-///
-/// The higher the order, the steeper the spectrum of the Gaussian process that the energy stands
-/// for. With one slope alone, a table without short waves would have its long ones taken for as
-/// small, where looks tell them less well: polynomials of three poses.
+///   (S + weight D) x = s,   open modes held
 ///
 /// Open modes are held where `before` has them: a turned table with a pose turned along is the same
 /// to first order only, so what the result is turned to must be what it is solved at.
@@ -52,36 +36,48 @@ class Smoother {
            const OpenModes& open,
            const Eigen::VectorXd& before);
 
-  /// Enough for poses, which hardly feel the smoothness.
-  TableSmoothness usual() const;
-  /// Place of the maximum of the data's restricted likelihood, by golden sections of the weight;
-  /// absent where no weight makes the equations definite.
-  ///
-  /// In     over_orders: of all orders, else of order 1. A higher one has to be e times as likely
-  std::optional<TableSmoothness> best(bool over_orders) const;
+  /// Place of the maximum of the data's restricted likelihood, by golden sections; absent where no
+  /// weight makes the equations definite.
+  std::optional<double> best_weight() const;
   /// Minus twice the logarithm of the restricted likelihood, but for a constant, which is the same
-  /// for all; infinite where the equations are not definite.
+  /// for all processes; infinite where the equations are not definite.
   ///
-  /// The prior's determinant is that of weight P^order with what holds the open modes, over all
-  /// that one of them touches. What none touches is free in every order alike.
-  double badness(const TableSmoothness& smoothness) const;
-  std::optional<TableSolution> solve(const TableSmoothness& smoothness) const;
+  /// The prior's determinant is that of weight D with what holds the open modes, over all that one
+  /// of them touches. What none touches is as free in every process.
+  double badness(double weight) const;
+  std::optional<TableSolution> solve(double weight) const;
 
  private:
-  /// Of each wave in both coordinates, by turns.
-  Eigen::VectorXd powers(double order) const;
-  Eigen::MatrixXd matrix(const TableSmoothness& smoothness) const;
-  double log_determinant_of_prior(const TableSmoothness& smoothness) const;
-  TableSmoothness best_of(double order) const;
+  Eigen::MatrixXd matrix(double weight) const;
+  double log_determinant_of_prior(double weight) const;
 
   const TableWaves& waves_;
   // In waves instead of coefficients:
+  Eigen::VectorXd energies_;  ///< x and y by turns
   Eigen::MatrixXd normal_;
   Eigen::MatrixXd holds_;       ///< rows that give the open modes, times the root of their weight
   Eigen::VectorXd right_side_;  ///< with that of the holds
   Eigen::MatrixXd free_;        ///< of what is not bent, what is not held: orthonormal columns
   double information_ = 1;      ///< of a coefficient, in the mean
 };
+
+/// A process and its weight.
+struct LikelySmoothness {
+  const TableWaves* waves = nullptr;
+  double weight = 0;
+};
+/// Of a thin plate; enough for poses, which hardly feel the smoothness.
+double usual_weight(const TableSystem& system);
+/// The most likely of processes, each with its most likely weight: the first one, unless another is
+/// e times as likely. Absent where none makes the equations definite.
+///
+/// With a thin plate alone, a table without short waves would have its long ones taken for as
+/// small, where looks tell them less well: polynomials of three poses.
+std::optional<LikelySmoothness> most_likely(std::span<const TableWaves> processes,
+                                            const TableBasis& basis,
+                                            const TableSystem& system,
+                                            const OpenModes& open,
+                                            const Eigen::VectorXd& before);
 
 /// Takes the open modes out of the solution, for rounding, and out of its covariance, since no data
 /// determine them; and turns the whole so that the x axis is straight. What can be turned without

@@ -111,16 +111,16 @@ TEST(TableFit, AMapOfNoiseStaysFlat) {
 }
 
 /// One look at each place does not tell scatter from the shortest waves.
-TEST(TableFit, IsOfAHigherOrderOnlyWherePlacesAreSeenAgain) {
+TEST(TableFit, IsSmootherThanAPlateOnlyWherePlacesAreSeenAgain) {
   const auto waves = [](const Eigen::Vector2d& c) {
     return Eigen::Vector2d(0.010 * std::sin(c.x() / 70 + 1), 0.008 * std::sin(c.y() / 80 + 2));
   };
   const auto again = fit_table(three_looks(waves, 8), {});
   ASSERT_TRUE(again) << again.error().text();
-  EXPECT_GE(again->smoothness.order, 2);
+  EXPECT_EQ(again->smoothness.process, TableProcess::SquaredExponential);
   const auto once = fit_table(one_look(waves, 0.0005, 8), {});
   ASSERT_TRUE(once) << once.error().text();
-  EXPECT_EQ(once->smoothness.order, 1);
+  EXPECT_EQ(once->smoothness.process, TableProcess::ThinPlate);
 }
 
 TEST(TableFit, RefusesWhatIsNoData) {

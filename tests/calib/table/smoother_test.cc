@@ -41,12 +41,18 @@ TableData seen(const Looks& looks, const test::TableError& error, std::uint64_t 
 struct Equations {
   explicit Equations(const TableData& data)
       : basis({{0, 0}, {300, 300}, 8, 8}),
-        waves(basis),
+        processes(internal::all_waves(basis)),
         about(internal::table_start(data, basis)),
         used(all_of(data)),
         system(data, used, basis, about),
-        open(internal::find_open_modes(basis, system.normal(), 0.01)),
-        smoother(waves, basis, system, open, about.table_mm) {}
+        open(internal::find_open_modes(basis, system.normal(), 0.01)) {}
+
+  Smoother smoother(const TableWaves& waves) const {
+    return {waves, basis, system, open, about.table_mm};
+  }
+  const TableWaves& most_likely() const {
+    return *internal::most_likely(processes, basis, system, open, about.table_mm).value().waves;
+  }
 
   static std::vector<std::size_t> all_of(const TableData& data) {
     std::vector<std::size_t> all(data.seen.size());
@@ -55,12 +61,11 @@ struct Equations {
   }
 
   TableBasis basis;
-  TableWaves waves;
+  std::vector<TableWaves> processes;
   internal::TableState about;
   std::vector<std::size_t> used;
   TableSystem system;
   OpenModes open;
-  Smoother smoother;
 };
 
 Eigen::Vector2d flat(const Eigen::Vector2d&) {
@@ -74,9 +79,9 @@ Eigen::Vector2d kinked(const Eigen::Vector2d& c) {
   return {0.010 * std::abs(c.x() - 131) / 150, 0.006 * std::abs(c.y() - 77) / 150};
 }
 
-/// A table that may not bend is the same table in every order, so no likelihood may tell them
+/// A table that may not bend is the same table in every process, so no likelihood may tell them
 /// apart: with open modes that bend, that do not, and mixtures.
-TEST(TableSmoother, OrdersAreAsLikelyWhereNothingMayBend) {
+TEST(TableSmoother, ProcessesAreAsLikelyWhereNothingMayBend) {
   const std::vector<Looks> cases = {{true, {kAsItIs}},
                                     {false, {kAsItIs, kTurned, kShifted}},
                                     {false, {kAsItIs, kTurned}},
@@ -86,90 +91,108 @@ TEST(TableSmoother, OrdersAreAsLikelyWhereNothingMayBend) {
     const Equations equations(seen(looks, slow_waves, 3));
     SCOPED_TRACE(testing::Message() << equations.open.combinations.cols() << " open modes");
     most_open = std::max(most_open, equations.open.combinations.cols());
-    const auto stiff = [&](double order) {
-      const double lowest = equations.waves.energies[TableWaves::kUnbent];
-      const double information =
-          equations.system.normal().trace() / static_cast<double>(equations.basis.size());
-      return equations.smoother.badness({order, 1e9 * information / std::pow(lowest, order)});
+    const auto stiff = [&](const TableWaves& waves) {
+      const double information = equations.system.normal().diagonal().mean();
+      const double longest = waves.energies[TableWaves::kUnbent];
+      return equations.smoother(waves).badness(1e9 * information / longest);
     };
-    const double of_plate = stiff(1);
+    const double of_plate = stiff(equations.processes.front());
     ASSERT_TRUE(std::isfinite(of_plate));
-    for (const double order : {1.5, 2.0, 3.0}) EXPECT_NEAR(stiff(order), of_plate, 0.01) << order;
+    for (const TableWaves& waves : equations.processes) {
+      EXPECT_NEAR(stiff(waves), of_plate, 0.01) << waves.length;
+    }
   }
   EXPECT_GT(most_open, 4);
 }
 
-/// Looks that have nothing to do with the weight do not change what they say of two weights: the
-/// likelihood ratio is that of the observations, computed from their own covariance.
+/// Each wave in each coordinate at the places that are looked at, a column each.
+Eigen::MatrixXd seen_waves(const Equations& equations,
+                           const TableData& data,
+                           const TableWaves& waves) {
+  const auto n = 2 * static_cast<Eigen::Index>(data.seen.size());
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, waves.size());
+  for (std::size_t i = 0; i < data.seen.size(); ++i) {
+    const auto& view = data.views[data.seen[i].i_view];
+    const auto local = internal::local_of(equations.basis.grid, view.axis_at.in_mm());
+    for (Eigen::Index wave = 0; wave < waves.shapes.cols(); ++wave) {
+      double value = 0;
+      for (std::size_t k = 0; k < 16; ++k) {
+        value += local.weight[k] * waves.shapes(local.index[k], wave);
+      }
+      const auto at = 2 * static_cast<Eigen::Index>(i);
+      out(at, 2 * wave) = out(at + 1, 2 * wave + 1) = value;
+    }
+  }
+  return out;
+}
+
+/// The observations' own covariance, restricted to what is orthogonal to all that is free (shift
+/// and turn of the pose among it), gives the same ratios of likelihoods.
 TEST(TableSmoother, LikelihoodIsThatOfTheObservations) {
   const TableData data = seen({true, {kAsItIs}}, slow_waves, 4);
   const Equations equations(data);
-  const Eigen::Index n = 2 * static_cast<Eigen::Index>(data.seen.size());
+  const auto n = 2 * static_cast<Eigen::Index>(data.seen.size());
   const Eigen::Index n_unbent = 2 * TableWaves::kUnbent;
-  // By hand: y = N a + B b + noise, a and the pose free, b of the prior; restricted to what is
-  // orthogonal to N (shift and turn of the pose are among its columns).
-  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(n, equations.basis.size());
   Eigen::VectorXd y(n);
   for (std::size_t i = 0; i < data.seen.size(); ++i) {
-    const auto at = 2 * static_cast<Eigen::Index>(i);
-    const auto& view = data.views[data.seen[i].i_view];
-    const auto local = internal::local_of(equations.basis.grid, view.axis_at.in_mm());
-    for (std::size_t k = 0; k < 16; ++k) {
-      design(at, 2 * local.index[k]) = local.weight[k];
-      design(at + 1, 2 * local.index[k] + 1) = local.weight[k];
-    }
-    y.segment<2>(at) =
+    y.segment<2>(2 * static_cast<Eigen::Index>(i)) =
         internal::table_residual_mm(data, equations.basis, equations.about, data.seen[i]);
   }
-  Eigen::MatrixXd in_waves(n, equations.basis.size());
-  for (Eigen::Index k = 0; k < equations.waves.shapes.cols(); ++k) {
-    for (Eigen::Index c = 0; c < 2; ++c) {
-      Eigen::VectorXd wave = Eigen::VectorXd::Zero(equations.basis.size());
-      wave(Eigen::seqN(c, equations.waves.shapes.rows(), Eigen::fix<2>)) =
-          equations.waves.shapes.col(k);
-      in_waves.col(2 * k + c) = design * wave;
-    }
-  }
-  const Eigen::MatrixXd q =
-      Eigen::HouseholderQR<Eigen::MatrixXd>(in_waves.leftCols(n_unbent)).householderQ() *
-      Eigen::MatrixXd::Identity(n, n);
-  const Eigen::MatrixXd contrasts = q.rightCols(n - n_unbent);
-  const Eigen::MatrixXd bent =
-      contrasts.transpose() * in_waves.rightCols(in_waves.cols() - n_unbent);
-  const Eigen::VectorXd left = contrasts.transpose() * y;
   const double noise_mm2 = data.seen.front().seen.cov(0, 0);
-  const auto minus_two_log_likelihood = [&](const TableSmoothness& s) {
+  const auto difference = [&](const TableWaves& waves, double weight) {
+    const Eigen::MatrixXd columns = seen_waves(equations, data, waves);
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns.leftCols(n_unbent));
+    const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(n, n);
+    const Eigen::MatrixXd contrasts = q.rightCols(n - n_unbent);
+    const Eigen::MatrixXd bent =
+        contrasts.transpose() * columns.rightCols(columns.cols() - n_unbent);
     Eigen::VectorXd variances(bent.cols());
     for (Eigen::Index k = 0; k < variances.size(); ++k) {
-      const double energy = equations.waves.energies[TableWaves::kUnbent + k / 2];
-      variances[k] = 1 / (s.weight * std::pow(energy, s.order));
+      variances[k] = 1 / (weight * waves.energies[TableWaves::kUnbent + k / 2]);
     }
     Eigen::MatrixXd cov = bent * variances.asDiagonal() * bent.transpose();
     cov.diagonal().array() += noise_mm2;
+    const Eigen::VectorXd left = contrasts.transpose() * y;
     const Eigen::LLT<Eigen::MatrixXd> llt(cov);
     const double log_determinant =
         2 * Eigen::MatrixXd(llt.matrixL()).diagonal().array().log().sum();
-    return log_determinant + left.dot(llt.solve(left));
+    return log_determinant + left.dot(llt.solve(left)) - equations.smoother(waves).badness(weight);
   };
-  const TableSmoothness first{1, 1e3};
-  const double of_first = minus_two_log_likelihood(first) - equations.smoother.badness(first);
-  for (const TableSmoothness& other :
-       {TableSmoothness{1, 1e5}, TableSmoothness{1.5, 1e3}, TableSmoothness{3, 1e4}}) {
-    EXPECT_NEAR(minus_two_log_likelihood(other) - equations.smoother.badness(other), of_first, 0.05)
-        << other.order << ", " << other.weight;
-  }
+  const TableWaves& plate = equations.processes.front();
+  const double of_plate = difference(plate, 1e3);
+  EXPECT_NEAR(difference(plate, 1e5), of_plate, 0.05);
+  const auto waves = [&](TableProcess process, double length) {
+    return internal::process_waves(equations.basis, process, length);
+  };
+  EXPECT_NEAR(difference(waves(TableProcess::Matern, 0.8), 1e3), of_plate, 0.05);
+  EXPECT_NEAR(difference(waves(TableProcess::Matern, 0.2), 1e4), of_plate, 0.05);
+  EXPECT_NEAR(difference(waves(TableProcess::SquaredExponential, 0.4), 1e2), of_plate, 0.05);
 }
 
-TEST(TableSmoother, OrderIsAsHighAsTheTableIsSmooth) {
-  const auto order_of = [](const test::TableError& error, std::uint64_t seed) {
-    const Equations equations(seen({true, {kAsItIs, kTurned, kShifted}}, error, seed));
-    const auto best = equations.smoother.best(true);
-    return best ? best->order : 0;
-  };
-  EXPECT_LE(order_of(kinked, 7), 1.5);
-  EXPECT_GE(order_of(slow_waves, 8), 2);
-  // A flat table has no spectrum whose slope could be told.
-  for (std::uint64_t seed = 10; seed < 20; ++seed) EXPECT_EQ(order_of(flat, seed), 1) << seed;
+TEST(TableSmoother, ProcessIsAsSmoothAsTheTable) {
+  const Looks three{true, {kAsItIs, kTurned, kShifted}};
+  const Equations of_kinks(seen(three, kinked, 7));
+  EXPECT_NE(of_kinks.most_likely().process, TableProcess::SquaredExponential);
+  const Equations of_waves(seen(three, slow_waves, 8));
+  EXPECT_EQ(of_waves.most_likely().process, TableProcess::SquaredExponential);
+  EXPECT_GE(of_waves.most_likely().length, 0.2);
+}
+
+TEST(TableSmoother, AFlatTableStaysFlatInEveryProcess) {
+  const Looks three{true, {kAsItIs, kTurned, kShifted}};
+  for (std::uint64_t seed = 10; seed < 15; ++seed) {
+    const Equations equations(seen(three, flat, seed));
+    const auto best = internal::most_likely(equations.processes,
+                                            equations.basis,
+                                            equations.system,
+                                            equations.open,
+                                            equations.about.table_mm);
+    ASSERT_TRUE(best);
+    const auto solution = equations.smoother(*best->waves).solve(best->weight);
+    ASSERT_TRUE(solution);
+    EXPECT_LT(solution->parameters, 25) << seed;
+    EXPECT_LT(solution->table_mm.cwiseAbs().maxCoeff(), 0.001) << seed;
+  }
 }
 
 }  // namespace
