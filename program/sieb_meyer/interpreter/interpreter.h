@@ -72,6 +72,16 @@ class Interpreter {
     std::optional<Feed> feed;
   };
 
+  /// Peck drilling (G81) and pulse drilling (G89), of which one at most is on.
+  struct Peck {
+    bool is_on = false;
+    bool is_pulsing = false;
+    double lowering_mm = 0;
+    double first_stroke_mm = 0;
+    double factor_permille = 1000;
+    bool forces_target = false;  ///< PEKM,D: a last stroke goes down to the working plane
+  };
+
   /// A piece of a contour that waits for the next one, since its end may be rounded.
   struct PendingPiece {
     ContourPiece piece;
@@ -184,6 +194,7 @@ class Interpreter {
   // depth.cc
   void set_depths(const Block& block, const Order& order);
   void set_peck(const Block& block, const Order& order);
+  void pass_peck_ends(int line, const Order& order, const Peck& before);
   void check_peck(int line);
   static std::string parameter_text(const Order& order);
   void suspend_surface(const Block& block, const Order& order);
@@ -302,14 +313,7 @@ class Interpreter {
   bool takes_surface_late_ = false;      ///< L behind the last T0 line
   std::optional<Length> probing_depth_;  ///< BOTK, TOPK
   std::optional<int> probing_tool_;      ///< BOTL, TOPL
-  struct Peck {
-    bool is_on = false;
-    bool is_pulsing = false;
-    double lowering_mm = 0;
-    double first_stroke_mm = 0;
-    double factor_permille = 1000;
-    bool forces_target = false;  ///< PEKM,D: a last stroke goes down to the working plane
-  } peck_;
+  Peck peck_;
 
   // CNC commands
   Nibbling nibbling_;

@@ -61,7 +61,7 @@ bool SiebMeyerWriter::may_be_plane(const DepthOfCut& cut, Length z) {
            "a tool without Z in its data");
     return false;
   }
-  if (pecks_) {
+  if (pecks_ || pulses_) {
     refuse("peck or pulse drilling below a measured surface, whose I counts from the board",
            "drilling in one stroke, or depth control");
     return false;
