@@ -337,7 +337,7 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
   if (order.is_dummy_tool) function(block.line, FunctionKind::MachineFunction, "TD");
   contour_ = Contour::None;
   machine_at_mm_.reset();
-  const bool has_place = move_to(block, order);
+  const bool has_place = move_to(order);
   if (probes && !has_place && *order.surface != Command::SurfaceDetect) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the place to probe");
   }

@@ -59,9 +59,17 @@ class Interpreter {
     Figures,     ///< the last figure is finished, the cutter is up
   };
 
+  /// What left the last coordinate behind, from which a line takes an axis that it leaves out.
+  enum class Reference : std::uint8_t {
+    Coordinate,  ///< or the program's begin: X0Y0
+    Section,     ///< the offsets of a section: only G91 has a reference there, program zero
+    Call,        ///< M99: whether its own, the subprogram's or the one before it, is open
+  };
+
   /// The state that every copy of a section starts with again.
   struct Modal {
     Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();  ///< programmed
+    Reference reference = Reference::Coordinate;
     double at_step_mm = 0;                            ///< rounding of the last coordinate
     bool incremental = false;
     std::optional<Command> motion;  ///< G1 to G3, G45 to G50; absent: coordinates drill
@@ -129,7 +137,9 @@ class Interpreter {
   bool holds_only(const Block& block, const Order& order, std::uint32_t known);
   void move_or_measure(const Block& block, const Order& order);
   void call_or_write(const Block& block, const Order& order);
-  bool move_to(const Block& block, const Order& order);
+  bool has_reference() const;
+  bool has_axes(const Block& block, const Order& order);
+  bool move_to(const Order& order);
   void end_program();
   bool has_ended() const {
     return ended_ || emitter_.is_over_limit() || measuring_.must_stop() || surface_.must_stop();
