@@ -99,7 +99,6 @@ void SiebMeyerWriter::say_surface_line_of_contour(const DepthOfCut& cut) {
     is_tool_up_line_ = true;
     return;
   }
-  if (has_routed_ && !is_tool_up_line_) tool_up_line(at_mm_);
   say_surface_line(cut);
   up_at_.reset();
 }
