@@ -131,6 +131,7 @@ class Interpreter {
 
   // sections.cc
   void run_section(int line);
+  void warn_of_open_count(const RepeatSection& section);
   void end_section(const RepeatSection& section);
   bool run_kept(const RepeatSection& section, const Modal& start);
   void run_level(const RepeatSection& section,
@@ -268,9 +269,11 @@ class Interpreter {
   bool warned_format_ = false;  ///< or nothing is to be warned of
   bool warned_slash_ = false;
   bool warned_split_ = false;   ///< two blocks in a line
+  bool warned_count_ = false;   ///< offsets counted anew without a bare M02
   bool warned_padded_ = false;  ///< zeros beyond the format's digits
   bool states_zeros_;           ///< in the header, or by INCH or METRIC in the body
   bool reported_no_tool_ = false;
+  int line_of_open_count_ = 0;  ///< see RepeatSection
   bool ended_ = false;       ///< nothing more is executed
   bool has_end_ = false;     ///< because the program said so
   bool ends_early_ = false;  ///< the end is that of end_at()

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "program/excellon/interpreter/interpreter.h"
+#include <fmt/format.h>
 
 namespace panelcal::excellon {
 
@@ -19,11 +20,13 @@ void Interpreter::run_section(int line) {
                      is_plunged_ ? "M16 or M17 first" : "M01 and M08 first");
     return;
   }
-  const auto section = scan_section(cursor_, line, {format_, set_, deletes_blocks_}, reporter_);
+  const auto section = scan_section(
+      cursor_, line, {format_, set_, deletes_blocks_, line_of_open_count_}, reporter_);
   if (!section) {
     ended_ = true;
     return;
   }
+  warn_of_open_count(*section);
   if (trial_ != nullptr) {
     trial_->is_repeated = true;
     emitter_.stop_executing();
@@ -38,6 +41,21 @@ void Interpreter::run_section(int line) {
   place_.path.resize(depth);
   place_.placement = frame_;
   if (!has_ended()) end_section(*section);
+}
+
+/// "After the last M02 repeat command, an extra M02 command which requires no coordinates, must be
+/// added in a block by itself. This will clear a counter." Offsets count anew at each M01 all the
+/// same, as those of R#M02 do in the manual's sample program.
+void Interpreter::warn_of_open_count(const RepeatSection& section) {
+  line_of_open_count_ = section.line_of_open_count;
+  if (!section.count_behind_open_one || std::exchange(warned_count_, true)) return;
+  const auto& [block, line] = *section.count_behind_open_one;
+  reporter_.report(
+      Code::NotationAccepted,
+      block.line,
+      block.column,
+      fmt::format("{} counts from its pattern, not on from line {}", quoted(block.text), line),
+      fmt::format("M02 in a block by itself behind line {}", line));
 }
 
 /// The manual clears the incremental accumulators at M08, back to work zero. It does not say what

@@ -62,6 +62,22 @@ TEST(StepRepeat, PercentBeginsAPatternLikeM25) {
   expect_places(holes_of("%\nX01Y01\nM01\nM02X02\nM08\n"), {{1, 1}, {3, 1}});
 }
 
+/// "After the last M02 repeat command, an extra M02 command which requires no coordinates, must be
+/// added in a block by itself": without it the next offsets might count on from these.
+TEST(StepRepeat, SaysWhereOffsetsCountAnewWithoutABareM02) {
+  const auto diagnostics_of = [](const std::string& levels) {
+    return run_program(inch_leading_zeros("T1\nM25\nX01Y01\nM01\n" + levels + "M30\n")).diagnostics;
+  };
+  const std::vector<std::string> warned = {"p.exc:12:1: warning[notation-accepted]"};
+  EXPECT_EQ(diagnostics_of("M02X02\nM01\nM02Y02\nM01\nM02Y04\nM08\n"), warned);
+  EXPECT_EQ(diagnostics_of("M02X02\nM08\n"), std::vector<std::string>{});
+  EXPECT_EQ(diagnostics_of("M02X02\nM02\nM01\nM02Y02\nM02\nM08\n"), std::vector<std::string>{});
+  // The manual's sample program, lines 36 to 42.
+  EXPECT_EQ(diagnostics_of("R2M02XY001\nM01\nR2M02X007Y\nM08\n"), std::vector<std::string>{});
+  EXPECT_EQ(diagnostics_of("M02X02\nM08\nM25\nX02Y02\nM01\nM02X02\nM02X02\nM08\n"),
+            std::vector<std::string>{"p.exc:15:1: warning[notation-accepted]"});
+}
+
 TEST(StepRepeat, RepeatBlockEqualsThatManyM02) {
   const std::vector<Vector2d> column = {{1, 1}, {1, 3}, {1, 5}, {1, 7}};
   expect_places(holes_of("M25\nX01Y01\nM01\nR3M02Y02\nM08\n"), column);
