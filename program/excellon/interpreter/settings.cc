@@ -87,7 +87,7 @@ void Interpreter::rate(const Block& block) {
   std::optional<Feed> read;
   if (!read_rate(block, word, format_, is_table, reporter_, read)) return;
   if (is_table) {
-    modal_.feed = read;
+    set_table_feed(block, read);
     return;
   }
   if (!tool_ || tool_->number == 0) {

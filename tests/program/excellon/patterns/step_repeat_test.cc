@@ -155,6 +155,27 @@ TEST(StepRepeat, ACopyBeginsInTheModeOfTheFirstPass) {
                 {{1, 1}, {2, 2}, {2.1, 2}, {12, 2}, {12.1, 2}});
 }
 
+/// "M02 causes a repeat of all the commands", and "creates two identical patterns": the feed that a
+/// copy begins with is said where the two differ.
+TEST(StepRepeat, CopiesRoutAtTheFeedsOfTheirPattern) {
+  const auto run_of = [](const std::string& pattern, const std::string& copies) {
+    return run_program(inch_leading_zeros("T1\nG00XY\nM25\nG00X01Y01\nM15\n" + pattern +
+                                          "M17\nM01\n" + copies + "M08\nM30\n"));
+  };
+  const std::string late = "G01X02\nF02\nX03\n";
+  const ProgramRun run = run_of(late, "M02Y03\nM02Y03\nM02\n");
+  EXPECT_EQ(run.diagnostics, std::vector<std::string>{"p.exc:12:1: warning[feed-assumed]"});
+  std::vector<double> feeds;
+  for (const Rout& rout : run.executed.routs()) feeds.push_back(rout.feed / inch_per_min(1));
+  EXPECT_THAT(feeds,
+              testing::Pointwise(testing::DoubleNear(1e-9),
+                                 std::vector<double>{100, 20, 100, 20, 100, 20}));
+  EXPECT_EQ(run_of(late, "").diagnostics, std::vector<std::string>{});
+  EXPECT_EQ(run_of("G01X02F02\nX03\n", "M02Y03\n").diagnostics, std::vector<std::string>{});
+  EXPECT_EQ(run_of("F02\nG01X02\nX03\nF04\n", "M02Y03\n").diagnostics,
+            std::vector<std::string>{});
+}
+
 // --- the manual's Sample Part Program ------------------------------------------------------------
 
 TEST(StepRepeat, ManualSampleProgramLines31To42) {
