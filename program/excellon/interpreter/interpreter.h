@@ -283,9 +283,9 @@ class Interpreter {
   bool states_zeros_;           ///< in the header, or by INCH or METRIC in the body
   bool reported_no_tool_ = false;
   int line_of_open_count_ = 0;  ///< see RepeatSection
-  bool ended_ = false;       ///< nothing more is executed
-  bool has_end_ = false;     ///< because the program said so
-  bool ends_early_ = false;  ///< the end is that of end_at()
+  bool ended_ = false;          ///< nothing more is executed
+  bool has_end_ = false;        ///< because the program said so
+  bool ends_early_ = false;     ///< the end is that of end_at()
   std::int64_t n_vision_steps_ = 0;
   std::size_t asked_until_ = 0;
 };

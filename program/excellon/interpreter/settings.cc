@@ -181,12 +181,12 @@ void Interpreter::header_word(const SourceLine& line) {
   if (refuse_pending(block.line, block.text)) return;
   const bool states_unit = word == "INCH" || word == "METRIC";
   const auto known = header_.options.find(word);
-  const Restated what = known == header_.options.end()
-                            ? Restated::More
-                            : restated(word, known->second, value);
-  if (what != Restated::More) {
+  const Restated added =
+      known == header_.options.end() ? Restated::More : restated(word, known->second, value);
+  if (added != Restated::More) {
     // Behind another G90 or G91 it would switch back, or change nothing.
-    if (what == Restated::Nothing && (word != "ICI" || modal_.incremental == header_.incremental)) return;
+    if (added == Restated::Nothing && (word != "ICI" || modal_.incremental == header_.incremental))
+      return;
     return refuse(Code::ArgumentInvalid,
                   quoted(block.text) + " behind " + quoted(known->first + "," + known->second),
                   "one option, in the header");

@@ -86,8 +86,8 @@ class HeaderReader {
     const HeaderCommand command = split_header_command(text);
     const auto known = header_.options.find(command.word);
     if (known == header_.options.end()) return false;
-    const Restated what = restated(command.word, known->second, command.value);
-    if (what != Restated::Other) return what == Restated::Nothing;
+    const Restated added = restated(command.word, known->second, command.value);
+    if (added != Restated::Other) return added == Restated::Nothing;
     reporter_.report(Code::ArgumentInvalid,
                      line.number,
                      column_of(line, text),

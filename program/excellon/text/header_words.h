@@ -41,7 +41,7 @@ struct HeaderCommand {
 };
 HeaderCommand split_header_command(std::string_view block);
 
-/// What a header command outside the header adds to the one in it.
+/// The part of a header command outside the header that the one in it does not say.
 enum class Restated : std::uint8_t {
   Nothing,  ///< the same, or METRIC behind METRIC,TZ: "there is no harm done"
   More,     ///< METRIC,TZ behind METRIC, which leaves the zeros open

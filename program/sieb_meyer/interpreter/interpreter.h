@@ -59,7 +59,7 @@ class Interpreter {
     Figures,     ///< the last figure is finished, the cutter is up
   };
 
-  /// What left the last coordinate behind, from which a line takes an axis that it leaves out.
+  /// Kind of the last line with a coordinate, from which a line takes an axis that it leaves out.
   enum class Reference : std::uint8_t {
     Coordinate,  ///< or the program's begin: X0Y0
     Section,     ///< the offsets of a section: only G91 has a reference there, program zero
@@ -70,7 +70,7 @@ class Interpreter {
   struct Modal {
     Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();  ///< programmed
     Reference reference = Reference::Coordinate;
-    double at_step_mm = 0;                            ///< rounding of the last coordinate
+    double at_step_mm = 0;  ///< rounding of the last coordinate
     bool incremental = false;
     std::optional<Command> motion;  ///< G1 to G3, G45 to G50; absent: coordinates drill
     CompensationSide side = CompensationSide::Off;

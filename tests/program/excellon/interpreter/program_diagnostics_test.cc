@@ -82,12 +82,14 @@ TEST(ProgramDiagnostics, UnitAndZerosInTheBody) {
 /// "If you have a command in the header and the exact same command in the part program body, there
 /// is no harm done": so it is where the body has stated it, or the header with digits.
 TEST(ProgramDiagnostics, UnitAndZerosStatedAgain) {
-  const auto run = run_program("T1\nMETRIC,TZ\nX1000Y2000\nMETRIC,TZ\nM25\nMETRIC\nX3000\nM01\nM08\nM30\n");
+  const auto run =
+      run_program("T1\nMETRIC,TZ\nX1000Y2000\nMETRIC,TZ\nM25\nMETRIC\nX3000\nM01\nM08\nM30\n");
   EXPECT_EQ(run.diagnostics, Texts{"p.exc:2:1: warning[header-word-in-body]"});
   ASSERT_EQ(run.holes().size(), 2U);
   EXPECT_EQ(run.holes().back().nominal_mm(), Eigen::Vector2d(3, 2));
-  EXPECT_EQ(run_program("T1\nMETRIC,TZ\nX1000Y2000\nMETRIC,LZ\nM30\n").diagnostics,
-            (Texts{"p.exc:2:1: warning[header-word-in-body]", "p.exc:4:1: error[argument-invalid]"}));
+  EXPECT_EQ(
+      run_program("T1\nMETRIC,TZ\nX1000Y2000\nMETRIC,LZ\nM30\n").diagnostics,
+      (Texts{"p.exc:2:1: warning[header-word-in-body]", "p.exc:4:1: error[argument-invalid]"}));
   const std::string digits = "M48\nMETRIC,TZ,000.000\n%\nT1\nX1000Y2000\n";
   EXPECT_EQ(run_program(digits + "METRIC,TZ\nMETRIC\nM30\n").diagnostics, Texts{});
   EXPECT_EQ(run_program(digits + "METRIC,LZ\nM30\n").diagnostics,

@@ -172,8 +172,7 @@ TEST(StepRepeat, CopiesRoutAtTheFeedsOfTheirPattern) {
                                  std::vector<double>{100, 20, 100, 20, 100, 20}));
   EXPECT_EQ(run_of(late, "").diagnostics, std::vector<std::string>{});
   EXPECT_EQ(run_of("G01X02F02\nX03\n", "M02Y03\n").diagnostics, std::vector<std::string>{});
-  EXPECT_EQ(run_of("F02\nG01X02\nX03\nF04\n", "M02Y03\n").diagnostics,
-            std::vector<std::string>{});
+  EXPECT_EQ(run_of("F02\nG01X02\nX03\nF04\n", "M02Y03\n").diagnostics, std::vector<std::string>{});
 }
 
 // --- the manual's Sample Part Program ------------------------------------------------------------

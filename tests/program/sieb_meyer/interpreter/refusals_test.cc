@@ -331,10 +331,11 @@ TEST(SiebMeyerAxes, LeftOutBehindACallAreRefused) {
   for (const char* line : {"X5.", "X5.Y5.G91"}) {
     const ProgramRun run = run_program(
         format_5000(std::string("X1.Y2.T1\nX10.M99,HOLE\n") + line + "\n"), {}, folder.reading());
-    EXPECT_EQ(run.diagnostics, std::vector<std::string>{"p.exc:4:1: error[axis-ambiguous]"}) << line;
+    EXPECT_EQ(run.diagnostics, std::vector<std::string>{"p.exc:4:1: error[axis-ambiguous]"})
+        << line;
   }
-  const ProgramRun run = run_program(
-      format_5000("X1.Y2.T1\nX10.M99,HOLE\nX5.Y6.\nX7.\n"), {}, folder.reading());
+  const ProgramRun run =
+      run_program(format_5000("X1.Y2.T1\nX10.M99,HOLE\nX5.Y6.\nX7.\n"), {}, folder.reading());
   EXPECT_EQ(run.diagnostics, std::vector<std::string>{});
   test::expect_places(test::hole_places(run), {{1, 2}, {13, 0}, {13, 4}, {5, 6}, {7, 6}});
 }
