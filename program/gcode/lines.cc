@@ -36,7 +36,7 @@ std::size_t fitting(std::string_view text, std::size_t n_most) {
 }
 
 /// Writes a comment in as many lines as it needs.
-void append_comment(std::string_view comment, std::string_view slash, std::string& out) {
+void append_in_lines(std::string_view comment, std::string_view slash, std::string& out) {
   const bool is_bracketed = comment.starts_with('(');
   std::string_view text = comment.substr(1, comment.size() - (is_bracketed ? 2 : 1));
   std::size_t n_most = kMaxLine - slash.size() - (is_bracketed ? 2 : 1);
@@ -91,7 +91,7 @@ void GcodeLines::put_comments(const GcodeBlock& block) {
     if (rest.front() == '%') {
       text_ += "%\n";
     } else {
-      append_comment(rest.substr(0, n), slash, text_);
+      append_in_lines(rest.substr(0, n), slash, text_);
     }
     rest.remove_prefix(n);
   }
